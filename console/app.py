@@ -23,6 +23,7 @@ from console.api.calibration_files import calibration_files
 from console.api.commands import commands
 from console.api.connection import connection
 from console.api.documentation import ApiDescription, DescribedApp, documentation
+from console.api.experiments import experiments
 from console.api.hearing import hearing
 from console.api.help import help_pages
 from console.api.lease import lease
@@ -37,6 +38,7 @@ from console.api.people import people
 from console.api.playback import playback
 from console.api.recognizer import recognizer
 from console.api.sessions import sessions
+from console.api.settings import settings
 from console.api.simulation import simulation
 from console.api.slam import slam
 from console.api.speech_quality import speech_quality
@@ -69,8 +71,10 @@ ROUTERS = (
     calibration,
     calibration_files,
     simulation,
+    settings,
     voice,
     speech_quality,
+    experiments,
     microphones,
     people,
     documentation,

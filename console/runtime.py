@@ -35,11 +35,15 @@ from console.control.own_navigation import OwnNavigationService
 from console.control.pending_commands import PendingCommands
 from console.control.pilot_supervisor import PilotSupervisor
 from console.control.playback import PlaybackController
+from console.control.settings_in_use import NAME as SETTINGS
+from console.control.settings_in_use import SettingsInUse
 from console.control.state_times import StateTimes
 from console.data_folder import DataFolder
+from console.experiments.runs import ExperimentRuns
 from console.maps.service import MapService
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
+from console.rest import RestDetector
 from console.robot.link import RobotLink
 from console.robot.pilot_thread import PilotPace, PilotThread
 from console.scene import Scene
@@ -64,6 +68,7 @@ log = logging.getLogger(__name__)
 
 BEAT = 0.05  # [s]
 STATE_GAP = 0.045  # [s] at least between two states: 20 Hz
+REST_GAP = 0.2  # [s] the same while the robot rests and nothing happens at the console
 
 
 class Runtime:
@@ -77,7 +82,9 @@ class Runtime:
         home: Path,
         access: Access | None = None,
         settings: Settings | None = None,
+        settings_file: Path | None = None,
     ) -> None:
+        """`settings_file`: where changed settings are saved; None: in the data folder."""
         settings = settings or Settings()
         self.robot = robot
         self.chapter: ChapterMode = settings.chapter.mode  # "printed": the chapter's own equations run
@@ -97,8 +104,10 @@ class Runtime:
         self.spoken = VoiceCommands(self.ears, self.dispatcher, self.lease, self.pending_commands, self.board)
         self.microphone = BrowserMicrophone(settings.speech)
         self.voice = RobotVoice(settings=settings.voice)
+        self.settings_in_use = SettingsInUse(settings, settings_file or home / SETTINGS, self._adopt)
         self.connection = ConnectionService(home, robot)
         self.quality = QualityRuns(home, settings.simulation, settings.speech)
+        self.experiments = ExperimentRuns(home)
         self.player = PlaybackController(robot, self.history, self.board)
         self.own_navigation = OwnNavigationService(robot, self.dispatcher, self.history, self.board)
         self.dispatcher.when_cancelled.append(self.own_navigation.stop_soon)
@@ -132,14 +141,19 @@ class Runtime:
         self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.board)
         self._seq = 0
         self._state_at = 0.0
+        self._rest = RestDetector()
+        self._situation: tuple[object, ...] = ()  # of the console, when the newest state was sent
         self._link_monitor = LinkMonitor(robot, self.dispatcher, self.board)
-        self._sleep = SleepWatch()
-        self._opening = False
-        revoked = partial(self.sign_out, why="Your login was ended; sign in again.")
-        self.login_keeper = LoginKeeper(self.access.logins, revoked, self._logins_unsaved)
+        self._sleep, self._opening = SleepWatch(), False
+        self.login_keeper = LoginKeeper(self.access.logins, self._sign_out_revoked, self._logins_unsaved)
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
-        self.snapshot_subscribers: list[Callable[[Snapshot, SensorFrame], None]] = [
+        self.snapshot_subscribers = self._snapshot_subscribers()
+        self.tick_subscribers = self._tick_subscribers()
+
+    def _snapshot_subscribers(self) -> list[Callable[[Snapshot, SensorFrame], None]]:
+        """What gets every snapshot with its frame, in this order, on the event loop."""
+        return [
             lambda snapshot, _: self.maps.took(snapshot),
             lambda snapshot, _: self.own_navigation.took(snapshot),
             lambda snapshot, _: self.people.took(snapshot),
@@ -149,14 +163,17 @@ class Runtime:
             lambda snapshot, frame: self.array.took(snapshot, frame.sound),
             lambda snapshot, _: self.board.adopt(snapshot.notices, snapshot.stamp),
             lambda snapshot, _: self.dispatcher.all_ended(snapshot.endings),
-        ]  # called in this order on the event loop
-        self.tick_subscribers: list[Callable[[float], None]] = [
+        ]
+
+    def _tick_subscribers(self) -> list[Callable[[float], None]]:
+        """What is called twenty times a second with the steady clock [s]."""
+        return [
             self.dispatcher.tick,
             self._expire_logins,
             self._watch_link,
             self.calibration_service.tick,
             self.microphone.tick,
-        ]  # called twenty times a second with the steady clock [s]
+        ]
 
     # life
 
@@ -175,7 +192,11 @@ class Runtime:
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.dispatcher, self.sockets)
         await asyncio.gather(
-            self.calibration_service.open(), self.quality.open(), self.array.open(), self.people.open()
+            self.calibration_service.open(),
+            self.quality.open(),
+            self.array.open(),
+            self.people.open(),
+            self.experiments.open(),
         )
         self.pilots.start()
         for task in (
@@ -210,7 +231,15 @@ class Runtime:
             await self.login_keeper.settle()
         await self.pilots.close()
         self.look.close()
-        parts = (self.calibration_service, self.ears, self.microphone, self.quality, self.array, self.people)
+        parts = (
+            self.calibration_service,
+            self.ears,
+            self.microphone,
+            self.quality,
+            self.array,
+            self.people,
+            self.experiments,
+        )
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
@@ -273,11 +302,18 @@ class Runtime:
         pilot.look_through(self.array.profile(self.calibration_service.profile()))
         pilot.obey_only(self.people.chosen)
         pilot.find_people_with(self.look.for_pilot)
+        pilot.drive_with(self.settings_in_use.now)
         callbacks = (self._published, partial(self._call, self.pilots.bury), self.voice.deaf)
         thread = PilotThread(self.robot, pilot, self.dispatcher.setpoint_sender, *callbacks)
         thread.start()
         self.dispatcher.pilot = pilot
         return thread
+
+    def _adopt(self, settings: Settings) -> None:
+        """Settings that are declared live have changed."""
+        self.voice.settings = settings.voice
+        if (thread := self.pilots.thread) is not None:
+            thread.pilot.drive_with(settings)
 
     def ask_for_people(self) -> None:
         """The pilot asks what the settings name, where it is here now."""
@@ -297,7 +333,7 @@ class Runtime:
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """From the pilot's thread."""
         frame = self.robot.profile.first_view(frame)
-        picture = self.feed.encoded(frame.image)
+        picture = self.feed.encoded(frame.image, self._rest.saw(snapshot))
         self.scene.show(snapshot)
         if self.calibration_service.frame_came(frame):
             self._call(self.calibration_service.saw, frame)
@@ -323,15 +359,37 @@ class Runtime:
             take(snapshot, frame)
         if picture is not None:
             self.feed.show(picture)
-        if time.monotonic() - self._state_at >= STATE_GAP:
+        if time.monotonic() - self._state_at >= self._state_gap:
             self._tell_state()
 
     def _let_hear(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         sound = None if self.array.helped else frame.sound
         self.ears.took(snapshot, sound, self.robot.profile.microphones, frame.sensed)
 
+    @property
+    def _state_gap(self) -> float:
+        """[s] between two states: nobody waits for what has happened at the console."""
+        return REST_GAP if self._rest.at_rest and self._situation == self._situation_now() else STATE_GAP
+
+    def _situation_now(self) -> tuple[object, ...]:
+        gate, lease = self.robot.status(), self.lease
+        waiting = self.pending_commands.waiting
+        return (
+            gate.state,
+            gate.reason,
+            gate.source,
+            lease.epoch,
+            lease.request,
+            self.history.revision,
+            self.board.shown,
+            len(self.broadcaster.viewers),
+            self.spoken.operator,
+            waiting,
+            self.robot.link()[0],
+        )
+
     def _tell_state(self) -> None:
-        self._state_at = time.monotonic()
+        self._state_at, self._situation = time.monotonic(), self._situation_now()
         if self.broadcaster.watched("state") and (state := self.state()) is not None:
             self.broadcaster.publish("state", messages.encode(state).decode())
 
@@ -353,7 +411,7 @@ class Runtime:
             self.robot.beat()
         for tick in self.tick_subscribers:
             tick(now)
-        if now - self._state_at > BEAT + STATE_GAP:
+        if now - self._state_at > BEAT + self._state_gap:
             self._tell_state()
 
     def _expire_logins(self, now: float) -> None:
@@ -364,6 +422,9 @@ class Runtime:
         """This person's login or key is over: they drive no more, and their sockets end."""
         self.dispatcher.forget(person)
         self.sockets.close_of(person, 1008, why)
+
+    def _sign_out_revoked(self, person: Person) -> None:
+        self.sign_out(person, "Your login was ended; sign in again.")
 
     def _logins_unsaved(self, trouble: str) -> None:
         if trouble:

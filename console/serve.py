@@ -29,6 +29,7 @@ from console.access.records import AccessFile
 from console.access.token_file import read_token
 from console.app import create_app
 from console.browser import browse
+from console.control.settings_in_use import NAME as SETTINGS
 from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileReader
 from console.control.text_file_writer import TextFileWriter
@@ -78,6 +79,7 @@ class Options:
     tls_key: Path | None = None
     token_file: Path | None = None  # holds the operator's key; None: a new one with every start
     text_files: Path | None = None  # the folder of speech.txt and source.txt
+    precedence: bool = False  # run before other programs with a simulated robot, too
     nobody: bool = False  # nobody stands in the simulated room
     write_text_files: Path | None = None  # another one, for what the robot's microphones understood
 
@@ -116,15 +118,22 @@ class Server(uvicorn.Server):
         super().handle_exit(sig, frame)
 
 
+def settings_file(options: Options, home: Path) -> Path | None:
+    """The file with changed settings: the one that was named, else that of the data folder where there is one."""
+    own = home / SETTINGS
+    return options.settings or (own if own.is_file() else None)
+
+
 def serve(options: Options) -> None:
     """Run the console until a signal ends it. Raises BadInput and Unavailable with a sentence."""
     check(options)
-    settings = load(options.settings)
+    home = home_folder(options.data)
+    file = settings_file(options, home)
+    settings = load(file)
     os.umask(0o077)  # what the console writes is its owner's alone
-    come_first(CONSOLE)  # all threads: each may hold what the pilot needs next
+    take_precedence(options)
     sys.setswitchinterval(SWITCH)
     most = raise_file_limit()
-    home = home_folder(options.data)
     with locked(home) as lock, bound(options.host, options.port) as listener:
         start_logging(options.log or home / "console.log")
         port = int(listener.getsockname()[1])
@@ -141,9 +150,16 @@ def serve(options: Options) -> None:
             limits=settings.limits,
             home=home,
             gate_trace=options.gate_trace,
-            settings_file=options.settings,
+            settings_file=file,
         )
-        runtime = Runtime(robot, lambda: Pilot(robot.profile, settings), home=home, access=access, settings=settings)
+        runtime = Runtime(
+            robot,
+            lambda: Pilot(robot.profile, settings),
+            home=home,
+            access=access,
+            settings=settings,
+            settings_file=file,
+        )
         if options.text_files is not None:
             files = TextFileReader(options.text_files)
             parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.board)
@@ -311,6 +327,12 @@ def _no_password() -> str:
 def is_readable(options: Options) -> bool:
     """True if keys and pictures go over a network as plain text."""
     return in_address(options.host) not in LOOPBACK and options.tls_cert is None
+
+
+def take_precedence(options: Options) -> None:
+    """Run before other programs where a real robot may move, or where it is asked for."""
+    if options.precedence or not options.robot.startswith(("sim:", "log:")):
+        come_first(CONSOLE)  # all threads: each may hold what the pilot needs next
 
 
 def is_simulated(url: str) -> bool:

@@ -174,6 +174,7 @@ def robot(snapshot: Snapshot, around: StateContext) -> messages.RobotState:
         link=around.link,
         age_s=around.age,
         rate_hz=round(around.pace[0], 1),
+        pace=round(snapshot.pace, 2),
         contact=snapshot.contact,
         running=snapshot.running,
         progress=snapshot.progress,

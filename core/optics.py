@@ -5,6 +5,7 @@ Pixel (0, 0) is the centre of the top-left pixel; u runs right, v down.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -47,6 +48,18 @@ class CameraModel:
     def distortion(self) -> Array:
         """(5,): k1 k2 p1 p2 k3, in OpenCV's order."""
         return np.array([self.k1, self.k2, self.p1, self.p2, self.k3])
+
+    def scaled(self, factor: float) -> CameraModel:
+        """The same camera with so many times the pixels in a row."""
+        return replace(
+            self,
+            width=round(self.width * factor),
+            height=round(self.height * factor),
+            fx=self.fx * factor,
+            fy=self.fy * factor,
+            cx=(self.cx + 0.5) * factor - 0.5,
+            cy=(self.cy + 0.5) * factor - 0.5,
+        )
 
     def distort(self, rays: Array) -> Array:
         """Ideal normalised points (N, 2) → distorted normalised points (N, 2) (eq. 4-6)."""

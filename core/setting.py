@@ -29,6 +29,8 @@ class Meta:
     high: float = math.inf  # the largest value that is accepted
     meaning: str = ""
     choices: tuple[str, ...] = ()  # of a text that is one of few; a Literal says them itself
+    common: bool = False  # one of those that the page offers
+    live: bool = False  # holds as soon as it is changed; others hold from the next start
 
 
 @dataclass(frozen=True, slots=True)

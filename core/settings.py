@@ -33,6 +33,7 @@ from core.perception.sound.settings import DirectionFindingSettings
 from core.recording import LogSettings
 from core.setting import Meta, Section, declared_settings
 from core.simulation.settings import SimulationSettings
+from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
 from core.slam.ekf_slam import EkfSettings
 from core.slam.map.closure import ClosureSettings
 from core.slam.map.occupancy import OccupancySettings
@@ -67,9 +68,9 @@ NEVER_FOUND_AGAIN, NEVER_SLIPS = 1000, 50  # the largest values: what needs so m
 class ChapterSettings(Section):
     """The chapter's forms, or ours."""
 
-    mode: Annotated[ChapterMode, Meta(meaning="printed: the chapter's own equations in the place of our forms")] = (
-        "ours"
-    )
+    mode: Annotated[
+        ChapterMode, Meta(meaning="printed: the chapter's own equations in the place of our forms", common=True)
+    ] = "ours"
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,8 @@ class Settings:
     voice: VoiceSettings = field(default_factory=VoiceSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     ekf: EkfSettings = field(default_factory=EkfSettings)
+    edge_landmarks: BearingSettings = field(default_factory=BearingSettings)
+    voice_landmarks: VoiceLandmarkSettings = field(default_factory=VoiceLandmarkSettings)
     scan_odometry: ScanOdometrySettings = field(default_factory=ScanOdometrySettings)
     time_offset: TimeOffsetSettings = field(default_factory=TimeOffsetSettings)
     occupancy: OccupancySettings = field(default_factory=OccupancySettings)
@@ -141,8 +144,8 @@ def as_printed(settings: Settings) -> Settings:
     """The chapter's own forms in the place of ours; noises, limits, planning and everything else stay.
 
     Eq. 14-33 alone: no scan matching and no loop closure, plain gated nearest neighbour, R of eq. 43 for every
-    sighting, hits and misses counted to fixed numbers, a vertical edge required of every corner; eq. 35-40 for the
-    direction of a voice. The numbers of hits and misses are not in the print.
+    sighting, hits and misses counted to fixed numbers, a vertical edge required of every corner, no landmark that is
+    no corner; eq. 35-40 for the direction of a voice. The numbers of hits and misses are not in the print.
     """
     ekf = dataclasses.replace(
         settings.ekf,
@@ -162,7 +165,9 @@ def as_printed(settings: Settings) -> Settings:
         settings,
         chapter=ChapterSettings(mode="printed"),
         ekf=ekf,
-        edges=dataclasses.replace(settings.edges, edge_required=True),
+        edge_landmarks=dataclasses.replace(settings.edge_landmarks, used=False),
+        voice_landmarks=dataclasses.replace(settings.voice_landmarks, used=False),
+        edges=dataclasses.replace(settings.edges, edge_required=True, on_walls=False),
         matching=dataclasses.replace(settings.matching, corrects=False),
         direction_finding=dataclasses.replace(settings.direction_finding, form="paper"),
     )

@@ -143,6 +143,7 @@ class Snapshot:
     notices: tuple[Notice, ...] = ()  # newest last, at most 20
     sensors: tuple[SensorStatus, ...] = ()
     contact: bool = False
+    pace: float = 1.0  # share of real time at which the robot's clock runs
     battery: float | None = None  # 0..1
     running: bool = True
     progress: float | None = None

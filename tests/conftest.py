@@ -128,7 +128,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def no_pilot_comes_first() -> Iterator[None]:
     """One in the tests' own process would run before the console and the gate that are there with it."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("console.robot.pilot_thread.come_first", lambda _: False)
+        patch.setattr("console.robot.pilot_thread.stay_first", lambda _: False)
         yield
 
 

@@ -22,6 +22,8 @@ from console.control.notices import Notifications
 from console.control.own_navigation import OwnNavigationService
 from console.control.pending_commands import PendingCommands
 from console.control.playback import PlaybackController
+from console.control.settings_in_use import SettingsInUse
+from console.experiments.runs import ExperimentRuns
 from console.http.problems import Problem
 from console.maps.service import MapService
 from console.people.service import EnrollmentService
@@ -114,11 +116,13 @@ AccessRules = Annotated[Access, part("access")]
 ArrayCalibration = Annotated[MicrophoneCalibration, part("array")]
 CalibrationSessions = Annotated[CalibrationService, part("calibration_service")]
 HistoryInUse = Annotated[History, part("history")]
+CommonSettings = Annotated[SettingsInUse, part("settings_in_use")]
 Dispatcher = Annotated[CommandDispatcher, part("dispatcher")]
 OperatorLease = Annotated[Lease, part("lease")]
 NoticeBoard = Annotated[Notifications, part("board")]
 Pending = Annotated[PendingCommands, part("pending_commands")]
 OwnNavigationInUse = Annotated[OwnNavigationService, part("own_navigation")]
+ExperimentsInUse = Annotated[ExperimentRuns, part("experiments")]
 PeopleEnrolled = Annotated[EnrollmentService, part("people")]
 RobotConnection = Annotated[ConnectionService, part("connection")]
 Playback = Annotated[PlaybackController, part("player")]

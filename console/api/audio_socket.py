@@ -10,9 +10,10 @@ import contextlib
 import itertools
 import math
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -30,10 +31,12 @@ from console.http.rate_counter import RateCounter, size_of
 from console.messages import audio
 from console.runtime import Runtime
 from console.speech.browser_microphone import TalkTurn
-from console.speech.room_transcription import UnrecognizedSpeechLog
+from console.speech.room_mouth import RoomMouth
+from console.speech.room_transcription import RoomUtterance, UnrecognizedSpeechLog
 from console.speech.spoken_stops import SpokenStops, stopped
 from console.workers.tasks import end
 from core.errors import BadInput, Refused
+from core.snapshot import Ending
 from core.speech.recognition.decision import Decision, RecognizedUtterance, said_back
 
 MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and after a stall of the network they come at once
@@ -66,24 +69,46 @@ class AudioSocket:
         self._stops = SpokenStops()
         self._until = math.inf  # [s] when the socket was closed: nothing was said later
         self._unrecognized = UnrecognizedSpeechLog(runtime.history)
+        self._mouth: RoomMouth | None = None  # of the person in the simulated room who speaks instead
 
     async def run(self) -> None:
         """From the handshake to the end."""
         try:
             with self._runtime.sockets.room_for(self._person, self._close):
                 await self._socket.accept()
-                self._runtime.microphone.warm()
-                self._runtime.pending_commands.when_rejected.append(self._rejected)
+                if self._simulated:
+                    self._runtime.ears.warm()
+                else:
+                    self._runtime.microphone.warm()
+                events = self._events
+                for told, tell in events:
+                    told.append(tell)
                 try:
                     await self._converse()
                 finally:
-                    self._runtime.pending_commands.when_rejected.remove(self._rejected)
+                    for told, tell in events:
+                        told.remove(tell)
         except TooMany as crowded:
             await self._socket.accept()
             self._close(1013, str(crowded))
         if self._closing is not None and self._closing != GONE:
             with contextlib.suppress(WebSocketDisconnect, RuntimeError):
                 await self._socket.close(self._closing.code, self._closing.reason)
+
+    @property
+    def _simulated(self) -> bool:
+        profile = self._runtime.robot.profile
+        return profile.simulated and profile.microphones is not None
+
+    @property
+    def _events(self) -> tuple[tuple[list[Any], Callable[..., None]], ...]:
+        """What of the console is told to this socket while it is open."""
+        runtime = self._runtime
+        return (
+            (runtime.pending_commands.when_rejected, self._rejected),
+            (runtime.dispatcher.when_cancelled, self._cancelled),
+            (runtime.ears.when_heard, self._heard_in_room),
+        )
 
     async def _converse(self) -> None:
         speaker = asyncio.create_task(self._speak())
@@ -104,6 +129,7 @@ class AudioSocket:
             self._until = time.monotonic()
             if self._turn is not None:
                 self._turn.rest()
+            self._end_mouth()
             self._runtime.pending_commands.left(self._person)
             await end(speaker)
 
@@ -133,6 +159,8 @@ class AudioSocket:
         kind, _, clock = audio.AUDIO_HEADER.unpack_from(raw)
         if kind != audio.AUDIO_KIND or not 0 <= clock < 1e15:
             self._close(1007, "This is no piece of sound: its header is wrong.")
+        elif self._mouth is not None:
+            self._mouth.add(np.frombuffer(raw, "<i2", offset=size).astype(float) / 32768)
         elif self._turn is not None and not (self._turn.mode == "open" and self._runtime.voice.muted):
             samples = np.frombuffer(raw, "<i2", offset=size).astype(float) / 32768
             self._turn.add(samples, clock / 1000)
@@ -149,6 +177,8 @@ class AudioSocket:
             if self._turn is not None:
                 self._turn.rest()
                 self._turn = None
+            if self._mouth is not None:
+                self._mouth.rest()
             self._tell(audio.ListeningMessage(False))
         else:
             self._listen(message)
@@ -156,6 +186,11 @@ class AudioSocket:
     def _listen(self, asked: audio.Listen) -> None:
         if self._turn is not None:
             self._turn.rest()
+            self._turn = None
+        self._end_mouth()
+        if asked.speaker and self._simulated:
+            self._speak_in_room(asked.speaker)
+            return
         turn = TalkTurn(
             asked.mode,
             partial(self._hear, asked.mode == "held"),
@@ -174,6 +209,63 @@ class AudioSocket:
         self._turn = turn
         self._stops.another_clock()
         self._tell(audio.ListeningMessage(True))
+
+    # from a mouth in the simulated room
+
+    def _speak_in_room(self, wanted: str) -> None:
+        """The sound that comes is somebody's voice in the room, whom the robot obeys in this person's name."""
+        runtime = self._runtime
+        try:
+            runtime.spoken.take_on(self._person)
+        except Problem as refusal:
+            self._tell(audio.ListeningMessage(False, refusal.detail))
+            return
+        self._mouth = RoomMouth(wanted, runtime.ask, runtime.spoken, self._mouth_trouble)
+        runtime.ears.when_so_far.append(self._so_far)
+        self._tell(audio.ListeningMessage(True))
+
+    def _end_mouth(self) -> None:
+        if self._mouth is not None:
+            self._mouth.close()
+            self._mouth = None
+            self._runtime.ears.when_so_far.remove(self._so_far)
+
+    def _mouth_trouble(self, why: str) -> None:
+        self._end_mouth()
+        self._tell(audio.ListeningMessage(False, why))
+
+    def _cancelled(self, _: Ending, why: str, objected: bool) -> None:
+        """Stopped: what was said in the room and did not sound yet is not said."""
+        if objected and self._mouth is not None:
+            self._mouth.hush()
+            self._end_mouth()
+
+    def _so_far(self, words: str) -> None:
+        self._tell(audio.PartialTranscript(words))
+
+    def _heard_in_room(self, decision: Decision, one: RoomUtterance, reason: str) -> None:
+        """Show an utterance of the room that is this person's."""
+        if self._mouth is None or not self._mouth.awaits_words:
+            return
+        waiting = self._runtime.pending_commands.waiting
+        command = decision.command
+        self._number += 1
+        self._tell(
+            audio.Transcript(
+                id=self._number,
+                words=decision.words,
+                final=True,
+                accepted=command is not None and not reason,
+                heard_as="" if command is None else command.heard_as,
+                reason=reason,
+                suggestions=list(decision.did_you_mean),
+                seconds=round(one.t1_s - one.t0_s, 2),
+                delay_s=round(max(0.0, time.monotonic() - self._runtime.ears.said(one).ended), 3),
+                pending_command=waiting.id if waiting is not None and not reason else None,
+            )
+        )
+        if self._mouth.over:
+            self._end_mouth()
 
     # what was heard
 

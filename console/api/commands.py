@@ -9,19 +9,25 @@ from fastapi import Query, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Dispatcher, HistoryInUse, RequestBody, Who, router
+from console.api import Behind, Dispatcher, HistoryInUse, RequestBody, Who, router
 from console.control.history_store import REMEMBERED, HistoryEntry
 from console.http.problems import Problem
 from core.commands import VOCABULARY, particulars
 from core.commands.command import CommandSpec
+from core.geometry import wrap
+from core.perception.people.voice_bearing import VoiceBearing
+from core.snapshot import Snapshot
 
 commands = router("commands")
+
+POINTED = 0.1  # [rad] sd of a direction that an operator gives
 
 
 class CommandRequest(RequestBody):
     """A command for the robot, in words."""
 
     text: str = Field(max_length=2000, examples=["turn left", "continue 1.5 meters", "stop at 1 and 0.5"])
+    towards_rad: float | None = Field(default=None, ge=-7, le=7)  # world: where the person is whom it goes to
 
 
 class CommandReceipt(msgspec.Struct, frozen=True):
@@ -97,13 +103,18 @@ class AuditLog(msgspec.Struct, frozen=True):
 
 @commands.post("/commands", status_code=202)
 @needs("viewer")
-async def submit(words: CommandRequest, dispatcher: Dispatcher, who: Who, response: Response) -> CommandReceipt:
+async def submit(
+    words: CommandRequest, dispatcher: Dispatcher, behind: Behind, who: Who, response: Response
+) -> CommandReceipt:
     """Understand words and obey them. Viewers may only stop.
+
+    Come here and follow me go to the voice that was heard last, or with `towards_rad` to who is in that direction.
 
     Follow wall and follow me have no end of their own: they are cancelled after 5 s without a sign of life of their
     sender. See `POST /api/lease`. 409 with “already” leaves what is under way alone.
     """
-    entry = dispatcher.submit(words.text, "rest", who)
+    call = None if words.towards_rad is None else pointed(words.towards_rad, behind.snapshot)
+    entry = dispatcher.submit(words.text, "rest", who, call=call)
     response.headers["Location"] = f"commands/{entry.id}"
     command = {"name": entry.name, **particulars(entry.name, entry.numbers)}
     return CommandReceipt(entry.id, command, entry.heard_as, entry.source)
@@ -141,6 +152,14 @@ async def one(number: int, history: HistoryInUse) -> HistoryRow:
 async def audit(history: HistoryInUse) -> AuditLog:
     """All events that gave, took, bounded or ended motion; newest first."""
     return AuditLog([entry_row(entry) for entry in history.newest_first(commands_only=False)])
+
+
+def pointed(azimuth: float, snapshot: Snapshot | None) -> VoiceBearing:
+    """The bearing of a person at whom an operator points, in the world, from where the robot is now. Problem 503."""
+    if snapshot is None:
+        raise Problem(503, "The robot has not said yet where it is.")
+    here = snapshot.estimate.pose
+    return VoiceBearing(stamp=snapshot.stamp, azimuth=wrap(azimuth), sd=POINTED, x=here.x, y=here.y)
 
 
 def row_of(kind: CommandSpec) -> VocabularyRow:

@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from fastapi import APIRouter, Response
-from fastapi.responses import FileResponse, RedirectResponse
+from fastapi.responses import FileResponse
 from markdown_it import MarkdownIt
 
 from console.access.roles import needs
@@ -25,22 +25,16 @@ PAGE = """<!doctype html>
 <link rel="icon" href="{root}static/img/beckon.svg" type="image/svg+xml">
 <link rel="stylesheet" href="{root}static/css/tokens.css">
 <link rel="stylesheet" href="{root}static/css/docs.css">
+<link rel="stylesheet" href="{root}static/css/help/help.css">
 </head>
 <body>
 <nav><a href="{root}static/docs/index.md">Documentation</a> <a href="{root}">Console</a></nav>
-<main>
+<main class="docs">
 {body}
 </main>
 </body>
 </html>
 """
-
-
-@help_pages.get("/help", include_in_schema=False)
-@needs("public")
-async def start() -> RedirectResponse:
-    """The first page."""
-    return RedirectResponse("static/docs/index.md", headers=NO_CACHE)
 
 
 @help_pages.get("/static/docs/{path:path}", include_in_schema=False)

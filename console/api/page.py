@@ -18,14 +18,8 @@ from console.scene.viser_host.page import ScenePage
 page = APIRouter()
 
 NO_CACHE = {"Cache-Control": "no-cache"}
-PAGES = {
-    "/": "index.html",
-    "/calibrate": "calibrate.html",
-    "/hearing": "hearing.html",
-    "/people": "people.html",
-    "/connect": "connect.html",
-}
-"""The console's pages, by their path."""
+PAGES = ("calibrate", "hearing", "people", "maps", "experiments", "connect", "help")
+"""Pages beside the console itself; static/js/shell/pages.js has their rows. All are one document."""
 
 
 def static_folder() -> Path:
@@ -46,17 +40,13 @@ class PageFiles(StaticFiles):
         return response
 
 
-def serve_page(path: str, file: str) -> None:
-    """One page of the console at `path`; it holds nothing secret and signs in by itself."""
-
-    @page.get(path, include_in_schema=False)
-    @needs("public")
-    async def one() -> FileResponse:
-        return FileResponse(static_folder() / file, headers=NO_CACHE)
+async def shell() -> FileResponse:
+    """The one document of all pages; it holds nothing secret and signs in by itself."""
+    return FileResponse(static_folder() / "index.html", headers=NO_CACHE)
 
 
-for path, file in PAGES.items():
-    serve_page(path, file)
+for path in ("/", *(f"/{name}{end}" for name in PAGES for end in ("", ".html"))):
+    page.get(path, include_in_schema=False)(needs("public")(shell))
 
 
 @page.get("/scene/", include_in_schema=False)

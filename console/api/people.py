@@ -49,9 +49,10 @@ class CaptureRequest(RequestBody):
 
 
 class EnrollmentDemoRequest(RequestBody):
-    """`on`: a simulated person steps before the camera."""
+    """`on`: a simulated person steps before the camera; `inhabitant`: one who is in the room already, by their id."""
 
     on: bool
+    inhabitant: str = Field(default="", max_length=40)
 
 
 class NamedPerson(msgspec.Struct, frozen=True):
@@ -147,7 +148,7 @@ async def drop(id: Id, number: Number, people: PeopleEnrolled) -> EnrollmentStat
 async def show_demo(id: Id, asked: EnrollmentDemoRequest, people: PeopleEnrolled) -> EnrollmentState:
     """In the simulated room a person steps before the camera and takes every gesture, or leaves."""
     enrollment = people.find(id)
-    await people.show_demo(enrollment, on=asked.on)
+    await people.show_demo(enrollment, on=asked.on, inhabitant=asked.inhabitant)
     return enrollment.shown
 
 

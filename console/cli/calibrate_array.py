@@ -21,7 +21,7 @@ def add(kinds: Any) -> None:
         "array", help="how the microphones are turned on the robot, from claps or words of known direction"
     )
     parser.add_argument(
-        "sounds", nargs="+", type=Path, metavar="SOUND", help="one recording a direction, WAV or FLAC"
+        "sounds", nargs="+", type=Path, metavar="SOUND", help="one recording a direction, WAV, FLAC or Ogg"
     )
     parser.add_argument("--array", required=True, metavar="ARRAY.toml", help="a profile or the name of a known board")
     parser.add_argument(

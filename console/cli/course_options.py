@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 
 TAKES = {
+    "audio-visual": ("settings", "workers"),
     "dead-reckoning-vs-slam": ("data", "noise", "field", "still", "ids", "through", "settings", "workers"),
     "figure-16-conditions": ("data", "workers"),
     "printed-and-ours": ("workers",),

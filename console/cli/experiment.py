@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from console.cli import course_options
 from console.cli.answer import add_json, add_out, tell, write, write_json
 from core.experiments import EXPERIMENTS
-from core.experiments.result import BoardPoseFigures
+from core.experiments.result import BoardPoseFigures, as_text
 
-SET_OUT = ("text", "table", "boards", "said")  # a result's own layout, and what it lays out
 MOST_RUNS = 100_000
 
 
@@ -38,10 +36,7 @@ def run(chosen: argparse.Namespace) -> int:
     if chosen.json:
         write_json(result)
     else:
-        if "text" in result:
-            write(result["text"] + "\n")
-        for line in sentences({name: value for name, value in result.items() if name not in SET_OUT}):
-            write(line)
+        write(as_text(result))
     return 0
 
 
@@ -69,16 +64,3 @@ def seed(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 18):
         raise argparse.ArgumentTypeError("A seed is a whole number from 0 on, of at most 18 digits.")
     return int(text)
-
-
-def sentences(result: Mapping[str, object], indent: str = "") -> list[str]:
-    """A result as lines `name  value`, nested ones indented."""
-    lines: list[str] = []
-    for name, value in result.items():
-        if isinstance(value, dict):
-            lines += [f"{indent}{name}", *sentences(value, indent + "  ")]
-        elif isinstance(value, float):
-            lines.append(f"{indent}{name:34}{value:.4g}")
-        else:
-            lines.append(f"{indent}{name:34}{value}")
-    return lines

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def add(places: Any) -> None:
     """Add the subcommand."""
     parser: argparse.ArgumentParser = places.add_parser(
-        "hear", help="where voices are in WAV or FLAC files, and what they say"
+        "hear", help="where voices are in WAV, FLAC or Ogg files, and what they say"
     )
     parser.add_argument("sounds", nargs="+", type=Path, metavar="SOUND")
     parser.add_argument(
@@ -27,7 +27,7 @@ def add(places: Any) -> None:
         type=int,
         default=None,
         metavar="N",
-        help="the channel in which words are read, from 0 (else: all together, towards the voice)",
+        help="the channel in which words are read, from 0 (else: the array's beam, or the first that is used)",
     )
     parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
     add_json(parser)

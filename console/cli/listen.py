@@ -45,7 +45,7 @@ def add(places: Any) -> None:
         type=Path,
         default=None,
         metavar="SOUND",
-        help="a WAV or FLAC file, at its own pace",
+        help="a WAV, FLAC or Ogg file, at its own pace",
     )
     parser.add_argument(
         "--say", default=None, metavar="WORDS", help="in a simulated room: somebody says this, then listening ends"

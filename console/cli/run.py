@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,11 @@ def add(places: Any) -> None:
     parser.add_argument(
         "--text-files", type=Path, default=None, metavar="DIR", help="obey speech.txt (and source.txt) in this folder"
     )
+    parser.add_argument(
+        "--precedence",
+        action="store_true",
+        help="run before other programs in the simulator, too, as with a real robot (Linux)",
+    )
     parser.add_argument("--nobody", action="store_true", help="nobody stands in the simulated room")
     parser.add_argument(
         "--write-text-files",
@@ -60,6 +66,8 @@ def add(places: Any) -> None:
 
 def run(chosen: argparse.Namespace) -> int:
     """Serve until a signal ends the program."""
+    sys.stderr.write(f"Starting {chosen.robot}…\n")  # at once: the imports take seconds
+    sys.stderr.flush()
     from console.serve import Options, serve  # the web stack takes a second to import: only here
 
     serve(
@@ -79,6 +87,7 @@ def run(chosen: argparse.Namespace) -> int:
             token_file=chosen.token_file,
             text_files=chosen.text_files,
             nobody=chosen.nobody,
+            precedence=chosen.precedence,
             write_text_files=chosen.write_text_files,
         )
     )

@@ -9,10 +9,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, add_out, plain, write, write_json
-from core.errors import BadInput
+from console.cli.answer import add_json, add_out, plain, tell, write, write_json
+from console.cli.experiment import seed
+from core.errors import BadInput, BeckonError
 
 if TYPE_CHECKING:
+    from core.experiments.speech_loop import LoopResult
     from core.speech.quality.audio_similarity import AudioSimilarity, SimilarityFigures
     from core.speech.quality.marked_text import MarkedFigures
     from core.speech.quality.osqe import QualityFigures, SpeechQuality
@@ -44,14 +46,22 @@ def add(places: Any) -> None:
     parser.add_argument("--marked", action="store_true", help="count the words between =equal signs= instead")
     parser.add_argument("--orig-wav", type=Path, metavar="ORIG.wav", help="the sound that was spoken")
     parser.add_argument("--rev-wav", type=Path, metavar="REV.wav", help="the sound that was received")
-    add_out(parser, "where report page and figures go")
+    live = parser.add_argument_group("live", "play sentences and record them, in the room as it is")
+    live.add_argument("--live", action="store_true", help="play at a loudspeaker, record with a microphone, compare")
+    live.add_argument("--text", type=Path, metavar="TEXT.txt", help="what is said, a phrase a line; else commands")
+    live.add_argument("--seed", type=seed, default=0, help="draws the voices (default 0)")
+    live.add_argument("--microphone", default="", metavar="NAME", help="part of a sound card's name, or its number")
+    live.add_argument("--loudspeaker", default="", metavar="NAME", help="the same")
+    live.add_argument("--browser", action="store_true", help="a browser on this computer plays and records instead")
+    add_out(parser, "where report page, figures, recordings and texts go")
     add_json(parser)
     parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
     """Compare, save, report."""
-    report = marked(chosen) if chosen.marked else compared(chosen)
+    way = lived if chosen.live else marked if chosen.marked else compared
+    report = way(chosen)
     if chosen.json:
         write_json({**report.to_dict(), "files": report.files})
         return 0
@@ -86,6 +96,41 @@ def compared(chosen: argparse.Namespace) -> SpeechReport:
         None if similarity is None else sounds.as_json(similarity),
     )
     return replace(report, files=save(chosen.out, report, page(quality, similarity)))
+
+
+def lived(chosen: argparse.Namespace) -> SpeechReport:
+    """Sentences that are played and recorded now. Raises Unavailable with what is missing."""
+    from core.experiments.live_speech_loop import LiveSpeechLoop
+    from core.experiments.speech_loop import RATE
+    from core.robots.usb_audio import play_and_record
+
+    loop = LiveSpeechLoop("" if chosen.text is None else read_text(chosen.text), seed=chosen.seed)
+    if not chosen.browser:
+        tell(f"Playing {len(loop.played) / RATE:.0f} s of sentences and recording them…")
+        result = loop.through(lambda played: play_and_record(played, RATE, chosen.microphone, chosen.loudspeaker))
+        return _of_loop(chosen.out, result)
+    from console.cli.browser_loop import BrowserLoop
+
+    with BrowserLoop(loop.played, RATE) as page:
+        tell(f"Open this page in a browser on this computer and press its button: {page.address}")
+        try:
+            report = _of_loop(chosen.out, loop.compared(page.recorded()))
+        except BeckonError as trouble:
+            page.tell([str(trouble)])
+            raise
+        page.tell(sentences(report))
+    return report
+
+
+def _of_loop(out: Path | None, result: LoopResult) -> SpeechReport:
+    from core.experiments.speech_loop import save_loop
+    from core.speech.quality import audio_similarity as sounds
+    from core.speech.quality import osqe as texts
+    from core.speech.quality.report import page
+
+    report = SpeechReport(texts.as_json(result.quality), sounds.as_json(result.similarity))
+    files = {} if out is None else save_loop(out, result)
+    return replace(report, files={**files, **save(out, report, page(result.quality, result.similarity))})
 
 
 def of_texts(chosen: argparse.Namespace) -> SpeechQuality | None:

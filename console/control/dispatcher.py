@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Container, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Literal
 
@@ -31,6 +32,7 @@ from core.commands.command import Command
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused
 from core.gate.status import GateStatus
+from core.perception.people.voice_bearing import VoiceBearing
 from core.pilot.pilot import Pilot
 from core.snapshot import ActiveCommandStatus, Ending
 from core.speech.understanding.grammar import OwnPhrases, Refusal, understand
@@ -70,11 +72,18 @@ class CommandDispatcher:
 
     # commands
 
-    def submit(self, text: str, source: str, who: Person, said: Spoken | None = None) -> HistoryEntry:
+    def submit(
+        self, text: str, source: str, who: Person, said: Spoken | None = None, call: VoiceBearing | None = None
+    ) -> HistoryEntry:
         """Understand words as they arrive → the history entry of the command that is now active; `said`: when they
-        were, if that was not this moment. Raises Problem 403 to 503.
+        were, if that was not this moment; `call`: where the person is whom they concern. Raises Problem 403 to 503.
         """
-        return self.accept(understand(text, own=self._own), text, source, who, said)
+        heard = understand(text, own=self._own)
+        if call is not None and isinstance(heard, Command):
+            if spec_of(heard.name).target != "person":
+                raise Problem(422, "Only a command that goes to a person takes a direction; leave towards_rad out.")
+            heard = replace(heard, call=call)
+        return self.accept(heard, text, source, who, said)
 
     def accept(
         self, heard: Command | Refusal, words: str, source: str, who: Person, said: Spoken | None = None

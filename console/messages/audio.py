@@ -25,10 +25,13 @@ class Listen(AudioMessage, tag="listen"):
     """Speech follows: until `rest` (the button is held), or cut into utterances by its silences (open).
 
     `seen`: `seq` of the newest state that the page has (0: none), which dates the sound that is sent next.
+    `speaker`, in the simulator: the sound comes from the mouth of this person in the room, "nearest" for the nearest
+    one in sight; "", or nobody there: it comes from no place in the room.
     """
 
     mode: ListenMode
     seen: int = 0
+    speaker: str = ""
 
 
 class Rest(AudioMessage, tag="rest"):

@@ -40,7 +40,7 @@ class HearingState(Struct):
     muted: bool  # the robot itself speaks, so that nothing is listened to
     voice_control: bool  # what voices in the room say is done: the driver has taken their words on
     starting: bool  # words are not read yet: what reads them is started first
-    suggested_command: str  # the command that the newest words most likely were, which were rejected; "": none
+    suggested_commands: list[str]  # that the newest words most likely were, which were rejected
     speaking: bool
     level_dbfs: float | None
     voices: list[VoiceHeard]  # most recently heard first
@@ -55,7 +55,7 @@ class TranscriptionStatus:
     """How it is with the words of the room."""
 
     starting: bool = False  # they are not read yet: what reads them must be started first
-    suggested_command: str = ""  # the command that the newest may have been, as long as it is offered
+    suggested_commands: tuple[str, ...] = ()  # that the newest may have been, as long as they are offered
 
 
 NONE = TranscriptionStatus()
@@ -80,9 +80,8 @@ def ears(
         return None
     level = None if heard.level_db is None else round(heard.level_db, 1)
     voices = [voice(one, camera) for one in heard.voices]
-    return HearingState(
-        heard.listening, muted, voice_control, words.starting, words.suggested_command, heard.speaking, level, voices
-    )
+    offered = list(words.suggested_commands)
+    return HearingState(heard.listening, muted, voice_control, words.starting, offered, heard.speaking, level, voices)
 
 
 def voice(direction: VoiceDirection, camera: Camera | None) -> VoiceHeard:

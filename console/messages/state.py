@@ -143,6 +143,7 @@ class RobotState(Struct):
     link: Literal["connecting", "live", "stale", "lost"]
     age_s: float | None
     rate_hz: float
+    pace: float  # share of real time at which its clock runs; less than 1: its computer is too slow for it
     contact: bool
     running: bool
     progress: float | None

@@ -1,4 +1,7 @@
-"""Show me: a simulated person steps before the robot's camera and takes the gestures that are asked for."""
+"""Show me: a simulated person steps before the robot's camera and takes the gestures that are asked for.
+
+It is somebody who comes in for that, or somebody who stands in the room already and goes back afterwards.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,16 @@ from console.robot.link import RobotLink
 from console.workers.demo_runner import Demo, DemoRunner
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
-from core.robots.requests import AnswerT, Ask, PlaceThing, ReadTruth, RemoveThing, RobotRequest
+from core.robots.requests import (
+    AnswerT,
+    Ask,
+    PlacedThing,
+    PlaceThing,
+    ReadPlan,
+    ReadTruth,
+    RemoveThing,
+    RobotRequest,
+)
 from core.sensors import Camera, Image
 
 Capture = Callable[[EnrollmentSession, str], Awaitable[None]]
@@ -31,13 +43,19 @@ NO_ROOM = "There is no room to stand whole before the camera. Turn the robot so 
 class DemoPerson:
     """Owned by one task. `ask(request)` awaits the driver's answer and raises BadInput where one cannot stand."""
 
-    def __init__(self, ask: Ask, camera: Camera | None, look: int) -> None:
+    def __init__(self, ask: Ask, camera: Camera | None, look: int, person: str = "") -> None:
+        """`person`: the one in the room who shows themselves; "": one comes in, in the clothes of that number."""
         self._ask, self._camera = ask, camera
         self._look = LOOKS[look % len(LOOKS)]
+        self._id, self._inhabitant = person or ID, bool(person)
+        self._stood: PlacedThing | None = None  # the inhabitant, before
+        self._shown = False  # somebody stands before the camera
         self._stays = False
 
     async def sit(self, enrollment: EnrollmentSession, capture: Capture) -> None:
         """Show every gesture of the enrollment; then the person stays, to be come to. Raises Refused, BadInput."""
+        if self._inhabitant:
+            self._stood = await self._in_room()
         await self.leave()
         await capture(enrollment, "background")
         robot = await self._ask(ReadTruth())
@@ -53,17 +71,36 @@ class DemoPerson:
         while enrollment.next is not None:
             if not await self._try(enrollment, capture, standing):
                 raise Refused(enrollment.newest.wrong if enrollment.newest else NO_ROOM)
-        await self._stand(standing, None)
+        if self._stood is not None:
+            await self._return(self._stood)
+        else:
+            await self._stand(standing, None)
         self._stays = True
 
     async def leave(self) -> None:
         """Out of the room, unless everything was shown."""
         if self._stays:
             return
-        try:
-            await self._ask(RemoveThing(id=ID))
-        except BeckonError:
-            return  # was not there
+        with contextlib.suppress(BeckonError):  # was not there
+            await self._ask(RemoveThing(id=self._id))
+        if self._stood is not None and self._shown:
+            with contextlib.suppress(BeckonError):
+                await self._return(self._stood)
+
+    async def _in_room(self) -> PlacedThing:
+        """The inhabitant who shows themselves. Raises Refused."""
+        things = (await self._ask(ReadPlan())).things
+        found = next((one for one in things if isinstance(one, PlacedThing) and one.id == self._id), None)
+        if found is None or found.what != "person":
+            raise Refused(f"There is no {self._id} in the simulated room.")
+        self._look = found.clothes or self._look
+        return found
+
+    async def _return(self, there: PlacedThing) -> None:
+        """Let the inhabitant go back to where they stood."""
+        await self._ask(
+            PlaceThing("person", there.x_m, there.y_m, there.heading_rad, id=self._id, clothes=self._look, gesture="")
+        )
 
     def _towards(self) -> list[tuple[float, float]]:
         """Return where to stand, seen from the robot: distance [m] and bearing [rad]."""
@@ -77,6 +114,7 @@ class DemoPerson:
             await self._stand(place, enrollment.next)
         except BadInput:
             return False  # a wall or a thing is there
+        self._shown = True
         before = len(enrollment.taken)
         await capture(enrollment, "picture")
         return len(enrollment.taken) > before
@@ -88,7 +126,7 @@ class DemoPerson:
         turned = math.pi / 2 if gesture is not None and gesture.name == "side" else 0.0
         person = PlaceThing(
             what="person",
-            id=ID,
+            id=self._id,
             x_m=place.x,
             y_m=place.y,
             heading_rad=facing + turned,
@@ -116,13 +154,15 @@ class EnrollmentDemo:
         self._robot, self._newest, self._take = robot, newest, take
         self._runner = DemoRunner()
 
-    async def begin(self, enrollment: EnrollmentSession, look: int) -> None:
-        """Let a person step before the camera, in the clothes of that number; a former one leaves."""
-        person = DemoPerson(self._ask, self._robot.profile.camera, look=look)
+    async def begin(self, enrollment: EnrollmentSession, look: int, inhabitant: str = "") -> None:
+        """Let a person step before the camera, in the clothes of that number, or an inhabitant of the room; a former
+        one leaves.
+        """
+        person = DemoPerson(self._ask, self._robot.profile.camera, look, inhabitant)
 
         async def run() -> None:
             await person.sit(enrollment, self._capture)
-            self.stands = True
+            self.stands = not inhabitant
 
         def began() -> None:
             self.stands = False

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
+from console.people.look_jobs import SeenLooks, ViewingCamera
 from console.workers.job import Job
 from console.workers.pictures import PixelPicture, UploadedPicture
 from core.perception.people.enrollment import PersonImage
@@ -15,8 +16,7 @@ PersonPicture = PixelPicture | UploadedPicture
 class PersonImageMessage(msgspec.Struct, frozen=True):
     """The learnt part of a picture."""
 
-    colours: list[list[float]]  # head, torso, feet; every row sums to 1
-    shape: float  # height of the contour over the width at the shoulders
+    looks: SeenLooks
     figure: bytes  # the contour, a bit for each pixel
     figure_size: tuple[int, int]  # height, width
     outline: list[list[float]]  # [pixel] of the picture
@@ -26,8 +26,7 @@ class PersonImageMessage(msgspec.Struct, frozen=True):
     def of(cls, found: PersonImage) -> PersonImageMessage:
         """The learnt part of a picture as it crosses."""
         return cls(
-            colours=found.colours.tolist(),
-            shape=found.shape,
+            looks=SeenLooks.of(found.looks),
             figure=np.packbits(found.figure).tobytes(),
             figure_size=(found.figure.shape[0], found.figure.shape[1]),
             outline=found.outline.tolist(),
@@ -40,8 +39,7 @@ class PersonImageMessage(msgspec.Struct, frozen=True):
         height, width = self.figure_size
         bits = np.unpackbits(np.frombuffer(self.figure, np.uint8), count=height * width)
         return PersonImage(
-            colours=np.array(self.colours),
-            shape=self.shape,
+            looks=self.looks.appearance,
             figure=bits.reshape(height, width) > 0,
             outline=np.array(self.outline),
             boxes=tuple(self.boxes),
@@ -69,9 +67,8 @@ class SeenPerson(msgspec.Struct, frozen=True):
 class LearntPerson(msgspec.Struct, frozen=True):
     """How a person looks."""
 
-    colours: list[list[float]]
+    looks: SeenLooks
     pictures: int  # from how many
-    shape: float
 
 
 class ReadBackground(Job[SeenBackground], frozen=True):
@@ -89,6 +86,8 @@ class JudgePicture(Job[SeenPerson], frozen=True):
     picture: PersonPicture
     background: PixelPicture
     taken: list[PersonImageMessage]
+    camera: ViewingCamera | None = None  # of a robot, which measures the height as well
+    legs_m: list[tuple[float, float]] = []  # x, y in the robot's frame: where its laser sees what may be legs
 
 
 class LearnPerson(Job[LearntPerson], frozen=True):

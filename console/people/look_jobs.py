@@ -12,6 +12,7 @@ from console.workers.pictures import PixelPicture
 from core.geometry import Transform
 from core.message import Array
 from core.optics import CameraModel
+from core.perception.people.appearance import Appearance
 from core.perception.people.body import Box
 from core.perception.people.detector import Rectangle, SeenPart
 from core.perception.people.looking import LookQuestion
@@ -41,6 +42,28 @@ class ViewingCamera(msgspec.Struct, frozen=True):
         return Camera(model=CameraModel(width=width, height=height, **numbers), mounting=mounting)
 
 
+class SeenLooks(msgspec.Struct, frozen=True):
+    """How a person looks, as it crosses and as it is stored; null: not known."""
+
+    colours: list[list[float | None]]  # head, torso, feet: log blue, green, red, and the spread of log brightness
+    proportions: list[float | None]  # log lengths of legs, arms and neck in lengths of the torso
+    height_m: float | None = None
+
+    @classmethod
+    def of(cls, looks: Appearance) -> SeenLooks:
+        """Looks as they cross."""
+        rows = [_or_null(row) for row in np.round(looks.colours, 4)]
+        return cls(rows, _or_null(np.round(looks.proportions, 4)), _or_null(np.array([round(looks.height, 3)]))[0])
+
+    @property
+    def appearance(self) -> Appearance:
+        """The looks."""
+        height = np.nan if self.height_m is None else self.height_m
+        return Appearance(
+            colours=np.array(self.colours, float), proportions=np.array(self.proportions, float), height=height
+        )
+
+
 class BodyPartSeen(msgspec.Struct, frozen=True):
     """One part of somebody."""
 
@@ -60,7 +83,7 @@ class PersonSeen(msgspec.Struct, frozen=True):
     height_m: float
     parts: list[BodyPartSeen]
     box: Box
-    colours: list[list[float | None]] | None  # null: a part that is not in the picture
+    looks: SeenLooks | None
     landmarks: list[list[float | None]] | None  # u, v [pixel]; null: not seen
 
     @classmethod
@@ -75,7 +98,7 @@ class PersonSeen(msgspec.Struct, frozen=True):
             height_m=found.height,
             parts=[BodyPartSeen(part.name, part.likelihood, part.box) for part in found.parts],
             box=found.box,
-            colours=_with_gaps(found.colours),
+            looks=None if found.looks is None else SeenLooks.of(found.looks),
             landmarks=_with_gaps(found.landmarks),
         )
 
@@ -93,15 +116,19 @@ class PersonSeen(msgspec.Struct, frozen=True):
             parts=tuple(SeenPart(name=one.name, likelihood=one.likelihood, box=one.box) for one in self.parts),
             centre=((left + right) / 2, (top + bottom) / 2),
             box=self.box,
-            colours=None if self.colours is None else np.array(self.colours, float),
+            looks=None if self.looks is None else self.looks.appearance,
             landmarks=None if self.landmarks is None else np.array(self.landmarks, float),
             rank=self.value,
         )
 
 
+def _or_null(row: Array) -> list[float | None]:
+    return [None if np.isnan(one) else one for one in row.tolist()]
+
+
 def _with_gaps(rows: Array | None) -> list[list[float | None]] | None:
     """Rows with NaN → rows with null."""
-    return None if rows is None else [[None if np.isnan(one) else one for one in row] for row in rows.tolist()]
+    return None if rows is None else [_or_null(row) for row in rows]
 
 
 class PeopleSeen(msgspec.Struct, frozen=True):

@@ -19,6 +19,7 @@ from console.http.problems import Problem
 from console.people.demo import EnrollmentDemo
 from console.people.enrollment import MOST_PICTURES, EnrollmentSession, EnrollmentState
 from console.people.jobs import JudgePicture, LearnPerson, PersonPicture, ReadBackground
+from console.people.look_jobs import ViewingCamera
 from console.people.store import MOST_PEOPLE, VERSION, PersonFile, PersonStore, name_of
 from console.robot.link import RobotLink
 from console.workers.job import Answer, Job
@@ -28,8 +29,9 @@ from console.workers.worker import Worker, WorkerLost
 from core.errors import Refused, Unavailable
 from core.files import saving
 from core.geometry import Pose
-from core.perception.people.colours import PersonProfile
+from core.perception.people.appearance import PersonProfile
 from core.perception.people.enrollment import FEWEST
+from core.perception.people.legs import find_standers
 from core.sensors import Image
 from core.snapshot import Level, Snapshot
 
@@ -82,6 +84,7 @@ class EnrollmentService:
         self.person_store = PersonStore(home)
         self._robot, self._dispatcher, self._tell, self._newest = robot, dispatcher, tell, newest
         self._pose: Pose | None = None  # of the robot by its wheels
+        self._newest_snapshot: Snapshot | None = None
         self._worker = Worker("people")
         self._turn = asyncio.Lock()  # of the one who writes on the disk
         self._looks = QueueLimit(MOST_WAITING)  # what comes of one picture depends on those before it
@@ -106,7 +109,7 @@ class EnrollmentService:
 
     def took(self, snapshot: Snapshot) -> None:
         """The newest of what the robot does."""
-        self._pose = snapshot.dead_reckoning.pose
+        self._pose, self._newest_snapshot = snapshot.dead_reckoning.pose, snapshot
         if self.enrollment is not None and self.enrollment.stale:
             self._over()
 
@@ -158,14 +161,20 @@ class EnrollmentService:
         async with self._looks.taken():
             enrollment.restart(await self._asked(enrollment, ReadBackground(picture)), stood)
 
-    async def take(self, enrollment: EnrollmentSession, picture: PersonPicture) -> None:
-        """A picture of a person; its verdict stands in the enrollment. Raises BadInput, Problem."""
+    async def take(self, enrollment: EnrollmentSession, picture: PersonPicture, *, own: bool = False) -> None:
+        """A picture of a person; its verdict stands in the enrollment. Raises BadInput, Problem.
+
+        `own`: the robot's camera took it, so the laser helps to measure how tall the person is.
+        """
         async with self._looks.taken():
             if enrollment.background is None:
                 raise Problem(409, "First the background: a picture without anybody.")
             if len(enrollment.taken) >= MOST_PICTURES:
                 raise Problem(409, f"{MOST_PICTURES} pictures are enough; say who you are.")
-            job = JudgePicture(picture, enrollment.background, enrollment.person_images)
+            camera, snapshot = self._robot.profile.camera, self._newest_snapshot
+            view = ViewingCamera.of(camera) if own and camera is not None and snapshot is not None else None
+            legs = [] if view is None or snapshot is None else legs_seen(snapshot)
+            job = JudgePicture(picture, enrollment.background, enrollment.person_images, view, legs)
             enrollment.take(await self._asked(enrollment, job))
 
     async def capture(self, enrollment: EnrollmentSession, what: str) -> None:
@@ -196,8 +205,7 @@ class EnrollmentService:
                 round(time.time(), 1),
                 enrollment.who,
                 pictures=learnt.pictures,
-                shape=learnt.shape,
-                colours=learnt.colours,
+                looks=learnt.looks,
             )
             await self._written(lambda: self.person_store.keep(card))
             self.people[card.id] = card
@@ -213,11 +221,13 @@ class EnrollmentService:
             with contextlib.suppress(Unavailable):
                 await self.send_away()
 
-    async def show_demo(self, enrollment: EnrollmentSession, *, on: bool) -> None:
-        """Let a person in the simulated room step before the camera and take the gestures, or stop. Problem 409."""
+    async def show_demo(self, enrollment: EnrollmentSession, *, on: bool, inhabitant: str = "") -> None:
+        """Let a person in the simulated room step before the camera and take the gestures, or stop; `inhabitant`: one
+        who stands there already. Raises Problem 409.
+        """
         self._simulated()
         if on:
-            await self._demo.begin(enrollment, look=len(self.people))
+            await self._demo.begin(enrollment, len(self.people), inhabitant)
         else:
             await self._demo.stop()
 
@@ -303,7 +313,7 @@ class EnrollmentService:
             return
         if moved(enrollment.stood, self._pose):
             raise Problem(409, "The robot has moved since the background was taken; take the background again.")
-        await self.take(enrollment, PixelPicture.of(image.pixels))
+        await self.take(enrollment, PixelPicture.of(image.pixels), own=True)
 
     async def _asked(self, enrollment: EnrollmentSession, job: Job[Answer]) -> Answer:
         """Raises what the worker raises, Problem when it breaks, Problem 404 when the enrollment is over."""
@@ -325,3 +335,9 @@ class EnrollmentService:
     async def _written(self, work: Callable[[], None]) -> None:
         with saving("What I learnt could not be saved"):
             await asyncio.to_thread(work)
+
+
+def legs_seen(snapshot: Snapshot) -> list[tuple[float, float]]:
+    """Where the laser sees what may be legs: x, y [m] in the robot's frame."""
+    points = snapshot.estimate.pose.inverse().apply(snapshot.scan_points)
+    return [(float(one.place[0]), float(one.place[1])) for one in find_standers(points)]

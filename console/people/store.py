@@ -10,18 +10,19 @@ from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
-import numpy as np
 
 from console.http.problems import Problem
+from console.people.look_jobs import SeenLooks
 from core.files import UNFINISHED, sync_folder, write_atomic
-from core.perception.people.colours import GREYS, HUES, PersonProfile
+from core.perception.people.appearance import LIMBS, TONES, PersonProfile
 from core.perception.people.parts import PARTS
 
 log = logging.getLogger(__name__)
 
-VERSION = 1
+VERSION = 2
 MOST_BYTES = 2**16
 MOST_PEOPLE = 50
+LARGEST = 20.0  # of the numbers of somebody's looks
 LONGEST = 40  # characters of a name
 CHOSEN = "chosen.json"
 ID = re.compile(r"[0-9a-f]{12}")
@@ -38,13 +39,12 @@ class PersonFile(msgspec.Struct, forbid_unknown_fields=True):
     learnt_s: float  # [s] since 1970
     by: str  # who was at the console
     pictures: int  # from how many
-    shape: float  # height of the contour over the shoulders' width
-    colours: list[list[float]]  # head, torso, feet; every row sums to 1
+    looks: SeenLooks
 
     @property
     def who(self) -> PersonProfile:
         """As perception takes it."""
-        return PersonProfile(name=self.name, colours=np.array(self.colours), pictures=self.pictures, shape=self.shape)
+        return PersonProfile(name=self.name, looks=self.looks.appearance, pictures=self.pictures)
 
 
 class PersonChoice(msgspec.Struct):
@@ -119,12 +119,15 @@ def card_in(raw: bytes, card_id: str) -> PersonFile:
         raise ValueError("of another version, or under another's name")
     if not is_name(card.name):
         raise ValueError("no name")
-    if len(card.colours) != len(PARTS) or any(len(row) != HUES + GREYS for row in card.colours):
+    looks = card.looks
+    if len(looks.colours) != len(PARTS) or any(len(row) != TONES for row in looks.colours):
         raise ValueError("colours of another form")
-    sound = all(math.isfinite(share) and 0 <= share <= 1 for row in card.colours for share in row)
-    if not sound or any(abs(sum(row) - 1) > 1e-3 for row in card.colours):
-        raise ValueError("colours that are none")
-    if not (math.isfinite(card.shape) and math.isfinite(card.learnt_s) and card.pictures > 0):
+    if len(looks.proportions) != LIMBS:
+        raise ValueError("proportions of another form")
+    numbers = [one for row in (*looks.colours, looks.proportions, [looks.height_m]) for one in row if one is not None]
+    if not all(math.isfinite(one) and abs(one) < LARGEST for one in numbers) or not looks.appearance.known:
+        raise ValueError("looks that are none")
+    if not (math.isfinite(card.learnt_s) and card.pictures > 0):
         raise ValueError("numbers that are none")
     return card
 

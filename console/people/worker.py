@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
@@ -15,11 +17,17 @@ from console.people.jobs import (
     SeenBackground,
     SeenPerson,
 )
+from console.people.look_jobs import SeenLooks
 from console.workers.job import Handler
 from console.workers.pictures import PixelPicture, UploadedPicture, decode_upload
 from core.errors import BadInput
 from core.message import Array
-from core.perception.people.enrollment import check_light, contour_of, learn, person_image, too_like
+from core.models import checked_folder, find
+from core.perception.people.appearance import Appearance
+from core.perception.people.engines import MODEL
+from core.perception.people.enrollment import Box, HeightGauge, check_light, contour_of, learn, person_image, too_like
+from core.perception.people.legs import stander_at
+from core.perception.people.pose.detector import PoseDetector, open_pose
 
 LONGEST = 640  # [pixel] side of the pictures that are looked at
 QUALITY = 85  # of the JPEG that is shown
@@ -28,6 +36,9 @@ TOO_LIKE = "This is too like a picture that I have; take another gesture."
 
 class PeopleWorker:
     """Remembers nothing between pictures: learnt values go back to the console, no picture stays."""
+
+    def __init__(self) -> None:
+        self._networks: PoseDetector | None = None
 
     @property
     def handlers(self) -> tuple[Handler, ...]:
@@ -49,7 +60,7 @@ class PeopleWorker:
         pixels, empty = pixels_of(job.picture), pixels_of(job.background)
         size, picture = size_of(pixels), jpeg(pixels)
         try:
-            found = person_image(pixels, empty)
+            found = person_image(pixels, empty, self._landmarks, gauge_of(job, pixels))
         except BadInput as wrong:
             return SeenPerson(size, picture, str(wrong), outline_of(pixels, empty), None)
         message = PersonImageMessage.of(found)
@@ -57,10 +68,17 @@ class PeopleWorker:
             return SeenPerson(size, picture, TOO_LIKE, message.outline, None)
         return SeenPerson(size, picture, "", message.outline, message)
 
+    def _landmarks(self, pixels: Array, box: Box) -> Appearance | None:
+        """The looks by the pose networks; None where these are not here, or see nobody."""
+        found = find(MODEL)
+        if self._networks is None and found is not None:
+            self._networks = open_pose(checked_folder(found, MODEL))
+        return None if self._networks is None else self._networks.looks_in(pixels, box)
+
     def learn(self, job: LearnPerson) -> LearntPerson:
         """Learn a person."""
         who = learn(job.name, [each.person_image for each in job.taken])
-        return LearntPerson(who.colours.tolist(), who.pictures, who.shape)
+        return LearntPerson(SeenLooks.of(who.looks), who.pictures)
 
 
 def pixels_of(picture: PersonPicture) -> Array:
@@ -71,6 +89,15 @@ def pixels_of(picture: PersonPicture) -> Array:
         pixels = picture.colour
     factor = LONGEST / max(pixels.shape[:2])
     return pixels if factor >= 1 else cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+
+
+def gauge_of(job: JudgePicture, pixels: Array) -> HeightGauge | None:
+    """What measures the height in a robot's picture (H, W, 3); None: another camera took it."""
+    if job.camera is None:
+        return None
+    camera = job.camera.camera
+    camera = replace(camera, model=camera.model.scaled(pixels.shape[1] / camera.model.width))
+    return HeightGauge(camera=camera, standers=tuple(stander_at(np.array(place)) for place in job.legs_m))
 
 
 def size_of(pixels: Array) -> list[int]:

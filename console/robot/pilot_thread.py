@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
-from core.gate.scheduling import PILOT, come_first
+from core.gate.scheduling import PILOT, stay_first
 from core.pilot.pilot import Pilot
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
@@ -120,7 +120,7 @@ class PilotThread:
             self._thread.join(2.0)
 
     def _run(self) -> None:
-        come_first(PILOT)
+        stay_first(PILOT)
         try:
             while not self._over.is_set():
                 self._turned = time.monotonic()

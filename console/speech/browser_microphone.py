@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from console.messages.audio import AUDIO_RATE, ListenMode
+from console.speech.room_transcription import PARTIAL_EVERY, PARTIAL_REST
 from console.speech.transcription_client import TranscriptionClient
 from console.workers.tasks import end
 from console.workers.worker import WorkerLost
@@ -26,8 +27,6 @@ log = logging.getLogger(__name__)
 PIECE = 0.1  # [s] of sound that go to the worker at once
 MOST_WAITING = 15.0  # [s] of sound that may wait for it: it may just be starting
 JUMP = 0.1  # [s] by which the browser's clock may be off before the sound counts as interrupted
-PARTIAL_EVERY = 0.4  # [s] between two readings of a sentence under way, at least
-PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
 IDLE = 120.0  # [s] after which a worker that nobody needs is ended
 TAKEN = "The operator speaks to the robot now; wait until they have ended."
 BUSY = "Somebody else is speaking to the robot now; wait until they have ended."

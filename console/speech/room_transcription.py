@@ -59,8 +59,10 @@ log = logging.getLogger(__name__)
 
 MOST_LOSSES = 3  # of the worker, one after the other
 REMEMBERED = 50  # utterances
-OFFERED = 15.0  # [s] that a command is offered that rejected words most likely were
+OFFERED = 15.0  # [s] that commands are offered that rejected words most likely were
 CREEPS = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
+PARTIAL_EVERY = 0.4  # [s] between two readings of a sentence under way, at least
+PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
 KNOWN = 30.0  # [s] for which the robot's clock is known in ours
 ROOM = Person("room", "a voice in the room", "viewer")
 NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
@@ -81,7 +83,7 @@ class RoomUtterance:
     sd_rad: float | None
     verdict: Verdict
     confidence: float  # 0 to 1
-    suggested_command: str = ""  # the command that rejected words most likely were
+    suggested_commands: tuple[str, ...] = ()  # that rejected words most likely were
 
 
 class RoomTranscriber:
@@ -103,6 +105,10 @@ class RoomTranscriber:
         )
         self.when_understood: list[Callable[[Decision, VoiceDirection | None, float], None]] = []
         """Called with a decision, the voice, and when the words ended [s], by our own clock."""
+        self.when_heard: list[Callable[[Decision, RoomUtterance, str], None]] = []
+        """Called with every utterance, and why it was not obeyed; "": it was."""
+        self.when_so_far: list[Callable[[str], None]] = []  # called with the words of the sentence under way
+        self._so_far_at = 0.0  # [s] from when on they are read again
         self._dispatcher, self._history, self._board = dispatcher, history, board
         self._worker = TranscriptionClient()
         self._array: MicrophoneArray | None = None  # of which a beam can be made
@@ -149,6 +155,11 @@ class RoomTranscriber:
         if self._task is None and self._waiting is not None and self._waiting.duration >= PIECE:
             self._task = asyncio.get_running_loop().create_task(self._read())
 
+    def warm(self) -> None:
+        """Start the worker: somebody is about to speak."""
+        if self._task is None and not self.trouble and not self._worker.alive:
+            self._task = asyncio.get_running_loop().create_task(self._read())
+
     def reject(self, pending_command: PendingCommand) -> None:
         """A command from here waited and was rejected."""
         if pending_command.source == "ears":
@@ -171,8 +182,8 @@ class RoomTranscriber:
         """How it is with them."""
         newest = self.utterances[-1] if self.utterances else None
         fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFERED
-        offered = newest.suggested_command if newest is not None and fresh else ""
-        return TranscriptionStatus(starting=not self.trouble and not self._worker.ready, suggested_command=offered)
+        offered = newest.suggested_commands if newest is not None and fresh else ()
+        return TranscriptionStatus(starting=not self.trouble and not self._worker.ready, suggested_commands=offered)
 
     @property
     def engine(self) -> str:
@@ -185,11 +196,13 @@ class RoomTranscriber:
 
     async def _read(self) -> None:
         try:
+            await self._worker.begun()
             while self._waiting is not None and self._waiting.duration >= PIECE:
                 sound, self._waiting = self._waiting, None
                 for utterance in await self._words(sound):
                     self._hear(utterance)
                 self._losses = 0
+                await self._read_so_far()
         except WorkerLost as lost:
             log.warning("The worker that reads words was lost: %s", lost)
             self._losses += 1
@@ -199,6 +212,18 @@ class RoomTranscriber:
             self._give_up(str(refusal))
         finally:
             self._task = None
+
+    async def _read_so_far(self) -> None:
+        """Show the words of the sentence under way to those who want them, where no sound waits for it."""
+        begun = time.monotonic()
+        late = self._waiting is not None and self._waiting.duration > PIECE
+        if not self.when_so_far or begun < self._so_far_at or late:
+            return
+        words = await self._worker.words_so_far()
+        now = time.monotonic()
+        self._so_far_at = now + max(PARTIAL_EVERY, PARTIAL_REST * (now - begun))
+        for show in self.when_so_far if words else ():
+            show(words)
 
     def _give_up(self, why: str) -> None:
         self.trouble = why
@@ -224,17 +249,20 @@ class RoomTranscriber:
         one = self._utterance(stopped(utterance) if heard != "words" else utterance, voice)
         self.utterances.append(one)
         if heard != "words":
+            self._tell_heard(stopped(utterance).decision, one, "")
             return
         self._tell(utterance.decision, voice, self.said(one).ended)
         if not one.words:
             if not self._motors(one):
                 self._unrecognized.tell(ROOM, source="ears", remark=one.reason)
+                self._tell_heard(utterance.decision, one, one.reason)
             return
         reason = NOT_OBEYED if one.accepted else one.reason
         if one.accepted and self.obey is not None:
             reason = self.obey(utterance.decision, one, None if voice is None else voice.call)
-            if not reason:
-                return
+        self._tell_heard(utterance.decision, one, reason)
+        if not reason:
+            return
         self._history.add(
             "command",
             ROOM,
@@ -248,6 +276,10 @@ class RoomTranscriber:
     def _tell(self, decision: Decision, voice: VoiceDirection | None, ended: float) -> None:
         for tell in self.when_understood:
             tell(decision, voice, ended)
+
+    def _tell_heard(self, decision: Decision, one: RoomUtterance, reason: str) -> None:
+        for tell in tuple(self.when_heard):
+            tell(decision, one, reason)
 
     def _motors(self, unrecognized: RoomUtterance) -> bool:
         """Return whether the robot moved while it heard that: then it is its own motors, most likely."""
@@ -269,5 +301,5 @@ class RoomTranscriber:
             sd_rad=None if best is None else round(best.sd_heard, 4),
             verdict=decision.verdict,
             confidence=round(decision.confidence, 3),
-            suggested_command=decision.offered,
+            suggested_commands=decision.offered,
         )

@@ -78,7 +78,8 @@ class TranscriptionWorker:
 
     def read_so_far(self, _: ReadSoFar) -> str:
         """Read the sentence under way."""
-        return self._transcriber.words_so_far() if isinstance(self._transcriber, Transcriber) else ""
+        assert self._transcriber is not None
+        return self._transcriber.words_so_far()
 
     def finish(self, _: FinishListening) -> list[RecognizedUtterance]:
         """Read what is left of the sound."""

@@ -38,6 +38,7 @@ class VoiceCommands:
         board: Notifications,
     ) -> None:
         self.operator: Person | None = None  # who has taken the words on
+        self.at_console = False  # the operator's own microphone is the voice: it may interrupt their other commands
         pending_commands.when_rejected.append(ears.reject)
         self._ears, self._dispatcher, self._lease, self._pending_commands, self._board = (
             ears,
@@ -74,10 +75,11 @@ class VoiceCommands:
         late = self._dispatcher.words.why_not(when, SOURCE, who)
         if late or command is None:
             return late or decision.reason
-        if self._dispatcher.busy_above(SPOKEN):
+        if not self.at_console and self._dispatcher.busy_above(SPOKEN):
             return HIGHER
         try:
-            self._pending_commands.take(replace(decision, command=replace(command, call=call)), SOURCE, who, when)
+            command = replace(command, call=call, said=(said.t0_s, said.t1_s))
+            self._pending_commands.take(replace(decision, command=command), SOURCE, who, when)
         except Problem as problem:
             self._board.tell("warning", problem.detail)
         return ""

@@ -41,6 +41,7 @@ WORKERS = {
     "quality": "console.speech.quality_worker:QualityWorker",
     "people": "console.people.worker:PeopleWorker",
     "look": "console.people.look_worker:LookWorker",
+    "experiments": "console.experiments.catalogue:ExperimentsWorker",
     "probe": "console.connection.probe_worker:ProbeWorker",
 }
 

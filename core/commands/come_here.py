@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from core.commands.command import Action, Command, CommandFacts, Parameter, Progress, Target
 from core.commands.keep_to_person import KeepToPerson, aim_at, following_words, going
 from core.commands.locate_voice import LocateVoice
-from core.commands.turn_to_voice import TurnToVoice, call_for
+from core.commands.turn_to_voice import TurnToVoice, call_for, heard_for
 from core.errors import Refused
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalController
@@ -31,9 +31,9 @@ class ComeHere(CommandFacts):
 
     def begin(self, command: Command, here: ControlContext) -> Action:
         """Turn to the person who spoke. Raises Refused with a sentence without a fresh, sure direction."""
-        call = call_for(command, here)
         if here.company.mode == "person":
-            return Coming(TurnToVoice(call, here))
+            return Coming(TurnToVoice(heard_for(command, here), here))
+        call = call_for(command, here)
         if here.who is not None:
             raise Refused(f"I come only to {here.who.name}, and by ear alone I cannot tell who calls.")
         return LocateVoice(call, here)
@@ -43,7 +43,7 @@ class Coming:
     """The way to a person who was seen."""
 
     def __init__(self, seeking: TurnToVoice) -> None:
-        self._attending = KeepToPerson(seeking)
+        self._attending = KeepToPerson(seeking, stands=True)
         self._approach: GoalController | None = None
         self._whole = 1.0
 

@@ -44,6 +44,8 @@ class Command:
     heard_as: str  # canonical words: "continue 1.5 meters"
     remark: str = ""  # a sentence for the operator: why this and not what the words began to say
     call: VoiceBearing | None = None  # from where it was spoken; None: it was not spoken, or the direction is unknown
+    said: tuple[float, float] | None = None  # [s] robot's clock: from when to when its words were heard
+    others: tuple[VoiceBearing, ...] = ()  # from where else a voice was heard meanwhile: an echo, another talker
 
 
 @message

@@ -11,8 +11,8 @@ from core.errors import Refused
 from core.geometry import Pose, wrap
 from core.message import Array
 from core.navigation.control_context import ControlContext
+from core.perception.people.appearance import alike
 from core.perception.people.camera_geometry import eye, ray_of
-from core.perception.people.colours import alike
 from core.perception.people.detector import Rectangle
 from core.perception.people.fusion import Ray, Sense, along, fuse
 from core.perception.people.looking import LookQuestion
@@ -160,9 +160,9 @@ def _in_view(here: ControlContext, call: VoiceBearing) -> bool:
 
 def _is_who(rectangle: Rectangle, here: ControlContext) -> bool:
     """Return whether this may be the only person to come to."""
-    if here.who is None or rectangle.colours is None:
+    if here.who is None or rectangle.looks is None:
         return here.who is None
-    return alike(here.who, rectangle.colours) >= here.people.alike
+    return alike(here.who.looks, rectangle.looks) >= here.people.alike
 
 
 def _person(rectangle: Rectangle, stamp: float, pose: Pose, camera: Pose, sound: Ray | None) -> TrackedPerson:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from core.commands.command import Action, Command, CommandFacts, Parameter, Progress, Target
 from core.commands.keep_to_person import KeepToPerson, aim_at, following_words, going
-from core.commands.turn_to_voice import TurnToVoice, call_for
+from core.commands.turn_to_voice import TurnToVoice, heard_for
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalController
 
@@ -28,7 +28,7 @@ class FollowMe(CommandFacts):
 
     def begin(self, command: Command, here: ControlContext) -> Action:
         """Turn to the person who spoke. Raises Refused with a sentence without a fresh, sure direction."""
-        return FollowingPerson(TurnToVoice(call_for(command, here), here))
+        return FollowingPerson(TurnToVoice(heard_for(command, here), here))
 
 
 class FollowingPerson:

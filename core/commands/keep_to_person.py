@@ -7,6 +7,7 @@ from core.commands.turn_to_voice import TurnToVoice
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalAim, GoalStep
 from core.perception.people.tracked_person import TrackedPerson
+from core.perception.people.tracking import PersonTrack
 
 WAITING = 0.5  # [s] without a picture, after which the robot stands …
 BLIND = 1.0  # [s] … and after which nobody is followed any more
@@ -16,17 +17,26 @@ ONLY_LEGS = "I see only legs; the laser keeps you."
 class KeepToPerson:
     """Finds the person who called, then tracks them frame by frame."""
 
-    def __init__(self, seeking: TurnToVoice) -> None:
-        self.track = seeking.track
-        self._seeking: TurnToVoice | None = seeking
+    def __init__(self, seeking: TurnToVoice, *, stands: bool = False) -> None:
+        """`stands`: the caller waits where they called from, so that what is seen on the way may still tell who."""
+        self._seeking, self._stands = seeking, stands
+        self._track: PersonTrack | None = None
+
+    @property
+    def track(self) -> PersonTrack:
+        """The person's track, once they were found."""
+        assert self._track is not None
+        return self._track
 
     def watch(self, here: ControlContext) -> TrackedPerson | Progress:
         """Take one frame → the person, or what to do until they are found. Raises Refused when nobody is there."""
-        if self._seeking is not None:
+        if self._track is None:
             found = self._seeking.look(here)
             if isinstance(found, Progress):
                 return found
-            self._seeking = None
+            self._track = found
+        elif self._stands:
+            self._track = self._seeking.decide_again(self._track, here)
         self.track.follow(here.stamp, here.pose, here.scan_points, here.scan_stamp, here.image, here.camera)
         person, silent = self.track.person, here.stamp - self.track.looked
         if person is None or silent > BLIND:

@@ -1,8 +1,14 @@
-"""Turn to a voice and look for the person who spoke: the start of COME HERE and FOLLOW ME."""
+"""Find who called: turn to the voices that were heard with the words and look for people there.
+
+The start of COME HERE and FOLLOW ME. A room sends a voice back from its walls, and somebody else may have spoken, so
+that more than one direction may be heard. The robot looks in all that may be the caller's; the coordinates of all
+senses from all its poses then decide.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from core.commands.command import Command, Progress
 from core.errors import Refused
@@ -11,13 +17,15 @@ from core.geometry import wrap
 from core.navigation.control_context import ControlContext
 from core.navigation.obstacle import why_no_headway
 from core.navigation.steering import Arrival, StallDetector, spin
-from core.perception.people.tracked_person import TrackedPerson
+from core.perception.people.consensus import GatheredCoordinates
 from core.perception.people.tracking import PersonTrack
-from core.perception.people.voice_bearing import VoiceBearing, from_side
+from core.perception.people.voice_bearing import VoiceBearing, from_side, likeliest
 
 TOWARDS = 0.06  # [rad] within which the robot looks at the voice
 BY_CHANCE = 0.2  # [rad] within which it need not turn
 SETTLED = 0.15  # [s] at rest before pictures count
+RIVAL = 0.4  # of a voice's strength, from which another one may be the caller's as well
+MOST_VOICES = 4  # that are looked at
 
 
 def call_for(command: Command, here: ControlContext) -> VoiceBearing:
@@ -36,44 +44,115 @@ def call_for(command: Command, here: ControlContext) -> VoiceBearing:
     return call
 
 
-class TurnToVoice:
-    """Turns to a call, then looks for a person there."""
+def heard_for(command: Command, here: ControlContext) -> tuple[VoiceBearing, ...]:
+    """Return the bearings of all voices that were heard in a command's words. Raises Refused as `call_for` does."""
+    call = call_for(command, here)
+    sure = [one for one in command.others if one.sd <= here.company.sure] if command.call is not None else []
+    return tuple(sure) or (call,)
 
-    def __init__(self, call: VoiceBearing, here: ControlContext) -> None:
-        """Raises Refused on a robot without a camera."""
+
+class TurnToVoice:
+    """Turns to every voice in turn and looks for a person there, until it is known who called."""
+
+    def __init__(self, heard: Sequence[VoiceBearing], here: ControlContext) -> None:
+        """`heard`: bearings in the words of the command. Raises Refused on a robot without a camera."""
         if here.camera is None:
             raise Refused("I have no camera to see who spoke; set company.mode to voice to be come to by ear alone.")
-        self.call = call
-        self.track = PersonTrack(here.people, here.tracking, here.who, here.look)
+        self._calls = likeliest(heard)[:MOST_VOICES]
         self._who = here.who.name if here.who is not None else ""
-        self.side = call.side(here.pose.heading)
+        self._side = self._calls[0].side(here.pose.heading)
+        self._looked = 0
+        self._coordinates = GatheredCoordinates(heard)
+        self._found: list[PersonTrack] = []
+        self._strangers = False
+        self._best = 0.0  # strength of the strongest voice where somebody was found
+        self._next(0, here)
+
+    def _next(self, number: int, here: ControlContext) -> None:
+        """Look at that voice from now on."""
+        self._number, self.call = number, self._calls[number]
+        self._track = PersonTrack(here.people, here.tracking, here.who, here.look)
         self._facing = abs(self._error(here)) < BY_CHANCE
         self._arrival = Arrival(TOWARDS, here.steering)
         self._headway = StallDetector(0.05, here.steering.stalled_after)
         self._since = here.stamp
-        self._looked = 0
 
-    def look(self, here: ControlContext) -> TrackedPerson | Progress:
-        """Take one frame → the person, or what to do until they are found. Raises Refused when nobody is there."""
+    def look(self, here: ControlContext) -> PersonTrack | Progress:
+        """Take one frame → who called, or what to do until they are found. Raises Refused when nobody is there."""
+        if self._coordinates.is_new(here.pose):
+            self._coordinates.add_legs(here.stamp, here.pose, here.scan_points)
+        self._keep_to(self._found, here)
         if not self._facing:
             return self._turn(here)
         if here.camera is not None and here.stamp - self._since > SETTLED:
             self._looked += here.image is not None
-            self.track.begin(self.call, here.stamp, here.pose, here.scan_points, here.image, here.camera)
-        found = self.track.person
-        if found is not None:
-            return found
-        if here.stamp - self._since > here.company.look_for + SETTLED:
+            self._track.begin(self.call, here.stamp, here.pose, here.scan_points, here.image, here.camera)
+        person = self._track.person
+        if person is not None:
+            self._found.append(self._track)
+            self._coordinates.add_person(person)
+            self._best = max(self._best, self.call.strength)
+        elif here.stamp - self._since <= here.company.look_for + SETTLED:
+            return Progress(remark="I look who spoke.")
+        self._strangers |= self._track.strangers
+        following = self._following()
+        if following is not None:
+            self._next(following, here)
+            return Progress(remark="I heard a voice from elsewhere, too, and look there.")
+        return self._chosen(here)
+
+    def _following(self) -> int | None:
+        """The next voice that has to be looked at; None: there is none."""
+        for number in range(self._number + 1, len(self._calls)):
+            if self._calls[number].strength >= RIVAL * self._best:
+                return number
+        return None
+
+    def decide_again(self, track: PersonTrack, here: ControlContext) -> PersonTrack:
+        """Who called, of those who stand where they were found, by what is seen from here, too; `track`: the one
+        whom the robot keeps to.
+        """
+        if len(self._found) < 2:
+            return track
+        self._keep_to([one for one in self._found if one is not track], here)
+        if not self._coordinates.is_new(here.pose):
+            return track
+        self._coordinates.add_legs(here.stamp, here.pose, here.scan_points)
+        if track.person is not None:
+            self._coordinates.add_person(track.person)
+        chosen = self._agreed_on(track, here)
+        if chosen is not track:
+            self._found = [chosen]  # it changes its mind once
+        return chosen
+
+    def _keep_to(self, tracks: Sequence[PersonTrack], here: ControlContext) -> None:
+        """Follow people by the laser alone: the pictures are of somebody else."""
+        for one in tracks:
+            one.follow(here.stamp, here.pose, here.scan_points, here.scan_stamp, None, None)
+
+    def _chosen(self, here: ControlContext) -> PersonTrack:
+        """Who called, of those who were found. Raises Refused when nobody was."""
+        if not self._found:
             raise Refused(self._nobody())
-        return Progress(remark="I look who spoke.")
+        return self._found[0] if len(self._found) == 1 else self._agreed_on(self._found[0], here)
+
+    def _agreed_on(self, otherwise: PersonTrack, here: ControlContext) -> PersonTrack:
+        """Of those who were found the one on whom most coordinates agree."""
+        agreed = self._coordinates.agreed()
+        if agreed is None:
+            return otherwise
+        place = agreed.position
+        chosen = min(self._found, key=lambda one: one.apart_from(place))
+        chosen.looked = max(chosen.looked, here.stamp)
+        return chosen
 
     def _nobody(self) -> str:
         if not self._looked:
             return "I heard you, but no picture comes from the camera."
-        where = from_side(self.side)
+        where = from_side(self._side)
         if not self._who:
             return f"I heard you {where} but see nobody there."
-        if self.track.strangers:
+        if self._strangers:
             return f"I heard you {where} but see somebody else there; I come only to {self._who}."
         return f"I heard you {where} but do not see {self._who} there, and I come to nobody else."
 

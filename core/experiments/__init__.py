@@ -2,29 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import inspect
 from importlib import import_module
 from typing import Any
 
+from core.experiments.about import About
 from core.experiments.result import ExperimentResult
 from core.files import check_folder
 
-Experiment = Callable[..., ExperimentResult]
-"""`run(runs=, seed=, out=, tell=)` → what came out, ready for JSON. Raises Unwritable for `out` beforehand."""
+
+class Experiment:
+    """One experiment; its module is imported when it is first needed."""
+
+    def __init__(self, module: str) -> None:
+        self._module = f"core.experiments.{module}"
+
+    def __call__(self, **options: Any) -> ExperimentResult:
+        """`run(runs=, seed=, out=, tell=)` → the result, ready for JSON. Raises Unwritable for `out` beforehand."""
+        if options.get("out") is not None:
+            check_folder(options["out"])
+        return import_module(self._module).run(**options)
+
+    @property
+    def about(self) -> About:
+        """What it declares of itself; without a declaration what its first sentence says."""
+        module = import_module(self._module)
+        first = (inspect.getdoc(module) or self._module).splitlines()[0]
+        return getattr(module, "ABOUT", About(title=first, reproduces="", runs=1, base_s=0.0, run_s=0.0))
 
 
 def _in(module: str) -> Experiment:
-    """The experiment of that module, imported when it is run."""
-
-    def run(**options: Any) -> ExperimentResult:
-        if options.get("out") is not None:
-            check_folder(options["out"])
-        return import_module(f"core.experiments.{module}").run(**options)
-
-    return run
+    """The experiment of that module."""
+    return Experiment(module)
 
 
 EXPERIMENTS: dict[str, Experiment] = {
+    "audio-visual": _in("audio_visual"),
     "camera-table": _in("camera_table"),
     "dead-reckoning-vs-slam": _in("dead_reckoning_vs_slam"),
     "direction-of-arrival": _in("direction_of_arrival"),

@@ -19,6 +19,7 @@ import numpy as np
 
 from core.calibration.files.written import write_all
 from core.errors import BadInput, Unavailable
+from core.experiments.about import About, ChapterValue
 from core.experiments.course_draws import Field, frozen
 from core.experiments.drawn_drives import drawn_drives
 from core.experiments.drives import Drives, DriveSetup
@@ -37,6 +38,24 @@ MOST_RUNS = 100_000  # of a seed: beyond, the next seed begins
 SHOWN = 40  # runs drawn faintly behind the worst
 PRINTED = {"dead_reckoning": (0.2, 0.06), "ekf_slam": (0.08, 0.025)}
 """The paper's worst average error [m], and what it is of the path ("more than")."""
+
+ABOUT = About(
+    title="Figure 16: dead reckoning against EKF-SLAM",
+    reproduces="Figure 16: the chapter's drive; the laser's field of view, the corners' names given.",
+    runs=RUNS,
+    counts="drives",
+    base_s=0.0,
+    run_s=0.0,
+    chapter=tuple(
+        ChapterValue(
+            name=f"{title}, worst average error",
+            value=PRINTED[name][0],
+            unit="m",
+            ours=f"estimators.{name}.worst_average_error_m",
+        )
+        for name, title in (("dead_reckoning", "Dead reckoning"), ("ekf_slam", "EKF-SLAM"))
+    ),
+)
 
 
 @message

@@ -24,6 +24,7 @@ from scipy.special import ellipe
 
 from core.calibration.files.written import write_all
 from core.errors import BadInput
+from core.experiments.about import About, ChapterValue
 from core.experiments.course_draws import FARTHEST, Draws, Field, Run, frozen
 from core.experiments.course_traces import followed, mapped, reckoned
 from core.experiments.result import ExperimentResult
@@ -69,6 +70,22 @@ CONDITIONS = (
     Condition("camera", "given"),
     Condition("laser", "hidden"),
     Condition("laser", "given"),
+)
+
+ABOUT = About(
+    title="Figure 16 under the chapter's own conditions",
+    reproduces="Figure 16 with the camera's or the laser's field, names hidden or given, and what any estimator "
+    "could reach.",
+    runs=RUNS,
+    counts="drives under every condition",
+    base_s=0.0,
+    run_s=0.0,
+    chapter=tuple(
+        ChapterValue(
+            name=f"Worst average error; {one.subtitle}", value=PAPER, unit="m", ours=f"conditions.{row}.slam_worst_m"
+        )
+        for row, one in enumerate(CONDITIONS)
+    ),
 )
 DETECTED = 5.6  # [m], the farthest that the URG-04LX-UG01 detects; its maker states its accuracy up to 4 m
 FURTHER = (

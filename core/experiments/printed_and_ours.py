@@ -14,11 +14,21 @@ from typing import Literal, TypedDict
 
 from core.calibration.files.written import write_all
 from core.experiments import dead_reckoning_vs_slam
+from core.experiments.about import About
 from core.experiments.drives import FIGURED, PLAIN
 from core.experiments.result import ExperimentResult
 from core.settings import Settings, as_printed
 
 RUNS = 10
+
+ABOUT = About(
+    title="The chapter's forms and ours, side by side",
+    reproduces="The drive of figure 16 through the whole simulated robot, by equations 14-40 as printed and by ours.",
+    runs=RUNS,
+    counts="drives in either form",
+    base_s=0.0,
+    run_s=0.0,
+)
 Column = Literal["printed", "ours"]
 
 

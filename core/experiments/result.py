@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NotRequired, TypedDict
+from collections.abc import Mapping
+from typing import NotRequired, TypedDict, cast
+
+SET_OUT = ("text", "table", "boards", "said")  # a result's own layout, and what it lays out
 
 
 class BoardPoseFigures(TypedDict):
@@ -20,3 +23,23 @@ class ExperimentResult(TypedDict):
     text: NotRequired[str]  # the table as it is printed
     not_drawn: NotRequired[str]  # why there are no figures
     boards: NotRequired[list[BoardPoseFigures]]  # to be drawn as a scene
+
+
+def as_text(result: Mapping[str, object]) -> str:
+    """A result for people: its own table where it has one, then every other figure by name."""
+    rest = {name: value for name, value in result.items() if name not in SET_OUT}
+    own = [f"{result['text']}\n"] if "text" in result else []
+    return "\n".join([*own, *_lines(rest)])
+
+
+def _lines(result: Mapping[str, object], indent: str = "") -> list[str]:
+    """Lines `name  value`, nested ones indented."""
+    lines: list[str] = []
+    for name, value in result.items():
+        if isinstance(value, dict):
+            lines += [f"{indent}{name}", *_lines(cast(dict[str, object], value), indent + "  ")]
+        elif isinstance(value, float):
+            lines.append(f"{indent}{name:34}{value:.4g}")
+        else:
+            lines.append(f"{indent}{name:34}{value}")
+    return lines

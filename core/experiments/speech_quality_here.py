@@ -13,12 +13,11 @@ from typing import NotRequired, TypedDict
 import numpy as np
 
 from core.errors import BadInput, Unavailable
+from core.experiments.speech_loop import padded, read
 from core.experiments.speech_quality import (
     TEXT,
     SpokenPhrase,
     close_by,
-    padded,
-    read,
     received_at,
     speaker_of,
     spoken,
@@ -152,7 +151,7 @@ class SpeechQualityHere:
         box = enclosure(self._world, np.vstack((self._ear, place.mouth)), self._rt60)
         inside = box.inside(np.vstack((place.mouth, self._ear)))
         responses = impulse_responses(box.room, inside[0], inside[1:], RATE, np.random.default_rng(1))
-        clean = [padded(one) for one in self._said]
+        clean = [padded(one.dry) for one in self._said]
         received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
         whole = [Sound(stamp=0.0, rate=RATE, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
         robot = "; ".join(read(self._dictation, sound) for sound in received)

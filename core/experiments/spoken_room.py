@@ -23,10 +23,11 @@ from core.experiments.rehearsal import Rehearsal
 from core.geometry import Pose, wrap
 from core.message import Array, message
 from core.perception.people.voice_bearing import VoiceBearing
+from core.pipelines.listen import voice_of
 from core.robots.requests import PlaceThing, ReadPlan, SetListening, Speak
 from core.settings import Settings
 from core.simulation.world import World, world_named
-from core.snapshot import ActiveCommandStatus, Snapshot
+from core.snapshot import ActiveCommandStatus, Snapshot, VoiceDirection
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import open_engine
@@ -59,6 +60,7 @@ class SentenceOutcome:
 
     number: int | None  # of the command; None: it was not understood, or refused
     call: VoiceBearing | None  # from where it was heard
+    said: tuple[float, float] | None = None  # [s] robot's clock: from when to when its words were heard
     why: str = ""  # a sentence where there is no command
     tries: int = 1  # how often it was said
     wrong: tuple[str, ...] = ()  # commands that were understood instead, and begun
@@ -151,30 +153,36 @@ class SpokenRoom:
         `pcm`: a recording of the words, 16-bit samples at 16 kHz, instead of a synthetic voice.
         """
         if self._ears is None:
-            voice = 8000 * practice_voice(self.chance, 1.2, RATE)
-            self._utter(voice.clip(-32768, 32767).astype("<i2").tobytes())
-            call = self._hear(LISTEN)[1]
-            now = self.robot.snapshot.stamp
-            return SentenceOutcome(number=self.robot.tell(words), call=call, ended=now, understood=now, begun=now)
+            return self._typed(words, watch, pcm)
         intended = understand(words, spoken=True)
         if isinstance(intended, Refusal):
             raise Refused(intended.reason)
         wrong: list[str] = []
         rescued: list[str] = []
-        why, call = "", None
+        why = ""
+        call: VoiceBearing | None = None
         for attempt in range(1, tries + 1):
             ended = self._say(words) if pcm is None else self._utter(pcm)
-            said, call = self._hear(READ, watch, early=intended.name == STOP_MOVING.name)
+            said, voices = self._hear(READ, watch, early=intended.name == STOP_MOVING.name)
             if said is None or said.decision.command is None:
                 why = "not understood"
                 continue
+            call = call_of(voices, said.begin, said.end)
             decision, command, now = said.decision, said.decision.command, self.robot.snapshot.stamp
             if not decision.stops and now - said.end > OBEYED_WITHIN:
                 why = f"understood {now - said.end:.1f} s after it was said"
                 continue
             right = (command.name, command.numbers) == (intended.name, intended.numbers)
             read = self._ears.reading(ended, now)
-            heard = SentenceOutcome(number=None, call=call, tries=attempt, ended=ended, understood=now, read=read)
+            heard = SentenceOutcome(
+                number=None,
+                call=call,
+                said=(said.begin, said.end),
+                tries=attempt,
+                ended=ended,
+                understood=now,
+                read=read,
+            )
             if not right:
                 why = f"heard “{decision.echo}”"
                 if not spec_of(command.name).moves:
@@ -189,10 +197,24 @@ class SpokenRoom:
         missed = SentenceOutcome(number=None, call=call, why=why, tries=tries)
         return dataclasses.replace(missed, wrong=tuple(wrong), rescued=tuple(rescued))
 
+    def _typed(self, words: str, watch: Watch, pcm: bytes | None) -> SentenceOutcome:
+        """A voice is heard, and its words are typed."""
+        command = understand(words)
+        if isinstance(command, Refusal):
+            raise Refused(command.reason)
+        voice = 8000 * practice_voice(self.chance, 1.2, RATE)
+        begun = self.robot.snapshot.stamp
+        ended = self._utter(voice.clip(-32768, 32767).astype("<i2").tobytes() if pcm is None else pcm)
+        _, voices = self._hear(max(LISTEN, ended + LISTEN / 2 - begun), watch)
+        call, now = call_of(voices, begun, ended), self.robot.snapshot.stamp
+        heard = SentenceOutcome(number=None, call=call, said=(begun, ended), ended=ended, understood=now)
+        return self._obey(heard, command)
+
     def _obey(self, heard: SentenceOutcome, command: Command) -> SentenceOutcome:
         heard = dataclasses.replace(heard, begun=self.robot.snapshot.stamp)
+        command = dataclasses.replace(command, call=heard.call, said=heard.said)
         try:
-            number = self.robot.begin(dataclasses.replace(command, call=heard.call), "ears")
+            number = self.robot.begin(command, "ears")
         except Refused as refused:
             return dataclasses.replace(heard, why=str(refused))
         return dataclasses.replace(heard, number=number)
@@ -230,22 +252,23 @@ class SpokenRoom:
 
     def _hear(
         self, seconds: float, watch: Watch = lambda _: None, *, early: bool = False
-    ) -> tuple[RecognizedUtterance | None, VoiceBearing | None]:
-        """Listen for so long, or until a command was understood; what was heard just before is listened to, too.
+    ) -> tuple[RecognizedUtterance | None, tuple[VoiceDirection, ...]]:
+        """Listen for so long, or until a command was understood → it, and the voices of the last moments; what was
+        heard just before is listened to, too.
 
         `early`: a STOP before the end of the sentence is enough. Else it stops what stands, and listening goes on.
         """
-        call: VoiceBearing | None = None
+        voices = dict[int, VoiceDirection]()
         if self._ears is not None:
             self._ears.begin()
         for snapshot, spoken in self.overheard(seconds):
             watch(snapshot)
-            for voice in snapshot.hearing.voices[:1] if snapshot.hearing else ():
-                call = voice.call
+            heard = snapshot.hearing.voices if snapshot.hearing else ()
+            voices |= {voice.id: voice for voice in heard}
             for said in spoken:
                 if said.decision.command is not None and (said.final or early):
-                    return said, call
-        return None, call
+                    return said, tuple(voices.values())
+        return None, tuple(voices.values())
 
     def overheard(self, seconds: float) -> Iterator[tuple[Snapshot, tuple[RecognizedUtterance, ...]]]:
         """The frames of the next so many seconds, each with what became of words that were understood in it."""
@@ -277,6 +300,12 @@ class SpokenRoom:
             if (ended := self.robot.ended(number)) is not None:
                 return ended
         return None
+
+
+def call_of(voices: Sequence[VoiceDirection], begin: float, end: float) -> VoiceBearing | None:
+    """From where words came that were spoken from `begin` to `end` [s]."""
+    voice = voice_of(voices, begin, end)
+    return None if voice is None else voice.call
 
 
 def length_of_words(pcm: bytes, rate: int) -> float:

@@ -22,6 +22,7 @@ import numpy as np
 from core.calibration.files.written import write_all
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused, Unavailable
+from core.experiments.about import About
 from core.experiments.drawn_voices import best_and_worst, by_voice
 from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
@@ -35,6 +36,16 @@ from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NO_VOICE, can_speak, drawn_voice
 
 RUNS = 50
+
+ABOUT = About(
+    title="Table 2: every command, spoken and obeyed",
+    reproduces="Table 2: every command by synthetic voices through microphones, direction, recognizer and wheels. "
+    "The chapter names the commands and prints no rates.",
+    runs=RUNS,
+    counts="runs of every command",
+    base_s=0.0,
+    run_s=0.0,
+)
 Delay = Literal["endpoint_s", "read_s", "delay_s", "wheels_s"]
 DELAYS: tuple[Delay, ...] = ("endpoint_s", "read_s", "delay_s", "wheels_s")  # from the end of the words to the wheels
 

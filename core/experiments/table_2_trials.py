@@ -96,7 +96,8 @@ class CommandTrial:
 # where it begins
 
 
-def _anywhere(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
+def anywhere(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
+    """A place with free floor around it, and a heading."""
     box = world.bounds
     while True:
         x, y = float(chance.uniform(box.x0, box.x1)), float(chance.uniform(box.y0, box.y1))
@@ -108,7 +109,7 @@ def _before_free_floor(words: str, world: World, chance: np.random.Generator) ->
     """Set the stage so that the longest way is free."""
     length = 3.0 if "stop" in words else float(chance.choice(LENGTHS))
     while True:
-        pose, _ = _anywhere("", world, chance)
+        pose, _ = anywhere("", world, chance)
         if _free_ahead(world, pose) > length + 0.6:
             return pose, words.format(x=f"{length:g}")
 
@@ -116,7 +117,7 @@ def _before_free_floor(words: str, world: World, chance: np.random.Generator) ->
 def _before_a_goal(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
     """A goal on the free floor, in sight."""
     while True:
-        pose, _ = _anywhere("", world, chance)
+        pose, _ = anywhere("", world, chance)
         x, y = (round(float(chance.uniform(-2.5, 2.5)), 1) for _ in range(2))
         goal = pose.apply(np.array([[x, y]]))[0]
         towards = Pose(pose.x, pose.y, math.atan2(goal[1] - pose.y, goal[0] - pose.x))
@@ -130,7 +131,7 @@ def _before_a_goal(words: str, world: World, chance: np.random.Generator) -> tup
 
 def _beside_a_wall(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
     while True:
-        pose, _ = _anywhere("", world, chance)
+        pose, _ = anywhere("", world, chance)
         if world.clearance(pose.x, pose.y) < 1.2:
             return pose, words
 
@@ -340,10 +341,10 @@ PRECONDITIONS = (
 
 TRIALS = {
     "turn_left": CommandTrial(
-        "within 2° of 90° to the left, on the spot (5 cm)", "deg", partial(_anywhere, "turn left"), _turn
+        "within 2° of 90° to the left, on the spot (5 cm)", "deg", partial(anywhere, "turn left"), _turn
     ),
     "turn_right": CommandTrial(
-        "within 2° of 90° to the right, on the spot (5 cm)", "deg", partial(_anywhere, "turn right"), _turn
+        "within 2° of 90° to the right, on the spot (5 cm)", "deg", partial(anywhere, "turn right"), _turn
     ),
     "stop_moving": CommandTrial(
         "the wheels stand within 1 s after the words", "s", partial(_before_free_floor, "stop moving"), _stop
@@ -361,7 +362,7 @@ TRIALS = {
         _follow_wall,
         ("floor",),
     ),
-    "come_here": CommandTrial("stands 0.5 ± 0.1 m from the person", "m", partial(_anywhere, "come here"), _come),
+    "come_here": CommandTrial("stands 0.5 ± 0.1 m from the person", "m", partial(anywhere, "come here"), _come),
     "follow_me": CommandTrial(
         "0.6 to 1.8 m from the walking person during 90 % of a minute in which another one crosses",
         "% away",

@@ -10,6 +10,7 @@ from typing import NotRequired, TypedDict
 import numpy as np
 
 from core.calibration.files.written import write
+from core.experiments.about import About
 from core.experiments.rehearsal import Rehearsal
 from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
@@ -20,6 +21,16 @@ from core.slam.estimate import Estimate
 from core.snapshot import Snapshot
 
 MINUTES = 5.0
+
+ABOUT = About(
+    title="A tour of the laboratory by commands only",
+    reproduces="The chapter's claim that the map keeps the robot where dead reckoning loses it. It prints no figures "
+    "for such a drive.",
+    runs=1,
+    counts="tours",
+    base_s=0.0,
+    run_s=0.0,
+)
 ROUTE = (
     "turn left",
     "turn right",

@@ -14,9 +14,9 @@ from core.setting import Meta, Section
 class Limits(Section):
     """The gate's settings. Every one has a hard range, and none can be switched off."""
 
-    max_speed: Annotated[float, Meta("m/s", 0.01, 1, "highest speed")] = 0.3
-    max_turn_rate: Annotated[float, Meta("rad/s", 0.05, 6, "highest turn rate")] = 1.5
-    max_acceleration: Annotated[float, Meta("m/s²", 0.05, 5, "highest acceleration")] = 1.0
+    max_speed: Annotated[float, Meta("m/s", 0.01, 1, "highest speed", common=True)] = 0.3
+    max_turn_rate: Annotated[float, Meta("rad/s", 0.05, 6, "highest turn rate", common=True)] = 1.5
+    max_acceleration: Annotated[float, Meta("m/s²", 0.05, 5, "highest acceleration", common=True)] = 1.0
     max_turn_acceleration: Annotated[float, Meta("rad/s²", 0.1, 30, "highest turn acceleration")] = 6.0
     deadman: Annotated[float, Meta("s", 0.1, 1, "silence after which a setpoint ends")] = 0.25
     nonce_age: Annotated[

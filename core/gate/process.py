@@ -36,7 +36,7 @@ from core.gate.requests import (
     read_report,
     read_request,
 )
-from core.gate.scheduling import GATE, come_first
+from core.gate.scheduling import GATE, stay_first
 from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus
 from core.gate.suspend import SleepWatch, time_asleep
@@ -229,7 +229,7 @@ def main(arguments: list[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
-    come_first(GATE)
+    stay_first(GATE)
     latch = Latch(given.home)
     try:
         limits = Limits.of(json.loads(given.limits))

@@ -8,7 +8,7 @@ from core.navigation.person_following import PersonFollowingSettings
 from core.navigation.planner import PlannerSettings
 from core.navigation.steering import SteeringSettings
 from core.navigation.wall import WallSettings
-from core.perception.people.colours import PersonProfile
+from core.perception.people.appearance import PersonProfile
 from core.perception.people.looking import PersonLook
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.tracked_person import TrackSettings

@@ -14,14 +14,28 @@ Mode = Literal["person", "voice"]
 class PersonFollowingSettings(Section):
     """COME HERE and FOLLOW ME."""
 
-    mode: Annotated[Mode, Meta(meaning="voice: without the camera, to where several bearings cross")] = "person"
+    mode: Annotated[
+        Mode, Meta(meaning="voice: without the camera, to where several bearings cross", common=True, live=True)
+    ] = "person"
     stop_short: Annotated[
-        float, Meta("m", 0.3, 3, "distance between the person's middle and the robot's on arrival (Table 2)")
+        float,
+        Meta(
+            "m",
+            0.3,
+            3,
+            "distance between the person's middle and the robot's on arrival (Table 2)",
+            common=True,
+            live=True,
+        ),
     ] = 0.5
-    coming: Annotated[float, Meta("m/s", 0.05, 1, "speed on the way to a person, at most")] = 0.2
-    keep: Annotated[float, Meta("m", 0.6, 3, "distance kept from a followed person")] = 1.0
-    following: Annotated[float, Meta("m/s", 0.05, 1, "speed after a person, at most")] = 0.27
-    fresh: Annotated[float, Meta("s", 0.5, 60, "age of a voice, at most, when a command is typed after it")] = 8.0
+    coming: Annotated[
+        float, Meta("m/s", 0.05, 1, "speed on the way to a person, at most", common=True, live=True)
+    ] = 0.2
+    keep: Annotated[float, Meta("m", 0.6, 3, "distance kept from a followed person", common=True, live=True)] = 1.0
+    following: Annotated[float, Meta("m/s", 0.05, 1, "speed after a person, at most", common=True, live=True)] = 0.27
+    fresh: Annotated[
+        float, Meta("s", 0.5, 60, "age of a voice, at most, when a command is typed after it", common=True, live=True)
+    ] = 8.0
     spoken_fresh: Annotated[
         float,
         Meta("s", 0.5, 30, "the same when the voice gave the command itself, which was read and confirmed since"),

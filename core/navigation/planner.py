@@ -28,7 +28,7 @@ class PlannerSettings(Section):
     guard: Annotated[
         float, Meta("m", 0.03, 0.5, "free space below which nothing is planned: the gate's guard stops at 0.03")
     ] = 0.035
-    comfort: Annotated[float, Meta("m", 0.03, 1, "free space that is kept wherever possible")] = 0.06
+    comfort: Annotated[float, Meta("m", 0.03, 1, "free space that is kept wherever possible", common=True)] = 0.06
     tight: Annotated[float, Meta("", 1, 100, "factor on the cost where there is less")] = 6.0
     near: Annotated[float, Meta("", 0, 100, "weight of exp(-falloff · d) in the cost")] = 3.0
     falloff: Annotated[float, Meta("1/m", 0.1, 50, "decay of that cost with the free space d")] = 4.0
@@ -39,7 +39,7 @@ class PlannerSettings(Section):
     wider: Annotated[
         float, Meta("m", 0, 3, "further distance at which the robot stops where nearer there is no room")
     ] = 0.6
-    reach: Annotated[float, Meta("m", 1, 20, "distance of a goal outside the known map, at most")] = 10.0
+    reach: Annotated[float, Meta("m", 1, 20, "distance of a goal outside the known map, at most", common=True)] = 10.0
 
 
 SOMEBODY = 0.35  # [m] around a place that a person there may take up

@@ -34,11 +34,15 @@ class SteeringSettings(Section):
     lookahead: Annotated[float, Meta("m", 0.05, 1, "distance ahead on the path at which the robot aims")] = 0.22
     pivot_above: Annotated[float, Meta("rad", 0.2, 1.5, "angle to the path above which it turns on the spot")] = 0.9
     pivot_below: Annotated[float, Meta("rad", 0.01, 0.2, "angle to the path below which it drives on")] = 0.12
-    slow_within: Annotated[float, Meta("m", 0.01, 2, "free space around the body below which it slows")] = 0.25
+    slow_within: Annotated[
+        float, Meta("m", 0.01, 2, "free space around the body below which it slows", common=True, live=True)
+    ] = 0.25
     slowest: Annotated[float, Meta("", 0.1, 1, "share of the cruising speed in the tightest place")] = 0.4
     heading_tolerance: Annotated[float, Meta("rad", 0.001, 0.2, "error of the heading at a turn's end")] = 0.006
     distance_tolerance: Annotated[float, Meta("m", 0.001, 0.1, "error of the distance at a line's end")] = 0.004
-    goal_tolerance: Annotated[float, Meta("m", 0.005, 0.2, "distance from a goal at which it is reached")] = 0.012
+    goal_tolerance: Annotated[
+        float, Meta("m", 0.005, 0.2, "distance from a goal at which it is reached", common=True, live=True)
+    ] = 0.012
     again_beyond: Annotated[float, Meta("", 1, 10, "error per tolerance at which it sets out again")] = 3.5
     settle: Annotated[float, Meta("s", 0, 5, "rest within the tolerance before a command is done")] = 0.3
     stalled_after: Annotated[float, Meta("s", 1, 60, "time without headway until a command gives up")] = 4.0

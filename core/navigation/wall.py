@@ -67,7 +67,9 @@ class WallSettings(Section):
     link: Annotated[
         float, Meta("m", 0.3, 2, "what stands nearer to the wall than this belongs to it: no way leads in between")
     ] = 0.65
-    gap: Annotated[float, Meta("m", 0, 3, "width of openings that are passed by, at most")] = 1.1
+    gap: Annotated[
+        float, Meta("m", 0, 3, "width of openings that are passed by, at most", common=True, live=True)
+    ] = 1.1
     aslant: Annotated[
         float, Meta("rad", 0, 1.5, "angle to the wall's direction at which the far side of an opening may lie")
     ] = 0.35
@@ -82,7 +84,9 @@ class WallSettings(Section):
     least: Annotated[
         float, Meta("m", 0.05, 2, "extent from which something is a wall at first: a person's legs are none")
     ] = 0.5
-    seek: Annotated[float, Meta("m", 0.5, 20, "distance from which the robot drives to a wall")] = 5.0
+    seek: Annotated[
+        float, Meta("m", 0.5, 20, "distance from which the robot drives to a wall", common=True, live=True)
+    ] = 5.0
     near: Annotated[float, Meta("m", 0.05, 2, "excess over the distance to keep to follow at once")] = 0.3
     lost_after: Annotated[float, Meta("s", 0.3, 30, "time without a wall until the command gives up")] = 2.0
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
 
 import numpy as np
 
@@ -14,9 +14,10 @@ from core.perception.landmarks.corners import Corner, find_corners
 from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.edge_pairs import EdgePair, edge_pairs
 from core.perception.landmarks.edges import ImageEdge, find_edges
-from core.perception.landmarks.frame_perception import Beams, FramePerception
-from core.perception.landmarks.landmarks import laser_in_picture, sight
+from core.perception.landmarks.frame_perception import Beams, BearingSet, FramePerception
+from core.perception.landmarks.landmarks import Sighting, edges_on_walls, laser_in_picture, sight
 from core.perception.landmarks.preprocessing import NOTHING
+from core.pilot.repeated_readings import moves
 from core.robots import Profile
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
 from core.settings import Settings
@@ -24,11 +25,13 @@ from core.slam.motion import Motion
 from core.slam.motion_history import MotionHistory
 from core.snapshot import CameraView
 
+NO_POINTS = np.zeros((0, 2))
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
-MOVING = 0.02  # [m/s], [rad/s]
-REPEATS = 2  # equal pictures in a row, on the move, that mean the camera hangs
 AT_REST = 3.0  # [s] of standing after which one picture more tells nothing that thirty did not
 LOOK_AT_REST = 0.45  # [s] between the pictures that are looked at then
+CHANGED = 0.1  # [m] by which a beam differs where something has moved, well above a laser's noise
+FEW = 0.01  # of the beams that may differ although nothing has: edges are hit now and missed now
+AWAITED = 0.3  # [s] since the newest scan for which a picture's edges wait for the next
 RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
 
 
@@ -42,6 +45,7 @@ class LandmarkPerception:
         self._settings = settings
         self._edges: tuple[ImageEdge, ...] = ()
         self._edges_stamp = -np.inf
+        self._reported = -np.inf  # [s] of the newest picture whose edges were reported as bearings
         self._quality: PictureQuality | None = None
         self._points = np.zeros((0, 2))
         self._points_stamp = -np.inf
@@ -50,28 +54,16 @@ class LandmarkPerception:
         self.trouble = ""  # why the newest picture is of no use
         self.poor = ""  # what is wrong with the pictures, once they have been unusable for a while
         self._usable_stamp = np.inf
-        self._last_picture: Array | None = None
-        self._repeats = 0  # of the newest picture, on the move
         self._moved_stamp = np.inf  # of the newest frame in which the robot moved, or might have
+        self._scan: Scan | None = None  # the newest that was looked at
 
-    def without_repeats(self, frame: SensorFrame, wheels: Wheels | None) -> SensorFrame:
-        """The frame, without its picture where that repeats itself although the robot moves: the camera hangs."""
-        if frame.image is None:
-            return frame
-        last, self._last_picture = self._last_picture, frame.image.pixels
-        if last is None or not np.array_equal(last, frame.image.pixels):
-            self._repeats = 0
-        elif wheels is not None and _moves(wheels):
-            self._repeats += 1
-        if self._repeats < REPEATS:
-            return frame
-        self.trouble = "The camera repeats one picture while the robot moves; it is not used until another one comes."
-        return replace(frame, image=None)
+    def look(self, frame: SensorFrame, motion: Motion, idle: bool = False) -> FramePerception:
+        """One frame → what is seen in it; `view` is renewed when a picture or new matches came.
 
-    def look(self, frame: SensorFrame, motion: Motion) -> FramePerception:
-        """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
+        `idle`: nobody needs the newest scan of a robot that stands, where it is like the one before.
+        """
         self._recall.add(frame.stamp, motion.increment)
-        if motion.wheels is None or _moves(motion.wheels) or self._moved_stamp > frame.stamp:
+        if motion.wheels is None or moves(motion.wheels) or self._moved_stamp > frame.stamp:
             self._moved_stamp = frame.stamp
         if frame.image is not None and self.camera is not None:
             try:
@@ -83,7 +75,11 @@ class LandmarkPerception:
             except BadInput as trouble:
                 self.trouble = str(trouble)
         if frame.scan is None:
+            waits = frame.stamp - self._points_stamp < AWAITED  # a scan says which of them confirm a corner
+            return FramePerception(edges=None if waits else self._alone(self._edges, NO_POINTS, frame.stamp)[1])
+        if idle and self._is_like_before(frame.scan, frame.stamp):
             return FramePerception()
+        self._scan = frame.scan
         if motion.scanned is not None:
             return self._look_at_scan(frame.scan, motion.scanned, motion.scanned, motion.wheels)
         then = self._recall.taken(frame.scan, frame.stamp)
@@ -92,6 +88,16 @@ class LandmarkPerception:
     def _has_seen_enough(self, stamp: float) -> bool:
         """True for most pictures of a robot that stands: looking is half of what an idle console computes."""
         return stamp - self._moved_stamp > AT_REST and 0 <= stamp - self._edges_stamp < LOOK_AT_REST
+
+    def _is_like_before(self, scan: Scan, stamp: float) -> bool:
+        """True for most scans of a robot that stands in a room in which nothing moves."""
+        last = self._scan
+        if last is None or stamp - self._moved_stamp <= AT_REST or last.laser != scan.laser:
+            return False
+        if not 0 <= scan.stamp - last.stamp < LOOK_AT_REST or last.ranges.shape != scan.ranges.shape:
+            return False
+        known = np.isfinite(scan.ranges) & np.isfinite(last.ranges)
+        return float(np.mean(np.abs(scan.ranges[known] - last.ranges[known]) > CHANGED)) <= FEW
 
     def _judge(self, image: Image, wheels: Wheels | None) -> None:
         """Judge the picture's quality, and note since when none could be used."""
@@ -147,6 +153,8 @@ class LandmarkPerception:
             settings=self._settings.edges,
         )
         sightings, ends = self._recall.bring(then, stamp, sightings, ends)
+        few = len(corners) < self._settings.edges.corners_enough
+        on_walls, bearings = self._alone(edges, ends[hits], stamp) if fresh and few else ((), None)
         beams = Beams(ends=ends, hits=hits, viewpoint=laser.mounting)
         self._points, self._points_stamp = beams.points, stamp
         if fresh and self.view is not None:
@@ -158,7 +166,40 @@ class LandmarkPerception:
                 laser=self.view.laser,
                 quality=self.view.quality,
             )
-        return FramePerception(beams=beams, sightings=sightings, pairs=self._pairs(corners, fresh, then, felt))
+        return FramePerception(
+            beams=beams,
+            sightings=(*sightings, *on_walls),
+            edges=bearings,
+            pairs=self._pairs(corners, fresh, then, felt),
+        )
+
+    def _alone(
+        self, edges: tuple[ImageEdge, ...], points: Array, stamp: float
+    ) -> tuple[tuple[Sighting, ...], BearingSet | None]:
+        """The newest picture's edges that confirm no corner, once, seen from the robot at `stamp` [s].
+
+        Those on walls that the laser sees, by `points` (M, 2) [m] of its scan, are sightings, the others bearings.
+        """
+        if self.camera is None or self._edges_stamp <= self._reported:
+            return (), None
+        move = self._recall.moved(stamp, self._edges_stamp)
+        if move is None:
+            return (), None
+        self._reported = self._edges_stamp
+        settings = self._settings.edges
+        x, y = self.camera.mounting.translation[:2].tolist()
+        eye, on_walls = move.pose @ Pose(x, y), ()
+        alone = tuple(edge for edge in edges if not edge.matched)
+        if settings.on_walls:
+            on_walls, alone = edges_on_walls(alone, points, eye, stamp, settings)
+        sd = math.hypot(settings.bearing_sd, settings.shift_share * move.pose.heading)
+        return on_walls, BearingSet(
+            stamp=self._edges_stamp,
+            eye=eye,
+            bearings=np.array([edge.bearing for edge in alone]),
+            sds=np.full(len(alone), sd),
+            looks=np.array([edge.step for edge in alone]),
+        )
 
     def _pairs(
         self, corners: tuple[Corner, ...], edges: tuple[ImageEdge, ...], stamp: float, wheels: Wheels | None
@@ -169,7 +210,3 @@ class LandmarkPerception:
         elapsed = self._edges_stamp - stamp
         moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels and edges else Pose()
         return edge_pairs(corners, edges, moved, self.camera, self._settings.edges)
-
-
-def _moves(wheels: Wheels) -> bool:
-    return max(abs(wheels.speed), abs(wheels.turn_rate)) > MOVING

@@ -7,7 +7,7 @@ from dataclasses import replace
 from core.snapshot import Level, Notice
 
 SLOW = (
-    "This computer is too slow for the robot's driver: its time runs at {:.0%} of real time, and commands may fail. "
+    "This computer is too slow for the robot's driver, and commands may fail. "
     "Close other programs; beckon doctor tells how Beckon may run before them."
 )
 KEEPS_UP = "This computer keeps up with the robot's driver again."
@@ -44,4 +44,4 @@ class Notices:
 
     def watch_pace(self, stamp: float, pace: float) -> None:
         """The share of real time at which the robot's clock runs."""
-        self.watch(stamp, "pace", SLOW.format(pace) if pace < 1 else "", "warning", KEEPS_UP)
+        self.watch(stamp, "pace", SLOW if pace < 1 else "", "warning", KEEPS_UP)

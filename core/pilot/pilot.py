@@ -15,17 +15,19 @@ from core.errors import Refused
 from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext, SteeredBody
-from core.perception.people.colours import PersonProfile
+from core.perception.people.appearance import PersonProfile
 from core.perception.people.looking import PersonLook
+from core.perception.people.voice_bearing import likeliest
 from core.pilot.command_executor import AcceptedCommand, CommandExecutor
 from core.pilot.landmark_perception import LandmarkPerception
 from core.pilot.notices import Notices
+from core.pilot.repeated_readings import RepeatedReadings
 from core.pilot.scan_timing import ScanTiming
-from core.pilot.sensor_watch import SensorWatch, loss, relief
+from core.pilot.sensor_watch import SensorWatch, loss, recovery
 from core.pilot.sound_perception import SoundPerception
 from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
 from core.robots import Profile
-from core.sensors import SensorFrame
+from core.sensors import SensorFrame, Wheels
 from core.settings import Settings
 from core.slam.dead_reckoning import DeadReckoning
 from core.slam.estimate import Estimate, Landmark
@@ -90,7 +92,8 @@ class Pilot:
         """Reset everything: before the first frame, and after a jump back in a recording."""
         settings = self._settings
         self._stamp = stamp
-        self._sensors = SensorWatch(self._profile, stamp)
+        self._sensors, self._repeats = SensorWatch(self._profile, stamp), RepeatedReadings(self._profile)
+        self._wheels: Wheels | None = None  # of the frame before
         self._odometry = Odometry(self._profile.laser, settings.motion, settings.scan_odometry)
         self._timing = ScanTiming(self._profile, settings.time_offset)
         self._vision = LandmarkPerception(self._profile, settings)
@@ -114,7 +117,7 @@ class Pilot:
         if lost is not None and self._profile.drives and _goes_to_a_place(command.name):
             raise Refused(f"Not now: {lost.words}")
         accepted = AcceptedCommand(command_id, command, source, who)
-        self._inbox.put(lambda stamp: self._executor.accept(accepted, stamp))
+        self._inbox.put(lambda stamp: self._executor.accept(self._located(accepted), stamp))
 
     def cancel(self, state: Ending, why: str) -> None:
         """End every command that came before this, in that state and for that reason."""
@@ -127,6 +130,10 @@ class Pilot:
     def obey_only(self, who: PersonProfile | None) -> None:
         """Come to and follow only this person from the next frame on; None: anybody."""
         self._inbox.put(lambda _: setattr(self, "_who", who))
+
+    def drive_with(self, settings: Settings) -> None:
+        """Take the settings of driving, walls and people, which are read with every frame, from the next frame on."""
+        self._inbox.put(lambda _: setattr(self, "_settings", live(self._settings, settings)))
 
     def find_people_with(self, look: PersonLook | None) -> None:
         """Ask this for people in pictures, from the next command on; None: the embedded detector."""
@@ -177,22 +184,36 @@ class Pilot:
         with self._inbox.between_frames:
             self._begin_again_after_a_seek(frame.stamp)
             self._inbox.open(frame.stamp)
-            sensed = frame
-            frame = self._profile.first_view(frame)
+            sensed = self._repeats.taken_out(frame, self._wheels)
+            frame = self._profile.first_view(sensed)
             motion = self._odometry.update(frame)
+            self._wheels = motion.wheels
             frame = self._timing.correct(frame, motion)
-            frame = self._vision.without_repeats(frame, motion.wheels)
-            seen = self._vision.look(frame, motion)
+            seen = self._vision.look(frame, motion, self._is_idle)
             self._scanned = self._scanned if frame.scan is None else frame.stamp
             self._mapper.may_turn = self._needs_a_place
             estimate = self._mapper.update(frame, seen, motion)
             dead_reckoning = self._dead_reckoning.update(motion.increment)
             self._mount.watch(frame.stamp, estimate.pose, seen.pairs, self._vision.camera)
             hearing = self._hearing.hear(frame.sound, frame.stamp, estimate)
+            if (voices := self._hearing.bearings(motion.increment, frame.stamp)) is not None:
+                self._mapper.hear(voices)
+                estimate = self._mapper.estimate
             self._report(sensed)
             twist = self._decide(frame, motion, estimate.pose)
             self._stamp = frame.stamp
             return self._publish(frame, motion, estimate, dead_reckoning, hearing, twist)
+
+    def _located(self, accepted: AcceptedCommand) -> AcceptedCommand:
+        """A command to a person with the directions that were heard in its words, where that is remembered."""
+        command = accepted.command
+        if command.said is None or spec_of(command.name).target != "person":
+            return accepted
+        heard = self._hearing.heard_in(*command.said)
+        if not heard:
+            return accepted
+        call = replace(likeliest(heard)[0], strength=1.0)
+        return replace(accepted, command=replace(command, call=call, others=heard))
 
     def _begin_again_after_a_seek(self, stamp: float) -> None:
         """A recording that jumped back in time starts from the beginning."""
@@ -211,6 +232,12 @@ class Pilot:
         self._executor.end("failed", "Another map was loaded.")
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
         self._mapper = Mapper(parts_of(self._settings), self._profile.laser, self._profile.drives, saved)
+
+    @property
+    def _is_idle(self) -> bool:
+        """True while a robot that could drive has nothing to do and knows where it is."""
+        nothing = self._executor.active_command is None and not self._mapper.looking_around
+        return nothing and self._profile.drives and self._mapper.lost is None
 
     @property
     def _is_blind(self) -> bool:
@@ -286,18 +313,28 @@ class Pilot:
         remark = self._timing.take_remark()
         if remark:
             self._notices.add(frame.stamp, "warning", remark)
-        self._notices.watch_pace(frame.stamp, frame.pace)
+        if not self._profile.simulated:  # there the clock waits, and the page shows how fast it runs
+            self._notices.watch_pace(frame.stamp, frame.pace)
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
 
     def _report_sensors(self, frame: SensorFrame) -> None:
-        """Tell the operator which sensors are lost; not while a recording stands still."""
+        """Tell the operator which sensors hang or are lost; not while a recording stands still."""
+        for (kind, name), trouble in self._repeats.troubles():
+            self._notices.watch(
+                frame.stamp,
+                f"hanging {kind} {name}",
+                trouble,
+                "warning",
+                f"The {kind} {name} shows something new again.",
+            )
         self._sensor_status = self._sensors.update(frame)
         for status in self._sensor_status:
             alone = sum(other.kind == status.kind for other in self._sensor_status) == 1
             cause = f"silent {status.kind} {status.name}"
-            trouble = loss(status, alone) if status.state == "lost" else ""
-            self._notices.watch(frame.stamp, cause, trouble, "error", relief(status, alone))
+            lost = status.state == "lost" and not self._repeats.hangs(status.kind, status.name)
+            trouble = loss(status, alone) if lost else ""
+            self._notices.watch(frame.stamp, cause, trouble, "error", recovery(status, alone))
 
     def _publish(
         self,
@@ -339,6 +376,7 @@ class Pilot:
             notices=self._notices.newest,
             sensors=self._sensor_status,
             contact=frame.contact,
+            pace=frame.pace,
             battery=frame.battery,
             running=frame.running,
             progress=frame.progress,
@@ -358,6 +396,11 @@ def of_robot(settings: Settings, profile: Profile) -> Settings:
     return replace(settings, motion=replace(settings.motion, wheelbase=profile.wheelbase))
 
 
+def live(present: Settings, wanted: Settings) -> Settings:
+    """The present settings with the wanted ones of the sections that may change at any frame."""
+    return replace(present, steering=wanted.steering, wall=wanted.wall, person_following=wanted.person_following)
+
+
 def parts_of(settings: Settings) -> MapperSettings:
     """Return the settings of the mapper."""
     return MapperSettings(
@@ -368,4 +411,6 @@ def parts_of(settings: Settings) -> MapperSettings:
         motion=settings.motion,
         occupancy=settings.occupancy,
         lost=LocalizationSettings(kidnap=settings.localization_monitor),
+        edges=settings.edge_landmarks,
+        voices=settings.voice_landmarks,
     )

@@ -75,7 +75,7 @@ def loss(status: SensorStatus, alone: bool) -> str:
     }[status.kind]
 
 
-def relief(status: SensorStatus, alone: bool) -> str:
+def recovery(status: SensorStatus, alone: bool) -> str:
     """A sentence on a sensor that is back."""
     name = "" if alone or not status.name else f" {status.name}"
     return {

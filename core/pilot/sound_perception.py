@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from core.errors import BadInput
-from core.geometry import wrap
+from core.geometry import Pose, wrap
 from core.message import Array
+from core.perception.landmarks.frame_perception import BearingSet
 from core.perception.people.voice_bearing import VoiceBearing
 from core.perception.sound.direction import Direction
 from core.perception.sound.doa_stream import DoaStream, HeardDirections
@@ -21,6 +22,8 @@ from core.robots import Profile
 from core.sensors import Sound
 from core.sensors.microphones import MicrophoneArray, usable
 from core.slam.estimate import Estimate
+from core.slam.motion import Increment
+from core.slam.motion_history import MotionHistory
 from core.snapshot import Hearing, VoiceDirection
 
 REMEMBERED = 10.0  # [s] of headings: an utterance is judged once more when it is over
@@ -36,10 +39,12 @@ class SoundPerception:
         self._array, self._settings = profile.microphones, settings
         self._listener = None if self._array is None else DoaStream(self._array, settings)
         self._tracker = VoiceTracker()
-        self._headings: deque[tuple[float, float, float]] = deque()  # stamp [s], heading [rad], its variance
+        self._poses: deque[tuple[float, Pose, float]] = deque()  # stamp [s], pose, variance of its heading
         self._places: dict[int, Array] = {}  # (2,) [m] of the robot, when each voice was last heard
         self._surest: dict[int, float] = {}  # [rad] sd of each voice's azimuth then
         self._newest: dict[int, Direction] = {}
+        self._recall = MotionHistory()
+        self._heard: tuple[Direction, ...] = ()  # in the array's frame, with the newest frame
         self._power = 0.0
         self.trouble = ""  # why the sound is of no use
         self.call: VoiceBearing | None = None  # the voice that was heard last, as it was heard
@@ -55,9 +60,9 @@ class SoundPerception:
         if self._array is None or self._listener is None:
             return None
         heading = estimate.pose.heading
-        self._headings.append((stamp, heading, float(estimate.covariance[2, 2])))
-        while self._headings[0][0] < stamp - REMEMBERED:
-            self._headings.popleft()
+        self._poses.append((stamp, estimate.pose, float(estimate.covariance[2, 2])))
+        while self._poses[0][0] < stamp - REMEMBERED:
+            self._poses.popleft()
         heard: tuple[HeardDirections, ...] = ()
         if sound is not None and len(sound.samples):
             self._measure(sound)
@@ -74,13 +79,58 @@ class SoundPerception:
             voices=tuple(self._shown(voice, stamp, heading) for voice in voices if voice.id in self._newest),
         )
 
+    def heard_in(self, begin: float, end: float) -> tuple[VoiceBearing, ...]:
+        """All directions in words spoken from `begin` to `end` [s]; echoes and other talkers are among them.
+
+        Those of one moment of the words have one stamp. () where that is not remembered.
+        """
+        if self._listener is None or not self._poses or self._poses[0][0] > begin:
+            return ()
+        found: list[VoiceBearing] = []
+        for number, moment in enumerate(self._listener.within(begin, end)):
+            for one in moment.directions:
+                seen = self._in_world(one)
+                pose = min(self._poses, key=lambda each: abs(each[0] - one.stamp))[1]
+                bearing = VoiceBearing(
+                    stamp=(end, (begin + end) / 2, begin / 4 + 3 * end / 4)[number],
+                    azimuth=wrap(seen.azimuth),
+                    sd=seen.azimuth_sd,
+                    x=pose.x,
+                    y=pose.y,
+                    strength=one.strength,
+                )
+                found.append(bearing)
+        return tuple(found)
+
+    def bearings(self, increment: Increment, stamp: float) -> BearingSet | None:
+        """The directions that became known with the frame of `stamp` [s], `increment` its move, as bearings.
+
+        They are of some moments ago; the ears are where they were then, seen from the robot now.
+        """
+        self._recall.add(stamp, increment)
+        if not self._heard or self._array is None:
+            return None
+        then = self._heard[-1].stamp
+        move = self._recall.moved(stamp, then)
+        found = [one for one in self._heard if one.stamp == then]
+        if move is None or not found:
+            return None
+        return BearingSet(
+            stamp=then,
+            eye=move.pose @ self._array.mounting,
+            bearings=np.array([one.azimuth for one in found]),
+            sds=np.array([one.azimuth_sd for one in found]),
+            looks=np.zeros(len(found)),
+        )
+
     def _measure(self, sound: Sound) -> None:
         power = float(np.mean(np.asarray(sound.samples, float) ** 2)) if usable(sound.samples) else 0.0
         self._power = max(power, self._power * math.exp(-sound.duration / FADE))
 
     def _follow(self, heard: tuple[HeardDirections, ...], stamp: float, estimate: Estimate) -> tuple[Voice, ...]:
         """Directions of one frame → the voices, seen from the world."""
-        found = [self._in_world(one) for moment in heard for one in moment.directions if sure(one, self._settings)]
+        self._heard = tuple(one for moment in heard for one in moment.directions if sure(one, self._settings))
+        found = [self._in_world(one) for one in self._heard]
         voices = self._tracker.update(found, stamp)
         for voice in voices:
             near = [one for one in found if one.angle_to(voice.towards) < self._tracker.settings.apart]
@@ -107,7 +157,7 @@ class SoundPerception:
     def _in_world(self, one: Direction) -> Direction:
         """A direction from the array's frame, by the heading of its moment, whose doubt is added."""
         assert self._array is not None
-        stamps, headings, variances = np.array(self._headings).T
+        stamps, headings, variances = np.array([(at, pose.heading, doubt) for at, pose, doubt in self._poses]).T
         heading = float(np.interp(one.stamp, stamps, np.unwrap(headings)))
         level = float(one.towards[0] ** 2 + one.towards[1] ** 2)
         doubt = np.diag((level * float(np.interp(one.stamp, stamps, variances)), 0.0))

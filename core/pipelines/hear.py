@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypedDict
 
+import numpy as np
+
 from core.errors import BadInput, Unavailable
 from core.geometry import wrap
 from core.perception.sound.array_diagnostics import check
@@ -22,6 +24,7 @@ from core.speech.recognition.engines import ActiveEngine, open_engine
 
 PIECE = 0.5  # [s] of sound that are recognised at once
 AROUND = 0.3  # [s] by which a direction may lie outside the utterance that it belongs to
+FAINTER = 20.0  # [dB] below the loudest channel, from which on one is taken to be unused
 VAGUE = 0.5  # [rad] sd beyond which an elevation is not reported
 
 
@@ -109,7 +112,8 @@ class RecordingTranscriber:
 
     def hear(self, path: Path, channel: int | None = None) -> HeardRecording:
         """One file → directions and utterances. Words are read in `channel`; without one from the array's beam
-        towards each voice, where the array is sound, else in its first microphone, else in channel 0.
+        towards each voice, where the array is sound, else in its first microphone, else in the first channel that
+        is not much fainter than the loudest one.
 
         Raises BadInput with a sentence.
         """
@@ -123,7 +127,9 @@ class RecordingTranscriber:
             faults = check(sound, self._array, self._settings.direction_finding)
             warnings += [fault.sentence for fault in faults]
             beam = channel is None and self._array.dimensions >= 2 and not any(fault.serious for fault in faults)
-        words = self._array.channels[0] if self._array is not None and channel is None else channel or 0
+        words = channel
+        if words is None:
+            words = self._array.channels[0] if self._array is not None else first_heard(sound)
         said, stops = self._words(sound, None if beam else words)
         if self.wordless:
             warnings.append(self.wordless)
@@ -170,6 +176,14 @@ def hear(
             found = UnreadRecording(error=str(refusal), directions=[], utterances=[], audio_s=None, processing_s=None)
         files[name if names.count(name) == 1 else str(path)] = found
     return {"files": files}
+
+
+def first_heard(sound: Sound) -> int:
+    """Return the first channel that is within FAINTER of the loudest one; 0 in a sound without samples."""
+    if not sound.samples.size:
+        return 0
+    power = np.mean(sound.samples**2, axis=0)  # (C,)
+    return int(np.argmax(power >= power.max() * 10 ** (-FAINTER / 10)))
 
 
 def _direction(one: Direction, array: MicrophoneArray | None) -> HeardDirection:

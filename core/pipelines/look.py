@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from core.calibration.files.camera_files import read_camera
-from core.calibration.files.pictures import own_names, read_colour, size_words
+from core.calibration.files.pictures import own_names, read_colour, read_upright, size_words
 from core.calibration.files.written import folder_at, write
 from core.errors import BadInput
 from core.geometry import OPTICAL, Transform
@@ -175,7 +175,7 @@ def _answered(
 ) -> LookedPicture:
     answer: LookedPicture = {"picture": question.name, "people": [], "processing_s": 0.0}
     try:
-        pixels = read_colour(question.picture)
+        pixels = read_upright(question.picture) if model is None else read_colour(question.picture)
         camera = _camera(question, model, pixels)
     except BadInput as wrong:
         return {**answer, "error": f"{str(wrong)[:1].upper()}{str(wrong)[1:]}."}
@@ -198,21 +198,8 @@ def _camera(question: PictureQuestion, model: CameraModel | None, pixels: Array)
     elif abs(width / model.width - height / model.height) > 0.01 * width / model.width:
         raise BadInput(f"it is {size_words(pixels)}, the camera file is for {model.width}x{model.height}")
     else:
-        model = _scaled(model, width / model.width)
+        model = model.scaled(width / model.width)
     return Camera(model=model, mounting=Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, EYE])))
-
-
-def _scaled(model: CameraModel, factor: float) -> CameraModel:
-    """The same camera with so many times the pixels."""
-    return replace(
-        model,
-        width=round(model.width * factor),
-        height=round(model.height * factor),
-        fx=model.fx * factor,
-        fy=model.fy * factor,
-        cx=(model.cx + 0.5) * factor - 0.5,
-        cy=(model.cy + 0.5) * factor - 0.5,
-    )
 
 
 def _found(
@@ -222,7 +209,7 @@ def _found(
     factor = min(1.0, LARGEST / max(pixels.shape[:2]))
     if factor < 1:
         pixels = cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-        camera = replace(camera, model=_scaled(camera.model, factor))
+        camera = replace(camera, model=camera.model.scaled(factor))
     asked = LookQuestion(
         pixels=pixels,
         camera=camera,

@@ -1,4 +1,4 @@
-"""Sound files: WAV by an own strict reader that counts bytes and believes no header, FLAC through libsndfile."""
+"""Sound files: WAV by an own strict reader that counts bytes and believes no header, others through libsndfile."""
 
 from __future__ import annotations
 
@@ -23,18 +23,20 @@ EXTENSION_TAIL = bytes.fromhex("000000001000800000aa00389b71")  # of the identif
 
 
 def read_sound(path: str | Path, stamp: float = 0.0) -> Sound:
-    """A WAV or FLAC file → its sound, as it is: no resampling. Raises BadInput with a sentence."""
+    """A WAV, FLAC or Ogg file → its sound, as it is: no resampling. Raises BadInput with a sentence."""
     place = Path(path)
     with open_file(place, LARGEST) as file:
         head = file.read(12)
     if head[:4] == b"RIFF" and head[8:] == b"WAVE":
         rate, samples = _wav(place)
     elif head[:4] == b"fLaC":
-        rate, samples = _flac(place)
+        rate, samples = _compressed(place, "FLAC")
+    elif head[:4] == b"OggS":
+        rate, samples = _compressed(place, "Ogg")
     elif head[:4] in (b"RF64", b"RIFX"):
         raise BadInput(f"{place.name} is a WAV file of an unusual kind ({head[:4].decode()}); save it as plain WAV.")
     else:
-        raise BadInput(f"{place.name} is neither WAV nor FLAC; convert it to one of them.")
+        raise BadInput(f"{place.name} is neither WAV, FLAC nor Ogg; convert it to one of them.")
     if not usable(samples):
         raise BadInput(f"{place.name} holds samples that are no numbers, or far beyond full scale; it is damaged.")
     return Sound(stamp=stamp, rate=rate, samples=samples)
@@ -42,11 +44,16 @@ def read_sound(path: str | Path, stamp: float = 0.0) -> Sound:
 
 def write_wav(path: Path, sound: Sound) -> None:
     """Write a sound as 16-bit WAV; what exceeds full scale is cut off."""
+    write_atomic(path, wav_bytes(sound))
+
+
+def wav_bytes(sound: Sound) -> bytes:
+    """A sound as the bytes of a 16-bit WAV file; what exceeds full scale is cut off."""
     whole = np.clip(np.round(sound.samples * 32768), -32768, 32767).astype("<i2").tobytes()
     width = 2 * sound.channels
     form = struct.pack("<HHIIHH", PCM, sound.channels, sound.rate, sound.rate * width, width, 16)
     body = b"WAVEfmt " + struct.pack("<I", len(form)) + form + b"data" + struct.pack("<I", len(whole)) + whole
-    write_atomic(path, b"RIFF" + struct.pack("<I", len(body)) + body)
+    return b"RIFF" + struct.pack("<I", len(body)) + body
 
 
 def _wav(path: Path) -> tuple[int, Array]:
@@ -109,12 +116,12 @@ def _decoded(body: bytes, code: int, width: int) -> Array:
     return np.frombuffer(body, f"<i{width}") / 2.0 ** (8 * width - 1)
 
 
-def _flac(path: Path) -> tuple[int, Array]:
+def _compressed(path: Path, kind: str) -> tuple[int, Array]:
     try:
         import soundfile
     except (ImportError, OSError):
         raise Unavailable(
-            "FLAC files need the package soundfile: pip install soundfile (WAV works without)."
+            f"{kind} files need the package soundfile: pip install soundfile (WAV works without)."
         ) from None
     try:
         with soundfile.SoundFile(path) as file:
@@ -123,7 +130,7 @@ def _flac(path: Path) -> tuple[int, Array]:
             samples = file.read(file.frames, dtype="float64", always_2d=True)
             rate = file.samplerate
     except (soundfile.SoundFileError, RuntimeError, MemoryError):
-        raise BadInput(f"{path.name} is a damaged FLAC file.") from None
+        raise BadInput(f"{path.name} is a damaged {kind} file.") from None
     if not len(samples):
         raise BadInput(f"{path.name} holds no samples.")
     return rate, samples

@@ -35,6 +35,7 @@ class Waiting:
     place: Pose = field(default_factory=Pose)  # newest odometry handed on
     anchor: Pose = field(default_factory=Pose)  # what the base's own odometry is seen from
     image: Image | None = None
+    undecoded: Callable[[], Image | None] | None = None  # a newer picture than that
     sound: Sound | None = None
     notes: list[str] = field(default_factory=list[str])
     contact: bool = False
@@ -89,6 +90,21 @@ class Readings:
         """A picture."""
         with self._lock:
             self._here.image = replace(image, camera=self._names.get((Camera, image.camera), image.camera))
+            self._here.undecoded = None
+
+    def undecoded(self, decode: Callable[[], Image | None]) -> None:
+        """A picture that is still to be decoded; None: it cannot be.
+
+        Decoded at once where the one before was taken, which is always so where somebody drives by the pictures. Else
+        it waits for the next frame, and is left out where another one comes first.
+        """
+        with self._lock:
+            if self._here.image is not None or self._here.undecoded is not None:
+                self._here.undecoded = decode
+                return
+        image = decode()
+        if image is not None:
+            self.image(image)
 
     def sound(self, sound: Sound) -> None:
         """Samples that follow those before."""
@@ -119,6 +135,11 @@ class Readings:
 
     def frame(self) -> SensorFrame:
         """All that came since the last frame, at the present instant; a frame has room for one scan."""
+        with self._lock:
+            waiting, self._here.undecoded = self._here.undecoded, None
+        image = waiting() if waiting is not None else None
+        if image is not None:
+            self.image(image)
         with self._lock:
             stamp = self.now()
             frame = SensorFrame(

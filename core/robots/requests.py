@@ -193,6 +193,12 @@ class Speak(RobotRequest[SpokenSound], frozen=True, tag="say"):
     more: bool = False
 
 
+class Hush(RobotRequest[SpokenSound], frozen=True, tag="hush"):
+    """Silence the person of that `id`: nothing that they were about to say sounds."""
+
+    id: str
+
+
 class SetListening(RobotRequest[ListeningState], frozen=True, tag="listen"):
     """Listen without a pause, or only for a while after somebody spoke."""
 

@@ -13,6 +13,7 @@ from urllib.parse import parse_qsl, unquote
 import numpy as np
 
 from core.errors import BadInput, Unavailable
+from core.message import Array
 from core.recording.sound_file import read_sound
 from core.robots.device import Device, Equipment
 from core.robots.readings import Readings
@@ -139,6 +140,20 @@ def arrays(profile: MicrophoneArray | None, first: int) -> tuple[MicrophoneArray
     if profile is None:
         return ()
     return (replace(profile, channels=tuple(first + channel for channel in profile.channels)),)
+
+
+def play_and_record(samples: Array, rate: int, microphone: str = "", loudspeaker: str = "") -> Array:
+    """Play a sound (N,) at a loudspeaker → what a microphone heard meanwhile (N,). "": this computer's usual ones.
+
+    Raises Unavailable where there is none of them.
+    """
+    sound = imported()
+    devices = tuple(int(name) if name.isdigit() else name or None for name in (microphone, loudspeaker))
+    try:
+        heard = sound.playrec(samples.astype(np.float32)[:, None], rate, channels=1, device=devices, blocking=True)
+    except (sound.PortAudioError, ValueError) as trouble:
+        raise Unavailable(f"The loudspeaker or the microphone cannot be used: {trouble}") from None
+    return np.asarray(heard, float)[:, 0]
 
 
 def imported() -> Any:

@@ -64,7 +64,7 @@ class SimulatedLaser:
     def _hits(self, world: World, beams: Array) -> Hits:
         """Beams (N, 4) from (x, y) [m] along unit vectors → where they end; a standing robot needs it only once."""
         if self._cast is None or self._cast[0] is not world or not np.array_equal(self._cast[1], beams):
-            ends = cast(beams[:, :2], beams[:, 2:], world.surfaces(self.laser.height), self.laser.range_max)
+            ends = cast(beams[:, :2], beams[:, 2:], world.laser_surfaces(self.laser.height), self.laser.range_max)
             self._cast = world, beams, ends
         return self._cast[2]
 

@@ -67,7 +67,8 @@ class SimulatedMicrophones:
             if float(np.linalg.norm(self.ears(pose) - mouth, axis=1).min()) < NEAREST:
                 raise BadInput("That is on top of the robot's microphones; choose a place next to it.")
             seed = zlib.crc32(name.encode(), self._seed)
-            talker = SoundSource(name, mouth, RATE, block, self._settings.reverberation, seed)
+            room = self._settings
+            talker = SoundSource(name, mouth, RATE, block, room.reverberation, seed, room.hard_wall)
             self._talkers.append(talker)
         if talker.seconds_waiting + len(dry) / RATE > LONGEST:
             raise Refused(f"More than {LONGEST:g} s wait to be said already; wait until they are.")
@@ -75,11 +76,13 @@ class SimulatedMicrophones:
         talker.open = more
         return talker.seconds_waiting
 
-    def hush(self, name: str) -> None:
-        """Silence the person of that name. Raises BadInput when nobody of that name speaks."""
-        if all(one.name != name for one in self._talkers):
+    def hush(self, name: str) -> Array:
+        """Silence the person of that name → their mouth (3,) [m]. Raises BadInput when nobody of that name speaks."""
+        talker = next((one for one in self._talkers if one.name == name), None)
+        if talker is None:
             raise BadInput("Nobody of that name speaks.")
-        self._talkers = [one for one in self._talkers if one.name != name]
+        self._talkers = [one for one in self._talkers if one is not talker]
+        return talker.mouth
 
     def deaf(self) -> None:
         """Stop listening: the next sound begins without a past."""

@@ -18,6 +18,7 @@ from core.robots.requests import (
     CarryRobot,
     FloorPlan,
     GroundTruth,
+    Hush,
     PlaceBoard,
     PlacedBoard,
     PlacedThing,
@@ -138,7 +139,7 @@ class SimulatedRobot:
     @property
     def requests(self) -> Requests:
         """Requests to the simulated room and its robot."""
-        return (PlaceThing, CarryRobot, PlaceBoard, RemoveThing, ReadTruth, ReadPlan, Speak, SetListening)
+        return (PlaceThing, CarryRobot, PlaceBoard, RemoveThing, ReadTruth, ReadPlan, Speak, Hush, SetListening)
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         """Change the room, or read what is true in it → an answer; BadInput says what is wrong."""
@@ -160,6 +161,8 @@ class SimulatedRobot:
                 return self._plan()
             case Speak():
                 return self._voices.say(request, self._world, self._base.pose, self._stamp)
+            case Hush():
+                return self._voices.hush(request)
             case SetListening():
                 return self._voices.listen(request)
             case _:

@@ -11,6 +11,7 @@ from core.setting import Meta, Section
 
 WheelNoise = Literal["encoder", "paper", "none"]
 LaserNoise = Literal["1%", "3%", "none"]
+HardWall = Literal["none", "west", "south", "east", "north"]
 LASER_NOISE: dict[LaserNoise, tuple[float, float]] = {"1%": (0.010, 0.01), "3%": (0.030, 0.03), "none": (0.0, 0.0)}
 """Standard deviation of a range: at least the first [m], else the second times the range."""
 
@@ -21,15 +22,22 @@ SILENT = -60.0  # [dB] a noise that low is none
 class MicrophoneSettings(Section):
     """The simulated robot's ears and the room that they are in."""
 
-    microphones: Annotated[str, Meta(choices=("none", *ARRAYS), meaning='array on the robot; "none": deaf')] = (
-        "respeaker-odas"
-    )
-    reverberation: Annotated[float, Meta("s", 0, 0.6, "RT60 of every room")] = 0.3
-    murmur: Annotated[float, Meta("dB", SILENT, 20, "level of the room's noise, against a voice at 1 m")] = -30.0
+    microphones: Annotated[
+        str, Meta(choices=("none", *ARRAYS), meaning='array on the robot; "none": deaf', common=True)
+    ] = "respeaker-odas"
+    reverberation: Annotated[float, Meta("s", 0, 0.6, "RT60 of every room", common=True)] = 0.3
+    hard_wall: Annotated[
+        HardWall, Meta(meaning="wall of every room, x pointing east, whose first echo is as strong as that of glass")
+    ] = "none"
+    murmur: Annotated[
+        float, Meta("dB", SILENT, 20, "level of the room's noise, against a voice at 1 m", common=True)
+    ] = -30.0
     motor_noise: Annotated[
         float, Meta("dB", SILENT, 20, "level of the motors at 0.1 m/s at the microphones; -60: none")
     ] = -10.0
-    fan_noise: Annotated[float, Meta("dB", SILENT, 20, "level of a fan in a corner at 1 m; -60: none")] = SILENT
+    fan_noise: Annotated[
+        float, Meta("dB", SILENT, 20, "level of a fan in a corner at 1 m; -60: none", common=True)
+    ] = SILENT
     turned: Annotated[
         float, Meta("rad", -7, 7, "angle by which the array really sits on the robot, unknown to its profile")
     ] = 0.0
@@ -49,7 +57,9 @@ class MicrophoneSettings(Section):
 class SimulationSettings(MicrophoneSettings):
     """Noise and equipment of the simulated robot."""
 
-    wheel_noise: Annotated[WheelNoise, Meta(meaning="encoder: sizes and slip of wheels; paper: eq. 43")] = "encoder"
+    wheel_noise: Annotated[
+        WheelNoise, Meta(meaning="encoder: sizes and slip of wheels; paper: eq. 43", common=True)
+    ] = "encoder"
     scale_error: Annotated[float, Meta("", 0, 0.1, "relative sd of the size of both wheels together")] = 0.003
     mismatch: Annotated[float, Meta("", 0, 0.1, "relative sd of one wheel against the other")] = 0.0002
     wheelbase_error: Annotated[float, Meta("", 0, 0.1, "relative sd of the wheelbase")] = 0.003
@@ -62,7 +72,7 @@ class SimulationSettings(MicrophoneSettings):
     picture_snr: Annotated[float, Meta("dB", 10, 100, "signal to noise of the camera's sensor (section 6)")] = 42.0
     exposure: Annotated[float, Meta("s", 0, 0.1, "exposure time of a picture: turning meanwhile smears it")] = 0.0
     defocus: Annotated[float, Meta("pixel", 0, 5, "sd of the lens's blur")] = 0.0
-    cruise: Annotated[float, Meta("m/s", 0.01, 1, "speed of commands (section 6.2)")] = 0.1
+    cruise: Annotated[float, Meta("m/s", 0.01, 1, "speed of commands (section 6.2)", common=True)] = 0.1
     max_speed: Annotated[float, Meta("m/s", 0.01, 1, "highest speed of the base")] = 0.3
     max_turn_rate: Annotated[float, Meta("rad/s", 0.01, 6, "highest turn rate of the base")] = 1.5
     response: Annotated[float, Meta("s", 0, 1, "time until the base has followed 63 % of a change of speed")] = 0.06

@@ -260,7 +260,7 @@ class EkfSlam:
     def _admit(self, look: Observation, assignment: Assignment) -> None:
         """New landmarks join the state at once, on probation: they keep their first sighting and its own pose."""
         for row in assignment.fresh:
-            if len(self.table.rows) < self.settings.most:
+            if len(self.table.rows) < self.settings.most and self.table.has_room(look.seen[row]):
                 self.filter.add(look.readings[row], look.noises[row])
                 look.fates[row] = ("new", self.table.add(look.seen[row], self.filter.pose.heading).id)
 

@@ -74,7 +74,7 @@ def restore(saved: SavedMap, graph: MapGraph, parts: MapperSettings, laser: Lase
             tile.load(arrays[f"origin_{number}"], arrays[f"tile_{number}"])
         except ValueError as trouble:
             raise BadInput(f"The map cannot be used with these settings: {trouble}.") from None
-        graph.submaps.append(Submap(number, slam, tile))
+        graph.submaps.append(Submap.of(number, slam, tile, parts.edges, parts.voices))
     last = np.cumsum(arrays["view_beams"])
     for number, (end, beams) in enumerate(zip(last.tolist(), arrays["view_beams"].tolist(), strict=True)):
         view = Keyframe(
@@ -143,7 +143,7 @@ def _room(submap: Submap) -> dict[str, Array]:
         f"tile_{number}": tile.copy(),
         f"origin_{number}": np.array(origin, np.float64),
         f"places_{number}": form.places.copy(),
-        f"covariance_{number}": form.covariance.dense(),
+        f"covariance_{number}": form.covariance.block(0, ROBOT + 2 * len(form.places)),
         f"pose_{number}": form.pose.vector,
     }
 
@@ -151,7 +151,7 @@ def _room(submap: Submap) -> dict[str, Array]:
 def _refill(slam: EkfSlam, arrays: dict[str, Array], number: int) -> None:
     """The filter's landmarks and covariance."""
     whole, form = arrays[f"covariance_{number}"], slam.filter
-    form.places = arrays[f"places_{number}"].astype(np.float64)
+    form.points = arrays[f"places_{number}"].astype(np.float64)
     form.covariance = Covariance(whole[:ROBOT, :ROBOT])
     if len(form.places):
         form.covariance.append(whole[ROBOT:, :ROBOT], whole[ROBOT:, ROBOT:])

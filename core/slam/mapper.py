@@ -9,7 +9,7 @@ import numpy as np
 
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.perception.landmarks.frame_perception import FramePerception
+from core.perception.landmarks.frame_perception import BearingSet, FramePerception
 from core.sensors import Laser, SensorFrame
 from core.slam.association.visibility import VisibilityCheck
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
@@ -79,10 +79,16 @@ class Mapper:
         self._predict(motion)
         self._match_scan(frame.stamp, seen, motion)
         self._correct_by_landmarks(frame, seen)
+        self._correct_by_edges(seen)
         self._update_map(frame.stamp, seen)
         self._relocalize(frame.stamp, seen, motion)
         self._close_loops(frame.stamp, busy=seen.beams is not None)
         return self.estimate
+
+    def hear(self, voices: BearingSet) -> None:
+        """Correct by voices whose directions became known with the newest frame: one who stands is a landmark."""
+        if not self._monitor.lost:
+            self.submaps.active.voices.see(voices)
 
     @property
     def estimate(self) -> Estimate:
@@ -214,6 +220,11 @@ class Mapper:
         if frame.scan is not None and seen.beams is not None:
             view = VisibilityCheck(frame.scan, seen.beams.viewpoint)
         self.submaps.active.slam.see(seen.sightings, view)
+
+    def _correct_by_edges(self, seen: FramePerception) -> None:
+        """Correct by vertical edges of which only bearings are seen."""
+        if seen.edges is not None and not self._monitor.lost:
+            self.submaps.active.edges.see(seen.edges, None if seen.beams is None else seen.beams.points)
 
     def _update_map(self, stamp: float, seen: FramePerception) -> None:
         """Draw the scan, and keep it if it shows anything new; nothing is written while the place is in doubt."""

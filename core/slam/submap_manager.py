@@ -11,6 +11,7 @@ from core.geometry import Pose, rotation, wrap
 from core.message import Array
 from core.perception.landmarks.frame_perception import Beams
 from core.sensors import Laser
+from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.estimate import Estimate
 from core.slam.loop_closure.contradiction import contradiction, place_again
@@ -43,6 +44,8 @@ class MapperSettings:
     motion: MotionSettings = field(default_factory=MotionSettings)
     occupancy: OccupancySettings = field(default_factory=OccupancySettings)
     lost: LocalizationSettings = field(default_factory=LocalizationSettings)
+    edges: BearingSettings = field(default_factory=BearingSettings)
+    voices: VoiceLandmarkSettings = field(default_factory=VoiceLandmarkSettings)
 
 
 class SubmapManager:
@@ -110,6 +113,7 @@ class SubmapManager:
             self._add(stamp, beams, self._tie() if self.active.views else None)
             return None
         left, tie, here = self.active, self._tie(), self.estimate
+        self._interrupt(left)
         entered = self._known_here(thinned(beams.points))
         if entered is None:
             self.active, self.spread = self._new(), here.covariance
@@ -124,6 +128,7 @@ class SubmapManager:
         """Set the robot to the world pose at which it was found, with covariance (3, 3); the way there is unknown."""
         views = self._graph.views
         if not views:
+            self._interrupt(self.active)
             self.active.slam.filter.reset_pose(pose, covariance)
             return
         places = self._graph.pose_array()
@@ -166,7 +171,8 @@ class SubmapManager:
     def _new(self) -> Submap:
         """Make a new submap, the robot at its origin."""
         slam = EkfSlam(self._parts.ekf, self._parts.motion, self._laser)
-        submap = Submap(len(self._graph.submaps), slam, OccupancyMap(self._parts.occupancy))
+        parts, tile = self._parts, OccupancyMap(self._parts.occupancy)
+        submap = Submap.of(len(self._graph.submaps), slam, tile, parts.edges, parts.voices)
         self._graph.submaps.append(submap)
         return submap
 
@@ -182,7 +188,7 @@ class SubmapManager:
     def _leaves(self) -> bool:
         settings, pose = self._parts.floor, self.active.slam.filter.pose
         far = math.hypot(pose.x, pose.y)
-        full = len(self.active.slam.table.rows) > settings.landmarks
+        full = self.active.slam.table.corners > settings.landmarks
         return far > settings.size or (full and far > settings.smallest)
 
     def _add(self, stamp: float, beams: Beams, tie: GraphEdge | None) -> None:
@@ -208,9 +214,16 @@ class SubmapManager:
 
     def _enter(self, submap: Submap, local: Pose, covariance: Array) -> None:
         """Continue in a known submap."""
+        self._interrupt(self.active)
         self.active = submap
         submap.slam.filter.reset_pose(local, covariance)
         self.respread()
+
+    @staticmethod
+    def _interrupt(submap: Submap) -> None:
+        """The robot leaves a submap, or is elsewhere in it: directions are followed no further."""
+        submap.edges.interrupt()
+        submap.voices.interrupt()
 
     def _known_here(self, points: Array) -> tuple[Submap, Pose, Array] | None:
         """A submap that lies here for certain, with the robot's pose in it and its covariance."""

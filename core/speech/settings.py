@@ -18,7 +18,10 @@ class SpeechSettings(Section):
 
     engine: Annotated[
         Literal["auto", "whisper", "sphinx"],
-        Meta(meaning="recognizer; auto: Whisper where its model is here, else pocketsphinx where it is installed"),
+        Meta(
+            meaning="recognizer; auto: Whisper where its model is here, else pocketsphinx where it is installed",
+            common=True,
+        ),
     ] = "auto"
     model: Annotated[
         str, Meta(meaning="folder with an English faster-whisper model; empty: the one that was fetched or installed")
@@ -30,7 +33,7 @@ class SpeechSettings(Section):
     pause: Annotated[
         float, Meta("s", 0.05, 2, "silence after which a short utterance is read already, in case it is over")
     ] = 0.2
-    hangover: Annotated[float, Meta("s", 0.1, 3, "silence that ends an utterance")] = 0.45
+    hangover: Annotated[float, Meta("s", 0.1, 3, "silence that ends an utterance", common=True)] = 0.45
     unfinished_hangover: Annotated[
         float,
         Meta("s", 0.1, 3, "the same where what was said so far is no whole command: people pause before numbers"),
@@ -74,7 +77,8 @@ class SpeechSettings(Section):
         float, Meta("dB", -20, 100, "voice over noise from which no noise is taken out: that costs consonants")
     ] = 27.0
     opinions: Annotated[
-        int, Meta("", 0, 3, "readings at other speeds that must agree on a command before the robot moves")
+        int,
+        Meta("", 0, 3, "readings at other speeds that must agree on a command before the robot moves", common=True),
     ] = 2
     sure_lead: Annotated[
         float, Meta("nats", 0, 1000, "lead of numbers over the nearest others from which they are obeyed at once")

@@ -54,9 +54,11 @@ SPEED, PITCH = 1, 3  # of espeak_SetParameter
 class VoiceSettings(Section):
     """Settings of the robot's voice."""
 
-    voice: Annotated[str, Meta(choices=ENGLISH_VOICES, meaning="voice of espeak-ng")] = "en-us"
-    speed: Annotated[int, Meta("words/min", 80, 400, "rate of speaking")] = 150
-    pitch: Annotated[int, Meta("", 0, 99, "pitch of the voice")] = 50
+    voice: Annotated[str, Meta(choices=ENGLISH_VOICES, meaning="voice of espeak-ng", common=True, live=True)] = (
+        "en-us"
+    )
+    speed: Annotated[int, Meta("words/min", 80, 400, "rate of speaking", common=True, live=True)] = 150
+    pitch: Annotated[int, Meta("", 0, 99, "pitch of the voice", common=True, live=True)] = 50
 
 
 def drawn_voice(chance: np.random.Generator) -> VoiceSettings:

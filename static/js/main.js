@@ -31,6 +31,7 @@ import "./panels/sign-in-sheet.js";
 import "./panels/slam-card.js";
 import "./panels/swap-button.js";
 import "./panels/tab-card.js";
+import "./panels/tour-guide.js";
 import "./panels/view-tabs.js";
 import "./panels/voice-button.js";
 import { OperatorInput } from "./drive/operator-input.js";
@@ -43,9 +44,32 @@ import { startPage } from "./page.js";
  */
 const part = (tag) => /** @type {T} */ (document.querySelector(tag));
 
-/** @param {import("./net/session.js").Session} session */
-function begin(session) {
+/**
+ * Open the settings; their sheet is loaded when it is first wanted.
+ * @param {import("./net/session.js").Session} session
+ */
+async function openSettings(session) {
+  const { SettingsSheet } = await import("./settings/settings-sheet.js");
+  let sheet = document.querySelector("settings-sheet");
+  if (!(sheet instanceof SettingsSheet)) {
+    sheet = new SettingsSheet();
+    /** @type {import("./settings/settings-sheet.js").SettingsSheet} */ (sheet).hidden = true;
+    document.querySelector("sign-in-sheet")?.after(sheet);
+    /** @type {import("./settings/settings-sheet.js").SettingsSheet} */ (sheet).join(session);
+  }
+  /** @type {import("./settings/settings-sheet.js").SettingsSheet} */ (sheet).toggle();
+}
+
+/**
+ * @param {import("./net/session.js").Session} session
+ * @param {import("./shell/shell.js").Shell} shell
+ */
+function begin(session, shell) {
   const operatorInput = new OperatorInput(session);
+  shell.onPage((row) => {
+    operatorInput.enable(row.path === "");
+    /** @type {import("./panels/page-menu.js").PageMenu} */ (part("page-menu")).open(row);
+  });
   /** @type {import("./panels/drive-pad.js").DrivePad} */ (part("drive-pad")).hold(operatorInput);
   /** @type {import("./panels/scene-view.js").SceneView} */ (part("scene-view")).whenLoaded((inner) =>
     operatorInput.listenTo(inner),
@@ -70,6 +94,10 @@ function begin(session) {
     operatorInput.letGo();
     /** @type {import("./panels/sign-in-sheet.js").SignInSheet} */ (part("sign-in-sheet")).toggle();
   });
+  addEventListener("show-settings", () => {
+    operatorInput.letGo();
+    void openSettings(session);
+  });
   addEventListener("show-hints", () =>
     /** @type {import("./panels/coach-marks.js").CoachMarks} */ (part("coach-marks")).begin(),
   );
@@ -81,7 +109,6 @@ function begin(session) {
     document.body.classList.toggle("is-dry-run", robot.dry_run);
   });
   session.on("heard", (view) => operatorInput.show(view));
-  return true; // its keys stop the robot too
 }
 
-startPage({ begin });
+startPage(begin);

@@ -1,4 +1,4 @@
-// Start of every page: theme, common panels, session, redrawing, and sign-in by a printed link.
+// Start of the page: theme, common panels, session, shell, redrawing, and sign-in by a printed link.
 
 import "./ui/theme.js";
 import "./panels/banner-stack.js";
@@ -6,43 +6,53 @@ import "./panels/link-chip.js";
 import "./panels/live-region.js";
 import "./panels/login-view.js";
 import "./panels/notice-toasts.js";
+import "./panels/page-menu.js";
 import "./panels/stop-button.js";
 import "./panels/theme-toggle.js";
-import { stopByKeys } from "./drive/stop-keys.js";
 import { Session } from "./net/session.js";
+import { Shell } from "./shell/shell.js";
 import { Panel } from "./ui/panel.js";
 
 const SHOW_MS = 200; // ages grow without news, and a browser that draws slowly must not keep quiet about it
 
 /**
- * Join the panels of the document to a new session, keep them drawn, and sign in. Import the page's own panels first.
- *
- * The page stops the robot by keys, unless `begin` returns true because it has driving keys of its own.
- * @template [M=undefined]
- * @param {object} options
- * @param {(session: Session) => M} [options.model] what the page's own panels watch
- * @param {(session: Session, model: M) => boolean | void} [options.begin] called once, before the first message
+ * Join the panels of the document to a new session, keep them drawn, open the page of the address, and sign in.
+ * Import the panels of the document first.
+ * @param {(session: Session, shell: Shell) => void} begin called once, before the first message
  */
-export function startPage({ model: create, begin }) {
+export function startPage(begin) {
   const session = new Session();
-  const model = /** @type {M} */ (create?.(session));
-  const panels = [...document.querySelectorAll("*")].filter((element) => element instanceof Panel);
-  for (const panel of panels) {
-    if ("watch" in panel && typeof panel.watch === "function") panel.watch(model);
-    panel.join(session);
+  /** @type {Panel[]} */
+  const panels = [];
+
+  /** @param {ParentNode} root @param {unknown} [model] what its panels watch */
+  function adopt(root, model) {
+    const found = [...root.querySelectorAll("*")].filter((element) => element instanceof Panel);
+    for (const panel of found) {
+      if ("watch" in panel && typeof panel.watch === "function") panel.watch(model);
+      panel.join(session);
+    }
+    panels.push(...found);
+    return found;
   }
-  if (!begin?.(session, model)) stopByKeys(session);
-  redraw(session, panels);
+
+  const shell = new Shell(session, adopt);
+  adopt(document);
+  begin(session, shell);
+  redraw(session, panels, shell);
   addEventListener("hashchange", enterByLink);
-  if (!enterByLink()) void session.begin();
+  const enters = enterByLink();
+  void shell.begin();
+  if (!enters) void session.begin();
 }
 
 /**
  * Draw the panels with every state, at most once per frame of the screen, and every `SHOW_MS` without one.
  * @param {Session} session
- * @param {Panel[]} panels
+ * @param {readonly Panel[]} panels those of a page come when it is opened
+ * @param {Shell} shell
  */
-function redraw(session, panels) {
+function redraw(session, panels, shell) {
   let shown = -1;
   let shownAt = -Infinity;
 
@@ -50,7 +60,7 @@ function redraw(session, panels) {
     [shown, shownAt] = [session.seen, performance.now()];
     const { view } = session;
     document.body.classList.toggle("is-lost", !view.up);
-    for (const panel of panels) panel.show(view);
+    for (const panel of panels) if (shell.shows(panel)) panel.show(view);
   }
 
   function beat() {

@@ -18,7 +18,7 @@ from core.message import Array
 from core.speech.recognition.engines import ENGINES, open_engine
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import SpeechSettings
-from core.speech.synthesis import ENGLISH_VOICES, VoiceSettings, speak
+from core.speech.synthesis import ENGLISH_VOICES, NATURAL, VoiceSettings, speak
 from tests.benchmarks.voices import RIGHT, STOPPED, WRONG, as_cut, outcome_of_all
 from tests.benchmarks.word_hearing import padded
 
@@ -43,7 +43,7 @@ SENTENCES = (
 
 def said(text: str, voice: str, seed: int) -> Array:
     """A sentence at 16 kHz (N,), with faint noise around it."""
-    return padded(for_words(speak(text, VoiceSettings(voice=voice))).samples[:, 0], seed)
+    return padded(for_words(speak(text, VoiceSettings(voice=voice, speed=NATURAL))).samples[:, 0], seed)
 
 
 def main() -> None:

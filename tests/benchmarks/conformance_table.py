@@ -1,8 +1,9 @@
 """Every scheme and every check in one table: `python -m tests.benchmarks.conformance_table [--stops 100] [NAME …]`.
 
 Each driver is examined against its emulator on a real wire, as `beckon robot check --drive --interactive` does it,
-and stopped so many times; beside the 99th percentile of the delay from a request to zero on the wire stands that of a
-byte between two threads of this machine in the same run. The table is Markdown.
+and stopped so many times. Emulator and simulated robot have a process of their own where they can, so that the driver
+does not wait for them. Beside the 99th percentile of the delay from a request to zero on the wire stands that of a
+byte between two threads of the driver's process in the same run. The table is Markdown.
 """
 
 from __future__ import annotations
@@ -11,12 +12,15 @@ import argparse
 import os
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from core.gate import ZERO
-from core.robots.conformance import ConformanceReport, check_robot
+from core.robots.conformance import ConformanceReport, Interruption, check_robot
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
 from tests.core.robots.test_conformance import CHECKS, SUBJECTS, Emulated, Subject, nth_slowest, stop_delays
+from tests.emulators.robot_process import KINDS, robot_process
 
 SHARE = 0.99
 
@@ -45,10 +49,25 @@ def stops_of(robot: Emulated, stops: int) -> str:
     return f"{p99:.1f} ms (machine {own:.1f})"
 
 
+@contextmanager
+def emulated(name: str) -> Iterator[Emulated]:
+    """The robot of one row; in this process where it needs a sound card of this process, or no emulator."""
+    if name not in KINDS or name == "audio":
+        with SUBJECTS[name].make() as robot:
+            yield robot
+        return
+    with robot_process(name) as process:
+        yield Emulated(
+            process.url,
+            restart=Interruption(lambda: process.ask("cut"), lambda: process.ask("restore")),
+            applied=None if "drive" in SUBJECTS[name].lacks and name != "srv1" else lambda: process.ask("applied"),
+        )
+
+
 def column(name: str, stops: int) -> dict[str, str]:
     """All cells of one driver."""
     subject = SUBJECTS[name]
-    with subject.make() as robot:
+    with emulated(name) as robot:
         report = check_robot(robot.url, drive=True, interruption=robot.restart)
         cells = {check: cell(subject, report, check) for check in CHECKS}
         cells["stop p99"] = stops_of(robot, stops)

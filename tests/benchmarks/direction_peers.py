@@ -1,8 +1,9 @@
 """Directions beside pyroomacoustics on the same sounds: `python -m tests.benchmarks.direction_peers --speech FOLDER`.
 
 Needs `pip install pyroomacoustics` (0.10.1 was measured), and OMP_NUM_THREADS=1 in the environment for times on one
-core. Peers get the speech without the noise before it, which they have no use for. With the flat array they search
-azimuths in whole degrees, with the tetrahedron 2,000 directions of the sphere, as their documentation shows.
+core. All know when the speech begins, but for those named `_alone`: peers get the speech without the noise before
+it, which they have no use for, or else the whole sound. With the flat array they search azimuths in whole degrees,
+with the tetrahedron 2,000 directions of the sphere, as their documentation shows.
 `--part 2/8` measures the second of eight parts, `--pool` puts together what the parts have written.
 """
 
@@ -35,15 +36,15 @@ SIZE = 512  # samples of the peers' frames
 SHORTEST = 1.0  # [s] of a recording that is used
 
 
-def peer(name: str) -> Estimator:
-    """An algorithm of pyroomacoustics, 200-7000 Hz."""
+def peer(name: str, begin: float) -> Estimator:
+    """An algorithm of pyroomacoustics, 200-7000 Hz, for the sound from `begin` [s] on."""
     import pyroomacoustics
 
     algorithm = pyroomacoustics.doa.algorithms[name]
     azimuths = np.radians(np.arange(360))
 
     def answer(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
-        samples = array.heard(sound)[int(PRE_ROLL * sound.rate) :]
+        samples = array.heard(sound)[int(begin * sound.rate) :]
         frames = pyroomacoustics.transform.stft.analysis(samples, SIZE, SIZE // 2, win=np.hanning(SIZE))
         where = {"dim": 3, "n_grid": 2000} if array.dimensions == 3 else {"azimuth": azimuths}
         finder = algorithm(array.positions.T, sound.rate, SIZE, c=array.speed, num_src=1, **where)
@@ -108,7 +109,9 @@ def main() -> None:
     if chosen.pool:
         done, out = written(chosen.out), chosen.out
     else:
-        estimators = dict(ESTIMATORS) | {name: peer(name) for name in ("SRP", "MUSIC", "NormMUSIC")}
+        estimators = dict(ESTIMATORS)
+        for name in ("SRP", "MUSIC", "NormMUSIC"):
+            estimators |= {name: peer(name, PRE_ROLL), f"{name}_alone": peer(name, 0.0)}
         done = campaign(
             chosen.utterances,
             chosen.seed,

@@ -48,9 +48,8 @@ def send(robots: int, line: Connection) -> None:
 class MeasuredRobot(ZenohRobot):
     """Writes down when what was sent at which time arrived."""
 
-    def __init__(self, port: int, *, undecoded: bool) -> None:
+    def __init__(self, port: int) -> None:
         super().__init__(parse_address(f"//127.0.0.1:{port}"))
-        self.undecoded = undecoded
         self.arrivals: list[tuple[int, int]] = []  # sent, arrived [ns]
 
     def connection(self) -> ZenohConnection | None:
@@ -59,8 +58,7 @@ class MeasuredRobot(ZenohRobot):
     def _hand_on(self, sensors: RosSensors, topic: str, payload: bytes) -> None:
         seconds, nanoseconds = STAMP.unpack_from(payload, 4)
         self.arrivals.append((seconds * 10**9 + nanoseconds, time.time_ns()))
-        if not (self.undecoded and topic in sensors.newest_only and not sensors.missing):
-            super()._hand_on(sensors, topic, payload)
+        super()._hand_on(sensors, topic, payload)
 
 
 def main() -> None:
@@ -69,10 +67,10 @@ def main() -> None:
     devices: list[MeasuredRobot] = []
 
     def connect(port: int) -> MeasuredRobot:
-        devices.append(MeasuredRobot(port, undecoded=given.undecoded))
+        devices.append(MeasuredRobot(port))
         return devices[-1]
 
-    figures = measure(given.robots, given.seconds, given.undecoded, send, connect)
+    figures = measure(given.robots, given.seconds, given.watched, send, connect)
     links = [device.connection() for device in devices]
     figures["left_out"] = sum(link.waiting.dropped for link in links if link is not None)
     sys.stdout.write(json.dumps(figures, indent=1) + "\n")

@@ -29,8 +29,8 @@ from core.errors import BadInput
 from core.experiments.drawn_people import ROBOTS, VIEW, WEBCAM, DrawnPerson, DrawnScene, Stage
 from core.geometry import Pose
 from core.message import Array
+from core.perception.people.appearance import PersonProfile
 from core.perception.people.brightness import levelled
-from core.perception.people.colours import PersonProfile
 from core.perception.people.detector import Rectangle, find_people
 from core.perception.people.enrollment import enrol
 from core.perception.people.parts import PeopleSettings

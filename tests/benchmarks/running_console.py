@@ -42,6 +42,7 @@ class Console:
             "--port",
             "0",
             "--nobody",
+            "--precedence",
             "--robot",
             robot,
         ]

@@ -21,12 +21,15 @@ START_TIME = 40.0  # [s] on a busy machine
 class Running:
     """`beckon run` until the end of the `with`."""
 
-    def __init__(self, folder: Path, *options: str, people: bool = False) -> None:
-        """`people`: those of a console that is started without options; else the simulated room is empty."""
+    def __init__(self, folder: Path, *options: str, people: bool = False, precedence: bool = True) -> None:
+        """`people`: those of a console that is started without options; else the simulated room is empty.
+        `precedence`: run before other programs, as the tests of a busy machine need it.
+        """
         self.trace = folder / "gate.csv"
         self._said = folder / "said.txt"
         told = ["--no-browser", "--port", "0", "--data", str(folder / "home"), "--gate-trace", str(self.trace)]
         told += [] if people else ["--nobody"]
+        told += ["--precedence"] if precedence else []
         self._command = [sys.executable, "-m", "console", "run", *told, *options]
 
     def __enter__(self) -> Running:

@@ -15,7 +15,7 @@ from tests.browser.visit import DESK, PHONE, Visit
 
 Open = Callable[..., Visit]
 AXE = REPOSITORY / "node_modules" / "axe-core" / "axe.min.js"
-PAGES = ("people", "hearing", "connect", "calibrate", "help")
+PAGES = ("people", "hearing", "maps", "experiments", "connect", "calibrate", "help")
 LEAST = 24  # [px], WCAG 2.5.8
 TIGHT = (320, 256)  # 1280x1024 at 400 %
 
@@ -57,7 +57,7 @@ def test_axe_has_nothing_to_say_about_any_page(visit: Open, console: Running, ax
     said["keys"] = violations(here.page, axe)
     for path in PAGES:
         here.page.goto(console.url + path)
-        expect(here.find("h1, h2").first).to_be_visible()
+        expect(here.find("main h1")).to_be_visible()
         here.wait(0.3)
         said[path] = violations(here.page, axe)
     assert {where: what for where, what in said.items() if what} == {}
@@ -92,7 +92,7 @@ def test_what_is_pressed_is_large_enough_and_the_page_reflows(visit: Open, conso
     for path in ("", *PAGES):
         if path:
             here.page.goto(console.url + path)
-            expect(here.find("h1, h2").first).to_be_visible()
+            expect(here.find("main h1")).to_be_visible()
         for size in (DESK, PHONE, TIGHT):
             here.page.set_viewport_size({"width": size[0], "height": size[1]})
             small[path, size] = here.page.evaluate(SMALL, LEAST)

@@ -15,6 +15,7 @@ import pytest
 
 from console.__main__ import main
 from console.cli.hear import in_words
+from core.pipelines.hear import first_heard
 from core.recording.sound_file import write_wav
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
 from core.simulation.acoustics.shoebox import plane_waves
@@ -100,6 +101,15 @@ def test_identical_channels_are_named(tmp_path: Path, capsys: pytest.CaptureFixt
     told = answer(capsys)
     assert any("2 and 3 are identical" in one for one in told["warnings"])
     assert told["words_from"] == "channel 0"  # a beam of such channels would be none
+
+
+@pytest.mark.parametrize(
+    ("levels", "channel"), [((1, 1), 0), ((0, 1), 1), ((0.01, 0, 1), 2), ((0.5, 1), 0), ((0, 0), 0)]
+)
+def test_without_an_array_the_first_channel_that_is_used_is_read(levels: tuple[float, ...], channel: int) -> None:
+    noise = np.random.default_rng(0).normal(size=(RATE, len(levels)))
+    assert first_heard(Sound(stamp=0.0, rate=RATE, samples=noise * levels)) == channel
+    assert first_heard(Sound(stamp=0.0, rate=RATE, samples=noise[:0])) == 0
 
 
 @words
@@ -208,7 +218,7 @@ def test_a_recognizer_that_is_absent_is_told_and_directions_come_all_the_same(
 def test_a_file_that_is_no_sound_or_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.wav").write_text("turn left")
     assert locate(str(tmp_path / "a.wav")) == 1
-    assert "neither WAV nor FLAC" in capsys.readouterr().err
+    assert "neither WAV, FLAC nor Ogg" in capsys.readouterr().err
     assert locate(str(tmp_path / "b.wav")) == 1
     assert "b.wav" in capsys.readouterr().err
 

@@ -22,7 +22,7 @@ from tests.emulators.wires import Port, SerialPort, TcpPort, Wire
 from tests.emulators.world import World
 
 Ranging = Callable[[Array], Array]  # clockwise from the front (N,) [degrees] → (N,) [m], 0: no echo
-AROUND = 720  # rays of the simulated room
+AROUND = 900  # rays of the simulated room: every second is a point of the LD19
 LIMITS = {"ld19": (0.02, 12.0), "rplidar-a1": (0.15, 12.0), "ydlidar-x4": (0.12, 10.0)}  # [m]
 SHARE_SD = {"ld19": 0.0, "rplidar-a1": 0.01, "ydlidar-x4": 0.01}  # of a range; the LD19's data sheet: 10 mm anywhere
 
@@ -168,20 +168,25 @@ class LidarEmulator:
             return
         if self._sent is None:
             self._began, self._seen, self._sent = now, 0.0, 0
-        share = (now - self._began) * self._rate
+        try:
+            while self._sweep(wire, (now - self._began) * self._rate):
+                late = (now - self._began) * self._rate > 2
+                self._began = now if late else self._began + 1 / self._rate
+        except OSError:
+            return
+
+    def _sweep(self, wire: Wire, share: float) -> bool:
+        """Measure and send this share of the turn → whether it is whole, and the next one has begun."""
+        assert self._sent is not None
         self._look(share)
         packets = self.packets()
         due = min(math.ceil(share * len(packets)), len(packets))
-        try:
-            for packet in packets[self._sent : due]:
-                wire.write(packet)
-        except OSError:
-            return
+        for packet in packets[self._sent : due]:
+            wire.write(packet)
         self._sent = due
         if share >= 1:
-            self._began, self._seen, self._sent = self._began + 1 / self._rate, 0.0, 0
-            if share > 2:
-                self._began = now
+            self._seen, self._sent = 0.0, 0
+        return share >= 1
 
     def _serve(self, wire: Wire) -> None:
         """Start at a scan command and stop at a stop command; the LD19 knows neither."""

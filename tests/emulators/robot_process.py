@@ -90,6 +90,8 @@ class Served:
                 return [pose.x, pose.y, pose.heading]
             case "moved":
                 return self.moved(asked["since"])
+            case "applied":
+                return self.applied()[-3:]
             case "plan":
                 return msgspec.to_builtins(self.world.ask(ReadPlan()))
             case "place":
@@ -97,13 +99,15 @@ class Served:
             case "say":
                 samples = pcm(for_words(speak(asked["text"], VoiceSettings(voice=PERSONS_VOICE))).samples[:, 0])
                 self.world.ask(Speak(id=SPEAKER, pcm=samples, rate_hz=RATE))
-            case "cut":
+            case "cut" | "restore":
                 for part in self.parts:
-                    part.stop()
-            case "restore":
-                for part in self.parts:
-                    part.start()
+                    part.stop() if asked["do"] == "cut" else part.start()
         return None
+
+    def applied(self) -> list[tuple[float, float, float]]:
+        """time.monotonic(), v, w of what came through the wire of the part that drives."""
+        base = self.parts[0]
+        return getattr(base, "received", None) or getattr(base, "heard", [])
 
     def moved(self, since: float) -> float:
         """[m], a radian counted as one: what it moved since that time.monotonic()."""

@@ -1,9 +1,10 @@
 // How pages start, and how a refusal reaches the operator.
 
 import assert from "node:assert/strict";
-import { readdirSync, readFileSync } from "node:fs";
+import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
 import { Refusal, sentenceOf } from "../../static/js/net/api.js";
+import { PAGES, pageAt } from "../../static/js/shell/pages.js";
 
 Object.assign(globalThis, {
   addEventListener: () => {},
@@ -11,6 +12,7 @@ Object.assign(globalThis, {
   setInterval: () => 0,
 });
 const { Session } = await import("../../static/js/net/session.js");
+const { fileOf } = await import("../../static/js/help/main.js");
 const ROOT = new URL("../../static/", import.meta.url);
 
 test("what is refused becomes a notice with the sentence of the server, and the caller learns of it", async () => {
@@ -25,17 +27,93 @@ test("what is refused becomes a notice with the sentence of the server, and the 
   assert.equal(sentenceOf(null, "The map could not be read."), "The map could not be read.");
 });
 
-test("every page starts through one module, which alone creates a session", () => {
-  const pages = readdirSync(ROOT).filter((name) => name.endsWith(".html"));
-  assert.ok(pages.length >= 4);
-  for (const page of pages) {
-    const entry = /<script type="module" src="static\/([^"]*)">/.exec(readFileSync(new URL(page, ROOT), "utf8"))?.[1];
-    assert.ok(entry, page);
-    assert.match(readFileSync(new URL(entry, ROOT), "utf8"), /^startPage\(/m, page);
-  }
+test("there is one document, whose module alone creates a session, and every page of the shell is a module", async () => {
+  const documents = readdirSync(ROOT).filter((name) => name.endsWith(".html"));
+  assert.deepEqual(documents, ["index.html"]);
+  const entry = /<script type="module" src="static\/([^"]*)">/.exec(
+    readFileSync(new URL("index.html", ROOT), "utf8"),
+  )?.[1];
+  assert.match(readFileSync(new URL(entry ?? "", ROOT), "utf8"), /^startPage\(/m);
   const scripts = readdirSync(new URL("js/", ROOT), { recursive: true, encoding: "utf8" });
   const creators = scripts.filter(
     (name) => name.endsWith(".js") && readFileSync(new URL(`js/${name}`, ROOT), "utf8").includes("new Session("),
   );
   assert.deepEqual(creators, ["page.js"]);
+  for (const { path, load, styles } of PAGES.filter((row) => row.path)) {
+    const module = /import\("([^"]*)"\)/.exec(String(load))?.[1];
+    assert.ok(module, path);
+    assert.match(
+      readFileSync(new URL(module, new URL("js/shell/pages.js", ROOT)), "utf8"),
+      /^export function create\(/m,
+      path,
+    );
+    for (const style of styles ?? []) assert.ok(existsSync(new URL(`css/${style}`, ROOT)), style);
+  }
+});
+
+test("an address names a page by its last part, as it always did", () => {
+  /** @type {Array<[string, string | undefined]>} */
+  const cases = [
+    ["/", ""],
+    ["/index.html", ""],
+    ["/people", "people"],
+    ["/people.html", "people"],
+    ["/behind/a/proxy/maps", "maps"],
+    ["/nothing", undefined],
+    ["/people/more", undefined],
+  ];
+  for (const [address, path] of cases) assert.equal(pageAt(address)?.path, path, address);
+});
+
+test("a page of help is named by the hash, and nothing else can be", () => {
+  assert.equal(fileOf("#how-to/drive-by-voice.md"), "how-to/drive-by-voice.md");
+  for (const hash of ["", "#", "#../index.html", "#//elsewhere/a.md", "#a.md?x", "#%E0"])
+    assert.equal(fileOf(hash), "index.md");
+});
+
+test("a listener that comes later learns of the newest hello at once", () => {
+  const session = new Session();
+  /** @type {unknown[]} */
+  const heard = [];
+  const hear = (/** @type {unknown} */ hello) => heard.push(hello);
+  session.on("hello", hear);
+  assert.deepEqual(heard, []);
+  session.hello = /** @type {any} */ ({ tab: "1" });
+  session.on("hello", hear);
+  assert.deepEqual(heard, [{ tab: "1" }]);
+});
+
+test("the camera is wanted as long as one part of the page shows it", () => {
+  const session = new Session();
+  /** @type {unknown[]} */
+  const sent = [];
+  session.link.send = (message) => sent.push(message) > 0;
+  const [one, other] = [{}, {}];
+  session.want(one, false);
+  session.want(one, true);
+  session.want(other, true);
+  session.want(one, false);
+  session.want(other, false);
+  assert.deepEqual(
+    sent.map((message) => /** @type {any} */ (message).camera),
+    [false, true, false],
+  );
+});
+
+test("no class is styled by two pages, or by a page and the console: all styles are of one document", () => {
+  /** @type {Map<string, string>} */
+  const owners = new Map();
+  const sheets = readdirSync(new URL("css/", ROOT), { recursive: true, encoding: "utf8" });
+  for (const sheet of sheets.filter((name) => name.endsWith(".css") && name !== "docs.css")) {
+    const folder = sheet.includes("/") && !sheet.startsWith("panels/") ? sheet.slice(0, sheet.indexOf("/")) : "";
+    const text = readFileSync(new URL(`css/${sheet}`, ROOT), "utf8").replace(/\/\*.*?\*\//gs, "");
+    for (const [, selectors = ""] of text.matchAll(/([^{};]+)\{/g)) {
+      for (const name of selectors.split(",").map((one) => one.trim())) {
+        if (!/^\.[\w-]+$/.test(name)) continue;
+        assert.equal(owners.get(name) ?? folder, folder, `${name} in ${sheet}`);
+        owners.set(name, folder);
+      }
+    }
+  }
+  assert.ok(owners.size > 200);
 });

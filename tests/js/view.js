@@ -90,6 +90,7 @@ export const STATE = {
     link: "live",
     age_s: 0.02,
     rate_hz: 40,
+    pace: 1,
     contact: false,
     running: true,
     progress: null,

@@ -109,8 +109,8 @@ def test_the_rest_of_a_sentence_with_stop_is_neither_obeyed_nor_offered(tmp_path
             (True, "stop moving", [])
         ] * 2
     else:
-        assert [(one.accepted, one.command, one.suggested_command) for one in story.ears.utterances] == [
-            (True, "stop moving", "")
+        assert [(one.accepted, one.command, one.suggested_commands) for one in story.ears.utterances] == [
+            (True, "stop moving", ())
         ] * 2
 
 

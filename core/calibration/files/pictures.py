@@ -16,8 +16,10 @@ from core.message import Array
 
 MOST_BYTES = 40 * 2**20
 MOST_PIXELS = 2**25
+MOST_OF_A_PHOTOGRAPH = 2**26  # pixels: telephones take 50 million
 LEAST_SIDE = 64  # [pixel]
 TAIL = 4096  # bytes after the end mark that cameras and editors are known to add
+SCAN = 0xDA  # marker of a JPEG, after which its pixels begin: no end mark is among them
 
 
 class Header(NamedTuple):
@@ -39,6 +41,11 @@ def read_colour(path: Path) -> Array:
     return decode(_content(path), cv2.IMREAD_COLOR)[0]
 
 
+def read_upright(path: Path) -> Array:
+    """A photograph → blue-green-red (H, W, 3) uint8 as it is shown, turned as its EXIF asks. Raises BadInput."""
+    return decode(_content(path), cv2.IMREAD_COLOR, upright=True)[0]
+
+
 def decode_grey(content: bytes) -> tuple[Array, str]:
     """Bytes of a picture → grey (H, W) uint8 and a remark or ''. Raises BadInput."""
     return decode(content, cv2.IMREAD_GRAYSCALE)
@@ -55,30 +62,37 @@ def size_words(picture: Array) -> str:
     return f"{picture.shape[1]}x{picture.shape[0]}"
 
 
-def decode(content: bytes, how: int) -> tuple[Array, str]:
+def decode(content: bytes, how: int, *, upright: bool = False) -> tuple[Array, str]:
     """Bytes of a picture → its pixels and a remark or ''. Raises BadInput.
 
-    The orientation in EXIF is not followed: it would swap width and height under a calibration.
+    Unless `upright`, the orientation in EXIF is not followed: it would swap width and height under a calibration.
     """
     header = look(content)
     if header is None:
         raise BadInput("this is no JPEG, PNG, BMP, WebP or PGM picture")
-    if header.width * header.height > MOST_PIXELS:
-        raise BadInput(
-            f"it announces {header.width}x{header.height} pixels; at most {MOST_PIXELS // 2**20} Mpx are read"
-        )
+    most = MOST_OF_A_PHOTOGRAPH if upright else MOST_PIXELS
+    if header.width * header.height > most:
+        raise BadInput(f"it announces {header.width}x{header.height} pixels; at most {most // 2**20} Mpx are read")
     if min(header.width, header.height) < LEAST_SIDE:
         raise BadInput(f"it is only {header.width}x{header.height} pixels")
     if not header.complete:
         raise BadInput("the file is cut off")
     try:
-        pixels = cv2.imdecode(np.frombuffer(content, np.uint8), how | cv2.IMREAD_IGNORE_ORIENTATION)
+        pixels = cv2.imdecode(
+            np.frombuffer(content, np.uint8), how if upright else how | cv2.IMREAD_IGNORE_ORIENTATION
+        )
     except cv2.error:
         pixels = None
-    if pixels is None or pixels.shape[:2] != (header.height, header.width):
-        raise BadInput("the picture is damaged and cannot be decoded")
-    remark = "it asks to be shown turned (EXIF); it is used as the sensor took it" if header.turned else ""
-    return pixels, remark
+    sizes = {(header.height, header.width)} | ({(header.width, header.height)} if upright else set())
+    if pixels is None or pixels.shape[:2] not in sizes:
+        moves = content[:4] == b"RIFF" and b"ANIM" in content[:64]  # OpenCV 5 reads the first frame
+        raise BadInput(
+            "it is an animated picture; save one of its frames"
+            if moves
+            else "the picture is damaged and cannot be decoded"
+        )
+    turned = header.turned and not upright
+    return pixels, "it asks to be shown turned (EXIF); it is used as the sensor took it" if turned else ""
 
 
 def _content(path: Path) -> bytes:
@@ -115,18 +129,22 @@ def look(content: bytes) -> Header | None:
 
 
 def _jpeg(content: bytes) -> Header | None:
-    """Walk the segments up to the frame header."""
+    """Walk the segments up to the pixels; after their end mark a telephone may add a film."""
     turned = False
-    for marker, segment in _segments(content):
+    size: tuple[int, int] | None = None
+    for marker, segment, at in _segments(content):
         if marker == 0xE1 and segment.startswith(b"Exif\0\0"):
             turned = _orientation(segment[6:]) not in (0, 1)
         if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
             height, width = struct.unpack(">HH", segment[1:5])
-            return Header(width, height, b"\xff\xd9" in content[-TAIL:], turned)
-    return None
+            size = width, height
+        if marker == SCAN and size is not None:
+            return Header(*size, content.find(b"\xff\xd9", at) >= 0, turned)
+    return None if size is None else Header(*size, complete=False, turned=turned)
 
 
-def _segments(content: bytes) -> Iterator[tuple[int, bytes]]:
+def _segments(content: bytes) -> Iterator[tuple[int, bytes, int]]:
+    """Markers, what they hold, and where that begins."""
     at = 2
     while at + 4 <= len(content):
         if content[at] != 0xFF:
@@ -136,7 +154,7 @@ def _segments(content: bytes) -> Iterator[tuple[int, bytes]]:
             at += 1
             continue
         length = struct.unpack(">H", content[at + 2 : at + 4])[0]
-        yield marker, content[at + 4 : at + 2 + length]
+        yield marker, content[at + 4 : at + 2 + length], at + 4
         at += 2 + length
 
 

@@ -17,7 +17,7 @@ from core.setting import Meta, Section
 class PictureSettings(Section):
     """Targets for a picture, and limits of the preprocessing that reaches them."""
 
-    prepare: Annotated[bool, Meta(meaning="false: pictures are judged and used as they come")] = True
+    prepare: Annotated[bool, Meta(meaning="false: pictures are judged and used as they come", common=True)] = True
     level: Annotated[float, Meta("", 20, 235, "grey level to which a dark picture is brightened")] = 112.0
     idle: Annotated[float, Meta("", 1, 4, "a correction by a smaller factor is not worth a change")] = 1.25
     gain: Annotated[float, Meta("", 1, 100, "factor by which a picture is brightened, at most")] = 16.0

@@ -25,6 +25,7 @@ class ImageEdge:
     bottom: Array  # (2,) pixel
     bearing: float  # [rad] in the robot's axes, seen from the camera
     matched: bool = False  # confirms a laser corner
+    step: float = 0.0  # by which the picture becomes brighter across it, from left to right
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,14 @@ class EdgeSettings(Section):
     bearing_floor: Annotated[
         float, Meta("rad", 0, 0.2, "sd of a sighting's bearing that no averaging takes away")
     ] = math.radians(0.08)
+    on_walls: Annotated[
+        bool, Meta(meaning="an edge that confirms no corner is a landmark where the laser sees a straight wall")
+    ] = True
+    corners_enough: Annotated[
+        int,
+        Meta("", 0, 1000, "corners in a scan from which edges that confirm none are left alone: they repeat errors"),
+    ] = 2
+    wall_sd: Annotated[float, Meta("m", 0.002, 1, "sd across the wall of such an edge's distance")] = 0.02
     edge_required: Annotated[bool, Meta(meaning="the paper's rule: a corner without an edge is no landmark")] = False
 
     def __post_init__(self) -> None:
@@ -73,28 +82,29 @@ def find_edges(
             f"The picture is {size}, its calibration {model.width}x{model.height}; calibrate at this size."
         )
     view = level_view(camera)
-    outline, steepness = _outline(view.warp(preparation.grey(image.pixels)), view, settings, preparation)
+    outline, across = _outline(view.warp(preparation.grey(image.pixels)), view, settings, preparation)
     edges: list[ImageEdge] = []
-    for top, bottom, column in _uprights(outline, steepness, settings):
+    for top, bottom, column in _uprights(outline, np.abs(across), settings):
         ends = view.to_picture(np.array([[column, top], [column, bottom]]))
         if np.isfinite(ends).all():
-            edges.append(ImageEdge(top=ends[0], bottom=ends[1], bearing=view.bearing(column)))
+            step = _step(across, int(top), int(bottom), round(column))
+            edges.append(ImageEdge(top=ends[0], bottom=ends[1], bearing=view.bearing(column), step=step))
     return tuple(edges)
 
 
 def _outline(
     level: Array, view: LevelView, settings: EdgeSettings, preparation: Preprocessing
 ) -> tuple[Array, Array]:
-    """Level picture → Canny's outline where it runs upright (uint8), and the steepness across (float32)."""
+    """Level picture → Canny's outline where it runs upright (uint8), and the slope across (float32)."""
     spread = settings.blur * preparation.across, settings.blur * preparation.along
     smooth = cv2.GaussianBlur(level, (0, 0), sigmaX=spread[0], sigmaY=spread[1])
     across = cv2.Sobel(smooth, cv2.CV_16S, 1, 0)
     down = cv2.Sobel(smooth, cv2.CV_16S, 0, 1)
     low, high = settings.canny_low / preparation.contrast, settings.canny_high / preparation.contrast
     outline = cv2.Canny(across, down, low, high, L2gradient=True)
-    steepness = np.abs(across.astype(np.float32))
-    upright = (steepness > 2.0 * np.abs(down)) & view.inside
-    return np.where(upright, outline, 0).astype(np.uint8), steepness
+    slope = across.astype(np.float32)
+    upright = (np.abs(slope) > 2.0 * np.abs(down)) & view.inside
+    return np.where(upright, outline, 0).astype(np.uint8), slope
 
 
 def _uprights(outline: Array, steepness: Array, settings: EdgeSettings) -> list[tuple[float, float, float]]:
@@ -133,6 +143,12 @@ def _longest(group: Array, gap: float) -> Array:
     breaks = np.flatnonzero(tops[order][1:] > reached[:-1] + gap) + 1
     pieces = np.split(order, breaks)
     return group[max(pieces, key=lambda piece: bottoms[piece].max() - tops[piece].min())]
+
+
+def _step(across: Array, top: int, bottom: int, column: int) -> float:
+    """Mean slope across an edge over all its rows."""
+    left, right = max(column - 1, 0), min(column + 2, across.shape[1])
+    return float(across[top : bottom + 1, left:right].mean())
 
 
 def _column(steepness: Array, top: int, bottom: int, columns: Array, settings: EdgeSettings) -> float:

@@ -23,9 +23,21 @@ class Beams:
 
 
 @message
+class BearingSet:
+    """Directions in which something is seen or heard from one place at one time; how far it is nobody measured."""
+
+    stamp: float  # [s]
+    eye: Pose  # robot_from_eye (or ear), at that time in the robot frame of the frame that it comes with
+    bearings: Array  # (M,) [rad] in the eye's axes
+    sds: Array  # (M,) [rad]
+    looks: Array  # (M,) what distinguishes one from another: an edge's step in brightness, left to right; 0: nothing
+
+
+@message
 class FramePerception:
     """Beams, sightings and edge pairs of one frame."""
 
     beams: Beams | None = None  # None: no scan came with this frame
     sightings: tuple[Sighting, ...] | None = None  # of landmarks; None: no scan came
+    edges: BearingSet | None = None  # vertical edges that confirm no corner; None: no picture was looked at
     pairs: tuple[EdgePair, ...] = ()  # corners and the edges near them: whether the camera's mount has moved

@@ -11,6 +11,7 @@ from core.geometry import Pose, arc, wrap
 from core.message import Array, message
 from core.perception.landmarks.corners import Corner
 from core.perception.landmarks.edges import EdgeSettings, ImageEdge
+from core.perception.landmarks.walls import wall_range
 from core.sensors import Camera, Laser, Wheels
 
 
@@ -22,7 +23,7 @@ class Sighting:
     bearing: float  # [rad] in the robot frame
     covariance: Array  # (2, 2) of range [m] and bearing [rad]
     stamp: float = 0.0  # [s] of the robot frame it is given in
-    kind: str = ""  # "convex" | "concave" | ""
+    kind: str = ""  # "convex" | "concave" of a corner, "rise" | "fall" of an edge on a wall, or ""
     confirmed: bool = False  # a vertical edge stands there
     opening: float | None = None  # [rad] robot frame: bisector of the corner's walls, on the robot's side
     sector: float = math.pi  # [rad] around the opening from where the corner can be seen
@@ -65,6 +66,33 @@ def sight(
     return sightings, tuple(
         dataclasses.replace(edge, matched=True) if index in confirming else edge for index, edge in enumerate(edges)
     )
+
+
+def edges_on_walls(
+    edges: tuple[ImageEdge, ...], points: Array, eye: Pose, stamp: float, settings: EdgeSettings
+) -> tuple[tuple[Sighting, ...], tuple[ImageEdge, ...]]:
+    """Edges that confirm no corner, seen from `eye` (robot_from_eye) → sightings of those on walls; the other edges.
+
+    `points` (M, 2) [m] of the scan, robot frame: the wall says how far an edge on it is. In which direction the
+    picture becomes brighter across the edge is its kind.
+    """
+    sightings: list[Sighting] = []
+    others: list[ImageEdge] = []
+    for edge in edges:
+        if edge.matched:
+            continue
+        wall = wall_range(points, eye, edge.bearing, settings.bearing_sd, settings.wall_sd)
+        if wall is None or edge.step == 0:
+            others.append(edge)
+            continue
+        reach, sd = wall
+        ray = eye.heading + edge.bearing
+        c, s = math.cos(ray), math.sin(ray)
+        place = np.array([eye.x + reach * c, eye.y + reach * s])
+        axes = np.array([[c, -s], [s, c]])
+        spread = axes @ np.diag([sd**2, (reach * settings.bearing_sd) ** 2]) @ axes.T
+        sightings.append(_seen(place, spread, stamp, settings, kind="rise" if edge.step > 0 else "fall"))
+    return tuple(sightings), tuple(others)
 
 
 def laser_in_picture(points: Array, laser: Laser, camera: Camera, moved: Pose | None = None) -> Array:
@@ -122,18 +150,21 @@ def _confirm(
 
 
 def _sighting(corner: Corner, stamp: float, confirmed: bool, settings: EdgeSettings) -> Sighting:
-    """Corner (x, y) → range and bearing with their covariance J C Jᵀ, inflated, and the floor below it."""
-    x, y = corner.position.tolist()
+    """Corner (x, y) → its sighting."""
+    seen = _seen(corner.position, settings.inflation * corner.covariance, stamp, settings, kind=corner.kind)
+    return dataclasses.replace(seen, confirmed=confirmed, opening=corner.opening, sector=corner.sector)
+
+
+def _seen(position: Array, covariance: Array, stamp: float, settings: EdgeSettings, kind: str) -> Sighting:
+    """Place (2,) [m] in the robot frame → range and bearing with their covariance J C Jᵀ, and the floor below it."""
+    x, y = position.tolist()
     reach = max(math.hypot(x, y), 1e-6)
     slopes = np.array([[x / reach, y / reach], [-y / reach**2, x / reach**2]])
     floor = np.diag([settings.range_floor**2, settings.bearing_floor**2])
     return Sighting(
         range=reach,
         bearing=wrap(math.atan2(y, x)),
-        covariance=settings.inflation * slopes @ corner.covariance @ slopes.T + floor,
+        covariance=slopes @ covariance @ slopes.T + floor,
         stamp=stamp,
-        kind=corner.kind,
-        confirmed=confirmed,
-        opening=corner.opening,
-        sector=corner.sector,
+        kind=kind,
     )

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
-from core.message import Array
+from core.perception.people.appearance import Appearance
 from core.perception.people.body import SeenBody, WeighedBody
 from core.perception.people.detector import Rectangle, SeenPart
 from core.perception.people.looking import LookQuestion
@@ -52,18 +53,22 @@ class BodyRules:
 
 
 def rectangle_of(
-    weighed: WeighedBody, distance: float | None, question: LookQuestion, view: Viewpoint, colours: Array | None
+    weighed: WeighedBody, distance: float | None, question: LookQuestion, view: Viewpoint, looks: Appearance | None
 ) -> Rectangle:
-    """Make a rectangle of a weighed body; `distance` [m] from the camera, None: by the length of the torso."""
+    """Make a rectangle of a weighed body; `distance` [m] from the camera by the laser; None: by the torso's."""
     body = weighed.body
     head, torso, _ = body.parts
     if weighed.likelihoods[0] is None:
         column, row, sd = (torso[0] + torso[2]) / 2, (torso[1] + torso[3]) / 2, TORSO_SD * body.torso_length
     else:
         column, row, sd = body.head_column, (head[1] + head[3]) / 2, HEAD_SD * (head[2] - head[0])
+    by_laser = distance is not None
     distance = distance or view.distance(body.torso_length)
     height, width = question.pixels.shape[:2]
     crown = float(question.camera.mounting.translation[2]) + distance * view.elevation(column, head[1])
+    measured = by_laser and question.on_floor and weighed.likelihoods[0] is not None and SHORTEST < crown < TALLEST
+    if looks is not None and measured:
+        looks = replace(looks, height=crown)
     left, top, right, bottom = body.box
     box = max(left, 0.0), max(top, 0.0), min(right, float(width)), min(bottom, float(height))
     bearing = view.bearing(column, row)
@@ -80,6 +85,6 @@ def rectangle_of(
         centre=((box[0] + box[2]) / 2, (box[1] + box[3]) / 2),
         box=box,
         bearing_sd=sd / question.camera.model.fx,
-        colours=colours,
+        looks=looks,
         rank=weighed.value,
     )

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from core.message import Array, message
-from core.perception.people.colours import PersonProfile, alike, alikeness, colours_seen
+from core.perception.people.appearance import Appearance, PersonProfile, alike, colours_seen
 from core.perception.people.edge_orientation import edge_cells
 from core.perception.people.part_model import PartModel, general_model, likelihoods
 from core.perception.people.parts import (
@@ -52,7 +52,7 @@ class Rectangle:
     centre: tuple[float, float]  # [pixel] the rectangle's centroid, taken for the centre of mass (section 4.2)
     box: tuple[float, float, float, float]  # left, top, right, bottom [pixel] of the whole body
     bearing_sd: float | None = None  # [rad]; None: as good as the rectangles of a vertical plane are
-    colours: Array | None = None  # (3, HUES + GREYS) of head, torso, feet, where the landmarks say what is body
+    looks: Appearance | None = None  # None: look at the plane where they stand
     landmarks: Array | None = None  # (33, 2) [pixel]; NaN: not seen; None: a model without landmarks found them
     rank: float = 0.0  # how well it fits beyond K, for choosing
     stranger: bool = False  # a person, but not the one who was asked for
@@ -137,9 +137,9 @@ def _at_distance(
         own = value, float(rank[shift, place]), single
         known = who is None and value >= enough
         if who is not None and _liked(1.0, single, shares)[0] >= enough:  # otherwise no colours make it that one
-            seen = colours_seen(boards, away, angle, height)
-            own = _liked(np.nan_to_num(alikeness(who, seen), nan=1.0), single, shares)
-            known = own[0] >= enough and alike(who, seen) >= settings.alike
+            like = alike(who.looks, colours_seen(boards, away, angle, height))
+            own = _liked(like, single, shares)
+            known = own[0] >= enough and like >= settings.alike
         if known:
             value, _, single = own
         if known or value >= enough:
@@ -167,11 +167,11 @@ def _at_distance(
         rank[:, max(0, place - COLUMNS // 2) : place + COLUMNS // 2 + 1] = -np.inf
 
 
-def _liked(likes: Array | float, single: Array, shares: Array) -> tuple[float, float, Array]:
-    """Similarity of the parts' colours (3,), K_i (3,) and the parts' shares in the picture (3,) → K, its log
-    odds and K_i of a person in the search list: every K_i includes the similarity of its colours.
+def _liked(like: float, single: Array, shares: Array) -> tuple[float, float, Array]:
+    """Probability by looks, K_i (3,) and the parts' shares in the picture (3,) → K, its log odds and K_i of a person
+    in the search list: every K_i includes that probability.
     """
-    both = np.sqrt(single * likes)
+    both = np.sqrt(single * like)
     weights = np.array([part.weight for part in PARTS]) * shares
     weights = weights / weights.sum()
     odds = np.log(np.clip(both, 1e-6, None)) - np.log(np.clip(1 - both, 1e-6, None))

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
 
 from core.errors import BadInput
 from core.message import Array, message
+from core.perception.people.appearance import NO_LIMBS, Appearance, PersonProfile, mean_of, region_of, tones_of
+from core.perception.people.body_rules import SHORTEST, TALLEST
 from core.perception.people.brightness import levelled
-from core.perception.people.colours import PersonProfile, region_of, shares_of
+from core.perception.people.camera_geometry import BESIDE, from_eye
+from core.perception.people.legs import LegCluster
 from core.perception.people.parts import CEILING, CELL, CELLS_PER_METRE, PARTS, SCALE, TALL, Part
+from core.perception.people.pose.view import Viewpoint
+from core.sensors import Camera
 
 CHANGED = 24.0  # grey levels that a pixel must differ from the background
 SMALLEST, LOWEST = 0.008, 0.3  # share of the picture, and of its height, that a person must fill
@@ -28,11 +35,30 @@ Box = tuple[float, float, float, float]  # left, top, right, bottom [pixel]
 
 
 @message
+class HeightGauge:
+    """Measures how tall somebody is, by the laser's distance of the legs and the height of the camera."""
+
+    camera: Camera
+    standers: tuple[LegCluster, ...]
+
+    def height(self, column: float, crown: float) -> float:
+        """The pixel of the head's top → [m]; NaN where the laser sees no legs below it."""
+        view = Viewpoint(self.camera)
+        bearing = view.bearing(column, crown)
+        best, least = math.nan, BESIDE
+        for one in self.standers:
+            far, angle = from_eye(one, self.camera)
+            aside = far * abs(math.sin(angle - bearing))
+            if aside < least:
+                least, best = aside, float(self.camera.mounting.translation[2]) + far * view.elevation(column, crown)
+        return best if SHORTEST < best < TALLEST else math.nan
+
+
+@message
 class PersonImage:
     """Features of a person from one picture."""
 
-    colours: Array  # (3, HUES + GREYS): head, torso, feet; every row sums to 1
-    shape: float  # height of the contour over the width at the shoulders
+    looks: Appearance
     figure: Array  # (H, W) bool: the contour at the model's size
     outline: Array  # (K, 2) [pixel] of the picture
     boxes: tuple[Box, ...]  # head, torso, feet in the picture
@@ -70,10 +96,16 @@ def contour_of(picture: Array, background: Array) -> Array:
     return _without_mirror(np.asarray(labels == largest), *smooth)
 
 
-def person_image(picture: Array, background: Array) -> PersonImage:
+def person_image(
+    picture: Array,
+    background: Array,
+    landmarks: Callable[[Array, Box], Appearance | None] = lambda *_: None,
+    gauge: HeightGauge | None = None,
+) -> PersonImage:
     """A picture of the whole person and one of the background alone, both (H, W, 3) uint8 → what it teaches.
 
-    Raises BadInput with what to do better.
+    `landmarks`: the looks of who is in a box of the picture, where networks are here to see them; else the contour
+    tells the colours. `gauge`: measures the height. Raises BadInput with what to do better.
     """
     check_light(picture)
     mask = contour_of(picture, background)
@@ -86,11 +118,15 @@ def person_image(picture: Array, background: Array) -> PersonImage:
     size = (round(width), round(height))
     upright = cv2.warpAffine(levelled(picture), matrix, size, flags=cv2.INTER_AREA)
     inside = cv2.warpAffine(mask.astype(np.uint8), matrix, size, flags=cv2.INTER_NEAREST) > 0
+    reach = TALL / 2 * SCALE / factor
+    looks = landmarks(picture, (middle - reach, float(crown), middle + reach, float(bottom)))
+    if looks is None:
+        colours = np.array([tones_of(*region_of(part, upright, inside, 0)) for part in PARTS])
+        looks = Appearance(colours=colours, proportions=NO_LIMBS)
     outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     outline = cv2.approxPolyDP(max(outlines, key=len), 1.0, closed=True)[:, 0]
     return PersonImage(
-        colours=np.array([shares_of(*region_of(part, upright, inside, 0)) for part in PARTS]),
-        shape=(bottom - top) / len(columns),
+        looks=replace(looks, height=math.nan if gauge is None else gauge.height(middle, crown)),
         figure=inside,
         outline=outline.astype(float),
         boxes=tuple(_box(part, factor, middle, bottom) for part in PARTS),
@@ -109,9 +145,7 @@ def learn(name: str, images: Sequence[PersonImage]) -> PersonProfile:
     """
     if len(images) < FEWEST:
         raise BadInput(f"Show at least {FEWEST} pictures with different gestures; these are {len(images)}.")
-    mean = np.mean([each.colours for each in images], axis=0)
-    shape = float(np.median([each.shape for each in images]))
-    return PersonProfile(name=name, colours=mean, pictures=len(images), shape=shape)
+    return PersonProfile(name=name, looks=mean_of([each.looks for each in images]), pictures=len(images))
 
 
 def enrol(name: str, pictures: Sequence[Array], background: Array) -> PersonProfile:

@@ -24,6 +24,10 @@ class Ray:
     azimuth: float  # [rad] world
     sd: float  # [rad]
 
+    def bearing_to(self, x: float, y: float) -> float:
+        """Azimuth [rad] of a place [m], world, from where the ray begins."""
+        return math.atan2(y - self.y, x - self.x)
+
 
 @message
 class Fused:

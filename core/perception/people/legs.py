@@ -29,6 +29,7 @@ class LegCluster:
     place: Array  # (2,) [m] robot frame
     covariance: Array  # (2, 2) [m²]
     legs: int  # that could be separated: 1 or 2
+    pieces: frozenset[int] = frozenset()  # of the scan: what shares one with another is the other seen otherwise
 
     @property
     def distance(self) -> float:
@@ -41,8 +42,11 @@ class LegCluster:
         return math.atan2(float(self.place[1]), float(self.place[0]))
 
 
-def find_standers(points: Array) -> tuple[LegCluster, ...]:
-    """Scan points (M, 2) [m] in the robot frame → what may be legs, nearest first: pairs, and single ones."""
+def find_standers(points: Array, *, every: bool = False) -> tuple[LegCluster, ...]:
+    """Scan points (M, 2) [m] in the robot frame → what may be legs, nearest first: pairs, and single ones.
+
+    `every`: also those legs alone that may be one of a pair, since the other may be somebody else's.
+    """
     if len(points) < FEWEST:
         return ()
     pieces = _free_pieces(points)
@@ -52,9 +56,9 @@ def find_standers(points: Array) -> tuple[LegCluster, ...]:
         for second in range(first + 1, min(first + 4, len(pieces))):
             one, other = pieces[first], pieces[second]
             if max(_width(one), _width(other)) < 0.24 and np.hypot(*(_middle(one) - _middle(other))) < STANCE:
-                found.append(_stander((_middle(one) + _middle(other)) / 2, 2))
+                found.append(stander_at((_middle(one) + _middle(other)) / 2, 2, first, second))
                 paired |= {first, second}
-    found += [_alone(piece) for number, piece in enumerate(pieces) if number not in paired]
+    found += [_alone(piece, number) for number, piece in enumerate(pieces) if every or number not in paired]
     return tuple(sorted(found, key=lambda stander: stander.distance))
 
 
@@ -94,12 +98,12 @@ def _free_pieces(points: Array) -> list[Array]:
     return pieces
 
 
-def _alone(piece: Array) -> LegCluster:
+def _alone(piece: Array, number: int) -> LegCluster:
     """One leg, or two that touch."""
     middle = _middle(piece)
     if _width(piece) > ONE_LEG:
-        return _stander(middle, 2)
-    return _stander(middle * (1 + BEHIND / max(float(np.hypot(*middle)), 1e-6)), 1)
+        return stander_at(middle, 2, number)
+    return stander_at(middle * (1 + BEHIND / max(float(np.hypot(*middle)), 1e-6)), 1, number)
 
 
 def _width(piece: Array) -> float:
@@ -118,10 +122,11 @@ def _median(values: Array) -> Array:
     return ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2
 
 
-def _stander(place: Array, legs: int) -> LegCluster:
+def stander_at(place: Array, legs: int = 2, *pieces: int) -> LegCluster:
+    """Legs at a place (2,) [m] in the robot's frame; `pieces` of the scan."""
     away = place / max(float(np.hypot(*place)), 1e-6)
     across = np.array([-away[1], away[0]])
     sd = ACROSS_SD if legs == 2 else SINGLE_SD
     radial = RADIAL_SD if legs == 2 else SINGLE_SD
     covariance = radial**2 * np.outer(away, away) + sd**2 * np.outer(across, across)
-    return LegCluster(place=place, covariance=covariance, legs=legs)
+    return LegCluster(place=place, covariance=covariance, legs=legs, pieces=frozenset(pieces))

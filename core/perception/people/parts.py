@@ -47,20 +47,25 @@ class PeopleSettings(Section):
 
     engine: Annotated[
         Literal["auto", "pose", "drawn"],
-        Meta(meaning="detector; auto: pose networks, or the model named below, where they are here, else drawn"),
+        Meta(
+            meaning="detector; auto: pose networks, or the model named below, where they are here, else drawn",
+            common=True,
+        ),
     ] = "auto"
     model: Annotated[
         str, Meta(meaning="ONNX file of your own: YOLOv8, YOLO11, YOLOX, RTMO or MediaPipe; empty: the pose networks")
     ] = ""
-    threshold: Annotated[float, Meta("", 0.05, 0.99, "K from which a rectangle is a person (eq. 34)")] = 0.65
+    threshold: Annotated[
+        float, Meta("", 0.05, 0.99, "K from which a rectangle is a person (eq. 34)", common=True)
+    ] = 0.65
     threshold_of_feet: Annotated[float, Meta("", 0.05, 0.99, "the same where only the feet are in the picture")] = 0.8
     feet_with_legs: Annotated[float, Meta("", 0.05, 0.99, "the same where the laser separates two legs there")] = 0.4
     enough: Annotated[
         float, Meta("", 0, 1, "share of the parts' weight in the picture from which `threshold` holds")
     ] = 0.35
     alike: Annotated[
-        float, Meta("", 0, 1, "similarity of the colours of torso and legs below which it is not the enrolled person")
-    ] = 0.5
+        float, Meta("", 0, 1, "probability by looks alone below which it is not the enrolled person")
+    ] = 0.6
     nearest: Annotated[float, Meta("m", 0.3, 3, "nearest distance that is searched")] = 0.5
     farthest: Annotated[float, Meta("m", 1, 12, "farthest distance that is searched")] = 6.0
     ratio: Annotated[float, Meta("", 1.02, 1.5, "ratio of neighbouring distances")] = 1.08

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from core.geometry import Pose
+from core.perception.people.appearance import PersonProfile
 from core.perception.people.camera_geometry import around
-from core.perception.people.colours import PersonProfile
 from core.perception.people.detector import Rectangle, apart, every_distance, everybody
 from core.perception.people.legs import LegCluster
 from core.perception.people.parts import PeopleSettings

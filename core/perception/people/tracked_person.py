@@ -29,8 +29,8 @@ class TrackSettings(Section):
     ] = 8.0
     known: Annotated[float, Meta("", 0.05, 0.99, "K that is enough for a person who is expected there")] = 0.5
     alike: Annotated[
-        float, Meta("", 0, 1, "share of the usual similarity of the colours below which it is another person")
-    ] = 0.6
+        float, Meta("", 0, 1, "probability by looks alone below which it is not the followed person")
+    ] = 0.15
 
 
 @message

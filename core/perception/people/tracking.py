@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from core.geometry import Pose
 from core.message import Array
+from core.perception.people.appearance import Appearance, PersonProfile, alike, colours_seen, remembered
 from core.perception.people.brightness import levelled
 from core.perception.people.camera_geometry import (
     around,
@@ -21,10 +23,10 @@ from core.perception.people.camera_geometry import (
     ray_of,
     stands_at,
 )
-from core.perception.people.colours import LEARNT, PersonProfile, alike, colours_seen, remembered
 from core.perception.people.detector import Rectangle, find_people
 from core.perception.people.fusion import Fused, Ray, Sense, along, fuse
-from core.perception.people.legs import LegCluster, find_standers, nearest_to
+from core.perception.people.leg_tracks import OtherLegs
+from core.perception.people.legs import LegCluster, find_standers
 from core.perception.people.looking import PersonLook
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.person_pictures import AnsweredPicture, PersonPictures, only_legs_show
@@ -36,6 +38,7 @@ from core.sensors import Camera, Image
 
 DISTANCE_SD = 0.15  # share of a distance that only the picture gives
 IN_VIEW, ASIDE = 1.3, 0.4  # [m], [rad] nearer or farther aside, too little of a person is in the picture
+MISTAKEN = 0.3  # [m] sd that is added where a picture shows that the legs at the person's place are another's
 STEADY = 0.5  # [s] for which a person's acceleration lasts
 
 
@@ -56,8 +59,7 @@ class PersonTrack:
         self._state = np.zeros(4)
         self._covariance = np.eye(4)
         self._stamp = 0.0  # [s] of the state
-        self._looks: PersonProfile | None = None  # colours when they were locked on
-        self._usual = 1.0  # how alike they were since
+        self._looks: Appearance | None = None  # since they were locked on
         self._pictures = 0
         self.strangers = False  # a person was seen where the voice came from, but not the one searched for
         self.measured = -math.inf  # [s]
@@ -68,11 +70,16 @@ class PersonTrack:
         self._seen: TrackedPerson | None = None
         self._scanned = -math.inf  # [s] of the newest scan
         self._glance: Glance | None = None
+        self._others = OtherLegs()
 
     @property
     def person(self) -> TrackedPerson | None:
         """The followed person; None before one was found."""
         return self._seen if self._pictures >= self._tracking.births else None
+
+    def apart_from(self, place: Array) -> float:
+        """Distance [m] of the person from a place (2,) [m], world."""
+        return float(np.hypot(*(self._state[:2] - place)))
 
     def lost(self, stamp: float) -> bool:
         """True when the person has been hidden for too long."""
@@ -129,17 +136,17 @@ class PersonTrack:
             ray = ray_of(rectangle, eye(answered.pose, camera), answered.pose)
             stander = legs_of(rectangle, answered.standers, camera, self._settings)
             self._first(call, answered.stamp, answered.pose, ray, rectangle, stander)
-            if rectangle.colours is not None:
-                self._looks = remembered(rectangle.colours, self._looks)
+            if rectangle.looks is not None:
+                self._looks = remembered(rectangle.looks, self._looks)
             return
         if answered.legs is not None and self._who is None:
             self._first(call, answered.stamp, answered.pose, None, None, answered.legs)
 
     def _is_who(self, rectangle: Rectangle) -> bool:
         """Return whether this may be the person who is searched for."""
-        if self._who is None or rectangle.colours is None:
+        if self._who is None or rectangle.looks is None:
             return self._who is None
-        return alike(self._who, rectangle.colours) >= self._settings.alike
+        return alike(self._who.looks, rectangle.looks) >= self._settings.alike
 
     def _looking(
         self, call: VoiceBearing, stamp: float, pose: Pose, points: Array, image: Image, camera: Camera
@@ -173,19 +180,22 @@ class PersonTrack:
         rectangle: Rectangle | None = None
         fresh_scan = scanned != self._scanned
         self._scanned = scanned
-        standers = find_standers(points) if fresh_scan or image is not None else ()
+        standers = find_standers(points, every=True) if fresh_scan or image is not None else ()
+        barred: tuple[LegCluster, ...] = ()
         boards: VerticalPlanes | None = None
         if image is not None:
             self.looked = stamp
-        if camera is not None and self._asked is not None:
+        if camera is None:
+            self._excused = stamp  # nothing looks there, so that no picture can show the person
+        elif self._asked is not None:
             self._excuse(camera, pose)
-            rectangle, standers = self._follow_with(self._asked, stamp, pose, standers, image, camera)
-        elif image is not None and camera is not None:
+            rectangle, barred = self._follow_with(self._asked, stamp, pose, standers, image, camera)
+        elif image is not None:
             boards = VerticalPlanes(levelled(image.pixels), camera)
             rectangle, strangers = self._look(boards, pose, standers)
-            standers = tuple(one for one in standers if not any(stands_at(one, other, camera) for other in strangers))
+            barred = _legs_of_strangers(standers, strangers, camera)
         if fresh_scan or rectangle is not None:
-            stander = self._step(pose, standers)
+            stander = self._legs(stamp, pose, standers, barred)
         self._correct(stamp, pose, stander, rectangle, camera)
         if rectangle is not None:
             self._remember(boards, rectangle)
@@ -229,7 +239,7 @@ class PersonTrack:
         image: Image | None,
         camera: Camera,
     ) -> tuple[Rectangle | None, tuple[LegCluster, ...]]:
-        """Ask for the person where they are expected → the person in the newest answer, and legs of nobody else."""
+        """Ask for the person where they are expected → the person in the newest answer, and legs of others."""
         here = eye(pose, camera)
         x, y = self._state[:2].tolist()
         bearing, distance = here.bearing_to(x, y), here.distance_to(x, y)
@@ -239,20 +249,21 @@ class PersonTrack:
             asked.ask_for(image, camera, pose, standers, (bearing, sd), distance, stamp)
         answered = asked.answer()
         if answered is None:
-            return None, standers
+            return None, ()
         own: Rectangle | None = None
+        strangers: list[Rectangle] = []
         for one in answered.found:
             if self._is_followed(one):
                 own = own or self._moved_on(one, stamp - answered.stamp, answered, camera, pose)
             else:
-                standers = tuple(each for each in standers if not stands_at(each, one, camera))
-        return own, standers
+                strangers.append(one)
+        return own, _legs_of_strangers(standers, strangers, camera)
 
     def _is_followed(self, rectangle: Rectangle) -> bool:
-        """Return whether the colours are those of the person who is followed."""
-        if self._looks is None or rectangle.colours is None:
+        """Return whether these may be the looks of the person who is followed."""
+        if self._looks is None or rectangle.looks is None:
             return True
-        return alike(self._looks, rectangle.colours) >= self._tracking.alike * self._usual
+        return alike(self._looks, rectangle.looks) >= self._tracking.alike
 
     def _moved_on(
         self, rectangle: Rectangle, passed: float, answered: AnsweredPicture, camera: Camera, pose: Pose
@@ -311,19 +322,22 @@ class PersonTrack:
         strangers: list[Rectangle] = []
         for one in found:
             aside = one.distance * abs(math.sin(one.bearing - bearing))
-            if self._alike(boards, one) < self._tracking.alike * self._usual:
+            if self._looks is not None and alike(self._looks, _looks_of(boards, one)) < self._tracking.alike:
                 strangers.append(one)
             elif own is None and aside < 0.25 + min(0.3, doubt) and abs(one.distance - distance) < 0.3 + doubt:
                 own = one
         return own, strangers
 
-    def _step(self, pose: Pose, standers: tuple[LegCluster, ...]) -> LegCluster | None:
-        """The legs that the person walked on with."""
+    def _legs(
+        self, stamp: float, pose: Pose, standers: tuple[LegCluster, ...], barred: tuple[LegCluster, ...]
+    ) -> LegCluster | None:
+        """The legs that the person walked on with; `barred`: those of strangers, as a picture shows."""
         place = pose.inverse().apply(self._state[None, :2])[0]
-        c, s = math.cos(-pose.heading), math.sin(-pose.heading)
-        turn = np.array([[c, -s], [s, c]])
-        within = [one for one in standers if np.hypot(*(one.place - place)) < self._tracking.wide_gate]
-        return nearest_to(within, place, turn @ self._covariance[:2, :2] @ turn.T, self._tracking.gate)
+        if any(np.hypot(*(one.place - place)) < MISTAKEN for one in barred):
+            self._covariance[:2, :2] += MISTAKEN**2 * np.eye(2)
+        expected = self._state[:2], self._covariance[:2, :2]
+        limits = self._tracking.wide_gate, self._tracking.gate
+        return self._others.share_out(stamp, pose, standers, expected, limits, barred)
 
     def _correct(
         self, stamp: float, pose: Pose, stander: LegCluster | None, rectangle: Rectangle | None, camera: Camera | None
@@ -418,18 +432,17 @@ class PersonTrack:
             used=fused.used,
         )
 
-    def _alike(self, boards: VerticalPlanes, rectangle: Rectangle) -> float:
-        """Similarity of a rectangle's colours to those of the followed person."""
-        return 1.0 if self._looks is None else alike(self._looks, _looks_of(boards, rectangle))
-
     def _remember(self, boards: VerticalPlanes | None, rectangle: Rectangle) -> None:
-        seen = rectangle.colours if boards is None else _looks_of(boards, rectangle)
-        if seen is None:
-            return
-        if self._looks is not None:
-            self._usual += LEARNT * (alike(self._looks, seen) - self._usual)
-        self._looks = remembered(seen, self._looks)
+        seen = rectangle.looks if boards is None else _looks_of(boards, rectangle)
+        if seen is not None:
+            self._looks = remembered(seen, self._looks)
 
 
-def _looks_of(boards: VerticalPlanes, rectangle: Rectangle) -> Array:
+def _legs_of_strangers(
+    standers: tuple[LegCluster, ...], strangers: Sequence[Rectangle], camera: Camera
+) -> tuple[LegCluster, ...]:
+    return tuple(one for one in standers if any(stands_at(one, other, camera) for other in strangers))
+
+
+def _looks_of(boards: VerticalPlanes, rectangle: Rectangle) -> Appearance:
     return colours_seen(boards, rectangle.distance, rectangle.bearing, rectangle.height)

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
+from core.geometry import wrap
 from core.message import message
-from core.perception.people.fusion import Ray
+from core.perception.people.fusion import GATE, Ray
+
+APART = 0.3  # [rad] within which two bearings are looked at together
 
 
 @message
@@ -29,6 +34,30 @@ class VoiceBearing:
         angle = math.degrees(math.remainder(self.azimuth - heading, math.tau))
         sector = round(angle / 45) % 8
         return SIDES[sector]
+
+
+def likeliest(heard: Sequence[VoiceBearing]) -> tuple[VoiceBearing, ...]:
+    """Bearings of the moments of words → the directions from which they may have come, the likeliest first.
+
+    A direction has the strengths of all moments in which it was heard; in one moment it counts once.
+    """
+    moments = sorted({one.stamp for one in heard})
+    support = {
+        number: sum(max(_agreement(one, each) for each in heard if each.stamp == stamp) for stamp in moments)
+        for number, one in enumerate(heard)
+    }
+    found: list[VoiceBearing] = []
+    for number in sorted(support, key=lambda each: -support[each]):
+        one = replace(heard[number], strength=support[number] / len(moments), stamp=moments[-1])
+        if all(abs(wrap(one.azimuth - other.azimuth)) > APART for other in found):
+            found.append(one)
+    return tuple(found)
+
+
+def _agreement(one: VoiceBearing, other: VoiceBearing) -> float:
+    """Strength with which the other bearing is heard in the direction of the one."""
+    miss = wrap(one.azimuth - other.azimuth) ** 2 / (one.sd**2 + other.sd**2)
+    return other.strength * max(0.0, 1 - miss / GATE)
 
 
 def from_side(side: str) -> str:

@@ -33,6 +33,8 @@ LEAD = 0.3  # [s] before an utterance that are looked at with it
 GUARD = 0.15  # [s] before now that are not yet taken for noise: an utterance may be beginning
 GAP = 0.02  # [s] missing between two pieces of sound, beyond which listening starts again
 MOST_TALKERS = 2
+BEFORE, AFTER = 0.6, 0.1  # [s] before words that show the noise, and after them that are still theirs
+MOST_IN_WORDS = 3  # directions of words: the talker's, an echo's, another talker's
 
 
 @message
@@ -91,6 +93,30 @@ class DoaStream:
         while self._pieces[0].times[-1] < seen.times[-1] - KEPT:
             self._pieces.popleft()
         return self._judge(seen)
+
+    def within(self, begin: float, end: float) -> tuple[HeardDirections, ...]:
+        """Look once more at words that were spoken from `begin` to `end` [s]: at all of them, and at either half.
+
+        Who spoke just before is noise to them, and who spoke into them is not in both halves. () where so much of
+        the sound is not remembered, or in the paper's form.
+        """
+        pieces = self._pieces
+        if not pieces or self.settings.form == "paper" or pieces[0].times[0] > begin - LEAD:
+            return ()
+        seen = self._since(begin - BEFORE)
+        quiet = (seen.times >= begin - BEFORE) & (seen.times + seen.size / (2 * seen.rate) <= begin)
+        if not quiet.any():
+            return ()
+        noise = noise_of(seen, quiet, self.settings)
+        fresh = freshness(strangeness(seen, noise), seen, self.settings)
+        middle = (begin + end) / 2
+        heard: list[HeardDirections] = []
+        for first, last in ((begin, end), (begin, middle), (middle, end)):
+            until = last + AFTER if last == end else last
+            own = np.where((seen.times >= first) & (seen.times <= until), fresh, 0.0)
+            found = share_out(seen, own, noise, self.array, 0.0, self.settings, MOST_IN_WORDS)
+            heard.append(HeardDirections(begin=first, end=last, directions=found))
+        return tuple(heard)
 
     def _judge(self, seen: Spectra) -> tuple[HeardDirections, ...]:
         """Frames that are new → what became known."""

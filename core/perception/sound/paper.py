@@ -1,10 +1,13 @@
 """The paper's estimator as it is printed (eq. 35-40): first microphone against each, whole samples, least squares.
 
 Signs: s points to the source, ΔT_1j = t_1 - t_j is positive where j is nearer. The w_1 of eq. 38 is eq. 37's w, and n
-in eq. 39 is the length of the transform. Kept as it is for comparison: no limit on lags, no use of silence before.
+in eq. 39 is the length of the transform. Kept as it is for comparison: no limit on lags. Where it is known when the
+speech begins, frames before are noise: they are in X_n and not in the correlation.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -39,8 +42,10 @@ def averaged(power: Array) -> Array:
     return noise
 
 
-def correlations(samples: Array) -> Array:
-    """Samples (N, M) → R_1j over lags (SIZE, M - 1), lag 0 first (eq. 39 summed over frames)."""
+def correlations(samples: Array, begin: int = 0) -> Array:
+    """Samples (N, M), speech from sample `begin` on → R_1j over lags (SIZE, M - 1), lag 0 first (eq. 39 summed over
+    frames with speech).
+    """
     if len(samples) < SIZE:
         raise BadInput(f"The paper's estimator needs at least {SIZE} samples.")
     window = np.hanning(SIZE)
@@ -48,18 +53,26 @@ def correlations(samples: Array) -> Array:
     power = np.mean(np.abs(spectra) ** 2, axis=1)
     weight = mask(power, averaged(power)) ** 2
     phases = spectra / np.maximum(np.abs(spectra), 1e-300)
+    last = len(spectra) - 1
+    weight[: min(max(math.ceil((begin - SIZE / 2) / HOP), 0), last)] = 0.0  # half of a frame or more is speech
     summed = np.sum(weight[:, None] * phases[:, :1] * phases[:, 1:].conj(), axis=0)
     return np.fft.irfft(summed, SIZE, axis=1).T
 
 
-def locate_as_printed(sound: Sound, array: MicrophoneArray) -> Direction:
-    """The paper's direction. Its covariance knows of whole samples only: the paper gives none. Raises BadInput."""
-    return direction_as_printed(array.heard(sound), sound.rate, sound.stamp + sound.duration / 2, array)
+def locate_as_printed(sound: Sound, array: MicrophoneArray, speech_from: float | None = None) -> Direction:
+    """The paper's direction of speech that begins at `speech_from` [s]; None: that is not known.
+
+    Its covariance knows of whole samples only: the paper gives none. Raises BadInput.
+    """
+    begin = 0 if speech_from is None else round((speech_from - sound.stamp) * sound.rate)
+    return direction_as_printed(array.heard(sound), sound.rate, sound.stamp + sound.duration / 2, array, begin)
 
 
-def direction_as_printed(samples: Array, rate: int, stamp: float, array: MicrophoneArray) -> Direction:
+def direction_as_printed(
+    samples: Array, rate: int, stamp: float, array: MicrophoneArray, begin: int = 0
+) -> Direction:
     """The same from the array's samples (N, M) at a rate [Hz], of a moment [s]. Raises BadInput."""
-    table = correlations(samples)
+    table = correlations(samples, begin)
     top = np.argmax(table, axis=0)
     lags = np.where(top < SIZE // 2, top, top - SIZE) / rate  # ΔT_1j (eq. 36)
     axes = axes_of(array)

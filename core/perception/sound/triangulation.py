@@ -60,7 +60,7 @@ def cross(bearings: Sequence[Bearing], settings: TriangulationSettings | None = 
     best: Array | None = None
     score = 0.0
     for first, second in _pairs(len(usable), settings.most_pairs):
-        start = _meet(table[first], table[second], settings)
+        start = crossing(table[first], table[second], settings)
         if start is None:
             continue
         gaps = np.abs(_gaps(table, start)) / table[:, 3]
@@ -82,8 +82,8 @@ def _pairs(count: int, most: int) -> list[tuple[int, int]]:
     return pairs[:: max(1, len(pairs) // most)]
 
 
-def _meet(one: Array, other: Array, settings: TriangulationSettings) -> Array | None:
-    """Crossing (2,) of two rays (x, y, azimuth, sd) ahead of both."""
+def crossing(one: Array, other: Array, settings: TriangulationSettings) -> Array | None:
+    """Where two rays (x, y, azimuth, …) cross ahead of both (2,) [m]; None: nowhere, or nearly along each other."""
     if abs(math.sin(wrap(float(one[2] - other[2])))) < math.sin(settings.parallax):
         return None
     ahead = np.array([[math.cos(ray[2]), math.sin(ray[2])] for ray in (one, other)])

@@ -17,6 +17,7 @@ from core.calibration.files import pictures
 from core.errors import BadInput
 from core.gate import ZERO, Twist
 from core.geometry import OPTICAL, Pose, Transform
+from core.message import Array
 from core.optics import CameraModel
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
@@ -276,15 +277,25 @@ class RosSensors:
             self._readings.wheels(pose, float(twist.linear.x), float(twist.angular.z), stamp)
 
     def _take_image(self, topic: str, content: Any, received: float) -> None:
-        if self.topics.types[topic] == COMPRESSED_IMAGE:
-            pixels = pictures.decode(bytes(content.data), cv2.IMREAD_COLOR)[0]
-        else:
-            pixels = raw_pixels(content)
-        self._view = content.header.frame_id.strip("/"), pixels.shape[1], pixels.shape[0]
+        """A picture; once the robot is known, decoded where somebody takes it."""
+        stamp = self._clocks.stamp(topic, stamp_of(content.header), received)
         if self._readings is not None:
-            self._readings.image(
-                Image(stamp=self._clocks.stamp(topic, stamp_of(content.header), received), pixels=pixels)
-            )
+            self._readings.undecoded(lambda: self._image(topic, content, stamp))
+            return
+        pixels = self._pixels(topic, content)
+        self._view = content.header.frame_id.strip("/"), pixels.shape[1], pixels.shape[0]
+
+    def _image(self, topic: str, content: Any, stamp: float) -> Image | None:
+        try:
+            return Image(stamp=stamp, pixels=self._pixels(topic, content))
+        except Exception:  # whatever a hostile picture brings about, the next one may be fine
+            self.types.errors[topic] += 1
+            return None
+
+    def _pixels(self, topic: str, content: Any) -> Array:
+        if self.topics.types[topic] == COMPRESSED_IMAGE:
+            return pictures.decode(bytes(content.data), cv2.IMREAD_COLOR)[0]
+        return raw_pixels(content)
 
     def _take_info(self, topic: str, content: Any, received: float) -> None:
         self._info = content

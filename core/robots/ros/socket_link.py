@@ -5,7 +5,6 @@ A link of its own kind says how it asks for the robot's topics, subscribes, read
 
 from __future__ import annotations
 
-import contextlib
 import socket
 import ssl
 import time
@@ -15,10 +14,6 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
-from websockets.exceptions import InvalidHandshake, InvalidMessage, WebSocketException
-from websockets.sync.client import ClientConnection, connect
-from websockets.typing import Subprotocol
-
 from core.errors import BadInput, Unavailable
 from core.message import message
 from core.robots.device import Equipment
@@ -27,17 +22,14 @@ from core.robots.ros.bridge import RosSensors
 from core.robots.ros.ros_device import RosDevice
 from core.robots.ros.topics import DESCRIPTION, NOTHING, RosSettings, RosTopics, choose_topics
 from core.robots.ros.typestore import RobotTypes
+from core.robots.ros.web_socket import WebSocket
 
 CONNECTING = 3.0  # [s] to reach the robot
 LISTING = 4.0  # [s] for the list of its topics
 LEARNING = 3.0  # [s] for the first message of every topic
 DESCRIBING = 1.0  # [s] more for the robot's parameters
 TICK = 0.02  # [s] between looks at what is to be sent
-PING, PONG = 2.0, 5.0  # [s] between pings, and for the answer
-LARGEST = 2**26  # [bytes] of a message
-MOST_AT_ONCE = 256  # messages that are looked at together
 REMEMBERED = 32  # sentences of the robot that are not repeated
-QUICK_ACK = getattr(socket, "TCP_QUICKACK", None)  # Linux has it
 
 
 @message
@@ -83,26 +75,6 @@ def parse_address(rest: str, port: int, options: Sequence[str] = ()) -> RosAddre
     )
 
 
-class QuickAckSocket(socket.socket):
-    """Acknowledges at once what it receives.
-
-    A server that sends head and body of a message by themselves waits for that in between, up to 40 ms.
-    """
-
-    def recv(self, bufsize: int, flags: int = 0, /) -> bytes:
-        """As of any socket."""
-        data = super().recv(bufsize, flags)
-        acknowledge_at_once(self)
-        return data
-
-
-def acknowledge_at_once(end: socket.socket) -> None:
-    """Have the system acknowledge what came and what comes next, where it can."""
-    if QUICK_ACK is not None:
-        with contextlib.suppress(OSError):
-            end.setsockopt(socket.IPPROTO_TCP, QUICK_ACK, 1)
-
-
 class RosSocket(RosDevice):
     """A ROS robot behind a WebSocket."""
 
@@ -116,7 +88,7 @@ class RosSocket(RosDevice):
         self.unreadable = 0  # messages of the link itself that could not be read
         self.timeout: float | None = None  # [s] of silence after which the base stops, 0: never; None: not known
         self.description = ""  # the robot's URDF where it comes as a parameter
-        self._socket: ClientConnection | None = None
+        self._socket: WebSocket | None = None
         self._readings: Readings | None = None
         self._equipment: Equipment | None = None  # as it was found at the first connection
         self._notes: list[str] = []
@@ -170,8 +142,7 @@ class RosSocket(RosDevice):
         self._finish()
         link, self._socket = self._socket, None
         if link is not None:
-            with contextlib.suppress(OSError, WebSocketException):
-                link.close()
+            link.close()
 
     # What a kind of link says of itself.
 
@@ -219,40 +190,28 @@ class RosSocket(RosDevice):
             )
         return choose_topics(found, self.address.settings, listeners)
 
-    def _connected(self) -> ClientConnection:
+    def _connected(self) -> WebSocket:
         address = self.address
         try:
-            plain = socket.create_connection((address.host, address.port), CONNECTING)
-            end = QuickAckSocket(plain.family, plain.type, plain.proto, fileno=plain.detach())
+            end = socket.create_connection((address.host, address.port), CONNECTING)
         except OSError as trouble:
             why = trouble.strerror or "it did not answer in time"
             raise Unavailable(f"No {self.kind} at {address.name}: {why}. {self.advice}") from None
         try:
-            end.settimeout(None)
-            acknowledge_at_once(end)
-            return connect(
-                f"{'wss' if address.secure else 'ws'}://{address.name}/",
-                sock=end,
-                ssl=self._trust() if address.secure else None,
-                server_hostname=address.host if address.secure else None,
-                subprotocols=[Subprotocol(name) for name in self.subprotocols] or None,
-                compression=None,
-                proxy=None,
-                open_timeout=CONNECTING,
-                ping_interval=PING,
-                ping_timeout=PONG,
-                close_timeout=0.5,
-                max_size=LARGEST,
-                max_queue=64,
-            )
+            end = self._trust().wrap_socket(end, server_hostname=address.host) if address.secure else end
+            url = f"{'wss' if address.secure else 'ws'}://{address.name}/"
+            return WebSocket(end, url, self.subprotocols, CONNECTING)
         except ssl.SSLError as trouble:
             end.close()
             raise Unavailable(f"The connection to {address.name} cannot be encrypted: {trouble.reason}.") from None
-        except (InvalidHandshake, InvalidMessage, OSError, EOFError):
+        except OSError:
             end.close()
             raise Unavailable(
                 f"What answers at {address.name} is no {self.kind}, or of a version that this console does not speak."
             ) from None
+        except BaseException:
+            end.close()
+            raise
 
     def _trust(self) -> ssl.SSLContext:
         authority = self.address.authority
@@ -275,18 +234,11 @@ class RosSocket(RosDevice):
         link = self._socket
         if link is None:
             return False
-        arrived: list[tuple[str, Any]] = []
         try:
-            for number in range(MOST_AT_ONCE):
-                found = self._read_safely(link.recv(patience if number == 0 else 0))
-                if found is not None:
-                    arrived.append(found)
-        except TimeoutError:
-            pass
-        except (OSError, WebSocketException):
+            read = [self._read_safely(raw) for raw in link.receive(patience)]
+        except OSError:
             return False
-        if self.address.secure:
-            acknowledge_at_once(link.socket)  # encryption has wrapped the socket that does it by itself
+        arrived = [found for found in read if found is not None]
         if arrived and self.sensors is not None:
             self._hand_on(self.sensors, arrived)
         return True
@@ -308,12 +260,9 @@ class RosSocket(RosDevice):
     def _send(self, payload: str | bytes) -> None:
         """Put a message on the link. Raises OSError when it is lost."""
         link = self._socket
-        try:
-            if link is None:
-                raise ConnectionResetError("the link is closed")
-            link.send(payload)
-        except WebSocketException as trouble:
-            raise ConnectionResetError("the link is lost") from trouble
+        if link is None:
+            raise ConnectionResetError("the link is closed")
+        link.send(payload)
 
     def _note(self, sentence: str) -> None:
         """Tell the operator, once."""

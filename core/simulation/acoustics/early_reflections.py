@@ -11,9 +11,12 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from core.message import Array
 from core.simulation.acoustics.shoebox import FINER
+from core.simulation.settings import HardWall
 
 HALF = 8  # samples on either side that count for a value in between; all sound is late by that much
 FARTHEST = 45.0  # [m] that an arrival may have come
+GLASS = 0.95  # of the pressure, that a hard wall sends back
+IMAGE_BEHIND: dict[HardWall, int] = {"west": 1, "south": 2, "east": 4, "north": 5}  # row of `first_images`
 FILTER = np.sinc(np.arange(-HALF * FINER, HALF * FINER + 1) / FINER) * np.kaiser(2 * HALF * FINER + 1, 7.0)
 PHASES = np.append(FILTER, np.zeros(FINER - 1)).reshape(-1, FINER)[::-1]  # (2 HALF + 1, FINER), the last sample first
 
@@ -47,12 +50,20 @@ class Arrivals:
         return np.einsum("km,kmn->nm", gains / np.maximum(now, 0.1), heard)
 
 
-def first_images(size: tuple[float, float, float], source: Array, reflection: float) -> tuple[Array, Array]:
-    """A source (3,) [m] in a box → itself and its six mirror images (7, 3), and the pressure of each (7,)."""
-    if reflection == 0:
+def first_images(
+    size: tuple[float, float, float], source: Array, reflection: float, hard: HardWall = "none"
+) -> tuple[Array, Array]:
+    """A source (3,) [m] in a box → itself and its six mirror images (7, 3), and the pressure of each (7,).
+
+    `hard`: the wall that sends back GLASS of the pressure, whatever the others do.
+    """
+    if reflection == 0 and hard == "none":
         return source[None].copy(), np.ones(1)
     images = np.repeat(source[None], 7, axis=0)
     for axis, side in enumerate(size):
         images[1 + axis, axis] *= -1
         images[4 + axis, axis] = 2 * side - source[axis]
-    return images, np.array([1.0] + 6 * [reflection])
+    pressures = np.array([1.0] + 6 * [reflection])
+    if hard != "none":
+        pressures[IMAGE_BEHIND[hard]] = GLASS
+    return images, pressures

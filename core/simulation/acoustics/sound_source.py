@@ -10,6 +10,7 @@ from core.message import Array
 from core.simulation.acoustics.early_reflections import Arrivals, first_images
 from core.simulation.acoustics.enclosure import Enclosure, enclosure, in_sight
 from core.simulation.acoustics.late_reverberation import Convolver, echo_in_pieces, echo_length
+from core.simulation.settings import HardWall
 from core.simulation.world import World
 
 MOVED = 0.05  # [m] by which an ear has moved when the echo is computed again
@@ -19,10 +20,13 @@ BEHIND_A_WALL = 0.1  # of the pressure that comes straight or by one bounce when
 class SoundSource:
     """One source of sound. It begins to sound when its first echo is worked out."""
 
-    def __init__(self, name: str, mouth: Array, rate: int, block: int, rt60: float, seed: int) -> None:
+    def __init__(
+        self, name: str, mouth: Array, rate: int, block: int, rt60: float, seed: int, hard: HardWall = "none"
+    ) -> None:
         self.name, self.mouth = name, mouth
         self.open = False  # more is to come
         self._rate, self._rt60, self._seed = rate, rt60, seed
+        self._hard: HardWall = hard
         self._waiting = np.zeros(0)  # that was not heard yet
         self._speed = 343.0  # [m/s]
         self._straight = Arrivals(rate, self._speed)
@@ -55,7 +59,8 @@ class SoundSource:
         if self._box is None or not self._box.holds(np.vstack((ears, self.mouth))):
             self._box = enclosure(world, np.vstack((ears, self.mouth)), self._rt60)
             room = self._box.room
-            images, self._gains = first_images(room.size, self._box.inside(self.mouth), room.reflection)
+            mouth = self._box.inside(self.mouth)
+            images, self._gains = first_images(room.size, mouth, room.reflection, self._hard)
             self._images = images + self._box.corner
             self._before = self._worked_at = self._work = None
         moved = self._worked_at is None or float(np.abs(ears - self._worked_at).max()) > MOVED

@@ -7,7 +7,7 @@ import numpy as np
 from core.errors import BadInput, Unavailable
 from core.geometry import Pose
 from core.message import Array
-from core.robots.requests import ListeningState, SetListening, Speak, SpokenSound, finite
+from core.robots.requests import Hush, ListeningState, SetListening, Speak, SpokenSound, finite
 from core.sensors.microphones import Sound
 from core.sensors.resampling import resampled
 from core.simulation.microphones import RATE, SimulatedMicrophones
@@ -72,6 +72,12 @@ class Speakers:
         if request.more:
             self._levels[name] = level
         return SpokenSound(id=name, seconds=round(waiting, 3), x_m=float(mouth[0]), y_m=float(mouth[1]))
+
+    def hush(self, request: Hush) -> SpokenSound:
+        """Silence a person. Raises BadInput when nobody of that name speaks, Unavailable for a deaf robot."""
+        mouth = self._ears().hush(request.id)
+        self._levels.pop(request.id, None)
+        return SpokenSound(id=request.id, seconds=0.0, x_m=float(mouth[0]), y_m=float(mouth[1]))
 
     def _ears(self) -> SimulatedMicrophones:
         if self._microphones is None:

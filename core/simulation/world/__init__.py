@@ -10,8 +10,9 @@ from core.simulation.world.objects import COLOURS, GESTURES, SIZES, SWING, Solid
 from core.simulation.world.outline import Rect, outline
 from core.simulation.world.plan import Dressing, World, Zone
 from core.simulation.world.ray_casting import Hits, Surfaces, cast, distances
+from core.simulation.world.weak import BARE, CORRIDOR, GLASS
 
-WORLDS = {"lab": LAB, "floor": FLOOR}
+WORLDS = {"lab": LAB, "floor": FLOOR, "corridor": CORRIDOR, "bare": BARE, "glass": GLASS}
 
 
 def world_named(name: str) -> World:

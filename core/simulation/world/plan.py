@@ -48,6 +48,7 @@ class World:
     dressings: tuple[Dressing, ...] = ()
     things: tuple[Thing, ...] = ()
     board: HeldBoard | None = None
+    glass: tuple[Rect, ...] = ()  # walls whose middle lies within let the laser through
 
     @cached_property
     def solids(self) -> tuple[Solid, ...]:
@@ -64,6 +65,15 @@ class World:
         """Return the surfaces that a ray at `height` [m] can hit."""
         solids = [solid for solid in self.solids if solid.stands_at(height)]
         return _surfaces(self.walls, solids, None if self.board is None else self.board.cut(height))
+
+    def laser_surfaces(self, height: float) -> Surfaces:
+        """Return the surfaces that a laser at `height` [m] sees: all but glass, behind which is nothing."""
+        seen = self.surfaces(height)
+        if not self.glass:
+            return seen
+        middle = 0.5 * (self.walls[:, :2] + self.walls[:, 2:])
+        clear = np.array([any(area.contains(x, y) for area in self.glass) for x, y in middle.tolist()])
+        return Surfaces(faces=np.vstack((self.walls[~clear], seen.faces[len(self.walls) :])), posts=seen.posts)
 
     @cached_property
     def obstacles(self) -> Surfaces:

@@ -15,6 +15,7 @@ from core.setting import Meta, Section
 
 GRAZE = math.radians(15)  # within the rim of its sector a corner's wall is seen too flat
 SURE = 0.7  # of the range from which a corner was ever made out: from here it should be again
+ON_WALLS = ("rise", "fall")  # kinds of edges that only the camera sees, in its field
 STEADY = 20  # hits after which the opening is averaged no further
 
 
@@ -34,6 +35,7 @@ class LandmarkSettings(Section):
         float, Meta("rad", 0.01, 3.2, "difference of a corner's openings in two sightings, at most")
     ] = math.radians(40)
     most: Annotated[int, Meta("", 10, 2000, "landmarks in all")] = 1000
+    most_on_walls: Annotated[int, Meta("", 0, 1000, "edges on walls among them")] = 80
 
 
 @dataclass
@@ -76,6 +78,11 @@ class LandmarkTable:
         """Number of landmarks past their probation."""
         return sum(not row.tentative for row in self.rows)
 
+    @property
+    def corners(self) -> int:
+        """Number of landmarks that are not edges on walls."""
+        return sum(row.kind not in ON_WALLS for row in self.rows)
+
     def stands(self, row: LandmarkRecord) -> bool:
         """Return whether a landmark belongs in the map: past its probation, or let off it and not doubted since.
 
@@ -94,6 +101,10 @@ class LandmarkTable:
         shown = np.array([math.nan if s.opening is None else s.opening + heading for s in sightings])[:, None]
         differ = np.abs((shown - openings + np.pi) % (2 * np.pi) - np.pi) > self.settings.opening
         return same & ~differ
+
+    def has_room(self, sighting: Sighting) -> bool:
+        """Return whether a landmark of this kind may still join."""
+        return sighting.kind not in ON_WALLS or len(self.rows) - self.corners < self.settings.most_on_walls
 
     def add(self, sighting: Sighting, heading: float) -> LandmarkRecord:
         """A new row, seen once."""
@@ -140,7 +151,7 @@ class LandmarkTable:
     def expected(self, index: int, reach: float, bearing: float) -> bool:
         """Return whether a corner should be visible from `reach` [m] away, at the robot's `bearing` [rad] from it."""
         row = self.rows[index]
-        if reach > SURE * row.farthest:
+        if row.kind in ON_WALLS or reach > SURE * row.farthest:
             return False
         return row.opening is None or abs(wrap(bearing - row.opening)) < row.sector - GRAZE
 
@@ -158,7 +169,7 @@ class LandmarkTable:
     def may_be_doubles(self, a: int, b: int) -> bool:
         """Return whether two landmarks can be one: alike, and never seen at once."""
         first, second = self.rows[a], self.rows[b]
-        if first.tentative or second.tentative or {first.kind, second.kind} == {"convex", "concave"}:
+        if first.tentative or second.tentative or (first.kind and second.kind and first.kind != second.kind):
             return False
         if frozenset((first.id, second.id)) in self._distinct:
             return False

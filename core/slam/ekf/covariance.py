@@ -84,6 +84,14 @@ class Covariance:
         self._square[size : size + count, size : size + count] = np.triu(block)
         self.size += count
 
+    def insert(self, first: int, rows: Array, block: Array) -> None:
+        """New states as `append` has them, but before state `first`; what is behind it moves back."""
+        size, count = self.size, len(block)
+        self.append(rows, block)
+        if first < size:
+            order = np.r_[:first, size : size + count, first:size]
+            self._square[: self.size, : self.size] = np.triu(self.dense()[np.ix_(order, order)])
+
     def drop(self, first: int, count: int) -> None:
         """Forget the states from `first` on (marginalise): their rows and columns go."""
         size, rest = self.size, self.size - count

@@ -29,11 +29,18 @@ def perpendicular(vectors: Array) -> Array:
 
 @dataclass(frozen=True)
 class Innovation:
-    """The innovation of M sightings."""
+    """The innovation of M sightings (D = 2: range [m], bearing [rad]), or of M single numbers (D = 1)."""
 
-    crossing: Array  # (2M, size): covariance of what was expected with the state
-    state: Array  # (2M, 2M): its own, without the sensor's noise
-    surprises: Array  # (M, 2) range [m], bearing [rad]
+    crossing: Array  # (DM, size): covariance of what was expected with the state
+    state: Array  # (DM, DM): its own, without the sensor's noise
+    surprises: Array  # (M, D)
+
+
+@dataclass(eq=False)
+class AttachedPoint:
+    """A point of the plane that the filter estimates besides its landmarks, for as long as it is attached."""
+
+    place: int = 0  # among the attached ones; the filter keeps it up to date
 
 
 class Filter(ABC):
@@ -48,7 +55,8 @@ class Filter(ABC):
 
     def __init__(self, pose: Pose | None = None) -> None:
         self.pose = pose or Pose()
-        self.places = np.zeros((0, 2))  # (N, 2) [m], world
+        self.points = np.zeros((0, 2))  # (N + E, 2) [m], world: the landmarks, then the attached points
+        self.attached: list[AttachedPoint] = []
         self.covariance = Covariance(np.zeros((ROBOT, ROBOT)))
         self._base = self.pose  # where the covariance was settled last
         self._pending = Increment()
@@ -80,6 +88,11 @@ class Filter(ABC):
             self._pending = self._pending.then(increment)
 
     @property
+    def places(self) -> Array:
+        """The landmarks (N, 2) [m], world."""
+        return self.points[: len(self.points) - len(self.attached)]
+
+    @property
     def pending(self) -> Increment:
         """The moves since the covariance was settled, as one."""
         return self._pending
@@ -102,7 +115,7 @@ class Filter(ABC):
         back = 2 * np.eye(len(spread)) - self._world_from_error()
         spread = back @ spread @ back.T
         self.covariance = Covariance(spread[:ROBOT, :ROBOT])
-        if len(self.places):
+        if len(self.points):
             self.covariance.append(spread[ROBOT:, :ROBOT], spread[ROBOT:, ROBOT:])
 
     def settle(self) -> None:
@@ -119,7 +132,7 @@ class Filter(ABC):
         sightings, slopes = expected(self.pose, self.places)
         lever, count = self.lever(self.places), len(self.places)
         robot = self.covariance.rows(np.arange(ROBOT))
-        own, cross = robot[:, :ROBOT], robot[:, ROBOT:].reshape(ROBOT, count, 2)
+        own, cross = robot[:, :ROBOT], robot[:, ROBOT : ROBOT + 2 * count].reshape(ROBOT, count, 2)
         shared = cross[:2].transpose(1, 2, 0)
         spread = self._own_blocks() + own[:2, :2] - shared - shared.transpose(0, 2, 1)
         if lever.any():
@@ -168,20 +181,48 @@ class Filter(ABC):
 
     def add(self, sighting: Array, noise: Array) -> int:
         """A new landmark (eq. 31-33) → its index."""
+        place, rows, own = self._seen_from_here(sighting, noise)
+        index = len(self.places)
+        self.covariance.insert(ROBOT + 2 * index, rows, own)
+        self.points = np.insert(self.points, index, place, axis=0)
+        return index
+
+    def _seen_from_here(self, sighting: Array, noise: Array) -> tuple[Array, Array, Array]:
+        """Range and bearing (2,), noise (2, 2) → the place (2,), its covariances (2, size) and its own (2, 2)."""
         self.settle()
         place, slope = place_of(self.pose, sighting)
         lever = self.lever(place[None])[0]
         robot = self.covariance.rows(np.arange(ROBOT))
         rows = robot[:2] - lever[:, None] * robot[2]
-        own = rows[:, :2] - np.outer(rows[:, 2], lever) + slope @ noise @ slope.T
-        self.covariance.append(rows, own)
-        self.places = np.vstack((self.places, place))
-        return len(self.places) - 1
+        return place, rows, rows[:, :2] - np.outer(rows[:, 2], lever) + slope @ noise @ slope.T
 
     def drop(self, index: int) -> None:
         """Forget a landmark."""
         self.covariance.drop(ROBOT + 2 * index, 2)
-        self.places = np.delete(self.places, index, axis=0)
+        self.points = np.delete(self.points, index, axis=0)
+
+    def attach(self, place: Array, rows: Array, own: Array) -> AttachedPoint:
+        """A new point at `place` (2,) with covariances `rows` (2, size) to the state and `own` (2, 2)."""
+        point = AttachedPoint(len(self.attached))
+        self.covariance.append(rows, own)
+        self.points = np.vstack((self.points, place))
+        self.attached.append(point)
+        return point
+
+    def attach_seen(self, sighting: Array) -> AttachedPoint:
+        """A new point at exactly this range and bearing (2,) from the robot as it stands now."""
+        return self.attach(*self._seen_from_here(sighting, np.zeros((2, 2))))
+
+    def detach(self, point: AttachedPoint) -> None:
+        """Forget an attached point."""
+        self.drop(self.index_of(point))
+        self.attached.remove(point)
+        for place, other in enumerate(self.attached):
+            other.place = place
+
+    def index_of(self, point: AttachedPoint) -> int:
+        """Return the index of an attached point among all points."""
+        return len(self.points) - len(self.attached) + point.place
 
     def apart(self, a: int, b: int) -> tuple[Array, Array]:
         """Two landmarks → their difference (2,) [m] and its covariance (2, 2)."""
@@ -224,7 +265,7 @@ class Filter(ABC):
         """Covariances (N, 2, 2) of the landmarks in the world's axes."""
         turning = self.turning(self.places)
         heading = self.covariance.row(2)
-        cross = heading[ROBOT:].reshape(-1, 2)
+        cross = heading[ROBOT : ROBOT + 2 * len(self.places)].reshape(-1, 2)
         spread = self._own_blocks()
         for k in range(2):
             for m in range(2):
@@ -243,16 +284,17 @@ class Filter(ABC):
 
     def _world_from_error(self) -> Array:
         """(size, size): the state's errors in the world's axes from the errors as this form measures them."""
-        onto = np.eye(ROBOT + 2 * len(self.places))
+        onto = np.eye(ROBOT + 2 * len(self.points))
         onto[:2, 2] = self.turning(np.array([self.pose.x, self.pose.y]))
-        onto[ROBOT:, 2] = self.turning(self.places).ravel()
+        onto[ROBOT:, 2] = self.turning(self.points).ravel()
         return onto
 
     def _own_blocks(self) -> Array:
         """Every landmark's own block of the covariance (N, 2, 2)."""
         count = len(self.places)
-        diagonal = self.covariance.diagonal()[ROBOT:]
+        last = ROBOT + 2 * count
+        diagonal = self.covariance.diagonal()[ROBOT:last]
         blocks = np.empty((count, 2, 2))
         blocks[:, 0, 0], blocks[:, 1, 1] = diagonal[::2], diagonal[1::2]
-        blocks[:, 0, 1] = blocks[:, 1, 0] = self.covariance.diagonal(1)[ROBOT::2]
+        blocks[:, 0, 1] = blocks[:, 1, 0] = self.covariance.diagonal(1)[ROBOT:last:2]
         return blocks

@@ -42,4 +42,4 @@ class PaperFilter(Filter):
             self.pose.y + float(correction[1]),
             wrap(self.pose.heading + float(correction[2])),
         )
-        self.places = self.places + correction[ROBOT:].reshape(-1, 2)
+        self.points = self.points + correction[ROBOT:].reshape(-1, 2)

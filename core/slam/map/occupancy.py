@@ -32,7 +32,7 @@ class OccupancyGrid:
 class OccupancySettings(Section):
     """Settings of the occupancy map: how a scan changes it."""
 
-    resolution: Annotated[float, Meta("m", 0.02, 0.5, "side of a cell")] = 0.05
+    resolution: Annotated[float, Meta("m", 0.02, 0.5, "side of a cell", common=True)] = 0.05
     hit: Annotated[float, Meta("", 0.1, 10, "log odds for a cell where a beam ended")] = 1.2
     free: Annotated[float, Meta("", -10, -0.01, "log odds for a cell that a beam passed")] = -0.4
     bound: Annotated[float, Meta("", 0.5, 50, "log odds that no cell exceeds")] = 4.0

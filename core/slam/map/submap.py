@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from core.slam.bearings.bearing_landmarks import BearingLandmarks
+from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
 from core.slam.ekf_slam import EkfSlam
 from core.slam.map.keyframe import Keyframe
 from core.slam.map.occupancy import OccupancyMap
@@ -13,9 +15,18 @@ from core.slam.map.occupancy import OccupancyMap
 class Submap:
     """A frame whose origin is where the robot entered first."""
 
+    @staticmethod
+    def of(
+        number: int, slam: EkfSlam, tile: OccupancyMap, edges: BearingSettings, voices: VoiceLandmarkSettings
+    ) -> Submap:
+        """Make a submap whose filter also has landmarks of which only bearings are measured."""
+        return Submap(number, slam, tile, BearingLandmarks(slam.filter, edges), BearingLandmarks(slam.filter, voices))
+
     id: int
     slam: EkfSlam
     tile: OccupancyMap
+    edges: BearingLandmarks
+    voices: BearingLandmarks
     views: list[Keyframe] = field(default_factory=list[Keyframe])
 
     @property

@@ -35,25 +35,29 @@ class ScanTracker:
         self.slipping = False
         self.doubt = FIRST  # how much worse the wheels are than they claim: a factor on their covariance
         self._field: LikelihoodField | None = None
+        self._stood: Pose | None = None  # where the scan before lay, while the wheels stand
 
     def around(self, views: Sequence[Array]) -> None:
         """From now on match on these points, (K, 2) [m] each, in the submap's frame."""
-        self._field = LikelihoodField(np.vstack(views)) if views else None
+        self._field, self._stood = LikelihoodField(np.vstack(views)) if views else None, None
 
     def track(self, start: Pose, wheels: Increment, points: Array) -> Increment:
         """The move from `start` (submap's frame) by the wheels → by wheels and scan together.
 
-        `points` (M, 2) [m] of the scan at its end, robot frame.
+        `points` (M, 2) [m] of the scan at its end, robot frame. While the wheels stand, `seen` is the move since the
+        scan before: a match that is a little off its place, always the same, is no move.
         """
         self.score, self.seen, self.slipping = None, None, False
+        stood, self._stood = self._stood if wheels.still else None, None
         if self._field is None or len(points) < FEWEST:
             return wheels
         few = thinned(points)
         reach, angle = window(wheels.pose, self.settings)
-        match = match_scan(self._field, few, start @ wheels.pose, reach, angle)
+        match = match_scan(self._field, few, stood or start @ wheels.pose, reach, angle)
         self.score = match.score
         if match.score >= self.settings.score:
-            self.seen = start.inverse() @ match.pose
+            self.seen = (stood or start).inverse() @ match.pose
+            self._stood = match.pose
         if wheels.still:
             return wheels
         if self.seen is None:

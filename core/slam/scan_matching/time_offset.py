@@ -53,7 +53,7 @@ KEYFRAME_WAY, KEYFRAME_TURN = 0.4, math.radians(40)  # [m], [rad] after which a 
 class TimeOffsetSettings(Section):
     """Settings of the estimate of a laser's time offset."""
 
-    estimate: Annotated[bool, Meta(meaning="whether the offset is estimated and corrected")] = True
+    estimate: Annotated[bool, Meta(meaning="whether the offset is estimated and corrected", common=True)] = True
     largest: Annotated[float, Meta("s", 0.05, 0.5, "offset that is looked for, at most")] = 0.2
     turning: Annotated[float, Meta("rad/s", 0.02, 1, "turn rate from which a turn is looked at")] = 0.15
     accepted_sd: Annotated[float, Meta("s", 1e-3, 0.1, "sd from which the offset is believed")] = 0.01
@@ -319,7 +319,8 @@ class TimeOffsetEstimator:
         middle, offset = _middle(scan), self.newest.offset if self.newest else 0.0
         if self._turn and middle - self._turn[-1][0] > SCAN_GAP:
             self._turn.clear()
-        if middle - self._settings.largest - OVER < self._track.oldest:
+        earliest = middle - self._settings.largest
+        if earliest - OVER < self._track.oldest or earliest > self._track.newest:  # the latter: the odometry stalls
             self._turn.clear()
             return
         turn = self._track.turned(self._turn[-1][0] + offset, middle + offset) if self._turn else 0.0

@@ -55,9 +55,9 @@ class Decision:
         return self.command.heard_as if self.command is not None else self.reason
 
     @property
-    def offered(self) -> str:
-        """The command, in words, that a rejected utterance most likely was; "" where none is likely."""
-        return self.alternatives[0].heard_as if self.command is None and self.alternatives else ""
+    def offered(self) -> tuple[str, ...]:
+        """The commands, in words, that a rejected utterance most likely was, the likeliest first."""
+        return tuple(one.heard_as for one in self.alternatives[:MOST_OFFERED]) if self.command is None else ()
 
     @property
     def did_you_mean(self) -> tuple[str, ...]:

@@ -27,6 +27,7 @@ class EngineSpec:
     says: str  # what it is and can do, in a sentence
     recognizer: str  # "module:class" below core.speech; made from what `given` returns
     dictation: str  # the same
+    writes_any_words: bool  # else it writes down the sentence of the grammar that fits best
     given: Callable[[SpeechSettings], tuple[Any, ...]]  # raises Unavailable where the engine is not here
 
 
@@ -52,6 +53,14 @@ def open_dictation(settings: SpeechSettings) -> Dictation:
     """Open the same engine for texts that are compared: it writes down what it hears, sure or not. Raises alike."""
     spec = chosen(settings)
     return _class(spec.dictation)(*spec.given(settings))
+
+
+def open_free_dictation(settings: SpeechSettings) -> Dictation:
+    """Open an engine that writes down any words: it knows nothing of commands then. Raises alike."""
+    spec = chosen(settings)
+    if not spec.writes_any_words:
+        raise Unavailable(f"{spec.name} writes nothing but commands; for free words: {how_to_get()}")
+    return open_dictation(settings)
 
 
 def open_keyword_spotter(settings: SpeechSettings, recognizer: Recognizer) -> KeywordSpotter:
@@ -137,6 +146,7 @@ ENGINES = {
         says="Whisper reads the words: it understands people, and compares commands with free text.",
         recognizer="whisper.recognizer:WhisperRecognizer",
         dictation="whisper.recognizer:WhisperRecognizer",
+        writes_any_words=True,
         given=_model_and_phrases,
     ),
     "sphinx": EngineSpec(
@@ -144,6 +154,7 @@ ENGINES = {
         says="pocketsphinx reads the words: it brings its model, and understands clear voices at a short distance.",
         recognizer="sphinx.recognizer:Sphinx",
         dictation="sphinx.dictation:SphinxDictation",
+        writes_any_words=False,
         given=_whole_settings,
     ),
 }

@@ -23,7 +23,7 @@ MISSING = (
 )
 MODEL = "en-us"
 FRAME = 0.01  # [s] in which it counts
-SEARCH = "heard"  # what a decoder with a grammar calls it
+SEARCH = "heard"  # what a decoder with a grammar or a keyword calls it
 
 
 def decoder(**options: Any) -> Any:
@@ -34,6 +34,18 @@ def decoder(**options: Any) -> Any:
         return sphinx.Decoder(**(common | options))
     except (RuntimeError, ValueError, OSError) as trouble:
         raise Unavailable(f"pocketsphinx does not start ({trouble}). {MISSING}") from None
+
+
+def keyword_decoder(word: str, phones: str, threshold: float, delay: int) -> Any:
+    """A decoder that spots one word, said as `phones`, from a likelihood ratio on. Raises Unavailable.
+
+    It knows no other word: the package's dictionary takes 23 MB.
+    """
+    made = decoder(dict=None, kws_threshold=threshold, kws_delay=delay)
+    made.add_word(word, phones, True)
+    made.add_keyphrase(SEARCH, word)
+    made.activate_search(SEARCH)
+    return made
 
 
 def grammar_decoder(jsgf: str, **options: Any) -> Any:

@@ -20,9 +20,9 @@ from core.speech.recognition.endpointing import SILENT, over_noise
 from core.speech.recognition.loudness import Loudness
 from core.speech.recognition.recognizer import checked
 from core.speech.settings import RATE, SpeechSettings
-from core.speech.sphinx.decoder import FRAME, decoder, take_in
+from core.speech.sphinx.decoder import FRAME, keyword_decoder, take_in
 
-WORD = "stop"
+WORD, PHONES = "stop", "S T AA P"  # as in the CMU dictionary
 RENEWAL = 20.0  # [s] after which the spotter is restarted, so that it remembers no more than that
 LONGEST = 0.8  # [s] of the word; what is longer is the noise in which a decoder has just begun
 BLOCK = 0.05  # [s] over which loudness is computed
@@ -40,7 +40,7 @@ class SphinxKeywordSpotter:
     def __init__(self, settings: SpeechSettings | None = None) -> None:
         """Raises Unavailable when pocketsphinx is not installed."""
         chosen = settings or SpeechSettings()
-        self._decoder = decoder(keyphrase=WORD, kws_threshold=chosen.stop_threshold, kws_delay=chosen.stop_delay)
+        self._decoder = keyword_decoder(WORD, PHONES, chosen.stop_threshold, chosen.stop_delay)
         self._decoder.start_utt()
         self._start = 0.0
         self._heard = 0
@@ -117,7 +117,7 @@ class BeamformedStop:
     def __init__(self, settings: SpeechSettings) -> None:
         """Raises Unavailable when pocketsphinx is not installed."""
         self._ratio = 10 ** (settings.covered_ratio / 10)
-        self._decoder = decoder(keyphrase=WORD, kws_threshold=settings.stop_in_noise, kws_delay=settings.stop_delay)
+        self._decoder = keyword_decoder(WORD, PHONES, settings.stop_in_noise, settings.stop_delay)
         self._reported: float | None = None  # [s] first voiced moment of the utterance whose STOP was reported
 
     def wants(self, since: float, now: float) -> bool:

@@ -70,6 +70,10 @@ class ArrayTranscriber:
         beam = self._beamed.beam(since - self._pre_roll, now, since - BEFORE)
         return () if beam is None else self._stop_in_noise.find(beam, since)
 
+    def words_so_far(self) -> str:
+        """Return the words of the utterance under way; "": nothing."""
+        return self._one.words_so_far()
+
     def finish(self) -> tuple[RecognizedUtterance, ...]:
         """The sound ends here → the sentence that was under way."""
         return self._one.finish()

@@ -47,17 +47,11 @@ class CalibrationHome extends WizardStep {
       make(
         "div",
         { class: "home" },
-        make(
-          "header",
-          { class: "home-head" },
-          make("h2", {}, "Teach the robot to measure with its eyes and ears"),
-          make("p", {}, "You need a chessboard of known size, and your hands to clap. The page guides you."),
-        ),
         make("div", { class: "wizards" }, this.#camera.card, this.#laser.card, this.#microphones.card),
         make(
           "section",
           { class: "card begun", "aria-label": "Begun" },
-          make("div", { class: "card-head" }, make("h3", { class: "card-title" }, "Go on where you left off")),
+          make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Go on where you left off")),
           this.#none,
           this.#rows,
         ),
@@ -220,7 +214,7 @@ function wizard(kind, drawing, name, says) {
     "section",
     { class: "card wizard-card", "aria-label": name, "data-kind": kind },
     make("span", { class: "wizard-sign" }, icon(drawing)),
-    make("h3", { id: `about-${kind}` }, name),
+    make("h2", { id: `about-${kind}` }, name),
     make("p", { class: "wizard-says" }, says),
     used,
     make("div", { class: "wizard-buttons" }, start, undo),

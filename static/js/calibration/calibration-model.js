@@ -1,7 +1,7 @@
 // Client model of the calibration page: the open step, its session, and requests to the server.
 
 import * as api from "./api.js";
-import { hashOf, placeOf } from "./router.js";
+import { hashOf } from "./router.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 /** @typedef {import("./types.js").Calibration} Calibration */
@@ -28,8 +28,6 @@ export class CalibrationModel {
   constructor(session) {
     this.session = session;
     session.on("calibration", (calibration) => this.take(calibration));
-    session.on("hello", () => void this.open(placeOf(location.hash)));
-    addEventListener("hashchange", () => void this.open(placeOf(location.hash)));
     setInterval(() => void this.#ask(), ASK_MS);
   }
 

@@ -1,4 +1,4 @@
-// Entry point of the calibration page: creates the model, joins the panels and opens the current step.
+// The calibration page: opens the step of a wizard that the address names.
 
 import "./calibration-capture.js";
 import "./calibration-home.js";
@@ -6,9 +6,11 @@ import "./calibration-microphones.js";
 import "./calibration-review.js";
 import "./calibration-setup.js";
 import "./steps.js";
-import { startPage } from "../page.js";
+import { make } from "../ui/element.js";
 import { CalibrationModel } from "./calibration-model.js";
-import { WizardStep } from "./wizard-step.js";
+import { placeOf } from "./router.js";
+
+/** @typedef {import("./wizard-step.js").WizardStep} WizardStep */
 
 const SHOW_MS = 200;
 const NAMES = {
@@ -26,13 +28,13 @@ const STEPS = {
   microphones: "calibration-microphones",
 };
 
-/**
- * @param {import("../net/session.js").Session} session
- * @param {CalibrationModel} model
- */
-function begin(session, model) {
-  const steps = [...document.querySelectorAll("*")].filter((element) => element instanceof WizardStep);
-  const indicator = /** @type {WizardStep} */ (document.querySelector("calibration-steps"));
+/** @param {import("../net/session.js").Session} session */
+export function create(session) {
+  const model = new CalibrationModel(session);
+  const indicator = /** @type {WizardStep} */ (document.createElement("calibration-steps"));
+  const steps = Object.values(STEPS).map((name) => /** @type {WizardStep} */ (document.createElement(name)));
+  for (const step of steps) step.hidden = true;
+  let here = false; // this page is shown
   let opened = "";
   let due = false;
 
@@ -41,11 +43,10 @@ function begin(session, model) {
     due = false;
     const { place, calibration } = model;
     const waits = "id" in place && calibration === null;
-    const wanted = waits || !session.hello ? "" : STEPS[place.at];
+    const wanted = waits || !session.hello || !here ? "" : STEPS[place.at];
     const key = `${wanted} ${JSON.stringify({ ...place, at: wanted })}`;
     indicator.draw();
     for (const step of steps) {
-      if (step === indicator) continue;
       const open = step.localName === wanted;
       if (!open && !step.hidden) step.left();
       step.hidden = !open;
@@ -53,7 +54,7 @@ function begin(session, model) {
       if (key !== opened) step.opened();
       step.draw();
     }
-    if (key !== opened) document.title = `${NAMES[place.at]} · Beckon`;
+    if (key !== opened && here) document.title = `${NAMES[place.at]} · Beckon`;
     opened = key;
   }
 
@@ -62,14 +63,22 @@ function begin(session, model) {
     due = true;
   }
 
+  const follow = () => void model.open(placeOf(location.hash));
   model.onChange(soon);
-  session.on("hello", soon);
-  setInterval(show, SHOW_MS);
+  session.on("hello", () => here && follow());
+  setInterval(() => here && show(), SHOW_MS);
+  return {
+    element: make("div", { class: "wizard" }, indicator, ...steps),
+    model,
+    moved: follow,
+    opened() {
+      here = true;
+      follow();
+    },
+    left() {
+      here = false;
+      show(); // the step lets its camera go
+      void model.open({ at: "home" });
+    },
+  };
 }
-
-document.querySelector(".skip")?.addEventListener("click", (event) => {
-  event.preventDefault();
-  /** @type {HTMLElement | null} */ (document.querySelector("main :is(a, button, input):not([hidden])"))?.focus();
-});
-
-startPage({ model: (session) => new CalibrationModel(session), begin });

@@ -87,7 +87,7 @@ export class PictureStage extends HTMLElement {
   flash() {
     this.classList.add("is-counted");
     clearTimeout(this.#timer);
-    this.#timer = setTimeout(() => this.classList.remove("is-counted"), FLASH_MS);
+    this.#timer = window.setTimeout(() => this.classList.remove("is-counted"), FLASH_MS);
   }
 }
 

@@ -28,12 +28,12 @@ export class RobotCamera {
 
   open() {
     this.#open = true;
-    this.#session.want(true);
+    this.#session.want(this, true);
   }
 
   close() {
     this.#open = false;
-    this.#session.want(false);
+    this.#session.want(this, false);
   }
 
   /** @returns {string} why there is no fresh picture; "" when there is one */

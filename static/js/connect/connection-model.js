@@ -59,14 +59,24 @@ export class ConnectionModel {
   written = null;
   /** @type {Set<() => void>} */
   #listeners = new Set();
+  #shown = false;
 
   /** @param {Session} session */
   constructor(session) {
     this.session = session;
-    session.on("hello", () => void this.read());
-    setInterval(() => {
-      if (document.visibilityState === "visible" && !this.probed && !this.changed && !this.busy) void this.read();
-    }, ASK_MS);
+    session.on("hello", () => this.#look());
+    setInterval(() => this.#look(), ASK_MS);
+  }
+
+  /** @param {boolean} shown true while the page is open: what the console is connected to is read again and again */
+  follow(shown) {
+    this.#shown = shown;
+    this.#look();
+  }
+
+  #look() {
+    const idle = !this.probed && !this.changed && !this.busy;
+    if (this.#shown && idle && document.visibilityState === "visible") void this.read();
   }
 
   /** True unless this user is a viewer. */

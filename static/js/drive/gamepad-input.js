@@ -18,6 +18,7 @@ const READ_MS = 20; // on a timer: a page that draws slowly must still see the d
 const STILL = { v: 0, w: 0 };
 const UNFOCUSED = "The page does not have the focus. Click it, then press the button again.";
 const COVERED = "Close the dialog to drive.";
+const ELSEWHERE = "Open the page Drive to drive.";
 
 export class GamepadInput {
   #session;
@@ -35,6 +36,8 @@ export class GamepadInput {
   /** @type {{index: number, learner: InputLearner, next: PadAction[]} | null} */
   #learning = null;
   #outcome = "";
+  /** False while a page without driving controls is open. */
+  drives = true;
 
   /**
    * @param {Session} session
@@ -159,6 +162,7 @@ export class GamepadInput {
   /** A sentence when no gamepad may drive now, else "". */
   #obstacle() {
     if (document.visibilityState !== "visible" || !document.hasFocus()) return UNFOCUSED;
+    if (!this.drives) return ELSEWHERE;
     if (document.querySelector("[role=dialog]:not([hidden])")) return COVERED;
     return this.#session.hello?.robot.drives === false ? "A recording cannot be driven." : "";
   }

@@ -10,11 +10,15 @@ import { HeldKeys, intentionOf, scrolls, TALK, takesEnter, takesText } from "./k
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("./keys.js").Velocity} Velocity */
 
+const ANYWHERE = new Set(["stop", "help", "begin"]); // act on every page
+
 export class OperatorInput {
   #held = new HeldKeys();
   #session;
   #ahead = 0; // [ms] by which the console's monotonic clock is ahead of the page's
   singleKeys = remembered("single-keys", "on") === "on";
+  /** False while a page without driving controls is open: only stop keys act there. */
+  #drives = true;
   /** @type {() => void} */
   toWords = () => undefined;
   /** @type {() => void} */
@@ -78,6 +82,13 @@ export class OperatorInput {
     this.drive.abandon();
   }
 
+  /** @param {boolean} drives false while a page without driving controls is open */
+  enable(drives) {
+    if (this.#drives === drives) return;
+    this.#drives = this.gamepad.drives = drives;
+    this.letGo();
+  }
+
   /** @param {View} view */
   show({ state, permission }) {
     const gate = state?.gate;
@@ -100,7 +111,7 @@ export class OperatorInput {
     const recording = this.#session.hello?.robot.capabilities.includes("replay") === true;
     const where = { recording, typing, singleKeys: this.singleKeys, scrolling: scrolls(target), reading, waiting };
     const intention = intentionOf(event, where);
-    if (!intention) return;
+    if (!intention || !(this.#drives || ANYWHERE.has(intention.does))) return;
     const driving = intention.does === "drive" || intention.does === "slow" || intention.does === "preset";
     if (driving && this.#session.hello?.robot.drives === false) return; // a recording: the arrows belong to its slider
     if (intention.does === "slow") {

@@ -7,7 +7,7 @@
  * @property {boolean} muted
  * @property {boolean} voice_control
  * @property {boolean} starting
- * @property {string} suggested_command
+ * @property {string[]} suggested_commands
  * @property {boolean} speaking
  * @property {number | null} level_dbfs
  * @property {VoiceHeard[]} voices

@@ -205,6 +205,7 @@
  * @property {'connecting' | 'live' | 'stale' | 'lost'} link
  * @property {number | null} age_s
  * @property {number} rate_hz
+ * @property {number} pace
  * @property {boolean} contact
  * @property {boolean} running
  * @property {number | null} progress

@@ -49,7 +49,8 @@ const SETTLE_MS = 600; // after a seek the recording takes that long to arrive
  * @property {string} trouble a sentence
  * @property {Offer} offer
  * @property {import("../voice/audio-socket.js").Transcript} transcript transcript of the microphone of this browser
- * @property {null} reading the button was released; the transcript is pending
+ * @property {string} reading the button was released; the transcript is pending, and these are the words so far
+ * @property {string} so-far more words of what is pending
  * @property {boolean} speaking true while this browser plays the robot's voice
  * @property {null} interrupt speech output has to stop: a person speaks
  * @property {string} announcement a sentence for screen readers
@@ -78,6 +79,8 @@ export class Session {
   #lostControl = null;
   #stoppedAt = -Infinity; // [ms] newest STOP of this page
   #wantsCamera = true;
+  /** @type {Set<object>} parts of the page that show the camera's picture */
+  #watchers = new Set();
   /** @type {string | null} */
   #wantsCalibration = null;
 
@@ -91,11 +94,13 @@ export class Session {
   }
 
   /**
+   * Listen. A page that is opened later learns of the newest hello at once.
    * @template {keyof SessionEvents} K
    * @param {K} what
    * @param {(detail: SessionEvents[K]) => void} then
    */
   on(what, then) {
+    if (what === "hello" && this.hello) then(/** @type {SessionEvents[K]} */ (this.hello));
     this.#events.addEventListener(what, (event) => then(/** @type {CustomEvent} */ (event).detail));
   }
 
@@ -214,11 +219,17 @@ export class Session {
     this.link.send({ kind: "drive", ...frame });
   }
 
-  /** @param {boolean} camera true while the picture is shown */
-  want(camera) {
-    if (camera === this.#wantsCamera) return;
-    this.#wantsCamera = camera;
-    this.link.send({ kind: "want", camera });
+  /**
+   * @param {object} watcher a part of the page
+   * @param {boolean} camera true while it shows the camera's picture
+   */
+  want(watcher, camera) {
+    if (camera) this.#watchers.add(watcher);
+    else this.#watchers.delete(watcher);
+    const wanted = this.#watchers.size > 0;
+    if (wanted === this.#wantsCamera) return;
+    this.#wantsCamera = wanted;
+    this.link.send({ kind: "want", camera: wanted });
   }
 
   /** @param {string | null} id of the calibration session to subscribe to */
@@ -235,9 +246,14 @@ export class Session {
     this.#dispatch("transcript", unlessStopped(transcript, now, this.#stoppedAt));
   }
 
-  /** The talk button was released; the transcript is pending. */
-  awaitWords() {
-    this.#dispatch("reading", null);
+  /** @param {string} words so far: the talk button was released, and the transcript is pending */
+  awaitWords(words) {
+    this.#dispatch("reading", words);
+  }
+
+  /** @param {string} words so far of what is pending */
+  readsSoFar(words) {
+    this.#dispatch("so-far", words);
   }
 
   /** @param {boolean} speaking true while this browser plays the robot's voice */

@@ -1,6 +1,5 @@
-// Element <app-menu>: halt, keys, hints, other pages, sign-out.
+// Element <app-menu>: halt, keys, hints, HTTP interface, sign-out.
 
-import { onlyWatched } from "../drive/permission.js";
 import { icon, make, mark } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
@@ -15,6 +14,8 @@ class AppMenu extends Panel {
   #keys = item("keys", "Keys", "Every key of this page.");
   #gamepad = item("gamepad", "Gamepad", "Its buttons and sticks, and what each does.");
   #signIns = item("qr", "Phones and sign-ins", "A link for a phone or another person; who is signed in.");
+  #tour = item("play", "Tour", "Ninety seconds in the simulator; any key ends it.");
+  #settings = item("settings", "Settings", "Speeds, distances, voice, recognizer; which need a restart.");
   #hints = item("hints", "Show the first hints again", "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
   #switch = make(
@@ -29,56 +30,6 @@ class AppMenu extends Panel {
     ),
     this.#single,
   );
-  #calibrate = make(
-    "a",
-    { class: "menu-item", href: "calibrate" },
-    icon("calibrate"),
-    make(
-      "span",
-      { class: "menu-words" },
-      make("span", {}, "Calibrate"),
-      make("span", { class: "note" }, "The camera, and the laser on it."),
-    ),
-  );
-  #hearing = make(
-    "a",
-    { class: "menu-item", href: "hearing" },
-    icon("ears"),
-    make(
-      "span",
-      { class: "menu-words" },
-      make("span", {}, "Hearing"),
-      make("span", { class: "note" }, "How well the robot understands you where it stands."),
-    ),
-  );
-  #people = make(
-    "a",
-    { class: "menu-item", href: "people" },
-    icon("demo"),
-    make(
-      "span",
-      { class: "menu-words" },
-      make("span", {}, "People"),
-      make("span", { class: "note" }, "Enroll a person, and choose whom the robot comes to."),
-    ),
-  );
-  #connect = make(
-    "a",
-    { class: "menu-item", href: "connect" },
-    icon("link"),
-    make(
-      "span",
-      { class: "menu-words" },
-      make("span", {}, "Connect"),
-      make("span", { class: "note" }, "What was found on the robot, and its robot file."),
-    ),
-  );
-  #help = make(
-    "a",
-    { class: "menu-item", href: "help", target: "_blank", rel: "noopener" },
-    icon("book"),
-    make("span", { class: "menu-words" }, "Help"),
-  );
   #docs = make(
     "a",
     { class: "menu-item", href: "docs", target: "_blank", rel: "noopener" },
@@ -89,18 +40,15 @@ class AppMenu extends Panel {
   #panel = make(
     "div",
     { class: "menu", role: "group", "aria-label": "Menu" },
-    this.#calibrate,
-    this.#hearing,
-    this.#people,
-    this.#connect,
     this.#halt,
     this.#reset,
     this.#keys,
     this.#gamepad,
     this.#signIns,
+    this.#tour,
+    this.#settings,
     this.#hints,
     this.#switch,
-    this.#help,
     this.#docs,
     this.#leave,
   );
@@ -127,6 +75,8 @@ class AppMenu extends Panel {
     on(this.#keys, () => this.dispatchEvent(new CustomEvent("show-keys", { bubbles: true })));
     on(this.#gamepad, () => this.dispatchEvent(new CustomEvent("show-gamepad", { bubbles: true })));
     on(this.#signIns, () => this.dispatchEvent(new CustomEvent("show-sign-ins", { bubbles: true })));
+    on(this.#tour, () => dispatchEvent(new CustomEvent("show-tour")));
+    on(this.#settings, () => this.dispatchEvent(new CustomEvent("show-settings", { bubbles: true })));
     on(this.#hints, () => this.dispatchEvent(new CustomEvent("show-hints", { bubbles: true })));
     on(this.#leave, () => void this.session.leave());
   }
@@ -141,8 +91,8 @@ class AppMenu extends Panel {
     this.#reset.hidden = !drives || hello?.you.role === "viewer";
     this.#reset.disabled = !up || state?.gate.state !== "halted";
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
+    this.#tour.hidden = this.#hints.hidden || !hello?.robot.capabilities.includes("simulate");
     this.#switch.hidden = this.#gamepad.hidden = !drives;
-    this.#hearing.hidden = this.#people.hidden = onlyWatched(hello);
     this.#signIns.hidden = hello?.you.role === "viewer" || hello?.you.id === "local";
     this.#leave.hidden = hello?.you.id === "local"; // no sign-in on this machine
   }

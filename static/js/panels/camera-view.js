@@ -99,7 +99,7 @@ class CameraView extends Panel {
     const seen = this.#picture !== null;
     this.hidden = !seen && !hello?.robot.drives && now - this.#bornAt > GIVE_UP_S * 1000;
     const looked = this.hidden || this.offsetParent !== null; // while hidden without pictures, one may still arrive
-    this.session.want(looked && document.visibilityState === "visible");
+    this.session.want(this, looked && document.visibilityState === "visible");
     this.#empty.hidden = seen;
     const paused = state?.robot.running === false && up;
     const old = seen && !paused ? (now - this.#pictureAt) / 1000 : 0;

@@ -48,7 +48,9 @@ const HINTS = [
     at: ".person-chip",
     opens: "hearing",
     title: "Let somebody call you",
-    text: "Press a name, then “come here”. The robot hears from where, looks there, and comes.",
+    text: touch
+      ? "Press a name, then “come here”. The robot hears from where, looks there, and comes."
+      : "Press a name, then “come here”; or hold V and say it. The robot hears from where, and comes.",
     done: ({ state }) => state?.command?.name === "come_here" && state.command.state === "running",
     optional: true,
   },
@@ -71,6 +73,7 @@ export class CoachMarks extends Panel {
   #text = make("p");
   #count = make("span", { class: "note" });
   #next = make("button", { type: "button", class: "button" }, "Skip");
+  #tour = make("button", { type: "button", class: "button" }, "Watch the tour");
   #shut = make(
     "button",
     { type: "button", class: "icon-button small", "aria-label": "Close the hints" },
@@ -81,7 +84,7 @@ export class CoachMarks extends Panel {
     { class: "coach card", role: "region", "aria-label": "First steps", hidden: true },
     make("div", { class: "coach-head" }, this.#title, make("span", { class: "spring" }), this.#shut),
     this.#text,
-    make("div", { class: "coach-foot" }, this.#count, make("span", { class: "spring" }), this.#next),
+    make("div", { class: "coach-foot" }, this.#count, make("span", { class: "spring" }), this.#tour, this.#next),
     make("span", { class: "coach-tip" }),
   );
   #asked = false;
@@ -92,6 +95,10 @@ export class CoachMarks extends Panel {
   build() {
     this.append(this.#card);
     this.#next.addEventListener("click", () => this.#go(this.#step + 1));
+    this.#tour.addEventListener("click", () => {
+      this.#end();
+      dispatchEvent(new CustomEvent("show-tour"));
+    });
     this.#shut.addEventListener("click", () => this.#end());
     this.session.on("stopped", () => this.#step === this.#hints.length - 1 && this.#go(this.#hints.length));
     addEventListener("resize", () => (this.#placedFor = ""));
@@ -120,6 +127,7 @@ export class CoachMarks extends Panel {
       this.begin();
     const hint = this.#hints[this.#step];
     if (hint?.done(view)) this.#go(this.#step + 1);
+    this.#tour.hidden = this.#step > 0 || document.querySelector(".person-chip") === null;
     if (!this.#card.hidden) this.#place();
     // Do not cover a pending command and its Cancel button, and give no hints while another operator drives.
     this.#card.style.visibility = state?.pending_command || permission.may === "no" ? "hidden" : "";

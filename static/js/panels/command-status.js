@@ -1,6 +1,7 @@
 // Element <command-status>: status line with the running command, the newest result or refusal.
 
 import { wordsOf } from "../net/api.js";
+import * as room from "../net/room-api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { StatusLog } from "../ui/status.js";
@@ -44,7 +45,7 @@ class CommandStatus extends Panel {
   #cancel = make("button", { type: "button", class: "button" }, icon("close"), "Cancel");
   #log = new StatusLog();
   #toGo = new ToGo();
-  /** @type {string} */
+  #empty = false; // it is a simulated room, and nobody is in it
   #caller = ""; // somebody in the simulated room who could call
 
   /** @override */
@@ -61,10 +62,12 @@ class CommandStatus extends Panel {
     addEventListener("room-people", (event) => {
       const [first] = /** @type {CustomEvent<import("../net/room-api.js").PersonInRoom[]>} */ (event).detail;
       this.#caller = first?.id ?? "";
+      this.#empty = !first;
     });
     this.session.on("said", (said) => this.#answered(said));
     this.session.on("transcript", (transcript) => this.#log.heard(transcript, performance.now()));
-    this.session.on("reading", () => this.#log.reads(performance.now()));
+    this.session.on("reading", (words) => this.#log.reads(performance.now(), words));
+    this.session.on("so-far", (words) => this.#log.readsSoFar(words));
     this.session.on("stopped", (sent) => this.#log.stopped(sent, performance.now()));
     this.session.on("heard", (view) => this.#log.saw(view, performance.now()));
     this.session.on("history", (rows) => this.#ended(rows));
@@ -91,8 +94,8 @@ class CommandStatus extends Panel {
       mark(this.#progress, "aria-valuenow", String(percent));
     }
     const line = this.#log.line(view, now, READY);
-    const offered = line.room ? state?.ears?.suggested_command : null;
-    this.#show(offered ? { ...line, suggestions: [offered] } : line);
+    const offered = (line.room && state?.ears?.suggested_commands) || [];
+    this.#show(offered.length ? { ...line, suggestions: offered } : line);
   }
 
   /** @param {Said} said */
@@ -114,17 +117,30 @@ class CommandStatus extends Panel {
     write(this.#remark, line.remark);
     mark(this, "data-state", line.state || null);
     const suggestions = line.suggestions.slice(0, OFFERED);
-    const caller = line.state === "refused" && TO_PERSON.test(line.words) ? this.#caller : "";
-    const key = caller ? `${caller}: ${line.words}` : suggestions.join("|");
+    const unheard = line.state === "refused" && TO_PERSON.test(line.words);
+    const caller = unheard ? this.#caller : "";
+    const empty = unheard && this.#empty;
+    const key = caller ? `${caller}: ${line.words}` : empty ? "nobody" : suggestions.join("|");
     this.#suggestions.hidden = key === "";
     if (this.#suggestions.dataset["suggested"] === key) return;
     this.#suggestions.dataset["suggested"] = key;
     if (caller) this.#suggestions.replaceChildren(letCall(caller, line.words), howItWorks());
+    else if (empty) this.#suggestions.replaceChildren(this.#addPerson(), howItWorks());
     else
       this.#suggestions.replaceChildren(
         make("span", { class: "note" }, "Did you mean"),
         ...suggestions.map((text) => this.#offer(text)),
       );
+  }
+
+  /** In an empty simulated room: somebody to come to. */
+  #addPerson() {
+    const button = make("button", { type: "button", class: "chip" }, icon("demo"), "Add a person");
+    button.addEventListener("click", () => {
+      const pose = this.session.state?.pose;
+      if (pose) void this.session.attempt(() => room.add(pose));
+    });
+    return button;
   }
 
   /** @param {string} text */
@@ -144,7 +160,6 @@ function letCall(caller, words) {
   return button;
 }
 
-const howItWorks = () =>
-  make("a", { class: "chip", href: "help/how-to/call-the-robot", target: "_blank" }, "How it works");
+const howItWorks = () => make("a", { class: "chip", href: "help#how-to/call-the-robot.md" }, "How it works");
 
 customElements.define("command-status", CommandStatus);

@@ -3,6 +3,8 @@
 import { icon, make, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 
+/** @typedef {import("../net/session.js").View} View */
+
 const KINDS = {
   SIM: { icon: "cube", says: "Simulated robot" },
   LOG: { icon: "tape", says: "Recording: nothing moves" },
@@ -24,9 +26,11 @@ class RobotBadge extends Panel {
     "PRINTED",
   );
 
+  #pace = make("span", { class: "badge badge-words", "data-tone": "stale", hidden: true });
+
   /** @override */
   build() {
-    this.append(this.#badge, this.#printed, this.#name);
+    this.append(this.#badge, this.#pace, this.#printed, this.#name);
     this.hidden = true;
     this.session.on("hello", ({ robot, chapter }) => {
       this.hidden = false;
@@ -38,8 +42,20 @@ class RobotBadge extends Panel {
       write(this.#word, robot.kind);
       write(this.#name, robot.name);
       this.#name.title = robot.url;
-      document.title = `${robot.name} · Beckon`;
     });
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state }) {
+    const pace = state?.robot.pace ?? 1;
+    this.#pace.hidden = pace >= 1;
+    if (pace >= 1) return;
+    const percent = Math.round(100 * pace);
+    write(this.#pace, `${percent} %`);
+    this.#pace.title = `This computer is busy: the robot's clock runs at ${percent} % of real time. Close other programs.`;
   }
 }
 

@@ -36,6 +36,15 @@ export class VoiceButton extends Panel {
   #more = make("button", { type: "button", class: "voice-more", "aria-label": "Microphone" }, icon("chevron"));
   #open = make("input", { type: "checkbox", class: "switch", id: "voice-open" });
   #facts = make("p", { class: "note" });
+  #speaker = make("select", { class: "field-box", id: "voice-speaker" });
+  #speakerRow = make(
+    "label",
+    { class: "voice-row", for: "voice-speaker", hidden: true },
+    make("span", {}, "In the simulator you speak as"),
+    this.#speaker,
+  );
+  /** @type {string[]} */
+  #people = []; // in the simulated room
   #offer = new ModelOffer(
     api.recognizer,
     async () => {
@@ -57,6 +66,7 @@ export class VoiceButton extends Panel {
       make("span", {}, "Leave it open: pauses end a sentence"),
     ),
     ...SWITCHES.map(([name, says, why]) => this.#cleaner(name, says, why)),
+    this.#speakerRow,
     this.#facts,
     ...this.#offer.elements,
   );
@@ -104,6 +114,7 @@ export class VoiceButton extends Panel {
     this.#talk.heard = (transcript) => this.session.transcribe({ ...transcript, held: this.#mode === "held" });
     this.#talk.heardSoFar = (words) => {
       this.#soFar = words.replace(/[.,!?\s]+$/, "");
+      if (!this.#held && !this.#open.checked) this.session.readsSoFar(this.#soFar);
       this.#draw();
     };
     this.#talk.ended = (why) => {
@@ -122,6 +133,10 @@ export class VoiceButton extends Panel {
       this.#muted = speaking;
       this.#draw();
     });
+    addEventListener("room-people", (event) =>
+      this.#offerSpeakers(/** @type {CustomEvent<import("../net/room-api.js").PersonInRoom[]>} */ (event).detail),
+    );
+    this.#speaker.addEventListener("change", () => remember("voice.speaker", this.#speaker.value));
     setInterval(() => this.#expire(performance.now()), 1000);
     this.#draw();
   }
@@ -131,13 +146,11 @@ export class VoiceButton extends Panel {
     if (down === this.#held || this.#open.checked || this.hidden) return;
     this.#held = down;
     if (down) void this.#begin("held");
-    else setTimeout(() => !this.#held && this.#read(), AFTER_MS);
+    else {
+      if (this.#talk.speaking && !this.#stopped) this.session.awaitWords(this.#soFar);
+      setTimeout(() => !this.#held && this.#talk.rest(), AFTER_MS);
+    }
     this.#draw();
-  }
-
-  /** Wait for the transcript after the button was released, unless STOP was pressed. */
-  #read() {
-    if (this.#talk.rest() && !this.#stopped) this.session.awaitWords();
   }
 
   /**
@@ -164,8 +177,24 @@ export class VoiceButton extends Panel {
       return;
     }
     if (mode === "held" && !this.#held) return; // released while the browser asked
-    this.#talk.begin(mode, this.session.seen);
+    this.#talk.begin(mode, this.session.seen, this.#people.length > 0 ? this.#speaker.value : "");
     this.#draw();
+  }
+
+  /** @param {import("../net/room-api.js").PersonInRoom[]} people in the simulated room */
+  #offerSpeakers(people) {
+    const ids = people.map(({ id }) => id);
+    if (ids.join("|") === this.#people.join("|")) return;
+    this.#people = ids;
+    const chosen = remembered("voice.speaker", "nearest");
+    const offers = [
+      ["nearest", "the nearest person in sight"],
+      ...ids.map((id) => [id, id]),
+      ["", "yourself, from no place"],
+    ];
+    this.#speaker.replaceChildren(...offers.map(([value, words]) => make("option", { value }, words)));
+    this.#speaker.value = [...ids, "nearest", ""].includes(chosen) ? chosen : "nearest";
+    this.#speakerRow.hidden = ids.length === 0;
   }
 
   /** @param {boolean} open */

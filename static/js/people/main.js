@@ -1,8 +1,13 @@
-// Entry point of the people page: enrollment, known people, and the choice of person.
+// The people page: enrollment, known people, and the choice of person.
 
 import "./people-known.js";
 import "./people-enrollment.js";
-import { startPage } from "../page.js";
+import { make } from "../ui/element.js";
 import { EnrollmentModel } from "./enrollment-model.js";
 
-startPage({ model: (session) => new EnrollmentModel(session) });
+/** @param {import("../net/session.js").Session} session */
+export function create(session) {
+  const model = new EnrollmentModel(session);
+  const parts = ["people-enrollment", "people-known"].map((name) => document.createElement(name));
+  return { element: make("div", { class: "people-page" }, ...parts), model, opened: () => void model.read() };
+}

@@ -107,6 +107,7 @@ class PeopleEnrollment extends Panel {
     make("p", { class: "note" }, PRIVACY),
   );
   #counting = 0;
+  #away = false; // another page is open: no camera
   #drawn = "";
 
   /** @param {EnrollmentModel} enrollments */
@@ -150,6 +151,19 @@ class PeopleEnrollment extends Panel {
     if (!this.#counting) this.#take.disabled = !this.#idle || !this.#stage.ready;
   }
 
+  /** @override */
+  pageOpened() {
+    this.#away = false;
+    this.#draw();
+  }
+
+  /** @override */
+  pageLeft() {
+    this.#away = true;
+    this.#stop();
+    this.#stage.close();
+  }
+
   get #radios() {
     return this.#sources.map((one) => /** @type {HTMLInputElement} */ (one.querySelector("input")));
   }
@@ -187,7 +201,7 @@ class PeopleEnrollment extends Panel {
       this.#stage.judge("", null);
       return;
     }
-    this.#stage.open(this.#source, this.session);
+    if (!this.#away) this.#stage.open(this.#source, this.session);
     this.#stage.judge(enrollment.id, enrollment.newest);
     this.#drawEnrollment(enrollment, state.simulated);
   }

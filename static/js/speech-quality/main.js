@@ -1,9 +1,14 @@
-// Entry point of the speech quality page.
+// The speech quality page.
 
 import "./quality-form.js";
 import "./quality-list.js";
 import "./quality-result.js";
-import { startPage } from "../page.js";
+import { make } from "../ui/element.js";
 import { Runs } from "./runs.js";
 
-startPage({ model: (session) => new Runs(session) });
+/** @param {import("../net/session.js").Session} session */
+export function create(session) {
+  const model = new Runs(session);
+  const parts = ["quality-form", "quality-result", "quality-list"].map((name) => document.createElement(name));
+  return { element: make("div", { class: "quality-page" }, ...parts), model, opened: () => void model.read() };
+}

@@ -27,4 +27,10 @@ export class Panel extends HTMLElement {
    * @param {View} _view
    */
   show(_view) {}
+
+  /** The page of this panel is shown, again or for the first time. Panels of the console itself are not called. */
+  pageOpened() {}
+
+  /** Another page is shown. */
+  pageLeft() {}
 }

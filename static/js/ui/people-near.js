@@ -1,8 +1,10 @@
 // Who is near the robot: in the simulator people who can be asked to speak, on a real robot the voices of the last minute.
 
+import { post } from "../net/api.js";
 import * as room from "../net/room-api.js";
 import { icon, make, mark, write } from "./element.js";
 import { inWords, metres } from "./format.js";
+import { Near } from "./near.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 /** @typedef {import("../net/session.js").View} View */
@@ -27,6 +29,7 @@ export class PeopleNear extends HTMLElement {
   /** @type {PersonInRoom[]} */
   #people = [];
   #askedAt = -Infinity; // [ms]
+  #near = new Near();
   #drawn = "";
   #who = "";
 
@@ -63,7 +66,9 @@ export class PeopleNear extends HTMLElement {
   /** @param {View} view */
   show({ state, hello, up, permission }) {
     const simulated = hello?.robot.capabilities.includes("simulate") === true && state?.ears != null;
-    this.hidden = !simulated || this.#people.length === 0;
+    const off = !up || permission.may === "no";
+    if (!simulated && state) this.#tellNear(state, off || hello?.robot.drives !== true);
+    if (simulated) this.hidden = this.#people.length === 0;
     if (!simulated || !state) return;
     const now = performance.now();
     if (up && !document.hidden && now - this.#askedAt > ASK_MS) {
@@ -82,7 +87,45 @@ export class PeopleNear extends HTMLElement {
       const side = inWords(Math.atan2(Math.sin(bearing), Math.cos(bearing))).replace("to the ", "");
       return { id: one.id, where: `${metres(Math.hypot(one.x_m - x, one.y_m - y), 1)}, ${side}` };
     });
-    this.#draw(rows, !up || permission.may === "no");
+    this.#draw(rows, off);
+  }
+
+  /**
+   * On a real robot: voices and people of the last minute, each of whom the robot can come to.
+   * @param {import("../net/messages.js").State} state
+   * @param {boolean} off
+   */
+  #tellNear(state, off) {
+    const near = this.#near.saw(state);
+    this.hidden = near.length === 0;
+    const ids = near.map(({ id }) => id).join("|");
+    if (ids !== this.#drawn) {
+      this.#drawn = ids;
+      this.#row.replaceChildren(...near.map((one) => this.#sighting(one)));
+    }
+    for (const [index, button] of [...this.#row.querySelectorAll("button")].entries()) {
+      const one = near[index];
+      const note = button.querySelector(".note");
+      if (one && note) write(note, `${inWords(one.azimuth)}, ${Math.round(one.age)} s ago`);
+      button.disabled = off;
+    }
+  }
+
+  /** @param {import("./near.js").Sighting} one */
+  #sighting(one) {
+    const button = make(
+      "button",
+      { type: "button", class: "person-chip", "data-near": one.id, title: "Come to this one" },
+      icon(one.seen ? "eye" : "voice"),
+      make("span", { class: "person-name" }, one.seen ? "Seen" : "Voice"),
+      make("span", { class: "note" }),
+    );
+    button.addEventListener("click", () => {
+      const towards_rad = this.#near.towards(one.id);
+      if (towards_rad !== null)
+        void this.#session.attempt(() => post("api/commands", { text: "come here", towards_rad }));
+    });
+    return button;
   }
 
   /** @param {{id: string, where: string}[]} rows @param {boolean} off */

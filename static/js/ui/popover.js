@@ -3,18 +3,18 @@
 /**
  * @param {HTMLButtonElement} button
  * @param {HTMLElement} panel
- * @param {{opened?: () => void}} [then]
+ * @param {{opened?: () => void, folds?: () => boolean}} [then] `folds`: false while the panel lies open beside the page
  * @returns {{close: () => void}}
  */
-export function popover(button, panel, { opened } = {}) {
-  panel.classList.add("popover");
-  panel.hidden = true;
+export function popover(button, panel, { opened, folds = () => true } = {}) {
+  panel.classList.toggle("popover", folds());
+  panel.hidden = folds();
   button.setAttribute("aria-expanded", "false");
   button.setAttribute("aria-haspopup", "true");
 
   /** @param {boolean} open */
   const set = (open) => {
-    if (panel.hidden === !open) return;
+    if (panel.hidden === !open || !folds()) return;
     panel.hidden = !open;
     button.setAttribute("aria-expanded", String(open));
     if (!open) return;

@@ -55,6 +55,7 @@ export class StatusLog {
   #event = null;
   /** @type {Map<"lost" | "halted" | "hand" | "reading" | "running", number>} ongoing states and their start [ms] */
   #since = new Map();
+  #soFar = ""; // words of what is being read
   #running = 0; // id of the running command
   #stoppedAt = -Infinity; // [ms] newest stop or halt: results of commands that began before are not shown
   /** @type {Map<number, number>} start of commands [ms], where known */
@@ -104,9 +105,16 @@ export class StatusLog {
   /**
    * The talk button was released; the transcript is pending.
    * @param {number} now [ms]
+   * @param {string} [words] so far
    */
-  reads(now) {
+  reads(now, words = "") {
+    this.#soFar = words;
     this.#goes("reading", true, now);
+  }
+
+  /** @param {string} words so far of what is pending */
+  readsSoFar(words) {
+    this.#soFar = words;
   }
 
   /**
@@ -207,7 +215,8 @@ export class StatusLog {
     if (what === "halted") return HALTED;
     if (what === "reading") {
       const slow = "Speech recognition is slow on this computer; type, or wait.";
-      const remark = elapsed < SLOW_MS ? `${fixed(elapsed / 1000, 1)} s` : slow;
+      const words = this.#soFar && `“${this.#soFar} …” `;
+      const remark = words + (elapsed < SLOW_MS ? `${fixed(elapsed / 1000, 1)} s` : slow);
       return line("running", "Reading what you said…", remark, "reading");
     }
     if (what === "hand") {

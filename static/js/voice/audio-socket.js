@@ -74,13 +74,14 @@ export class Talk {
   /**
    * @param {"held" | "open"} mode
    * @param {number} seen number of the newest state
+   * @param {string} [speaker] person in the simulated room from whose mouth it comes
    */
-  begin(mode, seen) {
+  begin(mode, seen, speaker = "") {
     const socket = this.#socket;
     if (!socket || this.#speaking) return false;
     this.#speaking = true;
     const say = () => {
-      socket.send(JSON.stringify({ kind: "listen", mode, seen }));
+      socket.send(JSON.stringify({ kind: "listen", mode, seen, speaker }));
       for (const { pcm, at } of this.#before) this.#send(pcm, at);
       this.#before = [];
     };

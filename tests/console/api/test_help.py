@@ -5,15 +5,23 @@ from __future__ import annotations
 import json
 import re
 
+from console.api.page import PAGES, static_folder
 from tests.console.live import Live
 
 
-def test_help_leads_to_the_table_of_contents(live: Live) -> None:
-    reply = live.ask("GET", "/help")
-    assert reply.status == 307 and reply.headers["location"] == "static/docs/index.md"
+def test_the_table_of_contents_can_be_read_without_the_console(live: Live) -> None:
     page = live.ask("GET", "/static/docs/index.md")
     assert page.status == 200 and page.headers["content-type"].startswith("text/html")
     assert b"<h1>Beckon: documentation</h1>" in page.body and b'href="tutorials/first-drive.md"' in page.body
+
+
+def test_every_page_of_the_shell_is_the_same_document_under_its_old_addresses_too(live: Live) -> None:
+    document = live.ask("GET", "/").body
+    for page in PAGES:
+        for address in (f"/{page}", f"/{page}.html"):
+            assert live.ask("GET", address).body == document, address
+    rows = re.findall(r'path: "([a-z]+)"', (static_folder() / "js/shell/pages.js").read_text())
+    assert sorted(rows) == sorted(PAGES)
 
 
 def test_a_page_has_its_tables_and_its_way_back(live: Live) -> None:

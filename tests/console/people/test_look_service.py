@@ -94,4 +94,6 @@ def test_cameras_and_people_cross_unchanged() -> None:
     (found,) = sticks().look(asked(white_body(640, 480, 320.0, 60.0, 330.0), 0.0, 2.9))
     back = PersonSeen.of(found).rectangle
     assert (back.value, back.bearing, back.box, back.centre) == (found.value, found.bearing, found.box, found.centre)
-    assert back.colours == pytest.approx(found.colours, nan_ok=True)
+    assert back.looks is not None and found.looks is not None
+    assert back.looks.colours == pytest.approx(found.looks.colours, nan_ok=True, abs=1e-4)
+    assert back.looks.proportions == pytest.approx(found.looks.proportions, nan_ok=True, abs=1e-4)

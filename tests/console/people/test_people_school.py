@@ -20,7 +20,7 @@ from console.people.demo import WAITS
 from console.people.service import GETS_READY, LOOKS, EnrollmentService
 from console.people.store import is_name, name_of
 from core.errors import Unwritable
-from core.perception.people.colours import PersonProfile
+from core.perception.people.appearance import PersonProfile
 from core.robots.requests import ReadPlan
 from core.sensors import Image
 from tests.console.in_process import InProcessRobot
@@ -66,9 +66,14 @@ def school_in(
 
 def card(**other: Any) -> dict[str, Any]:
     """Somebody's file."""
-    row = [1 / 18] * 18
-    told = {"version": 1, "id": ANN, "name": "Ann", "learnt_s": 1.0, "by": "me", "pictures": 3, "shape": 4.0}
-    return {**told, "colours": [row, row, row], **other}
+    told = {"version": 2, "id": ANN, "name": "Ann", "learnt_s": 1.0, "by": "me", "pictures": 3}
+    return {**told, "looks": looks(), **other}
+
+
+def looks(**other: Any) -> dict[str, Any]:
+    """Somebody's looks as they are stored."""
+    row = [4.5, 4.0, 5.0, 0.4]
+    return {"colours": [[None] * 4, row, row], "proportions": [0.3, None, -1.0], "height_m": 1.72, **other}
 
 
 def test_who_is_known_and_chosen_outlasts_a_restart_and_who_is_forgotten_leaves_nothing(tmp_path: Path) -> None:
@@ -90,7 +95,8 @@ def test_who_is_known_and_chosen_outlasts_a_restart_and_who_is_forgotten_leaves_
     again, pilot = school_in(tmp_path, complaints)
     assert again.enrollment is None, "a lesson that was under way is gone"
     assert again.chosen is not None and again.chosen.name == "Anna" and complaints == []
-    np.testing.assert_allclose(again.chosen.colours, card()["colours"])
+    assert again.chosen.looks.colours[1].tolist() == looks()["colours"][1] and again.chosen.looks.height == 1.72
+    assert np.isnan(again.chosen.looks.colours[0]).all() and np.isnan(again.chosen.looks.proportions[1])
     (folder / f".{ANN}.json.12345678.new").write_text("left by a crash")
     asyncio.run(again.forget(ANN))
     assert pilot.told == [None] and again.people == {} and "anybody" in complaints.pop()

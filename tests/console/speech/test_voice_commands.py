@@ -115,17 +115,18 @@ def test_words_are_let_go_with_the_wheel(live: Live, spoken: VoiceCommands) -> N
     assert said(live, "turn left") == NOT_OBEYED
 
 
-def test_a_command_that_was_rejected_as_uncertain_is_offered_as_long_as_it_is_fresh(
+def test_commands_that_were_rejected_as_uncertain_are_offered_as_long_as_they_are_fresh(
     live: Live, spoken: VoiceCommands
 ) -> None:
     ears = live.runtime.ears
-    for age, offered in ((0.5, "turn left"), (60.0, "")):
+    both = ("turn left", "turn right")
+    for age, offered in ((0.5, [*both]), (60.0, [])):
         end = ears.stamp - age
         one = RoomUtterance(
-            1, end - 0.8, end, "turn left", False, None, "I am not sure.", None, None, "reject", 0.5, "turn left"
+            1, end - 0.8, end, "turn left", False, None, "I am not sure.", None, None, "reject", 0.5, both
         )
         live.on_loop(lambda one=one: ears.utterances.append(one))
-        assert live.ask("GET", "/api/state", token=live.viewer).json["ears"]["suggested_command"] == offered
+        assert live.ask("GET", "/api/state", token=live.viewer).json["ears"]["suggested_commands"] == offered
 
 
 def test_until_words_are_read_the_state_says_so(live: Live, spoken: VoiceCommands) -> None:

@@ -17,7 +17,7 @@ def test_table_3_comes_out_again_with_its_figures(tmp_path: Path) -> None:
     for row, printed in zip(rows, PRINTED, strict=True):
         assert abs(row["value"] - row["paper_value"]) < 2 * printed
         assert row["standard_dev"] < 1.5 * printed
-    assert told["within_two_sds_pooled"] > 0.75
+    assert told["within_two_sds_pooled"] > 0.75  # 0.90 to 0.99 takes 40 runs: a run's eight values err together
     assert "f_u (pixels)" in told["text"]
     for name in ("figure_13", "figure_14", "figure_15"):
         image = cv2.imread(told["files"][name])
@@ -36,7 +36,7 @@ def test_without_matplotlib_the_table_is_made_and_the_extra_named(
 @pytest.mark.campaign
 def test_forty_calibrations_stay_within_the_papers_column() -> None:
     told = run(runs=40)
-    assert told["within_two_sds_pooled"] >= 0.90
+    assert 0.90 <= told["within_two_sds_pooled"] <= 0.99
     assert told["f_u_within_printed_share"] >= 0.95
     names = list(told["mean_three_sds"].values())
     assert all(mean <= printed for mean, printed in zip(names, PRINTED, strict=True))

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from core.calibration.files.pictures import decode, look, read_colour, read_grey
+from core.calibration.files.pictures import decode, look, read_colour, read_grey, read_upright
 from core.calibration.files.scan_files import read_scans
 from core.errors import BadInput
 
@@ -58,6 +58,25 @@ def test_the_sensors_own_orientation_is_kept_and_told() -> None:
     pixels, remark = decode(turned(6), cv2.IMREAD_GRAYSCALE)
     assert pixels.shape == (120, 160) and "turned" in remark
     assert decode(turned(1), cv2.IMREAD_GRAYSCALE)[1] == ""
+
+
+@pytest.mark.parametrize(
+    ("orientation", "shape"), [(1, (120, 160)), (3, (120, 160)), (6, (160, 120)), (8, (160, 120))]
+)
+def test_a_photograph_is_turned_as_it_is_shown(orientation: int, shape: tuple[int, int], tmp_path: Path) -> None:
+    (tmp_path / "photo.jpg").write_bytes(turned(orientation))
+    pixels = read_upright(tmp_path / "photo.jpg")
+    assert pixels.shape[:2] == shape
+    corner = {1: (0, 0), 3: (-1, -1), 6: (0, -1), 8: (-1, 0)}[orientation]  # where the darkest one is now
+    assert pixels[corner][0] < 12
+
+
+def test_a_film_after_a_telephones_picture_is_no_damage() -> None:
+    content = encoded(".jpg")
+    film = np.random.default_rng(1).integers(0, 255, 20_000).astype(np.uint8).tobytes()
+    assert decode(content + film, cv2.IMREAD_GRAYSCALE)[0].shape == (120, 160)
+    with pytest.raises(BadInput, match="cut off"):
+        decode(content[:-40], cv2.IMREAD_GRAYSCALE)
 
 
 @pytest.mark.parametrize(

@@ -10,14 +10,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from core.commands.command import Progress
+from core.commands.come_here import COME_HERE
+from core.commands.command import Command, Progress
 from core.commands.keep_to_person import ONLY_LEGS
 from core.errors import Refused
 from core.geometry import Pose, wrap
 from core.message import Array
 from core.models import find
 from core.navigation.control_context import ControlContext
-from core.perception.people.colours import PersonProfile
+from core.perception.people.appearance import PersonProfile
 from core.perception.people.engines import MODEL, open_detector
 from core.perception.people.enrollment import enrol
 from core.perception.people.looking import ImmediateLook, LookAnswer, LookQuestion, PersonLook
@@ -27,6 +28,7 @@ from core.sensors import Camera, Image, Laser
 from core.simulation.camera import SimulatedCamera
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import Rect, Thing, World, outline
+from core.speech.understanding.grammar import understand
 from tests.core.commands.stage import STEP, Stage
 
 HALL = World(name="hall", walls=outline([Rect(-3.5, -3.5, 6.0, 3.5)], []))
@@ -104,6 +106,27 @@ def test_it_turns_to_the_voice_comes_and_stops_half_a_metre_before_who_spoke() -
     assert stage.to("Ann") == pytest.approx(0.5, abs=0.1)
     assert abs(stage.pose.bearing_to(-0.9, 1.9)) < 0.2
     assert told.remark.startswith("Here I am")
+
+
+def bearing(stage: Company, x: float, y: float, strength: float) -> VoiceBearing:
+    azimuth = math.atan2(y - stage.pose.y, x - stage.pose.x)
+    return VoiceBearing(stamp=stage.stamp, azimuth=azimuth, sd=0.05, x=0.0, y=0.0, strength=strength)
+
+
+def test_where_an_echo_is_louder_and_somebody_else_talks_it_comes_to_the_caller() -> None:
+    stage = Company(look_for=0.5)
+    stage.looks = PeopleSettings(nearest=1.5, farthest=2.2)  # fewer distances
+    stage.stands("Ann", 1.6, 0.6)
+    stage.stands("Bob", 1.7, -0.7, "green/black")
+    echo, bob, hers = bearing(stage, 1.0, 2.0, 0.9), bearing(stage, 1.7, -0.7, 0.5), bearing(stage, 1.6, 0.6, 0.8)
+    command = understand("come here")
+    assert isinstance(command, Command)
+    action = COME_HERE.begin(dataclasses.replace(command, call=echo, others=(echo, bob, hers)), stage.here)
+    told = Progress()
+    while not told.finished and stage.stamp < 60.0:
+        told = stage.step(action)
+    assert told.finished == "done"
+    assert stage.to("Ann") == pytest.approx(0.5, abs=0.1)
 
 
 def test_without_pictures_it_stands_after_half_a_second_and_gives_up_after_one() -> None:

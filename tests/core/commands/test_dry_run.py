@@ -14,7 +14,7 @@ from core.errors import Refused
 from core.geometry import OPTICAL, Transform
 from core.navigation.control_context import ControlContext
 from core.optics import CameraModel
-from core.perception.people.colours import PersonProfile
+from core.perception.people.appearance import NO_LIMBS, Appearance, PersonProfile
 from core.perception.people.looking import ImmediateLook, PersonLook
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.detector import PoseDetector
@@ -111,7 +111,9 @@ def test_what_is_missing_is_said_in_a_sentence() -> None:
         desk.shows("come_here", LOOK_FOR + 1.0)
     desk.hears(0.0)
     desk.pixels = white_body(640, 480, 420.0, 80.0, 300.0)
-    desk.who = PersonProfile(name="Ann", colours=np.eye(3, 18), pictures=4)
+    desk.who = PersonProfile(
+        name="Ann", looks=Appearance(colours=np.full((3, 4), 3.0), proportions=NO_LIMBS), pictures=4
+    )
     desk.call = None
     with pytest.raises(Refused, match="somebody, but not Ann"):
         desk.shows("come_here", LOOK_FOR + 1.0)

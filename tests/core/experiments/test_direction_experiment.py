@@ -22,14 +22,17 @@ def test_ours_is_better_than_as_printed_on_the_same_sounds(result):
     ours, printed = (result["estimators"][name]["all"] for name in ("beckon", "as_printed"))
     assert result["utterances"] == ours["utterances"] == printed["utterances"] == 40
     assert ours["median_deg"] < 2 and ours["beyond_10_deg"] <= 0.1
-    assert printed["median_deg"] > 3 * ours["median_deg"]
-    assert ours["within_2_sd"] >= 0.85 and ours["declared"] > 0.9
+    assert printed["median_deg"] > 3 * ours["median_deg"]  # with the same knowledge of when the speech begins
+    alone, theirs = (result["estimators"][name]["all"] for name in ("beckon_alone", "as_printed_alone"))
+    assert theirs["median_deg"] > 2 * alone["median_deg"]
+    assert "when the speech begins" in result["conditions"]
+    assert ours["within_2_sd"] >= 0.85 and ours["declared"] > 0.9  # 0.90 to 0.99 takes 200 utterances, not 40
 
 
 def test_every_cell_and_every_trial_is_written_down(result):
     with open(result["files"]["csv"], newline="") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == 3 * 40 and {row["array"] for row in rows} == {"square", "tetrahedron"}
+    assert len(rows) == 5 * 40 and {row["array"] for row in rows} == {"square", "tetrahedron"}
     with open(result["files"]["json"]) as file:
         whole = json.load(file)
     assert len(whole["cells"]["beckon"]) == 40

@@ -8,8 +8,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from core.errors import Unavailable
 from core.experiments import EXPERIMENTS, speech_quality
-from core.experiments.speech_quality import Setting, SpokenPhraseFigures, measure, remarks, spoken, voice_figures
+from core.experiments.speech_loop import lag_of, run_loop, save_loop, track_of
+from core.experiments.speech_quality import (
+    FIGURE_17_PHRASES,
+    Setting,
+    SpokenPhraseFigures,
+    figure_17,
+    measure,
+    remarks,
+    spoken,
+    voice_figures,
+)
+from core.models import MODEL, find
+from core.recording.sound_file import read_sound
+from core.speech.recognition.engines import open_free_dictation
+from core.speech.recognition.recognizer import Utterance
+from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NATURAL, can_speak
 
 
@@ -67,3 +83,36 @@ def test_every_phrase_has_a_voice_of_its_own_and_the_best_and_the_worst_are_name
     assert figures["a"] == {"phrases": 2, "words": 12, "robot_right_rate": 1 - 1 / 12}
     assert figures["b"]["robot_right_rate"] == pytest.approx(1 / 3)
     assert [line[:13] for line in remarks(figures)[-2:]] == ["best voice a:", "worst voice b"]
+
+
+def test_the_loop_keeps_its_recordings_and_texts_under_the_papers_names(tmp_path: Path) -> None:
+    said = spoken(np.random.default_rng(3), ("turn left", "come here"))
+    track = track_of(("turn left", "come here"), [one.dry for one in said])
+    late = np.concatenate((np.zeros(3000), 0.3 * track.samples, np.zeros(8000)))
+    assert lag_of(track, late) == pytest.approx(3000, abs=2)
+    result = run_loop(Echo(), track, track.samples, late, lag_of(track, late))
+    assert result.quality.score.person == 0 and result.quality.score.robot == 0
+    save_loop(tmp_path, result)
+    assert (tmp_path / "stt.txt").read_text() == (tmp_path / "rev_stt.txt").read_text() == "turn left; come here\n"
+    assert read_sound(tmp_path / "rev.wav").duration > read_sound(tmp_path / "orig.wav").duration
+
+
+class Echo:
+    """Knows the sentences by their order."""
+
+    def __init__(self) -> None:
+        self._texts = iter(("turn left", "come here") * 2)
+
+    def transcribe(self, utterance: Utterance) -> str:
+        assert utterance.sound.samples.std() > 1e-4
+        return next(self._texts)
+
+
+def test_the_sentences_of_figure_17_are_spoken_and_read_by_a_recognizer_of_any_words() -> None:
+    if not can_speak() or find(MODEL) is None:
+        pytest.skip("needs beckon[voice] and beckon models get whisper-tiny.en")
+    result = figure_17(open_free_dictation(SpeechSettings()), 0, FIGURE_17_PHRASES[:3])
+    assert result.quality.person.phrases == 3
+    assert result.quality.person.errors < result.quality.person.words
+    with pytest.raises(Unavailable, match="nothing but commands"):
+        open_free_dictation(SpeechSettings(engine="sphinx"))

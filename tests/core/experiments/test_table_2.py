@@ -92,3 +92,15 @@ def test_it_follows_for_a_minute_while_somebody_else_crosses() -> None:
     row = trial("follow_me", 0, 0, words=False)
     assert row["success"], row["why"]
     assert (row["contacts"], row["faults"]) == (0, [])
+
+
+@pytest.mark.campaign
+@understands
+def test_every_command_of_the_table_is_spoken_once(tmp_path: Path) -> None:
+    result = EXPERIMENTS["table-2"](runs=1, seed=0, out=tmp_path)
+    assert set(result["commands"]) == set(TRIALS)
+    assert (result["contacts"], result["faults"]) == (0, [])
+    assert result["wrong_motions"] == 0, result["wrong"]
+    understood = [one for one in result["commands"].values() if one["understood_rate"] == 1.0]
+    assert len(understood) >= 6  # of voices drawn from all: one run of each command tells no rate
+    assert sum(one["success_rate"] for one in understood) >= len(understood) - 1

@@ -115,7 +115,7 @@ def test_claps_from_known_sides_give_the_arrays_turn(mirrored):
         told = wizard.solve()
         assert isinstance(told, Orientation) and told.mirrored is mirrored
         inside.append(abs(wrap(told.yaw - yaw)) < 2 * told.yaw_sd)
-    assert np.mean(inside) > 0.88
+    assert np.mean(inside) > 0.88  # 0.90 to 0.99 takes 200 arrays
 
 
 def test_the_wizard_says_what_to_do_and_what_is_wrong():

@@ -9,12 +9,16 @@ import pytest
 
 from core.geometry import Pose
 from core.message import Array
+from core.perception.people.voice_bearing import likeliest
+from core.perception.sound.direction import unit
 from core.perception.sound.settings import DirectionFindingSettings
 from core.pilot.sound_perception import SILENCE_DB, SoundPerception
 from core.robots import Profile
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound
+from core.simulation.acoustics.shoebox import diffuse_noise, plane_waves
 from core.slam.estimate import Estimate
 from core.snapshot import VoiceDirection
+from core.speech.practice_voice import practice_voice
 from tests.core.perception.voices import RATE, far_voice
 
 UPRIGHT = MicrophoneArray(positions=RESPEAKER_ODAS.positions[:, [0, 2, 1]], name="upright")
@@ -62,3 +66,27 @@ def test_samples_that_are_no_numbers_are_no_level(number: float) -> None:
     assert told is not None and told.level_db == SILENCE_DB and "no numbers" in ears.trouble
     told = ears.hear(Sound(stamp=0.05, rate=RATE, samples=np.full((800, 4), 0.1)), 0.1, standing(0.0))
     assert told is not None and told.level_db == pytest.approx(-20.0, abs=0.1) and ears.trouble == ""
+
+
+@pytest.mark.parametrize("other_first", [True, False], ids=["ends into the words", "begins in the words"])
+def test_words_are_the_caller_s_though_somebody_else_talks_into_them(other_first: bool) -> None:
+    words, talk = (
+        plane_waves(voice[None], unit(azimuth, 0.4)[None], RESPEAKER_ODAS.positions, RATE)
+        for voice, azimuth in (
+            (practice_voice(np.random.default_rng(1), 0.7, RATE), 0.5),
+            (practice_voice(np.random.default_rng(2), 1.2, RATE), -1.4),
+        )
+    )
+    first, last = (words, talk) if not other_first else (talk, words)
+    begin = 1.0 + len(first) / RATE - 0.25  # of the second to talk: a quarter of a second of both
+    samples = 0.01 * diffuse_noise(np.random.default_rng(3), RESPEAKER_ODAS.positions, 4 * RATE, RATE)
+    for sound, since in ((first, 1.0), (last, begin)):
+        samples[round(since * RATE) :][: len(sound)] += sound
+    ears = ears_with(RESPEAKER_ODAS)
+    for piece in Sound(stamp=0.0, rate=RATE, samples=0.05 * samples).pieces(0.05):
+        ears.hear(piece, piece.stamp + piece.duration, standing(0.3))
+    said = begin if other_first else 1.0
+    heard = ears.heard_in(said, said + 0.7)
+    assert {one.stamp for one in heard} <= {said + 0.7, said + 0.35, said / 4 + 3 * (said + 0.7) / 4}
+    assert likeliest(heard)[0].azimuth == pytest.approx(0.5 + 0.3, abs=0.25)
+    assert ears.heard_in(-1.0, -0.5) == ()

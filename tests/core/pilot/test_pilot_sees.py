@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from core.gate import Twist
-from core.geometry import Pose
 from core.pilot import Pilot
 from core.pilot.landmark_perception import LandmarkPerception
-from core.sensors import Image, SensorFrame, Wheels
+from core.sensors import Image, SensorFrame
 from core.settings import Settings
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
@@ -63,26 +62,6 @@ def test_unusable_pictures_are_told_once_after_a_second_and_so_is_their_end() ->
     assert trouble.startswith("The camera's pictures cannot be used: black.")
     assert ended == pytest.approx(2.25, abs=0.2)
     assert relief == "The camera sees well enough again."
-
-
-def test_a_picture_that_repeats_itself_on_the_move_is_not_used_until_another_comes() -> None:
-    robot = dark_robot(1.0)
-    eyes = LandmarkPerception(robot.profile, Settings())
-    first, second = pictures(1.0, 0.4)[:2]
-
-    def shown(image: Image, stamp: float, speed: float) -> bool:
-        frame = SensorFrame(
-            stamp=stamp,
-            image=Image(stamp=stamp, pixels=image.pixels),
-            wheels=Wheels(odometry=Pose(), speed=speed, turn_rate=0.0),
-        )
-        return eyes.without_repeats(frame, frame.wheels).image is not None
-
-    assert all(shown(first, 0.1 * n, 0.0) for n in range(5))  # it stands: nothing need change
-    assert [shown(first, 0.5 + 0.1 * n, 0.1) for n in range(3)] == [True, False, False]
-    assert "repeats one picture" in eyes.trouble
-    assert not shown(first, 1.0, 0.0)  # because of that it stands; the camera hangs nevertheless
-    assert shown(second, 1.1, 0.0) and shown(first, 1.2, 0.1)
 
 
 def test_the_pilot_does_not_look_at_a_camera_that_hangs() -> None:

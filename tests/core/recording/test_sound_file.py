@@ -1,4 +1,4 @@
-"""WAV and FLAC: what is there is read, what is claimed is checked."""
+"""WAV, FLAC and Ogg: what is there is read, what is claimed is checked."""
 
 from __future__ import annotations
 
@@ -60,6 +60,17 @@ def test_flac_is_read(tmp_path):
     assert np.array_equal(read_sound(path).samples, SAMPLES)
 
 
+@pytest.mark.parametrize(("width", "rate"), [("VORBIS", 16_000), ("OPUS", 48_000)])
+def test_ogg_is_read_as_it_sounds(tmp_path, width, rate):
+    path = tmp_path / "a.ogg"
+    tone = 0.3 * np.sin(2 * np.pi * 300 * np.arange(rate) / rate)
+    soundfile.write(path, np.column_stack((tone, -tone)), rate, format="OGG", subtype=width)
+    heard = read_sound(path)
+    middle = slice(rate // 4, 3 * rate // 4)
+    assert (heard.rate, heard.channels) == (rate, 2)
+    assert np.corrcoef(heard.samples[middle, 0], tone[middle])[0, 1] > 0.99
+
+
 @pytest.mark.parametrize("told", [0, 0xFFFFFFFF, 10**6])
 def test_a_recording_that_was_cut_off_gives_the_bytes_that_are_there(tmp_path, told):
     path = tmp_path / "cut.wav"
@@ -78,10 +89,11 @@ def test_chunks_of_others_are_passed_over(tmp_path):
     ("content", "words"),
     [
         (b"", "empty"),
-        (b"RIFF", "neither WAV nor FLAC"),
-        (b"ID3\x04" + bytes(100), "neither WAV nor FLAC"),
+        (b"RIFF", "neither WAV, FLAC nor Ogg"),
+        (b"ID3\x04" + bytes(100), "neither WAV, FLAC nor Ogg"),
         (b"RF64" + bytes(4) + b"WAVE" + bytes(50), "unusual kind"),
         (b"fLaC" + bytes(100), "damaged FLAC"),
+        (b"OggS" + bytes(100), "damaged Ogg"),
         (b"RIFF" + bytes(4) + b"WAVE", "no samples"),
         (wav(form(), b""), "no samples"),
         (wav(b"\x01\x00", b"\x00" * 8), "too short"),

@@ -18,7 +18,7 @@ from core.errors import BadInput, Unavailable
 from core.recording.sound_file import write_wav
 from core.robots.live import LiveRobot
 from core.robots.readings import Readings
-from core.robots.usb_audio import SoundDevice, open_device
+from core.robots.usb_audio import SoundDevice, open_device, play_and_record
 from core.robots.usb_camera import VideoCamera, parse_address
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound
@@ -154,3 +154,21 @@ def test_microphones_that_cannot_be_are_a_sentence(address: str) -> None:
     with pytest.raises(BadInput) as told:
         open_device(address)
     assert str(told.value).endswith(".")
+
+
+def test_a_sound_is_played_and_recorded_at_the_named_cards(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[object] = []
+
+    def playrec(samples: np.ndarray, rate: int, **how: object) -> np.ndarray:
+        asked.append((samples.shape, rate, how["device"]))
+        if how["device"] == ("absent", None):
+            raise ValueError("No input device matching 'absent'")
+        return 0.5 * samples
+
+    card = SimpleNamespace(playrec=playrec, PortAudioError=RuntimeError)
+    monkeypatch.setitem(sys.modules, "sounddevice", card)
+    heard = play_and_record(np.ones(800), 16_000, "7", "Speaker")
+    assert asked == [((800, 1), 16_000, (7, "Speaker"))]
+    assert heard.shape == (800,) and np.all(heard == 0.5)
+    with pytest.raises(Unavailable, match="cannot be used: No input device"):
+        play_and_record(np.ones(800), 16_000, "absent")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import socket
 import sys
 import time
 from collections.abc import Callable, Generator, Iterator
@@ -16,7 +17,7 @@ import pytest
 
 from core.errors import BadInput
 from core.gate import ZERO, Twist
-from core.robots.conformance import ConformanceReport, Interruption, check_robot
+from core.robots.conformance import ConformanceReport, Holdings, Interruption, check_robot, left_behind
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
 from core.robots.process import TIMEOUT
@@ -241,8 +242,7 @@ def stop_delays(robot: Emulated, session: DriverSession, stops: int) -> tuple[li
     chance, delays, machine = np.random.default_rng(1), list[float](), list[float]()
     with loopback() as measured:
         for _ in range(stops):
-            session.ask(SLOW)
-            until(lambda: moves(robot))
+            session.frames(5.0, SLOW, until=lambda _: moves(robot))
             session.frames(float(chance.uniform(0.0, 0.05)))
             session.ask(ZERO)
             until(lambda: not moves(robot))
@@ -362,6 +362,21 @@ def test_a_fault_of_a_driver_is_found_and_named(
     bad = {check.name: check.advice for check in report.checks if not check.passed}
     assert report.passed is (not fault) and (failed in bad) is bool(fault)
     assert advice in bad.get(failed, "")
+
+
+def test_what_a_library_keeps_once_for_the_whole_process_is_no_leak(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("core.robots.conformance.LETTING_GO", 0.1)
+    kept: list[socket.socket] = []
+
+    def leak() -> None:
+        kept.append(socket.socket())
+
+    for again, left in ((lambda: None, []), (leak, ["1 sockets or devices"])):
+        before = Holdings.now()
+        leak()
+        assert left_behind(before, again) == left
+    for one in kept:
+        one.close()
 
 
 def test_a_robot_that_is_not_there_is_one_failed_check() -> None:

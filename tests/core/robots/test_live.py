@@ -251,3 +251,26 @@ def test_a_frame_tells_how_old_its_odometry_is_and_how_often_it_comes() -> None:
     assert wheels is not None and wheels.rate is not None
     assert abs(wheels.age - 0.02) < 1e-9
     assert abs(wheels.rate - 20.0) < 1e-6
+
+
+def test_a_picture_is_decoded_where_the_one_before_was_taken_and_else_for_the_frame_that_takes_it() -> None:
+    readings, decoded = Readings(), list[int]()
+
+    def bring(number: int, broken: bool = False) -> None:
+        def decode() -> Image | None:
+            decoded.append(number)
+            return None if broken else Image(stamp=float(number), pixels=np.zeros((1, 1, 3), np.uint8))
+
+        readings.undecoded(decode)
+
+    for number in (1, 2, 3):
+        bring(number)
+    assert decoded == [1]
+    image = readings.frame().image
+    assert image is not None and image.stamp == 3.0
+    assert decoded == [1, 3] and readings.frame().image is None
+    bring(4)
+    bring(5, broken=True)
+    image = readings.frame().image
+    assert image is not None and image.stamp == 4.0
+    assert decoded == [1, 3, 4, 5]

@@ -10,6 +10,7 @@ import pytest
 
 from core.geometry import Pose
 from core.perception.landmarks.frame_perception import Beams
+from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
 from core.slam.ekf_slam import EkfSlam
 from core.slam.loop_closure import loop_closer
 from core.slam.loop_closure.loop_closer import LoopCloser
@@ -33,7 +34,9 @@ def go_on(graph: MapGraph) -> None:
     """One view more, straight ahead; a new submap where it is time to."""
     number = len(graph.views)
     if number % PER_SUBMAP == 0:
-        graph.submaps.append(Submap(len(graph.submaps), EkfSlam(), OccupancyMap()))
+        graph.submaps.append(
+            Submap.of(len(graph.submaps), EkfSlam(), OccupancyMap(), BearingSettings(), VoiceLandmarkSettings())
+        )
     submap = len(graph.submaps) - 1
     local = Pose(STEP * (number % PER_SUBMAP))
     view = keyframe(number, submap, float(number), local, Beams(ends=ENDS, hits=HITS))

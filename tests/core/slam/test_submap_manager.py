@@ -119,6 +119,31 @@ def test_wheels_that_slip_are_noticed_and_the_scan_is_followed() -> None:
     assert slipped.pose.vector == pytest.approx(truth.vector, abs=0.04)
 
 
+def test_a_match_that_is_always_a_little_off_is_no_move_of_wheels_that_stand() -> None:
+    tracker, moments = ScanTracker(ScanMatchingSettings()), list(drive(5, ((2.0, 0.0),)))
+    tracker.around([one.truth.apply(one.seen.beams.points) for one in moments[:4]])
+    off, points = moments[3].truth @ Pose(0.03, -0.02, 0.01), moments[3].seen.beams.points
+    first, moved = Pose(), Pose()
+    for number in range(41):
+        tracker.track(off, Increment(), points)
+        assert tracker.seen is not None
+        first, moved = (tracker.seen, moved) if number == 0 else (first, moved @ tracker.seen)
+    assert abs(first.x) > 0.01
+    assert moved.distance_to(0.0, 0.0) < 0.01 and abs(moved.heading) < 0.005
+
+
+def test_a_robot_that_is_carried_slowly_is_followed_beyond_what_is_searched_at_once() -> None:
+    tracker, moments = ScanTracker(ScanMatchingSettings()), list(drive(5, ((2.0, 0.0),)))
+    tracker.around([one.truth.apply(one.seen.beams.points) for one in moments[:4]])
+    stands, points = moments[3].truth, moments[3].seen.beams.points
+    carried = Pose()
+    for number in range(12):
+        tracker.track(stands, Increment(), Pose(-0.04 * number, 0.0, 0.0).apply(points))
+        assert tracker.seen is not None
+        carried = carried @ tracker.seen
+    assert abs(carried.x) == pytest.approx(0.44, abs=0.06)
+
+
 def test_tiles_move_with_their_rooms() -> None:
     floor = Mapper(laser=LASER)
     for moment in drive(6, ((1.0, 0.0),)):

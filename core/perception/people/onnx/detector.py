@@ -21,6 +21,7 @@ from core.perception.people.onnx.bodies import body_of_box, body_of_points
 from core.perception.people.onnx.header import input_shape
 from core.perception.people.onnx.layouts import LAYOUTS, Detections, Layout, is_landmark_model, layout_of
 from core.perception.people.parts import PeopleSettings
+from core.perception.people.pose.clothes import looks_in_boxes
 from core.perception.people.pose.detector import PoseDetector
 from core.perception.people.pose.networks import LANDMARK_SIDE, first_number
 from core.perception.people.pose.view import Viewpoint
@@ -63,7 +64,7 @@ class OwnModelDetector:
                 body = body_of_points(edges, score, points * (factor, factor, 1.0))
             weighed = weigh(body, width, height)
             if weighed.value >= self._settings.threshold and self._rules.fits(body, distance, question, view):
-                found.append(rectangle_of(weighed, distance, question, view, None))
+                found.append(rectangle_of(weighed, distance, question, view, looks_in_boxes(weighed, pixels)))
         return tuple(sorted(found, key=lambda one: -one.value))
 
     def _detections(self, pixels: Array) -> Detections:

@@ -7,17 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from core.perception.people.body import WeighedBody, overlap, weigh
+from core.message import Array
+from core.perception.people.appearance import Appearance
+from core.perception.people.body import Box, WeighedBody, overlap, weigh
 from core.perception.people.body_rules import BodyRules, rectangle_of
 from core.perception.people.brightness import levelled
 from core.perception.people.detector import Rectangle
 from core.perception.people.looking import LookQuestion
 from core.perception.people.parts import PeopleSettings
-from core.perception.people.pose.clothes import colours_of
+from core.perception.people.pose.clothes import looks_of
 from core.perception.people.pose.landmarks import BodyLandmarks, body_of, landmarks_of
 from core.perception.people.pose.networks import PoseNetworks, open_networks
 from core.perception.people.pose.search import Candidate, candidates
-from core.perception.people.pose.squares import ImagePyramid, Square, around_hips, picture_from_crop
+from core.perception.people.pose.squares import FIRST_SIDE, ImagePyramid, Square, around_hips, picture_from_crop
 from core.perception.people.pose.view import Viewpoint
 
 BOTH = 0.55  # confidence of the first look times K after the second, at least; less is not worth a second look
@@ -62,6 +64,16 @@ class PoseDetector:
         found.sort(key=lambda one: -one[0].value)
         return tuple(self._rectangle(one, question, view, picture) for one in _apart(found))
 
+    def looks_in(self, pixels: Array, box: Box) -> Appearance | None:
+        """The looks of somebody around whom a box is known [pixel], whole in the picture; None: nobody is seen."""
+        picture = ImagePyramid(levelled(pixels))
+        left, top, right, bottom = box
+        square = Square(x=(left + right) / 2, y=(top + bottom) / 2, side=FIRST_SIDE * (bottom - top))
+        landmarks = self._landmarks(picture, around_hips(self._landmarks(picture, square)))
+        weighed = weigh(body_of(landmarks), picture.width, picture.height)
+        seen = weighed.value >= self._settings.threshold
+        return looks_of(landmarks, weighed, picture.pixels) if seen else None
+
     def _rectangle(
         self,
         found: tuple[WeighedBody, BodyLandmarks, Candidate],
@@ -70,8 +82,8 @@ class PoseDetector:
         picture: ImagePyramid,
     ) -> Rectangle:
         weighed, landmarks, candidate = found
-        colours = colours_of(landmarks, weighed, picture.pixels)
-        return replace(rectangle_of(weighed, candidate.distance, question, view, colours), landmarks=landmarks.seen)
+        looks = looks_of(landmarks, weighed, picture.pixels)
+        return replace(rectangle_of(weighed, candidate.distance, question, view, looks), landmarks=landmarks.seen)
 
     def _landmarks(self, picture: ImagePyramid, square: Square) -> BodyLandmarks:
         rows, confidence = self._networks.landmarks(picture.cut(square))

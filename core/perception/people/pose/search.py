@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -25,6 +26,7 @@ FEW_HEIGHTS = (0.25, -0.1)  # the same where many squares are looked at
 LOW, HIGH = 0.45, 0.1  # statures that hips may lie under the picture; share of its height above which they do not
 SHARES = (1.1, 0.75, 0.5, 0.33)  # statures in heights of the picture, where the distance is unknown as well
 WINDOWS = (1.0, 0.6)  # sides of the detector's windows, in heights of the picture
+WINDOW = 2.5  # statures: side of the one window in which the detector looks after all squares failed
 STRIDE = 0.5  # of a window's side
 MOST_TILES = 8  # side by side: nobody searches a picture that is a strip
 MEASURED = 0.75  # K, at least, in a square by the distance alone: its height in the picture is not known
@@ -53,7 +55,13 @@ def candidates(
     if math.isnan(column):
         return iter(())
     if question.distances:
-        return _at_distances(question, column, view, picture)
+        foretold = _at_distances(question, column, view, picture)
+        if not networks.detects:
+            return foretold
+        distance = question.distances[0]
+        side = min(WINDOW * view.stature(distance) + _doubt(question, view), float(picture.height))
+        window = Square(x=column, y=picture.height / 2, side=side)
+        return itertools.chain(foretold, _detected(networks, picture, iter((window,)), distance))
     if networks.detects:
         return _detected(networks, picture, _windows(picture, column))
     return _statures(picture, column, _doubt(question, view))
@@ -111,10 +119,12 @@ def _grid(picture: ImagePyramid) -> Iterator[Candidate]:
                 yield Candidate(square=square, least=UNLIKELY)
 
 
-def _detected(networks: PoseNetworks, picture: ImagePyramid, windows: Iterator[Square]) -> Iterator[Candidate]:
+def _detected(
+    networks: PoseNetworks, picture: ImagePyramid, windows: Iterator[Square], distance: float | None = None
+) -> Iterator[Candidate]:
     for window in windows:
         for face in find_faces(networks, picture, window):
-            yield Candidate(square=face.body, least=LIKELY)
+            yield Candidate(square=face.body, distance=distance, least=LIKELY)
 
 
 def _windows(picture: ImagePyramid, column: float) -> Iterator[Square]:

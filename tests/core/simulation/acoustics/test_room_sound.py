@@ -14,7 +14,7 @@ from core.message import Array
 from core.perception.sound.locate import locate
 from core.sensors.microphones import RESPEAKER_ODAS, Sound, joined
 from core.simulation.acoustics import late_reverberation
-from core.simulation.acoustics.early_reflections import HALF, Arrivals
+from core.simulation.acoustics.early_reflections import GLASS, HALF, Arrivals, first_images
 from core.simulation.acoustics.enclosure import enclosure, in_sight
 from core.simulation.acoustics.noise import Motors, Murmur
 from core.simulation.acoustics.shoebox import SPEED_OF_SOUND, ShoeboxRoom, heard, impulse_responses
@@ -237,3 +237,15 @@ def test_sounds_that_follow_each_other_are_joined_and_a_gap_begins_anew() -> Non
     assert short is not None
     assert (short.stamp, len(short.samples)) == (0.05, 150)
     assert joined(None, None, 1.0) is None
+
+
+def test_one_hard_wall_sends_back_the_first_echo_and_the_others_what_they_did() -> None:
+    size, mouth = (5.0, 4.0, 2.7), np.array([1.0, 1.5, 1.5])
+    images, soft = first_images(size, mouth, 0.5)
+    for wall, mirrored in (("west", -1.0), ("east", 9.0)):
+        behind, pressures = first_images(size, mouth, 0.5, wall)  # type: ignore[arg-type]
+        (changed,) = np.flatnonzero(pressures != soft)
+        assert np.array_equal(behind, images)
+        assert behind[changed] == pytest.approx([mirrored, 1.5, 1.5]) and pressures[changed] == GLASS
+    assert len(first_images(size, mouth, 0.0)[0]) == 1
+    assert first_images(size, mouth, 0.0, "north")[1].tolist() == [1.0, 0.0, 0.0, 0.0, 0.0, GLASS, 0.0]

@@ -120,6 +120,14 @@ def test_odometry_with_gaps_tells_nothing() -> None:
     assert estimator.newest is None
 
 
+def test_odometry_that_stalls_in_a_turn_while_scans_go_on_tells_nothing_and_breaks_nothing() -> None:
+    estimator = TimeOffsetEstimator(Laser(), SETTINGS)
+    for frame in frames("lab", turns(1.0)["90+90"], Stamping(0.0), 0):
+        stalled, silent = 1.5 < frame.stamp < 4.0, 1.5 < frame.stamp < 3.0
+        estimator.update(frame.stamp, None if stalled else frame.wheels, None if silent else frame.scan)
+    assert estimator.newest is None or abs(estimator.newest.offset) < 0.010
+
+
 def test_scans_that_lie_too_far_apart_tell_nothing() -> None:
     estimator, number = TimeOffsetEstimator(Laser(), SETTINGS), 0
     for frame in frames("lab", turns(0.5)["360"], Stamping(0.1), 0):

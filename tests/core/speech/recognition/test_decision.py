@@ -50,7 +50,7 @@ def test_a_number_beyond_the_bounds_of_speech_is_rejected_with_what_would_be_und
     one = sure("continue twelve meters")
     assert one.verdict == "reject"
     assert "by voice" in one.reason
-    assert one.did_you_mean == one.suggestions == ("continue 5 meters",) and one.offered == ""
+    assert one.did_you_mean == one.suggestions == ("continue 5 meters",) and one.offered == ()
 
 
 def test_uncertain_words_move_nothing_and_are_said_back_for_correction():
@@ -65,8 +65,8 @@ def test_uncertain_words_move_nothing_and_are_said_back_for_correction():
 )
 def test_uncertain_words_are_offered_when_they_are_a_command(words, offered):
     one = unsure(words)
-    assert one.offered == offered and one.did_you_mean == ((offered,) if offered else ())
-    assert sure(words).offered == ""
+    assert one.offered == one.did_you_mean == ((offered,) if offered else ())
+    assert sure(words).offered == ()
 
 
 def test_what_else_may_have_been_said_is_known_by_its_likelihood():

@@ -1,0 +1,124 @@
+"""Let a browser on this computer be loudspeaker and microphone: one page plays a sound and sends what was heard."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import threading
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+import numpy as np
+
+from console.api.page import static_folder
+from core.errors import BadInput, Unavailable
+from core.message import Array
+from core.recording.sound_file import wav_bytes
+from core.sensors.microphones import Sound
+
+FILES = {
+    "": ("speech-loop.html", "text/html; charset=utf-8"),
+    "static/css/tokens.css": ("css/tokens.css", "text/css"),
+    "static/css/base.css": ("css/base.css", "text/css"),
+    "static/css/hearing/loop.css": ("css/hearing/loop.css", "text/css"),
+    "static/js/speech-quality/speech-loop.js": ("js/speech-quality/speech-loop.js", "text/javascript"),
+    "static/js/voice/microphone.js": ("js/voice/microphone.js", "text/javascript"),
+    "static/js/voice/sinc-worklet.js": ("js/voice/sinc-worklet.js", "text/javascript"),
+    "static/img/beckon.svg": ("img/beckon.svg", "image/svg+xml"),
+}
+"""What the page is made of."""
+LARGEST = 40_000_000  # [bytes] of a recording
+PATIENCE = 600.0  # [s] for which the page is waited for
+
+
+class BrowserLoop:
+    """The page, on a port of this computer alone; its address has a secret in it."""
+
+    def __init__(self, samples: Array, rate: int) -> None:
+        """`samples` (N,): what is played."""
+        self._sound = wav_bytes(Sound(stamp=0.0, rate=rate, samples=samples[:, None]))
+        self._heard: Array | None = None
+        self._came = threading.Event()
+        self._answered = threading.Event()
+        self._answer: list[str] = []
+        secret = secrets.token_urlsafe(12)
+        self._server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(self, secret))
+        self.address = f"http://127.0.0.1:{self._server.server_address[1]}/{secret}/"
+
+    def __enter__(self) -> BrowserLoop:
+        """Begin to serve."""
+        threading.Thread(target=self._server.serve_forever, daemon=True).start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Serve no more."""
+        self._answered.wait(5.0)
+        self._server.shutdown()
+        self._server.server_close()
+
+    def recorded(self, seconds: float = PATIENCE) -> Array:
+        """Wait for what the page recorded, (M,) at 16 kHz. Raises Unavailable when nothing comes."""
+        if not self._came.wait(seconds) or self._heard is None:
+            raise Unavailable(f"No recording came from the page {self.address} within {seconds:g} s.")
+        return self._heard
+
+    def tell(self, lines: list[str]) -> None:
+        """What the page shows at the end."""
+        self._answer = lines
+        self._answered.set()
+
+    def sound(self) -> bytes:
+        """The sound that is played, as a WAV file."""
+        return self._sound
+
+    def take(self, body: bytes) -> list[str]:
+        """A recording as 16-bit samples → what became of it, once that is known. Raises BadInput."""
+        if len(body) % 2 or not body:
+            raise BadInput("A recording is a row of 16-bit samples.")
+        self._heard = np.frombuffer(body, "<i2").astype(float) / 32768
+        self._came.set()
+        self._answered.wait(PATIENCE)
+        return self._answer
+
+
+def _handler(loop: BrowserLoop, secret: str) -> type[BaseHTTPRequestHandler]:
+    class Handler(BaseHTTPRequestHandler):
+        """Answers for the files of the page, the sound, and the recording."""
+
+        def do_GET(self) -> None:
+            path = self._path()
+            if path == "orig.wav":
+                self._send(200, loop.sound(), "audio/wav")
+            elif path in FILES:
+                name, kind = FILES[path]
+                self._send(200, (static_folder() / name).read_bytes(), kind)
+            else:
+                self._send(404, b"There is nothing here.", "text/plain")
+
+        def do_POST(self) -> None:
+            length = self.headers.get("Content-Length", "")
+            if self._path() != "rev" or not length.isdigit() or int(length) > LARGEST:
+                self._send(404, b"There is nothing here.", "text/plain")
+                return
+            try:
+                lines = loop.take(self.rfile.read(int(length)))
+            except BadInput as trouble:
+                self._send(400, str(trouble).encode(), "text/plain")
+                return
+            self._send(200, json.dumps(lines).encode(), "application/json")
+
+        def _path(self) -> str | None:
+            _, given, path = (*self.path.split("?")[0].split("/", 2), "", "")[:3]
+            return path if secrets.compare_digest(given.encode(), secret.encode()) else None
+
+        def _send(self, status: int, body: bytes, kind: str) -> None:
+            self.send_response(status)
+            self.send_header("Content-Type", kind)
+            self.send_header("Content-Length", str(len(body)))
+            self.send_header("Cache-Control", "no-store")
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, format: str, *args: object) -> None:
+            """Say nothing."""
+
+    return Handler

@@ -1,0 +1,157 @@
+"""The common settings: what holds now, what holds from the next start, and changing them in the settings file."""
+
+from __future__ import annotations
+
+import asyncio
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+
+from console.control.settings_file import Value, with_value
+from console.http.problems import Problem
+from console.workers.tasks import to_the_end
+from core.files import saving, write_atomic
+from core.setting import DeclaredSetting, Section, declared_settings
+from core.settings import Settings, read
+
+NAME = "settings.toml"  # in the data folder
+KINDS = {bool: "switch", int: "whole", float: "number", str: "text"}
+NOW = "{name} is {value} now."
+LATER = "Saved. {name} is {value} from the next start of the console on."
+UNKNOWN = "There is no common setting of this name; GET /api/settings lists them, and the settings file takes all."
+
+
+class SettingState(msgspec.Struct, frozen=True, kw_only=True):
+    """One common setting, as it is declared and as it holds."""
+
+    section: str
+    name: str
+    kind: str  # "switch", "whole", "number" or "text"
+    unit: str
+    low: float | None  # of a number
+    high: float | None
+    choices: list[str]  # [] where anything within the bounds is accepted
+    meaning: str
+    default: Value
+    value: Value  # that holds now
+    saved: Value  # that holds from the next start on
+    live: bool  # a change holds at once
+
+
+class SettingsState(msgspec.Struct, frozen=True):
+    """All common settings."""
+
+    file: str  # where they are saved
+    restart: bool  # True while something that is saved waits for the next start
+    settings: list[SettingState]
+
+
+class ChangedSetting(msgspec.Struct, frozen=True):
+    """A setting after a change, and a sentence for the operator."""
+
+    setting: SettingState
+    sentence: str
+
+
+class SettingsInUse:
+    """Lives on the event loop."""
+
+    def __init__(self, settings: Settings, file: Path, adopt: Callable[[Settings], None]) -> None:
+        """`adopt` is given the settings whenever one of them changes while the console runs."""
+        self._now = self._saved = settings
+        self._file, self._adopt = file, adopt
+        self._turn = asyncio.Lock()
+
+    @property
+    def now(self) -> Settings:
+        """What holds now."""
+        return self._now
+
+    @property
+    def state(self) -> SettingsState:
+        """Every common setting."""
+        rows = [
+            self._state(section, one)
+            for section, kind in sections().items()
+            for one in declared_settings(kind)
+            if one.meta.common
+        ]
+        return SettingsState(str(self._file), any(row.value != row.saved for row in rows), rows)
+
+    async def change(self, section: str, name: str, value: Value | None) -> ChangedSetting:
+        """Save it in the settings file, and let it hold at once where it is declared live; None: the default.
+
+        Raises Problem 404 for a setting that is not common, BadInput with the declaration's sentence, Unwritable.
+        """
+        declared = next((one for one in common(section) if one.name == name), None)
+        if declared is None:
+            raise Problem(404, UNKNOWN)
+        fitted = None if value is None else declared.fit(_as_declared(declared, value))
+        async with self._turn:
+            saved = await to_the_end(lambda: self._save(section, name, fitted))
+            self._saved = saved
+            if declared.meta.live:
+                chosen = getattr(getattr(saved, section), name)
+                changed = dataclasses.replace(getattr(self._now, section), **{name: chosen})
+                self._now = dataclasses.replace(self._now, **{section: changed})
+                self._adopt(self._now)
+        state = self._state(section, declared)
+        sentence = (NOW if declared.meta.live else LATER).format(
+            name=f"[{section}] {name}", value=f"{shown(state.saved)} {declared.meta.unit}".strip()
+        )
+        return ChangedSetting(state, sentence)
+
+    def _save(self, section: str, name: str, value: Value | None) -> Settings:
+        with saving("The settings could not be saved"):
+            try:
+                text = self._file.read_text(encoding="utf-8")
+            except FileNotFoundError:
+                text = ""
+        changed = with_value(text, section, name, value)
+        with saving("The settings could not be saved"):
+            write_atomic(self._file, changed)
+        return read(changed, self._file.name)
+
+    def _state(self, section: str, one: DeclaredSetting) -> SettingState:
+        number = one.kind in (int, float)
+        return SettingState(
+            section=section,
+            name=one.name,
+            kind=KINDS[one.kind],
+            unit=one.meta.unit,
+            low=one.meta.low if number else None,
+            high=one.meta.high if number else None,
+            choices=list(one.choices),
+            meaning=one.meta.meaning,
+            default=one.default,
+            value=getattr(getattr(self._now, section), one.name),
+            saved=getattr(getattr(self._saved, section), one.name),
+            live=one.meta.live,
+        )
+
+
+def sections() -> dict[str, type[Section]]:
+    """Every section of a settings file and its class."""
+    return {one.name: type(getattr(Settings(), one.name)) for one in dataclasses.fields(Settings)}
+
+
+def common(section: str) -> list[DeclaredSetting]:
+    """The common settings of a section; none of one that does not exist."""
+    kind = sections().get(section)
+    return [] if kind is None else [one for one in declared_settings(kind) if one.meta.common]
+
+
+def _as_declared(declared: DeclaredSetting, value: Value) -> Value:
+    """A whole number that a browser wrote with a point, or a number without one."""
+    if declared.kind is int and isinstance(value, float) and value.is_integer():
+        return int(value)
+    return value
+
+
+def shown(value: Value) -> str:
+    """A value in a sentence."""
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,92 @@
+"""What experiments there are, as each declares it in its own file."""
+
+from __future__ import annotations
+
+import asyncio
+
+import msgspec
+
+from console.workers.job import Handler, Job
+from console.workers.tasks import end
+from console.workers.worker import Worker
+from core.experiments import EXPERIMENTS
+
+BUDGET = 60.0  # [s] of processor time: every algorithm is imported once
+
+
+class PrintedFigure(msgspec.Struct, frozen=True):
+    """A figure that the chapter prints."""
+
+    name: str
+    value: float
+    unit: str
+    ours: str  # keys of the result, joined by dots
+
+
+class ExperimentEntry(msgspec.Struct, frozen=True):
+    """One experiment."""
+
+    name: str  # for the command line and for a new run
+    title: str
+    reproduces: str
+    runs: int  # when nobody says anything else
+    counts: str  # what `runs` counts
+    base_s: float  # [s] of processor time, and
+    run_s: float  # for each run; both 0: not known
+    chapter: list[PrintedFigure]
+
+
+class ListExperiments(Job[list[ExperimentEntry]], frozen=True):
+    """Every experiment, in the order of their names."""
+
+
+class ExperimentsWorker:
+    """Imports every experiment, which the console itself does not."""
+
+    @property
+    def handlers(self) -> tuple[Handler, ...]:
+        """Every job it knows."""
+        return (ListExperiments.handled_by(self.every),)
+
+    def every(self, _: ListExperiments) -> list[ExperimentEntry]:
+        """Read all declarations."""
+        return [entry(name) for name in sorted(EXPERIMENTS)]
+
+
+def entry(name: str) -> ExperimentEntry:
+    """One experiment as it declares itself."""
+    about = EXPERIMENTS[name].about
+    chapter = [PrintedFigure(one.name, one.value, one.unit, one.ours) for one in about.chapter]
+    return ExperimentEntry(
+        name, about.title, about.reproduces, about.runs, about.counts, about.base_s, about.run_s, chapter
+    )
+
+
+class Catalogue:
+    """Asks once, in a worker that ends afterwards. Lives on the event loop."""
+
+    def __init__(self) -> None:
+        self._worker = Worker("experiments")
+        self._reading: asyncio.Task[list[ExperimentEntry]] | None = None
+
+    @property
+    def known(self) -> list[ExperimentEntry] | None:
+        """Every experiment; None while they are being read, which this begins. Raises WorkerLost, once."""
+        reading = self._reading = self._reading or asyncio.get_running_loop().create_task(self._read())
+        if not reading.done():
+            return None
+        if reading.exception() is not None:
+            self._reading = None
+        return reading.result()
+
+    async def close(self) -> None:
+        """End the worker."""
+        await end(self._reading)
+        self._worker.kill()
+        await self._worker.gone()
+
+    async def _read(self) -> list[ExperimentEntry]:
+        try:
+            return await self._worker.ask(ListExperiments(), budget=BUDGET)
+        finally:
+            self._worker.kill()

@@ -1,0 +1,144 @@
+"""A browser's microphone at the mouth of a person in the simulated room.
+
+What is said into it sounds there: it reaches the robot through the room's air, its microphones, its direction finder
+and its recognizer, as the words of a person before a real robot do.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from console.messages.audio import AUDIO_RATE
+from console.speech.voice_commands import VoiceCommands
+from core.errors import BeckonError, Refused
+from core.message import Array
+from core.robots.requests import (
+    Ask,
+    FloorPlan,
+    GroundTruth,
+    Hush,
+    PlacedThing,
+    ReadPlan,
+    ReadTruth,
+    SetListening,
+    Speak,
+)
+
+NEAREST = "nearest"  # the speaker: the nearest person whom no wall hides
+PIECE = 4096  # [bytes] of sound that are handed on at once, 0.13 s
+MOST = 64_000  # [bytes] of one request to the driver
+SILENCE = bytes(320)  # 10 ms: begins and ends a turn
+NOBODY = "Nobody stands in the simulated room in whose voice you could speak. Choose another voice at the microphone."
+AWAITED = 12.0  # [s] after the button was released in which words are still this turn's
+
+
+class RoomMouth:
+    """One turn to speak, from the press until its words were heard. Lives on the event loop."""
+
+    def __init__(self, wanted: str, ask: Ask, spoken: VoiceCommands, trouble: Callable[[str], None]) -> None:
+        """`wanted`: who speaks, or NEAREST; `trouble`: called with a sentence when they cannot, with ""
+        when their words do not come.
+        """
+        self.over = False  # the button was released
+        self._wanted, self._ask, self._spoken, self._trouble = wanted, ask, spoken, trouble
+        self._waiting = bytearray(SILENCE)  # at once, so that the room's echo is known when words come
+        self._news = asyncio.Event()
+        self._news.set()
+        self._hushed = False
+        self._patience: asyncio.TimerHandle | None = None
+        self._ended = math.inf  # [s] when the button was released
+        self._task = asyncio.get_running_loop().create_task(self._speak())
+        spoken.at_console = True
+
+    @property
+    def awaits_words(self) -> bool:
+        """Return whether words that are heard now may be those of this turn."""
+        return time.monotonic() < self._ended + AWAITED
+
+    def add(self, samples: Array) -> None:
+        """Sound (N,) of full scale ±1."""
+        if not self.over:
+            self._waiting += np.round(np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes()
+            if len(self._waiting) >= PIECE:
+                self._news.set()
+
+    def rest(self) -> None:
+        """The button was released; what was said before still sounds."""
+        if not self.over:
+            self.over, self._ended = True, time.monotonic()
+            self._news.set()
+            self._patience = asyncio.get_running_loop().call_later(AWAITED, self._trouble, "")
+
+    def hush(self) -> None:
+        """Stopped: nothing that was said before sounds any more."""
+        self._hushed = True
+        self.close()
+
+    def close(self) -> None:
+        """The turn is over, and nothing of it is awaited."""
+        self.rest()
+        if self._patience is not None:
+            self._patience.cancel()
+        self._ended = -math.inf
+        self._spoken.at_console = False
+
+    async def _speak(self) -> None:
+        """Hand the sound on to the room as it comes."""
+        try:
+            name = await speaker_in_room(self._ask, self._wanted)
+            await self._ask(SetListening(on=True))
+            while True:
+                await self._news.wait()
+                self._news.clear()
+                if self._hushed:
+                    await self._ask(Hush(id=name))
+                    return
+                sound, self._waiting = bytes(self._waiting[:MOST]), self._waiting[MOST:]
+                over = self.over and not self._waiting
+                await self._ask(Speak(id=name, pcm=sound or SILENCE, rate_hz=AUDIO_RATE, more=not over))
+                if over:
+                    return
+                if self._waiting:
+                    self._news.set()
+        except BeckonError as refusal:
+            if not self._hushed:
+                self._trouble(str(refusal))
+
+
+async def speaker_in_room(ask: Ask, wanted: str) -> str:
+    """The person of that name, or the nearest. Raises Refused where there is nobody, Unavailable."""
+    plan, truth = await ask(ReadPlan()), await ask(ReadTruth())
+    people = [thing for thing in plan.things if isinstance(thing, PlacedThing) and thing.what == "person"]
+    near = sorted(
+        people, key=lambda one: (hidden(plan, truth, one), math.hypot(one.x_m - truth.x_m, one.y_m - truth.y_m))
+    )
+    found = next((one for one in near if wanted in (one.id, NEAREST)), None)
+    if found is None:
+        raise Refused(NOBODY)
+    return found.id
+
+
+def hidden(plan: FloorPlan, robot: GroundTruth, person: PlacedThing) -> bool:
+    """Return whether a wall stands between the robot and a person."""
+    here, there = (robot.x_m, robot.y_m), (person.x_m, person.y_m)
+    reach = max(person.length_m, person.depth_m)  # the laser's walls hold the legs of the person, too
+    for x0, y0, x1, y1 in (segment[:4] for segment in plan.segments):
+        if min(math.dist(there, (x0, y0)), math.dist(there, (x1, y1))) > reach and _cross(
+            here, there, (x0, y0), (x1, y1)
+        ):
+            return True
+    return False
+
+
+def _cross(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float], d: tuple[float, float]) -> bool:
+    """Return whether the stretches ab and cd cross."""
+
+    def side(p: tuple[float, float], q: tuple[float, float], r: tuple[float, float]) -> float:
+        return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+
+    return side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0

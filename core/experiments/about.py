@@ -1,0 +1,45 @@
+"""What every experiment declares of itself, in its own file as ABOUT."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import cast
+
+from core.message import message
+
+
+@message
+class ChapterValue:
+    """A figure that the chapter prints, and where ours stands in the result."""
+
+    name: str
+    value: float
+    unit: str = ""
+    ours: str  # keys of the result, joined by dots; numbers are places in a list
+
+
+@message
+class About:
+    """What an experiment is."""
+
+    title: str
+    reproduces: str  # of the chapter, in a sentence; conditions that make the result easier belong here
+    runs: int  # when nobody says anything else
+    counts: str = "runs"  # what `runs` counts
+    base_s: float  # [s] of processor time before the first run, and
+    run_s: float  # for each run; measured on one core of a Xeon at 2 GHz
+    chapter: tuple[ChapterValue, ...] = ()
+
+
+def figure_at(result: Mapping[str, object], keys: str) -> float | None:
+    """The number at "estimators.ekf_slam.worst_average_error_m" of a result; None where there is none."""
+    here: object = result
+    for key in keys.split("."):
+        if isinstance(here, Mapping):
+            here = here.get(key)
+        elif isinstance(here, Sequence) and not isinstance(here, str) and key.isdigit():
+            listed = cast(Sequence[object], here)
+            here = listed[int(key)] if int(key) < len(listed) else None
+        else:
+            return None
+    return float(here) if isinstance(here, (int, float)) and not isinstance(here, bool) else None

@@ -1,0 +1,304 @@
+"""What eyes and ears add to the laser: SLAM with each of them, on the same drives (abstract, sections 2 and 4).
+
+Every drive is one of the simulated robot, steered along a fixed way by its true pose, so that no estimator changes
+what the others see. Every row takes its own sensors from the same frames through the whole pilot. The places were
+chosen before there were results; all of them are printed.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypedDict
+
+import numpy as np
+
+from core.calibration.files.written import write_all
+from core.errors import Unavailable
+from core.experiments.figures.audio_visual import audio_visual_figure
+from core.experiments.result import ExperimentResult
+from core.experiments.run_log import RunLog
+from core.experiments.side_by_side import side_by_side
+from core.gate import Twist
+from core.geometry import Pose
+from core.message import message
+from core.pilot import Pilot
+from core.robots import Profile
+from core.robots.requests import Speak
+from core.sensors import SensorFrame
+from core.settings import Settings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import WheelNoise
+from core.slam.consistency import nees
+
+RUNS = 3
+STILL = 2.5  # [s] at rest before the drive
+SPEED, TURN = 0.25, 1.0  # [m/s], [rad/s] of the drive
+NEAR = 0.25  # [m] from a goal, the next one is steered for
+EVERY = 8  # frames between those that are judged
+CALLS = 3.0  # [s] between the ends of a person's calls
+WORDS = "come here please, I am standing over here"
+PICTURES = 5.0  # a second
+LONGEST = 45.0  # [s] of a drive
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the robot drives, and what the laser lacks there."""
+
+    name: str
+    world: str
+    goals: tuple[tuple[float, float], ...]  # [m]
+    speaker: tuple[float, float]  # [m] where a person stands who calls
+    weak: str = ""  # what makes the laser weak; "": it is not
+    reach: float = math.inf  # [m] of the laser
+    dropout: float = 0.004  # share of beams that fail
+    wheels: WheelNoise = "paper"
+
+
+AROUND_LAB = ((2.0, 0.0), (3.0, 1.5), (2.4, 2.4), (0.8, 2.2), (-0.6, 1.2), (0.2, 0.0))
+TO_AND_FRO = ((5.5, 0.2), (5.5, -0.2), (0.5, -0.2))
+AROUND_HALL = ((3.0, -1.5), (4.0, 0.5), (2.5, 1.6), (0.0, 1.2), (0.3, -0.5))
+THROUGH_FLOOR = ((3.0, 0.0), (7.3, 0.0), (3.0, 0.2))
+STANDS = (3.0, 0.7)  # [m] beside the way along the corridor
+PLACES = (
+    Place("lab", "lab", AROUND_LAB, (3.0, 2.8), wheels="encoder"),
+    Place("floor", "floor", THROUGH_FLOOR, (3.4, 0.5), wheels="encoder"),
+    Place("lab, paper's wheels", "lab", AROUND_LAB, (3.0, 2.8)),
+    Place("corridor", "corridor", TO_AND_FRO, STANDS, "no corners"),
+    Place("bare corridor", "bare", TO_AND_FRO, STANDS, "no corners, nothing on the walls"),
+    Place("glass", "glass", AROUND_HALL, (2.0, 0.3), "walls of glass"),
+    Place("corridor, 1.5 m", "corridor", TO_AND_FRO, STANDS, "no corners, a laser of 1.5 m", reach=1.5),
+    Place("lab, 1.5 m", "lab", AROUND_LAB, (3.0, 2.8), "a laser of 1.5 m", reach=1.5),
+    Place("lab, 10 % dropped", "lab", AROUND_LAB, (3.0, 2.8), "10 % of the beams dropped", dropout=0.1),
+)
+SENSORS: dict[str, tuple[bool, bool, bool]] = {
+    "laser": (True, False, False),
+    "camera": (False, True, False),
+    "laser + camera": (True, True, False),
+    "laser + voice": (True, False, True),
+    "all": (True, True, True),
+}
+"""Laser, camera, microphones of every row."""
+
+
+@message
+class RowErrors:
+    """One row's errors on one drive."""
+
+    mean: float  # [m] over the drive
+    final: float  # [m]
+    nees: float  # mean; ideal 3
+    apart: float  # [m] mean distance from the position by the laser alone
+
+
+class RowFigures(TypedDict):
+    """A row over all runs, as JSON."""
+
+    mean_error_m: float
+    worst_error_m: float
+    final_error_m: float
+    nees: float
+    from_laser_m: float
+    of_laser: float  # mean error as a share of the laser's
+
+
+class PlaceFigures(TypedDict):
+    """A place, as JSON."""
+
+    place: str
+    weak: str
+    wheels: str
+    path_m: float
+    rows: dict[str, RowFigures]
+
+
+class AudioVisual(ExperimentResult):
+    """The result, as JSON."""
+
+    runs: int
+    places: list[PlaceFigures]
+
+
+def settings_for(place: Place, base: Settings) -> Settings:
+    """The robot and its filter in a place; the filter knows the size of its wheels' noise."""
+    simulation = replace(base.simulation, wheel_noise=place.wheels, dropout=place.dropout)
+    motion = replace(base.motion, model="paper" if place.wheels == "paper" else "encoder", cruise=SPEED)
+    return replace(base, simulation=replace(simulation, cruise=SPEED, camera_rate=PICTURES), motion=motion)
+
+
+def with_sensors(profile: Profile, sensors: tuple[bool, bool, bool]) -> Profile:
+    """The robot with only these of laser, camera and microphones."""
+    laser, camera, ears = sensors
+    return replace(
+        profile,
+        lasers=profile.lasers if laser else (),
+        cameras=profile.cameras if camera else (),
+        arrays=profile.arrays if ears else (),
+    )
+
+
+def seen_by(frame: SensorFrame, sensors: tuple[bool, bool, bool], reach: float) -> SensorFrame:
+    """The part of a frame that these sensors deliver."""
+    laser, camera, ears = sensors
+    scan = frame.scan if laser else None
+    if scan is not None and math.isfinite(reach):
+        scan = replace(scan, ranges=np.where(scan.ranges <= reach, scan.ranges, np.nan))
+    return replace(frame, scan=scan, image=frame.image if camera else None, sound=frame.sound if ears else None)
+
+
+def steer(pose: Pose, goal: tuple[float, float]) -> Twist:
+    """Twist from a pose towards a goal: on the spot first, where it lies aside."""
+    off = pose.bearing_to(*goal)
+    turn = max(-TURN, min(TURN, 2.0 * off))
+    return Twist(SPEED if abs(off) < math.radians(40) else 0.0, turn)
+
+
+def drive(place: Place, base: Settings, seed: int, rows: Sequence[str]) -> dict[str, RowErrors | float]:
+    """One drive through every row, and under `path` its length [m]."""
+    settings = settings_for(place, base)
+    robot = SimulatedRobot(place.world, seed=seed, settings=settings.simulation)
+    pilots = {name: Pilot(with_sensors(robot.profile, SENSORS[name]), settings) for name in rows}
+    listening = any(SENSORS[name][2] for name in rows)
+    found: dict[str, list[tuple[float, float, float, float]]] = {name: [] for name in rows}
+    calls, frames, path, goal = STILL / 2, 0, 0.0, 0
+    before = Pose()
+    while goal < len(place.goals):
+        frame = robot.read()
+        truth = frame.truth or Pose()
+        if frame.stamp > LONGEST:
+            break
+        if listening and frame.stamp >= calls:
+            said = robot.ask(Speak(text=WORDS, x_m=place.speaker[0], y_m=place.speaker[1], id="person"))
+            calls = frame.stamp + said.seconds + CALLS
+        snapshots = {name: pilot.step(seen_by(frame, SENSORS[name], place.reach)) for name, pilot in pilots.items()}
+        path, before = path + truth.distance_to(before.x, before.y), truth
+        if frame.stamp < STILL:
+            continue
+        frames += 1
+        if frames % EVERY == 0:
+            for name, snapshot in snapshots.items():
+                pose = snapshot.estimate.pose
+                found[name].append(
+                    (pose.x, pose.y, truth.distance_to(pose.x, pose.y), nees(snapshot.estimate, truth))
+                )
+        if truth.distance_to(*place.goals[goal]) < NEAR:
+            goal += 1
+        if goal < len(place.goals):
+            robot.drive(steer(truth, place.goals[goal]))
+    table = {name: np.array(one) for name, one in found.items()}
+    laser = table.get("laser")
+    errors: dict[str, RowErrors | float] = {"path": path}
+    for name, one in table.items():
+        gap = np.full(len(one), np.nan) if laser is None else np.hypot(*(one[:, :2] - laser[:, :2]).T)
+        errors[name] = RowErrors(
+            mean=float(one[:, 2].mean()),
+            final=float(one[-1, 2]),
+            nees=float(np.nanmean(one[:, 3])),
+            apart=float(gap.mean()),
+        )
+    return errors
+
+
+@dataclass(frozen=True)
+class Work:
+    """All drives by their number."""
+
+    places: tuple[Place, ...]
+    settings: Settings
+    seed: int
+    runs: int
+
+    def __call__(self, number: int) -> dict[str, RowErrors | float]:
+        """One of them."""
+        place, run = divmod(number, self.runs)
+        return drive(self.places[place], self.settings, self.seed + run, tuple(SENSORS))
+
+
+def run(
+    *,
+    runs: int | None = None,
+    seed: int = 0,
+    out: Path | None = None,
+    tell: Callable[[str], None] | None = None,
+    settings: Settings | None = None,
+    workers: int | None = None,
+    places: tuple[Place, ...] = PLACES,
+) -> AudioVisual:
+    """`runs` drives (5) in every place, with seeds from `seed` on; `out` receives figure and table.
+
+    Raises Unwritable.
+    """
+    count = runs or RUNS
+    work = Work(places, settings or Settings(), seed, count)
+    with RunLog(out, "audio-visual", count * len(places), seed, tell) as log:
+        done = side_by_side(work, count * len(places), workers, tell)
+        for number, one in enumerate(done):
+            log.add({"place": places[number // count].name, "path_m": one["path"], **_plain(one)})
+    figures = [_place(place, done[k * count : (k + 1) * count]) for k, place in enumerate(places)]
+    result: AudioVisual = {
+        "runs": count,
+        "seed": seed,
+        "places": figures,
+        "text": table(figures, count, seed),
+        "files": {},
+    }
+    if out is not None:
+        files: dict[str, tuple[str, str | bytes]] = {
+            "json": ("audio_visual.json", json.dumps({"runs": count, "seed": seed, "places": figures}, indent=1))
+        }
+        try:
+            files["figure"] = ("audio_visual.svg", audio_visual_figure(figures, count))
+        except Unavailable as missing:
+            result["not_drawn"] = str(missing)
+        result["files"] = write_all(out, files) | log.files
+    return result
+
+
+def _plain(one: dict[str, RowErrors | float]) -> dict[str, object]:
+    """A drive's errors as JSON."""
+    return {
+        name: {"mean_m": errors.mean, "final_m": errors.final, "nees": errors.nees, "from_laser_m": errors.apart}
+        for name, errors in one.items()
+        if isinstance(errors, RowErrors)
+    }
+
+
+def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> PlaceFigures:
+    """All drives in one place."""
+    rows: dict[str, RowFigures] = {}
+    for name in SENSORS:
+        errors = [one for each in done if isinstance(one := each[name], RowErrors)]
+        mean = float(np.mean([one.mean for one in errors]))
+        rows[name] = {
+            "mean_error_m": mean,
+            "worst_error_m": max(one.mean for one in errors),
+            "final_error_m": float(np.mean([one.final for one in errors])),
+            "nees": float(np.mean([one.nees for one in errors])),
+            "from_laser_m": float(np.mean([one.apart for one in errors])),
+            "of_laser": mean / rows["laser"]["mean_error_m"] if rows else 1.0,
+        }
+    path = float(np.mean([float(one["path"]) for one in done if isinstance(one["path"], float)]))
+    return {"place": place.name, "weak": place.weak, "wheels": place.wheels, "path_m": path, "rows": rows}
+
+
+def table(figures: list[PlaceFigures], count: int, seed: int) -> str:
+    """The table; below every place its conditions."""
+    lines = [
+        f"Position error over the drive [m], mean and worst of {count} drives, NEES (ideal 3); seeds from {seed}",
+        f"{'':22}" + "".join(f"{name:>24}" for name in SENSORS),
+    ]
+    for one in figures:
+        cells = (one["rows"][name] for name in SENSORS)
+        lines.append(
+            f"{one['place']:22}"
+            + "".join(f"{row['mean_error_m']:10.3f}{row['worst_error_m']:8.3f}{row['nees']:6.1f}" for row in cells)
+        )
+        weak = one["weak"] or "laser not weak"
+        shares = "".join(f"{100 * (one['rows'][name]['of_laser'] - 1):+23.0f} %"[-24:] for name in SENSORS)
+        lines.append(f"{'  against the laser':22}{shares}")
+        lines.append(f"    {weak}; {one['wheels']} wheels; {one['path_m']:.1f} m")
+    return "\n".join(lines)

@@ -1,0 +1,117 @@
+"""Legs near the followed person that are not theirs: all have tracks, so that who crosses keeps their own legs.
+
+The legs of a scan are shared out among the person and the others, the surest match first, no leg twice.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.geometry import Pose
+from core.message import Array
+from core.perception.people.camera_geometry import in_world
+from core.perception.people.legs import LegCluster
+
+NEARBY = 2.5  # [m] from the person: farther away legs are nobody's
+APART = 0.3  # [m] from legs that were shared out already: nearer ones are part of the same body
+MISSED = 7.0  # cost (squared distance and log determinant of its covariance) from which legs are another's
+POSITION_SD, SPEED_SD = 0.1, 0.5  # [m], [m/s] of a new track
+GONE = 1.2  # [s] without legs, after which a track ends
+POSITION_GAIN, SPEED_GAIN = 0.5, 0.25  # of the alpha-beta filter
+
+
+@dataclass
+class LegTrack:
+    """Somebody or something else that stands like legs."""
+
+    place: Array  # (2,) [m] world
+    velocity: Array  # (2,) [m/s]
+    stamp: float  # [s] of the place
+    measured: float  # [s]
+    age: int = 1  # scans in which it was seen
+
+    def predicted(self, stamp: float) -> tuple[Array, Array]:
+        """Where it is now (2,), and the covariance (2, 2) [m²]."""
+        passed = stamp - self.stamp
+        speed = SPEED_SD if self.age < 3 else 0.5 * SPEED_SD
+        hidden = stamp - self.measured
+        sd = np.hypot(POSITION_SD, speed * hidden)
+        return self.place + passed * self.velocity, sd**2 * np.eye(2)
+
+    def take(self, place: Array, stamp: float) -> None:
+        """Correct by legs that were seen (alpha-beta filter)."""
+        passed = max(stamp - self.stamp, 1e-3)
+        expected = self.place + passed * self.velocity
+        off = place - expected
+        self.place = expected + POSITION_GAIN * off
+        self.velocity = self.velocity + SPEED_GAIN * off / max(passed, 0.05)
+        self.stamp = self.measured = stamp
+        self.age += 1
+
+
+class OtherLegs:
+    """The others around the person."""
+
+    def __init__(self) -> None:
+        self._tracks: list[LegTrack] = []
+
+    def share_out(
+        self,
+        stamp: float,
+        pose: Pose,
+        standers: Sequence[LegCluster],
+        person: tuple[Array, Array],
+        limits: tuple[float, float],
+        barred: Sequence[LegCluster] = (),
+    ) -> LegCluster | None:
+        """Legs of one scan → those of the person, who is expected at a place (2,) with a covariance (2, 2), world.
+
+        `limits`: reach [m] and gate (chi-square) around that place; `barred`: not the person's, as a picture shows.
+        None: the person shows no legs.
+        """
+        reach, gate = limits
+        seen = [(one, *in_world(one, pose)) for one in standers]
+        seen = [one for one in seen if np.hypot(*(one[1] - person[0])) < NEARBY]
+        self._tracks = [one for one in self._tracks if stamp - one.measured < GONE]
+        matches: list[tuple[float, int, int]] = []  # cost, number of the track (0: the person), of the legs
+        for number, (place, covariance) in enumerate([person, *(one.predicted(stamp) for one in self._tracks)]):
+            for column, (legs, at, spread) in enumerate(seen):
+                if number > 0 or (np.hypot(*(at - place)) <= reach and not any(legs is one for one in barred)):
+                    matches.append((_cost(at - place, covariance + spread, gate), number, column))
+        own: LegCluster | None = None
+        matched: set[int] = set()
+        used: set[int] = set()  # pieces of the scan
+        taken: list[Array] = []
+        for cost, number, column in sorted(matches):
+            legs, at, _ = seen[column]
+            if cost >= MISSED or number in matched or legs.pieces & used:
+                continue
+            matched.add(number)
+            used |= legs.pieces
+            taken.append(at)
+            if number == 0:
+                own = legs
+            else:
+                self._tracks[number - 1].take(at, stamp)
+        for legs, at, _ in sorted(seen, key=lambda one: -one[0].legs):
+            if not legs.pieces & used and all(np.hypot(*(at - other)) > APART for other in taken):
+                self._begin(at, stamp)
+                used |= legs.pieces
+                taken.append(at)
+        return own
+
+    def _begin(self, place: Array, stamp: float) -> None:
+        self._tracks.append(LegTrack(place=place, velocity=np.zeros(2), stamp=stamp, measured=stamp))
+
+
+def _cost(off: Array, spread: Array, gate: float) -> float:
+    """Squared Mahalanobis distance and log determinant; MISSED beyond the gate."""
+    (a, b), (_, d) = spread.tolist()
+    x, y = off.tolist()
+    determinant = max(a * d - b * b, 1e-12)
+    square = (d * x * x - 2 * b * x * y + a * y * y) / determinant
+    return square + math.log(determinant) if square < gate else MISSED

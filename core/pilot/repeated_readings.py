@@ -1,0 +1,76 @@
+"""Lasers and cameras that hang: they repeat one reading although the robot moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from core.message import Array
+from core.robots import Profile
+from core.sensors import SensorFrame, Wheels
+from core.snapshot import SensorKind
+
+MOVING = 0.02  # [m/s], [rad/s]
+REPEATS = 2  # equal readings in a row, on the move, that mean the sensor hangs
+
+Sensor = tuple[SensorKind, str]  # kind and name
+
+
+def moves(wheels: Wheels) -> bool:
+    """Return whether the robot moves noticeably."""
+    return max(abs(wheels.speed), abs(wheels.turn_rate)) > MOVING
+
+
+class RepeatedReadings:
+    """What a hanging sensor sends is as good as nothing, so its readings are taken out until another one comes.
+
+    Only a robot that moves can tell: one that stands sees the same again and again, in a simulator without noise to
+    the last bit. A scan without any echo says nothing either way.
+    """
+
+    def __init__(self, profile: Profile) -> None:
+        self._lasers = [laser.name for laser in profile.lasers]
+        self._cameras = [camera.name for camera in profile.cameras]
+        self._last: dict[Sensor, Array] = {}
+        self._repeats: dict[Sensor, int] = {}  # of the newest reading, on the move
+
+    def taken_out(self, frame: SensorFrame, wheels: Wheels | None) -> SensorFrame:
+        """The frame without what a hanging sensor repeats; `wheels`: the newest motion, None: not known."""
+        moving = wheels is not None and moves(wheels)
+        scan, image = frame.scan, frame.image
+        if scan is not None and scan.valid.any():
+            name = scan.laser or next(iter(self._lasers), "")
+            if self._hangs(("laser", name), scan.ranges, moving):
+                scan = None
+        if image is not None:
+            name = image.camera or next(iter(self._cameras), "")
+            if self._hangs(("camera", name), image.pixels, moving):
+                image = None
+        if scan is frame.scan and image is frame.image:
+            return frame
+        return replace(frame, scan=scan, image=image)
+
+    def troubles(self) -> Iterator[tuple[Sensor, str]]:
+        """Every sensor, with a sentence while it hangs, else ""."""
+        for sensor, repeats in self._repeats.items():
+            kind, name = sensor
+            alone = len(self._lasers if kind == "laser" else self._cameras) <= 1
+            which, what = f"{kind}{'' if alone else f' {name}'}", "scan" if kind == "laser" else "picture"
+            sentence = (
+                f"The {which} repeats one {what} while the robot moves; it is not used until another one comes."
+            )
+            yield sensor, sentence if repeats >= REPEATS else ""
+
+    def hangs(self, kind: SensorKind, name: str) -> bool:
+        """Return whether this sensor repeats itself."""
+        return self._repeats.get((kind, name), 0) >= REPEATS
+
+    def _hangs(self, sensor: Sensor, data: Array, moving: bool) -> bool:
+        last, self._last[sensor] = self._last.get(sensor), data
+        if last is None or not np.array_equal(last, data, equal_nan=data.dtype.kind == "f"):
+            self._repeats[sensor] = 0
+        elif moving:
+            self._repeats[sensor] = self._repeats.get(sensor, 0) + 1
+        return self._repeats.get(sensor, 0) >= REPEATS

@@ -1,0 +1,360 @@
+"""Landmarks from bearings alone: followed from look to look, made once they are seen from different sides, then used.
+
+A direction that is followed becomes a landmark when the poses from which it was seen differ enough (delayed
+initialisation). Those poses stay in the filter until then, so what the landmark and the robot err alike is known and
+nothing is counted twice.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from core.geometry import Pose, wrap, wrap_all
+from core.message import Array
+from core.perception.landmarks.frame_perception import BearingSet
+from core.perception.landmarks.walls import wall_range
+from core.slam.bearings.geometry import (
+    PastPose,
+    coincide,
+    crossed,
+    expected_bearings,
+    forget,
+    ranged_then,
+    remember,
+    seen_now,
+    seen_then,
+)
+from core.slam.bearings.settings import BearingSettings
+from core.slam.consistency import squared_error
+from core.slam.ekf.filter import AttachedPoint, Filter, Innovation
+
+ALIKE = 2.5  # times that the steps in brightness of one edge may differ
+CLEAR = 0.5  # of the second nearest direction's distance, at most, for the nearest to be the same
+VAGUE = math.radians(2.0)  # sd of a bearing from which it does not say which landmark is seen again
+SURELY = 2.5  # sd that a landmark seen again may be off
+COINCIDE = 9.21  # squared distance of two landmarks that are one, 99 % at 2 dof
+FEWEST = 3  # views that make a landmark: two cross anywhere
+PROVEN = 3  # corrections with which a landmark that was found again must agree before it is used
+FAR = 10.0  # cost of a pair that is none
+
+
+@dataclass(frozen=True)
+class View:
+    """A bearing from a pose of the past."""
+
+    past: PastPose
+    bearing: float  # [rad] in its eye's axes
+    sd: float  # [rad]
+
+
+@dataclass(eq=False)
+class BearingLandmark:
+    """A landmark."""
+
+    point: AttachedPoint
+    look: float
+    seen: float  # [s] last
+    contradictions: int = 0  # in a row
+
+
+@dataclass(eq=False)
+class Track:
+    """A direction that is followed."""
+
+    angle: float  # [rad] in the filter's plane, when it was seen last
+    look: float
+    seen: float  # [s] last
+    views: list[View] = field(default_factory=list[View])
+    landmark: BearingLandmark | None = None
+    agreed: int = PROVEN  # corrections that agreed since the landmark was found again
+
+
+class BearingLandmarks:
+    """The landmarks of one kind in one filter; `see` with every look."""
+
+    def __init__(self, state: Filter, settings: BearingSettings) -> None:
+        self._state, self._settings = state, settings
+        self.landmarks: list[BearingLandmark] = []
+        self._tracks: list[Track] = []
+        self._poses: list[PastPose] = []
+        self._looked: Pose | None = None  # at the newest look
+        self._corrected: Pose | None = None  # at the newest correction
+        self._remembered: Pose | None = None  # the newest pose that is kept
+        self.used = 0  # bearings that have corrected the state
+        self.refused = 0  # bearings that contradicted it
+
+    def see(self, seen: BearingSet, points: Array | None = None) -> None:
+        """Take one look; `points` (K, 2) [m] of a scan at that time, robot frame: walls on which landmarks may be."""
+        if not self._settings.used:
+            return
+        now = self._follow(seen)
+        pose = self._state.pose
+        if not now or not _has_moved(self._corrected, pose, self._settings.apart, self._settings.apart_turn):
+            return
+        self._corrected = pose
+        self._correct(seen, [(track, row) for track, row in now if track.landmark is not None])
+        fresh = [(track, row) for track, row in now if track.landmark is None]
+        if fresh and _has_moved(self._remembered, pose, self._settings.spacing, math.inf):
+            self._remembered = self._state.pose
+            self._keep_views(seen, fresh)
+            for track, _ in fresh:
+                self._make(track, seen, points)
+        self._clean_up()
+
+    def interrupt(self) -> None:
+        """The robot is elsewhere, or it goes on in another filter: only what is a landmark already stays."""
+        self._tracks.clear()
+        self._clean_up()
+        self._looked = self._corrected = self._remembered = None
+
+    def places(self) -> Array:
+        """The landmarks (M, 2) [m] in the filter's plane."""
+        indices = [self._state.index_of(landmark.point) for landmark in self.landmarks]
+        return self._state.points[indices].reshape(-1, 2)
+
+    # following
+
+    def _follow(self, seen: BearingSet) -> list[tuple[Track, int]]:
+        """Bearings → the tracks that they continue, and new tracks; those that are seen now, with their bearing."""
+        limits, eye = self._settings, self._state.pose @ seen.eye
+        self._tracks = [track for track in self._tracks if 0 <= seen.stamp - track.seen <= limits.lapse]
+        way = 0.0 if self._looked is None else eye.distance_to(self._looked.x, self._looked.y)
+        self._looked = eye
+        pairs, taken = self._pairs(seen, eye, limits.follow + limits.follow_per_way * way)
+        for track, row in pairs:
+            track.angle = eye.heading + float(seen.bearings[row])
+            track.seen = seen.stamp
+            track.look = float(seen.looks[row])
+            if track.landmark is not None:
+                track.landmark.seen = seen.stamp
+        pairs += self._found_again(seen, [row for row in range(len(seen.bearings)) if row not in taken])
+        taken |= {row for _, row in pairs}
+        for row in range(len(seen.bearings)):
+            if row not in taken:
+                angle = eye.heading + float(seen.bearings[row])
+                self._tracks.append(Track(angle, float(seen.looks[row]), seen.stamp))
+                pairs.append((self._tracks[-1], row))
+        return pairs
+
+    def _found_again(self, seen: BearingSet, left: list[int]) -> list[tuple[Track, int]]:
+        """Bearings that no track has, landmarks that no track follows → new tracks of these, where it is clear."""
+        followed = {id(track.landmark) for track in self._tracks}
+        dormant = [landmark for landmark in self.landmarks if id(landmark) not in followed]
+        if not dormant or not left or self._settings.again == 0:
+            return []
+        points = [landmark.point for landmark in dormant]
+        angles = expected_bearings(self._state, seen.eye, points)
+        spreads = seen_now(self._state, seen.eye, points, angles).state.diagonal()
+        sds = np.sqrt(spreads[:, None] + self._variances(seen, np.array(left))[None, :])
+        off = np.abs(wrap_all(seen.bearings[left][None, :] - angles[:, None])) / sds
+        off[(sds > VAGUE) | ~_alike(np.array([one.look for one in dormant]), seen.looks[left])] = FAR
+        pairs: list[tuple[Track, int]] = []
+        for a, b in np.argwhere(off < SURELY).tolist():
+            if min(_second(off[a], b), _second(off[:, b], a)) > 2 * SURELY:
+                row, landmark = left[b], dormant[a]
+                angle = self._state.pose.heading + seen.eye.heading + float(seen.bearings[row])
+                track = Track(angle, float(seen.looks[row]), seen.stamp, landmark=landmark, agreed=0)
+                self._tracks.append(track)
+                pairs.append((track, row))
+        return pairs
+
+    def _pairs(self, seen: BearingSet, eye: Pose, reach: float) -> tuple[list[tuple[Track, int]], set[int]]:
+        """Tracks and bearings, one to one, where it is clear; and all bearings that are near any track."""
+        if not self._tracks or not len(seen.bearings):
+            return [], set()
+        gaps = self._gaps(seen, eye) / reach
+        gaps[~_alike(np.array([track.look for track in self._tracks]), seen.looks)] = FAR
+        rows, columns = linear_sum_assignment(np.minimum(gaps, FAR))
+        pairs = [
+            (self._tracks[a], b)
+            for a, b in zip(rows.tolist(), columns.tolist(), strict=True)
+            if gaps[a, b] < 1 and gaps[a, b] <= CLEAR * min(_second(gaps[a], b), _second(gaps[:, b], a))
+        ]
+        return pairs, set(np.flatnonzero((gaps < 1).any(axis=0)).tolist())
+
+    def _gaps(self, seen: BearingSet, eye: Pose) -> Array:
+        """(T, M) [rad]: how far every bearing is from where each track should be seen."""
+        there = np.array([track.angle - eye.heading for track in self._tracks])
+        known = [k for k, track in enumerate(self._tracks) if track.landmark is not None]
+        if known:
+            there[known] = expected_bearings(self._state, seen.eye, self._points(self._tracks, known))
+        return np.abs(wrap_all(seen.bearings[None, :] - there[:, None]))
+
+    @staticmethod
+    def _points(tracks: Sequence[Track], chosen: Sequence[int]) -> list[AttachedPoint]:
+        landmarks = [tracks[k].landmark for k in chosen]
+        return [landmark.point for landmark in landmarks if landmark is not None]
+
+    # using
+
+    def _correct(self, seen: BearingSet, pairs: list[tuple[Track, int]]) -> None:
+        """One stacked correction by the landmarks that are seen; those that the others contradict are left out."""
+        if not pairs:
+            return
+        landmarks = [track.landmark for track, _ in pairs if track.landmark is not None]
+        rows = np.array([row for _, row in pairs])
+        innovation = seen_now(self._state, seen.eye, [one.point for one in landmarks], seen.bearings[rows])
+        total = innovation.state + np.diag(self._variances(seen, rows))
+        fits = _agreeing(total, innovation.surprises[:, 0], self._settings.gate)
+        kept = [k for k in fits if pairs[k][0].agreed >= PROVEN]
+        for k, (track, _) in enumerate(pairs):
+            track.agreed += k in fits
+            if k not in fits and track.agreed < PROVEN:
+                self._tracks.remove(track)
+        for k, landmark in enumerate(landmarks):
+            proven = pairs[k][0].agreed >= PROVEN
+            landmark.contradictions = 0 if k in fits else landmark.contradictions + proven
+        self.used += len(kept)
+        self.refused += len(landmarks) - len(kept)
+        if kept:
+            chosen = Innovation(innovation.crossing[kept], np.empty(0), innovation.surprises[kept])
+            self._state.take_in(chosen, total[np.ix_(kept, kept)])
+
+    def _variances(self, seen: BearingSet, rows: Array) -> Array:
+        return seen.sds[rows] ** 2 + self._settings.floor**2
+
+    # making
+
+    def _keep_views(self, seen: BearingSet, pairs: list[tuple[Track, int]]) -> None:
+        """Remember where the robot is, and what of it is seen from here."""
+        self._poses.append(remember(self._state, seen.eye))
+        sds = np.sqrt(self._variances(seen, np.arange(len(seen.bearings))))
+        for track, row in pairs:
+            track.views.append(View(self._poses[-1], float(seen.bearings[row]), float(sds[row])))
+        if len(self._poses) > self._settings.poses:
+            oldest = self._poses[0]
+            for track in self._tracks:
+                track.views = [view for view in track.views if view.past is not oldest]
+            self._poses.remove(oldest)
+            forget(self._state, oldest)
+
+    def _make(self, track: Track, seen: BearingSet, points: Array | None) -> None:
+        """A track becomes a landmark, if its views cross at a clear angle and agree."""
+        limits, views = self._settings, track.views
+        if len(views) < FEWEST:
+            return
+        first, last = views[0], views[-1]
+        place = crossed(self._state, ((first.past, first.bearing), (last.past, last.bearing)), first.sd)
+        if place is None or not self._is_clear(first, last, *place):
+            return
+        point = self._state.attach(*place)
+        for view in views[1:-1]:
+            if not self._take_in(seen_then(self._state, view.past, point, view.bearing), view.sd**2):
+                self._state.detach(point)
+                track.views = [last]
+                return
+        if limits.walls and points is not None:
+            self._lay_on_wall(point, last, seen.eye, points)
+        track.views = []
+        track.landmark = self._known(point, track) or self._new(point, track)
+
+    def _is_clear(self, first: View, last: View, place: Array, rows: Array, own: Array) -> bool:
+        """Return whether a place is seen from different sides, and neither too near nor too far nor vague."""
+        limits = self._settings
+        eyes = self._state.points[[self._state.index_of(view.past.eye) for view in (first, last)]]
+        to = place - eyes
+        reach = np.hypot(to[:, 0], to[:, 1])
+        parallax = abs(wrap(math.atan2(to[0, 1], to[0, 0]) - math.atan2(to[1, 1], to[1, 0])))
+        if parallax < limits.parallax or reach.min() < limits.nearest or reach.max() > limits.farthest:
+            return False
+        along = to[1] / reach[1]
+        column = 3 + 2 * self._state.index_of(last.past.eye) + np.arange(2)
+        cross = rows[:, column]
+        relative = own + self._state.covariance.rows(column)[:, column] - cross - cross.T
+        return math.sqrt(max(float(along @ relative @ along), 0.0)) < limits.vague * reach[1]
+
+    def _lay_on_wall(self, point: AttachedPoint, view: View, eye: Pose, points: Array) -> None:
+        """A landmark that stands where the laser sees a wall is on the wall."""
+        wall = wall_range(points, eye, view.bearing, view.sd, self._settings.wall_sd)
+        if wall is not None:
+            self._take_in(ranged_then(self._state, view.past, point, wall[0]), wall[1] ** 2)
+
+    def _take_in(self, innovation: Innovation, variance: float) -> bool:
+        """Correct by one number, if it fits → whether it does."""
+        total = innovation.state + variance
+        if float(innovation.surprises[0, 0]) ** 2 > self._settings.gate * float(total[0, 0]):
+            return False
+        self._state.take_in(innovation, total)
+        return True
+
+    def _known(self, point: AttachedPoint, track: Track) -> BearingLandmark | None:
+        """The landmark that was here before, if there is one and only one; the two become one."""
+        limits = self._settings
+        followed = {id(other.landmark) for other in self._tracks}
+        near: list[tuple[BearingLandmark, Innovation]] = []
+        for landmark in self.landmarks:
+            if id(landmark) in followed or not _alike(np.array([landmark.look]), np.array([track.look]))[0, 0]:
+                continue
+            both = coincide(self._state, point, landmark.point)
+            spread = both.state + 1e-9 * np.eye(2)
+            close = math.sqrt(float(np.trace(spread))) < limits.again
+            if close and squared_error(both.surprises[:, 0], spread) < COINCIDE:
+                near.append((landmark, both))
+        if len(near) != 1:
+            return None
+        landmark, both = near[0]
+        self._state.take_in(both, both.state + 1e-9 * np.eye(2))
+        self._state.detach(point)
+        landmark.contradictions, landmark.seen = 0, track.seen
+        return landmark
+
+    def _new(self, point: AttachedPoint, track: Track) -> BearingLandmark:
+        landmark = BearingLandmark(point, track.look, track.seen)
+        self.landmarks.append(landmark)
+        return landmark
+
+    # forgetting
+
+    def _clean_up(self) -> None:
+        """Forget landmarks that are contradicted, or too many, and poses that no direction needs."""
+        limits = self._settings
+        self.landmarks.sort(key=lambda landmark: -landmark.seen)
+        for k, landmark in reversed(list(enumerate(self.landmarks))):
+            if k >= limits.most or landmark.contradictions >= limits.chances:
+                self._state.detach(landmark.point)
+                self.landmarks.remove(landmark)
+                self._tracks = [track for track in self._tracks if track.landmark is not landmark]
+        needed = {id(view.past) for track in self._tracks for view in track.views}
+        for past in [past for past in self._poses if id(past) not in needed]:
+            self._poses.remove(past)
+            forget(self._state, past)
+
+
+def _has_moved(since: Pose | None, pose: Pose, way: float, turn: float) -> bool:
+    if since is None:
+        return True
+    return since.distance_to(pose.x, pose.y) >= way or abs(wrap(pose.heading - since.heading)) >= turn
+
+
+def _alike(some: Array, others: Array) -> Array:
+    """Looks (T,) and (M,) → (T, M) bool: whether each two may be of one edge."""
+    a, b = some[:, None], others[None, :]
+    size = np.maximum(np.minimum(np.abs(a), np.abs(b)), 1e-9)
+    similar = np.maximum(np.abs(a), np.abs(b)) <= ALIKE * size
+    return ((a * b > 0) & similar) | (a == 0) | (b == 0)
+
+
+def _second(gaps: Array, best: int) -> float:
+    """The least of gaps (K,) besides the one at `best`."""
+    return float(np.delete(gaps, best).min(initial=FAR))
+
+
+def _agreeing(total: Array, surprises: Array, gate: float) -> list[int]:
+    """Numbers with the covariance (M, M) → those left when the oddest is removed until none is beyond the gate.
+
+    Each is judged by what the others say: of surprises with a common cause only what is its own counts.
+    """
+    kept = list(range(len(surprises)))
+    while kept:
+        inverse = np.linalg.inv(total[np.ix_(kept, kept)])
+        odd = (inverse @ surprises[kept]) ** 2 / inverse.diagonal()
+        worst = int(odd.argmax())
+        if odd[worst] <= gate:
+            break
+        del kept[worst]
+    return kept

@@ -1,0 +1,101 @@
+// Element <experiment-list>: every experiment, what it reproduces, how long it takes, and its start.
+
+import { icon, make, mark, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+import { costOf } from "./runs-model.js";
+
+/** @typedef {import("./runs-model.js").ExperimentRuns} ExperimentRuns */
+/** @typedef {import("./runs-model.js").Experiment} Experiment */
+
+const MOST_RUNS = 10_000;
+
+class ExperimentList extends Panel {
+  /** @type {ExperimentRuns | null} */
+  #runs = null;
+  #list = make("ul", { class: "experiments" });
+  #status = make("p", { class: "note", role: "status" }, "Reading what experiments there are…");
+  /** @type {Map<string, {button: HTMLButtonElement, why: HTMLElement}>} */
+  #starts = new Map();
+
+  /** @param {ExperimentRuns} runs */
+  watch(runs) {
+    this.#runs = runs;
+    runs.onChange(() => this.#draw());
+  }
+
+  /** @override */
+  build() {
+    this.append(this.#status, this.#list);
+  }
+
+  #draw() {
+    const runs = this.#runs;
+    if (!runs) return;
+    const { experiments, trouble, may, running } = runs;
+    if (experiments && this.#starts.size !== experiments.length) {
+      this.#starts.clear();
+      this.#list.replaceChildren(...experiments.map((one) => this.#row(one)));
+    }
+    const why = !may && experiments ? "You are watching. Only an operator can run an experiment." : "";
+    write(this.#status, experiments ? why || (running ? `${running.title} runs. One at a time.` : trouble) : trouble);
+    if (!experiments && !trouble) write(this.#status, "Reading what experiments there are…");
+    this.#status.hidden = this.#status.textContent === "";
+    for (const { button } of this.#starts.values()) button.disabled = !may || running !== null;
+  }
+
+  /** @param {Experiment} one */
+  #row(one) {
+    const count = number(`runs-${one.name}`, one.runs, 1, MOST_RUNS);
+    const seed = number(`seed-${one.name}`, 0, 0, 10 ** 9);
+    const cost = make("span", { class: "note" });
+    const button = make(
+      "button",
+      { type: "submit", class: "button primary", "aria-label": `Run: ${one.title}` },
+      icon("play"),
+      "Run",
+    );
+    const form = make(
+      "form",
+      { class: "experiment-form" },
+      make("label", { for: count.id }, one.counts),
+      count,
+      make("label", { for: seed.id }, "seed"),
+      seed,
+      button,
+      cost,
+    );
+    const price = () => write(cost, count.checkValidity() ? costOf(one, count.valueAsNumber) : `1 to ${MOST_RUNS}`);
+    count.addEventListener("input", price);
+    price();
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#runs?.begin(one.name, count.valueAsNumber, seed.valueAsNumber);
+    });
+    const row = make(
+      "li",
+      { class: "card experiment" },
+      make("h2", {}, one.title),
+      one.reproduces && make("p", {}, one.reproduces),
+      form,
+      make("p", { class: "note" }, "On the command line: ", make("code", {}, `beckon experiment ${one.name}`)),
+    );
+    mark(row, "data-experiment", one.name);
+    this.#starts.set(one.name, { button, why: cost });
+    return row;
+  }
+}
+
+/** @param {string} id @param {number} value @param {number} min @param {number} max */
+const number = (id, value, min, max) =>
+  make("input", {
+    type: "number",
+    class: "field-box",
+    id,
+    value: String(value),
+    min: String(min),
+    max: String(max),
+    step: "1",
+    required: true,
+  });
+
+customElements.define("experiment-list", ExperimentList);

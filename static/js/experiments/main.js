@@ -1,0 +1,23 @@
+// The experiments page.
+
+import "./experiment-list.js";
+import "./experiment-result.js";
+import { make } from "../ui/element.js";
+import { ExperimentRuns } from "./runs-model.js";
+
+/** @param {import("../net/session.js").Session} session */
+export function create(session) {
+  const model = new ExperimentRuns(session);
+  const parts = ["experiment-list", "experiment-result"].map((name) => document.createElement(name));
+  return {
+    element: make("div", { class: "experiments-page" }, ...parts),
+    model,
+    opened() {
+      model.shown = true;
+      void model.read();
+    },
+    left() {
+      model.shown = false;
+    },
+  };
+}

@@ -1,0 +1,160 @@
+// Client model of the experiments page: what there is, all runs, the selected one, and requests to the server.
+
+import { address, call, post } from "../net/api.js";
+
+/** @typedef {import("../net/session.js").Session} Session */
+/** @typedef {{name: string, value: number, unit: string, ours: string}} PrintedFigure */
+/**
+ * @typedef {object} Experiment
+ * @property {string} name
+ * @property {string} title
+ * @property {string} reproduces
+ * @property {number} runs
+ * @property {string} counts
+ * @property {number} base_s [s] of processor time
+ * @property {number} run_s [s] for each run; both 0: not known
+ * @property {PrintedFigure[]} chapter
+ */
+/** @typedef {{name: string, unit: string, chapter: number, ours: number | null}} Compared */
+/** @typedef {{name: string, bytes: number, figure: boolean}} ResultFile */
+/**
+ * @typedef {object} ExperimentRun
+ * @property {string} id
+ * @property {string} experiment
+ * @property {string} title
+ * @property {string} who
+ * @property {number} at_s Unix time
+ * @property {number} runs
+ * @property {number} seed
+ * @property {"running" | "done" | "cancelled" | "failed"} state
+ * @property {string} doing
+ * @property {string} reason
+ * @property {number | null} progress 0..1; null: it does not count
+ * @property {number} took_s
+ * @property {Compared[]} compared
+ * @property {string} text
+ * @property {ResultFile[]} files
+ */
+
+const ROOT = "api/experiments";
+const ASK_MS = 1000;
+
+/** @param {string} id @param {string} name of a file */
+export const fileOf = (id, name) =>
+  address(`${ROOT}/runs/${encodeURIComponent(id)}/files/${encodeURIComponent(name)}`).href;
+
+export class ExperimentRuns {
+  /** @type {Experiment[] | null} null until they were read */
+  experiments = null;
+  /** @type {ExperimentRun[]} newest first */
+  runs = [];
+  trouble = "";
+  /** @type {string} of the run that is shown; "" for the newest */
+  chosen = "";
+  shown = false; // the page is open
+  /** @type {Set<() => void>} */
+  #listeners = new Set();
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    session.on("hello", () => this.shown && void this.read());
+    setInterval(() => {
+      const waits = this.running || this.experiments === null;
+      if (waits && this.shown && this.session.hello && document.visibilityState === "visible") void this.read();
+    }, ASK_MS);
+  }
+
+  get running() {
+    return this.runs.find((run) => run.state === "running") ?? null;
+  }
+
+  get selected() {
+    return this.runs.find((run) => run.id === this.chosen) ?? this.runs[0] ?? null;
+  }
+
+  /** True unless this user is a viewer. */
+  get may() {
+    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
+  }
+
+  /** @param {() => void} listener */
+  onChange(listener) {
+    this.#listeners.add(listener);
+  }
+
+  /** @param {string} id */
+  choose(id) {
+    this.chosen = id;
+    this.#notify();
+  }
+
+  async read() {
+    const before = this.running;
+    try {
+      const answer = await call(ROOT);
+      [this.experiments, this.runs, this.trouble] = [answer.experiments, answer.runs, ""];
+    } catch (refusal) {
+      this.trouble = refusal instanceof Error ? refusal.message : "";
+    }
+    const after = before && this.runs.find((run) => run.id === before.id);
+    if (after && after.state !== "running") this.session.announce(`${after.title}: ${after.state}. ${after.reason}`);
+    this.#notify();
+  }
+
+  /** @param {string} experiment @param {number} runs @param {number} seed */
+  begin(experiment, runs, seed) {
+    return this.#tried(async () => this.choose((await post(`${ROOT}/runs`, { experiment, runs, seed })).id));
+  }
+
+  /** @param {string} id */
+  cancel(id) {
+    return this.#tried(() => post(`${ROOT}/runs/${encodeURIComponent(id)}/cancel`));
+  }
+
+  /** @param {string} id */
+  remove(id) {
+    return this.#tried(() => call(`${ROOT}/runs/${encodeURIComponent(id)}`, { method: "DELETE" }));
+  }
+
+  /** @param {() => Promise<unknown>} act */
+  async #tried(act) {
+    await this.session.attempt(act);
+    await this.read();
+  }
+
+  #notify() {
+    for (const listener of this.#listeners) listener();
+  }
+}
+
+/**
+ * A duration in words: "40 s", "about 3 min", "about 2 h".
+ * @param {number} seconds
+ */
+export function inWords(seconds) {
+  if (seconds < 90) return `${Math.max(1, Math.round(seconds))} s`;
+  if (seconds < 5400) return `${Math.round(seconds / 60)} min`;
+  return `${(seconds / 3600).toFixed(1)} h`;
+}
+
+/**
+ * Processor time of so many runs, in words; "" when it is not known.
+ * @param {Experiment} experiment
+ * @param {number} runs
+ */
+export function costOf({ base_s, run_s }, runs) {
+  const seconds = base_s + run_s * runs;
+  return seconds > 0 ? `about ${inWords(seconds)} of one processor` : "";
+}
+
+/**
+ * A figure with as many digits as it deserves.
+ * @param {number | null} value
+ * @param {string} unit
+ */
+export function figure(value, unit) {
+  if (value === null) return "–";
+  const digits = Math.abs(value) >= 100 ? 1 : Math.abs(value) >= 1 ? 2 : 3;
+  return `${value.toFixed(digits)}${unit && ` ${unit}`}`.replace("-", "−");
+}

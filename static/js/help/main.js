@@ -1,0 +1,74 @@
+// The help page: pages of the documentation beside the running robot. The hash of the address names the page.
+
+import { address } from "../net/api.js";
+import { icon, make, write } from "../ui/element.js";
+
+const CONTENTS = "index.md";
+const ROOT = "static/docs/";
+
+/** @param {import("../net/session.js").Session} session */
+export function create(session) {
+  const text = make("article", { class: "docs" });
+  const says = make("p", { class: "note", role: "status" });
+  const back = make("a", { class: "link", href: "help" }, icon("book"), "Contents");
+  const api = make("a", { class: "link", href: "docs", target: "_blank", rel: "noopener" }, "HTTP interface");
+  let shown = "";
+
+  async function follow() {
+    const file = fileOf(location.hash);
+    back.hidden = file === CONTENTS;
+    if (file !== shown) {
+      write(says, "Loading…");
+      const page = await read(file).catch(() => null);
+      if (file !== fileOf(location.hash)) return; // another one is wanted by now
+      write(says, page ? "" : "This page cannot be read: it does not exist, or the link is lost. Open Contents.");
+      shown = page ? file : "";
+      text.replaceChildren(...(page ?? []));
+    }
+    text.closest("main")?.scrollTo(0, 0);
+    const title = text.querySelector("h2")?.textContent;
+    if (title && shown !== CONTENTS) session.announce(title);
+  }
+
+  const element = make("div", { class: "help-page" }, make("p", { class: "help-links" }, back, api), says, text);
+  return { element, opened: () => void follow(), moved: () => void follow() };
+}
+
+/** @param {string} hash of the address: a file below the documentation */
+export function fileOf(hash) {
+  const file = hash.replace(/^#/, "");
+  return /^[\w-]+(?:\/[\w-]+)*\.md$/.test(file) ? file : CONTENTS;
+}
+
+/**
+ * Fetch a page of the documentation; its links stay inside the help page, and its headings are one level lower.
+ * @param {string} file
+ * @returns {Promise<Node[]>}
+ */
+async function read(file) {
+  const url = address(ROOT + file);
+  const answer = await fetch(url);
+  if (!answer.ok) throw new Error(String(answer.status));
+  const page = new DOMParser().parseFromString(await answer.text(), "text/html");
+  const main = page.querySelector("main");
+  if (!main) throw new Error("no page");
+  const docs = address(ROOT).href;
+  for (const link of main.querySelectorAll("a[href]")) {
+    const to = new URL(link.getAttribute("href") ?? "", url);
+    const near = to.href.startsWith(docs) && to.pathname.endsWith(".md");
+    link.setAttribute("href", near ? `help#${to.href.slice(docs.length)}` : to.href);
+    if (!near) link.setAttribute("target", "_blank");
+    if (!near) link.setAttribute("rel", "noopener");
+  }
+  for (const picture of main.querySelectorAll("img, source"))
+    for (const name of ["src", "srcset"]) {
+      const at = picture.getAttribute(name);
+      if (at) picture.setAttribute(name, new URL(at, url).href);
+    }
+  for (const heading of [...main.querySelectorAll("h1, h2, h3, h4, h5")].reverse()) {
+    const lower = document.createElement(`h${Number(heading.localName.slice(1)) + 1}`);
+    lower.append(...heading.childNodes);
+    heading.replaceWith(lower);
+  }
+  return [...main.childNodes].map((node) => document.adoptNode(node));
+}

@@ -1,0 +1,67 @@
+// Element <page-menu>: the pages. A rail on a wide screen, a button with a list on a narrow one.
+
+import { onlyWatched } from "../drive/permission.js";
+import { PAGES } from "../shell/pages.js";
+import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+import { popover } from "../ui/popover.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../shell/pages.js").PageRow} PageRow */
+
+const NARROW = matchMedia("(max-width: 1199px), (max-height: 539px)"); // as in css/shell.css
+
+export class PageMenu extends Panel {
+  #icon = icon("wheel");
+  #name = make("span", { class: "pages-name" });
+  #button = make(
+    "button",
+    { type: "button", class: "bar-chip pages-button", "aria-label": "Pages" },
+    this.#icon,
+    this.#name,
+    icon("chevron"),
+  );
+  #links = new Map(PAGES.map((row) => [row.path, link(row)]));
+  #list = make("ul", { class: "pages-list" }, ...[...this.#links.values()].map((one) => make("li", {}, one)));
+  #nav = make("nav", { class: "pages", "aria-label": "Pages" }, this.#list);
+
+  /** @override */
+  build() {
+    this.append(this.#button, this.#nav);
+    const { close } = popover(this.#button, this.#nav, { folds: () => NARROW.matches });
+    for (const one of this.#links.values()) one.addEventListener("click", close);
+    const lay = () => {
+      this.#nav.classList.toggle("popover", NARROW.matches);
+      this.#nav.hidden = NARROW.matches;
+      this.#button.hidden = !NARROW.matches;
+    };
+    NARROW.addEventListener("change", lay);
+    lay();
+  }
+
+  /** @param {PageRow} row the page that is open */
+  open(row) {
+    for (const [path, one] of this.#links) mark(one, "aria-current", path === row.path ? "page" : null);
+    write(this.#name, row.name);
+    redraw(this.#icon, row.icon);
+    mark(this.#button, "aria-label", `Pages: ${row.name}`);
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ hello }) {
+    for (const { path, drives } of PAGES)
+      mark(item(this.#links, path), "hidden", drives === true && onlyWatched(hello));
+  }
+}
+
+/** @param {Map<string, HTMLElement>} links @param {string} path */
+const item = (links, path) => /** @type {HTMLElement} */ (links.get(path)?.parentElement);
+
+/** @param {PageRow} row */
+const link = ({ path, name, icon: drawing }) =>
+  make("a", { class: "pages-link", href: path || "./" }, icon(drawing), make("span", {}, name));
+
+customElements.define("page-menu", PageMenu);

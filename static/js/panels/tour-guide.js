@@ -1,0 +1,237 @@
+// Element <tour-guide>: ninety seconds in which the simulator shows what the robot does. Any key ends it.
+
+import { call, obeyVoices, post } from "../net/api.js";
+import * as room from "../net/room-api.js";
+import { make, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+import { Tour } from "../ui/tour.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
+/** @typedef {import("../people/enrollment-model.js").PeopleState} PeopleState */
+
+const [CALLER, OTHER] = ["Ann", "Bob"];
+const DRIVES_MS = 1800; // for which the key is held
+const TURNS_MS = 1200; // before STOP
+
+class TourGuide extends Panel {
+  #title = make("h2", { class: "card-title" });
+  #text = make("p");
+  #count = make("span", { class: "note" });
+  #end = make("button", { type: "button", class: "button" }, "End the tour");
+  #card = make(
+    "div",
+    { class: "tour card", role: "region", "aria-label": "Tour", hidden: true },
+    this.#title,
+    this.#text,
+    make("div", { class: "coach-foot" }, this.#count, make("span", { class: "spring" }), this.#end),
+  );
+  /** @type {Tour | null} */
+  #tour = null;
+  #ownStop = false;
+  /** @type {string | null} whom the robot came to before */
+  #chosen = null;
+  #taught = ""; // id of the person whom the tour made known
+
+  /** @override */
+  build() {
+    this.append(this.#card);
+    this.#end.addEventListener("click", () => this.#tour?.end());
+    addEventListener("show-tour", () => void this.#begin());
+    addEventListener(
+      "keydown",
+      (event) => {
+        if (!this.#tour || !event.isTrusted) return;
+        this.#tour.end();
+        this.session.stop();
+      },
+      true,
+    );
+    this.session.on("stopped", () => this.#ownStop || this.#tour?.end());
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ permission }) {
+    if (this.#tour && permission.may === "no") this.#tour.end();
+  }
+
+  async #begin() {
+    if (this.#tour) return;
+    const tour = new Tour(this.#steps(), (stop, index, count) => {
+      write(this.#title, stop.title);
+      write(this.#text, stop.text);
+      write(this.#count, `${index + 1} of ${count}. Any key ends the tour.`);
+      this.session.announce(`${stop.title}. ${stop.text}`);
+    });
+    this.#tour = tour;
+    this.#card.hidden = false;
+    document.body.classList.add("is-touring");
+    dispatchEvent(new CustomEvent("open-view", { detail: "map" }));
+    void this.session.attempt(() => obeyVoices(true)); // what reads words takes seconds to start
+    const whole = await tour.run();
+    await this.#forget();
+    if (whole) await tour.pause(6000);
+    this.#tour = null;
+    this.#card.hidden = true;
+    document.body.classList.remove("is-touring");
+  }
+
+  /** @returns {import("../ui/tour.js").Stop[]} */
+  #steps() {
+    const start = this.session.state?.pose;
+    const home = `stop at ${(start?.x_m ?? 0).toFixed(2)} and ${(start?.y_m ?? 0).toFixed(2)}`;
+    return [
+      {
+        title: "Teach it a person",
+        text: `${CALLER} shows herself to the camera; the robot learns how she looks.`,
+        act: (tour) => this.#teach(tour),
+      },
+      {
+        title: "Turn",
+        text: "A button, typed words or a voice: “turn left”.",
+        act: (tour) => this.#tell(tour, "turn left", "chip"),
+      },
+      {
+        title: "Drive",
+        text: "Hold W, the stick or a gamepad. Let go and the robot stops.",
+        act: (tour) => this.#drive(tour),
+      },
+      {
+        title: "Click",
+        text: "Click the floor: it plans a way there and goes.",
+        act: (tour) => this.#tell(tour, home, "click"),
+      },
+      {
+        title: `${CALLER} calls`,
+        text: "It hears from where, turns, looks for her, measures the distance by laser, and comes.",
+        act: (tour) => this.#call(tour, CALLER, 2),
+      },
+      {
+        title: `${OTHER} calls`,
+        text: `He is not ${CALLER}, to whom alone it comes now.`,
+        act: (tour) => (this.#taught || this.#chosen ? this.#call(tour, OTHER, 1) : tour.pause(0)),
+      },
+      {
+        title: "STOP",
+        text: "Esc, Space or the red button: everything is cancelled, and the robot stands.",
+        act: (tour) => this.#stop(tour),
+      },
+      {
+        title: "Now you",
+        text: "Press a button, click the floor, or hold V and say “come here”.",
+        act: async () => undefined,
+      },
+    ];
+  }
+
+  /**
+   * @param {Tour} tour
+   * @param {string} words
+   * @param {"chip" | "click"} source
+   */
+  async #tell(tour, words, source) {
+    const answer = await this.session.say(words, source);
+    const { id } = answer;
+    if (answer.ok && id) await tour.until(() => this.#row(id)?.state !== "running" && this.#row(id) !== undefined);
+  }
+
+  /** @param {Tour} tour */
+  async #drive(tour) {
+    const press = (/** @type {string} */ type) =>
+      document.body.dispatchEvent(new KeyboardEvent(type, { code: "KeyW", key: "w", bubbles: true }));
+    press("keydown");
+    await tour.pause(DRIVES_MS);
+    press("keyup");
+    await tour.until(() => Math.abs(this.session.state?.velocity.v_m_s ?? 0) < 0.02);
+  }
+
+  /**
+   * Let somebody call, and wait for what comes of it.
+   * @param {Tour} tour
+   * @param {string} who
+   * @param {number} tries
+   */
+  async #call(tour, who, tries) {
+    for (let left = tries; left > 0 && !tour.over; left -= 1) {
+      const before = this.session.history[0]?.id ?? 0;
+      if (!(await this.session.attempt(() => room.speak(who, "come here")))) return;
+      /** @type {HistoryRow | undefined} */
+      let row;
+      await tour.until(() => {
+        row = this.session.history.find(({ id, source }) => id > before && source === "ears");
+        return row !== undefined && row.state !== "running";
+      });
+      if (row?.state === "done") return;
+    }
+  }
+
+  /** @param {Tour} tour */
+  async #stop(tour) {
+    await this.session.say("turn left", "chip");
+    await tour.pause(TURNS_MS);
+    this.#ownStop = true;
+    if (!tour.over) this.session.stop();
+    await tour.pause(500);
+    this.#ownStop = false;
+  }
+
+  /**
+   * Make the caller known, and come to her alone.
+   * @param {Tour} tour
+   */
+  async #teach(tour) {
+    /** @type {PeopleState} */
+    const before = await call("api/people");
+    const known = before.people.find(({ name }) => name === CALLER);
+    this.#chosen = before.chosen;
+    const id = known?.id ?? (await this.#enroll(tour));
+    if (!id || tour.over) return;
+    if (!known) this.#taught = id;
+    await this.#choose(id);
+  }
+
+  /** @param {Tour} tour @returns {Promise<string>} id; "" when it did not succeed */
+  async #enroll(tour) {
+    const enrollment = await post("api/people");
+    const path = `api/people/${enrollment.id}`;
+    await post(`${path}/demo`, { on: true, inhabitant: CALLER });
+    /** @type {PeopleState | null} */
+    let now = null;
+    await tour.until(async () => {
+      now = await call("api/people");
+      return now?.enrollment?.demo !== true;
+    });
+    const { ready } = /** @type {PeopleState | null} */ (now)?.enrollment ?? { ready: false };
+    if (ready && !tour.over && (await this.session.attempt(() => post(`${path}/finish`, { name: CALLER }))))
+      return enrollment.id;
+    await call(path, { method: "DELETE" }).catch(() => undefined); // it is over already
+    return "";
+  }
+
+  /** Come to whom it came before, and forget whom only the tour made known. */
+  async #forget() {
+    if (!this.#taught) return;
+    const taught = this.#taught;
+    this.#taught = "";
+    await this.session.attempt(async () => {
+      await this.#choose(this.#chosen);
+      await call(`api/people/${taught}`, { method: "DELETE" });
+    });
+  }
+
+  /** @param {string | null} id */
+  #choose(id) {
+    const headers = { "content-type": "application/json" };
+    return call("api/people/chosen", { method: "PUT", body: JSON.stringify({ id }), headers });
+  }
+
+  /** @param {number} id */
+  #row(id) {
+    return this.session.history.find((row) => row.id === id);
+  }
+}
+
+customElements.define("tour-guide", TourGuide);

@@ -1,0 +1,205 @@
+// Element <settings-sheet>: the common settings, from their declarations; each is saved by itself.
+
+import { call } from "../net/api.js";
+import { make, mark, write } from "../ui/element.js";
+import { Sheet } from "../ui/sheet.js";
+
+/**
+ * @typedef {object} Setting
+ * @property {string} section
+ * @property {string} name
+ * @property {"switch" | "whole" | "number" | "text"} kind
+ * @property {string} unit
+ * @property {number | null} low
+ * @property {number | null} high
+ * @property {string[]} choices
+ * @property {string} meaning
+ * @property {Value} default
+ * @property {Value} value that holds now
+ * @property {Value} saved that holds from the next start on
+ * @property {boolean} live
+ */
+/** @typedef {boolean | number | string} Value */
+/** @typedef {{row: HTMLElement, input: HTMLInputElement | HTMLSelectElement, says: HTMLElement, back: HTMLButtonElement}} Field */
+
+/** What a section is called here, in this order; the file calls it by its own name. @type {Readonly<Record<string, string>>} */
+const SECTIONS = {
+  person_following: "Coming and following",
+  wall: "Walls",
+  steering: "Steering",
+  voice: "Robot’s voice",
+  limits: "Limits of the gate",
+  planner: "Ways",
+  speech: "Speech",
+  people: "People",
+  occupancy: "Map",
+  simulation: "Simulated robot",
+  time_offset: "Clocks",
+  image_quality: "Pictures",
+  chapter: "Chapter",
+};
+
+export class SettingsSheet extends Sheet {
+  #file = make("p", { class: "note settings-file" });
+  #restart = make("p", { class: "settings-restart", role: "status", hidden: true });
+  #list = make("div", { class: "settings-list" });
+  /** @type {Map<string, Field>} */
+  #fields = new Map();
+
+  /** @override */
+  build() {
+    this.frame("Settings", this.#file, this.#restart, this.#list);
+  }
+
+  /** @override */
+  toggle() {
+    super.toggle();
+    if (!this.hidden) void this.session.attempt(() => this.#read());
+  }
+
+  get #may() {
+    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
+  }
+
+  async #read() {
+    const { file, restart, settings } = await call("api/settings");
+    write(
+      this.#file,
+      this.#may ? `Saved in ${file}, one by one.` : "You are watching. Only an operator can change them.",
+    );
+    this.#warn(restart);
+    if (this.#fields.size === 0) this.#build(settings);
+    for (const one of settings) this.#show(one);
+  }
+
+  /** @param {boolean} restart */
+  #warn(restart) {
+    this.#restart.hidden = !restart;
+    write(this.#restart, restart ? "Something saved waits for the next start of the console." : "");
+  }
+
+  /** @param {Setting[]} settings */
+  #build(settings) {
+    const sections = new Set([...Object.keys(SECTIONS), ...settings.map(({ section }) => section)]);
+    for (const section of sections) {
+      const rows = settings.filter((one) => one.section === section).map((one) => this.#row(one));
+      if (rows.length === 0) continue;
+      const name = SECTIONS[section] ?? section;
+      this.#list.append(make("fieldset", { class: "settings-section" }, make("legend", {}, name), ...rows));
+    }
+  }
+
+  /** @param {Setting} one */
+  #row(one) {
+    const id = `setting-${one.section}-${one.name}`;
+    const input = inputOf(one, id);
+    const says = make("span", { class: "settings-says note", id: `${id}-says` });
+    const back = make(
+      "button",
+      { type: "button", class: "button plain", hidden: true },
+      `Back to ${inWords(one.default, one.unit)}`,
+    );
+    input.setAttribute("aria-describedby", says.id);
+    input.disabled = !this.#may;
+    const row = make(
+      "div",
+      { class: "settings-row" },
+      make("label", { for: id }, nameOf(one), !one.live && make("span", { class: "settings-later" }, "restart")),
+      make("span", { class: "settings-value" }, input, one.unit && make("span", { class: "note" }, one.unit)),
+      says,
+      back,
+    );
+    input.addEventListener("change", () => void this.#change(one, chosenIn(one, input)));
+    back.addEventListener("click", () => void this.#change(one, null));
+    this.#fields.set(key(one), { row, input, says, back });
+    return row;
+  }
+
+  /** @param {Setting} one @param {Value | null} value */
+  async #change(one, value) {
+    const field = this.#fields.get(key(one));
+    if (!field) return;
+    if (Number.isNaN(value)) {
+      say(field, "Type a number.", true);
+      return;
+    }
+    try {
+      const options = { body: JSON.stringify({ value }), headers: { "content-type": "application/json" } };
+      const { setting, sentence } = await call(`api/settings/${one.section}/${one.name}`, {
+        method: "PUT",
+        ...options,
+      });
+      this.#show(setting);
+      say(field, sentence, false);
+      this.session.announce(sentence);
+      this.#warn((await call("api/settings")).restart);
+    } catch (refusal) {
+      const sentence = refusal instanceof Error ? refusal.message : "That did not work.";
+      say(field, sentence, true);
+      this.session.announce(sentence);
+    }
+  }
+
+  /** @param {Setting} one */
+  #show(one) {
+    const field = this.#fields.get(key(one));
+    if (!field) return;
+    const { input, back } = field;
+    if (input instanceof HTMLInputElement && input.type === "checkbox") input.checked = one.saved === true;
+    else input.value = String(one.saved);
+    back.hidden = !this.#may || one.saved === one.default;
+    const waits =
+      one.saved !== one.value
+        ? ` Now ${inWords(one.value, one.unit)}; from the next start on ${inWords(one.saved, one.unit)}.`
+        : "";
+    say(field, `${bounds(one)}${sentenceOf(one.meaning)}${waits}`, false);
+  }
+}
+
+/** @param {Setting} one */
+const key = ({ section, name }) => `${section}.${name}`;
+
+/** @param {Setting} one */
+const nameOf = ({ name }) => name.charAt(0).toUpperCase() + name.slice(1).replace(/_/g, " ");
+
+/** @param {string} meaning */
+const sentenceOf = (meaning) => `${meaning.charAt(0).toUpperCase()}${meaning.slice(1)}.`;
+
+/** @param {Setting} one */
+const bounds = ({ low, high, unit }) =>
+  low === null || high === null ? "" : `${low} to ${high}${unit && ` ${unit}`}. `;
+
+/** @param {Value} value @param {string} unit */
+const inWords = (value, unit) =>
+  typeof value === "boolean"
+    ? value
+      ? "on"
+      : "off"
+    : `${value}${unit && typeof value === "number" ? ` ${unit}` : ""}`;
+
+/** @param {Field} field @param {string} sentence @param {boolean} refused */
+function say({ input, says }, sentence, refused) {
+  write(says, sentence);
+  mark(says, "data-refused", refused);
+  mark(input, "aria-invalid", refused ? "true" : null);
+}
+
+/** @param {Setting} one @param {string} id */
+function inputOf(one, id) {
+  if (one.choices.length)
+    return make(
+      "select",
+      { id, class: "field-box" },
+      ...one.choices.map((choice) => make("option", { value: choice }, choice)),
+    );
+  if (one.kind === "switch") return make("input", { id, type: "checkbox", class: "switch", role: "switch" });
+  return make("input", { id, type: "number", class: "field-box", step: one.kind === "whole" ? "1" : "any" });
+}
+
+/** @param {Setting} one @param {HTMLInputElement | HTMLSelectElement} input @returns {Value} */
+function chosenIn(one, input) {
+  if (one.kind === "switch") return /** @type {HTMLInputElement} */ (input).checked;
+  return one.choices.length ? input.value : /** @type {HTMLInputElement} */ (input).valueAsNumber;
+}
+
+customElements.define("settings-sheet", SettingsSheet);

@@ -1,0 +1,111 @@
+"""One shell: pages change without loading, STOP and link stay, map and camera are docked; settings, experiments."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.running_console import Running
+from tests.browser.visit import DESK, PHONE, Visit
+
+Open = Callable[..., Visit]
+PAGES = ("Calibrate", "Hearing", "People", "Maps", "Experiments", "Connect", "Help")
+DOCKED = ("Hearing", "People", "Maps")
+DOCK = 220  # [px] of the map and of the camera, at least
+
+
+def open_page(here: Visit, name: str) -> None:
+    """By the rail, or by the button that stands for it."""
+    menu = here.page.get_by_role("button", name=re.compile("^Pages"))
+    if menu.is_visible():
+        menu.click()
+    here.page.get_by_role("navigation", name="Pages").get_by_role("link", name=name, exact=True).click()
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE])
+def test_pages_change_without_loading_and_stop_link_and_operator_stay(visit: Open, size: tuple[int, int]) -> None:
+    here = visit(size=size)
+    here.page.evaluate("window.sameDocument = true")
+    for name in PAGES if size == DESK else ("People", "Connect"):
+        open_page(here, name)
+        heading = here.page.get_by_role("heading", level=1, name=name, exact=True)
+        expect(heading).to_be_focused()
+        expect(here.page).to_have_title(f"{name} · Beckon")
+        for stays in (".stop", "link-chip button", "lease-chip > button"):
+            expect(here.find(stays)).to_be_visible()
+        docked = name in DOCKED
+        for part in ("flat-map, scene-view:visible", ".picture"):
+            seen = here.find(part).first
+            (expect(seen).to_be_visible if docked else expect(seen).to_be_hidden)()
+        if docked and size == DESK:
+            for part in (".stage", "camera-view"):
+                box = here.find(part).bounding_box()
+                assert box and box["width"] >= DOCK and box["height"] >= 150, (name, part, box)
+        assert here.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
+    here.page.go_back()
+    expect(here.page.get_by_role("heading", level=1, name="Connect", exact=True)).to_be_visible()
+    open_page(here, "Drive")
+    expect(here.find("command-line")).to_be_visible()
+    assert here.page.evaluate("window.sameDocument"), "the document was loaded again"
+
+
+def test_beside_a_page_keys_stop_but_do_not_drive(visit: Open, console: Running) -> None:
+    here = visit()
+    open_page(here, "Help")
+    expect(here.find(".docs h2").first).to_be_visible()
+    here.page.keyboard.down("w")
+    here.wait(0.5)
+    here.page.keyboard.up("w")
+    assert abs(console.speed()) < 0.005
+    here.page.get_by_role("link", name="First drive").click()
+    expect(here.page.get_by_role("heading", level=2, name="First drive")).to_be_visible()
+    assert here.page.url.endswith("/help#tutorials/first-drive.md")
+    console.ask("api/commands", {"text": "turn left"})
+    expect(here.find('command-status[data-state="running"]')).to_be_visible()
+    here.page.keyboard.press("Escape")
+    here.still()
+    here.until(lambda: console.newest()["state"] == "cancelled", "it was stopped")
+
+
+def test_a_setting_is_changed_refused_and_taken_back(visit: Open, console: Running) -> None:
+    here = visit()
+    here.find("app-menu button").first.click()
+    here.page.get_by_role("button", name=re.compile("^Settings")).click()
+    speed = here.page.get_by_label("Speed", exact=True)
+    expect(speed).to_have_value("150")
+    speed.fill("140")
+    speed.press("Tab")
+    says = here.find("#setting-voice-speed-says")
+    expect(says).to_have_text("[voice] speed is 140 words/min now.")
+    fast = here.page.get_by_label(re.compile("^Max speed"))
+    fast.fill("9")
+    fast.press("Tab")
+    expect(here.find("#setting-limits-max_speed-says")).to_have_text(re.compile(r"must lie between 0.01 and 1 m/s"))
+    fast.fill("0.25")
+    fast.press("Tab")
+    expect(here.find(".settings-restart")).to_contain_text("next start")
+    for name in ("voice/speed", "limits/max_speed"):
+        here.find(f"#setting-{name.replace('/', '-')}").locator("xpath=../../button").click()
+    expect(here.find(".settings-restart")).to_be_hidden()
+    assert not any(one["value"] != one["default"] for one in console.ask("api/settings")["settings"])
+    here.page.keyboard.press("Escape")
+    here.complaints[:] = [each for each in here.complaints if "422" not in each]  # the browser notes the refusal
+
+
+def test_experiments_are_listed_and_one_is_cancelled(visit: Open, console: Running) -> None:
+    here = visit()
+    open_page(here, "Experiments")
+    card = here.find('[data-experiment="dead-reckoning-vs-slam"]')
+    expect(card).to_contain_text("Figure 16", timeout=60_000)
+    card.get_by_label("drives").fill("9000")
+    card.get_by_role("button", name=re.compile("^Run")).click()
+    expect(here.page.get_by_role("progressbar", name="Progress")).to_be_visible()
+    expect(card.get_by_role("button", name=re.compile("^Run"))).to_be_disabled()
+    here.button("Cancel").click()
+    expect(here.find(".experiment-runs")).to_contain_text("9000 runs, seed 0")
+    here.until(lambda: console.ask("api/experiments")["runs"][0]["state"] == "cancelled", "it was cancelled")
+    here.page.get_by_role("button", name=re.compile("^Delete: Figure 16")).first.click()
+    expect(here.find(".experiment-runs li")).to_have_count(0)
