@@ -6,7 +6,6 @@ import dataclasses
 import math
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from core.geometry import Pose, arc, wrap
 from core.message import Array, message
@@ -132,6 +131,8 @@ def _confirm(
     variances = np.einsum("ci,cij,cj->c", slopes, spreads, slopes) + edge_variance
     bearings = np.arctan2(seen[:, 1], seen[:, 0])
     shown = np.array([edge.bearing + moved.heading for edge in edges])
+    from scipy.optimize import linear_sum_assignment  # the pilot has it; drivers, which know sightings, do without
+
     off = (shown[None, :] - bearings[:, None] + np.pi) % (2 * np.pi) - np.pi
     distance = off**2 / variances[:, None]
     fits = distance < settings.gate**2

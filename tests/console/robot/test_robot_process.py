@@ -126,10 +126,13 @@ def test_the_simulated_laboratory_comes_and_obeys(tmp_path: Path) -> None:
     operator = Operator(robot)
     operator.get_going()
     before = robot.ask(ReadTruth())
-    time.sleep(0.5)
-    after = robot.ask(ReadTruth())
-    moved = math.hypot(after.x_m - before.x_m, after.y_m - before.y_m)
-    assert moved > 0.02
+
+    def has_moved() -> bool:
+        operator.get_going()
+        after = robot.ask(ReadTruth())
+        return math.hypot(after.x_m - before.x_m, after.y_m - before.y_m) > 0.02
+
+    until(has_moved)
     operator.leave()
     frame = robot.next_frame(2.0)
     assert frame is not None and frame.wheels is not None and frame.truth is not None
@@ -139,18 +142,21 @@ def test_the_simulated_laboratory_comes_and_obeys(tmp_path: Path) -> None:
 
 
 def test_frames_come_in_real_time_with_the_gates_nonces(tiny: TinyProcess) -> None:
-    first, begun = tiny.next_frame(2.0), time.monotonic()
-    assert first is not None
-    last, scans, nonces = first, 0, []
-    while time.monotonic() - begun < 1.0 or (scans < 5 and time.monotonic() - begun < 5.0):
-        frame = tiny.next_frame(0.5)
-        assert frame is not None
-        scans += frame.scan is not None
-        nonces.append(frame.nonce)
-        last = frame
-    assert last.stamp - first.stamp == pytest.approx(time.monotonic() - begun, abs=0.25)
-    assert scans >= 5
-    assert nonces == sorted(nonces) and nonces[-1] > nonces[len(nonces) // 2] > 0
+    errors: list[float] = []
+    while not errors or (min(errors) > 0.25 and len(errors) < 5):  # a busy machine holds a round up, no five of them
+        first, begun = tiny.next_frame(2.0), time.monotonic()
+        assert first is not None
+        last, scans, nonces = first, 0, []
+        while time.monotonic() - begun < 1.0 or (scans < 5 and time.monotonic() - begun < 5.0):
+            frame = tiny.next_frame(0.5)
+            assert frame is not None
+            scans += frame.scan is not None
+            nonces.append(frame.nonce)
+            last = frame
+        errors.append(abs(last.stamp - first.stamp - (time.monotonic() - begun)))
+        assert scans >= 5
+        assert nonces == sorted(nonces) and nonces[-1] > nonces[len(nonces) // 2] > 0
+    assert min(errors) < 0.25
 
 
 def test_a_slow_pilot_gets_the_newest_frame_and_misses_no_scan(tiny: TinyProcess) -> None:

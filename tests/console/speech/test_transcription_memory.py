@@ -6,13 +6,13 @@ import subprocess
 import sys
 
 
-def test_the_reader_of_words_and_the_simulator_do_without_scipy_and_the_pilot_has_what_it_plans_with():
+def test_the_reader_of_words_and_drivers_do_without_scipy_and_the_pilot_has_what_it_plans_with():
     planner = "scipy.sparse.csgraph"
     worker = "console.speech.transcription_worker, core.speech.whisper.recognizer"
-    simulator = "core.robots.process, core.simulation.robot"
+    drivers = "core.robots.process, core.simulation.robot, core.robots.foxglove, core.robots.zenoh_link"
     for imports, module, present in (
         (worker, planner, False),
-        (simulator, "scipy", False),
+        (drivers, "scipy", False),
         ("core.pilot.pilot", planner, True),
     ):
         script = f"import sys, {imports}; print({module!r} in sys.modules)"

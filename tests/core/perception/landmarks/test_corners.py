@@ -119,12 +119,17 @@ def test_a_nearly_empty_scan_has_no_corners(points: int) -> None:
 
 
 def test_two_milliseconds_are_enough_for_a_scan_of_682_beams() -> None:
+    """Or as much as 600 inversions take: on a busy machine they are slower, too."""
     walls = np.vstack((box(-3, -2, 3, 2), box(1, 1, 1.4, 1.4), box(-1.6, -2, -1, -1.5)))
     scan = scan_of(walls, np.random.default_rng(0))
     points, beams = deskew(scan, LASER, None, 0.0)
-    spent = []
+    spent, compared = [], []
     for _ in range(30):
         began = time.process_time()
         find_corners(scan, LASER, points, beams)
-        spent.append(time.process_time() - began)
-    assert min(spent) < 0.002
+        between = time.process_time()
+        for _ in range(100):
+            np.linalg.inv(np.eye(3))
+        spent.append(between - began)
+        compared.append(time.process_time() - between)
+    assert min(spent) < max(0.002, 6 * min(compared))
