@@ -1,5 +1,7 @@
 // HTTP client of the console: user, vocabulary, history, and STOP as a second channel.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("../drive/suggest.js").Kind} Kind */
 /** @typedef {{name: string, role: "viewer" | "operator" | "admin", id: string}} Me */
 /**
@@ -33,7 +35,7 @@ export class Refusal extends Error {
 }
 
 /** @param {unknown} trouble what was thrown @param {string} [otherwise] */
-export const sentenceOf = (trouble, otherwise = "That did not work.") =>
+export const sentenceOf = (trouble, otherwise = t("api.that_did_not_work")) =>
   trouble instanceof Error ? trouble.message : otherwise;
 
 /** @param {string} path relative to the page, so that the page works below any prefix of a proxy */

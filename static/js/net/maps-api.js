@@ -1,5 +1,6 @@
 // HTTP client for maps: saved maps, relocalization, loop closures.
 
+import { t } from "../ui/texts.js";
 import { address, call, post, Refusal } from "./api.js";
 
 /** @typedef {import("./messages.js").ClosureRow} ClosureRow */
@@ -35,10 +36,7 @@ const NAME = /^[\p{L}\p{N}_](?:[\p{L}\p{N}_ -]*[\p{L}\p{N}_])?$/u;
  * Return the problem of a map name, "" for none. The console decides.
  * @param {string} name
  */
-export const nameTrouble = (name) =>
-  name.length <= 40 && NAME.test(name)
-    ? ""
-    : "A map’s name has 1 to 40 letters, digits, spaces, hyphens or underscores.";
+export const nameTrouble = (name) => (name.length <= 40 && NAME.test(name) ? "" : t("maps-api.a_map_s_name_has_1"));
 
 /** @param {string} name @param {boolean} replace @returns {Promise<SavedMap>} 409 when the name is taken */
 export const save = (name, replace) => post(ROOT, { name, replace });

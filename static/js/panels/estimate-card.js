@@ -3,12 +3,17 @@
 import { make, mark, write } from "../ui/element.js";
 import { degrees, fixed, headingBetween, metres, sigmas, spread } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/messages.js").State} State */
 
 /** @type {Readonly<Record<string, string>>} */
-const MODES = { invariant: "EKF, invariant", paper: "EKF, as in the paper", dead_reckoning: "wheels alone" };
+const MODES = {
+  invariant: t("estimate-card.ekf_invariant"),
+  paper: t("estimate-card.ekf_as_in_the_paper"),
+  dead_reckoning: t("estimate-card.wheels_alone"),
+};
 
 class EstimateCard extends Panel {
   #mode = make("span", { class: "note" });
@@ -19,8 +24,8 @@ class EstimateCard extends Panel {
       "Surprise (NIS)",
       "How far the last sightings lay from what was expected, measured in its own uncertainty. 1 is ideal; far above, the robot is surer than it should be.",
     ),
-    wheels: fact("Wheels alone", "How far dead reckoning lies from the estimate"),
-    truth: fact("True error", "Simulator only: the distance to where the robot really is"),
+    wheels: fact(t("estimate-card.wheels_alone_2"), t("estimate-card.how_far_dead_reckoning_lies_from")),
+    truth: fact(t("estimate-card.true_error"), t("estimate-card.simulator_only_the_distance_to_where")),
   };
 
   /** @override */
@@ -30,7 +35,7 @@ class EstimateCard extends Panel {
       make(
         "div",
         { class: "card-head" },
-        make("h2", { class: "card-title" }, "Where it believes it is"),
+        make("h2", { class: "card-title" }, t("estimate-card.where_it_believes_it_is")),
         make("span", { class: "spring" }),
         this.#mode,
       ),
@@ -49,7 +54,7 @@ class EstimateCard extends Panel {
     const { pose, dead_reckoning: wheels, slam, truth } = state;
     const sigma = sigmas(pose.cov);
     const { x, y, heading } = this.#figures;
-    const modeWords = slam.looking_around ? "looking around" : (MODES[slam.mode] ?? slam.mode);
+    const modeWords = slam.looking_around ? t("estimate-card.looking_around") : (MODES[slam.mode] ?? slam.mode);
     write(this.#mode, modeWords);
     say(x, metres(pose.x_m), spread(sigma.x));
     say(y, metres(pose.y_m), spread(sigma.y));

@@ -2,6 +2,7 @@
 
 import { make, mark, svg, write } from "../ui/element.js";
 import { line, Series, SPAN_S, ticks } from "../ui/series.js";
+import { t } from "../ui/texts.js";
 
 /**
  * @typedef {object} Look
@@ -113,7 +114,12 @@ export class LivePlot extends HTMLElement {
     mark(
       this.#drawing,
       "aria-label",
-      `${this.#look.name}, the last two minutes: now ${reading}, at most ${figure(highest * times)}${unit}`,
+      t("live-plot.name_the_last_two_minutes_now", {
+        name: this.#look.name,
+        reading,
+        figure: figure(highest * times),
+        unit,
+      }),
     );
   }
 

@@ -1,5 +1,7 @@
 // Format numbers for the operator. Degrees and centimetres exist only here.
 
+import { t } from "./texts.js";
+
 const MINUS = "−";
 const AHEAD = 0.15; // [rad] to either side of straight ahead, or behind, that counts as that in words
 
@@ -115,7 +117,13 @@ export function quantities(numbers) {
  */
 export function whereabouts(x, y) {
   const eighth = Math.round(Math.atan2(y, x) / (Math.PI / 4));
-  const words = ["ahead", "ahead on the left", "on the left", "behind on the left", "behind"];
+  const words = [
+    "ahead",
+    t("format.ahead_on_the_left"),
+    t("format.on_the_left"),
+    t("format.behind_on_the_left"),
+    "behind",
+  ];
   const word = words[Math.abs(eighth)] ?? "near";
   return eighth < 0 ? word.replace("left", "right") : word;
 }
@@ -125,9 +133,12 @@ export function whereabouts(x, y) {
  * @param {number} bearing [rad] left positive
  */
 export function inWords(bearing) {
-  if (Math.abs(bearing) < AHEAD) return "straight ahead";
+  if (Math.abs(bearing) < AHEAD) return t("format.straight_ahead");
   if (Math.abs(bearing) > Math.PI - AHEAD) return "behind";
-  return `${degrees(Math.abs(bearing))} to the ${bearing > 0 ? "left" : "right"}`;
+  return t("format.degrees_to_the_value", {
+    degrees: degrees(Math.abs(bearing)),
+    value: bearing > 0 ? "left" : "right",
+  });
 }
 
 /**
