@@ -19,10 +19,11 @@ export function inWords(kind, report) {
       when,
     });
   const p95 = report["uncertainty"]?.p95_px ?? report["p95_uncertainty_px"];
-  const sure = typeof p95 === "number" ? `, 95 % of the picture known to ±${fixed(p95, 2)} px` : "";
+  const sure =
+    typeof p95 === "number" ? t("active-calibration.95_of_the_picture_known_to", { fixed: fixed(p95, 2) }) : "";
   const focal =
     typeof report["fx"] === "number"
-      ? `focal length ${fixed(report["fx"], 1)} px`
+      ? t("active-calibration.focal_length_fixed_px", { fixed: fixed(report["fx"], 1) })
       : t("active-calibration.a_calibrated_camera");
   return t("active-calibration.in_use_focalsurewhen", { focal, sure, when });
 }
@@ -48,6 +49,6 @@ export function since(at) {
   return seconds < 60
     ? t("active-calibration.just_now")
     : seconds < 86400
-      ? `${age(seconds)} ago`
+      ? t("active-calibration.age_ago", { age: age(seconds) })
       : new Date(at * 1000).toLocaleDateString();
 }

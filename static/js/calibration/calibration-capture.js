@@ -33,9 +33,9 @@ class CalibrationCapture extends WizardStep {
   #verdict = new VerdictLine();
   #empty = new EmptyStage();
   #showDemo = action("demo", t("calibration-capture.show_me"));
-  #live = action("pause", "Pause");
+  #live = action("pause", t("calibration-capture.pause"));
   #take = action("camera", t("calibration-capture.take_this_picture"));
-  #mirror = action("mirror", "Mirror");
+  #mirror = action("mirror", t("calibration-capture.mirror"));
   #room = action("again", t("calibration-capture.retake_the_empty_room"));
   #choose = action("upload", t("calibration-capture.choose_pictures"));
   #review = make("button", { type: "button", class: "button large to-review" });
@@ -188,7 +188,11 @@ class CalibrationCapture extends WizardStep {
     mark(this.#showDemo, "data-inviting", !demo && !progress.ready);
     this.#live.hidden = !model.may || source === "upload";
     const looking = robot ? live : !this.#paused;
-    say(this.#live, looking ? "Pause" : t("calibration-capture.go_on"), looking ? "pause" : "play");
+    say(
+      this.#live,
+      looking ? t("calibration-capture.pause") : t("calibration-capture.go_on"),
+      looking ? "pause" : "play",
+    );
     this.#take.hidden = !model.may || source === "upload" || kind === "laser";
     this.#choose.hidden = !model.may || source !== "upload";
     this.#room.hidden = !model.may || kind !== "laser";

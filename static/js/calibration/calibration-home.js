@@ -18,14 +18,24 @@ const SOURCES = {
 };
 
 class CalibrationHome extends WizardStep {
-  #camera = wizard("camera", "camera", "Camera", t("calibration-home.how_the_lens_bends_the_picture"));
+  #camera = wizard(
+    "camera",
+    "camera",
+    t("calibration-home.camera"),
+    t("calibration-home.how_the_lens_bends_the_picture"),
+  );
   #laser = wizard(
     "laser",
     "laser",
     t("calibration-home.laser_on_the_camera"),
     t("calibration-home.where_every_laser_point_lies_in"),
   );
-  #microphones = wizard("microphones", "ears", "Microphones", t("calibration-home.how_the_array_is_turned_on"));
+  #microphones = wizard(
+    "microphones",
+    "ears",
+    t("calibration-home.microphones"),
+    t("calibration-home.how_the_array_is_turned_on"),
+  );
   #rows = make("ul", { class: "session-rows" });
   #none = make("p", { class: "note" }, t("calibration-home.nothing_has_been_begun_yet"));
   #file = make("input", {
@@ -126,7 +136,7 @@ class CalibrationHome extends WizardStep {
 
   /** @param {Row} row */
   #row(row) {
-    const what = row.kind === "camera" ? "Camera" : t("calibration-home.laser_on_the_camera");
+    const what = row.kind === "camera" ? t("calibration-home.camera") : t("calibration-home.laser_on_the_camera");
     const how = standing(row, this.model.inUse?.[row.kind]);
     const count = `${row.views} ${row.kind === "camera" ? "view" : "pose"}${row.views === 1 ? "" : "s"}`;
     const go = make(

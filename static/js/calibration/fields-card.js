@@ -46,7 +46,7 @@ export class FieldsCard extends HTMLElement {
     this.#arrows.style.aspectRatio = this.#heat.style.aspectRatio = `${size[0]} / ${size[1]}`;
     const longer = draw(this.#arrows, residuals, size);
     const rms = solution?.["rms_px"];
-    const misses = `Every corner’s miss, drawn ${longer} times longer. RMS ${fixed(rms ?? NaN, 2)} px.`;
+    const misses = t("fields-card.every_corner_s_miss_drawn_longer", { longer, fixed: fixed(rms ?? NaN, 2) });
     write(this.#arrowWords, t("fields-card.misses_no_pattern_should_be_seen", { misses }));
     mark(this.#arrows, "aria-label", misses);
     if (!uncertainty) return;

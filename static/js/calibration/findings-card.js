@@ -18,7 +18,7 @@ export class FindingsCard extends HTMLElement {
       make(
         "tr",
         {},
-        ...[t("findings-card.distance"), t("findings-card.sideways"), "Up-down"].map((name) =>
+        ...[t("findings-card.distance"), t("findings-card.sideways"), t("findings-card.up_down")].map((name) =>
           make("th", { scope: "col" }, name),
         ),
       ),
@@ -81,7 +81,12 @@ function sentences(kind, solution, check) {
   /** @type {string[]} */
   const good = [];
   if (kind === "camera")
-    good.push(`Corners are met to ${fixed(solution["rms_px"], 2)} px (RMS) in ${solution["views_used"]} views.`);
+    good.push(
+      t("findings-card.corners_are_met_to_fixed_px", {
+        fixed: fixed(solution["rms_px"], 2),
+        solution: solution["views_used"],
+      }),
+    );
   else
     good.push(
       t("findings-card.board_and_laser_agree_to_fixed", {

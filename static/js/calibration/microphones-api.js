@@ -28,7 +28,9 @@ const ROOT = "api/calibration/microphones";
 /** @param {number} angle [rad], left is positive */
 export function turned(angle) {
   const around = degrees(Math.abs(angle), 1);
-  return Math.abs(angle) < 0.001 ? around : `${around} ${angle > 0 ? "left" : "right"}`;
+  return Math.abs(angle) < 0.001
+    ? around
+    : `${around} ${angle > 0 ? t("microphones-api.left") : t("microphones-api.right")}`;
 }
 
 /** @param {MicrophoneCalibration["active"]} used */

@@ -46,7 +46,7 @@ export function figures({ kind, progress }) {
       figure: `${Math.min(progress.views, SOLVES_FROM)} of ${SOLVES_FROM}`,
       goal: t("progress.views_to_the_first_figure"),
     };
-  const goal = `goal ±${fixed(progress.target_px ?? LEAST_TARGET, 2)} px`;
+  const goal = t("progress.goal_fixed_px", { fixed: fixed(progress.target_px ?? LEAST_TARGET, 2) });
   return { figure: `±${fixed(progress.p95_px, progress.p95_px < 10 ? 2 : 0)} px`, goal };
 }
 

@@ -20,10 +20,7 @@ const REFUSALS = /** @type {Readonly<Record<string, string>>} */ ({
 /** @returns {string} why this page may not use a camera; "" when it may ask */
 export function webcamRefusal() {
   if (globalThis.isSecureContext && navigator.mediaDevices) return "";
-  return (
-    "Browsers lend a camera only to pages on this very machine (http://127.0.0.1) or over https. " +
-    t("webcam.open_beckon_that_way_or_use")
-  );
+  return t("webcam.only_secure") + t("webcam.open_beckon_that_way_or_use");
 }
 
 export class Webcam {

@@ -197,7 +197,8 @@ const lasting = ({ findings, ...part }) => ({
 function rateOf({ rate_hz: rate, age_s: old }, role) {
   if (role === "cmd_vel") return t("connect-parts.sent_while_driving");
   if (old === null) return t("connect-parts.nothing_came_yet");
-  if (rate === null || role === "frames" || role === "description") return `${age(old)} ago`;
+  if (rate === null || role === "frames" || role === "description")
+    return t("connect-parts.age_ago", { age: age(old) });
   return old > Math.max(1, 5 / rate)
     ? t("connect-parts.last_age_ago", { age: age(old) })
     : `${fixed(rate, rate < 9.95 ? 1 : 0)} Hz`;

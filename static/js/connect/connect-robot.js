@@ -83,7 +83,7 @@ class ConnectRobot extends Panel {
     const { found } = model;
     if (found) {
       write(this.#title, found.name);
-      const again = model.probed ? "Looked at again; the console keeps its topics until it is started again" : "";
+      const again = model.probed ? t("connect-robot.looked_at_again_the_console_keeps") : "";
       const whose = model.own
         ? again || t("connect-robot.this_console_drives_it")
         : t("connect-robot.only_looked_at_not_connected");

@@ -95,7 +95,7 @@ export class ConnectSensors extends Panel {
       this.#group(
         "limits",
         "",
-        "Body",
+        t("connect-sensors.body"),
         t("connect-sensors.left_empty_the_value_in_grey"),
         false,
         found.limits.map(limit),
@@ -106,7 +106,7 @@ export class ConnectSensors extends Panel {
           fixed: fixed(one.range_max_m, 1),
           fixed2: fixed(one.rate_hz, 0),
         });
-        return this.#mount("lasers", "Laser", one, says, [
+        return this.#mount("lasers", t("connect-sensors.laser"), one, says, [
           ...flat(one),
           {
             key: OFFSET,
@@ -118,10 +118,22 @@ export class ConnectSensors extends Panel {
         ]);
       }),
       ...found.cameras.map((one) =>
-        this.#mount("cameras", "Camera", one, `${one.width} × ${one.height}, ${fixed(one.rate_hz, 0)} Hz`, camera(one)),
+        this.#mount(
+          "cameras",
+          t("connect-sensors.camera"),
+          one,
+          `${one.width} × ${one.height}, ${fixed(one.rate_hz, 0)} Hz`,
+          camera(one),
+        ),
       ),
       ...found.microphones.map((one) =>
-        this.#mount("microphones", "Microphones", one, `${one.microphones} microphones`, flat(one)),
+        this.#mount(
+          "microphones",
+          t("connect-sensors.microphones"),
+          one,
+          t("connect-sensors.microphones_microphones", { microphones: one.microphones }),
+          flat(one),
+        ),
       ),
     );
   }

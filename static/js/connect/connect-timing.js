@@ -78,7 +78,11 @@ class ConnectTiming extends Panel {
 /** @param {SensorLine} sensor @returns {Row} */
 function sensorRow({ kind, name, state, age_s, rate_hz }) {
   const own = name && name !== kind && kind !== "microphones" ? ` ${name}` : "";
-  const words = { live: "arrives", stale: t("connect-timing.is_late"), lost: t("connect-timing.is_lost") };
+  const words = {
+    live: t("connect-timing.arrives"),
+    stale: t("connect-timing.is_late"),
+    lost: t("connect-timing.is_lost"),
+  };
   return {
     name: `${KINDS[kind]}${own}`,
     value: `${age(age_s)} old`,
@@ -99,8 +103,9 @@ function offsetRow(laser, timings, odometry, count) {
   const timing = timings.find((one) => one.laser === laser || (count === 1 && one.laser === ""));
   if (!odometry) return { name, value: "–", note: t("connect-timing.without_odometry_no_time_offset_is"), tone: null };
   if (!timing) return { name, value: "–", note: t("connect-timing.not_known_yet_turn_the_robot"), tone: null };
-  const way = timing.offset_s > 0 ? "early" : "late";
-  const corrected = timing.applied_s === 0 ? t("connect-timing.too_little_to_be_corrected") : "corrected";
+  const way = timing.offset_s > 0 ? t("connect-timing.early") : t("connect-timing.late");
+  const corrected =
+    timing.applied_s === 0 ? t("connect-timing.too_little_to_be_corrected") : t("connect-timing.corrected");
   return {
     name,
     value: `${fixed(1000 * timing.offset_s, 0)} ± ${fixed(1000 * timing.sd_s, 1)} ms`,
@@ -119,7 +124,7 @@ function clockRow({ clock, ahead_s: ahead, offset_s: offset }) {
       note: t("connect-timing.added_to_its_stamps_it_counts"),
       tone: null,
     };
-  const way = ahead > 0 ? t("connect-timing.ahead_of") : "behind";
+  const way = ahead > 0 ? t("connect-timing.ahead_of") : t("connect-timing.behind");
   const size =
     Math.abs(ahead) < 10
       ? `${fixed(Math.abs(1000 * ahead), 0)} ms`

@@ -82,8 +82,12 @@ function buttonNames(id) {
  */
 export function inputName({ id, mapping }, input) {
   const known = mapping === "standard";
-  if ("button" in input) return (known && buttonNames(id)[input.button]) || `button ${input.button}`;
-  return (known && AXES[input.axis]) || `axis ${input.axis}${input.sign < 0 ? " −" : " +"}`;
+  if ("button" in input)
+    return (known && buttonNames(id)[input.button]) || t("gamepad-names.button_button", { button: input.button });
+  return (
+    (known && AXES[input.axis]) ||
+    t("gamepad-names.axis_axisvalue", { axis: input.axis, value: input.sign < 0 ? " −" : " +" })
+  );
 }
 
 /**
@@ -96,5 +100,5 @@ export function padName(id) {
     .replace(/\s*\((?:STANDARD GAMEPAD|Vendor:).*$/i, "")
     .replace(/^[0-9a-f]{1,4}-[0-9a-f]{1,4}-/i, "")
     .trim();
-  return name.slice(0, 60) || "Gamepad";
+  return name.slice(0, 60) || t("gamepad-names.gamepad");
 }

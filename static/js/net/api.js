@@ -58,11 +58,11 @@ export function socketAddress(path) {
  */
 export async function call(path, options = {}) {
   const answer = await fetch(address(path), { credentials: "same-origin", cache: "no-store", ...options }).catch(() => {
-    throw new Refusal(0, "Beckon does not answer. Is it still running, and is the network up?");
+    throw new Refusal(0, t("api.no_answer"));
   });
   const content = await answer.json().catch(() => null);
   if (answer.ok) return content;
-  throw new Refusal(answer.status, content?.detail ?? `Beckon answered ${answer.status}.`);
+  throw new Refusal(answer.status, content?.detail ?? t("api.answered", { status: answer.status }));
 }
 
 /**

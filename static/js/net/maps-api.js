@@ -71,11 +71,11 @@ export async function plan() {
     credentials: "same-origin",
     cache: "no-store",
   }).catch(() => {
-    throw new Refusal(0, "Beckon does not answer. Is it still running, and is the network up?");
+    throw new Refusal(0, t("api.no_answer"));
   });
   if (!answer.ok) {
     const content = await answer.json().catch(() => null);
-    throw new Refusal(answer.status, content?.detail ?? `Beckon answered ${answer.status}.`);
+    throw new Refusal(answer.status, content?.detail ?? t("api.answered", { status: answer.status }));
   }
   /** @param {string} name */
   const numbers = (name) => (answer.headers.get(name) ?? "").split(",").map(Number);

@@ -24,7 +24,7 @@ export class Asking {
       this.#waiting.set(ref, resolve);
       if (!send(ref)) {
         this.#waiting.delete(ref);
-        resolve(none("The link is lost; nothing was sent."));
+        resolve(none(t("pending-answers.the_link_is_lost_nothing_was")));
         return;
       }
       setTimeout(() => {

@@ -77,7 +77,7 @@ class AnswerButton extends Panel {
     remember("answers", on ? "on" : "off");
     if (on) {
       this.#speech.wake();
-      this.#say(t("answer-button.i_answer_aloud_now"));
+      this.#say("I answer aloud now.");
     } else this.#speech.hush();
     this.#draw();
   }

@@ -18,9 +18,9 @@ class AppMenu extends Panel {
   #reset = item("undo", t("app-menu.reset_the_halt"), t("app-menu.the_reset_itself_does_not_move"));
   #keys = item("keys", t("app-menu.keys"), t("app-menu.every_key_of_this_page"));
   #gamepad = item("gamepad", t("app-menu.gamepad"), t("app-menu.its_buttons_and_sticks_and_what"));
-  #signIns = item("qr", t("app-menu.phones_and_sign_ins"), "A link for a phone or another person; who is signed in.");
-  #tour = item("play", t("app-menu.tour"), "Ninety seconds in the simulator; any key ends it.");
-  #settings = item("settings", t("app-menu.settings"), "Speeds, distances, voice, recognizer; which need a restart.");
+  #signIns = item("qr", t("app-menu.phones_and_sign_ins"), t("app-menu.a_link_for_a_phone_or"));
+  #tour = item("play", t("app-menu.tour"), t("app-menu.ninety_seconds_in_the_simulator_any"));
+  #settings = item("settings", t("app-menu.settings"), t("app-menu.speeds_distances_voice_recognizer_which_need"));
   #hints = item("hints", t("app-menu.show_the_first_hints_again"), "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
   #switch = make(

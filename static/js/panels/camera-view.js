@@ -43,8 +43,8 @@ class CameraView extends Panel {
   #age = make("span", { class: "tag picture-age", "data-tone": "stale" });
   #empty = make("p", { class: "camera-empty" }, icon("camera"), t("camera-view.waiting_for_the_first_picture"));
   #quality = new PictureChip();
-  #edges = toggle("edges", "Edges", "Vertical edges; bright ones belong to a corner of the laser");
-  #laser = toggle("laser", "Laser", "Where the laser's points fall in the picture, coloured by distance");
+  #edges = toggle("edges", t("camera-view.edges"), t("camera-view.edges_says"));
+  #laser = toggle("laser", t("camera-view.laser"), t("camera-view.laser_says"));
   #scale = make(
     "p",
     { class: "ramp" },

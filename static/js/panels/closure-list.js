@@ -10,7 +10,11 @@ import { t } from "../ui/texts.js";
 /** @typedef {import("../net/messages.js").ClosureRow} ClosureRow */
 /** @typedef {{row: HTMLLIElement, rooms: Element, words: Element, button: HTMLButtonElement}} Line */
 
-const STATES = { accepted: "holds", undone: "undone", doubtful: "doubtful" };
+const STATES = {
+  accepted: t("closure-list.holds"),
+  undone: t("closure-list.undone"),
+  doubtful: t("closure-list.doubtful"),
+};
 
 export class ClosureList extends HTMLElement {
   #list = make("ol", { class: "closures", "aria-label": t("closure-list.closures_newest_first") });
@@ -82,15 +86,24 @@ export class ClosureList extends HTMLElement {
         ? t("closure-list.room_submapto", { submapto: closure.submap_to })
         : t("closure-list.room_submapfrom_submapto", { submapfrom: closure.submap_from, submapto: closure.submap_to }),
     );
-    const since = `${age(Math.max(0, now - closure.stamp_s))} ago`;
+    const since = t("closure-list.age_ago", { age: age(Math.max(0, now - closure.stamp_s)) });
     write(
       words,
-      [STATES[closure.state], `fit ${fixed(closure.score, 2)}`, since, closure.words].filter(Boolean).join(" · "),
+      [STATES[closure.state], t("closure-list.fit_fixed", { fixed: fixed(closure.score, 2) }), since, closure.words]
+        .filter(Boolean)
+        .join(" · "),
     );
     button.disabled = !may;
     redraw(/** @type {SVGElement} */ (button.firstElementChild), undone ? "redo" : "undo");
     write(/** @type {Element} */ (button.lastElementChild), undone ? t("closure-list.redo") : t("closure-list.undo"));
-    mark(button, "aria-label", t("closure-list.value_closure_id", { value: undone ? "Redo" : "Undo", id: closure.id }));
+    mark(
+      button,
+      "aria-label",
+      t("closure-list.value_closure_id", {
+        value: undone ? t("closure-list.redo") : t("closure-list.undo"),
+        id: closure.id,
+      }),
+    );
     button.dataset["action"] = undone ? "redo" : "undo";
   }
 

@@ -15,7 +15,7 @@ class CommandChain extends Panel {
   #list = make("ol", { class: "chain", "aria-label": t("command-chain.what_the_robot_has_of_the") });
   #steps = STEPS.map((step) => {
     const says = make("span", { class: "chain-says" });
-    const row = make("li", { class: "chain-step", "data-step": step }, make("b", {}, step), says);
+    const row = make("li", { class: "chain-step", "data-step": step }, make("b", {}, t(`command-chain.${step}`)), says);
     this.#list.append(row);
     return { row, says };
   });
@@ -40,10 +40,12 @@ class CommandChain extends Panel {
       chain.seen === null
         ? t("command-chain.not_in_the_picture")
         : chain.seen.value === null
-          ? "yes"
+          ? t("command-chain.yes")
           : chain.seen.value.toFixed(2),
       chain.laser === null ? t("command-chain.no_legs") : metres(chain.laser, 1),
-      chain.left === null ? "looking" : t("command-chain.metres_to_go", { metres: metres(chain.left, 1) }),
+      chain.left === null
+        ? t("command-chain.looking")
+        : t("command-chain.metres_to_go", { metres: metres(chain.left, 1) }),
     ];
     const lit = [chain.heard !== null, chain.seen !== null, chain.laser !== null, chain.left !== null];
     for (const [index, { row, says: words }] of this.#steps.entries()) {

@@ -13,7 +13,7 @@ import { ToGo } from "../ui/to-go.js";
 /** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
 /** @typedef {import("../ui/status.js").StatusLine} StatusLine */
 
-const POINT = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
+const POINT = matchMedia("(pointer: coarse)").matches ? t("command-status.tap") : t("command-status.click");
 /** @type {StatusLine} */
 const READY = {
   icon: "command",

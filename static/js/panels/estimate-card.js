@@ -17,13 +17,10 @@ const MODES = {
 
 class EstimateCard extends Panel {
   #mode = make("span", { class: "note" });
-  #figures = { x: figure("x"), y: figure("y"), heading: figure("heading") };
+  #figures = { x: figure("x"), y: figure("y"), heading: figure(t("estimate-card.heading")) };
   #facts = {
-    landmarks: fact("Landmarks", "Corners in the map; on trial: seen fewer than three times"),
-    nis: fact(
-      "Surprise (NIS)",
-      "How far the last sightings lay from what was expected, measured in its own uncertainty. 1 is ideal; far above, the robot is surer than it should be.",
-    ),
+    landmarks: fact(t("estimate-card.landmarks"), t("estimate-card.corners_in_the_map_on_trial")),
+    nis: fact(t("estimate-card.surprise_nis"), t("estimate-card.how_far_the_last_sightings_lay")),
     wheels: fact(t("estimate-card.wheels_alone_2"), t("estimate-card.how_far_dead_reckoning_lies_from")),
     truth: fact(t("estimate-card.true_error"), t("estimate-card.simulator_only_the_distance_to_where")),
   };
@@ -59,7 +56,7 @@ class EstimateCard extends Panel {
     say(x, metres(pose.x_m), spread(sigma.x));
     say(y, metres(pose.y_m), spread(sigma.y));
     say(heading, degrees(pose.heading_rad, 1), `± ${degrees(sigma.heading, 1)}`);
-    const trial = slam.tentative ? `, ${slam.tentative} on trial` : "";
+    const trial = slam.tentative ? t("estimate-card.tentative_on_trial", { tentative: slam.tentative }) : "";
     write(this.#facts.landmarks.value, `${state.landmarks.length}${trial}`);
     write(this.#facts.nis.value, slam.nis === null ? "–" : fixed(slam.nis, 1));
     write(this.#facts.wheels.value, apart(wheels, pose));

@@ -21,7 +21,7 @@ class EstimateLine extends Panel {
   /** @override */
   build() {
     for (const [index, { value, sigma }] of this.#values.entries()) {
-      const name = ["x ", "y ", "heading "][index];
+      const name = ["x ", "y ", t("estimate-line.heading")][index];
       this.#button.append(
         make("span", { class: "where-part" }, make("span", { class: "where-name" }, name), value, " ", sigma),
       );

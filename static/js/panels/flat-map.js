@@ -36,7 +36,7 @@ const LAYERS = [
   ["way", t("flat-map.way_and_goal"), t("flat-map.where_the_robot_is_going_and")],
   ["people", t("flat-map.person"), t("flat-map.whom_the_running_command_looks_at")],
   ["voice", t("flat-map.voice"), t("flat-map.direction_of_a_voice_two_standard")],
-  ["landmarks", t("flat-map.corners"), "Landmarks; the ellipse is two standard deviations"],
+  ["landmarks", t("flat-map.corners"), t("flat-map.landmarks_the_ellipse_is_two_standard")],
   ["ghost", t("flat-map.wheels_alone"), t("flat-map.pose_by_dead_reckoning_alone")],
   ["grid", t("flat-map.metres"), t("flat-map.lines_a_metre_apart")],
 ];
@@ -60,7 +60,7 @@ class FlatMap extends Panel {
   #follow = tool("here", t("flat-map.follow_the_robot"));
   #fit = tool("whole", t("flat-map.whole_map"));
   #measure = tool("measure", t("flat-map.measure_a_distance"));
-  #layersButton = tool("layers", "Layers");
+  #layersButton = tool("layers", t("flat-map.layers"));
   #layersPanel = make("div", { class: "flat-layers", role: "group", "aria-label": t("flat-map.layers") });
   #tools = make("div", { class: "flat-tools", role: "toolbar", "aria-label": t("flat-map.map_2") });
   #view = new FloorView(60, 0, 0);

@@ -30,7 +30,7 @@ const WITHHELD = t("gamepad-sheet.this_browser_gives_gamepads_only_to");
 export class GamepadSheet extends Sheet {
   #status = make("p", { class: "pad-status" });
   #choice = make("div", { class: "pad-choice", role: "group", "aria-label": t("gamepad-sheet.gamepad") });
-  #forward = meter("Forward");
+  #forward = meter(t("gamepad-sheet.forward"));
   #left = meter(t("gamepad-sheet.turn_left"));
   #asked = make("p", { class: "note" });
   /** @type {Map<PadAction, {row: HTMLElement, name: HTMLElement, change: HTMLButtonElement}>} */
@@ -63,8 +63,8 @@ export class GamepadSheet extends Sheet {
 
   /** @override */
   build() {
-    const note = "Nothing drives while this is open. STOP works always; it is a software stop, no emergency stop.";
-    this.frame("Gamepad", this.#status, this.#body, make("p", { class: "note" }, note));
+    const note = t("gamepad-sheet.nothing_drives_while_this_is_open");
+    this.frame(t("gamepad-sheet.gamepad"), this.#status, this.#body, make("p", { class: "note" }, note));
   }
 
   /** @param {GamepadInput} gamepad */
@@ -238,7 +238,11 @@ export class GamepadSheet extends Sheet {
       if (lamp) mark(lamp, "data-lit", pressed);
     }
     const down = buttons.flatMap(({ pressed }, button) => (pressed ? [inputName({ id, mapping }, { button })] : []));
-    mark(this.#buttons, "aria-label", t("gamepad-sheet.buttons_pressed_join", { join: down.join(", ") || "none" }));
+    mark(
+      this.#buttons,
+      "aria-label",
+      t("gamepad-sheet.buttons_pressed_join", { join: down.join(", ") || t("gamepad-sheet.none") }),
+    );
     for (const [index, value] of axes.entries()) showPart(this.#axes.children[index], value);
   }
 }
@@ -256,7 +260,7 @@ const axisName = (pad, axis) => inputName(pad, { axis, sign: 1, rest: 0 }).repla
  */
 function statusOf(pad, gamepad, permission) {
   if (!isComplete(gamepad.mappingOf(pad)))
-    return `${padName(pad.id)}: this browser does not know its layout. Press “Set up by pressing”; until then it does nothing.`;
+    return t("gamepad-sheet.padname_this_browser_does_not_know", { padname: padName(pad.id) });
   return t("gamepad-sheet.padname_is_connected_value", {
     padname: padName(pad.id),
     value: permission.may === "no" ? permission.why : t("gamepad-sheet.close_this_dialog_to_drive"),

@@ -170,7 +170,9 @@ const fault = (sentence, kind) =>
  */
 function silence(ears) {
   if (ears?.muted) return t("hearing-card.not_listening_while_the_robot_speaks");
-  return ears?.starting ? "Hears directions of voices; speech recognition is starting." : "Listening; no voice.";
+  return ears?.starting
+    ? t("hearing-card.hears_directions_of_voices_speech_recognition")
+    : t("hearing-card.listening_no_voice");
 }
 
 /**
@@ -189,7 +191,11 @@ function hint(listening, voice_control) {
  * @param {import("../net/messages.js").VoiceHeard} voice
  */
 function describe({ azimuth_rad, sd_heard_rad, ambiguity }) {
-  return `A voice ${inWords(azimuth_rad)}, ± ${degrees(2 * sd_heard_rad, 0)}.${ambiguity ? ` ${ambiguity}` : ""}`;
+  return t("hearing-card.a_voice_inwords_degrees_value", {
+    inwords: inWords(azimuth_rad),
+    degrees: degrees(2 * sd_heard_rad, 0),
+    value: ambiguity ? ` ${ambiguity}` : "",
+  });
 }
 
 customElements.define("hearing-card", HearingCard);

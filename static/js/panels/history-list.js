@@ -12,10 +12,10 @@ import { t } from "../ui/texts.js";
 
 const MOST = 60;
 const SOURCES = {
-  typed: "typed",
-  chip: "button",
-  click: "map",
-  voice: "voice",
+  typed: t("history-list.typed"),
+  chip: t("history-list.button"),
+  click: t("history-list.map"),
+  voice: t("history-list.voice"),
   ears: t("history-list.the_robot_s_ears"),
   rest: "HTTP",
 };

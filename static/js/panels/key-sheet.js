@@ -7,13 +7,13 @@ import { t } from "../ui/texts.js";
 const KEYS = [
   [["Esc"], t("key-sheet.stop_everywhere_also_while_typing")],
   [[t("key-sheet.space")], t("key-sheet.stop_outside_text_boxes")],
-  [["W", "A", "S", "D"], "Hold to drive; the arrow keys too"],
+  [["W", "A", "S", "D"], t("key-sheet.hold_to_drive_the_arrow_keys")],
   [["Shift"], t("key-sheet.slow_while_driving")],
   [["1", "…", "5"], t("key-sheet.speed")],
   [["V"], t("key-sheet.hold_to_talk")],
   [["/"], t("key-sheet.to_the_command_line")],
   [["↑", "↓"], t("key-sheet.in_the_command_line_earlier_commands")],
-  [[t("key-sheet.enter")], "Send; press the button in focus; begin the pending command"],
+  [[t("key-sheet.enter")], t("key-sheet.send_press_the_button_in_focus")],
   [["?"], t("key-sheet.this_sheet")],
 ];
 
@@ -36,7 +36,11 @@ export class KeySheet extends Sheet {
 
   /** @override */
   build() {
-    this.frame("Keys", this.#list, make("p", { class: "note" }, t("key-sheet.stop_is_a_software_stop_it")));
+    this.frame(
+      t("key-sheet.keys"),
+      this.#list,
+      make("p", { class: "note" }, t("key-sheet.stop_is_a_software_stop_it")),
+    );
     this.session.on("hello", ({ robot }) => {
       const recording = robot.capabilities.includes("replay") && !robot.dry_run;
       this.#list.replaceChildren(...rows(recording ? RECORDING_KEYS : KEYS));

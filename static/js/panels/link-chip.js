@@ -8,7 +8,12 @@ import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
-const WORDS = { connecting: t("link-chip.starting_up"), live: "live", stale: "silent", lost: "lost" };
+const WORDS = {
+  connecting: t("link-chip.starting_up"),
+  live: t("link-chip.live"),
+  stale: t("link-chip.silent"),
+  lost: t("link-chip.lost"),
+};
 
 const SENSORS = {
   wheels: t("link-chip.odometry"),
@@ -16,7 +21,7 @@ const SENSORS = {
   camera: t("link-chip.camera"),
   microphones: t("link-chip.microphones"),
 };
-const STATES = { live: "delivers", stale: "late", lost: "lost" };
+const STATES = { live: t("link-chip.delivers"), stale: t("link-chip.late"), lost: t("link-chip.lost") };
 
 /**
  * @param {import("../net/messages.js").SensorLine} sensor
@@ -24,7 +29,10 @@ const STATES = { live: "delivers", stale: "late", lost: "lost" };
  */
 function sensorRow({ kind, name, state, age_s, rate_hz }) {
   const own = name && name !== kind && kind !== "microphones" ? ` ${name}` : "";
-  return [`${SENSORS[kind]}${own}`, `${STATES[state]}, ${age(age_s)} old (${fixed(rate_hz, 0)} Hz)`];
+  return [
+    `${SENSORS[kind]}${own}`,
+    t("link-chip.states_age_old_fixed_hz", { states: STATES[state], age: age(age_s), fixed: fixed(rate_hz, 0) }),
+  ];
 }
 
 class LinkChip extends Panel {
@@ -63,7 +71,7 @@ class LinkChip extends Panel {
       link.is !== "up"
         ? t("link-chip.no_link")
         : old
-          ? `${age(link.age_s)} old`
+          ? t("link-chip.age_old", { age: age(link.age_s) })
           : `${trip}${fixed(link.rate_hz, 0)} Hz`;
     write(this.#text, text);
     redraw(this.#icon, link.is === "up" ? "link" : "unlinked");
@@ -84,7 +92,15 @@ class LinkChip extends Panel {
         link.round_trip_ms === null ? "–" : `${fixed(link.round_trip_ms, 0)} ms`,
       ],
       [t("link-chip.state"), t("link-chip.fixed_hz_age_old", { fixed: fixed(link.rate_hz, 1), age: age(link.age_s) })],
-      [t("link-chip.robot"), state ? `${WORDS[state.robot.link]}, ${fixed(state.robot.rate_hz, 0)} frames/s` : "–"],
+      [
+        t("link-chip.robot"),
+        state
+          ? t("link-chip.words_fixed_frames_s", {
+              words: WORDS[state.robot.link],
+              fixed: fixed(state.robot.rate_hz, 0),
+            })
+          : "–",
+      ],
       .../** @type {Array<[string, string]>} */ ((state?.robot.sensors ?? []).map(sensorRow)),
       ...(state?.robot.battery == null
         ? []

@@ -148,7 +148,7 @@ export class LivePlot extends HTMLElement {
       ...columns
         .filter(({ time }) => time % 60 === 0)
         .map(({ time, x }) =>
-          text(time === 0 ? "now" : `−${-time} s`, {
+          text(time === 0 ? t("live-plot.now") : `−${-time} s`, {
             x: time === 0 ? x + 4 : x,
             y: HEIGHT - 4,
             "text-anchor": time === 0 ? "end" : time === -SPAN_S ? "start" : "middle",

@@ -125,8 +125,8 @@ class MapCard extends Panel {
   /** @param {SavedMap} map */
   #row(map) {
     const size = `${fixed(map.width_m, 1)} × ${fixed(map.height_m, 1)} m`;
-    const rooms = map.submaps > 1 ? [`${map.submaps} rooms`] : [];
-    const about = [size, ...rooms, `${map.landmarks} landmarks`].join(" · ");
+    const rooms = map.submaps > 1 ? [t("map-card.submaps_rooms", { submaps: map.submaps })] : [];
+    const about = [size, ...rooms, t("map-card.landmarks_landmarks", { landmarks: map.landmarks })].join(" · ");
     const current = map.name === this.#current;
     const row = make(
       "li",
@@ -155,7 +155,7 @@ class MapCard extends Panel {
     const acts = make("div", { class: "map-acts" });
     if (!this.#form.hidden) {
       acts.append(
-        this.#act("open", `Load ${map.name}`, () =>
+        this.#act("open", t("map-card.load_name", { name: map.name }), () =>
           this.#ask(row, t("map-card.unsaved_changes_of_the_present_map"), t("map-card.load_it"), () =>
             maps.load(map.name),
           ),
@@ -177,8 +177,8 @@ class MapCard extends Panel {
     );
     if (!this.#form.hidden) {
       acts.append(
-        this.#act("trash", `Delete ${map.name}`, () =>
-          this.#ask(row, t("map-card.delete_this_map_for_good"), "Delete", () => maps.remove(map.name)),
+        this.#act("trash", t("map-card.delete_name", { name: map.name }), () =>
+          this.#ask(row, t("map-card.delete_this_map_for_good"), t("map-card.delete"), () => maps.remove(map.name)),
         ),
       );
     }
@@ -255,7 +255,9 @@ function dayOf(seconds) {
   const at = new Date(seconds * 1000);
   const today = at.toDateString() === new Date().toDateString();
   const clock = timeOfDay(seconds).slice(0, 5);
-  return today ? `today ${clock}` : `${at.toLocaleDateString(undefined, { dateStyle: "medium" })} ${clock}`;
+  return today
+    ? t("map-card.today_clock", { clock })
+    : `${at.toLocaleDateString(undefined, { dateStyle: "medium" })} ${clock}`;
 }
 
 customElements.define("map-card", MapCard);

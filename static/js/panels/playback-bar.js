@@ -138,7 +138,10 @@ class PlaybackBar extends Panel {
   /** @param {number} place 0..1 */
   #tell(place) {
     this.#seek.style.setProperty("--place", `${place * 100}%`);
-    const text = `${duration(place * this.#length)} of ${duration(this.#length)}`;
+    const text = t("playback-bar.duration_of_duration2", {
+      duration: duration(place * this.#length),
+      duration2: duration(this.#length),
+    });
     write(this.#time, text);
     mark(this.#seek, "aria-valuetext", text);
   }

@@ -15,33 +15,21 @@ const SLOW_HZ = 8; // pictures a second below which the flat map serves better
 const TRIAL_MS = 5000; // over which they are counted, after as long to come to rest
 const TOUCH = matchMedia("(pointer: coarse)").matches;
 const LAYERS = [
-  ["pose", t("scene-view.robot"), "Estimated pose; the ellipse is two standard deviations"],
+  ["pose", t("scene-view.robot"), t("scene-view.estimated_pose_the_ellipse_is_two")],
   ["ghost", t("scene-view.wheels_alone"), t("scene-view.pose_by_dead_reckoning_alone")],
-  [
-    "convex",
-    t("scene-view.outer_corner"),
-    "A landmark; the ellipse is two standard deviations, the post grows with what is known",
-  ],
-  [
-    "concave",
-    t("scene-view.inner_corner"),
-    "A landmark; the ellipse is two standard deviations, the post grows with what is known",
-  ],
+  ["convex", t("scene-view.outer_corner"), t("scene-view.a_landmark_the_ellipse_is_two")],
+  ["concave", t("scene-view.inner_corner"), t("scene-view.a_landmark_the_ellipse_is_two")],
   ["used", t("scene-view.used_corner"), t("scene-view.a_ray_to_every_corner_of")],
   ["refused", t("scene-view.rejected_corner"), t("scene-view.a_corner_of_the_newest_sweep")],
-  [
-    "closure",
-    t("scene-view.closure"),
-    "A place that was recognised: an arch from one view of it to the other; broken when undone",
-  ],
-  ["room", t("scene-view.room"), "The map is made of rooms; the blue one is the one the robot is in"],
+  ["closure", t("scene-view.closure"), t("scene-view.a_place_that_was_recognised_an")],
+  ["room", t("scene-view.room"), t("scene-view.the_map_is_made_of_rooms")],
   ["scan", t("scene-view.laser"), t("scene-view.the_newest_sweep")],
   ["voice", t("scene-view.voice"), t("scene-view.direction_of_a_voice_two_standard")],
   ["plan", t("scene-view.way_and_goal"), t("scene-view.where_the_robot_is_going")],
   ["preview", t("scene-view.pending_command"), t("scene-view.preview_of_a_spoken_command_before")],
   ["wall", t("scene-view.wall"), t("scene-view.seen_occupied")],
   ["own", t("scene-view.robot_s_own_map"), t("scene-view.what_the_robot_s_own_navigation")],
-  ["free", t("scene-view.free_floor"), "Seen free; what is not drawn is unknown"],
+  ["free", t("scene-view.free_floor"), t("scene-view.seen_free_what_is_not_drawn")],
 ];
 
 export class SceneView extends Panel {
@@ -50,7 +38,7 @@ export class SceneView extends Panel {
     "p",
     { class: "scene-hint", "aria-hidden": "true" },
     icon("click"),
-    t("scene-view.value_the_floor_to_go_there", { value: TOUCH ? "Tap" : "Click" }),
+    t("scene-view.value_the_floor_to_go_there", { value: TOUCH ? t("scene-view.tap") : t("scene-view.click") }),
   );
   #legend = make(
     "details",

@@ -21,7 +21,11 @@ const KINDS = {
 /** @type {Record<string, string>} */
 const LETS = { viewer: t("sign-in-sheet.who_opens_it_watches"), operator: t("sign-in-sheet.who_opens_it_drives") };
 /** @type {Record<string, string>} */
-const MAY = { viewer: "watches", operator: "drives", admin: "everything" };
+const MAY = {
+  viewer: t("sign-in-sheet.watches"),
+  operator: t("sign-in-sheet.drives"),
+  admin: t("sign-in-sheet.everything"),
+};
 
 export class SignInSheet extends Sheet {
   #name = make("input", {
@@ -135,7 +139,11 @@ export class SignInSheet extends Sheet {
     const newest = (/** @type {{id: string}[]} */ rows) => rows.toReversed();
     this.#sessions.replaceChildren(
       .../** @type {SignedIn[]} */ (newest(sessions)).map((one) => {
-        const here = one.yours ? "you" : one.present ? t("sign-in-sheet.page_open") : t("sign-in-sheet.no_page_open");
+        const here = one.yours
+          ? t("sign-in-sheet.you")
+          : one.present
+            ? t("sign-in-sheet.page_open")
+            : t("sign-in-sheet.no_page_open");
         const end = () => api.endSession(one.id);
         return this.#row(one, `${MAY[one.role]} · ${here}`, t("sign-in-sheet.sign_out"), one.yours ? null : end);
       }),
@@ -143,7 +151,7 @@ export class SignInSheet extends Sheet {
     this.#keys.replaceChildren(
       .../** @type {Key[]} */ (newest(keys)).map((one) => {
         const about = `${MAY[one.role]} · ${KINDS[one.kind]} · ${until(one.end_s)}`;
-        return this.#row(one, about, "Revoke", () => api.revokeKey(one.id));
+        return this.#row(one, about, t("sign-in-sheet.revoke"), () => api.revokeKey(one.id));
       }),
     );
     if (!sessions.length) this.#sessions.append(make("li", { class: "note" }, t("sign-in-sheet.nobody_by_a_page")));
@@ -158,7 +166,7 @@ export class SignInSheet extends Sheet {
   #row(one, about, does, end) {
     const button = make("button", { type: "button", class: "button", "aria-label": `${does} ${one.name}` }, does);
     button.addEventListener("click", () => {
-      if (!sure(button, "Really?")) return;
+      if (!sure(button, t("sign-in-sheet.really"))) return;
       void this.session.attempt(async () => {
         await end?.();
         await this.#fetch();
@@ -196,7 +204,9 @@ function drawn(rows) {
 /** @param {number | null} end Unix time */
 function until(end) {
   if (end === null) return t("sign-in-sheet.until_revoked");
-  return `until ${new Date(1000 * end).toLocaleDateString("en", { day: "numeric", month: "short" })}`;
+  return t("sign-in-sheet.until_tolocaledatestring", {
+    tolocaledatestring: new Date(1000 * end).toLocaleDateString("en", { day: "numeric", month: "short" }),
+  });
 }
 
 customElements.define("sign-in-sheet", SignInSheet);

@@ -26,7 +26,7 @@ class SlamCard extends Panel {
     nis: new LivePlot({
       name: t("slam-card.surprise_nis"),
       says: t("slam-card.how_far_sightings_lay_from_what"),
-      claim: "band: 95 %",
+      claim: t("slam-card.band_95"),
       unit: plain,
       least: 1.5,
     }),
@@ -87,8 +87,8 @@ class SlamCard extends Panel {
     for (const plot of [error, match, update]) plot.show();
     const rooms = floor.submaps.length;
     const facts = [
-      rooms ? `${rooms} ${rooms === 1 ? "room" : "rooms"}` : "",
-      `${state.landmarks.length} landmarks${slam.tentative ? `, ${slam.tentative} on trial` : ""}`,
+      rooms ? `${rooms} ${rooms === 1 ? t("slam-card.room") : t("slam-card.rooms")}` : "",
+      `${state.landmarks.length} landmarks${slam.tentative ? t("slam-card.tentative_on_trial", { tentative: slam.tentative }) : ""}`,
     ];
     write(this.#facts, facts.filter(Boolean).join(" · "));
     this.#closures.show(floor, state.stamp_s, operates);

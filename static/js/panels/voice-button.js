@@ -21,7 +21,7 @@ const FLOOR_DB = -60;
 
 const SWITCHES = /** @type {const} */ ([
   ["echoCancellation", t("voice-button.take_echoes_out"), t("voice-button.for_loudspeakers_next_to_the_microphone")],
-  ["noiseSuppression", t("voice-button.take_noise_out"), "for loud rooms; it costs consonants"],
+  ["noiseSuppression", t("voice-button.take_noise_out"), t("voice-button.for_loud_rooms_it_costs_consonants")],
   ["autoGainControl", t("voice-button.level_automatically"), t("voice-button.for_quiet_microphones")],
 ]);
 
@@ -299,7 +299,8 @@ export class VoiceButton extends Panel {
     mark(this.#button, "aria-pressed", String(speaking));
     redraw(this.#icon, state === "refused" ? "muted" : "microphone");
     if (!speaking) this.#ring.style.setProperty("--level", "0");
-    const hint = state === "asking" ? t("voice-button.allow_the_microphone_in_the_browser") : "Starting…";
+    const hint =
+      state === "asking" ? t("voice-button.allow_the_microphone_in_the_browser") : t("voice-button.starting");
     const words = speaking
       ? this.#listening && state === "on"
         ? this.#muted
@@ -308,7 +309,7 @@ export class VoiceButton extends Panel {
             ? t("voice-button.open_say_a_command")
             : this.#soFar
               ? `“${this.#soFar} …”`
-              : "Listening…"
+              : t("voice-button.listening")
         : hint
       : "";
     write(this.#says, this.#why || words);

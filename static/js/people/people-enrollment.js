@@ -73,7 +73,7 @@ class PeopleEnrollment extends Panel {
   );
   #show = action("demo", t("people-enrollment.show_me"));
   #retakeRoom = action("undo", t("people-enrollment.retake_the_empty_room"));
-  #cancel = action("close", "Cancel");
+  #cancel = action("close", t("people-enrollment.cancel"));
   #strip = make("ul", { class: "people-strip", "aria-label": t("people-enrollment.pictures_taken") });
   #name = make("input", {
     type: "text",
@@ -285,7 +285,7 @@ class PeopleEnrollment extends Panel {
 
   /** @param {Enrollment} enrollment @param {import("./enrollment-model.js").Judged} one */
   #thumb(enrollment, one) {
-    const name = NAMES[one.gesture] ?? "More";
+    const name = NAMES[one.gesture] ?? t("people-enrollment.more");
     const away = make(
       "button",
       {

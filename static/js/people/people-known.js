@@ -66,7 +66,7 @@ class PeopleKnown extends Panel {
     if (key === this.#drawn) return;
     this.#drawn = key;
     const held = this.#rows.contains(document.activeElement) ? document.activeElement?.getAttribute("value") : null;
-    const anybody = this.#choice(null, chosen === null, "Anybody", t("people-known.every_caller"));
+    const anybody = this.#choice(null, chosen === null, t("people-known.anybody"), t("people-known.every_caller"));
     this.#rows.replaceChildren(make("li", {}, anybody), ...people.map((one) => this.#row(one, one.id === chosen)));
     const again = [...this.#rows.querySelectorAll("input")].find((one) => one.value === held);
     if (this.#asked === null) again?.focus();
@@ -82,7 +82,7 @@ class PeopleKnown extends Panel {
       this.#choice(
         one.id,
         chosen,
-        `Only ${one.name}`,
+        t("people-known.only_name", { name: one.name }),
         t("people-known.learnt_since_from_pictures_pictures", { since: since(one.learnt_s), pictures: one.pictures }),
       ),
     );
@@ -157,7 +157,7 @@ class PeopleKnown extends Panel {
     });
     return this.#question(
       [input],
-      "Rename",
+      t("people-known.rename"),
       t("people-known.leave_the_name_as_it_is"),
       () => void this.#enrollments?.rename(one.id, input.value),
     );
@@ -166,7 +166,12 @@ class PeopleKnown extends Panel {
   /** @param {Known} one */
   #farewell(one) {
     const words = make("span", { class: "known-name" }, t("people-known.forget_name_for_good", { name: one.name }));
-    return this.#question([words], "Forget", `Keep ${one.name}`, () => void this.#enrollments?.forget(one.id));
+    return this.#question(
+      [words],
+      t("people-known.forget"),
+      t("people-known.keep_name", { name: one.name }),
+      () => void this.#enrollments?.forget(one.id),
+    );
   }
 
   /** @param {HTMLElement[]} what @param {string} yes @param {string} no @param {() => void} act */

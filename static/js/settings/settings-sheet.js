@@ -49,7 +49,7 @@ export class SettingsSheet extends Sheet {
 
   /** @override */
   build() {
-    this.frame("Settings", this.#file, this.#restart, this.#list);
+    this.frame(t("settings-sheet.settings"), this.#file, this.#restart, this.#list);
   }
 
   /** @override */
@@ -157,7 +157,10 @@ export class SettingsSheet extends Sheet {
     back.hidden = !this.#may || one.saved === one.default;
     const waits =
       one.saved !== one.value
-        ? ` Now ${inWords(one.value, one.unit)}; from the next start on ${inWords(one.saved, one.unit)}.`
+        ? t("settings-sheet.now_inwords_from_the_next_start", {
+            inwords: inWords(one.value, one.unit),
+            inwords2: inWords(one.saved, one.unit),
+          })
         : "";
     say(field, `${bounds(one)}${sentenceOf(one.meaning)}${waits}`, false);
   }

@@ -10,7 +10,7 @@ const PLACE = "place";
 const DISTANCES = [0.5, 1, 2, 3, 4];
 const NOISES = /** @type {const} */ ([
   [30, "quiet"],
-  [20, "a fan"],
+  [20, t("quality-form.a_fan")],
   [10, t("quality-form.people_talk")],
   [0, t("quality-form.as_loud_as_you")],
 ]);
@@ -24,7 +24,7 @@ const AROUND = /** @type {const} */ ([
 const PHRASES = /** @type {const} */ ([
   [6, t("quality-form.6_a_first_impression")],
   [18, t("quality-form.18_enough_to_judge_by")],
-  [36, "36: thorough"],
+  [36, t("quality-form.36_thorough")],
 ]);
 
 class QualityForm extends Panel {
@@ -130,7 +130,7 @@ class QualityForm extends Panel {
     const says =
       count === 0
         ? t("quality-form.choose_a_place_or_at_least")
-        : `${count} ${count === 1 ? "place" : "places"}; each takes some ten seconds.`;
+        : t("quality-form.count_value_each_takes_some_ten", { count, value: count === 1 ? "place" : "places" });
     write(this.#why, why || (runs.running ? t("quality-form.one_measurement_is_under_way") : says));
   }
 }

@@ -37,7 +37,7 @@ export function banners(view) {
     lostControl(view),
     state.floor.lost ? localization(state.floor.lost, view) : null,
     hello.robot.drives && state.floor.slipping
-      ? calmly("slips", "calm", "warning", "The wheels slip; the robot relies on its scans.")
+      ? calmly("slips", "calm", "warning", t("banners.the_wheels_slip_the_robot_relies"))
       : null,
     hello.robot.drives ? (state.robot.contact ? contact() : guard(state)) : null,
     hello.robot.drives && state.slam.looking_around && !state.floor.lost
@@ -61,7 +61,7 @@ function lost({ state, link }) {
 
 /** @param {import("../net/messages.js").State} state */
 function robotLink({ robot }) {
-  const since = robot.age_s === null ? "" : ` for ${age(robot.age_s)}`;
+  const since = robot.age_s === null ? "" : t("banners.for_age", { age: age(robot.age_s) });
   if (robot.link === "connecting") return calmly("starting", "calm", "antenna", t("banners.the_robot_is_starting_up"));
   if (robot.link === "stale")
     return calmly("robot", "stale", "unlinked", t("banners.the_robot_has_been_silentsince", { since }));
@@ -91,7 +91,7 @@ function request({ state, mine }) {
 function lostControl({ lostControl, state }) {
   if (!lostControl) return null;
   const text = lostControl.to
-    ? `${lostControl.to} took control from you; the robot was stopped.`
+    ? t("banners.to_took_control_from_you_the", { to: lostControl.to })
     : t("banners.you_lost_control_nothing_came_from");
   const offers = state?.lease.holder ? "regain" : "seen";
   return { id: "lost control", tone: "stale", icon: "wheel", text, offers };

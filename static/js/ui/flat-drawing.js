@@ -205,7 +205,7 @@ class Brush {
     this.context.arc(at.x, at.y, Math.max(6, 0.22 * this.view.scale), 0, 2 * Math.PI);
     this.context.fill();
     this.ellipse({ x, y }, cov, colour);
-    this.label(at, state === "seen" ? "Person" : t("flat-drawing.person_hidden_now"));
+    this.label(at, state === "seen" ? t("flat-drawing.person") : t("flat-drawing.person_hidden_now"));
   }
 
   /** Somebody in the simulated room. @param {Point} point [m] @param {string} name */

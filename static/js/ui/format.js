@@ -39,7 +39,7 @@ export function degrees(angle, decimals = 0) {
 export function turn(angle) {
   const text = degrees(Number.isFinite(angle) ? Math.abs(angle) : NaN);
   if (text === "0°" || text === "–") return text;
-  return `${text} ${angle > 0 ? "left" : "right"}`;
+  return `${text} ${angle > 0 ? t("format.left") : t("format.right")}`;
 }
 
 /** @param {number} value [m/s] */
@@ -110,6 +110,15 @@ export function quantities(numbers) {
   return entries.map(([key, value]) => `${key.replace(/_.*$/, "")} ${quantity(key, value)}`).join(", ");
 }
 
+/** Keys of the words for every eighth of the circle, on the left and on the right. @type {ReadonlyArray<[string, string]>} */
+const WHERE = [
+  ["format.ahead", "format.ahead"],
+  ["format.ahead_on_the_left", "format.ahead_on_the_right"],
+  ["format.on_the_left", "format.on_the_right"],
+  ["format.behind_on_the_left", "format.behind_on_the_right"],
+  ["format.behind", "format.behind"],
+];
+
 /**
  * Where a point of the robot frame lies, in words.
  * @param {number} x forward [m]
@@ -117,15 +126,8 @@ export function quantities(numbers) {
  */
 export function whereabouts(x, y) {
   const eighth = Math.round(Math.atan2(y, x) / (Math.PI / 4));
-  const words = [
-    "ahead",
-    t("format.ahead_on_the_left"),
-    t("format.on_the_left"),
-    t("format.behind_on_the_left"),
-    "behind",
-  ];
-  const word = words[Math.abs(eighth)] ?? "near";
-  return eighth < 0 ? word.replace("left", "right") : word;
+  const [left, right] = [WHERE.map(([one]) => one), WHERE.map(([, other]) => other)];
+  return t((eighth < 0 ? right : left)[Math.abs(eighth)] ?? "format.near");
 }
 
 /**
@@ -134,10 +136,10 @@ export function whereabouts(x, y) {
  */
 export function inWords(bearing) {
   if (Math.abs(bearing) < AHEAD) return t("format.straight_ahead");
-  if (Math.abs(bearing) > Math.PI - AHEAD) return "behind";
+  if (Math.abs(bearing) > Math.PI - AHEAD) return t("format.behind");
   return t("format.degrees_to_the_value", {
     degrees: degrees(Math.abs(bearing)),
-    value: bearing > 0 ? "left" : "right",
+    value: bearing > 0 ? t("format.left") : t("format.right"),
   });
 }
 

@@ -44,7 +44,7 @@ export function chooseMap(chosen) {
 
 /** @param {number} rate pictures a second that the 3-D map reached: too few */
 export function fallBack(rate) {
-  const few = rate < 1.5 ? "1 picture" : `${Math.round(rate)} pictures`;
+  const few = rate < 1.5 ? t("map-choice.1_picture") : t("map-choice.rate_pictures", { rate: Math.round(rate) });
   change("flat", t("map-choice.the_3_d_map_is_too", { few }));
 }
 

@@ -42,7 +42,10 @@ export function whereTo({ target, goal, heading_rad, bearing_rad, bearing_sd_rad
   const [cos, sin] = [Math.cos(pose.heading_rad), Math.sin(pose.heading_rad)];
   if (target !== "place")
     return t("pending-command.straight_ahead_to_x_metres_y", { metres: metres(goal[0]), metres2: metres(goal[1]) });
-  return `${metres(Math.hypot(dx, dy))} away, ${whereabouts(cos * dx + sin * dy, cos * dy - sin * dx)}`;
+  return t("pending-command.metres_away_whereabouts", {
+    metres: metres(Math.hypot(dx, dy)),
+    whereabouts: whereabouts(cos * dx + sin * dy, cos * dy - sin * dx),
+  });
 }
 
 /**

@@ -10,9 +10,9 @@ import { t } from "./texts.js";
 
 const STEADY_MS = 600; // a verdict that changes with every picture is not read
 const WORDS = /** @type {const} */ ({
-  good: "good",
-  mended: "mended",
-  poor: "poor",
+  good: t("picture-quality-chip.good"),
+  mended: t("picture-quality-chip.mended"),
+  poor: t("picture-quality-chip.poor"),
   unusable: t("picture-quality-chip.cannot_be_used"),
 });
 

@@ -26,7 +26,10 @@ export function figures(quality, drift) {
     [t("picture-quality-figures.black_white"), `${share(quality.dark_share)}, ${share(quality.bright_share)}`],
     [
       t("picture-quality-figures.noise"),
-      `${fixed(quality.noise_sd, 1)}, ${fixed(quality.snr_db, 0)} dB below the light`,
+      t("picture-quality-figures.fixed_fixed2_db_below_the_light", {
+        fixed: fixed(quality.noise_sd, 1),
+        fixed2: fixed(quality.snr_db, 0),
+      }),
     ],
     [
       t("picture-quality-figures.blur"),

@@ -46,7 +46,7 @@ const line = (icon, words, remark, state, suggestions = []) => ({
 
 const LOST = line("unlinked", t("status.link_lost"), t("status.the_robot_stops_by_itself"), "lost");
 const STOPPED = line("stop", t("status.stopped"), "", "stopped");
-const UNSENT = line("unlinked", t("status.no_link"), "STOP may not arrive; the robot stops by itself.", "lost");
+const UNSENT = line("unlinked", t("status.no_link"), t("status.stop_may_not_arrive_the_robot"), "lost");
 const HALTED = line("halt", t("status.halted"), t("status.nothing_moves_until_the_halt_is"), "halted");
 const RESET = line("done", t("status.reset_ready"), t("status.the_reset_moved_nothing"), "done");
 const UNHEARD = line("refused", t("status.not_understood"), t("status.say_it_again_or_type_it"), "refused");
@@ -215,7 +215,7 @@ export class StatusLog {
     if (what === "lost" || !state) return LOST;
     if (what === "halted") return HALTED;
     if (what === "reading") {
-      const slow = "Speech recognition is slow on this computer; type, or wait.";
+      const slow = t("status.speech_recognition_is_slow_on_this");
       const words = this.#soFar && `“${this.#soFar} …” `;
       const remark = words + (elapsed < SLOW_MS ? `${fixed(elapsed / 1000, 1)} s` : slow);
       return line("running", t("status.reading_what_you_said"), remark, "reading");
@@ -302,4 +302,4 @@ const ending = (row) => line(row.state, wordsOf(row), outcome(row.state, row.rem
  * @param {string} state
  * @param {string} remark
  */
-const outcome = (state, remark) => (remark ? `${state}. ${remark}` : state);
+const outcome = (state, remark) => (remark ? `${t(`state.${state}`)}. ${remark}` : t(`state.${state}`));

@@ -18,7 +18,7 @@ const WORKLET = new URL("./sinc-worklet.js", import.meta.url);
 export function whyNot() {
   if (!globalThis.isSecureContext) return t("microphone.browsers_give_the_microphone_only_to");
   if (!navigator.mediaDevices?.getUserMedia) return t("microphone.this_browser_has_no_access_to");
-  if (typeof AudioWorkletNode === "undefined") return "This browser cannot process sound; use a newer one.";
+  if (typeof AudioWorkletNode === "undefined") return t("microphone.this_browser_cannot_process_sound_use");
   return "";
 }
 

@@ -1,7 +1,5 @@
 // Spoken answers to a command: confirmation, refusal, result.
 
-import { t } from "../ui/texts.js";
-
 /** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
 /** @typedef {import("./audio-socket.js").Transcript} Transcript */
 
@@ -24,7 +22,7 @@ export function sentence(words) {
 export const accepted = (heardAs) => (heardAs === STOPS ? "Stopping." : sentence(heardAs));
 
 /** @param {string} reason */
-export const refused = (reason) => sentence(reason || t("spoken-answers.i_did_not_understand_that"));
+export const refused = (reason) => sentence(reason || "I did not understand that");
 
 /**
  * Sentence about the result of a command, or "".
@@ -32,7 +30,7 @@ export const refused = (reason) => sentence(reason || t("spoken-answers.i_did_no
  */
 export function ended({ state, name, remark }) {
   if (state === "done") return name === "stop_moving" ? "" : sentence(remark || "Done");
-  if (state === "failed") return sentence(remark || t("spoken-answers.that_did_not_work"));
+  if (state === "failed") return sentence(remark || "That did not work");
   return state === "refused" ? refused(remark) : "";
 }
 
