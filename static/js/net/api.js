@@ -1,6 +1,6 @@
 // HTTP client of the console: user, vocabulary, history, and STOP as a second channel.
 
-import { t } from "../ui/texts.js";
+import { said, t } from "../ui/texts.js";
 
 /** @typedef {import("../drive/suggest.js").Kind} Kind */
 /** @typedef {{name: string, role: "viewer" | "operator" | "admin", id: string}} Me */
@@ -62,7 +62,8 @@ export async function call(path, options = {}) {
   });
   const content = await answer.json().catch(() => null);
   if (answer.ok) return content;
-  throw new Refusal(answer.status, content?.detail ?? t("api.answered", { status: answer.status }));
+  const { detail, code, values } = content ?? {};
+  throw new Refusal(answer.status, detail ? said(detail, code, values) : t("api.answered", { status: answer.status }));
 }
 
 /**

@@ -1,7 +1,7 @@
 // Session of one page: newest state, events, and all requests that act on the robot.
 
 import { onlyWatched, permission } from "../drive/permission.js";
-import { t } from "../ui/texts.js";
+import { said, t } from "../ui/texts.js";
 import { unlessStopped } from "../voice/spoken-answers.js";
 import * as api from "./api.js";
 import { Link } from "./link.js";
@@ -319,6 +319,7 @@ export class Session {
   /** @param {Exclude<import("./messages.js").Down, {kind: "echo"}>} message */
   #hear(message) {
     if (message.kind === "answer") {
+      if (message.detail) message.detail = said(message.detail, message.code, message.values);
       if (message.ref === 0 && !message.ok) this.#dispatch("trouble", message.detail ?? t("session.that_was_refused")); // a click in the scene
       this.#asking.hear(message);
     } else if (message.kind === "hello") {
