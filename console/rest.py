@@ -6,6 +6,8 @@ import math
 
 from core.snapshot import Snapshot
 
+STATE_GAP = 0.045  # [s] at least between two states: 20 Hz
+REST_GAP = 0.2  # [s] the same while the robot rests and nothing happens at the console
 AFTER = 2.0  # [s] of standing
 STILL = 0.005  # [m/s], [rad/s]
 
@@ -26,3 +28,25 @@ class RestDetector:
             self._since = snapshot.stamp
         self.at_rest = snapshot.stamp - self._since > AFTER
         return self.at_rest
+
+
+class StatePace:
+    """When the next state is due: nobody waits for what has happened at the console."""
+
+    def __init__(self) -> None:
+        self._rest = RestDetector()
+        self._sent = 0.0  # [s]
+        self._situation: tuple[object, ...] = ()  # of the console, when the newest state was sent
+
+    def saw(self, snapshot: Snapshot) -> bool:
+        """The newest snapshot → whether the robot rests."""
+        return self._rest.saw(snapshot)
+
+    def due(self, now: float, situation: tuple[object, ...], later: float = 0.0) -> bool:
+        """Return whether a state is due, `later` [s] than with every snapshot."""
+        rests = self._rest.at_rest and situation == self._situation
+        return now - self._sent >= (REST_GAP if rests else STATE_GAP) + later
+
+    def sent(self, now: float, situation: tuple[object, ...]) -> None:
+        """A state is sent now."""
+        self._sent, self._situation = now, situation

@@ -43,7 +43,7 @@ from console.experiments.runs import ExperimentRuns
 from console.maps.service import MapService
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
-from console.rest import RestDetector
+from console.rest import StatePace
 from console.robot.link import RobotLink
 from console.robot.pilot_thread import PilotPace, PilotThread
 from console.scene import Scene
@@ -67,8 +67,6 @@ from core.speech.understanding.own_phrases import own_phrases
 log = logging.getLogger(__name__)
 
 BEAT = 0.05  # [s]
-STATE_GAP = 0.045  # [s] at least between two states: 20 Hz
-REST_GAP = 0.2  # [s] the same while the robot rests and nothing happens at the console
 
 
 class Runtime:
@@ -140,9 +138,7 @@ class Runtime:
         self._make_pilot = make_pilot
         self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.board)
         self._seq = 0
-        self._state_at = 0.0
-        self._rest = RestDetector()
-        self._situation: tuple[object, ...] = ()  # of the console, when the newest state was sent
+        self._state_pace = StatePace()
         self._link_monitor = LinkMonitor(robot, self.dispatcher, self.board)
         self._sleep, self._opening = SleepWatch(), False
         self.login_keeper = LoginKeeper(self.access.logins, self._sign_out_revoked, self._logins_unsaved)
@@ -333,7 +329,7 @@ class Runtime:
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """From the pilot's thread."""
         frame = self.robot.profile.first_view(frame)
-        picture = self.feed.encoded(frame.image, self._rest.saw(snapshot))
+        picture = self.feed.encoded(frame.image, self._state_pace.saw(snapshot))
         self.scene.show(snapshot)
         if self.calibration_service.frame_came(frame):
             self._call(self.calibration_service.saw, frame)
@@ -359,7 +355,7 @@ class Runtime:
             take(snapshot, frame)
         if picture is not None:
             self.feed.show(picture)
-        if time.monotonic() - self._state_at >= self._state_gap:
+        if self._state_pace.due(time.monotonic(), self._situation):
             self._tell_state()
 
     def _let_hear(self, snapshot: Snapshot, frame: SensorFrame) -> None:
@@ -367,11 +363,8 @@ class Runtime:
         self.ears.took(snapshot, sound, self.robot.profile.microphones, frame.sensed)
 
     @property
-    def _state_gap(self) -> float:
-        """[s] between two states: nobody waits for what has happened at the console."""
-        return REST_GAP if self._rest.at_rest and self._situation == self._situation_now() else STATE_GAP
-
-    def _situation_now(self) -> tuple[object, ...]:
+    def _situation(self) -> tuple[object, ...]:
+        """What happens at the console itself."""
         gate, lease = self.robot.status(), self.lease
         waiting = self.pending_commands.waiting
         return (
@@ -389,7 +382,7 @@ class Runtime:
         )
 
     def _tell_state(self) -> None:
-        self._state_at, self._situation = time.monotonic(), self._situation_now()
+        self._state_pace.sent(time.monotonic(), self._situation)
         if self.broadcaster.watched("state") and (state := self.state()) is not None:
             self.broadcaster.publish("state", messages.encode(state).decode())
 
@@ -411,7 +404,7 @@ class Runtime:
             self.robot.beat()
         for tick in self.tick_subscribers:
             tick(now)
-        if now - self._state_at > BEAT + self._state_gap:
+        if self._state_pace.due(now, self._situation, BEAT):
             self._tell_state()
 
     def _expire_logins(self, now: float) -> None:

@@ -56,6 +56,8 @@ PROBLEM = {
         "title": {"type": "string"},
         "status": {"type": "integer"},
         "detail": {"type": "string", "description": "A sentence to act on."},
+        "code": {"type": "string", "description": "Of this sentence, where it has one: it keeps its meaning."},
+        "values": {"type": "object", "description": "In the sentence, by their names."},
     },
 }
 PROBLEMS: Responses = {

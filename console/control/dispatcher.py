@@ -24,7 +24,7 @@ from console.control.history_store import HistoryEntry
 from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.control.stop import StopController
-from console.http.problems import Problem
+from console.http.problems import Problem, problem_of
 from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
 from core.commands import spec_of
@@ -34,8 +34,25 @@ from core.errors import Refused
 from core.gate.status import GateStatus
 from core.perception.people.voice_bearing import VoiceBearing
 from core.pilot.pilot import Pilot
+from core.sentences import Sentence
 from core.snapshot import ActiveCommandStatus, Ending
 from core.speech.understanding.grammar import OwnPhrases, Refusal, understand
+
+ONLY_TO_PERSONS = Sentence(
+    "command.only_to_persons", "Only a command that goes to a person takes a direction; leave towards_rad out."
+)
+TWO_CANNOT_STEER = Sentence(
+    "command.two_cannot_steer", "Beckon drives the robot now; stop that first. Two cannot steer."
+)
+ONLY_OPERATORS = Sentence("lease.only_operators", "Only an operator can drive.")
+NOTHING_TO_RENEW = Sentence(
+    "lease.nothing_to_renew", "There is nothing to renew: you do not drive. Ask for control first."
+)
+ENDING = Sentence("console.ending", "The console is ending; the robot stands.")
+VIEWERS_WATCH = Sentence("command.viewers_watch", "Viewers watch and may stop the robot; an operator drives it.")
+UNREACHED = Sentence("robot.unreached", "The robot cannot be reached now.")
+NO_PILOT = Sentence("pilot.not_running", "The pilot is not running; the robot stands.")
+HALTED = Sentence("command.halted", "The robot is halted; the operator must reset the halt first.")
 
 REACHED = ("live", "stale")
 LeaseAction = Literal["acquire", "renew", "take", "release", "ask", "give", "keep"]
@@ -81,7 +98,7 @@ class CommandDispatcher:
         heard = understand(text, own=self._own)
         if call is not None and isinstance(heard, Command):
             if spec_of(heard.name).target != "person":
-                raise Problem(422, "Only a command that goes to a person takes a direction; leave towards_rad out.")
+                raise Problem(422, ONLY_TO_PERSONS)
             heard = replace(heard, call=call)
         return self.accept(heard, text, source, who, said)
 
@@ -158,7 +175,7 @@ class CommandDispatcher:
         """
         self._check_motion(who)
         if self._active or self._jog is not None:
-            raise Problem(409, "Beckon drives the robot now; stop that first. Two cannot steer.")
+            raise Problem(409, TWO_CANNOT_STEER)
         self._obtain(who)
 
     def abandon(self, press: int) -> None:
@@ -190,7 +207,7 @@ class CommandDispatcher:
         Raises Problem 403, 409; Refused when another holds it.
         """
         if not who.may("operator"):
-            raise Problem(403, "Only an operator can drive.")
+            raise Problem(403, ONLY_OPERATORS)
         profile = self._robot.profile
         if not profile.drives and not profile.dry_run:
             raise Problem(409, profile.refusal())
@@ -205,7 +222,7 @@ class CommandDispatcher:
         elif do == "take":
             self._lease.take(who, time.monotonic())
         elif do == "renew" and not self._lease.held_by(who):
-            raise Problem(409, "There is nothing to renew: you do not drive. Ask for control first.")
+            raise Problem(409, NOTHING_TO_RENEW)
         else:
             self._lease.acquire(who, time.monotonic())
         if self._lease.epoch == before:
@@ -313,7 +330,7 @@ class CommandDispatcher:
             self.setpoint_sender.dismiss(entry.id)
             self._active.end(entry.id)
             self._history.end(entry.id, "refused", str(refused))
-            raise Problem(409, str(refused)) from None
+            raise problem_of(refused) from None
 
     def _watch_gate(self, status: GateStatus, now: float) -> None:
         """A command that the gate stopped, or does not let through, has failed. A dry run asks it for nothing."""
@@ -339,18 +356,18 @@ class CommandDispatcher:
     def _check_motion(self, who: Person, heard: Command | None = None) -> None:
         """Check that this person may move the robot now, or give it this command. Raises Problem 403, 409, 503."""
         if self._closed:
-            raise Problem(503, "The console is ending; the robot stands.")
+            raise Problem(503, ENDING)
         if not who.may("operator"):
-            raise Problem(403, "Viewers watch and may stop the robot; an operator drives it.")
+            raise Problem(403, VIEWERS_WATCH)
         profile = self._robot.profile
         if not profile.drives and (why := profile.refusal(None if heard is None else spec_of(heard.name))):
             raise Problem(409, why)
         if self._robot.link()[0] not in REACHED:
-            raise Problem(503, self._robot.trouble or "The robot cannot be reached now.")
+            raise Problem(503, self._robot.trouble or UNREACHED)
         if self.pilot is None:
-            raise Problem(503, "The pilot is not running; the robot stands.")
+            raise Problem(503, NO_PILOT)
         if self._robot.status().state == "halted":
-            raise Problem(409, "The robot is halted; the operator must reset the halt first.")
+            raise Problem(409, HALTED)
 
     def _obtain(self, who: Person) -> None:
         """The lease, when it is free or already theirs; the gate knows it before any command."""
@@ -358,7 +375,7 @@ class CommandDispatcher:
         try:
             self._lease.acquire(who, time.monotonic())
         except Refused as refused:
-            raise Problem(409, str(refused)) from None
+            raise problem_of(refused) from None
         if self._lease.epoch != before:
             self._history.add("lease", who, remark="acquire")
         self.setpoint_sender.arm(self._lease.epoch, who.name)

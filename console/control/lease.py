@@ -10,9 +10,14 @@ from dataclasses import dataclass
 
 from console.access.logins import Person
 from core.errors import Refused
+from core.sentences import Sentence
 
 ASKED = 10.0  # [s] that the holder has to answer who asks for control
 GRACE = 5.0  # [s] without a sign of life of the holder: a message of their page, a request of their program
+OTHER_DRIVES = Sentence("lease.other_drives", "{holder} drives now. Ask for control, or take over.")
+HAS_ASKED = Sentence("lease.has_asked", "{name} has asked already; wait for the answer.")
+NOBODY_ASKS = Sentence("lease.nobody_asks", "Nobody asks you for control now.")
+NOT_YOURS = Sentence("lease.not_yours", "{holder} drives now; only the operator in control can give it back.")
 
 
 @dataclass(frozen=True)
@@ -44,7 +49,7 @@ class Lease:
     def check_not_anothers(self, person: Person) -> None:
         """Raises Refused with the operator's name while another person drives."""
         if self.holder is not None and not self.held_by(person):
-            raise Refused(f"{self.holder.name} drives now. Ask for control, or take over.")
+            raise Refused(OTHER_DRIVES.of(holder=self.holder.name))
 
     def acquire(self, person: Person, now: float) -> None:
         """Take the lease when it is free; renews it for its holder. Raises Refused with the holder's name."""
@@ -64,14 +69,14 @@ class Lease:
         if self.holder is None or self.held_by(person):
             self.acquire(person, now)
         elif self.request is not None and self.request.person.id != person.id:
-            raise Refused(f"{self.request.person.name} has asked already; wait for the answer.")
+            raise Refused(HAS_ASKED.of(name=self.request.person.name))
         elif self.request is None:
             self.request = ControlRequest(person, now + ASKED)
 
     def answer(self, person: Person, now: float, *, give: bool) -> Person:
         """The holder gives control to who asks for it, or keeps it → who asked. Raises Refused."""
         if not self.held_by(person) or self.request is None:
-            raise Refused("Nobody asks you for control now.")
+            raise Refused(NOBODY_ASKS)
         asker, self.request = self.request.person, None
         if give:
             self.take(asker, now)
@@ -89,7 +94,7 @@ class Lease:
         if self.holder is None:
             return
         if not self.held_by(person):
-            raise Refused(f"{self.holder.name} drives now; only the operator in control can give it back.")
+            raise Refused(NOT_YOURS.of(holder=self.holder.name))
         self._change(None)
 
     def forget(self, person: Person) -> None:

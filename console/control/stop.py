@@ -21,6 +21,7 @@ from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
 from core.errors import Unavailable
 from core.gate.status import GateStatus
+from core.sentences import Sentence
 from core.snapshot import Ending
 
 RECORDED = 3  # stops and halts of one person a second that are written down; all of them act
@@ -29,6 +30,9 @@ SAME_PRESS = 2.0  # [s] within which a press of STOP comes by its second way, an
 LATCHING = 0.2  # [s] that the gate may take to latch a halt before the console does
 LOOK = 0.002  # [s]
 LIFTING = 1.0  # [s] within which a reset must show
+ONLY_OPERATORS_RESET = Sentence("stop.only_operators_reset", "Only an operator can reset a halt.")
+NOT_HALTED = Sentence("stop.not_halted", "The robot is not halted.")
+NO_GATE = Sentence("stop.no_gate", "The halt is not reset: the robot's gate does not run. Restart the console.")
 
 
 @dataclass
@@ -81,12 +85,12 @@ class StopController:
     def reset(self, who: Person, source: str) -> None:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
         if not who.may("operator"):
-            raise Problem(403, "Only an operator can reset a halt.")
+            raise Problem(403, ONLY_OPERATORS_RESET)
         if self._robot.status().state != "halted":
-            raise Problem(409, "The robot is not halted.")
+            raise Problem(409, NOT_HALTED)
         self._lease.acquire(who, time.monotonic())
         if not self._robot.reset():
-            raise Problem(503, "The halt is not reset: the robot's gate does not run. Restart the console.")
+            raise Problem(503, NO_GATE)
         self._setpoint_sender.hand_over(self._lease.epoch, who.name)
         self._lifted("cancelled", "Reset again.")
         entry = self._history.add("halt_reset", who, state="running", source=source)

@@ -10,6 +10,7 @@ import msgspec
 
 from console import messages
 from core.errors import BadInput, BeckonError, Refused, Unavailable, Unwritable
+from core.sentences import Sentence
 
 MEDIA_TYPE = b"application/problem+json"
 
@@ -22,14 +23,15 @@ class Problem(Exception):
     def __init__(
         self,
         status: int,
-        detail: str,
+        detail: str | Sentence,
         *,
         headers: Mapping[str, str] | None = None,
         more: Mapping[str, Any] | None = None,
     ) -> None:
-        super().__init__(detail)
+        super().__init__(str(detail))
         self.status = status
-        self.detail = detail
+        self.detail = str(detail)
+        self.sentence = detail if isinstance(detail, Sentence) else None
         self.headers = dict(headers or {})
         self.more = dict(more or {})
 
@@ -37,6 +39,8 @@ class Problem(Exception):
         """The answer's JSON."""
         title = HTTPStatus(self.status).phrase
         body = {"type": "about:blank", "title": title, "status": self.status, "detail": self.detail, **self.more}
+        if self.sentence is not None:
+            body |= {"code": self.sentence.code, "values": self.sentence.values}
         return msgspec.json.encode(body)
 
     def header_list(self) -> Headers:
@@ -51,10 +55,19 @@ STATUS = ((BadInput, 422), (Refused, 409), (Unwritable, 507), (Unavailable, 503)
 def problem_of(error: BeckonError) -> Problem:
     """An error of the core → the same sentence with a proper status."""
     status = next((status for kind, status in STATUS if isinstance(error, kind)), 500)
-    return Problem(status, str(error))
+    said = error.args[0] if error.args else ""
+    return Problem(status, said if isinstance(said, Sentence) else str(error))
+
+
+def coded(problem: Problem) -> dict[str, Any]:
+    """The code of a problem's sentence and its values, where it has one."""
+    said = problem.sentence
+    return {} if said is None else {"code": said.code, "values": dict(said.values)}
 
 
 def refused(ref: int, error: Problem | BeckonError) -> messages.AnswerMessage:
     """A refusal as the answer to a socket's message."""
     problem = error if isinstance(error, Problem) else problem_of(error)
-    return messages.AnswerMessage(ref, False, problem.status, problem.detail, problem.more.get("suggestions"))
+    return messages.AnswerMessage(
+        ref, False, problem.status, problem.detail, problem.more.get("suggestions"), **coded(problem)
+    )

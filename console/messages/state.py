@@ -265,6 +265,8 @@ class AnswerMessage(Struct, tag_field="kind", tag="answer", omit_defaults=True):
     detail: str | None = None
     suggestions: list[str] | None = None
     id: int | None = None
+    code: str | None = None  # of the sentence in `detail`, which keeps its meaning in every language
+    values: dict[str, str | int | float] | None = None  # in that sentence, by their names
 
 
 class EchoBack(Struct, tag_field="kind", tag="echo"):

@@ -12,6 +12,7 @@ import "./panels/theme-toggle.js";
 import { Session } from "./net/session.js";
 import { Shell } from "./shell/shell.js";
 import { Panel } from "./ui/panel.js";
+import { writeTexts } from "./ui/texts.js";
 
 const SHOW_MS = 200; // ages grow without news, and a browser that draws slowly must not keep quiet about it
 
@@ -21,6 +22,7 @@ const SHOW_MS = 200; // ages grow without news, and a browser that draws slowly 
  * @param {(session: Session, shell: Shell) => void} begin called once, before the first message
  */
 export function startPage(begin) {
+  writeTexts(document);
   const session = new Session();
   /** @type {Panel[]} */
   const panels = [];

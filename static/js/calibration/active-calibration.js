@@ -1,6 +1,7 @@
 // Sentences about the active calibration of the camera and of the laser mount.
 
 import { age, fixed } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./types.js").Kind} Kind */
 
@@ -12,11 +13,19 @@ const SAVING_S = 30; // that saving a calibration may take
  */
 export function inWords(kind, report) {
   const when = typeof report["accepted_s"] === "number" ? `, ${since(report["accepted_s"])}` : "";
-  if (kind === "laser") return `In use: ${report["laser_offset_words"] ?? "a calibrated mount"}${when}`;
+  if (kind === "laser")
+    return t("active-calibration.in_use_reportwhen", {
+      report: report["laser_offset_words"] ?? t("active-calibration.a_calibrated_mount"),
+      when,
+    });
   const p95 = report["uncertainty"]?.p95_px ?? report["p95_uncertainty_px"];
-  const sure = typeof p95 === "number" ? `, 95 % of the picture known to ±${fixed(p95, 2)} px` : "";
-  const focal = typeof report["fx"] === "number" ? `focal length ${fixed(report["fx"], 1)} px` : "a calibrated camera";
-  return `In use: ${focal}${sure}${when}.`;
+  const sure =
+    typeof p95 === "number" ? t("active-calibration.95_of_the_picture_known_to", { fixed: fixed(p95, 2) }) : "";
+  const focal =
+    typeof report["fx"] === "number"
+      ? t("active-calibration.focal_length_fixed_px", { fixed: fixed(report["fx"], 1) })
+      : t("active-calibration.a_calibrated_camera");
+  return t("active-calibration.in_use_focalsurewhen", { focal, sure, when });
 }
 
 /**
@@ -25,14 +34,21 @@ export function inWords(kind, report) {
  * @param {Record<string, any> | null | undefined} used the calibration of its kind that is in use; undefined: not known
  */
 export function standing({ accepted, accepted_s, ready }, used) {
-  if (!accepted) return ready ? "good enough, not yet accepted" : "not finished";
+  if (!accepted)
+    return ready ? t("active-calibration.good_enough_not_yet_accepted") : t("active-calibration.not_finished");
   if (used === undefined || accepted_s === null) return "accepted";
   const later = used === null ? Infinity : accepted_s - used["accepted_s"]; // a session is marked right after it is used
-  return later > -1 && later < SAVING_S ? "in use" : `was in use, accepted ${since(accepted_s)}`;
+  return later > -1 && later < SAVING_S
+    ? t("active-calibration.in_use")
+    : t("active-calibration.was_in_use_accepted_since", { since: since(accepted_s) });
 }
 
 /** @param {number} at Unix time [s] */
 export function since(at) {
   const seconds = Date.now() / 1000 - at;
-  return seconds < 60 ? "just now" : seconds < 86400 ? `${age(seconds)} ago` : new Date(at * 1000).toLocaleDateString();
+  return seconds < 60
+    ? t("active-calibration.just_now")
+    : seconds < 86400
+      ? t("active-calibration.age_ago", { age: age(seconds) })
+      : new Date(at * 1000).toLocaleDateString();
 }

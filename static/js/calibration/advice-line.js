@@ -1,13 +1,19 @@
 // Element <advice-line>: the next view to show, and a button that asks for another suggestion.
 
 import { icon, make, write } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import { mirrored as inMirror } from "./words.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
 
 export class AdviceLine extends HTMLElement {
   #words = make("p", { class: "advice-words" });
-  #skip = make("button", { type: "button", class: "button plain" }, icon("again"), make("span", {}, "Another"));
+  #skip = make(
+    "button",
+    { type: "button", class: "button plain" },
+    icon("again"),
+    make("span", {}, t("advice-line.another")),
+  );
   #amend = make("button", { type: "button", class: "button primary" });
   /** @type {{columns: number, rows: number} | null} */
   #counts = null;
@@ -18,7 +24,7 @@ export class AdviceLine extends HTMLElement {
 
   connectedCallback() {
     if (this.children.length) return;
-    this.#skip.title = "Suggest another view";
+    this.#skip.title = t("advice-line.suggest_another_view");
     this.#skip.addEventListener("click", () => this.skip());
     this.append(make("span", { class: "advice-sign" }, icon("ghost")), this.#words, this.#amend, this.#skip);
     this.#amend.addEventListener("click", () => this.#counts && this.amend(this.#counts));
@@ -36,7 +42,11 @@ export class AdviceLine extends HTMLElement {
     write(this.#words, mirrored ? inMirror(words) : words);
     this.#counts = progress.views === 0 ? (otherCounts(verdict?.words ?? "") ?? this.#counts) : null;
     this.#amend.hidden = !may || this.#counts === null;
-    if (this.#counts) write(this.#amend, `Restart with ${this.#counts.columns} × ${this.#counts.rows}`);
+    if (this.#counts)
+      write(
+        this.#amend,
+        t("advice-line.restart_with_columns_rows", { columns: this.#counts.columns, rows: this.#counts.rows }),
+      );
     this.#skip.hidden = !may || progress.ready || !advice || source === "upload";
   }
 }
@@ -51,14 +61,14 @@ export function otherCounts(words) {
   return found ? { columns: Number(found[1]), rows: Number(found[2]) } : null;
 }
 
-const READY = "That is enough. Review it, and use it. More views make it more exact still.";
-const EMPTY_ROOM = "First the empty room: step out of the laser’s view and take the board with you.";
+const READY = t("advice-line.that_is_enough_review_it_and");
+const EMPTY_ROOM = t("advice-line.first_the_empty_room_step_out");
 
 /** @type {Readonly<Record<import("./types.js").Source, string>>} */
 const FIRST = {
-  robot: "Show the whole board to the camera. The first picture shows what to do next.",
-  webcam: "Show the whole board to the camera. The first picture shows what to do next.",
-  upload: "Ten to twenty pictures: near, far, in every corner of the picture, and tilted every way.",
+  robot: t("advice-line.show_the_whole_board_to_the"),
+  webcam: t("advice-line.show_the_whole_board_to_the"),
+  upload: t("advice-line.ten_to_twenty_pictures_near_far"),
 };
 
 customElements.define("advice-line", AdviceLine);

@@ -1,20 +1,21 @@
 // Element <before-after>: one view as taken and undistorted, with a movable divider.
 
 import { make, mark, write } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
 
 export class BeforeAfter extends HTMLElement {
-  #before = make("img", { alt: "As the camera took it", draggable: "false" });
-  #after = make("img", { alt: "Straightened", draggable: "false", class: "after" });
+  #before = make("img", { alt: t("before-after.as_the_camera_took_it"), draggable: "false" });
+  #after = make("img", { alt: t("before-after.straightened"), draggable: "false", class: "after" });
   #line = make("span", { class: "divide", "aria-hidden": "true" });
   #slider = make("input", {
     type: "range",
     min: "0",
     max: "100",
     value: "50",
-    "aria-label": "Straightened from here on",
+    "aria-label": t("before-after.straightened_from_here_on"),
   });
   #box = make(
     "div",
@@ -22,8 +23,8 @@ export class BeforeAfter extends HTMLElement {
     this.#before,
     this.#after,
     this.#line,
-    make("span", { class: "both-tag is-left" }, "As taken"),
-    make("span", { class: "both-tag is-right" }, "Straightened"),
+    make("span", { class: "both-tag is-left" }, t("before-after.as_taken")),
+    make("span", { class: "both-tag is-right" }, t("before-after.straightened")),
     this.#slider,
   );
   #which = make("p", { class: "note" });
@@ -36,7 +37,7 @@ export class BeforeAfter extends HTMLElement {
       make(
         "div",
         { class: "card-head" },
-        make("h2", { class: "card-title" }, "Before and after"),
+        make("h2", { class: "card-title" }, t("before-after.before_and_after")),
         make("span", { class: "spring" }),
         this.#which,
       ),
@@ -70,7 +71,11 @@ export class BeforeAfter extends HTMLElement {
     const at = `${this.#slider.value}%`;
     this.#after.style.clipPath = `inset(0 0 0 ${at})`;
     this.#line.style.left = at;
-    mark(this.#slider, "aria-valuetext", `${100 - Number(this.#slider.value)} % straightened`);
+    mark(
+      this.#slider,
+      "aria-valuetext",
+      t("before-after.value_straightened", { value: 100 - Number(this.#slider.value) }),
+    );
   }
 }
 

@@ -1,6 +1,7 @@
 // Element <board-drawing>: chessboard whose inner corners are numbered as the operator has to count them.
 
 import { svg } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {{columns: number, rows: number}} Counts */
 
@@ -19,7 +20,12 @@ export class BoardDrawing extends HTMLElement {
     const drawing = svg("svg", {
       viewBox: `${-ROOM} ${-ROOM} ${width + 1.4 * ROOM} ${height + 1.4 * ROOM}`,
       role: "img",
-      "aria-label": `A board of ${columns + 1} by ${rows + 1} squares has ${columns} by ${rows} inner corners: the points where four squares meet.`,
+      "aria-label": t("board-drawing.a_board_of_columns_by_rows", {
+        columns: columns + 1,
+        rows: rows + 1,
+        columns2: columns,
+        rows2: rows,
+      }),
     });
     drawing.append(svg("rect", { class: "board-paper", x: -3, y: -3, width: width + 6, height: height + 6, rx: 1.5 }));
     for (let row = 0; row <= rows; row += 1)

@@ -1,5 +1,7 @@
 // Compute the arrow and the words that lead the board from its present place to the advised view.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("./types.js").Pixel} Pixel */
 /**
  * @typedef {object} Hint
@@ -31,7 +33,7 @@ export function hint(corners, wanted, width) {
   if (scale > NEARER) directions.push("closer");
   else if (scale < 1 / NEARER) directions.push("farther");
   if (!directions.length && shapes(corners, wanted, from, to, scale) > SHAPE * width)
-    directions.push("tilt it as drawn");
+    directions.push(t("board-hint.tilt_it_as_drawn"));
   return { from, to, words: directions.join(", "), there: directions.length === 0 };
 }
 

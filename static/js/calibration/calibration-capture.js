@@ -2,6 +2,7 @@
 
 import { make, mark, write } from "../ui/element.js";
 import { remember } from "../ui/local-storage.js";
+import { t } from "../ui/texts.js";
 import { action, say } from "./action.js";
 import { AdviceLine } from "./advice-line.js";
 import * as api from "./api.js";
@@ -31,12 +32,12 @@ class CalibrationCapture extends WizardStep {
   #advice = new AdviceLine();
   #verdict = new VerdictLine();
   #empty = new EmptyStage();
-  #showDemo = action("demo", "Show me");
-  #live = action("pause", "Pause");
-  #take = action("camera", "Take this picture");
-  #mirror = action("mirror", "Mirror");
-  #room = action("again", "Retake the empty room");
-  #choose = action("upload", "Choose pictures");
+  #showDemo = action("demo", t("calibration-capture.show_me"));
+  #live = action("pause", t("calibration-capture.pause"));
+  #take = action("camera", t("calibration-capture.take_this_picture"));
+  #mirror = action("mirror", t("calibration-capture.mirror"));
+  #room = action("again", t("calibration-capture.retake_the_empty_room"));
+  #choose = action("upload", t("calibration-capture.choose_pictures"));
   #review = make("button", { type: "button", class: "button large to-review" });
   #cameras = new CameraChoice();
   #file = make("input", {
@@ -45,7 +46,7 @@ class CalibrationCapture extends WizardStep {
     accept: "image/jpeg,image/png",
     multiple: true,
     tabindex: "-1",
-    "aria-label": "Pictures of the board",
+    "aria-label": t("calibration-capture.pictures_of_the_board"),
   });
   #progress = new ProgressCard();
   #known = new KnownCard();
@@ -67,7 +68,7 @@ class CalibrationCapture extends WizardStep {
         { class: "capture" },
         make(
           "section",
-          { class: "stage-box", "aria-label": "Picture" },
+          { class: "stage-box", "aria-label": t("calibration-capture.picture") },
           make(
             "div",
             { class: "split" },
@@ -179,17 +180,28 @@ class CalibrationCapture extends WizardStep {
 
     const robot = source === "robot";
     this.#showDemo.hidden = !model.may || !robot || !model.simulated;
-    say(this.#showDemo, demo ? "Stop the demo" : "Show me", demo ? "hand" : "demo");
+    say(
+      this.#showDemo,
+      demo ? t("calibration-capture.stop_the_demo") : t("calibration-capture.show_me"),
+      demo ? "hand" : "demo",
+    );
     mark(this.#showDemo, "data-inviting", !demo && !progress.ready);
     this.#live.hidden = !model.may || source === "upload";
     const looking = robot ? live : !this.#paused;
-    say(this.#live, looking ? "Pause" : "Go on", looking ? "pause" : "play");
+    say(
+      this.#live,
+      looking ? t("calibration-capture.pause") : t("calibration-capture.go_on"),
+      looking ? "pause" : "play",
+    );
     this.#take.hidden = !model.may || source === "upload" || kind === "laser";
     this.#choose.hidden = !model.may || source !== "upload";
     this.#room.hidden = !model.may || kind !== "laser";
     this.#mirror.hidden = source === "upload";
     mark(this.#mirror, "aria-pressed", String(this.#mirrored));
-    write(this.#review, progress.ready ? "Done: review and use" : "Review");
+    write(
+      this.#review,
+      progress.ready ? t("calibration-capture.done_review_and_use") : t("calibration-capture.review"),
+    );
     mark(this.#review, "class", `button large to-review${progress.ready ? " primary" : ""}`);
   }
 
@@ -201,7 +213,10 @@ class CalibrationCapture extends WizardStep {
     const { frame, why } = this.#source;
     this.#stage.show({ frame, calibration, verdict: calibration.verdict, mirrored });
     if (calibration.kind === "laser") this.#scan.show(calibration.scan);
-    const offer = this.#source instanceof Uploads ? "Choose pictures" : "Turn the camera on";
+    const offer =
+      this.#source instanceof Uploads
+        ? t("calibration-capture.choose_pictures")
+        : t("calibration-capture.turn_the_camera_on");
     const helps = this.#source instanceof Uploads || (this.#source instanceof Webcam && this.#source.refused);
     this.#empty.show(frame && !(this.#source instanceof Webcam) ? "" : why, this.model.may && helps ? offer : "");
     if (this.#source instanceof Webcam && why) {
@@ -262,7 +277,7 @@ class CalibrationCapture extends WizardStep {
       const picture = active.snapshot();
       if (!picture) throw new Error(active.why || "There is no picture yet.");
       const number = (model.calibration?.views.length ?? 0) + 1;
-      return api.send(id, picture, { name: `view ${number}` });
+      return api.send(id, picture, { name: t("calibration-capture.view_number", { number }) });
     });
     if (verdict) model.judge(verdict);
   }

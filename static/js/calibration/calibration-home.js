@@ -2,6 +2,7 @@
 
 import { sure } from "../ui/confirm-button.js";
 import { icon, make, write } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import { inWords, since, standing } from "./active-calibration.js";
 import * as api from "./api.js";
 import { orientationInWords, read as readMicrophones } from "./microphones-api.js";
@@ -10,29 +11,33 @@ import { WizardStep } from "./wizard-step.js";
 /** @typedef {import("./types.js").Kind} Kind */
 /** @typedef {import("./types.js").Row} Row */
 
-const SOURCES = { robot: "robot’s camera", upload: "picture files", webcam: "this browser’s camera" };
+const SOURCES = {
+  robot: t("calibration-home.robot_s_camera"),
+  upload: t("calibration-home.picture_files"),
+  webcam: t("calibration-home.this_browser_s_camera"),
+};
 
 class CalibrationHome extends WizardStep {
   #camera = wizard(
     "camera",
     "camera",
-    "Camera",
-    "How the lens bends the picture and where it looks: focal length, centre, distortion. About two minutes with a printed chessboard.",
+    t("calibration-home.camera"),
+    t("calibration-home.how_the_lens_bends_the_picture"),
   );
   #laser = wizard(
     "laser",
     "laser",
-    "Laser on the camera",
-    "Where every laser point lies in the picture. The same board, held before both sensors. Calibrate the camera first.",
+    t("calibration-home.laser_on_the_camera"),
+    t("calibration-home.where_every_laser_point_lies_in"),
   );
   #microphones = wizard(
     "microphones",
     "ears",
-    "Microphones",
-    "How the array is turned on the robot: clap from four sides, and every direction it hears is right. No board needed.",
+    t("calibration-home.microphones"),
+    t("calibration-home.how_the_array_is_turned_on"),
   );
   #rows = make("ul", { class: "session-rows" });
-  #none = make("p", { class: "note" }, "Nothing has been begun yet.");
+  #none = make("p", { class: "note" }, t("calibration-home.nothing_has_been_begun_yet"));
   #file = make("input", {
     type: "file",
     class: "visually-hidden",
@@ -50,8 +55,12 @@ class CalibrationHome extends WizardStep {
         make("div", { class: "wizards" }, this.#camera.card, this.#laser.card, this.#microphones.card),
         make(
           "section",
-          { class: "card begun", "aria-label": "Begun" },
-          make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Go on where you left off")),
+          { class: "card begun", "aria-label": t("calibration-home.begun") },
+          make(
+            "div",
+            { class: "card-head" },
+            make("h2", { class: "card-title" }, t("calibration-home.go_on_where_you_left_off")),
+          ),
           this.#none,
           this.#rows,
         ),
@@ -59,13 +68,9 @@ class CalibrationHome extends WizardStep {
           "p",
           { class: "home-foot" },
           icon("upload"),
-          make("label", { for: "camera-file", class: "link" }, "Bring a file"),
+          make("label", { for: "camera-file", class: "link" }, t("calibration-home.bring_a_file")),
           this.#file,
-          make(
-            "span",
-            { class: "note" },
-            "of a camera (ROS, OpenCV, Kalibr, Beckon) or of its mount (URDF, static transform, 4x4), to be used as it is",
-          ),
+          make("span", { class: "note" }, t("calibration-home.of_a_camera_ros_opencv_kalibr")),
         ),
       ),
     );
@@ -74,11 +79,14 @@ class CalibrationHome extends WizardStep {
       ["laser", this.#laser],
     ])) {
       start.addEventListener("click", () => this.model.go({ at: "new", kind: this.#first ? "camera" : kind }));
-      undo.addEventListener("click", () => sure(undo, "Press again to take it back") && void this.#undo(kind));
+      undo.addEventListener(
+        "click",
+        () => sure(undo, t("calibration-home.press_again_to_take_it_back")) && void this.#undo(kind),
+      );
     }
     this.#microphones.start.addEventListener("click", () => this.model.go({ at: "microphones" }));
     this.#microphones.undo.hidden = true;
-    write(this.#microphones.start, "Open");
+    write(this.#microphones.start, t("calibration-home.open"));
     this.#file.addEventListener("change", () => void this.#bring());
   }
 
@@ -88,7 +96,7 @@ class CalibrationHome extends WizardStep {
       (report) => {
         write(
           this.#microphones.used,
-          report.microphones ? orientationInWords(report.active) : "This robot has no microphones.",
+          report.microphones ? orientationInWords(report.active) : t("calibration-home.this_robot_has_no_microphones"),
         );
         this.#microphones.used.toggleAttribute("data-some", report.active !== null);
         this.#microphones.start.disabled = !report.microphones;
@@ -117,18 +125,18 @@ class CalibrationHome extends WizardStep {
       card.used.toggleAttribute("data-some", report !== null);
       card.start.hidden = card.undo.hidden = !may;
       card.undo.hidden = !may || report === null;
-      write(card.why, may ? "" : "You are watching. Only an operator can calibrate.");
+      write(card.why, may ? "" : t("calibration-home.you_are_watching_only_an_operator"));
     }
-    write(this.#laser.start, this.#first ? "Begin with the camera" : "Begin");
+    write(this.#laser.start, this.#first ? t("calibration-home.begin_with_the_camera") : t("calibration-home.begin"));
     this.#laser.start.classList.toggle("primary", !this.#first);
     this.#none.hidden = (rows?.length ?? 0) > 0;
-    write(this.#none, rows === null ? "Looking …" : "Nothing has been begun yet.");
+    write(this.#none, rows === null ? t("calibration-home.looking") : t("calibration-home.nothing_has_been_begun_yet"));
     this.#rows.replaceChildren(...(rows ?? []).map((row) => this.#row(row)));
   }
 
   /** @param {Row} row */
   #row(row) {
-    const what = row.kind === "camera" ? "Camera" : "Laser on the camera";
+    const what = row.kind === "camera" ? t("calibration-home.camera") : t("calibration-home.laser_on_the_camera");
     const how = standing(row, this.model.inUse?.[row.kind]);
     const count = `${row.views} ${row.kind === "camera" ? "view" : "pose"}${row.views === 1 ? "" : "s"}`;
     const go = make(
@@ -145,7 +153,7 @@ class CalibrationHome extends WizardStep {
     );
     const away = make(
       "button",
-      { type: "button", class: "icon-button", "aria-label": `Delete: ${what}, ${count}` },
+      { type: "button", class: "icon-button", "aria-label": t("calibration-home.delete_what_count", { what, count }) },
       icon("close"),
     );
     away.addEventListener("click", () => void this.#forget(row, away));
@@ -161,8 +169,8 @@ class CalibrationHome extends WizardStep {
     if (!button.dataset["sure"]) {
       button.dataset["sure"] = "asked";
       button.classList.replace("icon-button", "button");
-      button.replaceChildren("Delete it");
-      this.session.announce("Press once more to delete this session with its pictures.");
+      button.replaceChildren(t("calibration-home.delete_it"));
+      this.session.announce(t("calibration-home.press_once_more_to_delete_this"));
       return;
     }
     await this.model.tried(() => api.forget(row.id));
@@ -182,19 +190,25 @@ class CalibrationHome extends WizardStep {
     if (!file) return;
     const imported = await this.model.tried(async () => api.bring(await file.text()));
     if (imported !== null)
-      this.session.announce(`The ${imported.kind === "laser" ? "mount" : "camera"} in the file is in use.`);
+      this.session.announce(
+        t("calibration-home.the_value_in_the_file_is", { value: imported.kind === "laser" ? "mount" : "camera" }),
+      );
     await this.model.readLists();
   }
 }
 
 /** @param {Record<string, any> | null} former the calibration that is in use now */
 const takenBack = (former) =>
-  `Taken back: ${former ? "the former one is in use again" : "the nominal values are used now"}. To undo this, accept its session again, or bring its file.`;
+  t("calibration-home.taken_back_value_to_undo_this", {
+    value: former
+      ? t("calibration-home.the_former_one_is_in_use")
+      : t("calibration-home.the_nominal_values_are_used_now"),
+  });
 
 /** @type {Readonly<Record<Kind, string>>} */
 const NOTHING = {
-  camera: "Not calibrated: the maker’s nominal values are used.",
-  laser: "Not calibrated: the nominal mount is used.",
+  camera: t("calibration-home.not_calibrated_the_maker_s_nominal"),
+  laser: t("calibration-home.not_calibrated_the_nominal_mount_is"),
 };
 
 /**
@@ -206,10 +220,14 @@ const NOTHING = {
 function wizard(kind, drawing, name, says) {
   const used = make("p", { class: "wizard-used" }, "");
   const why = make("p", { class: "note" });
-  const start = make("button", { type: "button", class: "button primary large" }, "Begin");
+  const start = make("button", { type: "button", class: "button primary large" }, t("calibration-home.begin"));
   start.setAttribute("aria-describedby", `about-${kind}`);
-  const undo = make("button", { type: "button", class: "button plain" }, "Take the former one back");
-  undo.setAttribute("aria-label", `Take the former one back: ${name}`);
+  const undo = make(
+    "button",
+    { type: "button", class: "button plain" },
+    t("calibration-home.take_the_former_one_back"),
+  );
+  undo.setAttribute("aria-label", t("calibration-home.take_the_former_one_back_name", { name }));
   const card = make(
     "section",
     { class: "card wizard-card", "aria-label": name, "data-kind": kind },

@@ -2,6 +2,7 @@
 
 import { icon, make, mark, write } from "../ui/element.js";
 import { degrees } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 import { action } from "./action.js";
 import { ClapCompass } from "./clap-compass.js";
 import * as api from "./microphones-api.js";
@@ -20,18 +21,26 @@ class CalibrationMicrophones extends WizardStep {
   #bar = make("div", { class: "bar-fill" });
   #progress = make(
     "div",
-    { class: "progress", role: "progressbar", "aria-label": "Listening", hidden: true },
+    { class: "progress", role: "progressbar", "aria-label": t("calibration-microphones.listening"), hidden: true },
     this.#bar,
   );
-  #listen = action("ears", "Listen for a clap");
-  #show = action("demo", "Show me");
-  #again = action("undo", "Start again");
-  #claps = make("ol", { class: "claps-list", "aria-label": "Claps" });
+  #listen = action("ears", t("calibration-microphones.listen_for_a_clap"));
+  #show = action("demo", t("calibration-microphones.show_me"));
+  #again = action("undo", t("calibration-microphones.start_again"));
+  #claps = make("ol", { class: "claps-list", "aria-label": t("calibration-microphones.claps") });
   #found = make("p", { class: "claps-found" });
   #remark = make("p", { class: "note" });
-  #accept = make("button", { type: "button", class: "button primary large" }, "Use this orientation");
+  #accept = make(
+    "button",
+    { type: "button", class: "button primary large" },
+    t("calibration-microphones.use_this_orientation"),
+  );
   #used = make("p", { class: "note" });
-  #undo = make("button", { type: "button", class: "button plain" }, "Use the profile’s own orientation again");
+  #undo = make(
+    "button",
+    { type: "button", class: "button plain" },
+    t("calibration-microphones.use_the_profile_s_own_orientation"),
+  );
   #drawn = "";
 
   /** @override */
@@ -42,13 +51,9 @@ class CalibrationMicrophones extends WizardStep {
         { class: "claps" },
         make(
           "section",
-          { class: "card claps-stage", "aria-label": "Claps from known sides" },
-          make("h2", {}, "How are the microphones turned?"),
-          make(
-            "p",
-            { class: "note" },
-            "Stand where the ring says, press, and clap twice or say a word. The robot has to stand still.",
-          ),
+          { class: "card claps-stage", "aria-label": t("calibration-microphones.claps_from_known_sides") },
+          make("h2", {}, t("calibration-microphones.how_are_the_microphones_turned")),
+          make("p", { class: "note" }, t("calibration-microphones.stand_where_the_ring_says_press")),
           this.#compass,
           this.#advice,
           this.#progress,
@@ -57,8 +62,8 @@ class CalibrationMicrophones extends WizardStep {
         ),
         make(
           "section",
-          { class: "card claps-result", "aria-label": "Result" },
-          make("h3", {}, "What was heard"),
+          { class: "card claps-result", "aria-label": t("calibration-microphones.result") },
+          make("h3", {}, t("calibration-microphones.what_was_heard")),
           this.#claps,
           this.#found,
           this.#remark,
@@ -105,7 +110,10 @@ class CalibrationMicrophones extends WizardStep {
       !calibration.microphones ||
       (this.#busy && !this.#demo) ||
       calibration.claps.length >= calibration.asked_rad.length;
-    write(/** @type {Element} */ (this.#show.lastElementChild), this.#demo ? "Enough shown" : "Show me");
+    write(
+      /** @type {Element} */ (this.#show.lastElementChild),
+      this.#demo ? t("calibration-microphones.enough_shown") : t("calibration-microphones.show_me"),
+    );
     this.#accept.hidden = calibration.solution === null || !may;
     this.#accept.disabled = this.#busy;
     this.#undo.hidden = calibration.active === null || !may;
@@ -114,7 +122,10 @@ class CalibrationMicrophones extends WizardStep {
     if (key === this.#drawn) return;
     this.#drawn = key;
     this.#compass.show(calibration, this.#next);
-    write(this.#advice, calibration.microphones ? calibration.advice : "This robot has no microphones.");
+    write(
+      this.#advice,
+      calibration.microphones ? calibration.advice : t("calibration-microphones.this_robot_has_no_microphones"),
+    );
     write(this.#verdict, calibration.verdict);
     this.#verdict.hidden = calibration.verdict === "";
     this.#claps.replaceChildren(...calibration.claps.map((clap, index) => this.#row(clap, index)));
@@ -126,10 +137,17 @@ class CalibrationMicrophones extends WizardStep {
     mark(this.#found, "data-some", solution !== null);
     write(
       this.#found,
-      solution ? `Turned by ${api.turned(solution.yaw_rad)} ± ${degrees(2 * solution.sd_yaw_rad, 1)}` : missing,
+      solution
+        ? t("calibration-microphones.turned_by_turned_degrees", {
+            turned: api.turned(solution.yaw_rad),
+            degrees: degrees(2 * solution.sd_yaw_rad, 1),
+          })
+        : missing,
     );
-    const agree = solution ? `The claps agree to ${degrees(solution.residual_rad, 1)} (rms).` : "";
-    const down = solution?.mirrored ? " The array hangs upside down." : "";
+    const agree = solution
+      ? t("calibration-microphones.the_claps_agree_to_degrees_rms", { degrees: degrees(solution.residual_rad, 1) })
+      : "";
+    const down = solution?.mirrored ? t("calibration-microphones.the_array_hangs_upside_down") : "";
     write(this.#remark, agree + down);
     write(this.#used, api.orientationInWords(used));
   }
@@ -141,11 +159,18 @@ class CalibrationMicrophones extends WizardStep {
   #row({ asked_rad, heard_rad, sd_rad, gap_rad }, index) {
     const away = make(
       "button",
-      { type: "button", class: "icon-button small", "aria-label": `Leave out clap ${index + 1}` },
+      {
+        type: "button",
+        class: "icon-button small",
+        "aria-label": t("calibration-microphones.leave_out_clap_index", { index: index + 1 }),
+      },
       icon("close"),
     );
     away.addEventListener("click", () => void this.#tried(() => api.drop(index)));
-    const gap = gap_rad === null ? "" : ` · misses by ${degrees(Math.abs(gap_rad), 1)}`;
+    const gap =
+      gap_rad === null
+        ? ""
+        : t("calibration-microphones.misses_by_degrees", { degrees: degrees(Math.abs(gap_rad), 1) });
     return make(
       "li",
       {},
@@ -153,7 +178,11 @@ class CalibrationMicrophones extends WizardStep {
       make(
         "span",
         { class: "note" },
-        `heard at ${api.turned(heard_rad)} ± ${degrees(2 * sd_rad, 1)} of the array${gap}`,
+        t("calibration-microphones.heard_at_turned_degrees_of_the", {
+          turned: api.turned(heard_rad),
+          degrees: degrees(2 * sd_rad, 1),
+          gap,
+        }),
       ),
       this.model.may && away,
     );
@@ -167,7 +196,7 @@ class CalibrationMicrophones extends WizardStep {
     void this.#bar.offsetWidth; // so that the next width is reached slowly
     this.#bar.style.transition = `width ${seconds + 0.5}s linear`;
     this.#bar.style.width = "100%";
-    if (!show) this.session.announce("Clap now.");
+    if (!show) this.session.announce(t("calibration-microphones.clap_now"));
     return this.#tried(() => api.clap(this.#next, show));
   }
 
@@ -185,7 +214,8 @@ class CalibrationMicrophones extends WizardStep {
   }
 
   async #accepted() {
-    if (await this.#tried(() => api.perform("accept"))) this.session.announce("This orientation is in use.");
+    if (await this.#tried(() => api.perform("accept")))
+      this.session.announce(t("calibration-microphones.this_orientation_is_in_use"));
   }
 
   /** @param {() => Promise<MicrophoneCalibration>} act */

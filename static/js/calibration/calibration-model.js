@@ -1,5 +1,6 @@
 // Client model of the calibration page: the open step, its session, and requests to the server.
 
+import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 import { hashOf } from "./router.js";
 
@@ -109,7 +110,7 @@ export class CalibrationModel {
     try {
       return await act();
     } catch (error) {
-      const refusal = error instanceof Error ? error : new Error("That did not work.");
+      const refusal = error instanceof Error ? error : new Error(t("api.that_did_not_work"));
       this.session.complain(refusal.message);
       otherwise?.(refusal);
       return null;

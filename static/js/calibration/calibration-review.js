@@ -3,6 +3,7 @@
 import { sentenceOf } from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 import { BeforeAfter } from "./before-after.js";
 import { ExportsCard } from "./exports-card.js";
@@ -19,12 +20,16 @@ class CalibrationReview extends WizardStep {
   #sign = icon("done");
   #title = make("h2", { class: "review-title", tabindex: "-1" });
   #words = make("p", { class: "review-words" });
-  #accept = make("button", { type: "button", class: "button primary large" }, "Use this calibration");
-  #force = make("button", { type: "button", class: "button" }, "Use it anyway");
-  #more = make("button", { type: "button", class: "button" }, "Take more views");
-  #again = make("button", { type: "button", class: "button" }, "Solve again");
-  #undo = make("button", { type: "button", class: "button" }, "Take the former one back");
-  #next = make("a", { class: "button primary large", href: "#new=laser" }, "Now the laser");
+  #accept = make(
+    "button",
+    { type: "button", class: "button primary large" },
+    t("calibration-review.use_this_calibration"),
+  );
+  #force = make("button", { type: "button", class: "button" }, t("calibration-review.use_it_anyway"));
+  #more = make("button", { type: "button", class: "button" }, t("calibration-review.take_more_views"));
+  #again = make("button", { type: "button", class: "button" }, t("calibration-review.solve_again"));
+  #undo = make("button", { type: "button", class: "button" }, t("calibration-review.take_the_former_one_back"));
+  #next = make("a", { class: "button primary large", href: "#new=laser" }, t("calibration-review.now_the_laser"));
   #says = make("p", { class: "review-says", role: "alert" });
   #head = make(
     "header",
@@ -74,7 +79,7 @@ class CalibrationReview extends WizardStep {
     );
     this.#undo.addEventListener(
       "click",
-      () => sure(this.#undo, "Press again to take it back") && void this.#takeBack(),
+      () => sure(this.#undo, t("calibration-review.press_again_to_take_it_back")) && void this.#takeBack(),
     );
     this.#views.chosen = (name) => {
       this.#selected = name;
@@ -102,19 +107,25 @@ class CalibrationReview extends WizardStep {
     redraw(this.#sign, used || good ? "done" : "estimate");
     write(
       this.#title,
-      used ? "In use" : good ? "Good enough to be used" : solution ? "Not yet exact enough" : "No solution yet",
+      used
+        ? t("calibration-review.in_use")
+        : good
+          ? t("calibration-review.good_enough_to_be_used")
+          : solution
+            ? t("calibration-review.not_yet_exact_enough")
+            : t("calibration-review.no_solution_yet"),
     );
     const former = calibration.active_compare ? KEPT : "";
     const foreign = solution && kind === "camera" ? FOREIGN[calibration.source] : "";
     write(this.#words, solving ? `${solving.words} …` : `${progress.words}${used ? former : older ? OTHER : foreign}`);
-    write(this.#says, may ? this.#refused : "You are watching. Only an operator can decide.");
+    write(this.#says, may ? this.#refused : t("calibration-review.you_are_watching_only_an_operator"));
     this.#accept.hidden = !may || used || !solution;
     this.#force.hidden = !may || used || this.#refused === "" || !solution;
     mark(this.#accept, "class", `button large${good ? " primary" : ""}`);
     this.#again.hidden = !may || views.length < 4 || solving !== null;
     this.#undo.hidden = !may || !used;
     this.#next.hidden = !may || !used || kind !== "camera" || calibration.source !== "robot";
-    write(this.#more, `Take more ${word}s`);
+    write(this.#more, t("calibration-review.take_more_words", { word }));
     mark(this.#more, "class", `button${!good && !used ? " primary large" : ""}`);
     this.#more.hidden = !may;
 
@@ -137,7 +148,7 @@ class CalibrationReview extends WizardStep {
     this.#refused = "";
     try {
       await api.accept(calibration.id, force);
-      this.session.announce("The calibration is in use.");
+      this.session.announce(t("calibration-review.the_calibration_is_in_use"));
       this.model.take(await api.read(calibration.id));
       await this.model.readLists();
     } catch (refusal) {
@@ -151,18 +162,18 @@ class CalibrationReview extends WizardStep {
     if (!calibration) return;
     const done = await this.model.tried(() => api.undo(calibration.kind));
     if (done === null) return;
-    this.session.announce("The former calibration is in use again.");
+    this.session.announce(t("calibration-review.the_former_calibration_is_in_use"));
     this.model.go({ at: "home" });
   }
 }
 
-const KEPT = " The former one is kept and can be taken back.";
+const KEPT = t("calibration-review.the_former_one_is_kept_and");
 /** @type {Readonly<Record<import("./types.js").Source, string>>} */
 const FOREIGN = {
   robot: "",
-  webcam: " These pictures are from this browser’s camera: use it only where that camera is the robot’s.",
-  upload: " Use it only where the pictures are from the robot’s camera. Otherwise take the files away below.",
+  webcam: t("calibration-review.these_pictures_are_from_this_browser"),
+  upload: t("calibration-review.use_it_only_where_the_pictures"),
 };
-const OTHER = " Another solution is in use.";
+const OTHER = t("calibration-review.another_solution_is_in_use");
 
 customElements.define("calibration-review", CalibrationReview);

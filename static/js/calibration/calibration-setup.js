@@ -3,6 +3,7 @@
 import { sentenceOf } from "../net/api.js";
 import { icon, make, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
+import { t } from "../ui/texts.js";
 import { inWords } from "./active-calibration.js";
 import * as api from "./api.js";
 import { BoardDrawing } from "./board-drawing.js";
@@ -23,59 +24,77 @@ const RIMS = 16; // [mm] both together
 const RULERS = 12; // [mm]
 
 const PLANS = {
-  camera: "Fetch a chessboard, or print one and glue it on something stiff. Then press Start and follow the picture.",
-  laser:
-    "The laser looks at the empty room first, for three seconds. Then hold the board still before both sensors, " +
-    "ten times for two seconds, tilted another way each time.",
+  camera: t("calibration-setup.fetch_a_chessboard_or_print_one"),
+  laser: t("calibration-setup.the_laser_looks_at_the_empty") + t("calibration-setup.ten_times_for_two_seconds_tilted"),
 };
 
 class CalibrationSetup extends WizardStep {
   #title = make("h2", { class: "setup-title", tabindex: "-1" });
   #sources = {
-    robot: source("robot", "antenna", "The robot’s camera", "What the robot sees now."),
-    webcam: source("webcam", "webcam", "This device’s camera", "For a camera on this computer or phone."),
-    upload: source("upload", "upload", "Picture files", "Pictures taken before, JPEG or PNG."),
+    robot: source(
+      "robot",
+      "antenna",
+      t("calibration-setup.the_robot_s_camera"),
+      t("calibration-setup.what_the_robot_sees_now"),
+    ),
+    webcam: source(
+      "webcam",
+      "webcam",
+      t("calibration-setup.this_device_s_camera"),
+      t("calibration-setup.for_a_camera_on_this_computer"),
+    ),
+    upload: source(
+      "upload",
+      "upload",
+      t("calibration-setup.picture_files"),
+      t("calibration-setup.pictures_taken_before_jpeg_or_png"),
+    ),
   };
   #plan = make("p", { class: "setup-plan" });
   #against = make("p", { class: "note" });
   #where = make("fieldset", { class: "card sources" });
   #drawing = new BoardDrawing();
-  #columns = stepper("columns", "Inner corners across", 9);
-  #rows = stepper("rows", "Inner corners down", 6);
-  #square = box("square", "Side of a square", "mm", "25");
-  #panelWidth = box("panel-width", "Panel width", "mm", "");
-  #panelHeight = box("panel-height", "Panel height", "mm", "");
-  #height = box("height", "Camera above the laser", "mm", "");
-  #print = make("a", { class: "link", target: "_blank", rel: "noopener" }, icon("print"), "Print this board");
+  #columns = stepper("columns", t("calibration-setup.inner_corners_across"), 9);
+  #rows = stepper("rows", t("calibration-setup.inner_corners_down"), 6);
+  #square = box("square", t("calibration-setup.side_of_a_square"), "mm", "25");
+  #panelWidth = box("panel-width", t("calibration-setup.panel_width"), "mm", "");
+  #panelHeight = box("panel-height", t("calibration-setup.panel_height"), "mm", "");
+  #height = box("height", t("calibration-setup.camera_above_the_laser"), "mm", "");
+  #print = make(
+    "a",
+    { class: "link", target: "_blank", rel: "noopener" },
+    icon("print"),
+    t("calibration-setup.print_this_board"),
+  );
   #fits = make("p", { class: "note print-fits" });
-  #page = make("select", { class: "words small", "aria-label": "Paper" }, ...["A4", "A3", "letter"].map(option));
-  #begin = make("button", { type: "submit", class: "button primary large" }, "Start");
+  #page = make(
+    "select",
+    { class: "words small", "aria-label": t("calibration-setup.paper") },
+    ...["A4", "A3", "letter"].map(option),
+  );
+  #begin = make("button", { type: "submit", class: "button primary large" }, t("calibration-setup.start"));
   #says = make("p", { class: "setup-says", role: "alert" });
   #laserOnly = make(
     "details",
     { class: "more" },
-    make("summary", {}, "The board cannot be tilted (a robot between upright boards)"),
-    make(
-      "p",
-      { class: "note" },
-      "Upright boards leave height, roll and pitch open. Measure with a ruler how far the camera’s lens is above the laser’s plane; below is negative. Leave it empty otherwise.",
-    ),
+    make("summary", {}, t("calibration-setup.the_board_cannot_be_tilted_a")),
+    make("p", { class: "note" }, t("calibration-setup.upright_boards_leave_height_roll_and")),
     make("div", { class: "boxes" }, this.#height.row),
   );
 
   /** @override */
   build() {
-    const legend = make("legend", { class: "card-title" }, "Where do the pictures come from?");
+    const legend = make("legend", { class: "card-title" }, t("calibration-setup.where_do_the_pictures_come_from"));
     this.#where.append(legend, ...Object.values(this.#sources).map(({ row }) => row));
     const board = make(
       "fieldset",
       { class: "card board-card" },
-      make("legend", { class: "card-title" }, "Which board?"),
+      make("legend", { class: "card-title" }, t("calibration-setup.which_board")),
       make(
         "div",
         { class: "board-figure" },
         this.#drawing,
-        make("p", { class: "note" }, "Count the dots: the points where four squares meet. Not the squares."),
+        make("p", { class: "note" }, t("calibration-setup.count_the_dots_the_points_where")),
       ),
       make(
         "div",
@@ -83,14 +102,14 @@ class CalibrationSetup extends WizardStep {
         this.#columns.row,
         this.#rows.row,
         this.#square.row,
-        make("p", { class: "note" }, "Measure five squares with a ruler and divide by five."),
+        make("p", { class: "note" }, t("calibration-setup.measure_five_squares_with_a_ruler")),
         make("p", { class: "print-line" }, this.#print, this.#page),
         this.#fits,
         make(
           "details",
           { class: "more" },
-          make("summary", {}, "The print is glued on a larger panel"),
-          make("p", { class: "note" }, "The laser sees the whole panel. Measure it from rim to rim."),
+          make("summary", {}, t("calibration-setup.the_print_is_glued_on_a")),
+          make("p", { class: "note" }, t("calibration-setup.the_laser_sees_the_whole_panel")),
           make("div", { class: "boxes" }, this.#panelWidth.row, this.#panelHeight.row),
         ),
         this.#laserOnly,
@@ -120,7 +139,12 @@ class CalibrationSetup extends WizardStep {
   /** @override */
   opened() {
     write(this.#says, "");
-    write(this.#title, this.#kind === "camera" ? "Calibrate the camera" : "Calibrate the laser on the camera");
+    write(
+      this.#title,
+      this.#kind === "camera"
+        ? t("calibration-setup.calibrate_the_camera")
+        : t("calibration-setup.calibrate_the_laser_on_the_camera"),
+    );
     write(this.#plan, PLANS[this.#kind]);
     this.#where.hidden = this.#kind === "laser";
     this.#laserOnly.hidden = this.#kind === "camera";
@@ -133,9 +157,12 @@ class CalibrationSetup extends WizardStep {
   draw() {
     const { may, inUse } = this.model;
     const camera = this.#kind === "laser" ? (inUse?.camera ?? null) : null;
-    write(this.#against, camera ? `The camera it is measured against. ${inWords("camera", camera)}` : "");
+    write(
+      this.#against,
+      camera ? t("calibration-setup.the_camera_it_is_measured_against", { inwords: inWords("camera", camera) }) : "",
+    );
     this.#begin.hidden = !may;
-    if (!may && !this.#says.textContent) write(this.#says, "You are watching. Only an operator can calibrate.");
+    if (!may && !this.#says.textContent) write(this.#says, t("calibration-setup.you_are_watching_only_an_operator"));
   }
 
   /**
@@ -159,8 +186,11 @@ class CalibrationSetup extends WizardStep {
     const fits = !(board.square_m * 1000 > largest);
     this.#fits.hidden = fits;
     this.#print.hidden = !fits;
-    const advice = `at most ${Math.floor(largest)} mm do. Enter that to print it, or take larger paper.`;
-    write(this.#fits, fits ? "" : `Squares of ${this.#square.entered} mm do not fit; ${advice}`);
+    const advice = t("calibration-setup.at_most_floor_mm_do_enter", { floor: Math.floor(largest) });
+    write(
+      this.#fits,
+      fits ? "" : t("calibration-setup.squares_of_entered_mm_do_not", { entered: this.#square.entered, advice }),
+    );
   }
 
   /** @returns {Board} */
@@ -178,10 +208,10 @@ class CalibrationSetup extends WizardStep {
   #wrong() {
     const { columns, rows, square_m: square } = this.#board();
     if (![columns, rows].every((count) => count >= 3 && count <= 40))
-      return "A board needs 3 to 40 inner corners each way.";
-    if (!(square >= 0.001 && square <= 1)) return "Enter the side of one square in millimetres, 1 to 1000.";
+      return t("calibration-setup.a_board_needs_3_to_40");
+    if (!(square >= 0.001 && square <= 1)) return t("calibration-setup.enter_the_side_of_one_square");
     if ((this.#panelWidth.metres === null) !== (this.#panelHeight.metres === null))
-      return "Enter both sides of the panel, or none.";
+      return t("calibration-setup.enter_both_sides_of_the_panel");
     return "";
   }
 
@@ -195,7 +225,7 @@ class CalibrationSetup extends WizardStep {
     const from = /** @type {Source} */ (kind === "laser" ? "robot" : (chosen ?? "robot"));
     remember("board", JSON.stringify(board));
     if (kind === "camera") remember("source", from);
-    write(this.#begin, "Starting …");
+    write(this.#begin, t("calibration-setup.starting"));
     try {
       const height = kind === "laser" ? this.#height.metres : null;
       const begun = await api.begin({ kind, board, source: from, height_m: height });
@@ -204,7 +234,7 @@ class CalibrationSetup extends WizardStep {
     } catch (refusal) {
       write(this.#says, sentenceOf(refusal));
     } finally {
-      write(this.#begin, "Start");
+      write(this.#begin, t("calibration-setup.start"));
     }
   }
 

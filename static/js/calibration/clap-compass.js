@@ -1,6 +1,7 @@
 // Element <clap-compass>: requested and measured clap directions around the robot, and the array’s orientation.
 
 import { svg } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./microphones-api.js").MicrophoneCalibration} MicrophoneCalibration */
 
@@ -16,7 +17,7 @@ export class ClapCompass extends HTMLElement {
     const drawing = svg("svg", {
       viewBox: "-100 -100 200 200",
       role: "img",
-      "aria-label": "Where claps are asked for and heard",
+      "aria-label": t("clap-compass.where_claps_are_asked_for_and"),
     });
     this.#array.append(
       svg("rect", { x: -17, y: -17, width: 34, height: 34, rx: 6 }),

@@ -2,6 +2,7 @@
 
 import { make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 import { heatPicture, heatWords, SPAN } from "./uncertainty-map.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
@@ -12,16 +13,16 @@ const ENOUGH = 12; // corners in a cell until it is drawn full
 const NOWHERE = Array.from({ length: 6 }, () => Array.from({ length: 8 }, () => 0));
 
 const BARS = /** @type {const} */ ([
-  ["x", "Left to right"],
-  ["y", "Top to bottom"],
-  ["size", "Near and far"],
-  ["skew", "Tilted"],
+  ["x", t("coverage-card.left_to_right")],
+  ["y", t("coverage-card.top_to_bottom")],
+  ["size", t("coverage-card.near_and_far")],
+  ["skew", t("coverage-card.tilted")],
 ]);
 
 export class KnownCard extends HTMLElement {
   #cells = make("div", { class: "cells", role: "img" });
   #heat = make("canvas", { class: "heat", role: "img" });
-  #waits = make("p", { class: "heat-waits note" }, "after 4 views");
+  #waits = make("p", { class: "heat-waits note" }, t("coverage-card.after_4_views"));
   #legend = make("p", { class: "heat-legend note" }, make("span"), make("span", { class: "heat-ramp" }), make("span"));
   #words = make("p", { class: "note heat-words" });
   #bars = BARS.map(([key, name]) => ({ key, ...bar(name) }));
@@ -31,12 +32,17 @@ export class KnownCard extends HTMLElement {
     if (this.children.length) return;
     this.classList.add("card");
     this.append(
-      make("h2", { class: "card-title visually-hidden" }, "What the views cover"),
+      make("h2", { class: "card-title visually-hidden" }, t("coverage-card.what_the_views_cover")),
       make(
         "div",
         { class: "tiles" },
-        make("figure", {}, this.#cells, make("figcaption", {}, "Seen")),
-        make("figure", {}, make("div", { class: "heat-box" }, this.#heat, this.#waits), make("figcaption", {}, "Sure")),
+        make("figure", {}, this.#cells, make("figcaption", {}, t("coverage-card.seen"))),
+        make(
+          "figure",
+          {},
+          make("div", { class: "heat-box" }, this.#heat, this.#waits),
+          make("figcaption", {}, t("coverage-card.sure")),
+        ),
       ),
       this.#legend,
       this.#words,
@@ -62,8 +68,14 @@ export class KnownCard extends HTMLElement {
     this.#waits.hidden = uncertainty !== null;
     mark(this.#heat, "data-known", uncertainty !== null);
     this.#legend.hidden = uncertainty === null;
-    write(/** @type {Element} */ (this.#legend.firstElementChild), `±${fixed(target * SPAN[0], 2)} px`);
-    write(/** @type {Element} */ (this.#legend.lastElementChild), `±${fixed(target * SPAN[1], 1)} px`);
+    write(
+      /** @type {Element} */ (this.#legend.firstElementChild),
+      t("coverage-card.fixed_px", { fixed: fixed(target * SPAN[0], 2) }),
+    );
+    write(
+      /** @type {Element} */ (this.#legend.lastElementChild),
+      t("coverage-card.fixed_px", { fixed: fixed(target * SPAN[1], 1) }),
+    );
     write(this.#words, uncertainty ? `${heatWords(uncertainty, target)}.` : "");
     if (uncertainty) paint(this.#heat, uncertainty, target);
   }
@@ -78,7 +90,7 @@ export class KnownCard extends HTMLElement {
       mark(cell, "data-seen", count > 0);
     });
     const seen = flat.filter(Boolean).length;
-    mark(this.#cells, "aria-label", `The board was seen in ${seen} of ${flat.length} parts of the picture`);
+    mark(this.#cells, "aria-label", t("coverage-card.the_board_was_seen_in_seen", { seen, length: flat.length }));
   }
 }
 

@@ -1,22 +1,23 @@
 // Element <exports-card>: download links of the calibration in several formats.
 
 import { icon, make } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
 
 const FORMS = {
   camera: [
-    ["ros", "ROS", "camera_info YAML"],
+    ["ros", "ROS", t("exports-card.camera_info_yaml")],
     ["opencv", "OpenCV", "FileStorage YAML"],
     ["kalibr", "Kalibr", "camchain YAML"],
-    ["json", "Beckon", "JSON with covariance"],
+    ["json", "Beckon", t("exports-card.json_with_covariance")],
   ],
   laser: [
-    ["json", "Beckon", "JSON with covariance"],
-    ["urdf", "URDF", "fixed joint"],
-    ["static_transform", "ROS", "static transform"],
-    ["matrix", "Matrix", "4 × 4, both ways"],
+    ["json", "Beckon", t("exports-card.json_with_covariance")],
+    ["urdf", "URDF", t("exports-card.fixed_joint")],
+    ["static_transform", "ROS", t("exports-card.static_transform")],
+    ["matrix", t("exports-card.matrix"), t("exports-card.4_4_both_ways")],
   ],
 };
 
@@ -27,7 +28,10 @@ export class ExportsCard extends HTMLElement {
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
-    this.append(make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Take it along")), this.#list);
+    this.append(
+      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, t("exports-card.take_it_along"))),
+      this.#list,
+    );
   }
 
   /** @param {Calibration} calibration */
@@ -37,7 +41,10 @@ export class ExportsCard extends HTMLElement {
     const of = `${id} ${bent}`;
     if (of === this.#of) return;
     this.#of = of;
-    const forms = [...FORMS[kind], ["all", "Everything", "pictures, corners, solution (zip)"]];
+    const forms = [
+      ...FORMS[kind],
+      ["all", t("exports-card.everything"), t("exports-card.pictures_corners_solution_zip")],
+    ];
     this.#list.replaceChildren(
       ...forms.map(([form = "", name = "", says = ""]) =>
         make("li", {}, bent && form === "kalibr" ? NO_KALIBR() : link(api.exported(id, form), name, says)),
@@ -56,7 +63,6 @@ function link(href, name, says) {
   return make("a", { class: "export", href, download: "" }, icon("download"), words);
 }
 
-const NO_KALIBR = () =>
-  make("p", { class: "export note" }, "Kalibr’s form has no place for k₃, which this camera needs.");
+const NO_KALIBR = () => make("p", { class: "export note" }, t("exports-card.kalibr_s_form_has_no_place"));
 
 customElements.define("exports-card", ExportsCard);

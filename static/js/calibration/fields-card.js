@@ -2,6 +2,7 @@
 
 import { make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 import { isDark } from "../ui/theme.js";
 import { paint } from "./coverage-card.js";
 import { heatWords } from "./uncertainty-map.js";
@@ -22,8 +23,14 @@ export class FieldsCard extends HTMLElement {
     if (this.children.length) return;
     this.classList.add("card");
     this.append(
-      make("figure", {}, make("h2", { class: "card-title" }, "What is left over"), this.#arrows, this.#arrowWords),
-      make("figure", {}, make("h2", { class: "card-title" }, "How sure"), this.#heat, this.#heatWords),
+      make(
+        "figure",
+        {},
+        make("h2", { class: "card-title" }, t("fields-card.what_is_left_over")),
+        this.#arrows,
+        this.#arrowWords,
+      ),
+      make("figure", {}, make("h2", { class: "card-title" }, t("fields-card.how_sure")), this.#heat, this.#heatWords),
     );
   }
 
@@ -39,8 +46,8 @@ export class FieldsCard extends HTMLElement {
     this.#arrows.style.aspectRatio = this.#heat.style.aspectRatio = `${size[0]} / ${size[1]}`;
     const longer = draw(this.#arrows, residuals, size);
     const rms = solution?.["rms_px"];
-    const misses = `Every corner’s miss, drawn ${longer} times longer. RMS ${fixed(rms ?? NaN, 2)} px.`;
-    write(this.#arrowWords, `${misses} No pattern should be seen.`);
+    const misses = t("fields-card.every_corner_s_miss_drawn_longer", { longer, fixed: fixed(rms ?? NaN, 2) });
+    write(this.#arrowWords, t("fields-card.misses_no_pattern_should_be_seen", { misses }));
     mark(this.#arrows, "aria-label", misses);
     if (!uncertainty) return;
     const target = progress.target_px ?? 0.5;

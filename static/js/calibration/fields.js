@@ -1,6 +1,7 @@
 // Form fields: picture source, stepper for counts, length in millimetres.
 
 import { icon, make } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./types.js").Source} Source */
 
@@ -37,7 +38,11 @@ export function stepper(id, name, start) {
     const sign = step < 0 ? "−" : "+";
     const button = make(
       "button",
-      { type: "button", class: "button", "aria-label": `${name}: ${step < 0 ? "one less" : "one more"}` },
+      {
+        type: "button",
+        class: "button",
+        "aria-label": `${name}: ${step < 0 ? t("fields.one_less") : t("fields.one_more")}`,
+      },
       sign,
     );
     button.addEventListener("click", () => {
@@ -102,4 +107,4 @@ export function box(id, name, unit, start) {
 }
 
 /** @param {string} name */
-export const option = (name) => make("option", { value: name }, name === "letter" ? "US Letter" : name);
+export const option = (name) => make("option", { value: name }, name === "letter" ? t("fields.us_letter") : name);

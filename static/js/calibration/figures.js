@@ -1,6 +1,7 @@
 // Format calibration values with two significant digits of their standard deviation.
 
 import { fixed } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 
 /**
  * @typedef {object} ValueRow
@@ -18,15 +19,15 @@ const MOST_DECIMALS = 5;
 
 /** @type {ReadonlyArray<readonly [string, string, string]>} */
 const CAMERA = [
-  ["fx", "fᵤ", "focal length, across"],
-  ["fy", "fᵥ", "focal length, down"],
-  ["cx", "u₀", "centre, across"],
-  ["cy", "v₀", "centre, down"],
-  ["k1", "k₁", "radial, square"],
-  ["k2", "k₂", "radial, 4th power"],
+  ["fx", "fᵤ", t("figures.focal_length_across")],
+  ["fy", "fᵥ", t("figures.focal_length_down")],
+  ["cx", "u₀", t("figures.centre_across")],
+  ["cy", "v₀", t("figures.centre_down")],
+  ["k1", "k₁", t("figures.radial_square")],
+  ["k2", "k₂", t("figures.radial_4th_power")],
   ["p1", "p₁", "tangential"],
   ["p2", "p₂", "tangential"],
-  ["k3", "k₃", "radial, 6th power"],
+  ["k3", "k₃", t("figures.radial_6th_power")],
 ];
 
 /**
@@ -55,12 +56,12 @@ export function cameraRows(solution, compare) {
 
 /** @type {Readonly<Record<string, readonly [string, string]>>} */
 export const DIRECTIONS = {
-  roll: ["Roll", "turned about the line of sight"],
-  pitch: ["Pitch", "looking up or down"],
-  yaw: ["Yaw", "looking left or right"],
-  forward: ["Forward", "in front of the laser"],
-  sideways: ["Sideways", "to the left of the laser"],
-  height: ["Height", "above the laser"],
+  roll: [t("figures.roll"), t("figures.turned_about_the_line_of_sight")],
+  pitch: [t("figures.pitch"), t("figures.looking_up_or_down")],
+  yaw: [t("figures.yaw"), t("figures.looking_left_or_right")],
+  forward: [t("figures.forward"), t("figures.in_front_of_the_laser")],
+  sideways: [t("figures.sideways"), t("figures.to_the_left_of_the_laser")],
+  height: [t("figures.height"), t("figures.above_the_laser")],
 };
 
 /** The six of a mount as the comparison with the one in use names them: [deg], [m]. */
@@ -87,7 +88,7 @@ export function mountRows(solution, compare) {
     const other = active === undefined || turned ? active : 1e3 * active;
     const unit = turned ? "°" : " mm";
     if (!open.includes(key)) return row({ key, name, says, value, sd, unit, other });
-    return { key, name, says, value: "not known", sd: "", other: "", change: "", far: false };
+    return { key, name, says, value: t("figures.not_known"), sd: "", other: "", change: "", far: false };
   });
 }
 

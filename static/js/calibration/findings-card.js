@@ -2,6 +2,7 @@
 
 import { icon, make, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
 
@@ -10,11 +11,17 @@ export class FindingsCard extends HTMLElement {
   #table = make(
     "table",
     { class: "values laser-offset-table" },
-    make("caption", {}, "Where a laser point lands in the picture (95 %)"),
+    make("caption", {}, t("findings-card.where_a_laser_point_lands_in")),
     make(
       "thead",
       {},
-      make("tr", {}, ...["Distance", "Sideways", "Up-down"].map((name) => make("th", { scope: "col" }, name))),
+      make(
+        "tr",
+        {},
+        ...[t("findings-card.distance"), t("findings-card.sideways"), t("findings-card.up_down")].map((name) =>
+          make("th", { scope: "col" }, name),
+        ),
+      ),
     ),
     this.#offsets,
   );
@@ -25,7 +32,7 @@ export class FindingsCard extends HTMLElement {
     if (this.children.length) return;
     this.classList.add("card");
     this.append(
-      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "What to know")),
+      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, t("findings-card.what_to_know"))),
       this.#table,
       this.#list,
     );
@@ -47,8 +54,8 @@ export class FindingsCard extends HTMLElement {
           "tr",
           {},
           make("th", { scope: "row" }, `${fixed(row.distance_m, 1)} m`),
-          make("td", {}, `± ${fixed(row.sideways_px, 1)} px`),
-          make("td", {}, `± ${fixed(row.up_down_px, 1)} px`),
+          make("td", {}, t("findings-card.fixed_px", { fixed: fixed(row.sideways_px, 1) })),
+          make("td", {}, t("findings-card.fixed_px", { fixed: fixed(row.up_down_px, 1) })),
         ),
       ),
     );
@@ -74,10 +81,18 @@ function sentences(kind, solution, check) {
   /** @type {string[]} */
   const good = [];
   if (kind === "camera")
-    good.push(`Corners are met to ${fixed(solution["rms_px"], 2)} px (RMS) in ${solution["views_used"]} views.`);
+    good.push(
+      t("findings-card.corners_are_met_to_fixed_px", {
+        fixed: fixed(solution["rms_px"], 2),
+        solution: solution["views_used"],
+      }),
+    );
   else
     good.push(
-      `Board and laser agree to ${fixed(1e3 * solution["residual_rms_m"], 1)} mm (RMS) in ${solution["poses_used"]} poses.`,
+      t("findings-card.board_and_laser_agree_to_fixed", {
+        fixed: fixed(1e3 * solution["residual_rms_m"], 1),
+        solution: solution["poses_used"],
+      }),
     );
   if (kind === "laser" && solution["square_words"]) good.push(`${solution["square_words"]}.`);
   if (check) good.push(check);

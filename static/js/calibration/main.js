@@ -1,5 +1,6 @@
 // The calibration page: opens the step of a wizard that the address names.
 
+import { t } from "../ui/texts.js";
 import "./calibration-capture.js";
 import "./calibration-home.js";
 import "./calibration-microphones.js";
@@ -14,11 +15,11 @@ import { placeOf } from "./router.js";
 
 const SHOW_MS = 200;
 const NAMES = {
-  home: "Calibrate",
-  new: "Which board?",
-  capture: "Views",
-  review: "Review",
-  microphones: "Microphones",
+  home: t("main.calibrate"),
+  new: t("main.which_board"),
+  capture: t("main.views"),
+  review: t("main.review"),
+  microphones: t("main.microphones"),
 };
 const STEPS = {
   home: "calibration-home",

@@ -2,6 +2,7 @@
 
 import { call, patiently, post } from "../net/api.js";
 import { degrees } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 import { since } from "./active-calibration.js";
 
 /** @typedef {{asked_rad: number, heard_rad: number, sd_rad: number, gap_rad: number | null}} Clap */
@@ -27,14 +28,19 @@ const ROOT = "api/calibration/microphones";
 /** @param {number} angle [rad], left is positive */
 export function turned(angle) {
   const around = degrees(Math.abs(angle), 1);
-  return Math.abs(angle) < 0.001 ? around : `${around} ${angle > 0 ? "left" : "right"}`;
+  return Math.abs(angle) < 0.001
+    ? around
+    : `${around} ${angle > 0 ? t("microphones-api.left") : t("microphones-api.right")}`;
 }
 
 /** @param {MicrophoneCalibration["active"]} used */
 export function orientationInWords(used) {
-  if (!used) return "In use: the orientation of the array’s profile.";
-  const sure = `turned by ${turned(used.yaw_rad)} ± ${degrees(2 * used.sd_yaw_rad, 1)}`;
-  return `In use: ${sure}, from ${used.claps} claps, ${since(used.accepted_s)}.`;
+  if (!used) return t("microphones-api.in_use_the_orientation_of_the");
+  const sure = t("microphones-api.turned_by_turned_degrees", {
+    turned: turned(used.yaw_rad),
+    degrees: degrees(2 * used.sd_yaw_rad, 1),
+  });
+  return t("microphones-api.in_use_sure_from_claps_claps", { sure, claps: used.claps, since: since(used.accepted_s) });
 }
 
 /** @returns {Promise<MicrophoneCalibration>} */

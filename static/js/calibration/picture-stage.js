@@ -1,6 +1,7 @@
 // Element <picture-stage>: the large picture with its overlay.
 
 import { make, mark } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import { hint } from "./board-hint.js";
 import { drawCorners, drawGhost, drawLaser, drawWay } from "./overlay.js";
 import { mirrored as inMirror } from "./words.js";
@@ -14,7 +15,7 @@ const FLASH_MS = 700;
 const APART_S = 0.5; // a verdict on an older picture is not drawn on a newer one
 
 export class PictureStage extends HTMLElement {
-  #canvas = make("canvas", { class: "stage-picture", role: "img", "aria-label": "Picture" });
+  #canvas = make("canvas", { class: "stage-picture", role: "img", "aria-label": t("picture-stage.picture") });
   #drawn = "";
   #timer = 0;
 
@@ -63,7 +64,13 @@ export class PictureStage extends HTMLElement {
     if (seen?.laser) drawLaser(sheet, seen.laser);
     if (corners.length) drawCorners(sheet, corners, calibration.board.columns, seen?.kind ?? "");
     if (way && seen?.kind !== "counted") drawWay(sheet, way, (words) => (mirrored ? inMirror(words) : words));
-    mark(canvas, "aria-label", corners.length ? "Picture; the board is found in it" : "Picture; no board found in it");
+    mark(
+      canvas,
+      "aria-label",
+      corners.length
+        ? t("picture-stage.picture_the_board_is_found_in")
+        : t("picture-stage.picture_no_board_found_in_it"),
+    );
   }
 
   /**

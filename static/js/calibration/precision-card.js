@@ -1,12 +1,13 @@
 // Element <gains-card>: precision of the six directions of a camera mount, and advice for the weak ones.
 
 import { make, mark, write } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import { DIRECTIONS } from "./figures.js";
 import { known } from "./progress.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
 
-const WORDS = { known: "known", weak: "not quite", open: "open" };
+const WORDS = { known: "known", weak: t("precision-card.not_quite"), open: "open" };
 
 export class GainsCard extends HTMLElement {
   #bars = Object.entries(DIRECTIONS).map(([key, [name, says]]) => ({ key, ...bar(name, says) }));
@@ -17,7 +18,7 @@ export class GainsCard extends HTMLElement {
     if (this.children.length) return;
     this.classList.add("card");
     this.append(
-      make("h2", { class: "card-title" }, "Six directions"),
+      make("h2", { class: "card-title" }, t("precision-card.six_directions")),
       make("div", { class: "precision" }, ...this.#bars.map(({ row }) => row)),
       this.#offset,
       this.#weak,

@@ -1,6 +1,7 @@
 // Element <progress-card>: present precision, goal and progress bar.
 
 import { icon, make, mark, write } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import { figures, share } from "./progress.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
@@ -16,7 +17,7 @@ export class ProgressCard extends HTMLElement {
       role: "progressbar",
       "aria-valuemin": "0",
       "aria-valuemax": "100",
-      "aria-label": "How far",
+      "aria-label": t("progress-card.how_far"),
     },
     this.#fill,
   );
@@ -40,7 +41,7 @@ export class ProgressCard extends HTMLElement {
     const { progress, solving, kind } = calibration;
     const part = share(calibration);
     const { figure, goal } = figures(calibration);
-    write(this.#title, kind === "camera" ? "How exact" : "How far");
+    write(this.#title, kind === "camera" ? t("progress-card.how_exact") : t("progress-card.how_far"));
     write(this.#figure, figure);
     write(this.#goal, goal);
     write(this.#words, progress.words);

@@ -1,6 +1,7 @@
 // Progress of a session as one number and as figures.
 
 import { fixed } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
 
@@ -35,13 +36,17 @@ export function share({ kind, progress }) {
  * @returns {{figure: string, goal: string}}
  */
 export function figures({ kind, progress }) {
-  if (kind === "laser") return { figure: String(progress.views), goal: `of ${LASER_POSES} poses at least` };
+  if (kind === "laser")
+    return {
+      figure: String(progress.views),
+      goal: t("progress.of_laserposes_poses_at_least", { laserposes: LASER_POSES }),
+    };
   if (typeof progress.p95_px !== "number")
     return {
       figure: `${Math.min(progress.views, SOLVES_FROM)} of ${SOLVES_FROM}`,
-      goal: "views to the first figure",
+      goal: t("progress.views_to_the_first_figure"),
     };
-  const goal = `goal ±${fixed(progress.target_px ?? LEAST_TARGET, 2)} px`;
+  const goal = t("progress.goal_fixed_px", { fixed: fixed(progress.target_px ?? LEAST_TARGET, 2) });
   return { figure: `±${fixed(progress.p95_px, progress.p95_px < 10 ? 2 : 0)} px`, goal };
 }
 

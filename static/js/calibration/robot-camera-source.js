@@ -1,5 +1,7 @@
 // Picture source: the newest decoded picture of the robot’s camera.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("../net/session.js").Session} Session */
 /**
  * @typedef {object} Frame a picture to be drawn
@@ -38,8 +40,8 @@ export class RobotCamera {
 
   /** @returns {string} why there is no fresh picture; "" when there is one */
   get why() {
-    if (this.frame === null) return "Waiting for the robot's first picture…";
-    return performance.now() - this.#seenAt > QUIET_MS ? "No new pictures arrive from the robot." : "";
+    if (this.frame === null) return t("robot-camera-source.waiting_for_the_robot_s_first");
+    return performance.now() - this.#seenAt > QUIET_MS ? t("robot-camera-source.no_new_pictures_arrive_from_the") : "";
   }
 
   /** @param {import("../net/session.js").Picture} picture */

@@ -1,6 +1,7 @@
 // Element <scan-view>: laser scan from above with the empty room and the beams on the board.
 
 import { make, mark } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import { isDark } from "../ui/theme.js";
 
 /** @typedef {import("./types.js").ScanPicture} ScanPicture */
@@ -26,7 +27,7 @@ const LIGHT = {
 };
 
 export class ScanView extends HTMLElement {
-  #canvas = make("canvas", { class: "scan-picture", role: "img", "aria-label": "Laser scan" });
+  #canvas = make("canvas", { class: "scan-picture", role: "img", "aria-label": t("scan-view.laser_scan") });
   #reach = 3;
   /** @type {ScanPicture | null} */
   #scan = null;
@@ -71,8 +72,10 @@ export class ScanView extends HTMLElement {
     brush.lineTo(x + 8 * unit, y + 7 * unit);
     brush.lineTo(x - 8 * unit, y + 7 * unit);
     brush.fill();
-    const found = board.length ? `the board is met by ${board.length} beams` : "no board in it yet";
-    mark(canvas, "aria-label", `Laser scan from above; ${found}`);
+    const found = board.length
+      ? t("scan-view.the_board_is_met_by_length", { length: board.length })
+      : t("scan-view.no_board_in_it_yet");
+    mark(canvas, "aria-label", t("scan-view.laser_scan_from_above_found", { found }));
   }
 }
 

@@ -1,10 +1,11 @@
 // Element <calibration-steps>: step indicator of a wizard.
 
 import { make, mark } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import { hashOf } from "./router.js";
 import { WizardStep } from "./wizard-step.js";
 
-const STEPS = /** @type {const} */ (["Board", "Views", "Review", "In use"]);
+const STEPS = /** @type {const} */ ([t("steps.board"), t("steps.views"), t("steps.review"), t("steps.in_use")]);
 
 class CalibrationSteps extends WizardStep {
   #items = STEPS.map((name, index) =>
@@ -17,7 +18,7 @@ class CalibrationSteps extends WizardStep {
 
   /** @override */
   build() {
-    this.append(make("ol", { "aria-label": "Steps" }, ...this.#items));
+    this.append(make("ol", { "aria-label": t("steps.steps") }, ...this.#items));
   }
 
   /** @override */

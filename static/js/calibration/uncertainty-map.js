@@ -1,5 +1,7 @@
 // Projection uncertainty as a heat map and as a sentence.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("./types.js").Uncertainty} Uncertainty */
 
 /** From well known to unknown; the steps double, and the goal lies between the third and the fourth. */
@@ -44,8 +46,8 @@ export function heatPicture({ columns, rows, sd_px: sds }, target) {
   return picture;
 }
 
-const DOWN = ["top", "", "bottom"];
-const ACROSS = ["left", "", "right"];
+const DOWN = [t("uncertainty-map.top"), "", t("uncertainty-map.bottom")];
+const ACROSS = [t("uncertainty-map.left"), "", t("uncertainty-map.right")];
 
 /**
  * @param {Uncertainty} map
@@ -60,6 +62,9 @@ export function heatWords({ sd_px: sds, rows, columns }, target) {
   });
   const row = Math.floor((3 * Math.floor(worst / columns)) / rows);
   const column = Math.floor((3 * (worst % columns)) / columns);
-  const where = [DOWN[row], ACROSS[column]].filter(Boolean).join(" ") || "middle";
-  return `${Math.round((100 * good) / Math.max(flat.length, 1))} % of the picture within the goal; least known: ${where}`;
+  const where = [DOWN[row], ACROSS[column]].filter(Boolean).join(" ") || t("uncertainty-map.middle");
+  return t("uncertainty-map.value_of_the_picture_within_the", {
+    value: Math.round((100 * good) / Math.max(flat.length, 1)),
+    where,
+  });
 }

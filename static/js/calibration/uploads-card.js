@@ -1,6 +1,7 @@
 // Element <uploads-card>: result of each uploaded file.
 
 import { icon, make, write } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./uploads.js").Uploads} Uploads */
 
@@ -26,7 +27,9 @@ export class UploadsCard extends HTMLElement {
     const taken = attempts.filter(({ kind }) => kind === "counted").length;
     write(
       this.#title,
-      waiting ? `${waiting} file${waiting === 1 ? "" : "s"} to go` : `${taken} of ${attempts.length} files counted`,
+      waiting
+        ? t("uploads-card.waiting_filevalue_to_go", { waiting, value: waiting === 1 ? "" : "s" })
+        : t("uploads-card.taken_of_length_files_counted", { taken, length: attempts.length }),
     );
     this.#list.replaceChildren(
       ...attempts.map(({ name, kind, words }) =>

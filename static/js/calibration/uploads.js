@@ -1,5 +1,7 @@
 // Picture source: files, uploaded one after the other, with a verdict each.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("./robot-camera-source.js").Frame} Frame */
 /** @typedef {import("./types.js").Verdict} Verdict */
 /** @typedef {{name: string, kind: string, words: string}} Attempt */
@@ -24,7 +26,7 @@ export class Uploads {
 
   /** @returns {string} what to do while there is no picture; "" when there is one */
   get why() {
-    return this.frame ? "" : "Drop pictures of the board here, or choose them. JPEG or PNG, as the camera made them.";
+    return this.frame ? "" : t("uploads.drop_pictures_of_the_board_here");
   }
 
   /** Files that still wait. */
@@ -50,7 +52,7 @@ export class Uploads {
     const attempt = await this.#attempt(file).catch((error) => ({
       name: file.name,
       kind: "refused",
-      words: error instanceof Error ? error.message : "That did not work.",
+      words: error instanceof Error ? error.message : t("uploads.that_did_not_work"),
     }));
     this.attempts = [attempt, ...this.attempts].slice(0, 200);
     this.#waiting -= 1;

@@ -1,6 +1,7 @@
 // Element <values-card>: estimated values and standard deviations (Table 3), next to the active ones.
 
 import { make, mark, write } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import { cameraRows, mountRows } from "./figures.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
@@ -30,9 +31,14 @@ export class ValuesCard extends HTMLElement {
     this.#drawn = drawn;
     const rows = kind === "camera" ? cameraRows(solution, compare) : mountRows(solution, compare);
     const compared = rows.some((row) => row.other);
-    write(this.#title, kind === "camera" ? "The camera" : "The camera on the laser");
+    write(this.#title, kind === "camera" ? t("values-card.the_camera") : t("values-card.the_camera_on_the_laser"));
     this.classList.toggle("is-compared", compared); // no room for explanations then
-    const columns = ["", "Value", "Standard dev.", ...(compared ? ["In use", "Change"] : [])];
+    const columns = [
+      "",
+      t("values-card.value"),
+      t("values-card.standard_dev"),
+      ...(compared ? [t("values-card.in_use"), t("values-card.change")] : []),
+    ];
     this.#head.replaceChildren(...columns.map((name) => make("th", { scope: "col" }, name)));
     this.#body.replaceChildren(
       ...rows.map((row) => {
@@ -52,8 +58,8 @@ export class ValuesCard extends HTMLElement {
     write(
       this.#note,
       kind === "camera"
-        ? `One standard deviation. The paper’s Table 3 prints three.${equation44(solution)}`
-        : "One standard deviation. Turns are away from looking straight ahead.",
+        ? t("values-card.one_standard_deviation_the_paper_s", { equation44: equation44(solution) })
+        : t("values-card.one_standard_deviation_turns_are_away"),
     );
   }
 }

@@ -2,6 +2,7 @@
 
 import { icon, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
@@ -43,10 +44,12 @@ export class ViewsCard extends HTMLElement {
     const word = kind === "camera" ? "view" : "pose";
     write(this.#title, `${views.length} ${word}${views.length === 1 ? "" : "s"}`);
     const solved = views.some((view) => errorOf(view) !== null);
-    write(this.#note, solved ? "worst first" : "");
+    write(this.#note, solved ? t("views-card.worst_first") : "");
     write(
       this.#empty,
-      kind === "camera" ? "Every view that counts appears here." : "Every pose that counts appears here.",
+      kind === "camera"
+        ? t("views-card.every_view_that_counts_appears_here")
+        : t("views-card.every_pose_that_counts_appears_here"),
     );
     this.#empty.hidden = views.length > 0;
     const worst = Math.max(...views.map((view) => errorOf(view) ?? 0), 1e-9);
@@ -79,7 +82,11 @@ export class ViewsCard extends HTMLElement {
     const error = errorOf(view);
     const fill = make("span", { class: "meter-fill" });
     fill.style.width = `${Math.round((100 * (error ?? 0)) / worst)}%`;
-    const why = view.dropped ? "left out by you" : view.used ? "" : view.reason || "not in the solution yet";
+    const why = view.dropped
+      ? t("views-card.left_out_by_you")
+      : view.used
+        ? ""
+        : view.reason || t("views-card.not_in_the_solution_yet");
     const open = make(
       "button",
       {
@@ -104,8 +111,8 @@ export class ViewsCard extends HTMLElement {
       {
         type: "button",
         class: "icon-button small view-keep",
-        "aria-label": `${view.dropped ? "Take back" : "Leave out"}: ${view.name}`,
-        title: view.dropped ? "Take it back in" : "Leave it out",
+        "aria-label": `${view.dropped ? t("views-card.take_back") : t("views-card.leave_out")}: ${view.name}`,
+        title: view.dropped ? t("views-card.take_it_back_in") : t("views-card.leave_it_out"),
       },
       icon(view.dropped ? "again" : "close"),
     );

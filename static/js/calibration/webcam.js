@@ -1,6 +1,8 @@
 // Picture source: the camera of this device. Sends at most eight frames per second, one at a time:
 // the next one waits for the verdict on the one before.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("./robot-camera-source.js").Frame} Frame */
 
 const PERIOD_MS = 125;
@@ -8,22 +10,17 @@ const WIDEST = 1280; // [px] that a frame is sent at
 const QUALITY = 0.9;
 
 const REFUSALS = /** @type {Readonly<Record<string, string>>} */ ({
-  NotAllowedError:
-    "The browser does not let this page see the camera. Allow it in the address bar (the camera sign), " +
-    "then press the button.",
-  NotFoundError: "This device has no camera that the browser can find. Plug one in, or use picture files instead.",
-  NotReadableError: "Another program is using the camera. Close it, then press the button.",
-  OverconstrainedError: "That camera is no longer available. Choose another one.",
-  AbortError: "The camera stopped while it was starting. Press the button to try again.",
+  NotAllowedError: t("webcam.the_browser_does_not_let_this") + t("webcam.then_press_the_button"),
+  NotFoundError: t("webcam.this_device_has_no_camera_that"),
+  NotReadableError: t("webcam.another_program_is_using_the_camera"),
+  OverconstrainedError: t("webcam.that_camera_is_no_longer_available"),
+  AbortError: t("webcam.the_camera_stopped_while_it_was"),
 });
 
 /** @returns {string} why this page may not use a camera; "" when it may ask */
 export function webcamRefusal() {
   if (globalThis.isSecureContext && navigator.mediaDevices) return "";
-  return (
-    "Browsers lend a camera only to pages on this very machine (http://127.0.0.1) or over https. " +
-    "Open Beckon that way, or use picture files instead."
-  );
+  return t("webcam.only_secure") + t("webcam.open_beckon_that_way_or_use");
 }
 
 export class Webcam {
@@ -47,7 +44,7 @@ export class Webcam {
 
   /** @returns {string} why there is no picture; "" when there is one */
   get why() {
-    return this.frame ? "" : this.#why || "The camera is starting…";
+    return this.frame ? "" : this.#why || t("webcam.the_camera_is_starting");
   }
 
   /** True when pressing the button may help. */
@@ -83,7 +80,7 @@ export class Webcam {
       this.#stream = stream;
       stream.getVideoTracks()[0]?.addEventListener("ended", () => {
         this.close();
-        this.#why = "The camera was unplugged or switched off. Press the button to try again.";
+        this.#why = t("webcam.the_camera_was_unplugged_or_switched");
       });
       this.#video.srcObject = stream;
       await this.#video.play();
@@ -91,7 +88,7 @@ export class Webcam {
     } catch (error) {
       this.close();
       const name = error instanceof DOMException ? error.name : "";
-      this.#why = REFUSALS[name] ?? "The camera could not be started. Press the button to try again.";
+      this.#why = REFUSALS[name] ?? t("webcam.the_camera_could_not_be_started");
     }
   }
 
@@ -110,7 +107,10 @@ export class Webcam {
     const devices = await navigator.mediaDevices.enumerateDevices();
     return devices
       .filter((device) => device.kind === "videoinput" && device.deviceId)
-      .map((device, index) => ({ id: device.deviceId, name: device.label || `Camera ${index + 1}` }));
+      .map((device, index) => ({
+        id: device.deviceId,
+        name: device.label || t("webcam.camera_index", { index: index + 1 }),
+      }));
   }
 
   /** @returns {Blob | null} the present picture as a JPEG */

@@ -1,5 +1,7 @@
 // Wording and pacing of verdicts: left and right swapped for a mirrored picture, announced slowly enough.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("./types.js").Verdict} Verdict */
 
 const CALM = new Set(["nothing", "moving", "gathering", "same", "background"]);
@@ -24,12 +26,11 @@ export function mirrored(words) {
  */
 export function quietWords({ source, verdict, demo }, { paused, blind, simulated }) {
   if (source === "upload") return "";
-  if (paused) return "Paused. Nothing is taken until you press Go on.";
+  if (paused) return t("words.paused_nothing_is_taken_until_you");
   if (blind) return blind;
   if (verdict) return "";
-  if (simulated && source === "robot" && !demo)
-    return "This robot is simulated: press Show me, and a simulated person holds the board.";
-  return "Show the board to the camera.";
+  if (simulated && source === "robot" && !demo) return t("words.this_robot_is_simulated_press_show");
+  return t("words.show_the_board_to_the_camera");
 }
 
 /** Pacing of verdicts: a judgement (counted, refused) stays although the next picture has arrived. */
@@ -56,7 +57,7 @@ export class Pace {
     if (more) this.counted += 1;
     const missed = more && newest && newest.kind !== "counted";
     const verdict = missed
-      ? { ...newest, kind: /** @type {const} */ ("counted"), words: `Counted: ${views} now.` }
+      ? { ...newest, kind: /** @type {const} */ ("counted"), words: t("words.counted_views_now", { views }) }
       : newest;
     if (!verdict || verdict.number === old?.number) return old;
     const judged = old !== null && !CALM.has(old.kind);

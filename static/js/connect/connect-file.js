@@ -2,6 +2,7 @@
 
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { fileOf } from "./connection-model.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
@@ -19,15 +20,15 @@ class ConnectFile extends Panel {
     autocomplete: "off",
     required: true,
   });
-  #writeWords = make("span", {}, "Write robot file");
+  #writeWords = make("span", {}, t("connect-file.write_robot_file"));
   #write = make("button", { type: "submit", class: "button primary large" }, icon("save"), this.#writeWords);
   #why = make("p", { class: "note", role: "status" });
   #question = make("p", {});
-  #replace = make("button", { type: "button", class: "button primary" }, "Replace it");
-  #keep = make("button", { type: "button", class: "button" }, "Keep it");
+  #replace = make("button", { type: "button", class: "button primary" }, t("connect-file.replace_it"));
+  #keep = make("button", { type: "button", class: "button" }, t("connect-file.keep_it"));
   #asks = make("div", { class: "connect-asks", hidden: true }, this.#question, this.#replace, this.#keep);
   #command = make("code", { class: "connect-command", tabindex: "0" });
-  #copyWords = make("span", {}, "Copy");
+  #copyWords = make("span", {}, t("connect-file.copy"));
   #copy = make("button", { type: "button", class: "button" }, this.#copyWords);
   #path = make("p", {});
   #text = make("pre", { class: "connect-text", tabindex: "0" });
@@ -35,9 +36,9 @@ class ConnectFile extends Panel {
     "div",
     { class: "connect-done", hidden: true },
     this.#path,
-    make("p", { class: "note" }, "Start the console with it:"),
+    make("p", { class: "note" }, t("connect-file.start_the_console_with_it")),
     make("div", { class: "connect-line" }, this.#command, this.#copy),
-    make("details", {}, make("summary", {}, "What it says"), this.#text),
+    make("details", {}, make("summary", {}, t("connect-file.what_it_says")), this.#text),
   );
   #form = make("form", { class: "connect-form" });
   #filled = "";
@@ -50,13 +51,17 @@ class ConnectFile extends Panel {
 
   /** @override */
   build() {
-    this.#form.append(make("label", { for: "connect-name" }, "Name of the robot"), this.#name, this.#write);
+    this.#form.append(
+      make("label", { for: "connect-name" }, t("connect-file.name_of_the_robot")),
+      this.#name,
+      this.#write,
+    );
     this.append(
       make(
         "section",
-        { class: "card connect-card", "aria-label": "Robot file" },
-        make("h2", {}, "Robot file"),
-        make("p", {}, "Keeps what stands here, so that nothing is guessed at the next start."),
+        { class: "card connect-card", "aria-label": t("connect-file.robot_file") },
+        make("h2", {}, t("connect-file.robot_file")),
+        make("p", {}, t("connect-file.keeps_what_stands_here_so_that")),
         this.#form,
         this.#why,
         this.#asks,
@@ -80,7 +85,7 @@ class ConnectFile extends Panel {
   #begin() {
     const file = fileOf(this.#name.value);
     if (this.#model?.files.includes(file)) {
-      write(this.#question, `There is a ${file} already. Replace it?`);
+      write(this.#question, t("connect-file.there_is_a_file_already_replace", { file }));
       this.#asks.hidden = false;
       this.#keep.focus();
     } else void this.#send(false);
@@ -92,19 +97,19 @@ class ConnectFile extends Panel {
     const sensors = /** @type {ConnectSensors | null} */ (document.querySelector("connect-sensors"));
     const confirmed = sensors?.confirmed;
     if (confirmed) await this.#model?.write({ ...confirmed, name: this.#name.value.trim() }, replace);
-    else write(this.#why, "One of the values above is not a number.");
+    else write(this.#why, t("connect-file.one_of_the_values_above_is"));
   }
 
   async #take() {
     const text = this.#command.textContent ?? "";
     try {
       await navigator.clipboard.writeText(text);
-      write(this.#copyWords, "Copied");
+      write(this.#copyWords, t("connect-file.copied"));
     } catch {
       getSelection()?.selectAllChildren(this.#command); // a page without TLS may not write there
-      write(this.#copyWords, "Press Ctrl+C");
+      write(this.#copyWords, t("connect-file.press_ctrl_c"));
     }
-    setTimeout(() => write(this.#copyWords, "Copy"), COPIED_MS);
+    setTimeout(() => write(this.#copyWords, t("connect-file.copy")), COPIED_MS);
   }
 
   #draw() {
@@ -115,15 +120,21 @@ class ConnectFile extends Panel {
       this.#filled = found.url;
       this.#name.value = found.name;
     }
-    const why = model.whyNot || (model.changed ? "Look again first: other topics are chosen." : "");
+    const why = model.whyNot || (model.changed ? t("connect-file.look_again_first_other_topics_are") : "");
     this.#form.hidden = Boolean(model.whyNot);
     this.#write.disabled = !found || !model.may || Boolean(model.busy) || Boolean(why);
     this.#name.disabled = !model.may;
-    write(this.#why, why || (this.#name.value.trim() ? `Becomes ${fileOf(this.#name.value)} in the data folder.` : ""));
+    write(
+      this.#why,
+      why ||
+        (this.#name.value.trim()
+          ? t("connect-file.becomes_fileof_in_the_data_folder", { fileof: fileOf(this.#name.value) })
+          : ""),
+    );
     this.#done.hidden = !written;
     mark(this, "data-written", written !== null);
     if (!written) return;
-    write(this.#path, `${written.path} is written.`);
+    write(this.#path, t("connect-file.path_is_written", { path: written.path }));
     write(this.#command, written.command);
     write(this.#text, written.text);
   }

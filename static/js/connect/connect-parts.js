@@ -3,6 +3,7 @@
 import { icon, make, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { shortType } from "./connection-model.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
@@ -13,31 +14,31 @@ import { shortType } from "./connection-model.js";
 
 /** @type {Record<Role, string>} */
 const NAMES = {
-  odometry: "Odometry",
-  scan: "Laser",
-  image: "Camera",
-  camera_info: "Camera calibration",
-  sound: "Microphones",
-  cmd_vel: "Speeds to the robot",
+  odometry: t("connect-parts.odometry"),
+  scan: t("connect-parts.laser"),
+  image: t("connect-parts.camera"),
+  camera_info: t("connect-parts.camera_calibration"),
+  sound: t("connect-parts.microphones"),
+  cmd_vel: t("connect-parts.speeds_to_the_robot"),
   cmd_vel_type: "",
-  battery: "Battery",
-  map: "Its own map",
-  pose: "Its own pose",
-  frames: "Mountings",
-  description: "Its own description",
+  battery: t("connect-parts.battery"),
+  map: t("connect-parts.its_own_map"),
+  pose: t("connect-parts.its_own_pose"),
+  frames: t("connect-parts.mountings"),
+  description: t("connect-parts.its_own_description"),
 };
-const TYPES = ["Twist", "TwistStamped"];
+const TYPES = [t("connect-parts.twist"), "TwistStamped"];
 const UNUSED = "";
 
 class ConnectParts extends Panel {
   /** @type {ConnectionModel | null} */
   #model = null;
   #list = make("div", { class: "connect-list" });
-  #again = make("button", { type: "button", class: "button primary" }, icon("again"), "Look again");
+  #again = make("button", { type: "button", class: "button primary" }, icon("again"), t("connect-parts.look_again"));
   #changed = make(
     "div",
     { class: "connect-changed" },
-    make("p", {}, "Other topics are chosen. Look again to hear what comes on them, before they are written."),
+    make("p", {}, t("connect-parts.other_topics_are_chosen_look_again")),
     this.#again,
   );
   /** @type {Map<string, {rate: HTMLElement, said: HTMLElement}>} cells that change with every reading */
@@ -97,14 +98,16 @@ class ConnectParts extends Panel {
       ...part.cameras.map((name) => (name === "camera" ? "camera" : `camera ${name}`)),
       ...part.microphones.map(() => "microphones"),
     ].filter(Boolean);
-    const about = [has.join(", ") || "no sensor", base && `base frame ${base}`].filter(Boolean).join(" · ");
+    const about = [has.join(", ") || t("connect-parts.no_sensor"), base && t("connect-parts.base_frame_base", { base })]
+      .filter(Boolean)
+      .join(" · ");
     const missing = roles.map((one) => one.remark).filter(Boolean);
     const said = [...remarks, ...missing];
     return make(
       "section",
       { class: "card connect-card", "aria-label": part.name },
       make("h2", { class: "connect-part" }, part.name),
-      make("p", { class: "note" }, part.up ? about : `${about} · does not answer`),
+      make("p", { class: "note" }, part.up ? about : t("connect-parts.about_does_not_answer", { about })),
       roles.length > 0 && make("div", { class: "connect-roles" }, ...roles.flatMap((role) => this.#rows(role, index))),
       said.length > 0 &&
         make(
@@ -136,7 +139,7 @@ class ConnectParts extends Panel {
         make(
           "div",
           { class: "connect-topic" },
-          select ?? make("span", { class: "connect-fixed" }, role.used[place]?.topic ?? "none found"),
+          select ?? make("span", { class: "connect-fixed" }, role.used[place]?.topic ?? t("connect-parts.none_found")),
           typed,
         ),
         cells.said,
@@ -152,7 +155,7 @@ class ConnectParts extends Panel {
       "select",
       { class: "connect-input", disabled: !this.#model?.may },
       ...candidates.map(({ topic }) => make("option", { value: topic }, topic)),
-      make("option", { value: UNUSED }, "not used"),
+      make("option", { value: UNUSED }, t("connect-parts.not_used")),
     );
     const chosen = this.#model?.choices.get(`${part} ${role}`)?.topics ?? used.map(({ topic }) => topic);
     select.value = chosen[place] ?? UNUSED;
@@ -163,7 +166,11 @@ class ConnectParts extends Panel {
   #type({ used }, part) {
     const select = make(
       "select",
-      { class: "connect-input connect-type", "aria-label": "Type of the speeds", disabled: !this.#model?.may },
+      {
+        class: "connect-input connect-type",
+        "aria-label": t("connect-parts.type_of_the_speeds"),
+        disabled: !this.#model?.may,
+      },
       ...TYPES.map((name) => make("option", { value: name }, name)),
     );
     select.value = shortType(used[0]?.type ?? "");
@@ -188,10 +195,13 @@ const lasting = ({ findings, ...part }) => ({
 
 /** @param {Used} used @param {Role} role */
 function rateOf({ rate_hz: rate, age_s: old }, role) {
-  if (role === "cmd_vel") return "sent while driving";
-  if (old === null) return "nothing came yet";
-  if (rate === null || role === "frames" || role === "description") return `${age(old)} ago`;
-  return old > Math.max(1, 5 / rate) ? `last ${age(old)} ago` : `${fixed(rate, rate < 9.95 ? 1 : 0)} Hz`;
+  if (role === "cmd_vel") return t("connect-parts.sent_while_driving");
+  if (old === null) return t("connect-parts.nothing_came_yet");
+  if (rate === null || role === "frames" || role === "description")
+    return t("connect-parts.age_ago", { age: age(old) });
+  return old > Math.max(1, 5 / rate)
+    ? t("connect-parts.last_age_ago", { age: age(old) })
+    : `${fixed(rate, rate < 9.95 ? 1 : 0)} Hz`;
 }
 
 customElements.define("connect-parts", ConnectParts);

@@ -2,13 +2,14 @@
 
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
 
 class ConnectRobot extends Panel {
   /** @type {ConnectionModel | null} */
   #model = null;
-  #title = make("h2", {}, "Reading what was found…");
+  #title = make("h2", {}, t("connect-robot.reading_what_was_found"));
   #state = icon("link");
   #about = make("span");
   #failsafe = make("p", { class: "connect-failsafe" });
@@ -21,8 +22,13 @@ class ConnectRobot extends Panel {
     spellcheck: "false",
     placeholder: "foxglove://192.168.0.7:8765",
   });
-  #look = make("button", { type: "submit", class: "button" }, icon("eye"), "Look");
-  #back = make("button", { type: "button", class: "button plain" }, icon("undo"), "Back to this console's robot");
+  #look = make("button", { type: "submit", class: "button" }, icon("eye"), t("connect-robot.look"));
+  #back = make(
+    "button",
+    { type: "button", class: "button plain" },
+    icon("undo"),
+    t("connect-robot.back_to_this_console_s_robot"),
+  );
   #status = make("p", { class: "note connect-status", role: "status" });
   #filled = "";
 
@@ -37,16 +43,16 @@ class ConnectRobot extends Panel {
     const form = make(
       "form",
       { class: "connect-look" },
-      make("label", { for: "connect-url" }, "URL of a robot"),
+      make("label", { for: "connect-url" }, t("connect-robot.url_of_a_robot")),
       make("div", { class: "connect-line" }, this.#url, this.#look),
       make(
         "p",
         { class: "note" },
-        "Look connects, listens for two seconds and lets go; nothing moves. Bare devices are joined by a plus: serial:///dev/ttyUSB0+scip:///dev/ttyACM0. ",
+        t("connect-robot.look_connects_listens_for_two_seconds"),
         make(
           "a",
           { class: "link", href: "static/docs/how-to/connect-a-ros-robot.md", target: "_blank", rel: "noopener" },
-          "How to",
+          t("connect-robot.how_to"),
         ),
       ),
     );
@@ -59,7 +65,7 @@ class ConnectRobot extends Panel {
     this.append(
       make(
         "section",
-        { class: "card connect-card", "aria-label": "Robot" },
+        { class: "card connect-card", "aria-label": t("connect-robot.robot") },
         this.#title,
         make("p", { class: "connect-state" }, this.#state, this.#about),
         this.#failsafe,
@@ -77,8 +83,10 @@ class ConnectRobot extends Panel {
     const { found } = model;
     if (found) {
       write(this.#title, found.name);
-      const again = model.probed ? "Looked at again; the console keeps its topics until it is started again" : "";
-      const whose = model.own ? again || "This console drives it" : "Only looked at, not connected";
+      const again = model.probed ? t("connect-robot.looked_at_again_the_console_keeps") : "";
+      const whose = model.own
+        ? again || t("connect-robot.this_console_drives_it")
+        : t("connect-robot.only_looked_at_not_connected");
       write(this.#about, `${whose} · ${found.url}`);
       const silent = found.parts.filter((part) => !part.up).map((part) => part.name);
       redraw(this.#state, silent.length ? "unlinked" : "link");
@@ -91,7 +99,7 @@ class ConnectRobot extends Panel {
     this.#back.hidden = !model.probed && !model.changed;
     this.#look.disabled = Boolean(model.busy) || !model.may;
     this.#url.disabled = !model.may;
-    const why = model.may || !found ? "" : "You are watching. Only an operator can look at robots and write files.";
+    const why = model.may || !found ? "" : t("connect-robot.you_are_watching_only_an_operator");
     write(this.#status, model.busy || model.trouble || why);
     mark(this.#status, "data-tone", model.busy ? "busy" : model.trouble ? "fault" : null);
   }
@@ -102,8 +110,8 @@ class ConnectRobot extends Panel {
  * @param {string} words
  */
 function failsafe(words) {
-  if (!words) return "What it does by itself when nobody speaks to it is not known.";
-  return /^[A-Z]/.test(words) ? words : `Without a word it stops by itself after ${words}.`;
+  if (!words) return t("connect-robot.what_it_does_by_itself_when");
+  return /^[A-Z]/.test(words) ? words : t("connect-robot.without_a_word_it_stops_by", { words });
 }
 
 customElements.define("connect-robot", ConnectRobot);

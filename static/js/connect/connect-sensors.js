@@ -3,6 +3,7 @@
 import { make, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./connection-model.js").Connection} Connection */
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
@@ -15,17 +16,17 @@ const SCALE = { m: 1, "m/s": 1, ms: 1000, "°": 180 / Math.PI, "°/s": 180 / Mat
 const OFFSET = "time_offset_s";
 /** @type {Record<Origin, string>} */
 const ORIGINS = {
-  robot: "mounting as the robot says it",
-  file: "mounting from the robot file",
-  assumed: "its mounting is not known: enter it",
+  robot: t("connect-sensors.mounting_as_the_robot_says_it"),
+  file: t("connect-sensors.mounting_from_the_robot_file"),
+  assumed: t("connect-sensors.its_mounting_is_not_known_enter"),
 };
 /** @type {Record<Limit["name"], {key: string, name: string, unit: Field["unit"]}>} */
 const LIMITS = {
-  radius: { key: "radius_m", name: "Radius", unit: "m" },
-  wheelbase: { key: "wheelbase_m", name: "Wheelbase", unit: "m" },
-  cruise: { key: "cruise_m_s", name: "Cruise", unit: "m/s" },
-  max_speed: { key: "max_speed_m_s", name: "Highest speed", unit: "m/s" },
-  max_turn_rate: { key: "max_turn_rate_rad_s", name: "Highest turn rate", unit: "°/s" },
+  radius: { key: "radius_m", name: t("connect-sensors.radius"), unit: "m" },
+  wheelbase: { key: "wheelbase_m", name: t("connect-sensors.wheelbase"), unit: "m" },
+  cruise: { key: "cruise_m_s", name: t("connect-sensors.cruise"), unit: "m/s" },
+  max_speed: { key: "max_speed_m_s", name: t("connect-sensors.highest_speed"), unit: "m/s" },
+  max_turn_rate: { key: "max_turn_rate_rad_s", name: t("connect-sensors.highest_turn_rate"), unit: "°/s" },
 };
 
 export class ConnectSensors extends Panel {
@@ -49,13 +50,9 @@ export class ConnectSensors extends Panel {
     this.append(
       make(
         "section",
-        { class: "card connect-card", "aria-label": "Body and mountings" },
-        make("h2", {}, "Body and mountings"),
-        make(
-          "p",
-          { class: "note" },
-          "Seen from the middle between the wheels, on the floor: x forward, y to the left, angles counter-clockwise.",
-        ),
+        { class: "card connect-card", "aria-label": t("connect-sensors.body_and_mountings") },
+        make("h2", {}, t("connect-sensors.body_and_mountings")),
+        make("p", { class: "note" }, t("connect-sensors.seen_from_the_middle_between_the")),
         this.#body,
       ),
     );
@@ -73,7 +70,7 @@ export class ConnectSensors extends Panel {
       button.hidden = !timing || timing.applied_s === 0;
       if (!timing) continue;
       const value = fixed(1000 * timing.offset_s, 0);
-      write(button, `Use the estimated ${value} ms`);
+      write(button, t("connect-sensors.use_the_estimated_value_ms", { value }));
       button.value = String(Math.round(1000 * timing.offset_s));
     }
   }
@@ -95,14 +92,25 @@ export class ConnectSensors extends Panel {
     this.#entries = [];
     this.#estimates.clear();
     this.#body.replaceChildren(
-      this.#group("limits", "", "Body", "Left empty, the value in grey is assumed.", false, found.limits.map(limit)),
+      this.#group(
+        "limits",
+        "",
+        t("connect-sensors.body"),
+        t("connect-sensors.left_empty_the_value_in_grey"),
+        false,
+        found.limits.map(limit),
+      ),
       ...found.lasers.map((one) => {
-        const says = `${one.beams} beams, ${fixed(one.range_max_m, 1)} m, ${fixed(one.rate_hz, 0)} Hz`;
-        return this.#mount("lasers", "Laser", one, says, [
+        const says = t("connect-sensors.beams_beams_fixed_m_fixed2_hz", {
+          beams: one.beams,
+          fixed: fixed(one.range_max_m, 1),
+          fixed2: fixed(one.rate_hz, 0),
+        });
+        return this.#mount("lasers", t("connect-sensors.laser"), one, says, [
           ...flat(one),
           {
             key: OFFSET,
-            name: "add to stamps",
+            name: t("connect-sensors.add_to_stamps"),
             unit: "ms",
             value: one.time_offset_s,
             known: one.time_offset_s !== 0,
@@ -110,10 +118,22 @@ export class ConnectSensors extends Panel {
         ]);
       }),
       ...found.cameras.map((one) =>
-        this.#mount("cameras", "Camera", one, `${one.width} × ${one.height}, ${fixed(one.rate_hz, 0)} Hz`, camera(one)),
+        this.#mount(
+          "cameras",
+          t("connect-sensors.camera"),
+          one,
+          `${one.width} × ${one.height}, ${fixed(one.rate_hz, 0)} Hz`,
+          camera(one),
+        ),
       ),
       ...found.microphones.map((one) =>
-        this.#mount("microphones", "Microphones", one, `${one.microphones} microphones`, flat(one)),
+        this.#mount(
+          "microphones",
+          t("connect-sensors.microphones"),
+          one,
+          t("connect-sensors.microphones_microphones", { microphones: one.microphones }),
+          flat(one),
+        ),
       ),
     );
   }
@@ -131,7 +151,9 @@ export class ConnectSensors extends Panel {
       .map(({ topic }) => topic)
       .join(" or ");
     const origin =
-      sensor.mounting === "robot" && tf && kind !== "microphones" ? `mounting from ${tf}` : ORIGINS[sensor.mounting];
+      sensor.mounting === "robot" && tf && kind !== "microphones"
+        ? t("connect-sensors.mounting_from_tf", { tf })
+        : ORIGINS[sensor.mounting];
     const text = `${says} · ${origin}`;
     return this.#group(kind, sensor.name, title, text, missing, fields);
   }
@@ -170,7 +192,7 @@ export class ConnectSensors extends Panel {
       inputmode: "decimal",
       class: "connect-input",
       autocomplete: "off",
-      "aria-label": `${title}: ${field.name} in ${field.unit}`,
+      "aria-label": t("connect-sensors.title_name_in_unit", { title, name: field.name, unit: field.unit }),
       value: field.known ? shown : "",
       placeholder: shown,
       disabled: !this.#model?.may,
@@ -179,7 +201,7 @@ export class ConnectSensors extends Panel {
     input.addEventListener("input", () => {
       const bad = Number.isNaN(read(input, field) ?? 0);
       input.setAttribute("aria-invalid", String(bad));
-      write(trouble, bad ? "This is not a number." : "");
+      write(trouble, bad ? t("connect-sensors.this_is_not_a_number") : "");
     });
     this.#entries.push({ kind, name, field, input });
     return make(
@@ -246,8 +268,8 @@ function camera(one) {
     { key: "x_m", name: "x", unit: "m", value: one.x_m, known },
     { key: "y_m", name: "y", unit: "m", value: one.y_m, known },
     { key: "z_m", name: "height", unit: "m", value: one.z_m, known },
-    { key: "yaw_rad", name: "yaw, left", unit: "°", value: one.yaw_rad, known },
-    { key: "pitch_rad", name: "pitch, down", unit: "°", value: one.pitch_rad, known },
+    { key: "yaw_rad", name: t("connect-sensors.yaw_left"), unit: "°", value: one.yaw_rad, known },
+    { key: "pitch_rad", name: t("connect-sensors.pitch_down"), unit: "°", value: one.pitch_rad, known },
     { key: "roll_rad", name: "roll", unit: "°", value: one.roll_rad, known },
   ];
 }

@@ -3,6 +3,7 @@
 import { make, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
 /** @typedef {import("./connection-model.js").Clock} Clock */
@@ -11,7 +12,12 @@ import { Panel } from "../ui/panel.js";
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {{name: string, value: string, note: string, tone: string | null}} Row */
 
-const KINDS = { wheels: "Odometry", laser: "Laser", camera: "Camera", microphones: "Microphones" };
+const KINDS = {
+  wheels: t("connect-timing.odometry"),
+  laser: t("connect-timing.laser"),
+  camera: t("connect-timing.camera"),
+  microphones: t("connect-timing.microphones"),
+};
 const DAY_S = 86400;
 
 class ConnectTiming extends Panel {
@@ -29,9 +35,9 @@ class ConnectTiming extends Panel {
     this.append(
       make(
         "section",
-        { class: "card connect-card", "aria-label": "Times" },
-        make("h2", {}, "Times"),
-        make("p", { class: "note" }, "Of the robot that this console drives."),
+        { class: "card connect-card", "aria-label": t("connect-timing.times") },
+        make("h2", {}, t("connect-timing.times")),
+        make("p", { class: "note" }, t("connect-timing.of_the_robot_that_this_console")),
         this.#rows,
       ),
     );
@@ -72,11 +78,15 @@ class ConnectTiming extends Panel {
 /** @param {SensorLine} sensor @returns {Row} */
 function sensorRow({ kind, name, state, age_s, rate_hz }) {
   const own = name && name !== kind && kind !== "microphones" ? ` ${name}` : "";
-  const words = { live: "arrives", stale: "is late", lost: "is lost" };
+  const words = {
+    live: t("connect-timing.arrives"),
+    stale: t("connect-timing.is_late"),
+    lost: t("connect-timing.is_lost"),
+  };
   return {
     name: `${KINDS[kind]}${own}`,
     value: `${age(age_s)} old`,
-    note: `${words[state]}; ${fixed(rate_hz, 0)} Hz expected`,
+    note: t("connect-timing.words_fixed_hz_expected", { words: words[state], fixed: fixed(rate_hz, 0) }),
     tone: state === "live" ? null : "stale",
   };
 }
@@ -89,38 +99,39 @@ function sensorRow({ kind, name, state, age_s, rate_hz }) {
  * @returns {Row}
  */
 function offsetRow(laser, timings, odometry, count) {
-  const name = count > 1 ? `Offset of ${laser}` : "Laser to odometry";
+  const name = count > 1 ? t("connect-timing.offset_of_laser", { laser }) : t("connect-timing.laser_to_odometry");
   const timing = timings.find((one) => one.laser === laser || (count === 1 && one.laser === ""));
-  if (!odometry) return { name, value: "–", note: "Without odometry no time offset is estimated.", tone: null };
-  if (!timing) return { name, value: "–", note: "Not known yet; turn the robot on the spot.", tone: null };
-  const way = timing.offset_s > 0 ? "early" : "late";
-  const corrected = timing.applied_s === 0 ? "too little to be corrected" : "corrected";
+  if (!odometry) return { name, value: "–", note: t("connect-timing.without_odometry_no_time_offset_is"), tone: null };
+  if (!timing) return { name, value: "–", note: t("connect-timing.not_known_yet_turn_the_robot"), tone: null };
+  const way = timing.offset_s > 0 ? t("connect-timing.early") : t("connect-timing.late");
+  const corrected =
+    timing.applied_s === 0 ? t("connect-timing.too_little_to_be_corrected") : t("connect-timing.corrected");
   return {
     name,
     value: `${fixed(1000 * timing.offset_s, 0)} ± ${fixed(1000 * timing.sd_s, 1)} ms`,
-    note: `The laser's stamps are ${way}; ${corrected}.`,
+    note: t("connect-timing.the_laser_s_stamps_are_way", { way, corrected }),
     tone: null,
   };
 }
 
 /** @param {Clock} clock @returns {Row} */
 function clockRow({ clock, ahead_s: ahead, offset_s: offset }) {
-  const name = `Clock of ${clock}`;
+  const name = t("connect-timing.clock_of_clock", { clock });
   if (ahead === null)
     return {
       name,
       value: `${fixed(offset, 3)} s`,
-      note: "Added to its stamps; it counts from its own start.",
+      note: t("connect-timing.added_to_its_stamps_it_counts"),
       tone: null,
     };
-  const way = ahead > 0 ? "ahead of" : "behind";
+  const way = ahead > 0 ? t("connect-timing.ahead_of") : t("connect-timing.behind");
   const size =
     Math.abs(ahead) < 10
       ? `${fixed(Math.abs(1000 * ahead), 0)} ms`
       : Math.abs(ahead) < DAY_S
         ? `${fixed(Math.abs(ahead), 0)} s`
         : `${fixed(Math.abs(ahead) / DAY_S, 0)} days`;
-  return { name, value: size, note: `${way} this computer's; put right.`, tone: null };
+  return { name, value: size, note: t("connect-timing.way_this_computer_s_put_right", { way }), tone: null };
 }
 
 customElements.define("connect-timing", ConnectTiming);

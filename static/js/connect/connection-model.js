@@ -1,6 +1,7 @@
 // Client model of the Connect page: what was found, the operator's choice of topics, and the robot file.
 
 import { call, post, sentenceOf } from "../net/api.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 /** @typedef {"odometry" | "scan" | "image" | "camera_info" | "sound" | "cmd_vel" | "cmd_vel_type" | "battery" | "map" | "pose" | "frames" | "description"} Role */
@@ -132,7 +133,7 @@ export class ConnectionModel {
    */
   async look(url) {
     if (url !== this.found?.url) this.choices.clear();
-    await this.#during(`Looking at ${url}. That takes up to 20 seconds.`, async () => {
+    await this.#during(t("connection-model.looking_at_url_that_takes_up", { url }), async () => {
       this.found = await post(`${ROOT}/probe`, { url, topics: [...this.choices.values()] });
       this.choices.clear();
       this.changed = false;
@@ -160,7 +161,7 @@ export class ConnectionModel {
       });
       this.written = written;
       this.files = [...new Set([...this.files, written.name])];
-      this.session.announce(`${written.name} is written.`);
+      this.session.announce(t("connection-model.name_is_written", { name: written.name }));
     });
   }
 

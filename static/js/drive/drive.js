@@ -1,5 +1,7 @@
 // Hold-to-drive logic (the deadman of keys and stick): turns operator input into jog frames for the gate. Time and transport are injected.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("./keys.js").Velocity} Velocity */
 /** @typedef {{v: number, w: number, press: number, seq: number, nonce: number, epoch: number}} DriveFrame */
 /**
@@ -26,7 +28,7 @@ export class Drive {
   /** @type {Velocity} */
   #gamepad = { v: 0, w: 0 };
   /** @type {Permission} */
-  #permission = { may: "no", why: "The page is not connected yet." };
+  #permission = { may: "no", why: t("drive.the_page_is_not_connected_yet") };
   #gate = { nonce: 0, epoch: 0, needNeutral: false };
   #engaged = false;
   #neutralSeen = true; // true once the gate needed no neutral during this press
@@ -129,11 +131,11 @@ export class Drive {
       this.#await(now);
       return;
     }
-    if (permission.may !== "yes") this.trip(permission.why || "You no longer drive.");
-    else if (changedOperator) this.trip("Control changed hands.");
+    if (permission.may !== "yes") this.trip(permission.why || t("drive.you_no_longer_drive"));
+    else if (changedOperator) this.trip(t("drive.control_changed_hands"));
     else if (!gate.needNeutral) this.#neutralSeen = true;
-    else if (this.#neutralSeen) this.trip("The gate stopped the robot.");
-    else if (now - this.#engagedAt > NEUTRAL_MS) this.trip("The gate did not take this press.");
+    else if (this.#neutralSeen) this.trip(t("drive.the_gate_stopped_the_robot"));
+    else if (now - this.#engagedAt > NEUTRAL_MS) this.trip(t("drive.the_gate_did_not_take_this"));
   }
 
   /**
@@ -164,7 +166,7 @@ export class Drive {
    * @param {number} now [ms]
    */
   tick(now) {
-    if (this.#engaged && now - this.#sentAt > LATE_MS) this.trip("The page was busy and lost touch.");
+    if (this.#engaged && now - this.#sentAt > LATE_MS) this.trip(t("drive.the_page_was_busy_and_lost"));
     else if (this.#engaged) this.#sendSetpoint(now);
     else if (this.#zeros > 0) this.#zero();
   }
@@ -197,7 +199,7 @@ export class Drive {
    */
   #await(now) {
     if (this.#asking === -Infinity) return;
-    if (now - this.#asking >= ASK_MS) this.trip("Control was not granted. Let go, then press again.");
+    if (now - this.#asking >= ASK_MS) this.trip(t("drive.control_was_not_granted_let_go"));
     else if (this.#permission.may === "yes") this.#follow(now, true);
     else if (this.#permission.may === "no") this.trip(this.#permission.why);
   }

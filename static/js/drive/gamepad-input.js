@@ -1,6 +1,7 @@
 // Gamepads of this browser: reads them, drives and stops by them, and keeps their mappings.
 
 import { remember, remembered } from "../ui/local-storage.js";
+import { t } from "../ui/texts.js";
 import { PRESETS } from "./drive.js";
 import { InputLearner } from "./gamepad-learning.js";
 import { assign, defaultMapping, isComplete, NEEDED, parseMapping } from "./gamepad-mapping.js";
@@ -16,9 +17,9 @@ import { GamepadReader } from "./gamepad-reader.js";
 
 const READ_MS = 20; // on a timer: a page that draws slowly must still see the deadman go
 const STILL = { v: 0, w: 0 };
-const UNFOCUSED = "The page does not have the focus. Click it, then press the button again.";
-const COVERED = "Close the dialog to drive.";
-const ELSEWHERE = "Open the page Drive to drive.";
+const UNFOCUSED = t("gamepad-input.the_page_does_not_have_the");
+const COVERED = t("gamepad-input.close_the_dialog_to_drive");
+const ELSEWHERE = t("gamepad-input.open_the_page_drive_to_drive");
 
 export class GamepadInput {
   #session;
@@ -48,8 +49,8 @@ export class GamepadInput {
     this.#drive = drive;
     setInterval(() => this.#read(performance.now()), READ_MS);
     addEventListener("gamepaddisconnected", () => this.#read(performance.now()));
-    session.on("stopped", () => this.trip("Stopped. Let go, then press again."));
-    session.on("lost", () => this.trip("The link was lost. Let go, then press again."));
+    session.on("stopped", () => this.trip(t("gamepad-input.stopped_let_go_then_press_again")));
+    session.on("lost", () => this.trip(t("gamepad-input.the_link_was_lost_let_go")));
   }
 
   /** False where the browser keeps gamepads from this page. */
@@ -82,8 +83,8 @@ export class GamepadInput {
     const [pad] = this.#pads;
     if (!pad) return "";
     const { deadman } = this.mappingOf(pad).inputs;
-    if (!deadman || !isComplete(this.mappingOf(pad))) return "Gamepad: its layout is unknown. Menu, Gamepad.";
-    return `Hold ${inputName(pad, deadman)} and push the stick.`;
+    if (!deadman || !isComplete(this.mappingOf(pad))) return t("gamepad-input.gamepad_its_layout_is_unknown_menu");
+    return t("gamepad-input.hold_inputname_and_push_the_stick", { inputname: inputName(pad, deadman) });
   }
 
   /** The action that waits for its input, with what to do; `outcome` says how the last one ended. */
@@ -107,7 +108,7 @@ export class GamepadInput {
    * @param {Mapping} mapping
    */
   keep(pad, mapping) {
-    this.trip("The mapping was changed. Let go, then press again.");
+    this.trip(t("gamepad-input.the_mapping_was_changed_let_go"));
     this.#mappings.set(pad.id, mapping);
     remember(storedAs(pad), JSON.stringify(mapping));
   }
@@ -164,7 +165,7 @@ export class GamepadInput {
     if (document.visibilityState !== "visible" || !document.hasFocus()) return UNFOCUSED;
     if (!this.drives) return ELSEWHERE;
     if (document.querySelector("[role=dialog]:not([hidden])")) return COVERED;
-    return this.#session.hello?.robot.drives === false ? "A recording cannot be driven." : "";
+    return this.#session.hello?.robot.drives === false ? t("gamepad-input.a_recording_cannot_be_driven") : "";
   }
 
   /**
@@ -183,7 +184,7 @@ export class GamepadInput {
 
   #stop() {
     if (this.#learning && this.#learning.learner.action !== "stop")
-      this.stopLearning("STOP was pressed. The mapping was not changed.");
+      this.stopLearning(t("gamepad-input.stop_was_pressed_the_mapping_was"));
     this.#session.stop();
   }
 
@@ -199,7 +200,7 @@ export class GamepadInput {
     for (const [index, id] of this.#known) {
       if (this.#pads.some((pad) => pad.index === index)) continue;
       this.#known.delete(index);
-      this.#session.complain(`${padName(id)} was disconnected. It drives nothing any more.`);
+      this.#session.complain(t("gamepad-input.padname_was_disconnected_it_drives_nothing", { padname: padName(id) }));
     }
   }
 
@@ -208,11 +209,17 @@ export class GamepadInput {
     const { inputs } = this.mappingOf(pad);
     const name = padName(pad.id);
     if (!isComplete(this.mappingOf(pad)) || !inputs.deadman || !inputs.stop)
-      return { text: `${name}: this browser does not know its layout. Set it up by pressing.`, words: "Set up" };
+      return { text: t("gamepad-input.name_this_browser_does_not_know", { name }), words: t("gamepad-input.set_up") };
     const [deadman, stop] = [inputName(pad, inputs.deadman), inputName(pad, inputs.stop)];
     if (this.#session.hello?.you.role === "viewer")
-      return { text: `${name}: you are watching, so it cannot drive. ${stop} is STOP.`, words: "Mapping" };
-    return { text: `${name}: hold ${deadman} and push the stick to drive. ${stop} is STOP.`, words: "Mapping" };
+      return {
+        text: t("gamepad-input.name_you_are_watching_so_it", { name, stop }),
+        words: t("gamepad-input.mapping"),
+      };
+    return {
+      text: t("gamepad-input.name_hold_deadman_and_push_the", { name, deadman, stop }),
+      words: t("gamepad-input.mapping"),
+    };
   }
 
   /** @param {number} now [ms] */
@@ -222,11 +229,11 @@ export class GamepadInput {
     const { index, learner, next } = learning;
     const pad = this.#pads.find((each) => each.index === index);
     if (!pad) {
-      this.stopLearning("The gamepad was disconnected.");
+      this.stopLearning(t("gamepad-input.the_gamepad_was_disconnected"));
       return;
     }
     const { input, failed } = learner.take(pad, now);
-    if (failed) this.stopLearning("That does not come back to where it was. Let go of everything and try again.");
+    if (failed) this.stopLearning(t("gamepad-input.that_does_not_come_back_to"));
     if (!input) return;
     const { mapping, why } = assign(this.mappingOf(pad), learner.action, input);
     if (why) {
@@ -235,7 +242,12 @@ export class GamepadInput {
     }
     this.keep(pad, mapping);
     if (next.length) this.learn(pad, next);
-    else this.stopLearning(isComplete(mapping) ? "Saved in this browser." : "Saved. Not all that is needed is set.");
+    else
+      this.stopLearning(
+        isComplete(mapping)
+          ? t("gamepad-input.saved_in_this_browser")
+          : t("gamepad-input.saved_not_all_that_is_needed"),
+      );
   }
 }
 

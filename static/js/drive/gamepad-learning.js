@@ -1,5 +1,6 @@
 // Learn an input of a gamepad by pressing it: what was moved, and came back to where it was.
 
+import { t } from "../ui/texts.js";
 import { STICKS } from "./gamepad-mapping.js";
 
 /** @typedef {import("./gamepad-mapping.js").Pad} Pad */
@@ -13,13 +14,13 @@ const GIVE_UP_MS = 5000; // within which what was pressed has to come back
 
 /** @type {Readonly<Record<PadAction, string>>} */
 export const PROMPTS = {
-  deadman: "Press and release the button that you will hold to drive: best a shoulder button.",
-  stop: "Press and release the button for STOP.",
-  slow: "Press and release the button that you will hold to drive slowly.",
-  slower: "Press and release the button that lowers the speed.",
-  faster: "Press and release the button that raises the speed.",
-  forward: "Push the stick fully forward, then let it go.",
-  left: "Push the stick fully to the left, then let it go.",
+  deadman: t("gamepad-learning.press_and_release_the_button_that"),
+  stop: t("gamepad-learning.press_and_release_the_button_for"),
+  slow: t("gamepad-learning.press_and_release_the_button_that_2"),
+  slower: t("gamepad-learning.press_and_release_the_button_that_3"),
+  faster: t("gamepad-learning.press_and_release_the_button_that_4"),
+  forward: t("gamepad-learning.push_the_stick_fully_forward_then"),
+  left: t("gamepad-learning.push_the_stick_fully_to_the"),
 };
 
 /** One action that waits for its input. */
@@ -37,8 +38,8 @@ export class InputLearner {
 
   /** A sentence: what the operator does next. */
   get prompt() {
-    if (!this.#rest) return "Let go of every button and stick.";
-    return this.#found ? "Now let it go." : PROMPTS[this.action];
+    if (!this.#rest) return t("gamepad-learning.let_go_of_every_button_and");
+    return this.#found ? t("gamepad-learning.now_let_it_go") : PROMPTS[this.action];
   }
 
   /**

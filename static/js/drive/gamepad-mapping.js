@@ -1,5 +1,6 @@
 // Mapping of a gamepad: which button and which stick does what. Pure functions of what the browser reports.
 
+import { t } from "../ui/texts.js";
 import { response } from "./response.js";
 
 /** @typedef {import("./keys.js").Velocity} Velocity */
@@ -118,11 +119,12 @@ export function assign(mapping, action, input) {
     if (other === action || !theirs) continue;
     const otherIsStick = STICKS.some((each) => each === other);
     const sameAxis = "axis" in theirs && "axis" in input && theirs.axis === input.axis;
-    if (isStick !== otherIsStick && sameAxis) return { mapping, why: `That axis is used for “${TITLES[other]}”.` };
+    if (isStick !== otherIsStick && sameAxis)
+      return { mapping, why: t("gamepad-mapping.that_axis_is_used_for_titles", { titles: TITLES[other] }) };
     if (!(isStick ? sameAxis : collide(theirs, input))) continue;
     if (previous) inputs[other] = previous;
     else if (NEEDED.includes(other))
-      return { mapping, why: `That is used for “${TITLES[other]}”. Choose another one.` };
+      return { mapping, why: t("gamepad-mapping.that_is_used_for_titles_choose", { titles: TITLES[other] }) };
     else delete inputs[other];
   }
   return { mapping: { ...mapping, inputs }, why: "" };
@@ -130,13 +132,13 @@ export function assign(mapping, action, input) {
 
 /** @type {Readonly<Record<PadAction, string>>} */
 export const TITLES = {
-  deadman: "Hold to drive",
+  deadman: t("gamepad-mapping.hold_to_drive"),
   stop: "STOP",
-  slow: "Slow, while held",
-  slower: "Lower speed",
-  faster: "Higher speed",
-  forward: "Forward and back",
-  left: "Turn",
+  slow: t("gamepad-mapping.slow_while_held"),
+  slower: t("gamepad-mapping.lower_speed"),
+  faster: t("gamepad-mapping.higher_speed"),
+  forward: t("gamepad-mapping.forward_and_back"),
+  left: t("gamepad-mapping.turn"),
 };
 
 /**

@@ -1,19 +1,72 @@
 // Names of gamepads and of their buttons, as they are printed on them.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("./gamepad-mapping.js").Pad} Pad */
 /** @typedef {import("./gamepad-mapping.js").PadInput} PadInput */
 
-const PAD = ["D-pad up", "D-pad down", "D-pad left", "D-pad right"];
-const XBOX = ["A", "B", "X", "Y", "LB", "RB", "LT", "RT", "View", "Menu", "LS", "RS", ...PAD, "Xbox"];
+const PAD = [
+  t("gamepad-names.d_pad_up"),
+  t("gamepad-names.d_pad_down"),
+  t("gamepad-names.d_pad_left"),
+  t("gamepad-names.d_pad_right"),
+];
+const XBOX = [
+  "A",
+  "B",
+  "X",
+  "Y",
+  "LB",
+  "RB",
+  "LT",
+  "RT",
+  t("gamepad-names.view"),
+  t("gamepad-names.menu"),
+  "LS",
+  "RS",
+  ...PAD,
+  "Xbox",
+];
 const PLAYSTATION = [
-  ...["cross", "circle", "square", "triangle", "L1", "R1", "L2", "R2", "Create", "Options", "L3", "R3"],
-  ...[...PAD, "PS", "touch pad"],
+  ...[
+    "cross",
+    "circle",
+    "square",
+    "triangle",
+    "L1",
+    "R1",
+    "L2",
+    "R2",
+    t("gamepad-names.create"),
+    t("gamepad-names.options"),
+    "L3",
+    "R3",
+  ],
+  ...[...PAD, "PS", t("gamepad-names.touch_pad")],
 ];
 const NINTENDO = [
-  ...["B", "A", "Y", "X", "L", "R", "ZL", "ZR", "−", "+", "left stick button", "right stick button"],
-  ...[...PAD, "Home"],
+  ...[
+    "B",
+    "A",
+    "Y",
+    "X",
+    "L",
+    "R",
+    "ZL",
+    "ZR",
+    "−",
+    "+",
+    t("gamepad-names.left_stick_button"),
+    t("gamepad-names.right_stick_button"),
+  ],
+  ...[...PAD, t("gamepad-names.home")],
 ];
-const AXES = ["left stick ↔", "left stick ↕", "right stick ↔", "right stick ↕"];
+const AXES = [
+  t("gamepad-names.left_stick"),
+  t("gamepad-names.left_stick_2"),
+  t("gamepad-names.right_stick"),
+  t("gamepad-names.right_stick_2"),
+];
 
 /** @param {string} id as the browser reports it */
 function buttonNames(id) {
@@ -29,8 +82,12 @@ function buttonNames(id) {
  */
 export function inputName({ id, mapping }, input) {
   const known = mapping === "standard";
-  if ("button" in input) return (known && buttonNames(id)[input.button]) || `button ${input.button}`;
-  return (known && AXES[input.axis]) || `axis ${input.axis}${input.sign < 0 ? " −" : " +"}`;
+  if ("button" in input)
+    return (known && buttonNames(id)[input.button]) || t("gamepad-names.button_button", { button: input.button });
+  return (
+    (known && AXES[input.axis]) ||
+    t("gamepad-names.axis_axisvalue", { axis: input.axis, value: input.sign < 0 ? " −" : " +" })
+  );
 }
 
 /**
@@ -43,5 +100,5 @@ export function padName(id) {
     .replace(/\s*\((?:STANDARD GAMEPAD|Vendor:).*$/i, "")
     .replace(/^[0-9a-f]{1,4}-[0-9a-f]{1,4}-/i, "")
     .trim();
-  return name.slice(0, 60) || "Gamepad";
+  return name.slice(0, 60) || t("gamepad-names.gamepad");
 }

@@ -1,5 +1,6 @@
 // Hold-to-drive by gamepad: which gamepad drives, and what takes it out of the operator's hands. Time is injected.
 
+import { t } from "../ui/texts.js";
 import { isComplete, isPressed, stickVelocity } from "./gamepad-mapping.js";
 import { inputName } from "./gamepad-names.js";
 
@@ -119,7 +120,7 @@ export class GamepadReader {
     if (!pad) return reading;
     const mapping = mappingOf(pad);
     if (this.#memories.get(pad.index)?.isFrozen(now)) {
-      this.trip(`The gamepad sent nothing new. Release ${deadmanName(pad, mapping)}, then press it again.`);
+      this.trip(t("gamepad-reader.the_gamepad_sent_nothing_new_release", { deadmanname: deadmanName(pad, mapping) }));
       return reading;
     }
     return { ...reading, velocity: stickVelocity(pad, mapping), slow: isPressed(pad, mapping.inputs.slow) };
@@ -164,12 +165,12 @@ export class GamepadReader {
     if (this.#active !== null) {
       memory.rested = false; // its deadman has to be pressed after the other one was released
     } else if (!isComplete(mapping)) {
-      this.#why = "Set this gamepad up first: Menu, Gamepad.";
+      this.#why = t("gamepad-reader.set_this_gamepad_up_first_menu");
     } else if (memory.rested) {
       this.#active = pad.index;
       this.#why = "";
     } else if (!this.#why) {
-      this.#why = `Release ${name} and let the stick centre itself, then press ${name}.`;
+      this.#why = t("gamepad-reader.release_name_and_let_the_stick", { name, name2: name });
     }
   }
 
@@ -190,4 +191,5 @@ export class GamepadReader {
  * @param {Pad} pad
  * @param {Mapping} mapping
  */
-const deadmanName = (pad, { inputs }) => (inputs.deadman ? inputName(pad, inputs.deadman) : "the button");
+const deadmanName = (pad, { inputs }) =>
+  inputs.deadman ? inputName(pad, inputs.deadman) : t("gamepad-reader.the_button");

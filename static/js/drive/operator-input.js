@@ -2,6 +2,7 @@
 
 import { remembered } from "../ui/local-storage.js";
 import { mayBegin } from "../ui/pending-command.js";
+import { t } from "../ui/texts.js";
 import { Drive, PERIOD_MS } from "./drive.js";
 import { GamepadInput } from "./gamepad-input.js";
 import { HeldKeys, intentionOf, scrolls, TALK, takesEnter, takesText } from "./keys.js";
@@ -39,8 +40,8 @@ export class OperatorInput {
     });
     this.gamepad = new GamepadInput(session, this.drive);
     setInterval(() => this.drive.tick(performance.now()), PERIOD_MS);
-    session.on("stopped", () => this.drive.trip("Stopped. Let go, then press again."));
-    session.on("lost", () => this.drive.trip("The link was lost. Let go, then press again."));
+    session.on("stopped", () => this.drive.trip(t("operator-input.stopped_let_go_then_press_again")));
+    session.on("lost", () => this.drive.trip(t("operator-input.the_link_was_lost_let_go")));
     session.on("hello", ({ robot, clock_ms }) => {
       this.#ahead = clock_ms - performance.now();
       this.drive.limits = { speed: robot.max_speed_m_s, turnRate: robot.max_turn_rate_rad_s };
@@ -78,7 +79,7 @@ export class OperatorInput {
     this.#held.clear();
     this.toTalk(false);
     this.drive.slow = false;
-    this.gamepad.trip("Driving was interrupted. Let go, then press again.");
+    this.gamepad.trip(t("operator-input.driving_was_interrupted_let_go_then"));
     this.drive.abandon();
   }
 

@@ -1,5 +1,7 @@
 // Decide whether this user may drive now, and give the reason if not. The server and the gate have the final say.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("../net/messages.js").HelloMessage} Hello */
 /** @typedef {import("../net/messages.js").State} State */
 /** @typedef {import("./drive.js").Permission} Permission */
@@ -17,14 +19,14 @@ export const onlyWatched = (hello) => hello !== null && !hello.robot.drives && !
 export function permission({ hello, state, up }) {
   /** @param {string} why @returns {Permission} */
   const no = (why) => ({ may: "no", why });
-  if (!up || !hello || !state) return no("The link to the console is lost.");
-  if (onlyWatched(hello)) return no("A recording cannot be driven.");
-  if (hello.you.role === "viewer") return no("You are watching. Only an operator can drive.");
-  if (state.gate.state === "halted") return no("Halted. Reset the halt first.");
-  if (state.robot.link === "lost") return no("The robot does not answer.");
-  if (state.robot.link === "connecting") return no("The robot is still starting up.");
+  if (!up || !hello || !state) return no(t("permission.the_link_to_the_console_is"));
+  if (onlyWatched(hello)) return no(t("permission.a_recording_cannot_be_driven"));
+  if (hello.you.role === "viewer") return no(t("permission.you_are_watching_only_an_operator"));
+  if (state.gate.state === "halted") return no(t("permission.halted_reset_the_halt_first"));
+  if (state.robot.link === "lost") return no(t("permission.the_robot_does_not_answer"));
+  if (state.robot.link === "connecting") return no(t("permission.the_robot_is_still_starting_up"));
   const mine = state.lease.holder_id === hello.you.id;
   if (mine && state.gate.state === "armed" && state.gate.epoch === state.lease.epoch) return { may: "yes", why: "" };
   if (mine || state.lease.holder === null) return { may: "ask", why: "" };
-  return no(`${state.lease.holder} drives. Take over first.`);
+  return no(t("permission.holder_drives_take_over_first", { holder: state.lease.holder }));
 }

@@ -2,6 +2,7 @@
 
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { costOf } from "./runs-model.js";
 
 /** @typedef {import("./runs-model.js").ExperimentRuns} ExperimentRuns */
@@ -13,7 +14,7 @@ class ExperimentList extends Panel {
   /** @type {ExperimentRuns | null} */
   #runs = null;
   #list = make("ul", { class: "experiments" });
-  #status = make("p", { class: "note", role: "status" }, "Reading what experiments there are…");
+  #status = make("p", { class: "note", role: "status" }, t("experiment-list.reading_what_experiments_there_are"));
   /** @type {Map<string, {button: HTMLButtonElement, why: HTMLElement}>} */
   #starts = new Map();
 
@@ -36,9 +37,14 @@ class ExperimentList extends Panel {
       this.#starts.clear();
       this.#list.replaceChildren(...experiments.map((one) => this.#row(one)));
     }
-    const why = !may && experiments ? "You are watching. Only an operator can run an experiment." : "";
-    write(this.#status, experiments ? why || (running ? `${running.title} runs. One at a time.` : trouble) : trouble);
-    if (!experiments && !trouble) write(this.#status, "Reading what experiments there are…");
+    const why = !may && experiments ? t("experiment-list.you_are_watching_only_an_operator") : "";
+    write(
+      this.#status,
+      experiments
+        ? why || (running ? t("experiment-list.title_runs_one_at_a_time", { title: running.title }) : trouble)
+        : trouble,
+    );
+    if (!experiments && !trouble) write(this.#status, t("experiment-list.reading_what_experiments_there_are"));
     this.#status.hidden = this.#status.textContent === "";
     for (const { button } of this.#starts.values()) button.disabled = !may || running !== null;
   }
@@ -50,21 +56,27 @@ class ExperimentList extends Panel {
     const cost = make("span", { class: "note" });
     const button = make(
       "button",
-      { type: "submit", class: "button primary", "aria-label": `Run: ${one.title}` },
+      { type: "submit", class: "button primary", "aria-label": t("experiment-list.run_title", { title: one.title }) },
       icon("play"),
-      "Run",
+      t("experiment-list.run"),
     );
     const form = make(
       "form",
       { class: "experiment-form" },
       make("label", { for: count.id }, one.counts),
       count,
-      make("label", { for: seed.id }, "seed"),
+      make("label", { for: seed.id }, t("experiment-list.seed")),
       seed,
       button,
       cost,
     );
-    const price = () => write(cost, count.checkValidity() ? costOf(one, count.valueAsNumber) : `1 to ${MOST_RUNS}`);
+    const price = () =>
+      write(
+        cost,
+        count.checkValidity()
+          ? costOf(one, count.valueAsNumber)
+          : t("experiment-list.1_to_mostruns", { mostruns: MOST_RUNS }),
+      );
     count.addEventListener("input", price);
     price();
     form.addEventListener("submit", (event) => {
@@ -77,7 +89,12 @@ class ExperimentList extends Panel {
       make("h2", {}, one.title),
       one.reproduces && make("p", {}, one.reproduces),
       form,
-      make("p", { class: "note" }, "On the command line: ", make("code", {}, `beckon experiment ${one.name}`)),
+      make(
+        "p",
+        { class: "note" },
+        t("experiment-list.on_the_command_line"),
+        make("code", {}, `beckon experiment ${one.name}`),
+      ),
     );
     mark(row, "data-experiment", one.name);
     this.#starts.set(one.name, { button, why: cost });

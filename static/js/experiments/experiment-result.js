@@ -3,34 +3,40 @@
 import { icon, make, mark, write } from "../ui/element.js";
 import { timeOfDay } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { figure, fileOf, inWords } from "./runs-model.js";
 
 /** @typedef {import("./runs-model.js").ExperimentRuns} ExperimentRuns */
 /** @typedef {import("./runs-model.js").ExperimentRun} ExperimentRun */
 
-const NOTHING =
-  "Run one: its progress appears here, then its figures beside the chapter's, and the files that the command line writes. Runs are kept.";
+const NOTHING = t("experiment-result.run_one_its_progress_appears_here");
 
 class ExperimentResult extends Panel {
   /** @type {ExperimentRuns | null} */
   #runs = null;
-  #title = make("h2", {}, "Nothing was run yet");
+  #title = make("h2", {}, t("experiment-result.nothing_was_run_yet"));
   #about = make("p", { class: "note" }, NOTHING);
   #doing = make("p", { class: "experiment-doing" });
   #bar = make("div", { class: "bar-fill" });
   #progress = make(
     "div",
-    { class: "progress", role: "progressbar", "aria-label": "Progress", "aria-valuemin": "0", "aria-valuemax": "100" },
+    {
+      class: "progress",
+      role: "progressbar",
+      "aria-label": t("experiment-result.progress"),
+      "aria-valuemin": "0",
+      "aria-valuemax": "100",
+    },
     this.#bar,
   );
-  #cancel = make("button", { type: "button", class: "button" }, icon("close"), "Cancel");
+  #cancel = make("button", { type: "button", class: "button" }, icon("close"), t("experiment-result.cancel"));
   #going = make("div", { class: "experiment-going", hidden: true }, this.#doing, this.#progress, this.#cancel);
   #content = make("div", { class: "experiment-content" });
   #list = make("ul", { class: "experiment-runs" });
   #before = make(
     "section",
-    { class: "card experiment-before", "aria-label": "Runs", hidden: true },
-    make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Runs")),
+    { class: "card experiment-before", "aria-label": t("experiment-result.runs"), hidden: true },
+    make("div", { class: "card-head" }, make("h2", { class: "card-title" }, t("experiment-result.runs"))),
     this.#list,
   );
   #drawn = "";
@@ -47,7 +53,7 @@ class ExperimentResult extends Panel {
     this.append(
       make(
         "section",
-        { class: "card experiment-result", "aria-label": "Result" },
+        { class: "card experiment-result", "aria-label": t("experiment-result.result") },
         this.#title,
         this.#about,
         this.#going,
@@ -65,7 +71,7 @@ class ExperimentResult extends Panel {
     const run = this.#runs?.selected ?? null;
     this.#drawList();
     if (run === null) {
-      write(this.#title, "Nothing was run yet");
+      write(this.#title, t("experiment-result.nothing_was_run_yet"));
       write(this.#about, NOTHING);
       this.#going.hidden = true;
       this.#content.replaceChildren();
@@ -76,7 +82,14 @@ class ExperimentResult extends Panel {
     write(this.#title, run.title);
     write(
       this.#about,
-      `${run.runs} runs, seed ${run.seed} · ${run.who}, ${timeOfDay(run.at_s)} · ${STATES[run.state]} ${inWords(run.took_s)}`,
+      t("experiment-result.runs_runs_seed_seed_who_timeofday", {
+        runs: run.runs,
+        seed: run.seed,
+        who: run.who,
+        timeofday: timeOfDay(run.at_s),
+        states: STATES[run.state],
+        inwords: inWords(run.took_s),
+      }),
     );
     this.#going.hidden = !running;
     write(this.#doing, run.doing);
@@ -111,7 +124,16 @@ class ExperimentResult extends Panel {
         "span",
         {},
         make("span", { class: "experiment-name" }, run.title),
-        make("span", { class: "note" }, `${run.runs} runs, seed ${run.seed} · ${run.who} · ${dayOf(run.at_s)}`),
+        make(
+          "span",
+          { class: "note" },
+          t("experiment-result.runs_runs_seed_seed_who_dayof", {
+            runs: run.runs,
+            seed: run.seed,
+            who: run.who,
+            dayof: dayOf(run.at_s),
+          }),
+        ),
       ),
     );
     open.addEventListener("click", () => this.#runs?.choose(run.id));
@@ -120,8 +142,8 @@ class ExperimentResult extends Panel {
       {
         type: "button",
         class: "icon-button",
-        "aria-label": `Delete: ${run.title}, ${dayOf(run.at_s)}`,
-        title: "Delete",
+        "aria-label": t("experiment-result.delete_title_dayof", { title: run.title, dayof: dayOf(run.at_s) }),
+        title: t("experiment-result.delete"),
       },
       icon("trash"),
     );
@@ -130,7 +152,12 @@ class ExperimentResult extends Panel {
   }
 }
 
-const STATES = { running: "running for", done: "done in", cancelled: "cancelled after", failed: "failed after" };
+const STATES = {
+  running: t("experiment-result.running_for"),
+  done: t("experiment-result.done_in"),
+  cancelled: t("experiment-result.cancelled_after"),
+  failed: t("experiment-result.failed_after"),
+};
 
 /** @param {number} seconds Unix time */
 const dayOf = (seconds) => `${new Date(seconds * 1000).toLocaleDateString()} ${timeOfDay(seconds).slice(0, 5)}`;
@@ -153,7 +180,11 @@ function result(run) {
         }),
       ),
     run.text &&
-      make("pre", { class: "experiment-text", tabindex: "0", role: "group", "aria-label": "Result as text" }, run.text),
+      make(
+        "pre",
+        { class: "experiment-text", tabindex: "0", role: "group", "aria-label": t("experiment-result.result_as_text") },
+        run.text,
+      ),
     run.files.length > 0 && files(run),
   ];
   return parts.filter((part) => part instanceof Node);
@@ -161,7 +192,9 @@ function result(run) {
 
 /** @param {ExperimentRun} run */
 function compared({ compared: rows }) {
-  const heads = ["Figure", "The chapter", "Here"].map((name) => make("th", { scope: "col" }, name));
+  const heads = [t("experiment-result.figure"), t("experiment-result.the_chapter"), t("experiment-result.here")].map(
+    (name) => make("th", { scope: "col" }, name),
+  );
   const body = rows.map(({ name, unit, chapter, ours }) =>
     make(
       "tr",
@@ -173,7 +206,12 @@ function compared({ compared: rows }) {
   );
   return make(
     "div",
-    { class: "experiment-scroll", tabindex: "0", role: "group", "aria-label": "Beside the chapter's figures" },
+    {
+      class: "experiment-scroll",
+      tabindex: "0",
+      role: "group",
+      "aria-label": t("experiment-result.beside_the_chapter_s_figures"),
+    },
     make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...body)),
   );
 }
@@ -182,7 +220,7 @@ function compared({ compared: rows }) {
 const files = (run) =>
   make(
     "ul",
-    { class: "experiment-files", "aria-label": "Files" },
+    { class: "experiment-files", "aria-label": t("experiment-result.files") },
     ...run.files.map(({ name, bytes }) =>
       make(
         "li",

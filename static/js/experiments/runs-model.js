@@ -1,6 +1,7 @@
 // Client model of the experiments page: what there is, all runs, the selected one, and requests to the server.
 
 import { address, call, post } from "../net/api.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 /** @typedef {{name: string, value: number, unit: string, ours: string}} PrintedFigure */
@@ -145,7 +146,7 @@ export function inWords(seconds) {
  */
 export function costOf({ base_s, run_s }, runs) {
   const seconds = base_s + run_s * runs;
-  return seconds > 0 ? `about ${inWords(seconds)} of one processor` : "";
+  return seconds > 0 ? t("runs-model.about_inwords_of_one_processor", { inwords: inWords(seconds) }) : "";
 }
 
 /**

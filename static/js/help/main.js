@@ -2,6 +2,7 @@
 
 import { address } from "../net/api.js";
 import { icon, make, write } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 
 const CONTENTS = "index.md";
 const ROOT = "static/docs/";
@@ -10,18 +11,18 @@ const ROOT = "static/docs/";
 export function create(session) {
   const text = make("article", { class: "docs" });
   const says = make("p", { class: "note", role: "status" });
-  const back = make("a", { class: "link", href: "help" }, icon("book"), "Contents");
-  const api = make("a", { class: "link", href: "docs", target: "_blank", rel: "noopener" }, "HTTP interface");
+  const back = make("a", { class: "link", href: "help" }, icon("book"), t("main.contents"));
+  const api = make("a", { class: "link", href: "docs", target: "_blank", rel: "noopener" }, t("main.http_interface"));
   let shown = "";
 
   async function follow() {
     const file = fileOf(location.hash);
     back.hidden = file === CONTENTS;
     if (file !== shown) {
-      write(says, "Loading…");
+      write(says, t("main.loading"));
       const page = await read(file).catch(() => null);
       if (file !== fileOf(location.hash)) return; // another one is wanted by now
-      write(says, page ? "" : "This page cannot be read: it does not exist, or the link is lost. Open Contents.");
+      write(says, page ? "" : t("main.this_page_cannot_be_read_it"));
       shown = page ? file : "";
       text.replaceChildren(...(page ?? []));
     }

@@ -1,5 +1,6 @@
 // The maps page: the panels of the Maps tab, with room.
 
+import { t } from "../ui/texts.js";
 import "../panels/map-card.js";
 import "../panels/own-navigation-card.js";
 import { make } from "../ui/element.js";
@@ -7,7 +8,7 @@ import { make } from "../ui/element.js";
 export function create() {
   const [saved, own] = ["map-card", "own-navigation-card"].map((name) => document.createElement(name));
   if (own) own.hidden = true;
-  const card = make("section", { class: "card maps-card", "aria-label": "Maps" });
+  const card = make("section", { class: "card maps-card", "aria-label": t("main.maps") });
   if (saved) card.append(saved);
   return { element: make("div", { class: "maps-page" }, card, own) };
 }

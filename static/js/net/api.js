@@ -1,5 +1,7 @@
 // HTTP client of the console: user, vocabulary, history, and STOP as a second channel.
 
+import { said, t } from "../ui/texts.js";
+
 /** @typedef {import("../drive/suggest.js").Kind} Kind */
 /** @typedef {{name: string, role: "viewer" | "operator" | "admin", id: string}} Me */
 /**
@@ -33,7 +35,7 @@ export class Refusal extends Error {
 }
 
 /** @param {unknown} trouble what was thrown @param {string} [otherwise] */
-export const sentenceOf = (trouble, otherwise = "That did not work.") =>
+export const sentenceOf = (trouble, otherwise = t("api.that_did_not_work")) =>
   trouble instanceof Error ? trouble.message : otherwise;
 
 /** @param {string} path relative to the page, so that the page works below any prefix of a proxy */
@@ -56,11 +58,12 @@ export function socketAddress(path) {
  */
 export async function call(path, options = {}) {
   const answer = await fetch(address(path), { credentials: "same-origin", cache: "no-store", ...options }).catch(() => {
-    throw new Refusal(0, "Beckon does not answer. Is it still running, and is the network up?");
+    throw new Refusal(0, t("api.no_answer"));
   });
   const content = await answer.json().catch(() => null);
   if (answer.ok) return content;
-  throw new Refusal(answer.status, content?.detail ?? `Beckon answered ${answer.status}.`);
+  const { detail, code, values } = content ?? {};
+  throw new Refusal(answer.status, detail ? said(detail, code, values) : t("api.answered", { status: answer.status }));
 }
 
 /**

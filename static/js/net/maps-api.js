@@ -1,5 +1,6 @@
 // HTTP client for maps: saved maps, relocalization, loop closures.
 
+import { t } from "../ui/texts.js";
 import { address, call, post, Refusal } from "./api.js";
 
 /** @typedef {import("./messages.js").ClosureRow} ClosureRow */
@@ -35,10 +36,7 @@ const NAME = /^[\p{L}\p{N}_](?:[\p{L}\p{N}_ -]*[\p{L}\p{N}_])?$/u;
  * Return the problem of a map name, "" for none. The console decides.
  * @param {string} name
  */
-export const nameTrouble = (name) =>
-  name.length <= 40 && NAME.test(name)
-    ? ""
-    : "A map’s name has 1 to 40 letters, digits, spaces, hyphens or underscores.";
+export const nameTrouble = (name) => (name.length <= 40 && NAME.test(name) ? "" : t("maps-api.a_map_s_name_has_1"));
 
 /** @param {string} name @param {boolean} replace @returns {Promise<SavedMap>} 409 when the name is taken */
 export const save = (name, replace) => post(ROOT, { name, replace });
@@ -73,11 +71,11 @@ export async function plan() {
     credentials: "same-origin",
     cache: "no-store",
   }).catch(() => {
-    throw new Refusal(0, "Beckon does not answer. Is it still running, and is the network up?");
+    throw new Refusal(0, t("api.no_answer"));
   });
   if (!answer.ok) {
     const content = await answer.json().catch(() => null);
-    throw new Refusal(answer.status, content?.detail ?? `Beckon answered ${answer.status}.`);
+    throw new Refusal(answer.status, content?.detail ?? t("api.answered", { status: answer.status }));
   }
   /** @param {string} name */
   const numbers = (name) => (answer.headers.get(name) ?? "").split(",").map(Number);

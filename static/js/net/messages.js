@@ -48,6 +48,8 @@
  * @property {string | null} [detail]
  * @property {string[] | null} [suggestions]
  * @property {number | null} [id]
+ * @property {string | null} [code]
+ * @property {Object<string, string | number | number> | null} [values]
  */
 
 /**

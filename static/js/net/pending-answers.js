@@ -1,5 +1,7 @@
 // Requests sent over the socket that have no answer yet.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("./messages.js").AnswerMessage} Answer */
 
 const ANSWER_MS = 5000;
@@ -22,11 +24,11 @@ export class Asking {
       this.#waiting.set(ref, resolve);
       if (!send(ref)) {
         this.#waiting.delete(ref);
-        resolve(none("The link is lost; nothing was sent."));
+        resolve(none(t("pending-answers.the_link_is_lost_nothing_was")));
         return;
       }
       setTimeout(() => {
-        if (this.#waiting.delete(ref)) resolve(none("No answer came. Look at the history to see what happened."));
+        if (this.#waiting.delete(ref)) resolve(none(t("pending-answers.no_answer_came_look_at_the")));
       }, ANSWER_MS);
     });
   }
@@ -39,7 +41,7 @@ export class Asking {
 
   lose() {
     for (const [ref, answer] of this.#waiting)
-      answer({ kind: "answer", ref, ok: false, status: 0, detail: "The link was lost." });
+      answer({ kind: "answer", ref, ok: false, status: 0, detail: t("pending-answers.the_link_was_lost") });
     this.#waiting.clear();
   }
 }

@@ -1,6 +1,7 @@
 // Session of one page: newest state, events, and all requests that act on the robot.
 
 import { onlyWatched, permission } from "../drive/permission.js";
+import { said, t } from "../ui/texts.js";
 import { unlessStopped } from "../voice/spoken-answers.js";
 import * as api from "./api.js";
 import { Link } from "./link.js";
@@ -154,10 +155,11 @@ export class Session {
     const press = drawPress();
     const left = this.link.send({ kind: "stop", press });
     this.#dispatch("stopped", left);
-    const why = "The robot stops by itself when the link is gone.";
+    const why = t("session.the_robot_stops_by_itself_when");
     api.stop(press).then(
       () => left || this.#dispatch("stopped", true),
-      (refusal) => left || this.complain(`Stop could not be sent: ${refusal.message} ${why}`),
+      (refusal) =>
+        left || this.complain(t("session.stop_could_not_be_sent_message", { message: refusal.message, why })),
     );
   }
 
@@ -165,10 +167,11 @@ export class Session {
   halt() {
     const press = drawPress();
     const left = this.link.send({ kind: "halt", press });
-    const why = "The robot stops by itself when the link is gone, but may be driven again after that.";
+    const why = t("session.the_robot_stops_by_itself_when_2");
     api.halt(press).then(
-      (halted) => left || halted.latched || this.complain(halted.why ?? "The halt is not saved."), // the socket says it
-      (refusal) => left || this.complain(`Halt could not be sent: ${refusal.message} ${why}`),
+      (halted) => left || halted.latched || this.complain(halted.why ?? t("session.the_halt_is_not_saved")), // the socket says it
+      (refusal) =>
+        left || this.complain(t("session.halt_could_not_be_sent_message", { message: refusal.message, why })),
     );
   }
 
@@ -316,7 +319,8 @@ export class Session {
   /** @param {Exclude<import("./messages.js").Down, {kind: "echo"}>} message */
   #hear(message) {
     if (message.kind === "answer") {
-      if (message.ref === 0 && !message.ok) this.#dispatch("trouble", message.detail ?? "That was refused."); // a click in the scene
+      if (message.detail) message.detail = said(message.detail, message.code, message.values);
+      if (message.ref === 0 && !message.ok) this.#dispatch("trouble", message.detail ?? t("session.that_was_refused")); // a click in the scene
       this.#asking.hear(message);
     } else if (message.kind === "hello") {
       this.hello = message;
@@ -380,7 +384,7 @@ export class Session {
   /** @param {(ref: number) => boolean} send */
   async #asked(send) {
     const answer = await this.#asking.ask(send);
-    if (!answer.ok) this.#dispatch("trouble", answer.detail ?? "That was refused.");
+    if (!answer.ok) this.#dispatch("trouble", answer.detail ?? t("session.that_was_refused"));
     return answer;
   }
 

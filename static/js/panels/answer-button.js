@@ -4,6 +4,7 @@ import { onlyWatched } from "../drive/permission.js";
 import { icon, make, mark, redraw } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { SpeechOutput } from "../voice/speech-output.js";
 import { accepted, answer, ended, refused } from "../voice/spoken-answers.js";
 
@@ -110,10 +111,12 @@ class AnswerButton extends Panel {
   }
 
   #draw() {
-    const says = this.#on ? "Answers aloud: on. Press to silence it." : "Answers aloud: off. Press to hear the robot.";
+    const says = this.#on
+      ? t("answer-button.answers_aloud_on_press_to_silence")
+      : t("answer-button.answers_aloud_off_press_to_hear");
     redraw(this.#icon, this.#on ? "aloud" : "silent");
     mark(this.#button, "aria-pressed", String(this.#on));
-    mark(this.#button, "aria-label", "Answers aloud");
+    mark(this.#button, "aria-label", t("answer-button.answers_aloud"));
     this.#button.title = says;
   }
 }

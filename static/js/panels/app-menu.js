@@ -4,19 +4,24 @@ import { icon, make, mark } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
+import { chooseLanguage, LANGUAGES, language, t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
 class AppMenu extends Panel {
-  #button = make("button", { type: "button", class: "icon-button", "aria-label": "Menu", title: "Menu" }, icon("menu"));
-  #halt = item("halt", "Halt", "Stops the robot and keeps it stopped, also over a restart, until it is reset.");
-  #reset = item("undo", "Reset the halt", "The reset itself does not move the robot.");
-  #keys = item("keys", "Keys", "Every key of this page.");
-  #gamepad = item("gamepad", "Gamepad", "Its buttons and sticks, and what each does.");
-  #signIns = item("qr", "Phones and sign-ins", "A link for a phone or another person; who is signed in.");
-  #tour = item("play", "Tour", "Ninety seconds in the simulator; any key ends it.");
-  #settings = item("settings", "Settings", "Speeds, distances, voice, recognizer; which need a restart.");
-  #hints = item("hints", "Show the first hints again", "");
+  #button = make(
+    "button",
+    { type: "button", class: "icon-button", "aria-label": t("app-menu.menu"), title: t("app-menu.menu") },
+    icon("menu"),
+  );
+  #halt = item("halt", t("app-menu.halt"), t("app-menu.stops_the_robot_and_keeps_it"));
+  #reset = item("undo", t("app-menu.reset_the_halt"), t("app-menu.the_reset_itself_does_not_move"));
+  #keys = item("keys", t("app-menu.keys"), t("app-menu.every_key_of_this_page"));
+  #gamepad = item("gamepad", t("app-menu.gamepad"), t("app-menu.its_buttons_and_sticks_and_what"));
+  #signIns = item("qr", t("app-menu.phones_and_sign_ins"), t("app-menu.a_link_for_a_phone_or"));
+  #tour = item("play", t("app-menu.tour"), t("app-menu.ninety_seconds_in_the_simulator_any"));
+  #settings = item("settings", t("app-menu.settings"), t("app-menu.speeds_distances_voice_recognizer_which_need"));
+  #hints = item("hints", t("app-menu.show_the_first_hints_again"), "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
   #switch = make(
     "label",
@@ -25,21 +30,38 @@ class AppMenu extends Panel {
     make(
       "span",
       { class: "menu-words" },
-      make("span", {}, "Single-key shortcuts"),
-      make("span", { class: "note" }, "W A S D, Space, digits and /. Esc always stops."),
+      make("span", {}, t("app-menu.single_key_shortcuts")),
+      make("span", { class: "note" }, t("app-menu.w_a_s_d_space_digits")),
     ),
     this.#single,
+  );
+  #language = make(
+    "select",
+    { class: "field-box", id: "language" },
+    ...Object.entries(LANGUAGES).map(([value, name]) => make("option", { value, lang: value }, name)),
+  );
+  #languageRow = make(
+    "label",
+    { class: "menu-item", for: "language" },
+    icon("voice"),
+    make(
+      "span",
+      { class: "menu-words" },
+      make("span", {}, t("app-menu.language")),
+      make("span", { class: "note" }, t("app-menu.language_says")),
+    ),
+    this.#language,
   );
   #docs = make(
     "a",
     { class: "menu-item", href: "docs", target: "_blank", rel: "noopener" },
     icon("book"),
-    make("span", { class: "menu-words" }, "HTTP interface"),
+    make("span", { class: "menu-words" }, t("app-menu.http_interface")),
   );
-  #leave = item("leave", "Sign out", "");
+  #leave = item("leave", t("app-menu.sign_out"), "");
   #panel = make(
     "div",
-    { class: "menu", role: "group", "aria-label": "Menu" },
+    { class: "menu", role: "group", "aria-label": t("app-menu.menu") },
     this.#halt,
     this.#reset,
     this.#keys,
@@ -49,6 +71,7 @@ class AppMenu extends Panel {
     this.#settings,
     this.#hints,
     this.#switch,
+    this.#languageRow,
     this.#docs,
     this.#leave,
   );
@@ -58,6 +81,8 @@ class AppMenu extends Panel {
     this.append(this.#button, this.#panel);
     mark(this.#halt, "data-tone", "fault");
     const { close } = popover(this.#button, this.#panel);
+    this.#language.value = language;
+    this.#language.addEventListener("change", () => chooseLanguage(this.#language.value));
     this.#single.checked = remembered("single-keys", "on") === "on";
     this.#single.addEventListener("keydown", (event) => event.key === "Enter" && this.#single.click()); // Space stops
     this.#single.addEventListener("change", () => {

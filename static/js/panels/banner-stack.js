@@ -3,6 +3,7 @@
 import { banners } from "../ui/banners.js";
 import { icon, make, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../ui/banners.js").Banner} Banner */
@@ -12,16 +13,24 @@ import { Panel } from "../ui/panel.js";
 /** @type {Record<Banner["offers"], Array<[string, (session: Session, from: HTMLElement) => void]>>} */
 const OFFERS = {
   "": [],
-  reset: [["Reset the halt", (session) => void session.resetHalt()]],
-  here: [["Show where it is", (_, from) => from.dispatchEvent(new CustomEvent("place-robot", { bubbles: true }))]],
-  answer: [
-    ["Give control", (session) => void session.lease("give")],
-    ["Keep it", (session) => void session.lease("keep")],
+  reset: [[t("banner-stack.reset_the_halt"), (session) => void session.resetHalt()]],
+  here: [
+    [
+      t("banner-stack.show_where_it_is"),
+      (_, from) => from.dispatchEvent(new CustomEvent("place-robot", { bubbles: true })),
+    ],
   ],
-  seen: [["Dismiss", (session) => session.dismissLostControl()]],
+  answer: [
+    [t("banner-stack.give_control"), (session) => void session.lease("give")],
+    [t("banner-stack.keep_it"), (session) => void session.lease("keep")],
+  ],
+  seen: [[t("banner-stack.dismiss"), (session) => session.dismissLostControl()]],
   regain: [
-    ["Ask for control", (session) => void session.lease("ask").then(({ ok }) => ok && session.dismissLostControl())],
-    ["Dismiss", (session) => session.dismissLostControl()],
+    [
+      t("banner-stack.ask_for_control"),
+      (session) => void session.lease("ask").then(({ ok }) => ok && session.dismissLostControl()),
+    ],
+    [t("banner-stack.dismiss"), (session) => session.dismissLostControl()],
   ],
 };
 

@@ -6,6 +6,7 @@ import { age } from "../ui/format.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { PictureChip } from "../ui/picture-quality-chip.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/session.js").Picture} Picture */
@@ -38,12 +39,12 @@ const LOOKED_S = 0.8; // a person is drawn for that long after the picture with 
 const APART_S = 0.35; // an overlay older or newer than that belongs to another picture
 
 class CameraView extends Panel {
-  #canvas = make("canvas", { class: "picture", role: "img", "aria-label": "Camera picture" });
+  #canvas = make("canvas", { class: "picture", role: "img", "aria-label": t("camera-view.camera_picture") });
   #age = make("span", { class: "tag picture-age", "data-tone": "stale" });
-  #empty = make("p", { class: "camera-empty" }, icon("camera"), "Waiting for the first picture…");
+  #empty = make("p", { class: "camera-empty" }, icon("camera"), t("camera-view.waiting_for_the_first_picture"));
   #quality = new PictureChip();
-  #edges = toggle("edges", "Edges", "Vertical edges; bright ones belong to a corner of the laser");
-  #laser = toggle("laser", "Laser", "Where the laser's points fall in the picture, coloured by distance");
+  #edges = toggle("edges", t("camera-view.edges"), t("camera-view.edges_says"));
+  #laser = toggle("laser", t("camera-view.laser"), t("camera-view.laser_says"));
   #scale = make(
     "p",
     { class: "ramp" },
@@ -63,12 +64,12 @@ class CameraView extends Panel {
   build() {
     this.classList.add("card");
     this.setAttribute("role", "region");
-    this.setAttribute("aria-label", "Camera");
+    this.setAttribute("aria-label", t("camera-view.camera"));
     this.append(
       make(
         "div",
         { class: "card-head" },
-        make("h2", { class: "card-title" }, "Camera"),
+        make("h2", { class: "card-title" }, t("camera-view.camera")),
         this.#quality.button,
         make("span", { class: "spring" }),
         this.#edges,
@@ -106,7 +107,7 @@ class CameraView extends Panel {
     const stale = old > STALE_S || (seen && !up);
     this.classList.toggle("is-old", stale);
     this.#age.hidden = !stale;
-    write(this.#age, `${age(old)} old`);
+    write(this.#age, t("camera-view.age_old", { age: age(old) }));
     this.#scale.hidden = !pressed(this.#laser) || !seen;
     this.#quality.show(seen ? state : null, stale);
     this.#draw(state?.camera ?? null, state?.ears?.voices[0] ?? null, state?.person ?? null);
@@ -148,7 +149,11 @@ class CameraView extends Panel {
     this.#drawn = drawn;
 
     const canvas = this.#canvas;
-    mark(canvas, "aria-label", `Camera picture, ${fits?.edges.length ?? 0} vertical edges found`);
+    mark(
+      canvas,
+      "aria-label",
+      t("camera-view.camera_picture_length_vertical_edges_found", { length: fits?.edges.length ?? 0 }),
+    );
     const across = Math.round(width * devicePixelRatio);
     const down = Math.round((across * picture.height) / picture.width);
     if (canvas.width !== across || canvas.height !== down) [canvas.width, canvas.height] = [across, down];

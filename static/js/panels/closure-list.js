@@ -3,22 +3,23 @@
 import * as maps from "../net/maps-api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 /** @typedef {import("../net/messages.js").SubmapsState} FloorState */
 /** @typedef {import("../net/messages.js").ClosureRow} ClosureRow */
 /** @typedef {{row: HTMLLIElement, rooms: Element, words: Element, button: HTMLButtonElement}} Line */
 
-const STATES = { accepted: "holds", undone: "undone", doubtful: "doubtful" };
+const STATES = {
+  accepted: t("closure-list.holds"),
+  undone: t("closure-list.undone"),
+  doubtful: t("closure-list.doubtful"),
+};
 
 export class ClosureList extends HTMLElement {
-  #list = make("ol", { class: "closures", "aria-label": "Closures, newest first" });
+  #list = make("ol", { class: "closures", "aria-label": t("closure-list.closures_newest_first") });
   #count = make("span", { class: "note" });
-  #empty = make(
-    "p",
-    { class: "note closures-empty" },
-    "None yet. A closure corrects the rooms when the robot comes back to a known place.",
-  );
+  #empty = make("p", { class: "note closures-empty" }, t("closure-list.none_yet_a_closure_corrects_the"));
   #all = make("button", { type: "button", class: "button wide", hidden: true });
   /** @type {Map<number, Line>} */
   #lines = new Map();
@@ -31,7 +32,13 @@ export class ClosureList extends HTMLElement {
   join(session) {
     this.#session = session;
     this.append(
-      make("div", { class: "slam-head" }, make("h3", {}, "Closures"), make("span", { class: "spring" }), this.#count),
+      make(
+        "div",
+        { class: "slam-head" },
+        make("h3", {}, t("closure-list.closures")),
+        make("span", { class: "spring" }),
+        this.#count,
+      ),
       this.#empty,
       this.#list,
       this.#all,
@@ -49,10 +56,13 @@ export class ClosureList extends HTMLElement {
     const newest = new Set(closures.map(({ id }) => id));
     const rows = [...this.#older.filter(({ id }) => !newest.has(id)), ...closures].slice(-count || closures.length);
     const accepted = closures.filter(({ state }) => state === "accepted").length;
-    write(this.#count, count > closures.length ? `${count}` : count ? `${accepted} of ${count} hold` : "");
+    write(
+      this.#count,
+      count > closures.length ? `${count}` : count ? t("closure-list.accepted_of_count_hold", { accepted, count }) : "",
+    );
     this.#empty.hidden = count > 0;
     this.#all.hidden = rows.length >= count;
-    write(this.#all, `Show ${count - rows.length} older`);
+    write(this.#all, t("closure-list.show_count_older", { count: count - rows.length }));
     for (const [id, { row }] of this.#lines) {
       if (rows.some((closure) => closure.id === id)) continue;
       row.remove();
@@ -73,18 +83,27 @@ export class ClosureList extends HTMLElement {
     write(
       rooms,
       closure.submap_from === closure.submap_to
-        ? `Room ${closure.submap_to}`
-        : `Room ${closure.submap_from} → ${closure.submap_to}`,
+        ? t("closure-list.room_submapto", { submapto: closure.submap_to })
+        : t("closure-list.room_submapfrom_submapto", { submapfrom: closure.submap_from, submapto: closure.submap_to }),
     );
-    const since = `${age(Math.max(0, now - closure.stamp_s))} ago`;
+    const since = t("closure-list.age_ago", { age: age(Math.max(0, now - closure.stamp_s)) });
     write(
       words,
-      [STATES[closure.state], `fit ${fixed(closure.score, 2)}`, since, closure.words].filter(Boolean).join(" · "),
+      [STATES[closure.state], t("closure-list.fit_fixed", { fixed: fixed(closure.score, 2) }), since, closure.words]
+        .filter(Boolean)
+        .join(" · "),
     );
     button.disabled = !may;
     redraw(/** @type {SVGElement} */ (button.firstElementChild), undone ? "redo" : "undo");
-    write(/** @type {Element} */ (button.lastElementChild), undone ? "Redo" : "Undo");
-    mark(button, "aria-label", `${undone ? "Redo" : "Undo"} closure ${closure.id}`);
+    write(/** @type {Element} */ (button.lastElementChild), undone ? t("closure-list.redo") : t("closure-list.undo"));
+    mark(
+      button,
+      "aria-label",
+      t("closure-list.value_closure_id", {
+        value: undone ? t("closure-list.redo") : t("closure-list.undo"),
+        id: closure.id,
+      }),
+    );
     button.dataset["action"] = undone ? "redo" : "undo";
   }
 
@@ -92,7 +111,12 @@ export class ClosureList extends HTMLElement {
   #add({ id }) {
     const rooms = make("span", { class: "closure-rooms" });
     const words = make("span", { class: "note" });
-    const button = make("button", { type: "button", class: "button small" }, icon("undo"), make("span", {}, "Undo"));
+    const button = make(
+      "button",
+      { type: "button", class: "button small" },
+      icon("undo"),
+      make("span", {}, t("closure-list.undo")),
+    );
     button.addEventListener(
       "click",
       () => void this.#judge(id, /** @type {"undo" | "redo"} */ (button.dataset["action"])),
@@ -115,7 +139,12 @@ export class ClosureList extends HTMLElement {
   /** @param {number} id @param {"undo" | "redo"} action */
   async #judge(id, action) {
     const done = await this.#session?.attempt(() => maps.judge(id, action));
-    if (done) this.#session?.announce(action === "undo" ? `Closure ${id} is undone.` : `Closure ${id} holds again.`);
+    if (done)
+      this.#session?.announce(
+        action === "undo"
+          ? t("closure-list.closure_id_is_undone", { id })
+          : t("closure-list.closure_id_holds_again", { id }),
+      );
   }
 
   async #fetch() {

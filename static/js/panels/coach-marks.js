@@ -4,6 +4,7 @@ import { icon, make, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { apart, placed } from "../ui/placement.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /**
@@ -25,42 +26,38 @@ const touch = matchMedia("(pointer: coarse)").matches;
 const HINTS = [
   {
     at: '[data-command="turn_left"]',
-    title: "Turn the robot",
-    text: "Press “turn left”. You see what was understood, and the robot does it.",
+    title: t("coach-marks.turn_the_robot"),
+    text: t("coach-marks.press_turn_left_you_see_what"),
     done: ({ state }) => state?.command?.name.startsWith("turn_") === true,
   },
   {
     at: ".stick",
-    title: "Hold to drive",
-    text: touch
-      ? "Push the stick with your thumb. Let go and the robot stops."
-      : "Hold W, or drag the stick. Let go and the robot stops.",
+    title: t("coach-marks.hold_to_drive"),
+    text: touch ? t("coach-marks.push_the_stick_with_your_thumb") : t("coach-marks.hold_w_or_drag_the_stick"),
     done: ({ state, mine }) => mine && state?.gate.source === "jog" && Math.abs(state.velocity.v_m_s) > 0.02,
   },
   {
     at: ".stage",
     opens: "map",
-    title: touch ? "Tap the floor" : "Click the floor",
-    text: "The robot plans a way there and goes.",
+    title: touch ? t("coach-marks.tap_the_floor") : t("coach-marks.click_the_floor"),
+    text: t("coach-marks.the_robot_plans_a_way_there"),
     done: ({ state }) => state?.command?.source === "click",
   },
   {
     at: ".person-chip",
     opens: "hearing",
-    title: "Let somebody call you",
-    text: touch
-      ? "Press a name, then “come here”. The robot hears from where, looks there, and comes."
-      : "Press a name, then “come here”; or hold V and say it. The robot hears from where, and comes.",
+    title: t("coach-marks.let_somebody_call_you"),
+    text: touch ? t("coach-marks.press_a_name_then_come_here") : t("coach-marks.press_a_name_then_come_here_2"),
     done: ({ state }) => state?.command?.name === "come_here" && state.command.state === "running",
     optional: true,
   },
   {
     at: ".stop",
     opens: "map",
-    title: "Stop, at any time",
+    title: t("coach-marks.stop_at_any_time"),
     text: touch
-      ? "Press STOP: everything is cancelled and the robot stands."
-      : "Press STOP, or Esc anywhere: everything is cancelled and the robot stands.",
+      ? t("coach-marks.press_stop_everything_is_cancelled_and")
+      : t("coach-marks.press_stop_or_esc_anywhere_everything"),
     done: () => false, // ends with the "stopped" event
   },
 ];
@@ -72,16 +69,16 @@ export class CoachMarks extends Panel {
   #title = make("h2", { class: "card-title" });
   #text = make("p");
   #count = make("span", { class: "note" });
-  #next = make("button", { type: "button", class: "button" }, "Skip");
-  #tour = make("button", { type: "button", class: "button" }, "Watch the tour");
+  #next = make("button", { type: "button", class: "button" }, t("coach-marks.skip"));
+  #tour = make("button", { type: "button", class: "button" }, t("coach-marks.watch_the_tour"));
   #shut = make(
     "button",
-    { type: "button", class: "icon-button small", "aria-label": "Close the hints" },
+    { type: "button", class: "icon-button small", "aria-label": t("coach-marks.close_the_hints") },
     icon("close"),
   );
   #card = make(
     "div",
-    { class: "coach card", role: "region", "aria-label": "First steps", hidden: true },
+    { class: "coach card", role: "region", "aria-label": t("coach-marks.first_steps"), hidden: true },
     make("div", { class: "coach-head" }, this.#title, make("span", { class: "spring" }), this.#shut),
     this.#text,
     make("div", { class: "coach-foot" }, this.#count, make("span", { class: "spring" }), this.#tour, this.#next),
@@ -148,14 +145,14 @@ export class CoachMarks extends Panel {
     if (!hint) this.#leaving = setTimeout(() => this.#end(), LEAVES_MS);
     this.#card.hidden = false;
     this.#card.dataset["step"] = String(step + 1);
-    write(this.#title, hint?.title ?? "That is all");
+    write(this.#title, hint?.title ?? t("coach-marks.that_is_all"));
     write(
       this.#text,
       hint?.text ??
-        (touch ? "The menu shows these hints again." : "Press ? for every key. The menu shows these hints again."),
+        (touch ? t("coach-marks.the_menu_shows_these_hints_again") : t("coach-marks.press_for_every_key_the_menu")),
     );
-    write(this.#count, hint ? `${step + 1} of ${this.#hints.length}` : "");
-    write(this.#next, hint ? "Skip" : "Done");
+    write(this.#count, hint ? t("coach-marks.step_of_length", { step: step + 1, length: this.#hints.length }) : "");
+    write(this.#next, hint ? t("coach-marks.skip") : t("coach-marks.done"));
     this.session.announce(`${this.#title.textContent}. ${this.#text.textContent}`);
   }
 

@@ -4,6 +4,7 @@ import { make, mark, write } from "../ui/element.js";
 import { degrees, inWords, metres } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { chainOf, LastVoice } from "../ui/sensed.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
@@ -11,10 +12,10 @@ const STEPS = /** @type {const} */ (["heard", "seen", "laser", "coming"]);
 
 class CommandChain extends Panel {
   #voice = new LastVoice();
-  #list = make("ol", { class: "chain", "aria-label": "What the robot has of the person" });
+  #list = make("ol", { class: "chain", "aria-label": t("command-chain.what_the_robot_has_of_the") });
   #steps = STEPS.map((step) => {
     const says = make("span", { class: "chain-says" });
-    const row = make("li", { class: "chain-step", "data-step": step }, make("b", {}, step), says);
+    const row = make("li", { class: "chain-step", "data-step": step }, make("b", {}, t(`command-chain.${step}`)), says);
     this.#list.append(row);
     return { row, says };
   });
@@ -35,10 +36,16 @@ class CommandChain extends Panel {
     this.hidden = chain === null;
     if (!chain) return;
     const says = [
-      chain.heard ? `${inWords(chain.heard.azimuth)} ± ${degrees(chain.heard.sd)}` : "no voice",
-      chain.seen === null ? "not in the picture" : chain.seen.value === null ? "yes" : chain.seen.value.toFixed(2),
-      chain.laser === null ? "no legs" : metres(chain.laser, 1),
-      chain.left === null ? "looking" : `${metres(chain.left, 1)} to go`,
+      chain.heard ? `${inWords(chain.heard.azimuth)} ± ${degrees(chain.heard.sd)}` : t("command-chain.no_voice"),
+      chain.seen === null
+        ? t("command-chain.not_in_the_picture")
+        : chain.seen.value === null
+          ? t("command-chain.yes")
+          : chain.seen.value.toFixed(2),
+      chain.laser === null ? t("command-chain.no_legs") : metres(chain.laser, 1),
+      chain.left === null
+        ? t("command-chain.looking")
+        : t("command-chain.metres_to_go", { metres: metres(chain.left, 1) }),
     ];
     const lit = [chain.heard !== null, chain.seen !== null, chain.laser !== null, chain.left !== null];
     for (const [index, { row, says: words }] of this.#steps.entries()) {

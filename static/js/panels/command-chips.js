@@ -5,6 +5,7 @@ import { icon, make, mark, write } from "../ui/element.js";
 import { inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { LastVoice } from "../ui/sensed.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../drive/suggest.js").Kind} Kind */
@@ -23,8 +24,12 @@ const ORDER = [
 ];
 
 class CommandChips extends Panel {
-  #chips = make("div", { class: "chips", role: "group", "aria-label": "Commands" });
-  #more = make("button", { type: "button", class: "chip more", "aria-expanded": "false", hidden: true }, "more");
+  #chips = make("div", { class: "chips", role: "group", "aria-label": t("command-chips.commands") });
+  #more = make(
+    "button",
+    { type: "button", class: "chip more", "aria-expanded": "false", hidden: true },
+    t("command-chips.more"),
+  );
   /** @type {HTMLFormElement | null} */
   #form = null;
   #voice = new LastVoice();
@@ -91,7 +96,9 @@ class CommandChips extends Panel {
     const chip = this.#chips.querySelector('[data-command="come_here"]');
     if (!chip || !state?.ears) return;
     const voice = this.#voice.saw(state);
-    const says = voice ? `voice ${Math.round(voice.age)} s ago, ${inWords(voice.azimuth)}` : "heard nobody yet";
+    const says = voice
+      ? t("command-chips.voice_age_s_ago_inwords", { age: Math.round(voice.age), inwords: inWords(voice.azimuth) })
+      : t("command-chips.heard_nobody_yet");
     const note =
       chip.querySelector(".chip-note") ?? chip.lastElementChild?.appendChild(make("span", { class: "chip-note" }));
     if (!note || note.textContent === says) return;
@@ -141,7 +148,12 @@ class CommandChips extends Panel {
           size: "5",
           autocomplete: "off",
           value: String(value),
-          "aria-label": `${number.says}, ${number.low} to ${number.high} ${number.unit}`,
+          "aria-label": t("command-chips.says_low_to_high_unit", {
+            says: number.says,
+            low: number.low,
+            high: number.high,
+            unit: number.unit,
+          }),
         }),
       );
     }
@@ -155,7 +167,7 @@ class CommandChips extends Panel {
     const unit = /met(er|re)s/.test(pattern) ? null : make("span", { class: "note" }, wanted[0]?.unit ?? "");
     const back = make(
       "button",
-      { type: "button", class: "icon-button", "aria-label": "Back to the commands" },
+      { type: "button", class: "icon-button", "aria-label": t("command-chips.back_to_the_commands") },
       icon("close"),
     );
     const form = make(
@@ -164,7 +176,7 @@ class CommandChips extends Panel {
       icon(kind.icon || "command"),
       ...parts,
       unit,
-      make("button", { type: "submit", class: "button primary" }, "Go"),
+      make("button", { type: "submit", class: "button primary" }, t("command-chips.go")),
       back,
       says,
     );
@@ -218,7 +230,7 @@ function checked(wanted, boxes, says) {
     const fine = value >= low && value <= high;
     if (box) mark(box, "aria-invalid", fine ? null : "true");
     if (!fine) {
-      write(says, `${called} must be a number from ${low} to ${high} ${unit}.`);
+      write(says, t("command-chips.called_must_be_a_number_from", { called, low, high, unit }));
       box?.focus();
       return null;
     }

@@ -5,6 +5,7 @@ import { wordsOf } from "../net/api.js";
 import { icon, make, mark } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { mayBegin } from "../ui/pending-command.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../drive/suggest.js").Suggestion} Suggestion */
@@ -13,7 +14,7 @@ const HEARD_MS = 6000; // for which words that were heard stay in the box
 
 /** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
 
-const ASK = "Tell it what to do"; // short enough for a phone
+const ASK = t("command-line.tell_it_what_to_do"); // short enough for a phone
 
 export class CommandLine extends Panel {
   #box = make("input", {
@@ -26,19 +27,23 @@ export class CommandLine extends Panel {
     spellcheck: "false",
     enterkeyhint: "send",
     placeholder: ASK,
-    "aria-label": "Tell the robot what to do",
+    "aria-label": t("command-line.tell_the_robot_what_to_do"),
     role: "combobox",
     "aria-autocomplete": "list",
     "aria-expanded": "false",
     "aria-controls": "suggestions",
     "aria-keyshortcuts": "/",
   });
-  #send = make("button", { type: "submit", class: "button primary send", "aria-label": "Send" }, icon("send"));
+  #send = make(
+    "button",
+    { type: "submit", class: "button primary send", "aria-label": t("command-line.send") },
+    icon("send"),
+  );
   #list = make("ul", {
     id: "suggestions",
     class: "suggestions",
     role: "listbox",
-    "aria-label": "Suggestions",
+    "aria-label": t("command-line.suggestions"),
     hidden: true,
   });
   #recall = new Recall();

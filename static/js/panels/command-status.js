@@ -5,6 +5,7 @@ import * as room from "../net/room-api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { StatusLog } from "../ui/status.js";
+import { t } from "../ui/texts.js";
 import { ToGo } from "../ui/to-go.js";
 
 /** @typedef {import("../net/session.js").View} View */
@@ -12,12 +13,12 @@ import { ToGo } from "../ui/to-go.js";
 /** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
 /** @typedef {import("../ui/status.js").StatusLine} StatusLine */
 
-const POINT = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
+const POINT = matchMedia("(pointer: coarse)").matches ? t("command-status.tap") : t("command-status.click");
 /** @type {StatusLine} */
 const READY = {
   icon: "command",
-  words: "Ready",
-  remark: `Type, press a button below, or ${POINT} the floor.`,
+  words: t("command-status.ready"),
+  remark: t("command-status.type_press_a_button_below_or", { point: POINT }),
   state: "",
   suggestions: [],
 };
@@ -29,20 +30,20 @@ class CommandStatus extends Panel {
   #words = make("span", { class: "status-words" });
   #remark = make("span", { class: "status-remark" });
   #left = make("span", { class: "status-left" });
-  #suggestions = make("div", { class: "suggested", role: "group", "aria-label": "Did you mean" });
+  #suggestions = make("div", { class: "suggested", role: "group", "aria-label": t("command-status.did_you_mean") });
   #bar = make("div", { class: "bar-fill" });
   #progress = make(
     "div",
     {
       class: "progress",
       role: "progressbar",
-      "aria-label": "Progress",
+      "aria-label": t("command-status.progress"),
       "aria-valuemin": "0",
       "aria-valuemax": "100",
     },
     this.#bar,
   );
-  #cancel = make("button", { type: "button", class: "button" }, icon("close"), "Cancel");
+  #cancel = make("button", { type: "button", class: "button" }, icon("close"), t("command-status.cancel"));
   #log = new StatusLog();
   #toGo = new ToGo();
   #empty = false; // it is a simulated room, and nobody is in it
@@ -87,7 +88,7 @@ class CommandStatus extends Panel {
     this.#cancel.disabled = !up;
     const left = state ? this.#toGo.saw(state) : [];
     this.#left.hidden = left.length === 0;
-    if (left.length) write(this.#left, `${left.join(", ")} to go`);
+    if (left.length) write(this.#left, t("command-status.join_to_go", { join: left.join(", ") }));
     if (command) {
       const percent = Math.round((command.progress ?? 0) * 100);
       this.#bar.style.width = `${percent}%`;
@@ -101,7 +102,10 @@ class CommandStatus extends Panel {
   /** @param {Said} said */
   #answered(said) {
     this.#log.answered(said, performance.now());
-    if (!said.answer.ok) this.session.announce(`${said.text}: refused. ${said.answer.detail ?? ""}`);
+    if (!said.answer.ok)
+      this.session.announce(
+        t("command-status.text_refused_detail", { text: said.text, detail: said.answer.detail ?? "" }),
+      );
   }
 
   /** @param {HistoryRow[]} rows newest first */
@@ -128,14 +132,14 @@ class CommandStatus extends Panel {
     else if (empty) this.#suggestions.replaceChildren(this.#addPerson(), howItWorks());
     else
       this.#suggestions.replaceChildren(
-        make("span", { class: "note" }, "Did you mean"),
+        make("span", { class: "note" }, t("command-status.did_you_mean")),
         ...suggestions.map((text) => this.#offer(text)),
       );
   }
 
   /** In an empty simulated room: somebody to come to. */
   #addPerson() {
-    const button = make("button", { type: "button", class: "chip" }, icon("demo"), "Add a person");
+    const button = make("button", { type: "button", class: "chip" }, icon("demo"), t("command-status.add_a_person"));
     button.addEventListener("click", () => {
       const pose = this.session.state?.pose;
       if (pose) void this.session.attempt(() => room.add(pose));
@@ -153,13 +157,19 @@ class CommandStatus extends Panel {
 
 /** @param {string} caller @param {string} words */
 function letCall(caller, words) {
-  const button = make("button", { type: "button", class: "chip" }, icon("voice"), `Let ${caller} call`);
+  const button = make(
+    "button",
+    { type: "button", class: "chip" },
+    icon("voice"),
+    t("command-status.let_caller_call", { caller }),
+  );
   button.addEventListener("click", () =>
     dispatchEvent(new CustomEvent("let-call", { detail: { words: words.toLowerCase() } })),
   );
   return button;
 }
 
-const howItWorks = () => make("a", { class: "chip", href: "help#how-to/call-the-robot.md" }, "How it works");
+const howItWorks = () =>
+  make("a", { class: "chip", href: "help#how-to/call-the-robot.md" }, t("command-status.how_it_works"));
 
 customElements.define("command-status", CommandStatus);

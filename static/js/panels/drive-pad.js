@@ -5,6 +5,7 @@ import { response } from "../drive/response.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { speed, turnRate } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../drive/operator-input.js").OperatorInput} OperatorInput */
@@ -20,7 +21,7 @@ export class DrivePad extends Panel {
       class: "stick",
       role: "application",
       tabindex: "0",
-      "aria-label": "Drive stick: hold W A S D or the arrow keys to drive, let go to stop",
+      "aria-label": t("drive-pad.drive_stick_hold_w_a_s"),
     },
     ...["up", "left", "down", "right"].map((way, index) =>
       make("span", { class: "way", "data-way": way }, icon("arrow"), make("kbd", {}, "WASD".charAt(index))),
@@ -29,13 +30,13 @@ export class DrivePad extends Panel {
   );
   #presets = make(
     "div",
-    { class: "presets", role: "group", "aria-label": "Speed" },
+    { class: "presets", role: "group", "aria-label": t("drive-pad.speed") },
     ...PRESETS.map((_, index) =>
       make("button", { type: "button", class: "preset", "data-preset": String(index + 1) }, String(index + 1)),
     ),
   );
-  #less = make("button", { type: "button", class: "button", "aria-label": "Slower" }, "−");
-  #more = make("button", { type: "button", class: "button", "aria-label": "Faster" }, "+");
+  #less = make("button", { type: "button", class: "button", "aria-label": t("drive-pad.slower") }, "−");
+  #more = make("button", { type: "button", class: "button", "aria-label": t("drive-pad.faster") }, "+");
   #preset = make("span");
   #top = make("span");
   #moving = make("span", { class: "moving" });
@@ -50,13 +51,18 @@ export class DrivePad extends Panel {
   build() {
     this.classList.add("card");
     this.setAttribute("role", "region");
-    this.setAttribute("aria-label", "Drive");
+    this.setAttribute("aria-label", t("drive-pad.drive"));
     this.append(
       this.#stick,
       make(
         "div",
         { class: "drive-side" },
-        make("div", { class: "drive-figures" }, make("span", { class: "card-title" }, "Drive"), this.#moving),
+        make(
+          "div",
+          { class: "drive-figures" },
+          make("span", { class: "card-title" }, t("drive-pad.drive")),
+          this.#moving,
+        ),
         this.#presets,
         make("div", { class: "stepper" }, this.#less, this.#more),
         make("span", { class: "top-speed" }, this.#preset, this.#top),
@@ -114,7 +120,7 @@ export class DrivePad extends Panel {
       mark(button, "aria-pressed", String(Number(button.dataset["preset"]) === drive.preset));
     }
     const top = (PRESETS[drive.preset - 1] ?? 0) * hello.robot.max_speed_m_s;
-    write(this.#preset, drive.slow ? "Slow" : `Speed ${drive.preset}`);
+    write(this.#preset, drive.slow ? t("drive-pad.slow") : t("drive-pad.speed_preset", { preset: drive.preset }));
     write(this.#top, speed(drive.slow ? SLOW * top : top));
     this.#less.disabled = drive.preset === 1;
     this.#more.disabled = drive.preset === PRESETS.length;
@@ -128,7 +134,7 @@ export class DrivePad extends Panel {
    * @param {string} advice how to drive by gamepad, when there is one
    */
   #explain(why, advice) {
-    write(this.#why, why || advice || "Hold to drive. Shift is slow.");
+    write(this.#why, why || advice || t("drive-pad.hold_to_drive_shift_is_slow"));
     mark(this.#why, "data-tone", why ? "stale" : null);
     if (why && why !== this.#said) this.session.announce(why);
     this.#said = why;

@@ -3,24 +3,26 @@
 import { make, mark, write } from "../ui/element.js";
 import { degrees, fixed, headingBetween, metres, sigmas, spread } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/messages.js").State} State */
 
 /** @type {Readonly<Record<string, string>>} */
-const MODES = { invariant: "EKF, invariant", paper: "EKF, as in the paper", dead_reckoning: "wheels alone" };
+const MODES = {
+  invariant: t("estimate-card.ekf_invariant"),
+  paper: t("estimate-card.ekf_as_in_the_paper"),
+  dead_reckoning: t("estimate-card.wheels_alone"),
+};
 
 class EstimateCard extends Panel {
   #mode = make("span", { class: "note" });
-  #figures = { x: figure("x"), y: figure("y"), heading: figure("heading") };
+  #figures = { x: figure("x"), y: figure("y"), heading: figure(t("estimate-card.heading")) };
   #facts = {
-    landmarks: fact("Landmarks", "Corners in the map; on trial: seen fewer than three times"),
-    nis: fact(
-      "Surprise (NIS)",
-      "How far the last sightings lay from what was expected, measured in its own uncertainty. 1 is ideal; far above, the robot is surer than it should be.",
-    ),
-    wheels: fact("Wheels alone", "How far dead reckoning lies from the estimate"),
-    truth: fact("True error", "Simulator only: the distance to where the robot really is"),
+    landmarks: fact(t("estimate-card.landmarks"), t("estimate-card.corners_in_the_map_on_trial")),
+    nis: fact(t("estimate-card.surprise_nis"), t("estimate-card.how_far_the_last_sightings_lay")),
+    wheels: fact(t("estimate-card.wheels_alone_2"), t("estimate-card.how_far_dead_reckoning_lies_from")),
+    truth: fact(t("estimate-card.true_error"), t("estimate-card.simulator_only_the_distance_to_where")),
   };
 
   /** @override */
@@ -30,7 +32,7 @@ class EstimateCard extends Panel {
       make(
         "div",
         { class: "card-head" },
-        make("h2", { class: "card-title" }, "Where it believes it is"),
+        make("h2", { class: "card-title" }, t("estimate-card.where_it_believes_it_is")),
         make("span", { class: "spring" }),
         this.#mode,
       ),
@@ -49,12 +51,12 @@ class EstimateCard extends Panel {
     const { pose, dead_reckoning: wheels, slam, truth } = state;
     const sigma = sigmas(pose.cov);
     const { x, y, heading } = this.#figures;
-    const modeWords = slam.looking_around ? "looking around" : (MODES[slam.mode] ?? slam.mode);
+    const modeWords = slam.looking_around ? t("estimate-card.looking_around") : (MODES[slam.mode] ?? slam.mode);
     write(this.#mode, modeWords);
     say(x, metres(pose.x_m), spread(sigma.x));
     say(y, metres(pose.y_m), spread(sigma.y));
     say(heading, degrees(pose.heading_rad, 1), `± ${degrees(sigma.heading, 1)}`);
-    const trial = slam.tentative ? `, ${slam.tentative} on trial` : "";
+    const trial = slam.tentative ? t("estimate-card.tentative_on_trial", { tentative: slam.tentative }) : "";
     write(this.#facts.landmarks.value, `${state.landmarks.length}${trial}`);
     write(this.#facts.nis.value, slam.nis === null ? "–" : fixed(slam.nis, 1));
     write(this.#facts.wheels.value, apart(wheels, pose));

@@ -3,6 +3,7 @@
 import { make, write } from "../ui/element.js";
 import { degrees, metres, sigmas, spread } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
@@ -11,12 +12,16 @@ class EstimateLine extends Panel {
     value: make("span", { class: "where-value" }, "–"),
     sigma: make("span", { class: "figure-sigma" }),
   }));
-  #button = make("button", { type: "button", class: "where", title: "Where the robot believes it is, ± 1 σ" });
+  #button = make("button", {
+    type: "button",
+    class: "where",
+    title: t("estimate-line.where_the_robot_believes_it_is"),
+  });
 
   /** @override */
   build() {
     for (const [index, { value, sigma }] of this.#values.entries()) {
-      const name = ["x ", "y ", "heading "][index];
+      const name = ["x ", "y ", t("estimate-line.heading")][index];
       this.#button.append(
         make("span", { class: "where-part" }, make("span", { class: "where-name" }, name), value, " ", sigma),
       );

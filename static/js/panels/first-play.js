@@ -3,6 +3,7 @@
 import { icon, make } from "../ui/element.js";
 import { duration } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
@@ -14,9 +15,9 @@ class FirstPlay extends Panel {
     "button",
     { type: "button", class: "button primary first-play" },
     icon("play"),
-    make("span", {}, "Play the recording"),
+    make("span", {}, t("first-play.play_the_recording")),
   );
-  #watches = make("p", {}, "The recording waits; an operator can play it.");
+  #watches = make("p", {}, t("first-play.the_recording_waits_an_operator_can"));
   #played = false;
 
   /** @override */

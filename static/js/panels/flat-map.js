@@ -11,6 +11,7 @@ import { mapKind, onMapKind, whyFlat } from "../ui/map-choice.js";
 import { mapInWords } from "../ui/map-text.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
+import { t } from "../ui/texts.js";
 import { onTheme } from "../ui/theme.js";
 import { ToGo } from "../ui/to-go.js";
 
@@ -31,13 +32,13 @@ const WORDS_MS = 2000;
 const REACH = 24; // [px] around a person in which a press is for them
 /** @type {ReadonlyArray<readonly [Layer, string, string]>} */
 const LAYERS = [
-  ["scan", "Laser", "The newest sweep"],
-  ["way", "Way and goal", "Where the robot is going, and how long that takes at its usual speed"],
-  ["people", "Person", "Whom the running command looks at"],
-  ["voice", "Voice", "Direction of a voice, two standard deviations wide"],
-  ["landmarks", "Corners", "Landmarks; the ellipse is two standard deviations"],
-  ["ghost", "Wheels alone", "Pose by dead reckoning alone"],
-  ["grid", "Metres", "Lines a metre apart"],
+  ["scan", t("flat-map.laser"), t("flat-map.the_newest_sweep")],
+  ["way", t("flat-map.way_and_goal"), t("flat-map.where_the_robot_is_going_and")],
+  ["people", t("flat-map.person"), t("flat-map.whom_the_running_command_looks_at")],
+  ["voice", t("flat-map.voice"), t("flat-map.direction_of_a_voice_two_standard")],
+  ["landmarks", t("flat-map.corners"), t("flat-map.landmarks_the_ellipse_is_two_standard")],
+  ["ghost", t("flat-map.wheels_alone"), t("flat-map.pose_by_dead_reckoning_alone")],
+  ["grid", t("flat-map.metres"), t("flat-map.lines_a_metre_apart")],
 ];
 const HIDDEN = "landmarks,ghost"; // at first
 /** @type {Readonly<Record<string, readonly [number, number]>>} */
@@ -51,17 +52,17 @@ class FlatMap extends Panel {
     class: "flat-floor scrolls",
     tabindex: "0",
     role: "application",
-    "aria-roledescription": "map",
-    "aria-label": "Map from above: the arrow keys move a cross, Enter sends the robot there, plus and minus zoom",
+    "aria-roledescription": t("flat-map.map"),
+    "aria-label": t("flat-map.map_from_above_the_arrow_keys"),
     "aria-describedby": "flat-map-words",
   });
   #why = make("p", { class: "flat-why", hidden: true });
-  #follow = tool("here", "Follow the robot");
-  #fit = tool("whole", "Whole map");
-  #measure = tool("measure", "Measure a distance");
-  #layersButton = tool("layers", "Layers");
-  #layersPanel = make("div", { class: "flat-layers", role: "group", "aria-label": "Layers" });
-  #tools = make("div", { class: "flat-tools", role: "toolbar", "aria-label": "Map" });
+  #follow = tool("here", t("flat-map.follow_the_robot"));
+  #fit = tool("whole", t("flat-map.whole_map"));
+  #measure = tool("measure", t("flat-map.measure_a_distance"));
+  #layersButton = tool("layers", t("flat-map.layers"));
+  #layersPanel = make("div", { class: "flat-layers", role: "group", "aria-label": t("flat-map.layers") });
+  #tools = make("div", { class: "flat-tools", role: "toolbar", "aria-label": t("flat-map.map_2") });
   #view = new FloorView(60, 0, 0);
   /** @type {"whole" | "robot" | "free"} */
   #looks = "whole";
@@ -226,7 +227,7 @@ class FlatMap extends Panel {
       }
       const away = Math.hypot(this.#cursor.x - state.pose.x_m, this.#cursor.y - state.pose.y_m);
       const where = `x ${fixed(this.#cursor.x, 2)}, y ${fixed(this.#cursor.y, 2)}`;
-      write(this.#said, `${where}: ${metres(away, 1)} from the robot.`);
+      write(this.#said, t("flat-map.where_metres_from_the_robot", { where, metres: metres(away, 1) }));
     } else if (event.key === "Enter" && this.#cursor && state.pending_command === null) {
       this.#go(this.#cursor);
     } else if (event.key === "+" || event.key === "-") {

@@ -16,6 +16,7 @@ import { inputName, padName } from "../drive/gamepad-names.js";
 import { make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Sheet } from "../ui/sheet.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../drive/gamepad-input.js").GamepadInput} GamepadInput */
@@ -23,23 +24,23 @@ import { Sheet } from "../ui/sheet.js";
 /** @typedef {import("../drive/gamepad-mapping.js").Mapping} Mapping */
 /** @typedef {import("../drive/gamepad-mapping.js").PadAction} PadAction */
 
-const ABSENT = "No gamepad. Connect one and press any of its buttons: the browser shows it only then.";
-const WITHHELD = "This browser gives gamepads only to https and to this machine’s own address.";
+const ABSENT = t("gamepad-sheet.no_gamepad_connect_one_and_press");
+const WITHHELD = t("gamepad-sheet.this_browser_gives_gamepads_only_to");
 
 export class GamepadSheet extends Sheet {
   #status = make("p", { class: "pad-status" });
-  #choice = make("div", { class: "pad-choice", role: "group", "aria-label": "Gamepad" });
-  #forward = meter("Forward");
-  #left = meter("Turn left");
+  #choice = make("div", { class: "pad-choice", role: "group", "aria-label": t("gamepad-sheet.gamepad") });
+  #forward = meter(t("gamepad-sheet.forward"));
+  #left = meter(t("gamepad-sheet.turn_left"));
   #asked = make("p", { class: "note" });
   /** @type {Map<PadAction, {row: HTMLElement, name: HTMLElement, change: HTMLButtonElement}>} */
   #rows = new Map([...PRESSES, ...STICKS].map((action) => [action, this.#row(action)]));
   #prompt = make("p", { class: "pad-prompt" });
-  #cancel = make("button", { type: "button", class: "button", hidden: true }, "Cancel");
-  #setUp = make("button", { type: "button", class: "button" }, "Set up by pressing");
-  #reset = make("button", { type: "button", class: "button" }, "Default mapping");
-  #deadZone = slider("Dead zone", DEAD_ZONE);
-  #curve = slider("Gentle near the centre", CURVE);
+  #cancel = make("button", { type: "button", class: "button", hidden: true }, t("gamepad-sheet.cancel"));
+  #setUp = make("button", { type: "button", class: "button" }, t("gamepad-sheet.set_up_by_pressing"));
+  #reset = make("button", { type: "button", class: "button" }, t("gamepad-sheet.default_mapping"));
+  #deadZone = slider(t("gamepad-sheet.dead_zone"), DEAD_ZONE);
+  #curve = slider(t("gamepad-sheet.gentle_near_the_centre"), CURVE);
   #buttons = make("div", { class: "pad-buttons", role: "img" });
   #axes = make("div", { class: "pad-axes" });
   #body = make(
@@ -51,7 +52,7 @@ export class GamepadSheet extends Sheet {
     make("div", { class: "pad-learn" }, this.#prompt, this.#cancel, this.#setUp, this.#reset),
     make("div", { class: "pad-rows" }, ...[...this.#rows.values()].map(({ row }) => row)),
     make("div", { class: "pad-meters" }, this.#deadZone.row, this.#curve.row),
-    make("h3", { class: "card-title" }, "Everything on it"),
+    make("h3", { class: "card-title" }, t("gamepad-sheet.everything_on_it")),
     this.#buttons,
     this.#axes,
   );
@@ -62,8 +63,8 @@ export class GamepadSheet extends Sheet {
 
   /** @override */
   build() {
-    const note = "Nothing drives while this is open. STOP works always; it is a software stop, no emergency stop.";
-    this.frame("Gamepad", this.#status, this.#body, make("p", { class: "note" }, note));
+    const note = t("gamepad-sheet.nothing_drives_while_this_is_open");
+    this.frame(t("gamepad-sheet.gamepad"), this.#status, this.#body, make("p", { class: "note" }, note));
   }
 
   /** @param {GamepadInput} gamepad */
@@ -129,8 +130,8 @@ export class GamepadSheet extends Sheet {
     const name = make("span", { class: "pad-input" });
     const change = make(
       "button",
-      { type: "button", class: "button", "aria-label": `Change: ${TITLES[action]}` },
-      "Change",
+      { type: "button", class: "button", "aria-label": t("gamepad-sheet.change_titles", { titles: TITLES[action] }) },
+      t("gamepad-sheet.change"),
     );
     const row = make("div", { class: "pad-row" }, make("span", { class: "pad-title" }, TITLES[action]), name, change);
     return { row, name, change };
@@ -172,8 +173,13 @@ export class GamepadSheet extends Sheet {
     this.#left.set(w);
     const held = isPressed(pad, mapping.inputs.deadman);
     const { deadman } = mapping.inputs;
-    const name = deadman ? inputName(pad, deadman) : "the button";
-    write(this.#asked, held ? `${name} is held: this would drive.` : `Drives only while ${name} is held.`);
+    const name = deadman ? inputName(pad, deadman) : t("gamepad-sheet.the_button");
+    write(
+      this.#asked,
+      held
+        ? t("gamepad-sheet.name_is_held_this_would_drive", { name })
+        : t("gamepad-sheet.drives_only_while_name_is_held", { name }),
+    );
   }
 
   /**
@@ -186,7 +192,7 @@ export class GamepadSheet extends Sheet {
       const input = mapping.inputs[action];
       const moved =
         input && "axis" in input ? Math.abs(deflection(pad, input)) > mapping.deadZone : isPressed(pad, input);
-      write(name, input ? inputName(pad, input) : "not set");
+      write(name, input ? inputName(pad, input) : t("gamepad-sheet.not_set"));
       mark(row, "data-lit", moved);
       mark(row, "data-learning", action === learning);
       change.disabled = learning !== null;
@@ -232,7 +238,11 @@ export class GamepadSheet extends Sheet {
       if (lamp) mark(lamp, "data-lit", pressed);
     }
     const down = buttons.flatMap(({ pressed }, button) => (pressed ? [inputName({ id, mapping }, { button })] : []));
-    mark(this.#buttons, "aria-label", `Buttons pressed: ${down.join(", ") || "none"}`);
+    mark(
+      this.#buttons,
+      "aria-label",
+      t("gamepad-sheet.buttons_pressed_join", { join: down.join(", ") || t("gamepad-sheet.none") }),
+    );
     for (const [index, value] of axes.entries()) showPart(this.#axes.children[index], value);
   }
 }
@@ -250,8 +260,11 @@ const axisName = (pad, axis) => inputName(pad, { axis, sign: 1, rest: 0 }).repla
  */
 function statusOf(pad, gamepad, permission) {
   if (!isComplete(gamepad.mappingOf(pad)))
-    return `${padName(pad.id)}: this browser does not know its layout. Press “Set up by pressing”; until then it does nothing.`;
-  return `${padName(pad.id)} is connected. ${permission.may === "no" ? permission.why : "Close this dialog to drive."}`;
+    return t("gamepad-sheet.padname_this_browser_does_not_know", { padname: padName(pad.id) });
+  return t("gamepad-sheet.padname_is_connected_value", {
+    padname: padName(pad.id),
+    value: permission.may === "no" ? permission.why : t("gamepad-sheet.close_this_dialog_to_drive"),
+  });
 }
 
 /**

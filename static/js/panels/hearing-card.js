@@ -7,31 +7,32 @@ import { degrees, inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { PeopleNear } from "../ui/people-near.js";
 import { SoundRose } from "../ui/sound-rose.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
 
 const MOST_LINES = 6;
-const CHECK = "Check the microphones";
+const CHECK = t("hearing-card.check_the_microphones");
 
 class HearingCard extends Panel {
   #rose = new SoundRose();
   #where = make("p", { class: "hearing-where" });
-  #listen = make("button", { type: "button", class: "toggle", "aria-pressed": "false" }, "Listen");
+  #listen = make("button", { type: "button", class: "toggle", "aria-pressed": "false" }, t("hearing-card.listen"));
   #obey = make(
     "button",
     {
       type: "button",
       class: "toggle",
       "aria-pressed": "false",
-      title: "Execute commands of voices in the room while you drive",
+      title: t("hearing-card.execute_commands_of_voices_in_the"),
     },
-    "Obey",
+    t("hearing-card.obey"),
   );
   #check = make("button", { type: "button" }, CHECK);
   #faults = make("ul", { class: "faults", role: "status", hidden: true });
-  #measure = make("a", { href: "hearing" }, "How well does it hear you here?");
-  #lines = make("ol", { class: "transcripts", "aria-label": "What was heard" });
+  #measure = make("a", { href: "hearing" }, t("hearing-card.how_well_does_it_hear_you"));
+  #lines = make("ol", { class: "transcripts", "aria-label": t("hearing-card.what_was_heard") });
   #checking = false;
   /** @type {PeopleNear | null} */
   #near = null;
@@ -44,7 +45,7 @@ class HearingCard extends Panel {
       make(
         "div",
         { class: "card-head" },
-        make("h2", { class: "card-title" }, "What it hears"),
+        make("h2", { class: "card-title" }, t("hearing-card.what_it_hears")),
         make("span", { class: "spring" }),
         this.#listen,
         this.#obey,
@@ -101,18 +102,21 @@ class HearingCard extends Panel {
     }
     const simulated = this.session.hello?.robot.capabilities.includes("simulate") === true;
     this.#checking = true;
-    write(this.#check, simulated ? "The simulated person speaks…" : "Speak for three seconds…");
+    write(
+      this.#check,
+      simulated ? t("hearing-card.the_simulated_person_speaks") : t("hearing-card.speak_for_three_seconds"),
+    );
     await this.session.attempt(async () => {
       const { well, faults } = await api.checkArray(simulated);
       const rows = faults.map(({ sentence, serious }) => fault(sentence, serious ? "warning" : "info"));
       this.#faults.replaceChildren(
-        ...(well ? [fault("Every channel works, and all of them fit together.", "done")] : []),
+        ...(well ? [fault(t("hearing-card.every_channel_works_and_all_of"), "done")] : []),
         ...rows,
       );
       this.#faults.hidden = false;
     });
     this.#checking = false;
-    write(this.#check, this.#faults.hidden ? CHECK : "Hide the result");
+    write(this.#check, this.#faults.hidden ? CHECK : t("hearing-card.hide_the_result"));
   }
 
   async #toggle() {
@@ -137,14 +141,18 @@ class HearingCard extends Panel {
       make(
         "span",
         {},
-        make("span", { class: "transcript-words" }, said ? `“${said}”` : "Not understood"),
+        make("span", { class: "transcript-words" }, said ? `“${said}”` : t("hearing-card.not_understood")),
         reason && make("span", { class: "note" }, ` ${reason}`),
-        !final && make("span", { class: "note" }, " before the sentence was over"),
+        !final && make("span", { class: "note" }, t("hearing-card.before_the_sentence_was_over")),
       ),
     );
     this.#lines.prepend(line);
     while (this.#lines.childElementCount > MOST_LINES) this.#lines.lastElementChild?.remove();
-    this.session.announce(accepted ? `Heard: ${heard_as}.` : `Heard, but refused. ${reason}`);
+    this.session.announce(
+      accepted
+        ? t("hearing-card.heard_heardas", { heardas: heard_as })
+        : t("hearing-card.heard_but_refused_reason", { reason }),
+    );
   }
 }
 
@@ -161,8 +169,10 @@ const fault = (sentence, kind) =>
  * @param {import("../net/messages.js").HearingState | null} ears
  */
 function silence(ears) {
-  if (ears?.muted) return "Not listening while the robot speaks.";
-  return ears?.starting ? "Hears directions of voices; speech recognition is starting." : "Listening; no voice.";
+  if (ears?.muted) return t("hearing-card.not_listening_while_the_robot_speaks");
+  return ears?.starting
+    ? t("hearing-card.hears_directions_of_voices_speech_recognition")
+    : t("hearing-card.listening_no_voice");
 }
 
 /**
@@ -171,9 +181,9 @@ function silence(ears) {
  * @param {boolean} voice_control true when voices in the room give commands
  */
 function hint(listening, voice_control) {
-  if (!listening) return "Hold the microphone (V) and speak, or let the robot listen.";
-  if (!voice_control) return "Hold the microphone (V) and speak, or press Obey and say it in the room.";
-  return "Say a command in the room, or hold the microphone (V) and speak.";
+  if (!listening) return t("hearing-card.hold_the_microphone_v_and_speak");
+  if (!voice_control) return t("hearing-card.hold_the_microphone_v_and_speak_2");
+  return t("hearing-card.say_a_command_in_the_room");
 }
 
 /**
@@ -181,7 +191,11 @@ function hint(listening, voice_control) {
  * @param {import("../net/messages.js").VoiceHeard} voice
  */
 function describe({ azimuth_rad, sd_heard_rad, ambiguity }) {
-  return `A voice ${inWords(azimuth_rad)}, ± ${degrees(2 * sd_heard_rad, 0)}.${ambiguity ? ` ${ambiguity}` : ""}`;
+  return t("hearing-card.a_voice_inwords_degrees_value", {
+    inwords: inWords(azimuth_rad),
+    degrees: degrees(2 * sd_heard_rad, 0),
+    value: ambiguity ? ` ${ambiguity}` : "",
+  });
 }
 
 customElements.define("hearing-card", HearingCard);

@@ -5,24 +5,25 @@ import { qualityRuns, wordsOf } from "../net/api.js";
 import { icon, make } from "../ui/element.js";
 import { age, quantities, timeOfDay } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
 
 const MOST = 60;
 const SOURCES = {
-  typed: "typed",
-  chip: "button",
-  click: "map",
-  voice: "voice",
-  ears: "the robot’s ears",
+  typed: t("history-list.typed"),
+  chip: t("history-list.button"),
+  click: t("history-list.map"),
+  voice: t("history-list.voice"),
+  ears: t("history-list.the_robot_s_ears"),
   rest: "HTTP",
 };
 
 class HistoryList extends Panel {
-  #list = make("ol", { class: "record-list", "aria-label": "History, newest first" });
+  #list = make("ol", { class: "record-list", "aria-label": t("history-list.history_newest_first") });
   #score = make("a", { class: "record-score", href: "hearing", hidden: true });
-  #empty = make("p", { class: "record-empty" }, "Commands and their results appear here.");
+  #empty = make("p", { class: "record-empty" }, t("history-list.commands_and_their_results_appear_here"));
 
   /** @override */
   build() {
@@ -50,7 +51,11 @@ class HistoryList extends Panel {
   async #readScore() {
     const runs = await qualityRuns().catch(() => []);
     const newest = runs.find(({ summary }) => summary);
-    if (newest) this.#score.replaceChildren(icon("ears"), make("span", {}, `Heard here: ${newest.summary}`));
+    if (newest)
+      this.#score.replaceChildren(
+        icon("ears"),
+        make("span", {}, t("history-list.heard_here_summary", { summary: newest.summary })),
+      );
     this.#score.hidden = !newest;
   }
 
@@ -68,7 +73,12 @@ class HistoryList extends Panel {
     const took = row.duration_s !== null && row.state !== "refused" ? age(row.duration_s) : "";
     const again = make(
       "button",
-      { type: "button", class: "icon-button small", "aria-label": `Again: ${words}`, title: "Again" },
+      {
+        type: "button",
+        class: "icon-button small",
+        "aria-label": t("history-list.again_words", { words }),
+        title: t("history-list.again"),
+      },
       icon("again"),
     );
     again.addEventListener("click", () => void this.session.say(words, "chip"));

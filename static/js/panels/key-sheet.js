@@ -2,25 +2,26 @@
 
 import { make } from "../ui/element.js";
 import { Sheet } from "../ui/sheet.js";
+import { t } from "../ui/texts.js";
 
 const KEYS = [
-  [["Esc"], "Stop, everywhere, also while typing"],
-  [["Space"], "Stop, outside text boxes"],
-  [["W", "A", "S", "D"], "Hold to drive; the arrow keys too"],
-  [["Shift"], "Slow, while driving"],
-  [["1", "…", "5"], "Speed"],
-  [["V"], "Hold to talk"],
-  [["/"], "To the command line"],
-  [["↑", "↓"], "In the command line: earlier commands, or the suggestions"],
-  [["Enter"], "Send; press the button in focus; begin the pending command"],
-  [["?"], "This sheet"],
+  [["Esc"], t("key-sheet.stop_everywhere_also_while_typing")],
+  [[t("key-sheet.space")], t("key-sheet.stop_outside_text_boxes")],
+  [["W", "A", "S", "D"], t("key-sheet.hold_to_drive_the_arrow_keys")],
+  [["Shift"], t("key-sheet.slow_while_driving")],
+  [["1", "…", "5"], t("key-sheet.speed")],
+  [["V"], t("key-sheet.hold_to_talk")],
+  [["/"], t("key-sheet.to_the_command_line")],
+  [["↑", "↓"], t("key-sheet.in_the_command_line_earlier_commands")],
+  [[t("key-sheet.enter")], t("key-sheet.send_press_the_button_in_focus")],
+  [["?"], t("key-sheet.this_sheet")],
 ];
 
 const RECORDING_KEYS = [
-  [["Space"], "Play and pause"],
-  [["←", "→"], "Five seconds back or on"],
-  [["Esc"], "Pause, also while typing"],
-  [["?"], "This sheet"],
+  [[t("key-sheet.space")], t("key-sheet.play_and_pause")],
+  [["←", "→"], t("key-sheet.five_seconds_back_or_on")],
+  [["Esc"], t("key-sheet.pause_also_while_typing")],
+  [["?"], t("key-sheet.this_sheet")],
 ];
 
 /** @param {typeof KEYS} list */
@@ -35,7 +36,11 @@ export class KeySheet extends Sheet {
 
   /** @override */
   build() {
-    this.frame("Keys", this.#list, make("p", { class: "note" }, "Stop is a software stop. It is no emergency stop."));
+    this.frame(
+      t("key-sheet.keys"),
+      this.#list,
+      make("p", { class: "note" }, t("key-sheet.stop_is_a_software_stop_it")),
+    );
     this.session.on("hello", ({ robot }) => {
       const recording = robot.capabilities.includes("replay") && !robot.dry_run;
       this.#list.replaceChildren(...rows(recording ? RECORDING_KEYS : KEYS));

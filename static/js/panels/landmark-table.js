@@ -2,28 +2,29 @@
 
 import { make, write } from "../ui/element.js";
 import { fixed, largestSigma } from "../ui/format.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/messages.js").LandmarkRow} LandmarkRow */
 
 const EVERY_MS = 400;
-const COLUMNS = ["No.", "x m", "y m", "± cm", "Hits", "Missed"];
+const COLUMNS = ["No.", "x m", "y m", "± cm", t("landmark-table.hits"), t("landmark-table.missed")];
 
 export class LandmarkTable extends HTMLElement {
   #body = make("tbody");
-  #empty = make("p", { class: "record-empty" }, "No landmark yet. A corner counts after it was seen three times.");
+  #empty = make("p", { class: "record-empty" }, t("landmark-table.no_landmark_yet_a_corner_counts"));
   #shownAt = -Infinity;
 
   connectedCallback() {
     if (this.children.length) return;
     this.tabIndex = 0; // so that Page Up and Page Down reach it
     this.setAttribute("role", "region");
-    this.setAttribute("aria-label", "Landmarks");
+    this.setAttribute("aria-label", t("landmark-table.landmarks"));
     const head = make("tr", {}, ...COLUMNS.map((name) => make("th", { scope: "col" }, name)));
     this.append(
       make(
         "table",
         { class: "landmarks" },
-        make("caption", { class: "visually-hidden" }, "Landmarks"),
+        make("caption", { class: "visually-hidden" }, t("landmark-table.landmarks")),
         make("thead", {}, head),
         this.#body,
       ),

@@ -4,6 +4,7 @@ import { onlyWatched } from "../drive/permission.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {"acquire" | "ask" | "release"} LeaseAction */
@@ -14,11 +15,11 @@ class LeaseChip extends Panel {
   #button = make("button", { type: "button", class: "bar-chip" }, this.#icon, this.#text);
   #sentence = make("p", { class: "note" });
   #act = make("button", { type: "button", class: "button primary wide" });
-  #take = make("button", { type: "button", class: "button wide" }, "Take over");
+  #take = make("button", { type: "button", class: "button wide" }, t("lease-chip.take_over"));
   #panel = make(
     "div",
-    { role: "group", "aria-label": "Control" },
-    make("h2", { class: "card-title" }, "Control"),
+    { role: "group", "aria-label": t("lease-chip.control") },
+    make("h2", { class: "card-title" }, t("lease-chip.control")),
     this.#sentence,
     this.#act,
     this.#take,
@@ -53,7 +54,7 @@ class LeaseChip extends Panel {
     if (!hello || !state || this.hidden) return;
     const { text, sentence, act, action } = describe(view, hello, state);
     write(this.#text, text);
-    mark(this.#button, "aria-label", `Control: ${text}`);
+    mark(this.#button, "aria-label", t("lease-chip.control_text", { text }));
     mark(this.#button, "data-mine", view.mine);
     redraw(this.#icon, hello.you.role === "viewer" ? "eye" : "wheel");
     write(this.#sentence, sentence);
@@ -77,24 +78,28 @@ class LeaseChip extends Panel {
 function describe({ mine }, hello, { lease }) {
   const watching = hello.you.role === "viewer";
   if (hello.robot.dry_run && !watching && (mine || lease.holder === null)) {
-    const sentence = "Nothing here drives. COME HERE and FOLLOW ME show what a robot would do.";
-    if (mine) return { text: "Dry run", sentence, act: "Give control back", action: "release" };
-    return { text: "Dry run", sentence, act: "Take control", action: "acquire" };
+    const sentence = t("lease-chip.nothing_here_drives_come_here_and");
+    if (mine)
+      return { text: t("lease-chip.dry_run"), sentence, act: t("lease-chip.give_control_back"), action: "release" };
+    return { text: t("lease-chip.dry_run"), sentence, act: t("lease-chip.take_control"), action: "acquire" };
   }
   if (mine) {
-    const sentence = "Others watch and may stop the robot at any time. Giving control back stops it first.";
-    return { text: "You drive", sentence, act: "Give control back", action: "release" };
+    const sentence = t("lease-chip.others_watch_and_may_stop_the");
+    return { text: t("lease-chip.you_drive"), sentence, act: t("lease-chip.give_control_back"), action: "release" };
   }
   if (lease.holder === null) {
-    const sentence = watching
-      ? "You are signed in as a viewer: you see everything and may stop the robot."
-      : "The first command or key press takes control. This alone does not move the robot.";
-    return { text: "Nobody drives", sentence, act: "Take control", action: "acquire" };
+    const sentence = watching ? t("lease-chip.you_are_signed_in_as_a") : t("lease-chip.the_first_command_or_key_press");
+    return { text: t("lease-chip.nobody_drives"), sentence, act: t("lease-chip.take_control"), action: "acquire" };
   }
   const sentence = watching
-    ? `${lease.holder} drives. You see everything and may stop the robot.`
-    : `${lease.holder} drives now. Taking over stops the robot first, and ${lease.holder} gets a notice.`;
-  return { text: `${lease.holder} drives`, sentence, act: asking(lease, hello.you.id), action: "ask" };
+    ? t("lease-chip.holder_drives_you_see_everything_and", { holder: lease.holder })
+    : t("lease-chip.holder_drives_now_taking_over_stops", { holder: lease.holder, holder2: lease.holder });
+  return {
+    text: t("lease-chip.holder_drives", { holder: lease.holder }),
+    sentence,
+    act: asking(lease, hello.you.id),
+    action: "ask",
+  };
 }
 
 /**
@@ -102,8 +107,10 @@ function describe({ mine }, hello, { lease }) {
  * @param {string} me
  */
 function asking({ asked_by, asked_by_id, answer_within_s }, me) {
-  if (!asked_by) return "Ask for control";
-  return asked_by_id === me ? `Asked: ${Math.ceil(answer_within_s ?? 0)} s to answer` : `${asked_by} asks already`;
+  if (!asked_by) return t("lease-chip.ask_for_control");
+  return asked_by_id === me
+    ? t("lease-chip.asked_ceil_s_to_answer", { ceil: Math.ceil(answer_within_s ?? 0) })
+    : t("lease-chip.askedby_asks_already", { askedby: asked_by });
 }
 
 customElements.define("lease-chip", LeaseChip);

@@ -4,13 +4,24 @@ import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
-const WORDS = { connecting: "starting up", live: "live", stale: "silent", lost: "lost" };
+const WORDS = {
+  connecting: t("link-chip.starting_up"),
+  live: t("link-chip.live"),
+  stale: t("link-chip.silent"),
+  lost: t("link-chip.lost"),
+};
 
-const SENSORS = { wheels: "Odometry", laser: "Laser", camera: "Camera", microphones: "Microphones" };
-const STATES = { live: "delivers", stale: "late", lost: "lost" };
+const SENSORS = {
+  wheels: t("link-chip.odometry"),
+  laser: t("link-chip.laser"),
+  camera: t("link-chip.camera"),
+  microphones: t("link-chip.microphones"),
+};
+const STATES = { live: t("link-chip.delivers"), stale: t("link-chip.late"), lost: t("link-chip.lost") };
 
 /**
  * @param {import("../net/messages.js").SensorLine} sensor
@@ -18,19 +29,27 @@ const STATES = { live: "delivers", stale: "late", lost: "lost" };
  */
 function sensorRow({ kind, name, state, age_s, rate_hz }) {
   const own = name && name !== kind && kind !== "microphones" ? ` ${name}` : "";
-  return [`${SENSORS[kind]}${own}`, `${STATES[state]}, ${age(age_s)} old (${fixed(rate_hz, 0)} Hz)`];
+  return [
+    `${SENSORS[kind]}${own}`,
+    t("link-chip.states_age_old_fixed_hz", { states: STATES[state], age: age(age_s), fixed: fixed(rate_hz, 0) }),
+  ];
 }
 
 class LinkChip extends Panel {
   #icon = icon("link");
   #text = make("span", { class: "link-text" });
   #viewers = make("span", { class: "viewers" });
-  #button = make("button", { type: "button", class: "bar-chip", "aria-label": "Link" }, this.#icon, this.#text);
+  #button = make(
+    "button",
+    { type: "button", class: "bar-chip", "aria-label": t("link-chip.link") },
+    this.#icon,
+    this.#text,
+  );
   #rows = make("dl", { class: "pairs" });
   #panel = make(
     "div",
-    { role: "group", "aria-label": "Link in detail" },
-    make("h2", { class: "card-title" }, "Link"),
+    { role: "group", "aria-label": t("link-chip.link_in_detail") },
+    make("h2", { class: "card-title" }, t("link-chip.link")),
     this.#rows,
   );
 
@@ -48,14 +67,19 @@ class LinkChip extends Panel {
     const { link, state } = view;
     const old = link.is === "up" && link.age_s > 0.5;
     const trip = link.round_trip_ms === null ? "" : `${fixed(link.round_trip_ms, 0)} ms · `;
-    const text = link.is !== "up" ? "no link" : old ? `${age(link.age_s)} old` : `${trip}${fixed(link.rate_hz, 0)} Hz`;
+    const text =
+      link.is !== "up"
+        ? t("link-chip.no_link")
+        : old
+          ? t("link-chip.age_old", { age: age(link.age_s) })
+          : `${trip}${fixed(link.rate_hz, 0)} Hz`;
     write(this.#text, text);
     redraw(this.#icon, link.is === "up" ? "link" : "unlinked");
     mark(this.#button, "data-tone", link.is !== "up" || old ? "stale" : null);
-    mark(this.#button, "aria-label", `Link: ${text}`);
+    mark(this.#button, "aria-label", t("link-chip.link_text", { text }));
     const others = (state?.viewers ?? 1) - 1;
     this.#viewers.hidden = !view.up || others < 1;
-    write(this.#viewers, `${others} watching`);
+    write(this.#viewers, t("link-chip.others_watching", { others }));
     if (!this.#panel.hidden) this.#detail(view);
   }
 
@@ -63,19 +87,35 @@ class LinkChip extends Panel {
   #detail({ link, state, hello }) {
     /** @type {Array<[string, string]>} */
     const rows = [
-      ["Page to console and back", link.round_trip_ms === null ? "–" : `${fixed(link.round_trip_ms, 0)} ms`],
-      ["State", `${fixed(link.rate_hz, 1)} Hz, ${age(link.age_s)} old`],
-      ["Robot", state ? `${WORDS[state.robot.link]}, ${fixed(state.robot.rate_hz, 0)} frames/s` : "–"],
+      [
+        t("link-chip.page_to_console_and_back"),
+        link.round_trip_ms === null ? "–" : `${fixed(link.round_trip_ms, 0)} ms`,
+      ],
+      [t("link-chip.state"), t("link-chip.fixed_hz_age_old", { fixed: fixed(link.rate_hz, 1), age: age(link.age_s) })],
+      [
+        t("link-chip.robot"),
+        state
+          ? t("link-chip.words_fixed_frames_s", {
+              words: WORDS[state.robot.link],
+              fixed: fixed(state.robot.rate_hz, 0),
+            })
+          : "–",
+      ],
       .../** @type {Array<[string, string]>} */ ((state?.robot.sensors ?? []).map(sensorRow)),
       ...(state?.robot.battery == null
         ? []
-        : [/** @type {[string, string]} */ (["Battery", `${fixed(100 * state.robot.battery, 0)} %`])]),
-      ["Without a word", hello?.robot.failsafe || "–"],
+        : [/** @type {[string, string]} */ ([t("link-chip.battery"), `${fixed(100 * state.robot.battery, 0)} %`])]),
+      [t("link-chip.without_a_word"), hello?.robot.failsafe || "–"],
       ...(hello?.robot.lock
-        ? [/** @type {[string, string]} */ (["STOP", `also closes the robot's lock ${hello.robot.lock}`])]
+        ? [
+            /** @type {[string, string]} */ ([
+              "STOP",
+              t("link-chip.also_closes_the_robot_s_lock", { lock: hello.robot.lock }),
+            ]),
+          ]
         : []),
-      ["Gate", state ? `${state.gate.state}${state.gate.reason ? ` (${state.gate.reason})` : ""}` : "–"],
-      ["Pages open", String(state?.viewers ?? "–")],
+      [t("link-chip.gate"), state ? `${state.gate.state}${state.gate.reason ? ` (${state.gate.reason})` : ""}` : "–"],
+      [t("link-chip.pages_open"), String(state?.viewers ?? "–")],
       ["Beckon", hello?.version ?? "–"],
     ];
     while (this.#rows.children.length > rows.length * 2) this.#rows.lastElementChild?.remove();

@@ -2,6 +2,7 @@
 
 import { make, mark, svg, write } from "../ui/element.js";
 import { line, Series, SPAN_S, ticks } from "../ui/series.js";
+import { t } from "../ui/texts.js";
 
 /**
  * @typedef {object} Look
@@ -113,7 +114,12 @@ export class LivePlot extends HTMLElement {
     mark(
       this.#drawing,
       "aria-label",
-      `${this.#look.name}, the last two minutes: now ${reading}, at most ${figure(highest * times)}${unit}`,
+      t("live-plot.name_the_last_two_minutes_now", {
+        name: this.#look.name,
+        reading,
+        figure: figure(highest * times),
+        unit,
+      }),
     );
   }
 
@@ -142,7 +148,7 @@ export class LivePlot extends HTMLElement {
       ...columns
         .filter(({ time }) => time % 60 === 0)
         .map(({ time, x }) =>
-          text(time === 0 ? "now" : `−${-time} s`, {
+          text(time === 0 ? t("live-plot.now") : `−${-time} s`, {
             x: time === 0 ? x + 4 : x,
             y: HEIGHT - 4,
             "text-anchor": time === 0 ? "end" : time === -SPAN_S ? "start" : "middle",

@@ -3,6 +3,7 @@
 import { login, sentenceOf } from "../net/api.js";
 import { icon, make, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 export class LoginView extends Panel {
   #box = make("input", {
@@ -15,20 +16,20 @@ export class LoginView extends Panel {
     required: true,
     maxlength: "400",
   });
-  #enter = make("button", { type: "submit", class: "button primary" }, "Sign in");
+  #enter = make("button", { type: "submit", class: "button primary" }, t("login-view.sign_in"));
   #says = make("p", { class: "login-says", role: "alert" });
 
   /** @override */
   build() {
     this.setAttribute("role", "dialog");
-    this.setAttribute("aria-label", "Sign in");
+    this.setAttribute("aria-label", t("login-view.sign_in"));
     const form = make(
       "form",
       { class: "card login" },
       icon("mark"),
-      make("h2", {}, "Sign in to Beckon"),
-      make("p", {}, "Beckon printed a link where it was started. Open that link, or paste its token here."),
-      make("label", { for: "token" }, "Token"),
+      make("h2", {}, t("login-view.sign_in_to_beckon")),
+      make("p", {}, t("login-view.beckon_printed_a_link_where_it")),
+      make("label", { for: "token" }, t("login-view.token")),
       this.#box,
       this.#enter,
       this.#says,

@@ -5,15 +5,16 @@ import * as maps from "../net/maps-api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { fixed, timeOfDay } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {maps.SavedMap} SavedMap */
 
 const FILES = /** @type {const} */ ([
-  ["api/map", "Map", "Nav2: YAML and PGM"],
-  ["api/map.png", "Picture", "PNG"],
-  ["api/landmarks.csv", "Landmarks", "CSV"],
-  ["api/trajectory.tum", "Trajectory", "TUM"],
+  ["api/map", t("map-card.map"), t("map-card.nav2_yaml_and_pgm")],
+  ["api/map.png", t("map-card.picture"), "PNG"],
+  ["api/landmarks.csv", t("map-card.landmarks"), "CSV"],
+  ["api/trajectory.tum", t("map-card.trajectory"), "TUM"],
 ]);
 
 class MapCard extends Panel {
@@ -22,17 +23,17 @@ class MapCard extends Panel {
     type: "text",
     class: "field-box",
     maxlength: "40",
-    placeholder: "Name of this map",
-    "aria-label": "Name of this map",
+    placeholder: t("map-card.name_of_this_map"),
+    "aria-label": t("map-card.name_of_this_map"),
     autocomplete: "off",
     spellcheck: "false",
   });
-  #saveWords = make("span", {}, "Save");
+  #saveWords = make("span", {}, t("map-card.save"));
   #save = make("button", { type: "submit", class: "button primary" }, icon("save"), this.#saveWords);
   #form = make("form", { class: "map-form" }, this.#name, this.#save);
   #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
-  #list = make("ul", { class: "maps", "aria-label": "Saved maps, newest first" });
-  #empty = make("p", { class: "note map-empty" }, "No map is saved yet.");
+  #list = make("ul", { class: "maps", "aria-label": t("map-card.saved_maps_newest_first") });
+  #empty = make("p", { class: "note map-empty" }, t("map-card.no_map_is_saved_yet"));
   /** @type {SavedMap[]} */
   #maps = [];
   #revision = -1;
@@ -56,10 +57,10 @@ class MapCard extends Panel {
       this.#now,
       this.#form,
       this.#trouble,
-      make("div", { class: "slam-head" }, make("h3", {}, "Saved maps")),
+      make("div", { class: "slam-head" }, make("h3", {}, t("map-card.saved_maps"))),
       this.#empty,
       this.#list,
-      make("div", { class: "slam-head" }, make("h3", {}, "Downloads")),
+      make("div", { class: "slam-head" }, make("h3", {}, t("map-card.downloads"))),
       make("div", { class: "map-files" }, ...files),
     );
     this.#form.addEventListener("submit", (event) => {
@@ -79,11 +80,11 @@ class MapCard extends Panel {
     this.#operates = up && hello.you.role !== "viewer";
     this.#form.hidden = hello.you.role === "viewer";
     const { name, revision } = state.map;
-    const text = name === null ? "This map is not saved." : `This is the map “${name}”.`;
+    const text = name === null ? t("map-card.this_map_is_not_saved") : t("map-card.this_is_the_map_name", { name });
     write(this.#now, text);
     for (const button of this.querySelectorAll("button")) button.disabled = !this.#operates || this.#busy;
     const stands = this.#maps.some((map) => map.name.toLowerCase() === this.#name.value.trim().toLowerCase());
-    write(this.#saveWords, stands ? "Replace" : "Save");
+    write(this.#saveWords, stands ? t("map-card.replace") : t("map-card.save"));
     if (name !== this.#current) {
       this.#current = name;
       if (name !== null) this.#name.value = name;
@@ -112,7 +113,7 @@ class MapCard extends Panel {
     const replace = this.#saveWords.textContent === "Replace";
     await this.#try(async () => {
       const kept = await maps.save(name, replace);
-      this.session.announce(`The map ${kept.name} is saved.`);
+      this.session.announce(t("map-card.the_map_name_is_saved", { name: kept.name }));
     });
   }
 
@@ -124,8 +125,8 @@ class MapCard extends Panel {
   /** @param {SavedMap} map */
   #row(map) {
     const size = `${fixed(map.width_m, 1)} × ${fixed(map.height_m, 1)} m`;
-    const rooms = map.submaps > 1 ? [`${map.submaps} rooms`] : [];
-    const about = [size, ...rooms, `${map.landmarks} landmarks`].join(" · ");
+    const rooms = map.submaps > 1 ? [t("map-card.submaps_rooms", { submaps: map.submaps })] : [];
+    const about = [size, ...rooms, t("map-card.landmarks_landmarks", { landmarks: map.landmarks })].join(" · ");
     const current = map.name === this.#current;
     const row = make(
       "li",
@@ -141,7 +142,12 @@ class MapCard extends Panel {
       make(
         "div",
         { class: "map-body" },
-        make("p", { class: "map-name" }, map.name, current && make("span", { class: "map-badge" }, "in use")),
+        make(
+          "p",
+          { class: "map-name" },
+          map.name,
+          current && make("span", { class: "map-badge" }, t("map-card.in_use")),
+        ),
         make("p", { class: "note" }, about),
         make("p", { class: "note" }, `${dayOf(map.saved_s)}, ${map.by}`),
       ),
@@ -149,8 +155,10 @@ class MapCard extends Panel {
     const acts = make("div", { class: "map-acts" });
     if (!this.#form.hidden) {
       acts.append(
-        this.#act("open", `Load ${map.name}`, () =>
-          this.#ask(row, "Unsaved changes of the present map will be lost.", "Load it", () => maps.load(map.name)),
+        this.#act("open", t("map-card.load_name", { name: map.name }), () =>
+          this.#ask(row, t("map-card.unsaved_changes_of_the_present_map"), t("map-card.load_it"), () =>
+            maps.load(map.name),
+          ),
         ),
       );
     }
@@ -161,16 +169,16 @@ class MapCard extends Panel {
           class: "icon-button small",
           href: maps.zipOf(map.name),
           download: "",
-          "aria-label": `Download ${map.name}`,
-          title: "Download",
+          "aria-label": t("map-card.download_name", { name: map.name }),
+          title: t("map-card.download"),
         },
         icon("download"),
       ),
     );
     if (!this.#form.hidden) {
       acts.append(
-        this.#act("trash", `Delete ${map.name}`, () =>
-          this.#ask(row, "Delete this map for good?", "Delete", () => maps.remove(map.name)),
+        this.#act("trash", t("map-card.delete_name", { name: map.name }), () =>
+          this.#ask(row, t("map-card.delete_this_map_for_good"), t("map-card.delete"), () => maps.remove(map.name)),
         ),
       );
     }
@@ -203,7 +211,7 @@ class MapCard extends Panel {
   #ask(row, sentence, act, then) {
     for (const other of this.#list.querySelectorAll(".map-question")) other.remove();
     const yes = make("button", { type: "button", class: "button primary" }, act);
-    const no = make("button", { type: "button", class: "button" }, "Leave it");
+    const no = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
     const question = make(
       "div",
       { class: "map-question", role: "group", "aria-label": sentence },
@@ -247,7 +255,9 @@ function dayOf(seconds) {
   const at = new Date(seconds * 1000);
   const today = at.toDateString() === new Date().toDateString();
   const clock = timeOfDay(seconds).slice(0, 5);
-  return today ? `today ${clock}` : `${at.toLocaleDateString(undefined, { dateStyle: "medium" })} ${clock}`;
+  return today
+    ? t("map-card.today_clock", { clock })
+    : `${at.toLocaleDateString(undefined, { dateStyle: "medium" })} ${clock}`;
 }
 
 customElements.define("map-card", MapCard);

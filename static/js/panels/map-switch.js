@@ -3,6 +3,7 @@
 import { make, mark } from "../ui/element.js";
 import { chooseMap, mapKind, NO_WEBGL, onMapKind } from "../ui/map-choice.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { MAP_DRAWN } from "../ui/webgl.js";
 
 const KINDS = /** @type {const} */ (["flat", "3-D"]);
@@ -11,10 +12,14 @@ class MapSwitch extends Panel {
   /** @override */
   build() {
     this.setAttribute("role", "group");
-    this.setAttribute("aria-label", "How the map is drawn");
+    this.setAttribute("aria-label", t("map-switch.how_the_map_is_drawn"));
     const buttons = KINDS.map((kind) => {
       const absent = kind === "3-D" && !MAP_DRAWN;
-      const button = make("button", { type: "button", disabled: absent }, kind === "flat" ? "Flat" : kind);
+      const button = make(
+        "button",
+        { type: "button", disabled: absent },
+        kind === "flat" ? t("map-switch.flat") : kind,
+      );
       if (absent) button.title = NO_WEBGL;
       button.addEventListener("click", () => chooseMap(kind));
       return button;

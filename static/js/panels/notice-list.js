@@ -3,13 +3,14 @@
 import { icon, make, mark } from "../ui/element.js";
 import { age } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/messages.js").NoticeLine} NoticeLine */
 
 class NoticeList extends Panel {
-  #list = make("ol", { class: "record-list", "aria-label": "Notices, newest first" });
-  #empty = make("p", { class: "record-empty" }, "Nothing to report.");
+  #list = make("ol", { class: "record-list", "aria-label": t("notice-list.notices_newest_first") });
+  #empty = make("p", { class: "record-empty" }, t("notice-list.nothing_to_report"));
   #listed = "";
   #seen = -1; // id of the newest notice that was seen
 
@@ -46,7 +47,11 @@ function row(notice) {
       "div",
       { class: "record-body" },
       make("p", {}, notice.text),
-      make("p", { class: "note" }, `${notice.level}, at ${age(notice.stamp_s)} of the robot's clock`),
+      make(
+        "p",
+        { class: "note" },
+        t("notice-list.level_at_age_of_the_robot", { level: notice.level, age: age(notice.stamp_s) }),
+      ),
     ),
   );
 }

@@ -2,6 +2,7 @@
 
 import { icon, make, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {"info" | "warning" | "error"} Level */
@@ -93,7 +94,11 @@ class NoticeToasts extends Panel {
    * @returns {HTMLElement}
    */
   #put(level, text, offer) {
-    const away = make("button", { type: "button", class: "icon-button small", "aria-label": "Dismiss" }, icon("close"));
+    const away = make(
+      "button",
+      { type: "button", class: "icon-button small", "aria-label": t("notice-toasts.dismiss") },
+      icon("close"),
+    );
     const toast = make(
       "div",
       { class: "toast", "data-level": level },

@@ -4,6 +4,7 @@ import { call, post, sentenceOf } from "../net/api.js";
 import { make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {{x_m: number, y_m: number, heading_rad: number}} Pose */
@@ -19,7 +20,7 @@ import { Panel } from "../ui/panel.js";
 
 const PATH = "api/robot/navigation";
 const PERIOD_MS = 1000; // between two looks
-const WARNING = "While it drives, Beckon's gate does not look ahead for it. STOP ends it.";
+const WARNING = t("own-navigation-card.while_it_drives_beckon_s_gate");
 
 /** @param {Pose} pose */
 const inWords = ({ x_m, y_m, heading_rad }) =>
@@ -36,12 +37,24 @@ class OwnNavigationCard extends Panel {
   #pose = make("p", { class: "note" });
   #goal = make("p", { role: "status", hidden: true });
   #trouble = make("p", { class: "note", role: "alert", hidden: true });
-  #layer = make("button", { type: "button", class: "toggle", "aria-pressed": "true" }, "On the map");
+  #layer = make(
+    "button",
+    { type: "button", class: "toggle", "aria-pressed": "true" },
+    t("own-navigation-card.on_the_map"),
+  );
   #x = field("x", "m");
   #y = field("y", "m");
   #heading = field("heading", "°");
-  #send = make("button", { type: "submit", class: "button small" }, "Let the robot's own navigation go there");
-  #cancel = make("button", { type: "button", class: "button small", hidden: true }, "End its way");
+  #send = make(
+    "button",
+    { type: "submit", class: "button small" },
+    t("own-navigation-card.let_the_robot_s_own_navigation"),
+  );
+  #cancel = make(
+    "button",
+    { type: "button", class: "button small", hidden: true },
+    t("own-navigation-card.end_its_way"),
+  );
   #form = make("form", { class: "own-goal" }, this.#x.label, this.#y.label, this.#heading.label, this.#send);
   #operates = false;
   #there = false;
@@ -51,12 +64,12 @@ class OwnNavigationCard extends Panel {
   /** @override */
   build() {
     this.setAttribute("role", "region");
-    this.setAttribute("aria-label", "Robot's own navigation");
+    this.setAttribute("aria-label", t("own-navigation-card.robot_s_own_navigation"));
     this.append(
       make(
         "div",
         { class: "card-head" },
-        make("h2", { class: "card-title" }, "Robot's own navigation"),
+        make("h2", { class: "card-title" }, t("own-navigation-card.robot_s_own_navigation")),
         make("span", { class: "spring" }),
         this.#layer,
       ),
@@ -120,10 +133,23 @@ class OwnNavigationCard extends Panel {
   /** @param {OwnNavigation} found */
   #draw(found) {
     this.#newest = found;
-    const size = found.map ? `Its map: ${fixed(found.map.width_m, 1)} by ${fixed(found.map.height_m, 1)} m. ` : "";
+    const size = found.map
+      ? t("own-navigation-card.its_map_fixed_by_fixed2_m", {
+          fixed: fixed(found.map.width_m, 1),
+          fixed2: fixed(found.map.height_m, 1),
+        })
+      : "";
     write(this.#sentence, size + found.sentence);
-    write(this.#pose, found.pose ? `It believes to be at ${inWords(found.pose)} on its map.` : "");
-    write(this.#goal, found.goal ? `It drives to ${inWords(found.goal)}. ${WARNING}` : "");
+    write(
+      this.#pose,
+      found.pose ? t("own-navigation-card.it_believes_to_be_at_inwords", { inwords: inWords(found.pose) }) : "",
+    );
+    write(
+      this.#goal,
+      found.goal
+        ? t("own-navigation-card.it_drives_to_inwords_warning", { inwords: inWords(found.goal), warning: WARNING })
+        : "",
+    );
     this.#goal.hidden = this.#cancel.hidden = found.goal === null;
     mark(this.#layer, "aria-pressed", String(found.shown));
     this.#layer.hidden = found.map === null;

@@ -5,6 +5,7 @@ import { PAGES } from "../shell/pages.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../shell/pages.js").PageRow} PageRow */
@@ -16,14 +17,14 @@ export class PageMenu extends Panel {
   #name = make("span", { class: "pages-name" });
   #button = make(
     "button",
-    { type: "button", class: "bar-chip pages-button", "aria-label": "Pages" },
+    { type: "button", class: "bar-chip pages-button", "aria-label": t("page-menu.pages") },
     this.#icon,
     this.#name,
     icon("chevron"),
   );
   #links = new Map(PAGES.map((row) => [row.path, link(row)]));
   #list = make("ul", { class: "pages-list" }, ...[...this.#links.values()].map((one) => make("li", {}, one)));
-  #nav = make("nav", { class: "pages", "aria-label": "Pages" }, this.#list);
+  #nav = make("nav", { class: "pages", "aria-label": t("page-menu.pages") }, this.#list);
 
   /** @override */
   build() {
@@ -44,7 +45,7 @@ export class PageMenu extends Panel {
     for (const [path, one] of this.#links) mark(one, "aria-current", path === row.path ? "page" : null);
     write(this.#name, row.name);
     redraw(this.#icon, row.icon);
-    mark(this.#button, "aria-label", `Pages: ${row.name}`);
+    mark(this.#button, "aria-label", t("page-menu.pages_name", { name: row.name }));
   }
 
   /**

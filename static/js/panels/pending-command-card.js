@@ -3,6 +3,7 @@
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { begun, countdown, facts, left, mayBegin, speaker, title } from "../ui/pending-command.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/messages.js").PendingCommandState} PendingCommandState */
@@ -18,14 +19,19 @@ class PendingCommandCard extends Panel {
   #go = make(
     "button",
     { type: "button", class: "button primary", "aria-keyshortcuts": "Enter" },
-    "Go now",
-    make("kbd", { "aria-hidden": "true" }, "Enter"),
+    t("pending-command-card.go_now"),
+    make("kbd", { "aria-hidden": "true" }, t("pending-command-card.enter")),
   );
   #cancel = make(
     "button",
-    { type: "button", class: "button", "aria-label": "Cancel the pending command", "aria-keyshortcuts": "Escape" },
+    {
+      type: "button",
+      class: "button",
+      "aria-label": t("pending-command-card.cancel_the_pending_command"),
+      "aria-keyshortcuts": "Escape",
+    },
     icon("close"),
-    "Cancel",
+    t("pending-command-card.cancel"),
     make("kbd", { "aria-hidden": "true" }, "Esc"),
   );
   #waiting = 0; // id of the pending command
@@ -38,7 +44,7 @@ class PendingCommandCard extends Panel {
     this.classList.add("card");
     this.hidden = true;
     mark(this, "role", "region");
-    mark(this, "aria-label", "Spoken command");
+    mark(this, "aria-label", t("pending-command-card.spoken_command"));
     this.append(
       this.#icon,
       make("div", { class: "pending-words" }, this.#title, this.#facts),
@@ -67,7 +73,7 @@ class PendingCommandCard extends Panel {
     if (pending_command && state) this.#wait(pending_command, view);
     else if (command && performance.now() < this.#until) {
       this.#draw(command.name, title(command), speaker(command), "begun");
-      write(this.#when, "begun");
+      write(this.#when, t("pending-command-card.begun"));
     }
     this.hidden = !pending_command && !(command && performance.now() < this.#until);
     if (!pending_command) this.#waiting = 0;
@@ -93,7 +99,9 @@ class PendingCommandCard extends Panel {
     if (pending_command.id === this.#waiting) return;
     this.#waiting = pending_command.id;
     this.#go.disabled = this.#cancel.disabled = false;
-    const keys = this.#go.hidden ? "Escape cancels it." : "Enter begins it now, Escape cancels it.";
+    const keys = this.#go.hidden
+      ? t("pending-command-card.escape_cancels_it")
+      : t("pending-command-card.enter_begins_it_now_escape_cancels");
     this.session.announce(`${title(pending_command)} ${countdown(pending_command)}. ${details}. ${keys}`);
   }
 

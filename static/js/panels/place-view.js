@@ -7,6 +7,7 @@ import { FloorView, headingOf } from "../ui/floor-view.js";
 import { degrees } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { drawPlace } from "../ui/place-drawing.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../ui/floor-view.js").Point} Point */
@@ -22,8 +23,13 @@ class PlaceView extends Panel {
   #words = make("p", { class: "place-words" });
   #trouble = make("p", { class: "place-trouble", role: "alert", hidden: true });
   #fields = { x: field("x", "m"), y: field("y", "m"), heading: field("heading", "°") };
-  #put = make("button", { type: "submit", class: "button primary" }, icon("here"), make("span", {}, "It is here"));
-  #leave = make("button", { type: "button", class: "button" }, "Cancel");
+  #put = make(
+    "button",
+    { type: "submit", class: "button primary" },
+    icon("here"),
+    make("span", {}, t("place-view.it_is_here")),
+  );
+  #leave = make("button", { type: "button", class: "button" }, t("place-view.cancel"));
   #form = make(
     "form",
     { class: "place-form" },
@@ -55,9 +61,14 @@ class PlaceView extends Panel {
   build() {
     this.hidden = true;
     this.setAttribute("role", "dialog");
-    this.setAttribute("aria-label", "Where is the robot?");
+    this.setAttribute("aria-label", t("place-view.where_is_the_robot"));
     this.append(
-      make("div", { class: "place-head" }, make("h2", { class: "card-title" }, "Where is the robot?"), this.#words),
+      make(
+        "div",
+        { class: "place-head" },
+        make("h2", { class: "card-title" }, t("place-view.where_is_the_robot")),
+        this.#words,
+      ),
       this.#canvas,
       this.#trouble,
       this.#form,
@@ -88,7 +99,7 @@ class PlaceView extends Panel {
     const { lost } = view.state.floor;
     if (this.#wasLost && lost === null) {
       this.#close();
-      this.session.announce("The robot is localized.");
+      this.session.announce(t("place-view.the_robot_is_localized"));
       return;
     }
     this.#wasLost = lost !== null;
@@ -111,7 +122,7 @@ class PlaceView extends Panel {
       this.#plan = await maps.plan();
       this.#fit();
     } catch (refusal) {
-      this.#complain(sentenceOf(refusal, "The map could not be read."));
+      this.#complain(sentenceOf(refusal, t("place-view.the_map_could_not_be_read")));
     }
   }
 
@@ -128,7 +139,7 @@ class PlaceView extends Panel {
     const where = { x_m: placed.x, y_m: placed.y, heading_rad: placed.heading, force: !this.#wasLost };
     try {
       await maps.here(where);
-      this.session.announce("The robot looks around the place you showed.");
+      this.session.announce(t("place-view.the_robot_looks_around_the_place"));
       this.#close();
     } catch (refusal) {
       this.#complain(sentenceOf(refusal));
@@ -209,9 +220,9 @@ class PlaceView extends Panel {
 
   #write() {
     const placed = this.#placed;
-    if (placed === null) write(this.#words, "Press its position, and drag to its heading.");
-    else if (placed.heading === null) write(this.#words, "Drag to give its heading, or let it be found.");
-    else write(this.#words, `Heading ${degrees(placed.heading)}. The dots are the present laser scan.`);
+    if (placed === null) write(this.#words, t("place-view.press_its_position_and_drag_to"));
+    else if (placed.heading === null) write(this.#words, t("place-view.drag_to_give_its_heading_or"));
+    else write(this.#words, t("place-view.heading_degrees_the_dots_are_the", { degrees: degrees(placed.heading) }));
     this.#put.disabled = placed === null || this.#shown?.up === false;
   }
 
@@ -259,7 +270,7 @@ function field(name, unit) {
     type: "number",
     class: "field-box",
     step: "any",
-    "aria-label": `${name} in ${unit === "°" ? "degrees" : "metres"}`,
+    "aria-label": t("place-view.name_in_value", { name, value: unit === "°" ? "degrees" : "metres" }),
   });
   const row = make(
     "label",

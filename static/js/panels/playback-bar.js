@@ -3,6 +3,7 @@
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { duration } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { ruler, Timeline } from "../ui/timeline.js";
 
 /** @typedef {import("../net/session.js").View} View */
@@ -15,7 +16,11 @@ const SETTLE_MS = 600; // after a seek the slider waits for the recording to arr
 
 class PlaybackBar extends Panel {
   #icon = icon("pause");
-  #play = make("button", { type: "button", class: "button primary play", "aria-label": "Pause" }, this.#icon);
+  #play = make(
+    "button",
+    { type: "button", class: "button primary play", "aria-label": t("playback-bar.pause") },
+    this.#icon,
+  );
   #seek = make("input", {
     type: "range",
     class: "seek",
@@ -23,7 +28,7 @@ class PlaybackBar extends Panel {
     max: String(STEPS),
     step: "1",
     value: "0",
-    "aria-label": "Place in the recording",
+    "aria-label": t("playback-bar.place_in_the_recording"),
   });
   #marks = make("div", { class: "marks" });
   #ruler = make("div", { class: "ruler", "aria-hidden": "true" });
@@ -33,7 +38,7 @@ class PlaybackBar extends Panel {
   #time = make("span", { class: "playback-time" });
   #speeds = make(
     "div",
-    { class: "presets", role: "group", "aria-label": "Playback speed" },
+    { class: "presets", role: "group", "aria-label": t("playback-bar.playback_speed") },
     ...SPEEDS.map((times) =>
       make("button", { type: "button", class: "preset", "data-speed": String(times) }, `${times}×`),
     ),
@@ -45,7 +50,7 @@ class PlaybackBar extends Panel {
   build() {
     this.classList.add("card");
     this.setAttribute("role", "region");
-    this.setAttribute("aria-label", "Playback");
+    this.setAttribute("aria-label", t("playback-bar.playback"));
     this.append(this.#play, this.#line, this.#time, this.#speeds);
     this.session.on("hello", ({ robot }) => {
       this.hidden = !robot.capabilities.includes("replay");
@@ -98,7 +103,11 @@ class PlaybackBar extends Panel {
     const { running, progress, speed } = state.robot;
     const ended = !running && progress !== null && progress >= 1;
     redraw(this.#icon, running ? "pause" : "play");
-    mark(this.#play, "aria-label", running ? "Pause" : ended ? "Play again" : "Play");
+    mark(
+      this.#play,
+      "aria-label",
+      running ? t("playback-bar.pause") : ended ? t("playback-bar.play_again") : t("playback-bar.play"),
+    );
     for (const button of this.#speeds.querySelectorAll("button")) {
       mark(button, "aria-pressed", String(Number(button.dataset["speed"]) === speed));
     }
@@ -129,7 +138,10 @@ class PlaybackBar extends Panel {
   /** @param {number} place 0..1 */
   #tell(place) {
     this.#seek.style.setProperty("--place", `${place * 100}%`);
-    const text = `${duration(place * this.#length)} of ${duration(this.#length)}`;
+    const text = t("playback-bar.duration_of_duration2", {
+      duration: duration(place * this.#length),
+      duration2: duration(this.#length),
+    });
     write(this.#time, text);
     mark(this.#seek, "aria-valuetext", text);
   }

@@ -2,13 +2,14 @@
 
 import { icon, make, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
 const KINDS = {
-  SIM: { icon: "cube", says: "Simulated robot" },
-  LOG: { icon: "tape", says: "Recording: nothing moves" },
-  LIVE: { icon: "antenna", says: "Real robot" },
+  SIM: { icon: "cube", says: t("robot-badge.simulated_robot") },
+  LOG: { icon: "tape", says: t("robot-badge.recording_nothing_moves") },
+  LIVE: { icon: "antenna", says: t("robot-badge.real_robot") },
 };
 
 class RobotBadge extends Panel {
@@ -20,10 +21,10 @@ class RobotBadge extends Panel {
     "span",
     {
       class: "badge badge-words",
-      title: "The chapter's own equations run in the place of Beckon's: [chapter] mode = \"printed\"",
+      title: t("robot-badge.the_chapter_s_own_equations_run"),
     },
     make("span", { class: "badge-more" }, "AS\u00a0"),
-    "PRINTED",
+    t("robot-badge.printed"),
   );
 
   #pace = make("span", { class: "badge badge-words", "data-tone": "stale", hidden: true });
@@ -55,7 +56,7 @@ class RobotBadge extends Panel {
     if (pace >= 1) return;
     const percent = Math.round(100 * pace);
     write(this.#pace, `${percent} %`);
-    this.#pace.title = `This computer is busy: the robot's clock runs at ${percent} % of real time. Close other programs.`;
+    this.#pace.title = t("robot-badge.this_computer_is_busy_the_robot", { percent });
   }
 }
 

@@ -5,6 +5,7 @@ import { icon, make } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { fallBack, isChosen, mapKind, onMapKind } from "../ui/map-choice.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { isDark, onTheme } from "../ui/theme.js";
 
 /** @typedef {import("../net/session.js").View} View */
@@ -14,39 +15,35 @@ const SLOW_HZ = 8; // pictures a second below which the flat map serves better
 const TRIAL_MS = 5000; // over which they are counted, after as long to come to rest
 const TOUCH = matchMedia("(pointer: coarse)").matches;
 const LAYERS = [
-  ["pose", "Robot", "Estimated pose; the ellipse is two standard deviations"],
-  ["ghost", "Wheels alone", "Pose by dead reckoning alone"],
-  ["convex", "Outer corner", "A landmark; the ellipse is two standard deviations, the post grows with what is known"],
-  ["concave", "Inner corner", "A landmark; the ellipse is two standard deviations, the post grows with what is known"],
-  ["used", "Used corner", "A ray to every corner of the newest sweep that was matched with a landmark"],
-  [
-    "refused",
-    "Rejected corner",
-    "A corner of the newest sweep that fits no landmark, or more than one: it is not used",
-  ],
-  ["closure", "Closure", "A place that was recognised: an arch from one view of it to the other; broken when undone"],
-  ["room", "Room", "The map is made of rooms; the blue one is the one the robot is in"],
-  ["scan", "Laser", "The newest sweep"],
-  ["voice", "Voice", "Direction of a voice, two standard deviations wide"],
-  ["plan", "Way and goal", "Where the robot is going"],
-  ["preview", "Pending command", "Preview of a spoken command before it begins"],
-  ["wall", "Wall", "Seen occupied"],
-  ["own", "Robot's own map", "What the robot's own navigation takes for its map and for its place on it"],
-  ["free", "Free floor", "Seen free; what is not drawn is unknown"],
+  ["pose", t("scene-view.robot"), t("scene-view.estimated_pose_the_ellipse_is_two")],
+  ["ghost", t("scene-view.wheels_alone"), t("scene-view.pose_by_dead_reckoning_alone")],
+  ["convex", t("scene-view.outer_corner"), t("scene-view.a_landmark_the_ellipse_is_two")],
+  ["concave", t("scene-view.inner_corner"), t("scene-view.a_landmark_the_ellipse_is_two")],
+  ["used", t("scene-view.used_corner"), t("scene-view.a_ray_to_every_corner_of")],
+  ["refused", t("scene-view.rejected_corner"), t("scene-view.a_corner_of_the_newest_sweep")],
+  ["closure", t("scene-view.closure"), t("scene-view.a_place_that_was_recognised_an")],
+  ["room", t("scene-view.room"), t("scene-view.the_map_is_made_of_rooms")],
+  ["scan", t("scene-view.laser"), t("scene-view.the_newest_sweep")],
+  ["voice", t("scene-view.voice"), t("scene-view.direction_of_a_voice_two_standard")],
+  ["plan", t("scene-view.way_and_goal"), t("scene-view.where_the_robot_is_going")],
+  ["preview", t("scene-view.pending_command"), t("scene-view.preview_of_a_spoken_command_before")],
+  ["wall", t("scene-view.wall"), t("scene-view.seen_occupied")],
+  ["own", t("scene-view.robot_s_own_map"), t("scene-view.what_the_robot_s_own_navigation")],
+  ["free", t("scene-view.free_floor"), t("scene-view.seen_free_what_is_not_drawn")],
 ];
 
 export class SceneView extends Panel {
-  #frame = make("iframe", { title: "3-D map", class: "scene", id: "scene" });
+  #frame = make("iframe", { title: t("scene-view.3_d_map"), class: "scene", id: "scene" });
   #hint = make(
     "p",
     { class: "scene-hint", "aria-hidden": "true" },
     icon("click"),
-    `${TOUCH ? "Tap" : "Click"} the floor to go there`,
+    t("scene-view.value_the_floor_to_go_there", { value: TOUCH ? t("scene-view.tap") : t("scene-view.click") }),
   );
   #legend = make(
     "details",
     { class: "legend" },
-    make("summary", {}, make("span", {}, "Legend"), icon("chevron")),
+    make("summary", {}, make("span", {}, t("scene-view.legend")), icon("chevron")),
     make(
       "ul",
       {},

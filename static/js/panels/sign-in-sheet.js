@@ -4,6 +4,7 @@ import * as api from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
 import { make, svg, write } from "../ui/element.js";
 import { Sheet } from "../ui/sheet.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {{id: string, name: string, role: string, end_s: number, present: boolean, yours: boolean}} SignedIn */
 /** @typedef {{id: string, name: string, role: string, kind: string, end_s: number | null}} Key */
@@ -11,11 +12,20 @@ import { Sheet } from "../ui/sheet.js";
 
 const MARGIN = 4; // modules around a QR code, without which cameras miss it
 /** @type {Record<string, string>} */
-const KINDS = { start: "printed at a start", link: "link", file: "key in a file", program: "program" };
+const KINDS = {
+  start: t("sign-in-sheet.printed_at_a_start"),
+  link: "link",
+  file: t("sign-in-sheet.key_in_a_file"),
+  program: "program",
+};
 /** @type {Record<string, string>} */
-const LETS = { viewer: "who opens it watches", operator: "who opens it drives" };
+const LETS = { viewer: t("sign-in-sheet.who_opens_it_watches"), operator: t("sign-in-sheet.who_opens_it_drives") };
 /** @type {Record<string, string>} */
-const MAY = { viewer: "watches", operator: "drives", admin: "everything" };
+const MAY = {
+  viewer: t("sign-in-sheet.watches"),
+  operator: t("sign-in-sheet.drives"),
+  admin: t("sign-in-sheet.everything"),
+};
 
 export class SignInSheet extends Sheet {
   #name = make("input", {
@@ -23,41 +33,41 @@ export class SignInSheet extends Sheet {
     class: "field",
     type: "text",
     maxlength: "40",
-    placeholder: "tablet",
+    placeholder: t("sign-in-sheet.tablet"),
     autocomplete: "off",
   });
   #drives = make("input", { type: "radio", name: "link-role", value: "operator" });
   #watches = make("input", { type: "radio", name: "link-role", value: "viewer", checked: true });
   #made = make("div", { class: "link-made", hidden: true });
-  #sessions = make("ul", { class: "sign-ins", "aria-label": "Signed in" });
-  #keys = make("ul", { class: "sign-ins", "aria-label": "Links and keys" });
+  #sessions = make("ul", { class: "sign-ins", "aria-label": t("sign-in-sheet.signed_in") });
+  #keys = make("ul", { class: "sign-ins", "aria-label": t("sign-in-sheet.links_and_keys") });
 
   /** @override */
   build() {
     const form = make(
       "form",
       { class: "link-form" },
-      make("label", { for: "link-name" }, "A link for"),
+      make("label", { for: "link-name" }, t("sign-in-sheet.a_link_for")),
       this.#name,
       make(
         "fieldset",
         { class: "link-role" },
-        make("legend", { class: "visually-hidden" }, "What it allows"),
-        make("label", {}, this.#watches, "to watch and stop"),
-        make("label", {}, this.#drives, "to drive"),
+        make("legend", { class: "visually-hidden" }, t("sign-in-sheet.what_it_allows")),
+        make("label", {}, this.#watches, t("sign-in-sheet.to_watch_and_stop")),
+        make("label", {}, this.#drives, t("sign-in-sheet.to_drive")),
       ),
-      make("button", { type: "submit", class: "button primary" }, "Make a link"),
+      make("button", { type: "submit", class: "button primary" }, t("sign-in-sheet.make_a_link")),
     );
     this.frame(
-      "Phones and sign-ins",
+      t("sign-in-sheet.phones_and_sign_ins"),
       make(
         "div",
         { class: "sign-in-body" },
         form,
         this.#made,
-        make("h3", { class: "sign-in-title" }, "Signed in"),
+        make("h3", { class: "sign-in-title" }, t("sign-in-sheet.signed_in")),
         this.#sessions,
-        make("h3", { class: "sign-in-title" }, "Links and keys"),
+        make("h3", { class: "sign-in-title" }, t("sign-in-sheet.links_and_keys")),
         this.#keys,
       ),
     );
@@ -77,9 +87,14 @@ export class SignInSheet extends Sheet {
     const role = this.#drives.checked ? "operator" : "viewer";
     /** @type {NewLink} */
     const { address, qr, note } = await api.makeLink(role, this.#name.value.trim());
-    const box = make("input", { class: "field", readonly: true, value: address, "aria-label": "Link" });
+    const box = make("input", {
+      class: "field",
+      readonly: true,
+      value: address,
+      "aria-label": t("sign-in-sheet.link"),
+    });
     box.addEventListener("focus", () => box.select());
-    const copy = make("button", { type: "button", class: "button" }, "Copy");
+    const copy = make("button", { type: "button", class: "button" }, t("sign-in-sheet.copy"));
     copy.addEventListener("click", () => void this.#copy(box, copy));
     this.#made.replaceChildren(
       drawn(qr),
@@ -89,7 +104,10 @@ export class SignInSheet extends Sheet {
         make(
           "p",
           {},
-          `${note ? "Open it in another browser" : "Point a phone's camera at it"}: ${LETS[role]}, for thirty days.`,
+          t("sign-in-sheet.value_lets_for_thirty_days", {
+            value: note ? t("sign-in-sheet.open_it_in_another_browser") : t("sign-in-sheet.point_a_phone_s_camera_at"),
+            lets: LETS[role],
+          }),
         ),
         make("div", { class: "link-copy" }, box, copy),
         note &&
@@ -101,7 +119,7 @@ export class SignInSheet extends Sheet {
       ),
     );
     this.#made.hidden = false;
-    this.session.announce("The link is made.");
+    this.session.announce(t("sign-in-sheet.the_link_is_made"));
     await this.#fetch();
   }
 
@@ -112,7 +130,7 @@ export class SignInSheet extends Sheet {
       () => false,
     );
     if (!copied) box.focus(); // it is selected, and the keys of the browser copy it
-    write(button, copied ? "Copied" : "Selected");
+    write(button, copied ? t("sign-in-sheet.copied") : t("sign-in-sheet.selected"));
   }
 
   async #fetch() {
@@ -121,18 +139,22 @@ export class SignInSheet extends Sheet {
     const newest = (/** @type {{id: string}[]} */ rows) => rows.toReversed();
     this.#sessions.replaceChildren(
       .../** @type {SignedIn[]} */ (newest(sessions)).map((one) => {
-        const here = one.yours ? "you" : one.present ? "page open" : "no page open";
+        const here = one.yours
+          ? t("sign-in-sheet.you")
+          : one.present
+            ? t("sign-in-sheet.page_open")
+            : t("sign-in-sheet.no_page_open");
         const end = () => api.endSession(one.id);
-        return this.#row(one, `${MAY[one.role]} · ${here}`, "Sign out", one.yours ? null : end);
+        return this.#row(one, `${MAY[one.role]} · ${here}`, t("sign-in-sheet.sign_out"), one.yours ? null : end);
       }),
     );
     this.#keys.replaceChildren(
       .../** @type {Key[]} */ (newest(keys)).map((one) => {
         const about = `${MAY[one.role]} · ${KINDS[one.kind]} · ${until(one.end_s)}`;
-        return this.#row(one, about, "Revoke", () => api.revokeKey(one.id));
+        return this.#row(one, about, t("sign-in-sheet.revoke"), () => api.revokeKey(one.id));
       }),
     );
-    if (!sessions.length) this.#sessions.append(make("li", { class: "note" }, "Nobody by a page."));
+    if (!sessions.length) this.#sessions.append(make("li", { class: "note" }, t("sign-in-sheet.nobody_by_a_page")));
   }
 
   /**
@@ -144,7 +166,7 @@ export class SignInSheet extends Sheet {
   #row(one, about, does, end) {
     const button = make("button", { type: "button", class: "button", "aria-label": `${does} ${one.name}` }, does);
     button.addEventListener("click", () => {
-      if (!sure(button, "Really?")) return;
+      if (!sure(button, t("sign-in-sheet.really"))) return;
       void this.session.attempt(async () => {
         await end?.();
         await this.#fetch();
@@ -173,7 +195,7 @@ function drawn(rows) {
     viewBox: `0 0 ${size} ${size}`,
     class: "qr",
     role: "img",
-    "aria-label": "QR code of the link",
+    "aria-label": t("sign-in-sheet.qr_code_of_the_link"),
   });
   code.append(svg("rect", { width: size, height: size, fill: "#fff" }), svg("path", { d: path, fill: "#000" }));
   return code;
@@ -181,8 +203,10 @@ function drawn(rows) {
 
 /** @param {number | null} end Unix time */
 function until(end) {
-  if (end === null) return "until revoked";
-  return `until ${new Date(1000 * end).toLocaleDateString("en", { day: "numeric", month: "short" })}`;
+  if (end === null) return t("sign-in-sheet.until_revoked");
+  return t("sign-in-sheet.until_tolocaledatestring", {
+    tolocaledatestring: new Date(1000 * end).toLocaleDateString("en", { day: "numeric", month: "short" }),
+  });
 }
 
 customElements.define("sign-in-sheet", SignInSheet);

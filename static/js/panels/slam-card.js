@@ -3,6 +3,7 @@
 import { icon, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { ClosureList } from "./closure-list.js";
 import { LandmarkTable } from "./landmark-table.js";
 import { LivePlot } from "./live-plot.js";
@@ -16,34 +17,39 @@ const plain = () => ({ unit: "", times: 1 });
 class SlamCard extends Panel {
   #plots = {
     error: new LivePlot({
-      name: "True error",
-      says: "Simulator only: how far the estimate lies from where the robot really is. It should stay below the dashed line most of the time.",
-      claim: "dashed: 2 σ of its own",
+      name: t("slam-card.true_error"),
+      says: t("slam-card.simulator_only_how_far_the_estimate"),
+      claim: t("slam-card.dashed_2_of_its_own"),
       unit: length,
       least: 0.02,
     }),
     nis: new LivePlot({
-      name: "Surprise (NIS)",
-      says: "How far sightings lay from what was expected, in units of their own uncertainty. Inside the band it is as sure as it should be; below it is over-careful, above it is too sure.",
-      claim: "band: 95 %",
+      name: t("slam-card.surprise_nis"),
+      says: t("slam-card.how_far_sightings_lay_from_what"),
+      claim: t("slam-card.band_95"),
       unit: plain,
       least: 1.5,
     }),
     match: new LivePlot({
-      name: "Scan on the map",
-      says: "How much of the newest sweep lies on what is drawn: 1 is all of it.",
+      name: t("slam-card.scan_on_the_map"),
+      says: t("slam-card.how_much_of_the_newest_sweep"),
       unit: plain,
       least: 1,
     }),
     update: new LivePlot({
-      name: "Time of an update",
-      says: "How long it takes to see, match, filter and decide; 25 ms fit between two frames at 40 Hz",
+      name: t("slam-card.time_of_an_update"),
+      says: t("slam-card.how_long_it_takes_to_see"),
       unit: () => ({ unit: " ms", times: 1 }),
       least: 5,
     }),
   };
   #facts = make("p", { class: "note slam-facts" });
-  #here = make("button", { type: "button", class: "button small" }, icon("here"), make("span", {}, "It is here…"));
+  #here = make(
+    "button",
+    { type: "button", class: "button small" },
+    icon("here"),
+    make("span", {}, t("slam-card.it_is_here")),
+  );
   #closures = new ClosureList();
   #landmarks = new LandmarkTable();
   #seq = -1;
@@ -54,7 +60,7 @@ class SlamCard extends Panel {
       make("div", { class: "slam-top" }, this.#facts, make("span", { class: "spring" }), this.#here),
       ...Object.values(this.#plots),
       this.#closures,
-      make("div", { class: "slam-head" }, make("h3", {}, "Landmarks")),
+      make("div", { class: "slam-head" }, make("h3", {}, t("slam-card.landmarks"))),
       this.#landmarks,
     );
     this.#closures.join(this.session);
@@ -81,8 +87,8 @@ class SlamCard extends Panel {
     for (const plot of [error, match, update]) plot.show();
     const rooms = floor.submaps.length;
     const facts = [
-      rooms ? `${rooms} ${rooms === 1 ? "room" : "rooms"}` : "",
-      `${state.landmarks.length} landmarks${slam.tentative ? `, ${slam.tentative} on trial` : ""}`,
+      rooms ? `${rooms} ${rooms === 1 ? t("slam-card.room") : t("slam-card.rooms")}` : "",
+      `${state.landmarks.length} landmarks${slam.tentative ? t("slam-card.tentative_on_trial", { tentative: slam.tentative }) : ""}`,
     ];
     write(this.#facts, facts.filter(Boolean).join(" · "));
     this.#closures.show(floor, state.stamp_s, operates);

@@ -3,19 +3,20 @@
 
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
 const SHOWN_MS = 700;
 const TOUCH_MS = 600; // the click that follows a touch is the same press
 
-const STOPS = "Stops the robot and cancels what it was doing. A software stop: it is no emergency stop.";
-const PAUSES = "Pauses the recording. Nothing moves here.";
-const UNLINKED = "No link: STOP may not arrive. The robot stops by itself.";
+const STOPS = t("stop-button.stops_the_robot_and_cancels_what");
+const PAUSES = t("stop-button.pauses_the_recording_nothing_moves_here");
+const UNLINKED = t("stop-button.no_link_stop_may_not_arrive");
 
 class StopButton extends Panel {
   #icon = icon("stop");
-  #word = make("span", { class: "stop-word" }, "STOP");
+  #word = make("span", { class: "stop-word" }, t("stop-button.stop"));
   #note = make("span", { class: "stop-note" });
   #button = make(
     "button",
@@ -53,12 +54,12 @@ class StopButton extends Panel {
     const lost = !up && state !== null && !recording;
     mark(this.#button, "data-recording", recording);
     mark(this.#button, "data-unlinked", lost);
-    mark(this.#button, "aria-label", recording ? "Pause the recording" : null);
+    mark(this.#button, "aria-label", recording ? t("stop-button.pause_the_recording") : null);
     mark(this.#button, "title", recording ? PAUSES : lost ? UNLINKED : STOPS);
     this.#button.disabled = recording && (hello.you.role === "viewer" || !up || state?.robot.running !== true);
     redraw(this.#icon, recording ? "pause" : "stop");
-    write(this.#word, recording ? "Pause" : "STOP");
-    write(this.#note, lost ? "no link" : "");
+    write(this.#word, recording ? t("stop-button.pause") : t("stop-button.stop"));
+    write(this.#note, lost ? t("stop-button.no_link") : "");
   }
 }
 

@@ -3,6 +3,7 @@
 import { icon, make, mark } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 const CHANGED = "views-swapped";
 
@@ -14,7 +15,7 @@ class SwapButton extends Panel {
     const place = /** @type {HTMLElement} */ (this.closest("[data-view]"));
     const mine = this.closest("camera-view") ? "camera" : "map";
     const show = () => {
-      const says = `${place.dataset["big"] === mine ? "Small" : "Large"} ${mine}`;
+      const says = `${place.dataset["big"] === mine ? t("swap-button.small") : t("swap-button.large")} ${mine}`;
       mark(this.#button, "aria-label", says);
       this.#button.title = says;
     };

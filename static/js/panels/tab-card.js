@@ -2,6 +2,7 @@
 
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {{panel: HTMLElement, tab: HTMLButtonElement, count: HTMLElement}} Tab */
 
@@ -15,9 +16,9 @@ export class TabCard extends Panel {
     const panels = /** @type {HTMLElement[]} */ ([...this.querySelectorAll(":scope > [data-tab]")]);
     this.classList.add("card");
     this.setAttribute("role", "region");
-    this.setAttribute("aria-label", "Details");
+    this.setAttribute("aria-label", t("tab-card.details"));
     for (const panel of panels) this.#add(panel);
-    const list = make("div", { class: "tabs", role: "tablist", "aria-label": "Details" });
+    const list = make("div", { class: "tabs", role: "tablist", "aria-label": t("tab-card.details") });
     list.append(...[...this.#tabs.values()].map(({ tab }) => tab));
     list.addEventListener("keydown", (event) => this.#move(event));
     this.prepend(list);

@@ -2,6 +2,7 @@
 
 import { icon, make, redraw } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { choose, next, onTheme, theme } from "../ui/theme.js";
 
 class ThemeToggle extends Panel {
@@ -13,7 +14,7 @@ class ThemeToggle extends Panel {
     this.append(this.#button);
     this.#button.addEventListener("click", () => {
       choose(next());
-      this.session.announce(`Theme: ${theme()}.`);
+      this.session.announce(t("theme-toggle.theme_theme", { theme: theme() }));
     });
     onTheme(() => this.#draw());
     this.#draw();
@@ -21,7 +22,7 @@ class ThemeToggle extends Panel {
 
   #draw() {
     redraw(this.#icon, theme());
-    const says = `Theme: ${theme()}. Press for ${next()}.`;
+    const says = t("theme-toggle.theme_theme_press_for_next", { theme: theme(), next: next() });
     this.#button.setAttribute("aria-label", says);
     this.#button.title = says;
   }

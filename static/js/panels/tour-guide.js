@@ -4,6 +4,7 @@ import { call, obeyVoices, post } from "../net/api.js";
 import * as room from "../net/room-api.js";
 import { make, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { Tour } from "../ui/tour.js";
 
 /** @typedef {import("../net/session.js").View} View */
@@ -18,10 +19,10 @@ class TourGuide extends Panel {
   #title = make("h2", { class: "card-title" });
   #text = make("p");
   #count = make("span", { class: "note" });
-  #end = make("button", { type: "button", class: "button" }, "End the tour");
+  #end = make("button", { type: "button", class: "button" }, t("tour-guide.end_the_tour"));
   #card = make(
     "div",
-    { class: "tour card", role: "region", "aria-label": "Tour", hidden: true },
+    { class: "tour card", role: "region", "aria-label": t("tour-guide.tour"), hidden: true },
     this.#title,
     this.#text,
     make("div", { class: "coach-foot" }, this.#count, make("span", { class: "spring" }), this.#end),
@@ -63,7 +64,7 @@ class TourGuide extends Panel {
     const tour = new Tour(this.#steps(), (stop, index, count) => {
       write(this.#title, stop.title);
       write(this.#text, stop.text);
-      write(this.#count, `${index + 1} of ${count}. Any key ends the tour.`);
+      write(this.#count, t("tour-guide.index_of_count_any_key_ends", { index: index + 1, count }));
       this.session.announce(`${stop.title}. ${stop.text}`);
     });
     this.#tour = tour;
@@ -85,43 +86,43 @@ class TourGuide extends Panel {
     const home = `stop at ${(start?.x_m ?? 0).toFixed(2)} and ${(start?.y_m ?? 0).toFixed(2)}`;
     return [
       {
-        title: "Teach it a person",
-        text: `${CALLER} shows herself to the camera; the robot learns how she looks.`,
+        title: t("tour-guide.teach_it_a_person"),
+        text: t("tour-guide.caller_shows_herself_to_the_camera", { caller: CALLER }),
         act: (tour) => this.#teach(tour),
       },
       {
-        title: "Turn",
-        text: "A button, typed words or a voice: “turn left”.",
+        title: t("tour-guide.turn"),
+        text: t("tour-guide.a_button_typed_words_or_a"),
         act: (tour) => this.#tell(tour, "turn left", "chip"),
       },
       {
-        title: "Drive",
-        text: "Hold W, the stick or a gamepad. Let go and the robot stops.",
+        title: t("tour-guide.drive"),
+        text: t("tour-guide.hold_w_the_stick_or_a"),
         act: (tour) => this.#drive(tour),
       },
       {
-        title: "Click",
-        text: "Click the floor: it plans a way there and goes.",
+        title: t("tour-guide.click"),
+        text: t("tour-guide.click_the_floor_it_plans_a"),
         act: (tour) => this.#tell(tour, home, "click"),
       },
       {
-        title: `${CALLER} calls`,
-        text: "It hears from where, turns, looks for her, measures the distance by laser, and comes.",
+        title: t("tour-guide.caller_calls", { caller: CALLER }),
+        text: t("tour-guide.it_hears_from_where_turns_looks"),
         act: (tour) => this.#call(tour, CALLER, 2),
       },
       {
-        title: `${OTHER} calls`,
-        text: `He is not ${CALLER}, to whom alone it comes now.`,
+        title: t("tour-guide.other_calls", { other: OTHER }),
+        text: t("tour-guide.he_is_not_caller_to_whom", { caller: CALLER }),
         act: (tour) => (this.#taught || this.#chosen ? this.#call(tour, OTHER, 1) : tour.pause(0)),
       },
       {
-        title: "STOP",
-        text: "Esc, Space or the red button: everything is cancelled, and the robot stands.",
+        title: t("tour-guide.stop"),
+        text: t("tour-guide.esc_space_or_the_red_button"),
         act: (tour) => this.#stop(tour),
       },
       {
-        title: "Now you",
-        text: "Press a button, click the floor, or hold V and say “come here”.",
+        title: t("tour-guide.now_you"),
+        text: t("tour-guide.press_a_button_click_the_floor"),
         act: async () => undefined,
       },
     ];

@@ -2,11 +2,12 @@
 
 import { icon, make, mark } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 const VIEWS = /** @type {const} */ ([
-  ["map", "Map"],
-  ["camera", "Camera"],
-  ["details", "Details"],
+  ["map", t("view-tabs.map")],
+  ["camera", t("view-tabs.camera")],
+  ["details", t("view-tabs.details")],
 ]);
 const ICONS = { map: "map", camera: "camera", details: "record" };
 const SWIPE_PX = 48;
@@ -21,7 +22,7 @@ class ViewTabs extends Panel {
     this.append(
       make(
         "div",
-        { class: "view-tabs", role: "group", "aria-label": "Views" },
+        { class: "view-tabs", role: "group", "aria-label": t("view-tabs.views") },
         ...VIEWS.map(([view, name]) => {
           const button = make(
             "button",

@@ -7,6 +7,7 @@ import { remember, remembered } from "../ui/local-storage.js";
 import { ModelOffer } from "../ui/model-offer.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
+import { t } from "../ui/texts.js";
 import { Talk } from "../voice/audio-socket.js";
 import { Microphone } from "../voice/microphone.js";
 
@@ -19,9 +20,9 @@ const REST_MS = 60 * 1000; // an unused microphone is given back to the browser
 const FLOOR_DB = -60;
 
 const SWITCHES = /** @type {const} */ ([
-  ["echoCancellation", "Take echoes out", "for loudspeakers next to the microphone"],
-  ["noiseSuppression", "Take noise out", "for loud rooms; it costs consonants"],
-  ["autoGainControl", "Level automatically", "for quiet microphones"],
+  ["echoCancellation", t("voice-button.take_echoes_out"), t("voice-button.for_loudspeakers_next_to_the_microphone")],
+  ["noiseSuppression", t("voice-button.take_noise_out"), t("voice-button.for_loud_rooms_it_costs_consonants")],
+  ["autoGainControl", t("voice-button.level_automatically"), t("voice-button.for_quiet_microphones")],
 ]);
 
 export class VoiceButton extends Panel {
@@ -29,18 +30,22 @@ export class VoiceButton extends Panel {
   #ring = make("span", { class: "voice-ring", "aria-hidden": "true" });
   #button = make(
     "button",
-    { type: "button", class: "button voice", "aria-label": "Hold to talk", "aria-keyshortcuts": "V" },
+    { type: "button", class: "button voice", "aria-label": t("voice-button.hold_to_talk"), "aria-keyshortcuts": "V" },
     this.#ring,
     this.#icon,
   );
-  #more = make("button", { type: "button", class: "voice-more", "aria-label": "Microphone" }, icon("chevron"));
+  #more = make(
+    "button",
+    { type: "button", class: "voice-more", "aria-label": t("voice-button.microphone") },
+    icon("chevron"),
+  );
   #open = make("input", { type: "checkbox", class: "switch", id: "voice-open" });
   #facts = make("p", { class: "note" });
   #speaker = make("select", { class: "field-box", id: "voice-speaker" });
   #speakerRow = make(
     "label",
     { class: "voice-row", for: "voice-speaker", hidden: true },
-    make("span", {}, "In the simulator you speak as"),
+    make("span", {}, t("voice-button.in_the_simulator_you_speak_as")),
     this.#speaker,
   );
   /** @type {string[]} */
@@ -56,14 +61,14 @@ export class VoiceButton extends Panel {
   #says = make("p", { class: "voice-says", role: "status" });
   #panel = make(
     "div",
-    { class: "voice-panel", role: "group", "aria-label": "Microphone" },
-    make("h2", { class: "card-title" }, "Microphone"),
-    make("p", { class: "note" }, "Hold the button or V, speak, let go. “Stop” works before the sentence ends."),
+    { class: "voice-panel", role: "group", "aria-label": t("voice-button.microphone") },
+    make("h2", { class: "card-title" }, t("voice-button.microphone")),
+    make("p", { class: "note" }, t("voice-button.hold_the_button_or_v_speak")),
     make(
       "label",
       { class: "voice-row", for: "voice-open" },
       this.#open,
-      make("span", {}, "Leave it open: pauses end a sentence"),
+      make("span", {}, t("voice-button.leave_it_open_pauses_end_a")),
     ),
     ...SWITCHES.map(([name, says, why]) => this.#cleaner(name, says, why)),
     this.#speakerRow,
@@ -188,9 +193,9 @@ export class VoiceButton extends Panel {
     this.#people = ids;
     const chosen = remembered("voice.speaker", "nearest");
     const offers = [
-      ["nearest", "the nearest person in sight"],
+      ["nearest", t("voice-button.the_nearest_person_in_sight")],
       ...ids.map((id) => [id, id]),
-      ["", "yourself, from no place"],
+      ["", t("voice-button.yourself_from_no_place")],
     ];
     this.#speaker.replaceChildren(...offers.map(([value, words]) => make("option", { value }, words)));
     this.#speaker.value = [...ids, "nearest", ""].includes(chosen) ? chosen : "nearest";
@@ -217,7 +222,7 @@ export class VoiceButton extends Panel {
   #expire(now) {
     if (this.#held || this.#microphone.state !== "on") return;
     if (this.#open.checked ? now > this.#until : now - this.#used > REST_MS) {
-      if (this.#open.checked) this.session.complain("The microphone was open for ten minutes and is closed now.");
+      if (this.#open.checked) this.session.complain(t("voice-button.the_microphone_was_open_for_ten"));
       this.#close();
     }
   }
@@ -263,8 +268,12 @@ export class VoiceButton extends Panel {
     write(
       this.#facts,
       this.#microphone.state === "on"
-        ? `On: ${[rate, echoCancellation ? "echoes taken out" : "sound untouched"].filter(Boolean).join(", ")}.`
-        : this.#microphone.why || "Off. The browser asks before it is used.",
+        ? t("voice-button.on_join", {
+            join: [rate, echoCancellation ? t("voice-button.echoes_taken_out") : t("voice-button.sound_untouched")]
+              .filter(Boolean)
+              .join(", "),
+          })
+        : this.#microphone.why || t("voice-button.off_the_browser_asks_before_it"),
     );
   }
 
@@ -290,16 +299,17 @@ export class VoiceButton extends Panel {
     mark(this.#button, "aria-pressed", String(speaking));
     redraw(this.#icon, state === "refused" ? "muted" : "microphone");
     if (!speaking) this.#ring.style.setProperty("--level", "0");
-    const hint = state === "asking" ? "Allow the microphone in the browser…" : "Starting…";
+    const hint =
+      state === "asking" ? t("voice-button.allow_the_microphone_in_the_browser") : t("voice-button.starting");
     const words = speaking
       ? this.#listening && state === "on"
         ? this.#muted
-          ? "Muted while the robot speaks"
+          ? t("voice-button.muted_while_the_robot_speaks")
           : open
-            ? "Open: say a command"
+            ? t("voice-button.open_say_a_command")
             : this.#soFar
               ? `“${this.#soFar} …”`
-              : "Listening…"
+              : t("voice-button.listening")
         : hint
       : "";
     write(this.#says, this.#why || words);

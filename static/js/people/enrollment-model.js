@@ -1,6 +1,7 @@
 // Client model of the people page: known people, the running enrollment, and every request about them.
 
 import { call, post } from "../net/api.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 /** @typedef {[number, number]} Pixel */
@@ -191,7 +192,7 @@ export class EnrollmentModel {
       const row = await call(`api/commands/${id}`).catch(() => null);
       if (!row) return;
       state = row.state;
-      this.outcome = row.remark || (state === "running" ? "The robot turns to the voice and checks who it is." : state);
+      this.outcome = row.remark || (state === "running" ? t("enrollment-model.the_robot_turns_to_the_voice") : state);
       this.#notify();
       await new Promise((resolve) => setTimeout(resolve, ASK_MS));
     }

@@ -5,6 +5,7 @@ import { takeDrops } from "../calibration/file-drop.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { PeopleStage, prepared } from "./people-stage.js";
 import { sketched } from "./person-outline.js";
 
@@ -13,48 +14,48 @@ import { sketched } from "./person-outline.js";
 /** @typedef {import("./people-stage.js").Source} Source */
 
 const SOURCES = /** @type {const} */ ([
-  ["robot", "camera", "The robot’s camera", "It looks up from the floor: some four metres away all of you is in it."],
-  ["webcam", "webcam", "This device’s camera", "Stand back until all of you is in it."],
-  ["upload", "upload", "Picture files", "First the empty room, then the person, all from the same fixed camera."],
+  ["robot", "camera", t("people-enrollment.the_robot_s_camera"), t("people-enrollment.it_looks_up_from_the_floor")],
+  ["webcam", "webcam", t("people-enrollment.this_device_s_camera"), t("people-enrollment.stand_back_until_all_of_you")],
+  ["upload", "upload", t("people-enrollment.picture_files"), t("people-enrollment.first_the_empty_room_then_the")],
 ]);
 const DELAYS = /** @type {const} */ ([
-  [0, "At once"],
-  [3, "In 3 seconds"],
-  [6, "In 6 seconds"],
-  [10, "In 10 seconds"],
+  [0, t("people-enrollment.at_once")],
+  [3, t("people-enrollment.in_3_seconds")],
+  [6, t("people-enrollment.in_6_seconds")],
+  [10, t("people-enrollment.in_10_seconds")],
 ]);
-const PRIVACY =
-  "Only numbers are kept: how tall against how wide, and the shares of colours of head, torso and legs. The pictures stay in memory and are deleted when the enrollment ends.";
+const PRIVACY = t("people-enrollment.only_numbers_are_kept_how_tall");
 
 class PeopleEnrollment extends Panel {
   /** @type {EnrollmentModel | null} */
   #enrollments = null;
   #stage = new PeopleStage();
   #sources = SOURCES.map(([value, drawing, name, note]) => choice(value, drawing, name, note));
-  #begin = make("button", { type: "button", class: "button primary large" }, "Begin");
+  #begin = make("button", { type: "button", class: "button primary large" }, t("people-enrollment.begin"));
   #whyNot = make("p", { class: "note", role: "status" });
   #intro = make(
     "section",
-    { class: "card people-card", "aria-label": "Enroll a person" },
-    make("h2", {}, "Teach the robot who you are"),
+    { class: "card people-card", "aria-label": t("people-enrollment.enroll_a_person") },
+    make("h2", {}, t("people-enrollment.teach_the_robot_who_you_are")),
+    make("p", {}, t("people-enrollment.then_the_robot_can_come_to")),
     make(
-      "p",
-      {},
-      "Then the robot can come to you and follow you, and nobody else. This takes one picture of the empty room and at least three of you, with different gestures.",
+      "fieldset",
+      { class: "people-sources" },
+      make("legend", {}, t("people-enrollment.who_takes_the_pictures")),
+      ...this.#sources,
     ),
-    make("fieldset", { class: "people-sources" }, make("legend", {}, "Who takes the pictures?"), ...this.#sources),
     make("div", { class: "people-buttons" }, this.#begin),
     this.#whyNot,
     make("p", { class: "note" }, PRIVACY),
   );
   #advice = make("h2", { class: "people-advice" });
-  #steps = make("ol", { class: "people-steps", "aria-label": "What is asked for" });
+  #steps = make("ol", { class: "people-steps", "aria-label": t("people-enrollment.what_is_asked_for") });
   #verdict = make("p", { class: "people-verdict", role: "alert" });
   #waits = make("p", { class: "people-waits", role: "status" });
-  #take = action("camera", "Take it");
+  #take = action("camera", t("people-enrollment.take_it"));
   #delay = make(
     "select",
-    { "aria-label": "When" },
+    { "aria-label": t("people-enrollment.when") },
     ...DELAYS.map(([seconds, words]) => make("option", { value: String(seconds) }, words)),
   );
   #files = make("input", {
@@ -64,29 +65,34 @@ class PeopleEnrollment extends Panel {
     class: "visually-hidden",
     id: "people-files",
   });
-  #choose = make("label", { class: "button primary", for: "people-files" }, icon("upload"), "Choose pictures");
-  #show = action("demo", "Show me");
-  #retakeRoom = action("undo", "Retake the empty room");
-  #cancel = action("close", "Cancel");
-  #strip = make("ul", { class: "people-strip", "aria-label": "Pictures taken" });
+  #choose = make(
+    "label",
+    { class: "button primary", for: "people-files" },
+    icon("upload"),
+    t("people-enrollment.choose_pictures"),
+  );
+  #show = action("demo", t("people-enrollment.show_me"));
+  #retakeRoom = action("undo", t("people-enrollment.retake_the_empty_room"));
+  #cancel = action("close", t("people-enrollment.cancel"));
+  #strip = make("ul", { class: "people-strip", "aria-label": t("people-enrollment.pictures_taken") });
   #name = make("input", {
     type: "text",
     id: "people-name",
     maxlength: "40",
     autocomplete: "off",
-    placeholder: "Your name",
+    placeholder: t("people-enrollment.your_name"),
   });
-  #keep = make("button", { type: "submit", class: "button primary large" }, "That is me");
+  #keep = make("button", { type: "submit", class: "button primary large" }, t("people-enrollment.that_is_me"));
   #naming = make(
     "form",
     { class: "people-naming" },
-    make("label", { for: "people-name" }, "Who are you?"),
+    make("label", { for: "people-name" }, t("people-enrollment.who_are_you")),
     this.#name,
     this.#keep,
   );
   #enrollment = make(
     "section",
-    { class: "card people-card", "aria-label": "Enrollment" },
+    { class: "card people-card", "aria-label": t("people-enrollment.enrollment") },
     this.#advice,
     this.#steps,
     this.#stage,
@@ -189,9 +195,9 @@ class PeopleEnrollment extends Panel {
     write(
       this.#whyNot,
       !enrollments.may
-        ? "You are watching. Only an operator can enroll people."
+        ? t("people-enrollment.you_are_watching_only_an_operator")
         : others
-          ? `${enrollment.who} is enrolling a person now.`
+          ? t("people-enrollment.who_is_enrolling_a_person_now", { who: enrollment.who })
           : "",
     );
     this.#whyNot.hidden = this.#whyNot.textContent === "";
@@ -226,17 +232,26 @@ class PeopleEnrollment extends Panel {
     const words = enrollment.trouble || (newest?.words ?? "");
     const waits =
       enrollment.waits ||
-      (enrollment.demo ? "The simulated person shows the gesture." : this.#enrollments?.busy ? "One moment…" : "");
+      (enrollment.demo
+        ? t("people-enrollment.the_simulated_person_shows_the_gesture")
+        : this.#enrollments?.busy
+          ? t("people-enrollment.one_moment")
+          : "");
     write(this.#verdict, words);
     write(this.#waits, waits);
     mark(this.#verdict, "data-tone", enrollment.trouble || (newest && !newest.good) ? "stale" : "live");
     this.#take.hidden = this.#delay.hidden = upload;
-    if (!this.#counting) say(this.#take, enrollment.background ? "Take it" : "Take the empty room", "camera");
+    if (!this.#counting)
+      say(
+        this.#take,
+        enrollment.background ? t("people-enrollment.take_it") : t("people-enrollment.take_the_empty_room"),
+        "camera",
+      );
     this.#take.disabled = !this.#counting && (!this.#idle || !this.#stage.ready);
     this.#choose.hidden = !upload;
     this.#show.hidden = !simulated || this.#source !== "robot";
     this.#show.disabled = this.#enrollments?.busy === true;
-    say(this.#show, enrollment.demo ? "Enough shown" : "Show me", "demo");
+    say(this.#show, enrollment.demo ? t("people-enrollment.enough_shown") : t("people-enrollment.show_me"), "demo");
     this.#retakeRoom.hidden = !enrollment.background || upload;
     this.#retakeRoom.disabled = !this.#idle;
     this.#naming.hidden = !enrollment.ready;
@@ -251,7 +266,7 @@ class PeopleEnrollment extends Panel {
     this.#drawn = key;
     const have = new Set(enrollment.pictures.map((one) => one.gesture));
     const steps = [
-      ["empty", "Empty room", enrollment.background],
+      ["empty", t("people-enrollment.empty_room"), enrollment.background],
       ...enrollment.gestures.map((name) => [name, NAMES[name] ?? name, have.has(name)]),
     ];
     const now = steps.findIndex(([, , done]) => !done);
@@ -270,10 +285,15 @@ class PeopleEnrollment extends Panel {
 
   /** @param {Enrollment} enrollment @param {import("./enrollment-model.js").Judged} one */
   #thumb(enrollment, one) {
-    const name = NAMES[one.gesture] ?? "More";
+    const name = NAMES[one.gesture] ?? t("people-enrollment.more");
     const away = make(
       "button",
-      { type: "button", class: "icon-button", "aria-label": `Leave out: ${name}`, title: "Leave out" },
+      {
+        type: "button",
+        class: "icon-button",
+        "aria-label": t("people-enrollment.leave_out_name", { name }),
+        title: t("people-enrollment.leave_out"),
+      },
       icon("trash"),
     );
     away.addEventListener("click", () => void this.#enrollments?.drop(one.number));
@@ -293,7 +313,7 @@ class PeopleEnrollment extends Panel {
       if (left <= 0) {
         this.#stop();
         if (this.#stage.ready) void this.#enrollments?.take(what, this.#stage.snapshot());
-        else this.session.complain("There was no picture to take. Check that the camera runs, and try again.");
+        else this.session.complain(t("people-enrollment.there_was_no_picture_to_take"));
         return;
       }
       this.#stage.count(String(left));
@@ -301,7 +321,7 @@ class PeopleEnrollment extends Panel {
     };
     if (left > 0) {
       this.#counting = window.setInterval(beat, 1000);
-      say(this.#take, "Wait, not yet", "close");
+      say(this.#take, t("people-enrollment.wait_not_yet"), "close");
     }
     beat();
   }
@@ -327,15 +347,15 @@ class PeopleEnrollment extends Panel {
     const name = this.#name.value.trim();
     if (!(await this.#enrollments?.finish(name))) return;
     this.#name.value = "";
-    this.session.announce(`${name} is enrolled.`);
+    this.session.announce(t("people-enrollment.name_is_enrolled", { name }));
   }
 }
 
 const NAMES = /** @type {Readonly<Record<string, string>>} */ ({
-  down: "Arms down",
-  out: "Arms out",
-  wave: "Waving",
-  side: "Sideways",
+  down: t("people-enrollment.arms_down"),
+  out: t("people-enrollment.arms_out"),
+  wave: t("people-enrollment.waving"),
+  side: t("people-enrollment.sideways"),
 });
 
 /**

@@ -6,6 +6,7 @@ import { fetchLookingModel, looking } from "../net/api.js";
 import { icon, make, write } from "../ui/element.js";
 import { ModelOffer } from "../ui/model-offer.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./enrollment-model.js").EnrollmentModel} EnrollmentModel */
 /** @typedef {import("./enrollment-model.js").Known} Known */
@@ -14,17 +15,13 @@ class PeopleKnown extends Panel {
   /** @type {EnrollmentModel | null} */
   #enrollments = null;
   #rows = make("ul", { class: "known-rows" });
-  #call = action("voice", "Try it: let them call “come here”");
-  #leave = action("close", "Send them away");
+  #call = action("voice", t("people-known.try_it_let_them_call_come"));
+  #leave = action("close", t("people-known.send_them_away"));
   #outcome = make("p", { class: "known-outcome", role: "status" });
   #trial = make(
     "div",
     { class: "known-trial", hidden: true },
-    make(
-      "p",
-      { class: "note" },
-      "The simulated person is still in the room; let them call, and see whether the robot comes.",
-    ),
+    make("p", { class: "note" }, t("people-known.the_simulated_person_is_still_in")),
     make("div", { class: "people-buttons" }, this.#call, this.#leave),
     this.#outcome,
   );
@@ -47,16 +44,12 @@ class PeopleKnown extends Panel {
     this.append(
       make(
         "section",
-        { class: "card people-card", "aria-label": "Whom the robot comes to" },
-        make("h2", {}, "Whom does the robot come to?"),
+        { class: "card people-card", "aria-label": t("people-known.whom_the_robot_comes_to") },
+        make("h2", {}, t("people-known.whom_does_the_robot_come_to")),
         this.#rows,
         this.#trial,
-        make(
-          "p",
-          { class: "note" },
-          "This applies to COME HERE and FOLLOW ME. Other commands work as before, and STOP works for everybody.",
-        ),
-        make("p", { class: "note" }, "The robot knows people by their clothes: enroll again in other clothes."),
+        make("p", { class: "note" }, t("people-known.this_applies_to_come_here_and")),
+        make("p", { class: "note" }, t("people-known.the_robot_knows_people_by_their")),
         ...this.#offer.elements,
       ),
     );
@@ -73,7 +66,7 @@ class PeopleKnown extends Panel {
     if (key === this.#drawn) return;
     this.#drawn = key;
     const held = this.#rows.contains(document.activeElement) ? document.activeElement?.getAttribute("value") : null;
-    const anybody = this.#choice(null, chosen === null, "Anybody", "Every caller");
+    const anybody = this.#choice(null, chosen === null, t("people-known.anybody"), t("people-known.every_caller"));
     this.#rows.replaceChildren(make("li", {}, anybody), ...people.map((one) => this.#row(one, one.id === chosen)));
     const again = [...this.#rows.querySelectorAll("input")].find((one) => one.value === held);
     if (this.#asked === null) again?.focus();
@@ -86,18 +79,33 @@ class PeopleKnown extends Panel {
     const row = make(
       "li",
       {},
-      this.#choice(one.id, chosen, `Only ${one.name}`, `Learnt ${since(one.learnt_s)} from ${one.pictures} pictures`),
+      this.#choice(
+        one.id,
+        chosen,
+        t("people-known.only_name", { name: one.name }),
+        t("people-known.learnt_since_from_pictures_pictures", { since: since(one.learnt_s), pictures: one.pictures }),
+      ),
     );
     if (!this.#enrollments?.may) return row;
     const other = make(
       "button",
-      { type: "button", class: "icon-button", "aria-label": `Rename ${one.name}`, title: "Rename" },
+      {
+        type: "button",
+        class: "icon-button",
+        "aria-label": t("people-known.rename_name", { name: one.name }),
+        title: t("people-known.rename"),
+      },
       icon("typed"),
     );
     other.addEventListener("click", () => this.#ask({ id: one.id, what: "rename" }));
     const away = make(
       "button",
-      { type: "button", class: "icon-button", "aria-label": `Forget ${one.name}`, title: "Forget" },
+      {
+        type: "button",
+        class: "icon-button",
+        "aria-label": t("people-known.forget_name", { name: one.name }),
+        title: t("people-known.forget"),
+      },
       icon("trash"),
     );
     away.addEventListener("click", () => this.#ask({ id: one.id, what: "forget" }));
@@ -141,19 +149,29 @@ class PeopleKnown extends Panel {
 
   /** @param {Known} one */
   #rename(one) {
-    const input = make("input", { type: "text", maxlength: "40", value: one.name, "aria-label": "Name" });
+    const input = make("input", {
+      type: "text",
+      maxlength: "40",
+      value: one.name,
+      "aria-label": t("people-known.name"),
+    });
     return this.#question(
       [input],
-      "Rename",
-      "Leave the name as it is",
+      t("people-known.rename"),
+      t("people-known.leave_the_name_as_it_is"),
       () => void this.#enrollments?.rename(one.id, input.value),
     );
   }
 
   /** @param {Known} one */
   #farewell(one) {
-    const words = make("span", { class: "known-name" }, `Forget ${one.name} for good?`);
-    return this.#question([words], "Forget", `Keep ${one.name}`, () => void this.#enrollments?.forget(one.id));
+    const words = make("span", { class: "known-name" }, t("people-known.forget_name_for_good", { name: one.name }));
+    return this.#question(
+      [words],
+      t("people-known.forget"),
+      t("people-known.keep_name", { name: one.name }),
+      () => void this.#enrollments?.forget(one.id),
+    );
   }
 
   /** @param {HTMLElement[]} what @param {string} yes @param {string} no @param {() => void} act */

@@ -3,6 +3,7 @@
 import { RobotCamera } from "../calibration/robot-camera-source.js";
 import { Webcam } from "../calibration/webcam.js";
 import { icon, make, mark, write } from "../ui/element.js";
+import { t } from "../ui/texts.js";
 import { sketched } from "./person-outline.js";
 
 /** @typedef {"robot" | "webcam" | "upload"} Source */
@@ -17,7 +18,7 @@ export class PeopleStage extends HTMLElement {
   #why = make("p", { class: "stage-why" });
   #count = make("p", { class: "stage-count", "aria-live": "assertive" });
   #seen = make("div", { class: "stage-seen", hidden: true });
-  #again = make("button", { type: "button", class: "button" }, icon("again"), "Try again");
+  #again = make("button", { type: "button", class: "button" }, icon("again"), t("people-stage.try_again"));
   /** @type {Source} */
   #source = "robot";
   /** @type {RobotCamera | null} */
@@ -94,9 +95,7 @@ export class PeopleStage extends HTMLElement {
     if (film && film.parentElement !== this) this.prepend(film);
     this.#canvas.hidden = film !== null || frame === null;
     mark(this, "data-mirrored", film !== null);
-    const why = upload
-      ? "Drop pictures here, or choose them: first one without anybody, then the person with different gestures."
-      : (this.#camera?.why ?? "");
+    const why = upload ? t("people-stage.drop_pictures_here_or_choose_them") : (this.#camera?.why ?? "");
     write(this.#why, looking || (frame && !why) ? "" : why);
     this.#again.hidden = looking || this.#source !== "webcam" || !this.#webcam.refused;
     if (!frame || film) return;

@@ -3,6 +3,7 @@
 import { call } from "../net/api.js";
 import { make, mark, write } from "../ui/element.js";
 import { Sheet } from "../ui/sheet.js";
+import { t } from "../ui/texts.js";
 
 /**
  * @typedef {object} Setting
@@ -24,19 +25,19 @@ import { Sheet } from "../ui/sheet.js";
 
 /** What a section is called here, in this order; the file calls it by its own name. @type {Readonly<Record<string, string>>} */
 const SECTIONS = {
-  person_following: "Coming and following",
-  wall: "Walls",
-  steering: "Steering",
-  voice: "Robot’s voice",
-  limits: "Limits of the gate",
-  planner: "Ways",
-  speech: "Speech",
-  people: "People",
-  occupancy: "Map",
-  simulation: "Simulated robot",
-  time_offset: "Clocks",
-  image_quality: "Pictures",
-  chapter: "Chapter",
+  person_following: t("settings-sheet.coming_and_following"),
+  wall: t("settings-sheet.walls"),
+  steering: t("settings-sheet.steering"),
+  voice: t("settings-sheet.robot_s_voice"),
+  limits: t("settings-sheet.limits_of_the_gate"),
+  planner: t("settings-sheet.ways"),
+  speech: t("settings-sheet.speech"),
+  people: t("settings-sheet.people"),
+  occupancy: t("settings-sheet.map"),
+  simulation: t("settings-sheet.simulated_robot"),
+  time_offset: t("settings-sheet.clocks"),
+  image_quality: t("settings-sheet.pictures"),
+  chapter: t("settings-sheet.chapter"),
 };
 
 export class SettingsSheet extends Sheet {
@@ -48,7 +49,7 @@ export class SettingsSheet extends Sheet {
 
   /** @override */
   build() {
-    this.frame("Settings", this.#file, this.#restart, this.#list);
+    this.frame(t("settings-sheet.settings"), this.#file, this.#restart, this.#list);
   }
 
   /** @override */
@@ -65,7 +66,9 @@ export class SettingsSheet extends Sheet {
     const { file, restart, settings } = await call("api/settings");
     write(
       this.#file,
-      this.#may ? `Saved in ${file}, one by one.` : "You are watching. Only an operator can change them.",
+      this.#may
+        ? t("settings-sheet.saved_in_file_one_by_one", { file })
+        : t("settings-sheet.you_are_watching_only_an_operator"),
     );
     this.#warn(restart);
     if (this.#fields.size === 0) this.#build(settings);
@@ -75,7 +78,7 @@ export class SettingsSheet extends Sheet {
   /** @param {boolean} restart */
   #warn(restart) {
     this.#restart.hidden = !restart;
-    write(this.#restart, restart ? "Something saved waits for the next start of the console." : "");
+    write(this.#restart, restart ? t("settings-sheet.something_saved_waits_for_the_next") : "");
   }
 
   /** @param {Setting[]} settings */
@@ -97,14 +100,19 @@ export class SettingsSheet extends Sheet {
     const back = make(
       "button",
       { type: "button", class: "button plain", hidden: true },
-      `Back to ${inWords(one.default, one.unit)}`,
+      t("settings-sheet.back_to_inwords", { inwords: inWords(one.default, one.unit) }),
     );
     input.setAttribute("aria-describedby", says.id);
     input.disabled = !this.#may;
     const row = make(
       "div",
       { class: "settings-row" },
-      make("label", { for: id }, nameOf(one), !one.live && make("span", { class: "settings-later" }, "restart")),
+      make(
+        "label",
+        { for: id },
+        nameOf(one),
+        !one.live && make("span", { class: "settings-later" }, t("settings-sheet.restart")),
+      ),
       make("span", { class: "settings-value" }, input, one.unit && make("span", { class: "note" }, one.unit)),
       says,
       back,
@@ -120,7 +128,7 @@ export class SettingsSheet extends Sheet {
     const field = this.#fields.get(key(one));
     if (!field) return;
     if (Number.isNaN(value)) {
-      say(field, "Type a number.", true);
+      say(field, t("settings-sheet.type_a_number"), true);
       return;
     }
     try {
@@ -134,7 +142,7 @@ export class SettingsSheet extends Sheet {
       this.session.announce(sentence);
       this.#warn((await call("api/settings")).restart);
     } catch (refusal) {
-      const sentence = refusal instanceof Error ? refusal.message : "That did not work.";
+      const sentence = refusal instanceof Error ? refusal.message : t("settings-sheet.that_did_not_work");
       say(field, sentence, true);
       this.session.announce(sentence);
     }
@@ -150,7 +158,10 @@ export class SettingsSheet extends Sheet {
     back.hidden = !this.#may || one.saved === one.default;
     const waits =
       one.saved !== one.value
-        ? ` Now ${inWords(one.value, one.unit)}; from the next start on ${inWords(one.saved, one.unit)}.`
+        ? t("settings-sheet.now_inwords_from_the_next_start", {
+            inwords: inWords(one.value, one.unit),
+            inwords2: inWords(one.saved, one.unit),
+          })
         : "";
     say(field, `${bounds(one)}${sentenceOf(one.meaning)}${waits}`, false);
   }

@@ -1,5 +1,7 @@
 // Pages of the shell, in the order of the menu: one row each. A module and its styles are loaded when its page is first opened.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {import("../net/session.js").Session} Session */
 /**
  * @typedef {object} OpenPage a page that was built
@@ -23,12 +25,12 @@
 
 /** @type {readonly PageRow[]} */
 export const PAGES = [
-  { path: "", name: "Drive", icon: "wheel" },
+  { path: "", name: t("pages.drive"), icon: "wheel" },
   {
     path: "calibrate",
-    name: "Calibrate",
+    name: t("pages.calibrate"),
     icon: "calibrate",
-    says: "Camera, laser and microphones. You need a chessboard of known size, and your hands to clap; the page guides you.",
+    says: t("pages.camera_laser_and_microphones_you_need"),
     styles: "page home setup board capture verdict progress views review evidence microphones"
       .split(" ")
       .map((name) => `calibration/${name}.css`),
@@ -36,9 +38,9 @@ export const PAGES = [
   },
   {
     path: "hearing",
-    name: "Hearing",
+    name: t("pages.hearing"),
     icon: "ears",
-    says: "How well the robot understands what is said to it where it stands.",
+    says: t("pages.how_well_the_robot_understands_what"),
     docked: true,
     drives: true,
     styles: ["hearing/quality.css"],
@@ -46,9 +48,9 @@ export const PAGES = [
   },
   {
     path: "people",
-    name: "People",
+    name: t("pages.people"),
     icon: "demo",
-    says: "Whom the robot knows, and whom it comes to.",
+    says: t("pages.whom_the_robot_knows_and_whom"),
     docked: true,
     drives: true,
     styles: ["people/people.css"],
@@ -56,32 +58,32 @@ export const PAGES = [
   },
   {
     path: "maps",
-    name: "Maps",
+    name: t("pages.maps"),
     icon: "map",
-    says: "Saved maps, and the present one as files.",
+    says: t("pages.saved_maps_and_the_present_one"),
     docked: true,
     styles: ["maps/maps.css"],
     load: () => import("../maps/main.js"),
   },
   {
     path: "experiments",
-    name: "Experiments",
+    name: t("pages.experiments"),
     icon: "estimate",
-    says: "The chapter's figures and tables, computed again on this computer.",
+    says: t("pages.the_chapter_s_figures_and_tables"),
     styles: ["experiments/experiments.css"],
     load: () => import("../experiments/main.js"),
   },
   {
     path: "connect",
-    name: "Connect",
+    name: t("pages.connect"),
     icon: "antenna",
-    says: "What was found on the robot, and its robot file.",
+    says: t("pages.what_was_found_on_the_robot"),
     styles: ["connect/connect.css"],
     load: () => import("../connect/main.js"),
   },
   {
     path: "help",
-    name: "Help",
+    name: t("pages.help"),
     icon: "book",
     styles: ["help/help.css"],
     load: () => import("../help/main.js"),

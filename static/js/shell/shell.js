@@ -2,6 +2,7 @@
 
 import { make } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { PAGES, pageAt } from "./pages.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
@@ -10,9 +11,9 @@ import { PAGES, pageAt } from "./pages.js";
 
 /** Roles of the console while it is the page, a dock beside one, or no more than the status over one. */
 const ROLES = /** @type {const} */ ({
-  page: ["main", "Robot console"],
-  dock: ["complementary", "Map and camera"],
-  status: ["region", "Status"],
+  page: ["main", t("shell.robot_console")],
+  dock: ["complementary", t("shell.map_and_camera")],
+  status: ["region", t("shell.status")],
 });
 
 export class Shell {
@@ -117,7 +118,7 @@ export class Shell {
       const built = await this.#build(row, row.load).catch(() => null);
       if (opening !== this.#opening) return;
       if (built === null) {
-        this.#session.complain(`The page ${row.name} could not be loaded. Check the link, and open it again.`);
+        this.#session.complain(t("shell.the_page_name_could_not_be", { name: row.name }));
         history.replaceState(null, "", this.#current?.path || "./");
         return;
       }

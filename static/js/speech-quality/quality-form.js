@@ -2,6 +2,7 @@
 
 import { make, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./runs.js").Runs} Runs */
 
@@ -9,21 +10,21 @@ const PLACE = "place";
 const DISTANCES = [0.5, 1, 2, 3, 4];
 const NOISES = /** @type {const} */ ([
   [30, "quiet"],
-  [20, "a fan"],
-  [10, "people talk"],
-  [0, "as loud as you"],
+  [20, t("quality-form.a_fan")],
+  [10, t("quality-form.people_talk")],
+  [0, t("quality-form.as_loud_as_you")],
 ]);
 const AROUND = /** @type {const} */ ([
-  ["Ahead", 0],
-  ["Left", Math.PI / 2],
-  ["Behind", Math.PI],
-  ["Right", -Math.PI / 2],
-  ["At a place of the map", null],
+  [t("quality-form.ahead"), 0],
+  [t("quality-form.left"), Math.PI / 2],
+  [t("quality-form.behind"), Math.PI],
+  [t("quality-form.right"), -Math.PI / 2],
+  [t("quality-form.at_a_place_of_the_map"), null],
 ]);
 const PHRASES = /** @type {const} */ ([
-  [6, "6: a first impression"],
-  [18, "18: enough to judge by"],
-  [36, "36: thorough"],
+  [6, t("quality-form.6_a_first_impression")],
+  [18, t("quality-form.18_enough_to_judge_by")],
+  [36, t("quality-form.36_thorough")],
 ]);
 
 class QualityForm extends Panel {
@@ -46,13 +47,18 @@ class QualityForm extends Panel {
     make("label", { for: "quality-y" }, "y [m]"),
     this.#y,
   );
-  #far = make("fieldset", {}, make("legend", {}, "How far away"), make("div", { class: "ticks" }, ...this.#distances));
+  #far = make(
+    "fieldset",
+    {},
+    make("legend", {}, t("quality-form.how_far_away")),
+    make("div", { class: "ticks" }, ...this.#distances),
+  );
   #phrases = make(
     "select",
     { id: "quality-phrases" },
     ...PHRASES.map(([count, says]) => make("option", { value: String(count) }, says)),
   );
-  #begin = make("button", { type: "submit", class: "button primary large" }, "Measure");
+  #begin = make("button", { type: "submit", class: "button primary large" }, t("quality-form.measure"));
   #why = make("p", { class: "note", role: "status" });
 
   /** @param {Runs} runs */
@@ -67,17 +73,28 @@ class QualityForm extends Panel {
     const form = make(
       "form",
       { class: "card quality-form" },
-      make("h2", {}, "How well does the robot hear you here?"),
+      make("h2", {}, t("quality-form.how_well_does_the_robot_hear")),
+      make("p", {}, t("quality-form.a_text_of_commands_is_spoken")),
       make(
-        "p",
-        {},
-        "A text of commands is spoken around the simulated robot, in its room and noise. Its transcript is compared with that of a microphone at the mouth. The robot itself may go on driving.",
+        "div",
+        { class: "quality-row" },
+        make("label", { for: "quality-around" }, t("quality-form.where")),
+        this.#around,
       ),
-      make("div", { class: "quality-row" }, make("label", { for: "quality-around" }, "Where"), this.#around),
       this.#place,
       this.#far,
-      make("fieldset", {}, make("legend", {}, "Voice over noise"), make("div", { class: "ticks" }, ...this.#noises)),
-      make("div", { class: "quality-row" }, make("label", { for: "quality-phrases" }, "Phrases"), this.#phrases),
+      make(
+        "fieldset",
+        {},
+        make("legend", {}, t("quality-form.voice_over_noise")),
+        make("div", { class: "ticks" }, ...this.#noises),
+      ),
+      make(
+        "div",
+        { class: "quality-row" },
+        make("label", { for: "quality-phrases" }, t("quality-form.phrases")),
+        this.#phrases,
+      ),
       this.#begin,
       this.#why,
     );
@@ -108,13 +125,13 @@ class QualityForm extends Panel {
     const known = Number.isFinite(this.#x.valueAsNumber) && Number.isFinite(this.#y.valueAsNumber);
     const distances = this.#placed ? Number(known) : ticked(this.#distances).length;
     const count = distances * ticked(this.#noises).length;
-    const why = runs.whyNot || (runs.all && !runs.may ? "You are watching. Only an operator can measure." : "");
+    const why = runs.whyNot || (runs.all && !runs.may ? t("quality-form.you_are_watching_only_an_operator") : "");
     this.#begin.disabled = Boolean(why) || count === 0 || runs.running !== null;
     const says =
       count === 0
-        ? "Choose a place, or at least one distance, and one noise."
-        : `${count} ${count === 1 ? "place" : "places"}; each takes some ten seconds.`;
-    write(this.#why, why || (runs.running ? "One measurement is under way." : says));
+        ? t("quality-form.choose_a_place_or_at_least")
+        : t("quality-form.count_value_each_takes_some_ten", { count, value: count === 1 ? "place" : "places" });
+    write(this.#why, why || (runs.running ? t("quality-form.one_measurement_is_under_way") : says));
   }
 }
 

@@ -3,6 +3,7 @@
 import { since } from "../calibration/active-calibration.js";
 import { icon, make, mark } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./runs.js").Runs} Runs */
 /** @typedef {import("./runs.js").Run} Run */
@@ -23,8 +24,12 @@ class QualityList extends Panel {
 
   /** @override */
   build() {
-    const head = make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Measured before"));
-    this.append(make("section", { class: "card", "aria-label": "Measured before" }, head, this.#rows));
+    const head = make(
+      "div",
+      { class: "card-head" },
+      make("h2", { class: "card-title" }, t("quality-list.measured_before")),
+    );
+    this.append(make("section", { class: "card", "aria-label": t("quality-list.measured_before") }, head, this.#rows));
     this.hidden = true;
   }
 
@@ -48,14 +53,23 @@ class QualityList extends Panel {
         "span",
         {},
         make("span", { class: "quality-name" }, run.summary || run.reason || run.doing || run.state),
-        make("span", { class: "note" }, `${far.join(", ")} m · ${phrases} phrases · ${run.who} · ${since(run.at_s)}`),
+        make(
+          "span",
+          { class: "note" },
+          t("quality-list.join_m_phrases_phrases_who_since", {
+            join: far.join(", "),
+            phrases,
+            who: run.who,
+            since: since(run.at_s),
+          }),
+        ),
       ),
     );
     mark(open, "aria-current", run.id === this.#runs?.shown?.id ? "true" : null);
     open.addEventListener("click", () => this.#runs?.choose(run.id));
     const away = make(
       "button",
-      { type: "button", class: "icon-button", "aria-label": "Delete this measurement" },
+      { type: "button", class: "icon-button", "aria-label": t("quality-list.delete_this_measurement") },
       icon("trash"),
     );
     away.addEventListener("click", () => void this.#runs?.forget(run.id));

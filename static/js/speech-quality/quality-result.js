@@ -3,17 +3,25 @@
 import { icon, make, mark, write } from "../ui/element.js";
 import { timeOfDay } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 import { report } from "./runs.js";
 
 /** @typedef {import("./runs.js").Runs} Runs */
 /** @typedef {import("./runs.js").Row} Row */
 /** @typedef {import("./runs.js").Run} Run */
 
-const HEADS = ["Distance", "Voice over noise", "Commands whole", "Wrong words", "OSQE D", "OSQE R", "STOI", "Report"];
+const HEADS = [
+  t("quality-result.distance"),
+  t("quality-result.voice_over_noise"),
+  t("quality-result.commands_whole"),
+  t("quality-result.wrong_words"),
+  "OSQE D",
+  "OSQE R",
+  "STOI",
+  t("quality-result.report"),
+];
 
-const PROMISE =
-  "For every place you will see how many commands come through whole, how many words go wrong at the mouth and at " +
-  "the robot, how alike the two sounds are, and a report with both texts side by side, the wrong words marked.";
+const PROMISE = t("quality-result.for_every_place_you_will_see") + t("quality-result.the_robot_how_alike_the_two");
 
 class QualityResult extends Panel {
   /** @type {Runs | null} */
@@ -25,15 +33,21 @@ class QualityResult extends Panel {
   #bar = make("div", { class: "bar-fill" });
   #progress = make(
     "div",
-    { class: "progress", role: "progressbar", "aria-label": "Progress", "aria-valuemin": "0", "aria-valuemax": "100" },
+    {
+      class: "progress",
+      role: "progressbar",
+      "aria-label": t("quality-result.progress"),
+      "aria-valuemin": "0",
+      "aria-valuemax": "100",
+    },
     this.#bar,
   );
-  #cancel = make("button", { type: "button", class: "button" }, icon("close"), "Cancel");
+  #cancel = make("button", { type: "button", class: "button" }, icon("close"), t("quality-result.cancel"));
   #going = make("div", { class: "quality-going" }, this.#doing, this.#progress, this.#cancel);
   #body = make("tbody");
   #table = make(
     "div",
-    { class: "quality-scroll", tabindex: "0", role: "group", "aria-label": "Figures" },
+    { class: "quality-scroll", tabindex: "0", role: "group", "aria-label": t("quality-result.figures") },
     make(
       "table",
       {},
@@ -54,17 +68,13 @@ class QualityResult extends Panel {
     this.append(
       make(
         "section",
-        { class: "card quality-result", "aria-label": "Result" },
+        { class: "card quality-result", "aria-label": t("quality-result.result") },
         this.#title,
         this.#summary,
         this.#going,
         this.#table,
         this.#verdict,
-        make(
-          "p",
-          { class: "note" },
-          "OSQE D and R compare wrong words at the mouth with wrong words at the robot (eq. 41, 42): below zero, or below one, the robot hears worse.",
-        ),
+        make("p", { class: "note" }, t("quality-result.osqe_d_and_r_compare_wrong")),
       ),
     );
     this.#cancel.addEventListener("click", () => {
@@ -77,13 +87,18 @@ class QualityResult extends Panel {
   #draw() {
     const run = this.#runs?.shown ?? null;
     if (run === null) {
-      write(this.#title, "Nothing was measured here yet");
+      write(this.#title, t("quality-result.nothing_was_measured_here_yet"));
       write(this.#summary, PROMISE);
       for (const part of [this.#going, this.#table, this.#verdict]) part.hidden = true;
       return;
     }
     const running = run.state === "running";
-    write(this.#title, running ? "Measuring" : `Measured ${timeOfDay(run.at_s)}`);
+    write(
+      this.#title,
+      running
+        ? t("quality-result.measuring")
+        : t("quality-result.measured_timeofday", { timeofday: timeOfDay(run.at_s) }),
+    );
     write(this.#summary, run.state === "failed" ? run.reason : run.summary);
     this.#going.hidden = !running && run.state !== "cancelled";
     this.#cancel.hidden = this.#progress.hidden = !running;
@@ -104,7 +119,8 @@ class QualityResult extends Panel {
 }
 
 /** @param {Row} row */
-const place = ({ distance_m, snr_db }) => `At ${distance_m} m and ${signed(snr_db)} dB`;
+const place = ({ distance_m, snr_db }) =>
+  t("quality-result.at_distancem_m_and_signed_db", { distancem: distance_m, signed: signed(snr_db) });
 
 /** @param {number} value */
 const signed = (value) => String(value).replace("-", "−");
@@ -115,9 +131,12 @@ const signed = (value) => String(value).replace("-", "−");
  * @param {number} index
  */
 function line(run, row, index) {
-  const head = [make("th", { scope: "row" }, `${row.distance_m} m`), make("td", {}, `${signed(row.snr_db)} dB`)];
+  const head = [
+    make("th", { scope: "row" }, `${row.distance_m} m`),
+    make("td", {}, t("quality-result.signed_db", { signed: signed(row.snr_db) })),
+  ];
   if (row.commands === undefined) {
-    const why = row.refused || (run.state === "running" ? "…" : "not measured");
+    const why = row.refused || (run.state === "running" ? "…" : t("quality-result.not_measured"));
     return make("tr", { class: "is-empty" }, ...head, make("td", { colspan: "6" }, why));
   }
   const ratio = row.osqe_r === null || row.osqe_r === undefined ? "–" : row.osqe_r.toFixed(2);
@@ -126,8 +145,21 @@ function line(run, row, index) {
     "tr",
     {},
     ...head,
-    make("td", {}, bar((row.commands_exact ?? 0) / row.commands), ` ${row.commands_exact} of ${row.commands}`),
-    make("td", {}, `${row.erroneous_words_robot} of ${row.words} (mouth: ${row.erroneous_words_person})`),
+    make(
+      "td",
+      {},
+      bar((row.commands_exact ?? 0) / row.commands),
+      t("quality-result.commandsexact_of_commands", { commandsexact: row.commands_exact, commands: row.commands }),
+    ),
+    make(
+      "td",
+      {},
+      t("quality-result.erroneouswordsrobot_of_words_mouth_erroneouswordsperson", {
+        erroneouswordsrobot: row.erroneous_words_robot,
+        words: row.words,
+        erroneouswordsperson: row.erroneous_words_person,
+      }),
+    ),
     make("td", {}, difference > 0 ? `+${difference}` : signed(difference)),
     make("td", { title: row.reason }, ratio),
     make("td", {}, (row.stoi ?? 0).toFixed(2)),
@@ -135,7 +167,11 @@ function line(run, row, index) {
       "td",
       {},
       run.reports[index] &&
-        make("a", { class: "link", href: report(run.id, index), target: "_blank", rel: "noopener" }, "Open"),
+        make(
+          "a",
+          { class: "link", href: report(run.id, index), target: "_blank", rel: "noopener" },
+          t("quality-result.open"),
+        ),
     ),
   );
 }

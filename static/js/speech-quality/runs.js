@@ -1,6 +1,7 @@
 // Client model of the speech quality page: all measurements, the selected one, and requests to the server.
 
 import { address, call, post } from "../net/api.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 /**
@@ -98,7 +99,8 @@ export class Runs {
     const before = this.running;
     [this.all, this.whyNot] = [answer.runs, answer.why_not];
     const after = before && this.all.find((run) => run.id === before.id);
-    if (after && after.state !== "running") this.session.announce(`Measured. ${after.summary || after.reason}`);
+    if (after && after.state !== "running")
+      this.session.announce(t("runs.measured_summary", { summary: after.summary || after.reason }));
     this.#tell();
   }
 

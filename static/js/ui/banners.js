@@ -1,6 +1,7 @@
 // Banners of the page in order of severity. Pure functions from a view to sentences.
 
 import { age, metres, speed, whereabouts } from "./format.js";
+import { t } from "./texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /**
@@ -28,7 +29,7 @@ export function banners(view) {
   /** @type {Array<Banner | null>} */
   const candidates = [
     link.age_s > STALE_S
-      ? calmly("quiet", "stale", "unlinked", `No news from the console for ${age(link.age_s)}.`)
+      ? calmly("quiet", "stale", "unlinked", t("banners.no_news_from_the_console_for", { age: age(link.age_s) }))
       : null,
     robotLink(state),
     state.gate.state === "halted" ? halted(view) : null,
@@ -36,11 +37,11 @@ export function banners(view) {
     lostControl(view),
     state.floor.lost ? localization(state.floor.lost, view) : null,
     hello.robot.drives && state.floor.slipping
-      ? calmly("slips", "calm", "warning", "The wheels slip; the robot relies on its scans.")
+      ? calmly("slips", "calm", "warning", t("banners.the_wheels_slip_the_robot_relies"))
       : null,
     hello.robot.drives ? (state.robot.contact ? contact() : guard(state)) : null,
     hello.robot.drives && state.slam.looking_around && !state.floor.lost
-      ? calmly("looking", "calm", "eye", "Looking around: the robot stands still for a moment to learn the room.")
+      ? calmly("looking", "calm", "eye", t("banners.looking_around_the_robot_stands_still"))
       : null,
     view.secure ? null : calmly("plain", "stale", "warning", PLAIN),
   ];
@@ -49,19 +50,23 @@ export function banners(view) {
 
 /** @param {View} view @returns {Banner} */
 function lost({ state, link }) {
-  const again = link.again_s > 0.95 ? ` Trying again in ${Math.ceil(link.again_s)} s.` : " Trying again…";
-  const fact = state ? "Link lost. The robot stops by itself." : "Beckon does not answer.";
+  const again =
+    link.again_s > 0.95
+      ? t("banners.trying_again_in_ceil_s", { ceil: Math.ceil(link.again_s) })
+      : t("banners.trying_again");
+  const fact = state ? t("banners.link_lost_the_robot_stops_by") : t("banners.beckon_does_not_answer");
   const text = `${fact}${link.why && ` ${link.why}`}${again}`;
   return { id: "lost", tone: "stale", icon: "unlinked", text, offers: "" };
 }
 
 /** @param {import("../net/messages.js").State} state */
 function robotLink({ robot }) {
-  const since = robot.age_s === null ? "" : ` for ${age(robot.age_s)}`;
-  if (robot.link === "connecting") return calmly("starting", "calm", "antenna", "The robot is starting up…");
-  if (robot.link === "stale") return calmly("robot", "stale", "unlinked", `The robot has been silent${since}.`);
+  const since = robot.age_s === null ? "" : t("banners.for_age", { age: age(robot.age_s) });
+  if (robot.link === "connecting") return calmly("starting", "calm", "antenna", t("banners.the_robot_is_starting_up"));
+  if (robot.link === "stale")
+    return calmly("robot", "stale", "unlinked", t("banners.the_robot_has_been_silentsince", { since }));
   if (robot.link === "lost")
-    return calmly("robot", "stale", "unlinked", `The robot does not answer${since}. It stands still.`);
+    return calmly("robot", "stale", "unlinked", t("banners.the_robot_does_not_answersince_it", { since }));
   return null;
 }
 
@@ -69,8 +74,8 @@ function robotLink({ robot }) {
 function halted({ hello }) {
   const may = hello?.you.role !== "viewer";
   const text = may
-    ? "Halted. Nothing moves until the halt is reset. The reset itself does not move the robot."
-    : "Halted. Nothing moves until an operator resets the halt.";
+    ? t("banners.halted_nothing_moves_until_the_halt")
+    : t("banners.halted_nothing_moves_until_an_operator");
   return { id: "halted", tone: "fault", icon: "halt", text, offers: may ? "reset" : "" };
 }
 
@@ -78,7 +83,7 @@ function halted({ hello }) {
 function request({ state, mine }) {
   if (!mine || !state?.lease.asked_by) return null;
   const left = Math.ceil(state.lease.answer_within_s ?? 0);
-  const text = `${state.lease.asked_by} asks for control (${left} s). Giving it stops the robot first.`;
+  const text = t("banners.askedby_asks_for_control_left_s", { askedby: state.lease.asked_by, left });
   return { id: `asked ${state.lease.asked_by_id}`, tone: "stale", icon: "wheel", text, offers: "answer" };
 }
 
@@ -86,8 +91,8 @@ function request({ state, mine }) {
 function lostControl({ lostControl, state }) {
   if (!lostControl) return null;
   const text = lostControl.to
-    ? `${lostControl.to} took control from you; the robot was stopped.`
-    : "You lost control: nothing came from this page for a while. The robot was stopped.";
+    ? t("banners.to_took_control_from_you_the", { to: lostControl.to })
+    : t("banners.you_lost_control_nothing_came_from");
   const offers = state?.lease.holder ? "regain" : "seen";
   return { id: "lost control", tone: "stale", icon: "wheel", text, offers };
 }
@@ -103,7 +108,7 @@ function localization({ phase, words }, { hello }) {
   return { id: "localization", tone, icon: "here", text: words, offers: may ? "here" : "" };
 }
 
-const contact = () => calmly("contact", "stale", "warning", "The robot touches something. Drive it back carefully.");
+const contact = () => calmly("contact", "stale", "warning", t("banners.the_robot_touches_something_drive_it"));
 
 /** @param {import("../net/messages.js").State} state */
 function guard({ gate, pose }) {
@@ -112,8 +117,13 @@ function guard({ gate, pose }) {
   const [cos, sin] = [Math.cos(pose.heading_rad), Math.sin(pose.heading_rad)];
   const [x, y] = [cos * east + sin * north, cos * north - sin * east]; // world → robot
   const where = `${metres(Math.hypot(x, y), 1)} ${whereabouts(x, y)}`;
-  if (gate.limit_v_m_s < 0.005) return calmly("blocked", "stale", "warning", `Blocked at ${where}.`);
-  return calmly("slowed", "calm", "info", `Slowed to ${speed(gate.limit_v_m_s)}: something at ${where}.`);
+  if (gate.limit_v_m_s < 0.005) return calmly("blocked", "stale", "warning", t("banners.blocked_at_where", { where }));
+  return calmly(
+    "slowed",
+    "calm",
+    "info",
+    t("banners.slowed_to_speed_something_at_where", { speed: speed(gate.limit_v_m_s), where }),
+  );
 }
 
 /**

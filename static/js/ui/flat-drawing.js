@@ -3,6 +3,7 @@
 import { seenFrom } from "./floor-view.js";
 import { metres } from "./format.js";
 import { drawRobot, fresh } from "./place-drawing.js";
+import { t } from "./texts.js";
 import { onTheme } from "./theme.js";
 
 /** @typedef {import("../net/messages.js").State} State */
@@ -204,7 +205,7 @@ class Brush {
     this.context.arc(at.x, at.y, Math.max(6, 0.22 * this.view.scale), 0, 2 * Math.PI);
     this.context.fill();
     this.ellipse({ x, y }, cov, colour);
-    this.label(at, state === "seen" ? "Person" : "Person, hidden now");
+    this.label(at, state === "seen" ? t("flat-drawing.person") : t("flat-drawing.person_hidden_now"));
   }
 
   /** Somebody in the simulated room. @param {Point} point [m] @param {string} name */

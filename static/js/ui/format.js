@@ -1,5 +1,7 @@
 // Format numbers for the operator. Degrees and centimetres exist only here.
 
+import { t } from "./texts.js";
+
 const MINUS = "−";
 const AHEAD = 0.15; // [rad] to either side of straight ahead, or behind, that counts as that in words
 
@@ -37,7 +39,7 @@ export function degrees(angle, decimals = 0) {
 export function turn(angle) {
   const text = degrees(Number.isFinite(angle) ? Math.abs(angle) : NaN);
   if (text === "0°" || text === "–") return text;
-  return `${text} ${angle > 0 ? "left" : "right"}`;
+  return `${text} ${angle > 0 ? t("format.left") : t("format.right")}`;
 }
 
 /** @param {number} value [m/s] */
@@ -108,6 +110,15 @@ export function quantities(numbers) {
   return entries.map(([key, value]) => `${key.replace(/_.*$/, "")} ${quantity(key, value)}`).join(", ");
 }
 
+/** Keys of the words for every eighth of the circle, on the left and on the right. @type {ReadonlyArray<[string, string]>} */
+const WHERE = [
+  ["format.ahead", "format.ahead"],
+  ["format.ahead_on_the_left", "format.ahead_on_the_right"],
+  ["format.on_the_left", "format.on_the_right"],
+  ["format.behind_on_the_left", "format.behind_on_the_right"],
+  ["format.behind", "format.behind"],
+];
+
 /**
  * Where a point of the robot frame lies, in words.
  * @param {number} x forward [m]
@@ -115,9 +126,8 @@ export function quantities(numbers) {
  */
 export function whereabouts(x, y) {
   const eighth = Math.round(Math.atan2(y, x) / (Math.PI / 4));
-  const words = ["ahead", "ahead on the left", "on the left", "behind on the left", "behind"];
-  const word = words[Math.abs(eighth)] ?? "near";
-  return eighth < 0 ? word.replace("left", "right") : word;
+  const [left, right] = [WHERE.map(([one]) => one), WHERE.map(([, other]) => other)];
+  return t((eighth < 0 ? right : left)[Math.abs(eighth)] ?? "format.near");
 }
 
 /**
@@ -125,9 +135,12 @@ export function whereabouts(x, y) {
  * @param {number} bearing [rad] left positive
  */
 export function inWords(bearing) {
-  if (Math.abs(bearing) < AHEAD) return "straight ahead";
-  if (Math.abs(bearing) > Math.PI - AHEAD) return "behind";
-  return `${degrees(Math.abs(bearing))} to the ${bearing > 0 ? "left" : "right"}`;
+  if (Math.abs(bearing) < AHEAD) return t("format.straight_ahead");
+  if (Math.abs(bearing) > Math.PI - AHEAD) return t("format.behind");
+  return t("format.degrees_to_the_value", {
+    degrees: degrees(Math.abs(bearing)),
+    value: bearing > 0 ? t("format.left") : t("format.right"),
+  });
 }
 
 /**

@@ -1,16 +1,17 @@
 // Which of the two maps is shown, flat or 3-D: what was chosen, else what suits this browser.
 
 import { remember, remembered } from "./local-storage.js";
+import { t } from "./texts.js";
 import { MAP_DRAWN } from "./webgl.js";
 
 /** @typedef {"flat" | "3-D"} MapKind */
 
 const SMALL = "(max-width: 600px), (max-height: 450px)"; // phones
-export const NO_WEBGL = "This browser has no WebGL 2, which the 3-D map needs.";
+export const NO_WEBGL = t("map-choice.this_browser_has_no_webgl_2");
 
 /** @type {Set<() => void>} */
 const listeners = new Set();
-let why = MAP_DRAWN ? "" : `${NO_WEBGL} The map is drawn flat.`;
+let why = MAP_DRAWN ? "" : t("map-choice.nowebgl_the_map_is_drawn_flat", { nowebgl: NO_WEBGL });
 /** @type {MapKind} */
 let kind = suitable(MAP_DRAWN, remembered("map", ""), matchMedia(SMALL).matches);
 
@@ -43,8 +44,8 @@ export function chooseMap(chosen) {
 
 /** @param {number} rate pictures a second that the 3-D map reached: too few */
 export function fallBack(rate) {
-  const few = rate < 1.5 ? "1 picture" : `${Math.round(rate)} pictures`;
-  change("flat", `The 3-D map is too slow on this computer (${few} a second), so the flat one is shown.`);
+  const few = rate < 1.5 ? t("map-choice.1_picture") : t("map-choice.rate_pictures", { rate: Math.round(rate) });
+  change("flat", t("map-choice.the_3_d_map_is_too", { few }));
 }
 
 /** @param {() => void} listener called when the other map is to be shown */

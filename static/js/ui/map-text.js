@@ -1,6 +1,7 @@
 // The map in words, for those who do not see it.
 
 import { degrees, inWords, metres, whereabouts } from "./format.js";
+import { t } from "./texts.js";
 
 /** @typedef {import("../net/messages.js").State} State */
 /** @typedef {import("./floor-view.js").Extent} Extent */
@@ -47,23 +48,50 @@ export function mapInWords(state, scan, extent) {
   const { pose, goal, path, person, floor } = state;
   const x = pose.x_m;
   const y = pose.y_m;
-  const said = [`The robot is at x ${metres(x)}, y ${metres(y)}, heading ${degrees(pose.heading_rad)}.`];
-  if (floor.lost) said.push("It does not know where it is.");
+  const said = [
+    t("map-text.the_robot_is_at_x_metres", {
+      metres: metres(x),
+      metres2: metres(y),
+      degrees: degrees(pose.heading_rad),
+    }),
+  ];
+  if (floor.lost) said.push(t("map-text.it_does_not_know_where_it"));
   const obstacle = nearest(scan);
-  if (obstacle) said.push(`Nearest obstacle ${metres(obstacle.distance, 1)} ${whereabouts(...obstacle.at)}.`);
+  if (obstacle)
+    said.push(
+      t("map-text.nearest_obstacle_metres_whereabouts", {
+        metres: metres(obstacle.distance, 1),
+        whereabouts: whereabouts(...obstacle.at),
+      }),
+    );
   if (goal) {
     const length = path.length > 1 ? wayLeft(pose, path) : Math.hypot(goal.x_m - x, goal.y_m - y);
-    said.push(`It goes to x ${metres(goal.x_m)}, y ${metres(goal.y_m)}: ${metres(length, 1)} to go.`);
+    said.push(
+      t("map-text.it_goes_to_x_metres_y", {
+        metres: metres(goal.x_m),
+        metres2: metres(goal.y_m),
+        metres3: metres(length, 1),
+      }),
+    );
   }
   if (person) {
     const bearing = Math.atan2(person.y_m - y, person.x_m - x) - pose.heading_rad;
     const distance = metres(Math.hypot(person.x_m - x, person.y_m - y), 1);
-    said.push(`Somebody is ${distance} away, ${inWords(Math.atan2(Math.sin(bearing), Math.cos(bearing)))}.`);
+    said.push(
+      t("map-text.somebody_is_distance_away_inwords", {
+        distance,
+        inwords: inWords(Math.atan2(Math.sin(bearing), Math.cos(bearing))),
+      }),
+    );
   }
   if (extent) {
-    const rooms = floor.submaps.length > 1 ? ` in ${floor.submaps.length} rooms` : "";
+    const rooms = floor.submaps.length > 1 ? t("map-text.in_length_rooms", { length: floor.submaps.length }) : "";
     said.push(
-      `The map is ${metres(extent.right - extent.left, 1)} by ${metres(extent.top - extent.bottom, 1)}${rooms}.`,
+      t("map-text.the_map_is_metres_by_metres2rooms", {
+        metres: metres(extent.right - extent.left, 1),
+        metres2: metres(extent.top - extent.bottom, 1),
+        rooms,
+      }),
     );
   }
   return said.join(" ");

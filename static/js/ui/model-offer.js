@@ -1,6 +1,7 @@
 // The offer of a model that is not here yet: what works now, and a button that fetches the better one.
 
 import { make, write } from "./element.js";
+import { t } from "./texts.js";
 
 /** @typedef {{active: string, installed: boolean, megabytes: number, gives: string, licence: string}} Offered */
 
@@ -35,7 +36,7 @@ export class ModelOffer {
     await this.#attempt(async () => {
       const { active, installed, megabytes, gives, licence } = await this.#read();
       write(this.#says, active);
-      write(this.#button, `${gives}: ${megabytes} MB`);
+      write(this.#button, t("model-offer.gives_megabytes_mb", { gives, megabytes }));
       this.#button.title = licence;
       this.#button.hidden = installed;
     });
@@ -43,7 +44,7 @@ export class ModelOffer {
 
   async #get() {
     this.#button.disabled = true;
-    write(this.#button, "Fetching the model…");
+    write(this.#button, t("model-offer.fetching_the_model"));
     await this.#attempt(this.#fetch);
     this.#button.disabled = false;
     await this.show();

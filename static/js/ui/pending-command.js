@@ -1,6 +1,7 @@
 // Wording of a pending command: what it is, where it leads, and when it begins.
 
 import { degrees, fixed, headingBetween, inWords, metres, quantities, whereabouts } from "./format.js";
+import { t } from "./texts.js";
 
 /** @typedef {import("../net/messages.js").PendingCommandState} PendingCommandState */
 /** @typedef {import("../net/messages.js").CommandState} CommandState */
@@ -8,7 +9,7 @@ import { degrees, fixed, headingBetween, inWords, metres, quantities, whereabout
 /** @typedef {import("../net/session.js").View} View */
 
 const SPOKEN = ["voice", "ears"];
-const UNSURE = "Heard with low confidence: check the numbers";
+const UNSURE = t("pending-command.heard_with_low_confidence_check_the");
 
 /**
  * Title of a command with its numbers and units: "Continue 3.00 m".
@@ -26,15 +27,25 @@ export function title({ name, numbers }) {
  */
 export function whereTo({ target, goal, heading_rad, bearing_rad, bearing_sd_rad }, pose) {
   if (target === "person") {
-    if (bearing_rad === null || bearing_sd_rad === null) return "The direction of your voice is not known";
-    return `To the voice ${inWords(bearing_rad)}, ± ${degrees(2 * bearing_sd_rad)}`;
+    if (bearing_rad === null || bearing_sd_rad === null) return t("pending-command.the_direction_of_your_voice_is");
+    return t("pending-command.to_the_voice_inwords_degrees", {
+      inwords: inWords(bearing_rad),
+      degrees: degrees(2 * bearing_sd_rad),
+    });
   }
-  if (heading_rad !== null) return `On the spot, ${degrees(Math.abs(headingBetween(heading_rad, pose.heading_rad)))}`;
+  if (heading_rad !== null)
+    return t("pending-command.on_the_spot_degrees", {
+      degrees: degrees(Math.abs(headingBetween(heading_rad, pose.heading_rad))),
+    });
   if (goal === null) return "";
   const [dx, dy] = [goal[0] - pose.x_m, goal[1] - pose.y_m];
   const [cos, sin] = [Math.cos(pose.heading_rad), Math.sin(pose.heading_rad)];
-  if (target !== "place") return `Straight ahead, to x ${metres(goal[0])}, y ${metres(goal[1])} of the map`;
-  return `${metres(Math.hypot(dx, dy))} away, ${whereabouts(cos * dx + sin * dy, cos * dy - sin * dx)}`;
+  if (target !== "place")
+    return t("pending-command.straight_ahead_to_x_metres_y", { metres: metres(goal[0]), metres2: metres(goal[1]) });
+  return t("pending-command.metres_away_whereabouts", {
+    metres: metres(Math.hypot(dx, dy)),
+    whereabouts: whereabouts(cos * dx + sin * dy, cos * dy - sin * dx),
+  });
 }
 
 /**
@@ -42,10 +53,13 @@ export function whereTo({ target, goal, heading_rad, bearing_rad, bearing_sd_rad
  * @param {{source: string, who: string}} command
  */
 export const speaker = ({ source, who }) =>
-  source === "ears" ? `A voice in the room, for ${who}` : `Spoken by ${who}`;
+  source === "ears"
+    ? t("pending-command.a_voice_in_the_room_for", { who })
+    : t("pending-command.spoken_by_who", { who });
 
 /** @param {PendingCommandState} pending_command */
-export const countdown = ({ begins_in_s }) => `begins in ${fixed(Math.max(begins_in_s, 0), 1)} s`;
+export const countdown = ({ begins_in_s }) =>
+  t("pending-command.begins_in_fixed_s", { fixed: fixed(Math.max(begins_in_s, 0), 1) });
 
 /**
  * What to check where the words were not certain, and the likeliest other command; "" where they were.

@@ -5,6 +5,7 @@ import * as room from "../net/room-api.js";
 import { icon, make, mark, write } from "./element.js";
 import { inWords, metres } from "./format.js";
 import { Near } from "./near.js";
+import { t } from "./texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 /** @typedef {import("../net/session.js").View} View */
@@ -15,14 +16,14 @@ const SENTENCES = ["come here", "follow me", "stop"];
 
 export class PeopleNear extends HTMLElement {
   #session;
-  #row = make("div", { class: "people-row", role: "group", "aria-label": "Who is near" });
+  #row = make("div", { class: "people-row", role: "group", "aria-label": t("people-near.who_is_near") });
   #bubble = make("form", { class: "people-bubble", hidden: true });
   #own = make("input", {
     type: "text",
     class: "field-box",
     maxlength: "200",
-    placeholder: "own words",
-    "aria-label": "What they say",
+    placeholder: t("people-near.own_words"),
+    "aria-label": t("people-near.what_they_say"),
     autocomplete: "off",
   });
   #says = make("span", { class: "people-says" });
@@ -37,7 +38,7 @@ export class PeopleNear extends HTMLElement {
   constructor(session) {
     super();
     this.#session = session;
-    const own = make("button", { type: "submit", class: "button" }, "Say");
+    const own = make("button", { type: "submit", class: "button" }, t("people-near.say"));
     this.#bubble.append(
       this.#says,
       ...SENTENCES.map((words) => {
@@ -106,7 +107,8 @@ export class PeopleNear extends HTMLElement {
     for (const [index, button] of [...this.#row.querySelectorAll("button")].entries()) {
       const one = near[index];
       const note = button.querySelector(".note");
-      if (one && note) write(note, `${inWords(one.azimuth)}, ${Math.round(one.age)} s ago`);
+      if (one && note)
+        write(note, t("people-near.inwords_age_s_ago", { inwords: inWords(one.azimuth), age: Math.round(one.age) }));
       button.disabled = off;
     }
   }
@@ -115,9 +117,9 @@ export class PeopleNear extends HTMLElement {
   #sighting(one) {
     const button = make(
       "button",
-      { type: "button", class: "person-chip", "data-near": one.id, title: "Come to this one" },
+      { type: "button", class: "person-chip", "data-near": one.id, title: t("people-near.come_to_this_one") },
       icon(one.seen ? "eye" : "voice"),
-      make("span", { class: "person-name" }, one.seen ? "Seen" : "Voice"),
+      make("span", { class: "person-name" }, one.seen ? t("people-near.seen") : t("people-near.voice")),
       make("span", { class: "note" }),
     );
     button.addEventListener("click", () => {
@@ -149,7 +151,12 @@ export class PeopleNear extends HTMLElement {
   #person(id) {
     const button = make(
       "button",
-      { type: "button", class: "person-chip", "data-person": id, title: `Let ${id} speak to the robot` },
+      {
+        type: "button",
+        class: "person-chip",
+        "data-person": id,
+        title: t("people-near.let_id_speak_to_the_robot", { id }),
+      },
       icon("voice"),
       make("span", { class: "person-name" }, id),
       make("span", { class: "note" }),
@@ -162,8 +169,8 @@ export class PeopleNear extends HTMLElement {
   #open(id) {
     this.#who = id;
     this.#bubble.hidden = id === "";
-    mark(this.#bubble, "aria-label", id ? `What ${id} says` : null);
-    write(this.#says, `${id} says`);
+    mark(this.#bubble, "aria-label", id ? t("people-near.what_id_says", { id }) : null);
+    write(this.#says, t("people-near.id_says", { id }));
     if (id) this.scrollIntoView({ block: "nearest" });
   }
 
@@ -176,7 +183,7 @@ export class PeopleNear extends HTMLElement {
 
   /** @param {string} id @param {string} words */
   async #speak(id, words) {
-    this.#session.announce(`${id} says: ${words}.`);
+    this.#session.announce(t("people-near.id_says_words", { id, words }));
     await this.#session.attempt(() => room.speak(id, words));
   }
 }

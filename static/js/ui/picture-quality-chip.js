@@ -3,12 +3,18 @@
 import { make, mark, write } from "./element.js";
 import { figures } from "./picture-quality-figures.js";
 import { popover } from "./popover.js";
+import { t } from "./texts.js";
 
 /** @typedef {import("../net/messages.js").State} State */
 /** @typedef {import("../net/messages.js").PictureQualityState} PictureQuality */
 
 const STEADY_MS = 600; // a verdict that changes with every picture is not read
-const WORDS = /** @type {const} */ ({ good: "good", mended: "mended", poor: "poor", unusable: "cannot be used" });
+const WORDS = /** @type {const} */ ({
+  good: t("picture-quality-chip.good"),
+  mended: t("picture-quality-chip.mended"),
+  poor: t("picture-quality-chip.poor"),
+  unusable: t("picture-quality-chip.cannot_be_used"),
+});
 
 export class PictureChip {
   #dot = make("span", { class: "quality-dot" });
@@ -20,7 +26,12 @@ export class PictureChip {
   /** The chip. */
   button = make("button", { type: "button", class: "quality-chip", hidden: true }, this.#dot, this.#text);
   /** The panel that it opens over the picture. */
-  panel = make("div", { class: "quality", role: "group", "aria-label": "Picture quality" }, this.#words, this.#rows);
+  panel = make(
+    "div",
+    { class: "quality", role: "group", "aria-label": t("picture-quality-chip.picture_quality") },
+    this.#words,
+    this.#rows,
+  );
 
   constructor() {
     popover(this.button, this.panel);
@@ -46,9 +57,9 @@ export class PictureChip {
 
   #expire() {
     [this.#wanted, this.#since] = ["", 0];
-    write(this.#text, "Old picture");
+    write(this.#text, t("picture-quality-chip.old_picture"));
     mark(this.button, "data-state", "stale");
-    mark(this.button, "aria-label", "Picture quality: old picture");
+    mark(this.button, "aria-label", t("picture-quality-chip.picture_quality_old_picture"));
   }
 
   /** @param {PictureQuality} quality */
@@ -57,8 +68,15 @@ export class PictureChip {
     const verdict = `${state} ${label}`;
     if (verdict !== this.#wanted) [this.#wanted, this.#since] = [verdict, this.#wanted ? now : 0];
     if (this.#text.textContent && now - this.#since < STEADY_MS) return;
-    write(this.#text, state === "unusable" ? "Unusable" : label.replace(/^./, (letter) => letter.toUpperCase()));
+    write(
+      this.#text,
+      state === "unusable" ? t("picture-quality-chip.unusable") : label.replace(/^./, (letter) => letter.toUpperCase()),
+    );
     mark(this.button, "data-state", state);
-    mark(this.button, "aria-label", `Picture quality: ${label}, ${WORDS[state]}`);
+    mark(
+      this.button,
+      "aria-label",
+      t("picture-quality-chip.picture_quality_label_words", { label, words: WORDS[state] }),
+    );
   }
 }

@@ -2,9 +2,10 @@
 
 import { icon, make } from "./element.js";
 import { Panel } from "./panel.js";
+import { t } from "./texts.js";
 
 export class Sheet extends Panel {
-  #close = make("button", { type: "button", class: "icon-button", "aria-label": "Close" }, icon("close"));
+  #close = make("button", { type: "button", class: "icon-button", "aria-label": t("sheet.close") }, icon("close"));
   /** @type {HTMLElement | null} */
   #cameFrom = null;
 

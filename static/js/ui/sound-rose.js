@@ -1,6 +1,7 @@
 // Drawing of voice directions around the robot: wedges of two standard deviations, the newest boldest.
 
 import { mark, svg } from "./element.js";
+import { t } from "./texts.js";
 
 /** @typedef {import("../net/messages.js").HearingState} Ears */
 /** @typedef {import("../net/messages.js").VoiceHeard} VoiceHeard */
@@ -23,7 +24,11 @@ export class SoundRose extends HTMLElement {
   connectedCallback() {
     if (this.#built) return;
     this.#built = true;
-    const drawing = svg("svg", { viewBox: "-60 -60 120 120", role: "img", "aria-label": "Directions of voices" });
+    const drawing = svg("svg", {
+      viewBox: "-60 -60 120 120",
+      role: "img",
+      "aria-label": t("sound-rose.directions_of_voices"),
+    });
     drawing.append(
       svg("circle", { class: "rose-rim", cx: 0, cy: 0, r: RADIUS }),
       ...[0, 1, 2, 3].map((quarter) =>

@@ -2,6 +2,7 @@
 
 import { wordsOf } from "../net/api.js";
 import { fixed, speed, turnRate } from "./format.js";
+import { t } from "./texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/session.js").Said} Said */
@@ -43,12 +44,12 @@ const line = (icon, words, remark, state, suggestions = []) => ({
   suggestions,
 });
 
-const LOST = line("unlinked", "Link lost", "The robot stops by itself.", "lost");
-const STOPPED = line("stop", "Stopped", "", "stopped");
-const UNSENT = line("unlinked", "No link", "STOP may not arrive; the robot stops by itself.", "lost");
-const HALTED = line("halt", "Halted", "Nothing moves until the halt is reset.", "halted");
-const RESET = line("done", "Reset, ready", "The reset moved nothing.", "done");
-const UNHEARD = line("refused", "Not understood", "Say it again, or type it.", "refused");
+const LOST = line("unlinked", t("status.link_lost"), t("status.the_robot_stops_by_itself"), "lost");
+const STOPPED = line("stop", t("status.stopped"), "", "stopped");
+const UNSENT = line("unlinked", t("status.no_link"), t("status.stop_may_not_arrive_the_robot"), "lost");
+const HALTED = line("halt", t("status.halted"), t("status.nothing_moves_until_the_halt_is"), "halted");
+const RESET = line("done", t("status.reset_ready"), t("status.the_reset_moved_nothing"), "done");
+const UNHEARD = line("refused", t("status.not_understood"), t("status.say_it_again_or_type_it"), "refused");
 
 export class StatusLog {
   /** @type {Fact | null} newest event */
@@ -200,7 +201,7 @@ export class StatusLog {
       if (since > at || !newest) [newest, at] = [this.#ongoing(what, view, now - since), since];
     if (newest) return newest;
     const { state, link, permission } = view;
-    if (!state && link.is === "opening") return { ...ready, words: "Connecting…", remark: "" };
+    if (!state && link.is === "opening") return { ...ready, words: t("status.connecting"), remark: "" };
     return permission.may === "no" ? { ...ready, words: "", remark: permission.why } : ready;
   }
 
@@ -214,14 +215,17 @@ export class StatusLog {
     if (what === "lost" || !state) return LOST;
     if (what === "halted") return HALTED;
     if (what === "reading") {
-      const slow = "Speech recognition is slow on this computer; type, or wait.";
+      const slow = t("status.speech_recognition_is_slow_on_this");
       const words = this.#soFar && `“${this.#soFar} …” `;
       const remark = words + (elapsed < SLOW_MS ? `${fixed(elapsed / 1000, 1)} s` : slow);
-      return line("running", "Reading what you said…", remark, "reading");
+      return line("running", t("status.reading_what_you_said"), remark, "reading");
     }
     if (what === "hand") {
       const { v_m_s: v, w_rad_s: w } = state.velocity;
-      const who = mine || !state.lease.holder ? "Driving by hand" : `${state.lease.holder} drives by hand`;
+      const who =
+        mine || !state.lease.holder
+          ? t("status.driving_by_hand")
+          : t("status.holder_drives_by_hand", { holder: state.lease.holder });
       return line("wheel", who, Math.abs(v) < STILL && Math.abs(w) > STILL ? turnRate(w) : speed(v), "hand");
     }
     return line("running", state.command?.heard_as ?? "", state.command?.remark ?? "", "running");
@@ -274,7 +278,7 @@ export class StatusLog {
   #reportCancelled(row) {
     const stop = this.#event;
     if (stop?.line.state !== "stopped" || row.state !== "cancelled") return;
-    this.#event = { ...stop, line: { ...stop.line, remark: `${wordsOf(row)}: cancelled.` } };
+    this.#event = { ...stop, line: { ...stop.line, remark: t("status.wordsof_cancelled", { wordsof: wordsOf(row) }) } };
   }
 
   /**
@@ -298,4 +302,4 @@ const ending = (row) => line(row.state, wordsOf(row), outcome(row.state, row.rem
  * @param {string} state
  * @param {string} remark
  */
-const outcome = (state, remark) => (remark ? `${state}. ${remark}` : state);
+const outcome = (state, remark) => (remark ? `${t(`state.${state}`)}. ${remark}` : t(`state.${state}`));

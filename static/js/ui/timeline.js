@@ -1,5 +1,7 @@
 // Marks on the timeline of a recording: gaps known from its start, and what was noticed while it played.
 
+import { t } from "./texts.js";
+
 /** @typedef {import("../net/messages.js").State} State */
 /** @typedef {"gap" | "closure" | "lost" | "notice"} MarkKind */
 /** @typedef {{at: number, kind: MarkKind, words: string}} Mark `at`: 0..1 of the recording */
@@ -33,7 +35,8 @@ export class Timeline {
     this.#lost = false;
     this.#closures.clear();
     this.revision += 1;
-    for (const [from, to] of gaps) this.#add(from / duration, "gap", `No scans for ${(to - from).toFixed(1)} s`);
+    for (const [from, to] of gaps)
+      this.#add(from / duration, "gap", t("timeline.no_scans_for_value_s", { value: (to - from).toFixed(1) }));
   }
 
   /** @param {State} state */
@@ -42,7 +45,7 @@ export class Timeline {
     for (const { id, state } of floor.closures) {
       if (state !== "accepted" || this.#closures.has(id)) continue;
       this.#closures.add(id);
-      this.#add(at, "closure", "A place was recognised");
+      this.#add(at, "closure", t("timeline.a_place_was_recognised"));
     }
     if (floor.lost && !this.#lost) this.#add(at, "lost", floor.lost.words);
     this.#lost = floor.lost !== null;

@@ -1,6 +1,7 @@
 // WebSocket for speech: sends pieces of sound, receives transcripts.
 
 import { socketAddress } from "../net/api.js";
+import { t } from "../ui/texts.js";
 
 /** @typedef {import("./microphone.js").Piece} Piece */
 /**
@@ -59,7 +60,7 @@ export class Talk {
       this.#socket = null;
       const lost = this.#speaking;
       this.#speaking = false;
-      this.ended(reason || (lost || !wasClean ? "The link for sound was lost. Speak again." : ""));
+      this.ended(reason || (lost || !wasClean ? t("audio-socket.the_link_for_sound_was_lost") : ""));
     });
   }
 

@@ -1,5 +1,7 @@
 // Microphone of the browser: pieces of 20 ms at 16 kHz, and the reason when there is none.
 
+import { t } from "../ui/texts.js";
+
 /**
  * @typedef {object} Piece
  * @property {ArrayBuffer} pcm 320 samples of 16 bit
@@ -14,10 +16,9 @@ const WORKLET = new URL("./sinc-worklet.js", import.meta.url);
 
 /** Return the reason why this page cannot use a microphone, or "". */
 export function whyNot() {
-  if (!globalThis.isSecureContext)
-    return "Browsers give the microphone only to secure pages: open the console by https, or on this computer by 127.0.0.1.";
-  if (!navigator.mediaDevices?.getUserMedia) return "This browser has no access to microphones.";
-  if (typeof AudioWorkletNode === "undefined") return "This browser cannot process sound; use a newer one.";
+  if (!globalThis.isSecureContext) return t("microphone.browsers_give_the_microphone_only_to");
+  if (!navigator.mediaDevices?.getUserMedia) return t("microphone.this_browser_has_no_access_to");
+  if (typeof AudioWorkletNode === "undefined") return t("microphone.this_browser_cannot_process_sound_use");
   return "";
 }
 
@@ -27,11 +28,11 @@ export function whyNot() {
  */
 export function inWords(trouble) {
   const name = trouble instanceof DOMException ? trouble.name : "";
-  if (name === "NotAllowedError")
-    return "The microphone was refused. Allow it for this page, with the icon next to the address.";
-  if (name === "NotFoundError" || name === "OverconstrainedError") return "There is no microphone. Plug one in.";
-  if (name === "NotReadableError") return "Another program holds the microphone. Close it there.";
-  return "The microphone does not work here.";
+  if (name === "NotAllowedError") return t("microphone.the_microphone_was_refused_allow_it");
+  if (name === "NotFoundError" || name === "OverconstrainedError")
+    return t("microphone.there_is_no_microphone_plug_one");
+  if (name === "NotReadableError") return t("microphone.another_program_holds_the_microphone_close");
+  return t("microphone.the_microphone_does_not_work_here");
 }
 
 export class Microphone {
@@ -69,7 +70,7 @@ export class Microphone {
       this.#stream = stream;
       const [track] = stream.getAudioTracks();
       this.settings = track?.getSettings() ?? {};
-      track?.addEventListener("ended", () => this.#ended("The microphone was unplugged or taken away."));
+      track?.addEventListener("ended", () => this.#ended(t("microphone.the_microphone_was_unplugged_or_taken")));
       const context = new AudioContext();
       this.#context = context;
       await context.audioWorklet.addModule(WORKLET);

@@ -1,6 +1,7 @@
 // Speech output in this browser: the newest sentence wins; reports while it speaks.
 
 import * as api from "../net/api.js";
+import { t } from "../ui/texts.js";
 
 const TAIL_MS = 300; // the room still sounds, and sound is on its way
 
@@ -64,7 +65,7 @@ export class SpeechOutput {
       void api.hush(said.id).catch(() => undefined); // the console notices the end by itself
     } catch (refusal) {
       this.#source = null;
-      this.failed(api.sentenceOf(refusal, "The robot's voice does not work here."));
+      this.failed(api.sentenceOf(refusal, t("speech-output.the_robot_s_voice_does_not")));
     }
     this.#settle();
   }

@@ -1,0 +1,75 @@
+// Texts of the page by key: one catalogue for each language, static/i18n/<language>.json. English fills what another lacks.
+
+import { remember, remembered } from "./local-storage.js";
+
+/** @typedef {Record<string, string | number | null | undefined>} Values */
+
+/** Languages that have a catalogue, by their own names. @type {Readonly<Record<string, string>>} */
+export const LANGUAGES = { en: "English", de: "Deutsch" };
+
+/** The language that was chosen in the menu; commands and documentation are English in every one. */
+export const language = known(remembered("language", "en"));
+
+/** @type {Readonly<Record<string, string>>} */
+const texts = { ...(await catalogue("en")), ...(language === "en" ? {} : await catalogue(language)) };
+
+/**
+ * A text of the catalogue, with values in the place of their names in braces.
+ * @param {string} key
+ * @param {Values} [values]
+ */
+export function t(key, values) {
+  return filled(texts[key] ?? key, values);
+}
+
+/**
+ * A sentence of the console: by its code in this language where the catalogue has it, else as it came.
+ * @param {string} sentence
+ * @param {string | null | undefined} code
+ * @param {Values | null} [values]
+ */
+export function said(sentence, code, values) {
+  const pattern = language === "en" || !code ? undefined : texts[`console.${code}`];
+  return pattern === undefined ? sentence : filled(pattern, values ?? {});
+}
+
+/** @param {string} chosen the page is loaded again in this language */
+export function chooseLanguage(chosen) {
+  remember("language", known(chosen));
+  location.reload();
+}
+
+/**
+ * Write the texts of a document: `data-t="key"` for what an element says, `data-t-title="key"` for its title, and so on.
+ * @param {Document} page
+ */
+export function writeTexts(page) {
+  page.documentElement.lang = language;
+  for (const element of page.querySelectorAll("*"))
+    for (const [name, key] of Object.entries(/** @type {HTMLElement} */ (element).dataset ?? {})) {
+      if (!key || !/^t([A-Z]|$)/.test(name)) continue;
+      if (name === "t") element.textContent = t(key);
+      else
+        element.setAttribute(
+          name
+            .slice(1)
+            .replace(/[A-Z]/g, (letter) => `-${letter.toLowerCase()}`)
+            .slice(1),
+          t(key),
+        );
+    }
+}
+
+/** @param {string} pattern @param {Values} [values] */
+const filled = (pattern, values) =>
+  values ? pattern.replace(/\{(\w+)\}/g, (hole, name) => String(values[name] ?? hole)) : pattern;
+
+/** @param {string} name */
+function known(name) {
+  return name in LANGUAGES ? name : "en";
+}
+
+/** @param {string} name of a language @returns {Promise<Record<string, string>>} */
+async function catalogue(name) {
+  return (await import(`../../i18n/${name}.json`, { with: { type: "json" } })).default;
+}

@@ -1,0 +1,81 @@
+// The page's texts: one catalogue for each language, and none beside them.
+
+import assert from "node:assert/strict";
+import { readdirSync, readFileSync } from "node:fs";
+import { test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { LANGUAGES, said, t } from "../../static/js/ui/texts.js";
+
+const STATIC = fileURLToPath(new URL("../../static/", import.meta.url));
+const JS = readdirSync(`${STATIC}js`, { recursive: true, encoding: "utf8" }).filter((name) => name.endsWith(".js"));
+const GENERATED = /^net\/messages|^ui\/texts\.js$/;
+/** Texts that are no sentences of the page: commands, and what the robot says aloud in its English voice. */
+const ENGLISH = new Set(["I did not understand that", "I answer aloud now.", "That did not work"]);
+const FAMILIES = /^(state|command-chain|console)\./; // keys that are put together
+
+/** @param {string} language @returns {Record<string, string>} */
+const catalogue = (language) => JSON.parse(readFileSync(`${STATIC}i18n/${language}.json`, "utf8"));
+/** @param {string} pattern */
+const holes = (pattern) => (pattern.match(/\{\w+\}/g) ?? []).sort().join();
+const english = catalogue("en");
+const sources = JS.filter((name) => !GENERATED.test(name)).map((name) => ({
+  name,
+  code: readFileSync(`${STATIC}js/${name}`, "utf8"),
+}));
+
+test("every language has the same keys, in order, and the same values in its texts", () => {
+  for (const language of Object.keys(LANGUAGES)) {
+    const texts = catalogue(language);
+    assert.deepEqual(Object.keys(texts), Object.keys(english));
+    assert.deepEqual(Object.keys(texts), Object.keys(texts).toSorted());
+    for (const [key, pattern] of Object.entries(texts)) {
+      assert.ok(pattern, `${language} ${key} is empty`);
+      assert.equal(holes(pattern), holes(english[key] ?? ""), `${language} ${key}`);
+    }
+  }
+});
+
+test("every text that the page asks for is in the catalogue, and each one is asked for", () => {
+  const html = readFileSync(`${STATIC}index.html`, "utf8");
+  const asked = new Set([...html.matchAll(/\sdata-t(?:-[\w-]+)?="([^"]+)"/g)].map(([, key]) => key));
+  for (const { code } of sources) for (const [, key] of code.matchAll(/"([a-z0-9-]+\.[a-z0-9_]+)"/g)) asked.add(key);
+  const unasked = Object.keys(english).filter((key) => !asked.has(key) && !FAMILIES.test(key));
+  assert.deepEqual(unasked, []);
+  for (const { name, code } of sources)
+    for (const [, key] of code.matchAll(/\bt\("([^"]+)"/g)) assert.ok(english[key ?? ""], `${name}: ${key}`);
+  for (const [, key] of html.matchAll(/\sdata-t(?:-[\w-]+)?="([^"]+)"/g))
+    assert.ok(english[key ?? ""], `index.html: ${key}`);
+});
+
+test("what the document says in English is what the catalogue says", () => {
+  const html = readFileSync(`${STATIC}index.html`, "utf8");
+  for (const [, name, words, key] of html.matchAll(/([\w-]+)="([^"]*)" data-t-\1="([^"]+)"/g))
+    assert.equal(words, english[key ?? ""], name ?? "");
+  for (const [, key, words] of html.matchAll(/data-t="([^"]+)"[^>]*>([^<]*)</g))
+    assert.equal(words, english[key ?? ""]);
+  const named = [...html.matchAll(/\s(?:aria-label|title|data-name)="[^"]+"(?! data-t-)/g)].map(([text]) => text);
+  assert.deepEqual(named, []);
+});
+
+test("no sentence stands in the code: it would stay English in every language", () => {
+  /** @type {string[]} */
+  const found = [];
+  for (const { name, code } of sources) {
+    const bare = code
+      .replace(/\/\*[\s\S]*?\*\//g, "")
+      .replace(/(^|[\s;])\/\/.*$/gm, "$1")
+      .replace(/throw new Error\([\s\S]*?\);/g, "");
+    for (const [, , text] of bare.matchAll(/(["`])((?:(?!\1)[^\\\n]|\\.)*)\1/g)) {
+      const words = (text ?? "").replace(/\$\{[^}]*\}/g, "{}");
+      const sentence =
+        /^[ ,]?[“A-Z][a-z’']+ ([“a-z{][\w{}’'-]*[,;:]? ?){1,}.*[.!?…]?$/.test(words) && !/[<>=#[\]\\]/.test(words);
+      if (sentence && !ENGLISH.has(words)) found.push(`${name}: “${words}”`);
+    }
+  }
+  assert.deepEqual(found, []);
+});
+
+test("values stand in the place of their names; a sentence without a translation stays as it came", () => {
+  assert.equal(t("command-chain.metres_to_go", { metres: "1.2 m" }), "1.2 m to go");
+  assert.equal(said("The robot stands.", "no.such_code", {}), "The robot stands.");
+});
