@@ -7,7 +7,7 @@ import { make } from "../ui/element.js";
 export function create() {
   const [saved, own] = ["map-card", "own-navigation-card"].map((name) => document.createElement(name));
   if (own) own.hidden = true;
-  const card = make("section", { class: "card maps-card", "aria-label": "Maps" });
+  const card = make("section", { class: "card maps-card", "aria-label": "Maps" }, make("h2", {}, "Present map"));
   if (saved) card.append(saved);
   return { element: make("div", { class: "maps-page" }, card, own) };
 }

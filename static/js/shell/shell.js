@@ -12,7 +12,7 @@ import { PAGES, pageAt } from "./pages.js";
 const ROLES = /** @type {const} */ ({
   page: ["main", "Robot console"],
   dock: ["complementary", "Map and camera"],
-  status: ["region", "Status"],
+  status: ["region", "Banners and status"],
 });
 
 export class Shell {
