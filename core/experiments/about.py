@@ -27,7 +27,7 @@ class About:
     runs: int  # when nobody says anything else
     counts: str = "runs"  # what `runs` counts
     base_s: float  # [s] of processor time before the first run, and
-    run_s: float  # for each run; measured on one core of a Xeon at 2 GHz
+    run_s: float  # for each run, both measured on one core of a server; 0 and 0: not measured
     chapter: tuple[ChapterValue, ...] = ()
 
 

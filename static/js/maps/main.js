@@ -8,7 +8,8 @@ import { make } from "../ui/element.js";
 export function create() {
   const [saved, own] = ["map-card", "own-navigation-card"].map((name) => document.createElement(name));
   if (own) own.hidden = true;
-  const card = make("section", { class: "card maps-card", "aria-label": t("main.maps") });
+  const title = make("h2", {}, t("main.present_map"));
+  const card = make("section", { class: "card maps-card", "aria-label": t("main.maps") }, title);
   if (saved) card.append(saved);
   return { element: make("div", { class: "maps-page" }, card, own) };
 }

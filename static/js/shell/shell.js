@@ -13,7 +13,7 @@ import { PAGES, pageAt } from "./pages.js";
 const ROLES = /** @type {const} */ ({
   page: ["main", t("shell.robot_console")],
   dock: ["complementary", t("shell.map_and_camera")],
-  status: ["region", t("shell.status")],
+  status: ["region", t("shell.banners_and_status")],
 });
 
 export class Shell {
