@@ -36,16 +36,17 @@ class ExperimentRequest(RequestBody):
 class ExperimentList(msgspec.Struct, frozen=True):
     """What there is, and all runs."""
 
-    experiments: list[ExperimentEntry]
+    experiments: list[ExperimentEntry] | None  # None: still being read; ask again in a moment
     runs: list[ExperimentRunState]  # newest first
 
 
 @experiments.get("/experiments")
 @needs("viewer")
 async def every(kept: ExperimentsInUse) -> ExperimentList:
-    """Every experiment with what it reproduces and how long it takes, and all runs, newest first."""
-    entries = await kept.catalogue.entries()
-    return ExperimentList(entries, [run.shown for run in reversed(kept.runs.values())])
+    """Every experiment with what it reproduces and how long it takes, and all runs, newest first. The first time the
+    experiments take a moment.
+    """
+    return ExperimentList(kept.catalogue.known, [run.shown for run in reversed(kept.runs.values())])
 
 
 @experiments.post("/experiments/runs", status_code=202)
@@ -54,7 +55,7 @@ async def begin(
     asked: ExperimentRequest, kept: ExperimentsInUse, history: HistoryInUse, who: Who
 ) -> ExperimentRunState:
     """Run one in processes of its own, one at a time; how it goes stands in the run. The robot is not asked."""
-    run = await kept.begin(asked.experiment, asked.runs, asked.seed, who)
+    run = kept.begin(asked.experiment, asked.runs, asked.seed, who)
     history.add("experiment", who, words=run.entry.name)
     return run.shown
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import msgspec
 
 from console.workers.job import Handler, Job
+from console.workers.tasks import end
 from console.workers.worker import Worker
 from core.experiments import EXPERIMENTS
 
@@ -60,23 +63,30 @@ def entry(name: str) -> ExperimentEntry:
 
 
 class Catalogue:
-    """Asks once, in a worker that ends afterwards."""
+    """Asks once, in a worker that ends afterwards. Lives on the event loop."""
 
     def __init__(self) -> None:
         self._worker = Worker("experiments")
-        self._entries: list[ExperimentEntry] | None = None
+        self._reading: asyncio.Task[list[ExperimentEntry]] | None = None
 
-    async def entries(self) -> list[ExperimentEntry]:
-        """Every experiment. Raises WorkerLost."""
-        if self._entries is None:
-            try:
-                self._entries = await self._worker.ask(ListExperiments(), budget=BUDGET)
-            finally:
-                if not self._worker.busy:
-                    self._worker.kill()
-        return self._entries
+    @property
+    def known(self) -> list[ExperimentEntry] | None:
+        """Every experiment; None while they are being read, which this begins. Raises WorkerLost, once."""
+        reading = self._reading = self._reading or asyncio.get_running_loop().create_task(self._read())
+        if not reading.done():
+            return None
+        if reading.exception() is not None:
+            self._reading = None
+        return reading.result()
 
     async def close(self) -> None:
         """End the worker."""
+        await end(self._reading)
         self._worker.kill()
         await self._worker.gone()
+
+    async def _read(self) -> list[ExperimentEntry]:
+        try:
+            return await self._worker.ask(ListExperiments(), budget=BUDGET)
+        finally:
+            self._worker.kill()

@@ -138,9 +138,15 @@ class ExperimentRuns:
             raise Problem(404, "There is no such run; it may have been deleted.")
         return self.runs[number]
 
-    async def begin(self, name: str, runs: int | None, seed: int, who: Person) -> ExperimentRun:
-        """Start a run. Raises Problem 404 for an experiment that does not exist, 409 while another one runs."""
-        entry = next((one for one in await self.catalogue.entries() if one.name == name), None)
+    def begin(self, name: str, runs: int | None, seed: int, who: Person) -> ExperimentRun:
+        """Start a run.
+
+        Raises Problem 404 for an experiment that does not exist, 409 while another one runs, 503 while they are read.
+        """
+        known = self.catalogue.known
+        if known is None:
+            raise Problem(503, "What experiments there are is still being read; try again in a few seconds.")
+        entry = next((one for one in known if one.name == name), None)
         if entry is None:
             raise Problem(404, "There is no such experiment; GET /api/experiments lists them.")
         if self._task is not None and not self._task.done():

@@ -29,12 +29,12 @@ def open_page(here: Visit, name: str) -> None:
 def test_pages_change_without_loading_and_stop_link_and_operator_stay(visit: Open, size: tuple[int, int]) -> None:
     here = visit(size=size)
     here.page.evaluate("window.sameDocument = true")
-    for name in PAGES:
+    for name in PAGES if size == DESK else ("People", "Connect"):
         open_page(here, name)
         heading = here.page.get_by_role("heading", level=1, name=name, exact=True)
         expect(heading).to_be_focused()
         expect(here.page).to_have_title(f"{name} · Beckon")
-        for stays in (".stop", "link-chip button", "lease-chip button"):
+        for stays in (".stop", "link-chip button", "lease-chip > button"):
             expect(here.find(stays)).to_be_visible()
         docked = name in DOCKED
         for part in ("flat-map, scene-view:visible", ".picture"):
@@ -92,6 +92,7 @@ def test_a_setting_is_changed_refused_and_taken_back(visit: Open, console: Runni
     expect(here.find(".settings-restart")).to_be_hidden()
     assert not any(one["value"] != one["default"] for one in console.ask("api/settings")["settings"])
     here.page.keyboard.press("Escape")
+    here.complaints[:] = [each for each in here.complaints if "422" not in each]  # the browser notes the refusal
 
 
 def test_experiments_are_listed_and_one_is_cancelled(visit: Open, console: Running) -> None:

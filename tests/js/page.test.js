@@ -99,3 +99,21 @@ test("the camera is wanted as long as one part of the page shows it", () => {
     [false, true, false],
   );
 });
+
+test("no class is styled by two pages, or by a page and the console: all styles are of one document", () => {
+  /** @type {Map<string, string>} */
+  const owners = new Map();
+  const sheets = readdirSync(new URL("css/", ROOT), { recursive: true, encoding: "utf8" });
+  for (const sheet of sheets.filter((name) => name.endsWith(".css") && name !== "docs.css")) {
+    const folder = sheet.includes("/") && !sheet.startsWith("panels/") ? sheet.slice(0, sheet.indexOf("/")) : "";
+    const text = readFileSync(new URL(`css/${sheet}`, ROOT), "utf8").replace(/\/\*.*?\*\//gs, "");
+    for (const [, selectors = ""] of text.matchAll(/([^{};]+)\{/g)) {
+      for (const name of selectors.split(",").map((one) => one.trim())) {
+        if (!/^\.[\w-]+$/.test(name)) continue;
+        assert.equal(owners.get(name) ?? folder, folder, `${name} in ${sheet}`);
+        owners.set(name, folder);
+      }
+    }
+  }
+  assert.ok(owners.size > 200);
+});

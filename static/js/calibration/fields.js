@@ -56,7 +56,7 @@ export function stepper(id, name, start) {
       "div",
       { class: "box" },
       make("label", { for: id }, name),
-      make("div", { class: "count" }, by(-1), input, by(1)),
+      make("div", { class: "corner-count" }, by(-1), input, by(1)),
     ),
     get value() {
       return /^\d{1,2}$/.test(input.value.trim()) ? Number(input.value) : NaN;

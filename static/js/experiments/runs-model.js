@@ -59,9 +59,10 @@ export class ExperimentRuns {
   /** @param {Session} session */
   constructor(session) {
     this.session = session;
-    session.on("hello", () => void this.read());
+    session.on("hello", () => this.shown && void this.read());
     setInterval(() => {
-      if (this.running && this.shown && document.visibilityState === "visible") void this.read();
+      const waits = this.running || this.experiments === null;
+      if (waits && this.shown && this.session.hello && document.visibilityState === "visible") void this.read();
     }, ASK_MS);
   }
 

@@ -10,7 +10,7 @@ import { t } from "../ui/texts.js";
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../shell/pages.js").PageRow} PageRow */
 
-const NARROW = matchMedia("(max-width: 1023px), (max-height: 539px)");
+const NARROW = matchMedia("(max-width: 1199px), (max-height: 539px)"); // as in css/shell.css
 
 export class PageMenu extends Panel {
   #icon = icon("wheel");

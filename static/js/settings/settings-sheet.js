@@ -23,13 +23,13 @@ import { t } from "../ui/texts.js";
 /** @typedef {boolean | number | string} Value */
 /** @typedef {{row: HTMLElement, input: HTMLInputElement | HTMLSelectElement, says: HTMLElement, back: HTMLButtonElement}} Field */
 
-/** What a section is called here; the file calls it by its own name. @type {Readonly<Record<string, string>>} */
+/** What a section is called here, in this order; the file calls it by its own name. @type {Readonly<Record<string, string>>} */
 const SECTIONS = {
-  limits: t("settings-sheet.limits_of_the_gate"),
-  voice: t("settings-sheet.robot_s_voice"),
   person_following: t("settings-sheet.coming_and_following"),
   wall: t("settings-sheet.walls"),
   steering: t("settings-sheet.steering"),
+  voice: t("settings-sheet.robot_s_voice"),
+  limits: t("settings-sheet.limits_of_the_gate"),
   planner: t("settings-sheet.ways"),
   speech: t("settings-sheet.speech"),
   people: t("settings-sheet.people"),
@@ -83,9 +83,10 @@ export class SettingsSheet extends Sheet {
 
   /** @param {Setting[]} settings */
   #build(settings) {
-    const sections = new Set(settings.map(({ section }) => section));
+    const sections = new Set([...Object.keys(SECTIONS), ...settings.map(({ section }) => section)]);
     for (const section of sections) {
       const rows = settings.filter((one) => one.section === section).map((one) => this.#row(one));
+      if (rows.length === 0) continue;
       const name = SECTIONS[section] ?? section;
       this.#list.append(make("fieldset", { class: "settings-section" }, make("legend", {}, name), ...rows));
     }

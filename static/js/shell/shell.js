@@ -156,6 +156,8 @@ export class Shell {
     const [role, name] = ROLES[row.path === "" ? "page" : row.docked ? "dock" : "status"];
     this.#console.setAttribute("role", role);
     this.#console.setAttribute("aria-label", name);
+    for (const part of this.#console.querySelectorAll(".stage, camera-view"))
+      part.toggleAttribute("inert", row.path !== ""); // a docked map is for looking
     document.body.dataset["page"] = row.path || "drive";
     document.body.toggleAttribute("data-docked", row.docked === true);
     this.#hashes.set(row.path, location.hash);

@@ -24,15 +24,20 @@ CHEAPEST = "dead-reckoning-vs-slam"
 @pytest.fixture(autouse=True)
 def nothing_runs(request: pytest.FixtureRequest) -> Iterator[None]:
     """Afterwards nothing of it is left."""
+    live: Live | None = request.getfixturevalue("live") if "live" in request.fixturenames else None
     yield
-    if "live" in request.fixturenames:
-        live: Live = request.getfixturevalue("live")
-        for run in live.runtime.experiments.runs.values():
-            ask(live, "POST", f"/runs/{run.id}/cancel")
+    for number in list(live.runtime.experiments.runs) if live else []:
+        ask(live, "POST", f"/runs/{number}/cancel")
 
 
 def ask(live: Live, method: str, path: str, body: Any = None) -> Any:
     return live.ask(method, f"/api/experiments{path}", body, token=live.operator)
+
+
+@pytest.fixture
+def listed(live: Live) -> list[dict[str, Any]]:
+    """What there is, once it was read: every algorithm is imported for that."""
+    return live.until(lambda: ask(live, "GET", "").json["experiments"], 120.0)
 
 
 def processes_of(number: str) -> list[str]:
@@ -47,8 +52,9 @@ def processes_of(number: str) -> list[str]:
     return found
 
 
-def test_an_experiment_is_run_from_the_page_and_its_files_are_those_of_the_command_line(live: Live) -> None:
-    listed = ask(live, "GET", "").json["experiments"]
+def test_an_experiment_is_run_from_the_page_and_its_files_are_those_of_the_command_line(
+    live: Live, listed: list[dict[str, Any]]
+) -> None:
     assert [one["name"] for one in listed] == sorted(EXPERIMENTS)
     assert all(one["title"] and one["runs"] >= 1 for one in listed)
     begun = ask(live, "POST", "/runs", {"experiment": CHEAPEST, "runs": 1, "seed": 7})
@@ -76,6 +82,7 @@ def test_an_experiment_is_run_from_the_page_and_its_files_are_those_of_the_comma
     assert not (live.runtime.experiments._folder / run["id"]).exists()
 
 
+@pytest.mark.usefixtures("listed")
 def test_a_cancelled_experiment_leaves_no_process(live: Live) -> None:
     number = ask(live, "POST", "/runs", {"experiment": CHEAPEST, "runs": 10_000}).json["id"]
     live.until(lambda: processes_of(number), 60.0)
@@ -84,6 +91,7 @@ def test_a_cancelled_experiment_leaves_no_process(live: Live) -> None:
     assert processes_of(number) == []
 
 
+@pytest.mark.usefixtures("listed")
 def test_viewers_watch_and_nonsense_is_refused_in_words(live: Live) -> None:
     def refused(body: dict[str, Any]) -> tuple[int, str]:
         answer = ask(live, "POST", "/runs", body)
