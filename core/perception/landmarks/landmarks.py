@@ -11,7 +11,7 @@ from core.geometry import Pose, arc, wrap
 from core.message import Array, message
 from core.perception.landmarks.corners import Corner
 from core.perception.landmarks.edges import EdgeSettings, ImageEdge
-from core.perception.landmarks.walls import wall_range
+from core.perception.landmarks.walls import SeenWalls, wall_range
 from core.sensors import Camera, Laser, Wheels
 
 
@@ -78,10 +78,11 @@ def edges_on_walls(
     """
     sightings: list[Sighting] = []
     others: list[ImageEdge] = []
+    walls = SeenWalls(points, eye)
     for edge in edges:
         if edge.matched:
             continue
-        wall = wall_range(points, eye, edge.bearing, settings.bearing_sd, settings.wall_sd)
+        wall = wall_range(walls, edge.bearing, settings.bearing_sd, settings.wall_sd)
         if wall is None or edge.step == 0:
             others.append(edge)
             continue

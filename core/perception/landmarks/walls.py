@@ -15,15 +15,30 @@ STRAIGHT = 0.03  # [m] rms off the line, at most
 GRAZING = math.radians(8)  # between the wall and the direction, at least
 
 
-def wall_range(points: Array, eye: Pose, bearing: float, sd: float, wall_sd: float) -> tuple[float, float] | None:
-    """Points (K, 2) [m] of a scan, robot frame; a bearing [rad] of an eye → range [m] of the wall there and its sd.
+class SeenWalls:
+    """The points of a scan, as an eye sees them."""
+
+    def __init__(self, points: Array, eye: Pose) -> None:
+        """`points` (K, 2) [m] of the scan, robot frame; `eye` is robot_from_eye."""
+        self._points = eye.inverse().apply(points)
+        self._angles = np.arctan2(self._points[:, 1], self._points[:, 0])
+
+    def near(self, bearing: float) -> Array | None:
+        """Points (N, 2) [m], eye's frame, around a bearing [rad], some on either side; None: too few."""
+        off = (self._angles - bearing + np.pi) % (2 * np.pi) - np.pi
+        beside = np.flatnonzero(np.abs(off) < ASIDE)
+        if len(beside) < FEWEST or off[beside].min() > 0 or off[beside].max() < 0:
+            return None
+        return self._points[beside]
+
+
+def wall_range(walls: SeenWalls, bearing: float, sd: float, wall_sd: float) -> tuple[float, float] | None:
+    """A bearing [rad] of an eye → range [m] of the wall there and its sd.
 
     `sd` [rad] of the bearing, `wall_sd` [m] across the wall. None where the laser sees no straight wall.
     """
-    seen = eye.inverse().apply(points)
-    off = (np.arctan2(seen[:, 1], seen[:, 0]) - bearing + np.pi) % (2 * np.pi) - np.pi
-    near = seen[np.abs(off) < ASIDE]
-    if len(near) < FEWEST or off.min() > 0 or off.max() < 0:
+    near = walls.near(bearing)
+    if near is None:
         return None
     middle = near.mean(axis=0)
     values, vectors = np.linalg.eigh((near - middle).T @ (near - middle) / len(near))

@@ -17,7 +17,7 @@ from scipy.optimize import linear_sum_assignment
 from core.geometry import Pose, wrap, wrap_all
 from core.message import Array
 from core.perception.landmarks.frame_perception import BearingSet
-from core.perception.landmarks.walls import wall_range
+from core.perception.landmarks.walls import SeenWalls, wall_range
 from core.slam.bearings.geometry import (
     PastPose,
     coincide,
@@ -39,6 +39,7 @@ VAGUE = math.radians(2.0)  # sd of a bearing from which it does not say which la
 SURELY = 2.5  # sd that a landmark seen again may be off
 COINCIDE = 9.21  # squared distance of two landmarks that are one, 99 % at 2 dof
 FEWEST = 3  # views that make a landmark: two cross anywhere
+AT_ONCE = 3  # directions of which it is tried with one look: the work of a step has a bound
 PROVEN = 3  # corrections with which a landmark that was found again must agree before it is used
 FAR = 10.0  # cost of a pair that is none
 
@@ -102,7 +103,10 @@ class BearingLandmarks:
         if fresh and _has_moved(self._remembered, pose, self._settings.spacing, math.inf):
             self._remembered = self._state.pose
             self._keep_views(seen, fresh)
-            for track, _ in fresh:
+            ripe = sorted(
+                (track for track, _ in fresh if len(track.views) >= FEWEST), key=lambda one: -len(one.views)
+            )
+            for track in ripe[:AT_ONCE]:
                 self._make(track, seen, points)
         self._clean_up()
 
@@ -236,8 +240,6 @@ class BearingLandmarks:
     def _make(self, track: Track, seen: BearingSet, points: Array | None) -> None:
         """A track becomes a landmark, if its views cross at a clear angle and agree."""
         limits, views = self._settings, track.views
-        if len(views) < FEWEST:
-            return
         first, last = views[0], views[-1]
         place = crossed(self._state, ((first.past, first.bearing), (last.past, last.bearing)), first.sd)
         if place is None or not self._is_clear(first, last, *place):
@@ -270,7 +272,7 @@ class BearingLandmarks:
 
     def _lay_on_wall(self, point: AttachedPoint, view: View, eye: Pose, points: Array) -> None:
         """A landmark that stands where the laser sees a wall is on the wall."""
-        wall = wall_range(points, eye, view.bearing, view.sd, self._settings.wall_sd)
+        wall = wall_range(SeenWalls(points, eye), view.bearing, view.sd, self._settings.wall_sd)
         if wall is not None:
             self._take_in(ranged_then(self._state, view.past, point, wall[0]), wall[1] ** 2)
 
