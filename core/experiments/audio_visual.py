@@ -124,10 +124,16 @@ class AudioVisual(ExperimentResult):
 
 
 def settings_for(place: Place, base: Settings) -> Settings:
-    """The robot and its filter in a place; the filter knows the size of its wheels' noise."""
+    """The robot and its filter in a place: it uses all bearings, and knows the size of its wheels' noise."""
     simulation = replace(base.simulation, wheel_noise=place.wheels, dropout=place.dropout)
     motion = replace(base.motion, model="paper" if place.wheels == "paper" else "encoder", cruise=SPEED)
-    return replace(base, simulation=replace(simulation, cruise=SPEED, camera_rate=PICTURES), motion=motion)
+    return replace(
+        base,
+        simulation=replace(simulation, cruise=SPEED, camera_rate=PICTURES),
+        motion=motion,
+        edge_landmarks=replace(base.edge_landmarks, used=True),
+        voice_landmarks=replace(base.voice_landmarks, used=True),
+    )
 
 
 def with_sensors(profile: Profile, sensors: tuple[bool, bool, bool]) -> Profile:

@@ -13,7 +13,10 @@ from core.setting import Meta, Section
 class BearingSettings(Section):
     """When a direction that is seen or heard again and again becomes a landmark. The defaults are those of edges."""
 
-    used: Annotated[bool, Meta(meaning="whether they correct the pose")] = True
+    used: Annotated[
+        bool,
+        Meta(meaning="whether they correct the pose: off, because the laser alone is as good where it sees corners"),
+    ] = False
     apart: Annotated[
         float, Meta("m", 0.01, 5, "way between two corrections, at least: from one place errors repeat")
     ] = 0.1

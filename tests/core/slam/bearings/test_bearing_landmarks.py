@@ -68,7 +68,7 @@ def test_a_person_who_walks_off_does_not_take_the_robot_along() -> None:
 
 def test_nothing_is_made_of_bearings_from_one_place() -> None:
     state = InvariantFilter()
-    voices = BearingLandmarks(state, VoiceLandmarkSettings())
+    voices = BearingLandmarks(state, VoiceLandmarkSettings(used=True))
     for step in range(50):
         voices.see(heard(step, 0.4))
     assert not voices.landmarks and state.pose == Pose() and len(state.places) == 0
@@ -76,7 +76,7 @@ def test_nothing_is_made_of_bearings_from_one_place() -> None:
 
 def test_what_is_interrupted_leaves_no_pose_behind() -> None:
     state = InvariantFilter()
-    voices = BearingLandmarks(state, VoiceLandmarkSettings())
+    voices = BearingLandmarks(state, VoiceLandmarkSettings(used=True))
     for step in range(20):
         state.predict(Increment(Pose(0.05, 0.0, 0.0), 1e-6 * np.eye(3)))
         voices.see(heard(step, 0.1))
