@@ -15,7 +15,7 @@ class BearingSettings(Section):
 
     used: Annotated[
         bool,
-        Meta(meaning="whether they correct the pose: off, because the laser alone is as good where it sees corners"),
+        Meta(meaning="whether they correct the pose; where the laser sees corners it is as good alone"),
     ] = False
     apart: Annotated[
         float, Meta("m", 0.01, 5, "way between two corrections, at least: from one place errors repeat")
