@@ -54,7 +54,7 @@ def test_a_camera_is_calibrated_by_whoever_follows_the_page(visit: Open, console
     here = visit(size=(1100, 760))
     page = here.page
     page.goto(console.url + "calibrate")
-    expect(page.get_by_role("heading", name="Teach the robot")).to_be_visible(timeout=SOON)
+    expect(page.get_by_role("heading", name="Calibrate", exact=True)).to_be_visible(timeout=SOON)
     page.get_by_role("button", name="Begin", exact=True).first.click()
 
     begin(page, 10, 7)  # as those do who count squares

@@ -46,7 +46,7 @@ def test_the_laser_is_calibrated_by_the_demo_while_the_page_tells_how(visit: Ope
     here = visit(size=(1100, 760))
     page = here.page
     page.goto(console.url + "calibrate")
-    expect(page.get_by_role("heading", name="Teach the robot")).to_be_visible(timeout=SOON)
+    expect(page.get_by_role("heading", name="Calibrate", exact=True)).to_be_visible(timeout=SOON)
     here.find("#camera-file").set_input_files(camera_file())
     expect(here.find("[data-kind=camera] .wizard-used")).to_contain_text("In use", timeout=SOON)
     here.find("[data-kind=laser]").get_by_role("button", name="Begin", exact=True).click()

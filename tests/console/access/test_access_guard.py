@@ -54,13 +54,10 @@ def test_every_way_in_but_the_door_itself_refuses_a_stranger(live: Live) -> None
         else:
             assert live.ask(method, path).status == 401, (method, path)
             assert live.ask(method, path, token="nonsense").status == 401, (method, path)
+    pages = ("calibrate", "hearing", "people", "maps", "experiments", "connect", "help")
     assert public == {
         ("GET", "/"),
-        ("GET", "/calibrate"),
-        ("GET", "/hearing"),
-        ("GET", "/people"),
-        ("GET", "/connect"),
-        ("GET", "/help"),
+        *(("GET", f"/{page}{end}") for page in pages for end in ("", ".html")),
         ("GET", "/static/docs/{path:path}"),
         ("GET", "/static/main.js"),
         ("POST", "/api/login"),
