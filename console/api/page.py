@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from functools import cache
+import gzip
+import os
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
 from fastapi import APIRouter, Request, Response, WebSocket
 from fastapi.responses import FileResponse
+from starlette.datastructures import Headers
 from starlette.staticfiles import StaticFiles
 
 from console.access.roles import needs
@@ -18,6 +21,7 @@ from console.scene.viser_host.page import ScenePage
 page = APIRouter()
 
 NO_CACHE = {"Cache-Control": "no-cache"}
+TEXTS = (".js", ".css", ".svg", ".json")
 PAGES = ("calibrate", "hearing", "people", "maps", "experiments", "connect", "help")
 """Pages beside the console itself; static/js/shell/pages.js has their rows. All are one document."""
 
@@ -31,13 +35,28 @@ def static_folder() -> Path:
 
 @needs("public")
 class PageFiles(StaticFiles):
-    """The page's files; the browser asks for them each time and gets 304 when unchanged."""
+    """The page's files; the browser asks for them each time and gets 304 when unchanged. Texts travel packed."""
 
-    def file_response(self, *given: Any, **more: Any) -> Response:
+    def file_response(
+        self, full_path: Any, stat_result: os.stat_result, scope: Any, status_code: int = 200
+    ) -> Response:
         """A file, never kept without asking."""
-        response = super().file_response(*given, **more)
+        response = super().file_response(full_path, stat_result, scope, status_code)
         response.headers.update(NO_CACHE)
-        return response
+        taken = "gzip" in Headers(scope=scope).get("accept-encoding", "")
+        if not taken or response.status_code != 200 or not str(full_path).endswith(TEXTS):
+            return response
+        headers = {name: response.headers[name] for name in ("etag", "last-modified")}
+        headers |= {**NO_CACHE, "content-encoding": "gzip", "vary": "Accept-Encoding"}
+        return Response(
+            packed(str(full_path), stat_result.st_mtime_ns), media_type=response.media_type, headers=headers
+        )
+
+
+@lru_cache(maxsize=512)
+def packed(path: str, _changed: int) -> bytes:
+    """A text file as it travels."""
+    return gzip.compress(Path(path).read_bytes(), 6, mtime=0)
 
 
 async def shell() -> FileResponse:
