@@ -40,10 +40,12 @@ def test_who_is_before_the_camera_is_boxed_and_nothing_is_asked_of_the_gate(webc
     assert robot.dry_run and not robot.drives
     told = webcam.ask("POST", "/api/commands", {"text": "come here"}, token=webcam.operator)
     assert told.status == 202
-    person = webcam.until(lambda: webcam.ask("GET", "/api/state", token=webcam.viewer).json["person"])
+    person = webcam.until(
+        lambda: (now := webcam.ask("GET", "/api/state", token=webcam.viewer).json["person"]) and now["camera"] and now
+    )
     head = next(part for part in person["parts"] if part["name"] == "head")
     left, _, right, _ = head["box_px"]
-    assert left < 420 < right and person["camera"] is not None
+    assert left < 420 < right
     state = webcam.ask("GET", "/api/state", token=webcam.viewer).json
     assert state["command"]["remark"].startswith("Dry run: I see you") and state["goal"] is not None
     assert webcam.robot.orders == []

@@ -59,6 +59,13 @@ class Started:
             time.sleep(0.05)
         raise AssertionError(self.said.read_text() + self.complained.read_text())
 
+    @property
+    def complaint(self) -> str:
+        """What it complains of, after the line with which it starts."""
+        starting, complaint = self.complained.read_text().split("\n", 1)
+        assert starting.startswith("Starting ")
+        return complaint
+
     def end(self, how: signal.Signals) -> float:
         """Send a signal → how long the end took [s]."""
         began = time.monotonic()
@@ -115,7 +122,7 @@ def test_it_tells_two_addresses_keeps_its_secrets_and_ends_promptly_with_sockets
     kept = b"".join(path.read_bytes() for path in console.home.rglob("*") if path.is_file())
     for secret in (token, watching.partition("#t=")[2]):
         assert secret.encode() not in kept
-    assert console.complained.read_text() == ""
+    assert console.complaint == ""
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, pytest.param(signal.SIGHUP, marks=CAMPAIGN)], ids=str)
@@ -135,7 +142,7 @@ def test_a_port_in_use_is_told_in_one_sentence(begin) -> None:
         port = taken.getsockname()[1]
         console = begin("--port", str(port))
         assert console.process.wait(60) == 1
-    told = console.complained.read_text().strip()
+    told = console.complaint.strip()
     assert told.count("\n") == 0 and str(port) in told and "--port 0" in told
     assert console.said.read_text() == ""
 
@@ -146,7 +153,7 @@ def test_a_second_console_on_one_data_folder_is_refused_in_one_sentence(begin, t
         lock.announce(8420)
         console = begin("--port", "0", "--data", str(home))
         assert console.process.wait(60) == 1
-        told = console.complained.read_text().strip()
+        told = console.complaint.strip()
     assert told.count("\n") == 0 and told.startswith("beckon: Another console") and "--data" in told
     assert str(home) in told and f"process {os.getpid()}, port 8420" in told
     assert console.said.read_text() == "" and {path.name for path in home.iterdir()} == {"lock"}
@@ -158,7 +165,7 @@ def test_a_second_console_on_one_data_folder_is_refused_in_one_sentence(begin, t
 def test_a_robot_that_cannot_be_had_is_told_in_a_sentence(begin, options: list[str]) -> None:
     console = begin("--port", "0", *options)
     assert console.process.wait(60) == 1
-    told = console.complained.read_text()
+    told = console.complaint
     assert told.startswith("beckon: ") and told.count("\n") == 1
     assert console.said.read_text() == ""
 
@@ -182,7 +189,7 @@ def test_a_robot_that_is_being_opened_does_not_keep_it_from_ending(begin, tmp_pa
 def test_a_trace_that_cannot_be_written_is_told_in_a_sentence(begin, tmp_path: Path) -> None:
     console = begin("--port", "0", "--gate-trace", str(tmp_path / "nowhere" / "gate.csv"))
     assert console.process.wait(60) == 1
-    told = console.complained.read_text()
+    told = console.complaint
     assert told.startswith("beckon: --gate-trace ") and told.count("\n") == 1
 
 
@@ -257,7 +264,7 @@ def test_a_wildcard_answers_to_the_names_that_are_allowed_and_warns_once(begin) 
         line.close()
     assert statuses == {"robot.lan": 200, "127.0.0.1": 200, "0.0.0.0": 403, "evil.example": 403}
     console.end(signal.SIGTERM)
-    told = console.complained.read_text()
+    told = console.complaint
     assert told.count("\n") == 1 and "TLS" in told
 
 
@@ -311,5 +318,5 @@ def test_a_mistyped_setting_is_wrong_usage(begin, tmp_path: Path) -> None:
     settings.write_text("[limits]\nv_max = -1\n")
     console = begin("--port", "0", "--settings", str(settings))
     assert console.process.wait(60) == 2
-    told = console.complained.read_text()
+    told = console.complaint
     assert told.startswith("beckon: own.toml") and told.count("\n") == 1
