@@ -18,7 +18,8 @@ const catalogue = (language) => JSON.parse(readFileSync(`${STATIC}i18n/${languag
 /** @param {string} pattern */
 const holes = (pattern) => (pattern.match(/\{\w+\}/g) ?? []).sort().join();
 const english = catalogue("en");
-const sources = JS.filter((name) => !GENERATED.test(name)).map((name) => ({
+// speech-loop.js belongs to a command of the terminal, which speaks English.
+const sources = JS.filter((name) => !GENERATED.test(name) && !name.endsWith("speech-loop.js")).map((name) => ({
   name,
   code: readFileSync(`${STATIC}js/${name}`, "utf8"),
 }));
