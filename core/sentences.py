@@ -9,7 +9,7 @@ Value = str | int | float
 
 
 @dataclass(frozen=True)
-class Sentence:
+class CodedSentence:
     """An English sentence as a pattern, and the values in the place of their names in braces.
 
     `static/i18n/<language>.json` has it under `console.<code>`; a code keeps its meaning.
@@ -23,6 +23,6 @@ class Sentence:
         """Return the sentence in English."""
         return self.pattern.format_map(self.values)
 
-    def of(self, **values: Value) -> Sentence:
+    def of(self, **values: Value) -> CodedSentence:
         """Return this sentence with values."""
-        return Sentence(self.code, self.pattern, values)
+        return CodedSentence(self.code, self.pattern, values)

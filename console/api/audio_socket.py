@@ -81,13 +81,13 @@ class AudioSocket:
                 else:
                     self._runtime.microphone.warm()
                 events = self._events
-                for told, tell in events:
-                    told.append(tell)
+                for subscribers, tell in events:
+                    subscribers.append(tell)
                 try:
                     await self._converse()
                 finally:
-                    for told, tell in events:
-                        told.remove(tell)
+                    for subscribers, tell in events:
+                        subscribers.remove(tell)
         except TooMany as crowded:
             await self._socket.accept()
             self._close(1013, str(crowded))
@@ -102,7 +102,7 @@ class AudioSocket:
 
     @property
     def _events(self) -> tuple[tuple[list[Any], Callable[..., None]], ...]:
-        """What of the console is told to this socket while it is open."""
+        """Lists of the console's events, and what takes each to this socket while it is open."""
         runtime = self._runtime
         return (
             (runtime.pending_commands.when_rejected, self._rejected),

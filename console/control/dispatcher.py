@@ -34,25 +34,25 @@ from core.errors import Refused
 from core.gate.status import GateStatus
 from core.perception.people.voice_bearing import VoiceBearing
 from core.pilot.pilot import Pilot
-from core.sentences import Sentence
+from core.sentences import CodedSentence
 from core.snapshot import ActiveCommandStatus, Ending
 from core.speech.understanding.grammar import OwnPhrases, Refusal, understand
 
-ONLY_TO_PERSONS = Sentence(
+ONLY_TO_PERSONS = CodedSentence(
     "command.only_to_persons", "Only a command that goes to a person takes a direction; leave towards_rad out."
 )
-TWO_CANNOT_STEER = Sentence(
+TWO_CANNOT_STEER = CodedSentence(
     "command.two_cannot_steer", "Beckon drives the robot now; stop that first. Two cannot steer."
 )
-ONLY_OPERATORS = Sentence("lease.only_operators", "Only an operator can drive.")
-NOTHING_TO_RENEW = Sentence(
+ONLY_OPERATORS = CodedSentence("lease.only_operators", "Only an operator can drive.")
+NOTHING_TO_RENEW = CodedSentence(
     "lease.nothing_to_renew", "There is nothing to renew: you do not drive. Ask for control first."
 )
-ENDING = Sentence("console.ending", "The console is ending; the robot stands.")
-VIEWERS_WATCH = Sentence("command.viewers_watch", "Viewers watch and may stop the robot; an operator drives it.")
-UNREACHED = Sentence("robot.unreached", "The robot cannot be reached now.")
-NO_PILOT = Sentence("pilot.not_running", "The pilot is not running; the robot stands.")
-HALTED = Sentence("command.halted", "The robot is halted; the operator must reset the halt first.")
+ENDING = CodedSentence("console.ending", "The console is ending; the robot stands.")
+VIEWERS_WATCH = CodedSentence("command.viewers_watch", "Viewers watch and may stop the robot; an operator drives it.")
+UNREACHED = CodedSentence("robot.unreached", "The robot cannot be reached now.")
+NO_PILOT = CodedSentence("pilot.not_running", "The pilot is not running; the robot stands.")
+HALTED = CodedSentence("command.halted", "The robot is halted; the operator must reset the halt first.")
 
 REACHED = ("live", "stale")
 LeaseAction = Literal["acquire", "renew", "take", "release", "ask", "give", "keep"]

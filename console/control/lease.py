@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 from console.access.logins import Person
 from core.errors import Refused
-from core.sentences import Sentence
+from core.sentences import CodedSentence
 
 ASKED = 10.0  # [s] that the holder has to answer who asks for control
 GRACE = 5.0  # [s] without a sign of life of the holder: a message of their page, a request of their program
-OTHER_DRIVES = Sentence("lease.other_drives", "{holder} drives now. Ask for control, or take over.")
-HAS_ASKED = Sentence("lease.has_asked", "{name} has asked already; wait for the answer.")
-NOBODY_ASKS = Sentence("lease.nobody_asks", "Nobody asks you for control now.")
-NOT_YOURS = Sentence("lease.not_yours", "{holder} drives now; only the operator in control can give it back.")
+OTHER_DRIVES = CodedSentence("lease.other_drives", "{holder} drives now. Ask for control, or take over.")
+HAS_ASKED = CodedSentence("lease.has_asked", "{name} has asked already; wait for the answer.")
+NOBODY_ASKS = CodedSentence("lease.nobody_asks", "Nobody asks you for control now.")
+NOT_YOURS = CodedSentence("lease.not_yours", "{holder} drives now; only the operator in control can give it back.")
 
 
 @dataclass(frozen=True)

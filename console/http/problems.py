@@ -10,7 +10,7 @@ import msgspec
 
 from console import messages
 from core.errors import BadInput, BeckonError, Refused, Unavailable, Unwritable
-from core.sentences import Sentence
+from core.sentences import CodedSentence
 
 MEDIA_TYPE = b"application/problem+json"
 
@@ -23,7 +23,7 @@ class Problem(Exception):
     def __init__(
         self,
         status: int,
-        detail: str | Sentence,
+        detail: str | CodedSentence,
         *,
         headers: Mapping[str, str] | None = None,
         more: Mapping[str, Any] | None = None,
@@ -31,7 +31,7 @@ class Problem(Exception):
         super().__init__(str(detail))
         self.status = status
         self.detail = str(detail)
-        self.sentence = detail if isinstance(detail, Sentence) else None
+        self.sentence = detail if isinstance(detail, CodedSentence) else None
         self.headers = dict(headers or {})
         self.more = dict(more or {})
 
@@ -56,7 +56,7 @@ def problem_of(error: BeckonError) -> Problem:
     """An error of the core → the same sentence with a proper status."""
     status = next((status for kind, status in STATUS if isinstance(error, kind)), 500)
     said = error.args[0] if error.args else ""
-    return Problem(status, said if isinstance(said, Sentence) else str(error))
+    return Problem(status, said if isinstance(said, CodedSentence) else str(error))
 
 
 def coded(problem: Problem) -> dict[str, Any]:

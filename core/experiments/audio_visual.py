@@ -106,7 +106,7 @@ class RowFigures(TypedDict):
     of_laser: float  # mean error as a share of the laser's
 
 
-class PlaceFigures(TypedDict):
+class AudioVisualPlace(TypedDict):
     """A place, as JSON."""
 
     place: str
@@ -120,7 +120,7 @@ class AudioVisual(ExperimentResult):
     """The result, as JSON."""
 
     runs: int
-    places: list[PlaceFigures]
+    places: list[AudioVisualPlace]
 
 
 def settings_for(place: Place, base: Settings) -> Settings:
@@ -273,7 +273,7 @@ def _plain(one: dict[str, RowErrors | float]) -> dict[str, object]:
     }
 
 
-def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> PlaceFigures:
+def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> AudioVisualPlace:
     """All drives in one place."""
     rows: dict[str, RowFigures] = {}
     for name in SENSORS:
@@ -291,7 +291,7 @@ def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> PlaceFigur
     return {"place": place.name, "weak": place.weak, "wheels": place.wheels, "path_m": path, "rows": rows}
 
 
-def table(figures: list[PlaceFigures], count: int, seed: int) -> str:
+def table(figures: list[AudioVisualPlace], count: int, seed: int) -> str:
     """The table; below every place its conditions."""
     lines = [
         f"Position error over the drive [m], mean and worst of {count} drives, NEES (ideal 3); seeds from {seed}",
