@@ -29,7 +29,7 @@ def open_page(here: Visit, name: str) -> None:
 def test_pages_change_without_loading_and_stop_link_and_operator_stay(visit: Open, size: tuple[int, int]) -> None:
     here = visit(size=size)
     here.page.evaluate("window.sameDocument = true")
-    for name in PAGES if size == DESK else ("People", "Connect"):
+    for name in PAGES if size == DESK else ("People", "Connect", "Help"):
         open_page(here, name)
         heading = here.page.get_by_role("heading", level=1, name=name, exact=True)
         expect(heading).to_be_focused()

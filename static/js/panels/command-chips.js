@@ -15,8 +15,8 @@ import { t } from "../ui/texts.js";
 const ORDER = [
   "turn_left",
   "turn_right",
-  "continue",
   "come_here",
+  "continue",
   "follow_me",
   "stop_at",
   "follow_wall",
