@@ -30,7 +30,13 @@ def test_directions_are_an_experiment_of_the_command_line(tmp_path: Path, capsys
     assert main(asked) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["seed"] == 2 and told["utterances"] >= 1 and Path(told["files"]["csv"]).is_file()
-    assert set(told["estimators"]) == {"beckon", "beckon_first_0.35_s", "as_printed"}
+    assert set(told["estimators"]) == {
+        "beckon",
+        "beckon_alone",
+        "beckon_first_0.35_s",
+        "as_printed",
+        "as_printed_alone",
+    }
 
 
 def test_a_folder_that_cannot_be_made_is_told_in_a_sentence(

@@ -66,7 +66,7 @@ def test_a_console_obeys_what_another_program_hears(live: Live, tmp_path: Path) 
         settings = replace(Settings(), speech=SpeechSettings(engine="sphinx"))
         pieces = read_sound(tmp_path / "said.wav").pieces(PIECE)
         listen(pieces, settings, load_array("respeaker-odas"), TextFileWriter(tmp_path, "--text-files"))
-        source = files.source(time.time())
+        source = files.source((tmp_path / "source.txt").stat().st_mtime)
         assert source.azimuth == pytest.approx(AZIMUTH, abs=max(3 * source.sd, math.radians(2)))
         assert live.until(obeyed)["words"] == "turn left"
         assert (tmp_path / SPEECH).read_text() == ""

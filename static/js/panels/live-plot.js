@@ -47,6 +47,7 @@ export class LivePlot extends HTMLElement {
     if (this.children.length) return;
     const { name, says, claim } = this.#look;
     this.title = says;
+    mark(this.#drawing, "aria-label", name); // until the first values are drawn
     this.append(
       make(
         "div",
