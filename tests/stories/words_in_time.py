@@ -15,7 +15,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Self
 from unittest.mock import patch
 
 import numpy as np
@@ -179,8 +179,12 @@ class Story:
 
     # what the console has of the robot
 
-    profile = SimpleNamespace(drives=True)
+    profile = SimpleNamespace(drives=True, simulated=False)
     trouble = ""
+
+    @property
+    def robot(self) -> Self:
+        return self
 
     def status(self) -> GateStatus:
         return GateStatus(state="armed")

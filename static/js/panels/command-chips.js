@@ -206,8 +206,9 @@ class CommandChips extends Panel {
     delete this.dataset["asks"];
     this.#chips.hidden = false;
     this.#fit();
-    if (focus && asked)
-      this.#chips.querySelector(/** @type {"button"} */ (`[data-command="${CSS.escape(asked)}"]`))?.focus();
+    if (!focus || !asked) return;
+    const chip = this.#chips.querySelector(/** @type {"button"} */ (`[data-command="${CSS.escape(asked)}"]`));
+    (chip?.hasAttribute("data-over") ? this.#more : chip)?.focus();
   }
 }
 
