@@ -6,6 +6,7 @@ import json
 import secrets
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 
 import numpy as np
 
@@ -15,17 +16,14 @@ from core.message import Array
 from core.recording.sound_file import wav_bytes
 from core.sensors.microphones import Sound
 
-FILES = {
-    "": ("speech-loop.html", "text/html; charset=utf-8"),
-    "static/css/tokens.css": ("css/tokens.css", "text/css"),
-    "static/css/base.css": ("css/base.css", "text/css"),
-    "static/css/hearing/loop.css": ("css/hearing/loop.css", "text/css"),
-    "static/js/speech-quality/speech-loop.js": ("js/speech-quality/speech-loop.js", "text/javascript"),
-    "static/js/voice/microphone.js": ("js/voice/microphone.js", "text/javascript"),
-    "static/js/voice/sinc-worklet.js": ("js/voice/sinc-worklet.js", "text/javascript"),
-    "static/img/beckon.svg": ("img/beckon.svg", "image/svg+xml"),
+TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css",
+    ".js": "text/javascript",
+    ".json": "application/json",
+    ".svg": "image/svg+xml",
 }
-"""What the page is made of."""
+"""Of the page's files, by suffix: what else lies there is not given."""
 LARGEST = 40_000_000  # [bytes] of a recording
 PATIENCE = 600.0  # [s] for which the page is waited for
 
@@ -80,6 +78,13 @@ class BrowserLoop:
         return self._answer
 
 
+def _page_file(path: str) -> Path | None:
+    """The file of the page at this path of the address; None where there is none."""
+    folder = static_folder().resolve()
+    file = (folder / (path.removeprefix("static/") or "speech-loop.html")).resolve()
+    return file if file.is_relative_to(folder) and file.suffix in TYPES and file.is_file() else None
+
+
 def _handler(loop: BrowserLoop, secret: str) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
         """Answers for the files of the page, the sound, and the recording."""
@@ -88,9 +93,8 @@ def _handler(loop: BrowserLoop, secret: str) -> type[BaseHTTPRequestHandler]:
             path = self._path()
             if path == "orig.wav":
                 self._send(200, loop.sound(), "audio/wav")
-            elif path in FILES:
-                name, kind = FILES[path]
-                self._send(200, (static_folder() / name).read_bytes(), kind)
+            elif path is not None and (file := _page_file(path)) is not None:
+                self._send(200, file.read_bytes(), TYPES[file.suffix])
             else:
                 self._send(404, b"There is nothing here.", "text/plain")
 

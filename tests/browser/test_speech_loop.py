@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -49,9 +50,13 @@ def test_the_loop_through_chromiums_loudspeaker_and_microphone(browser: Browser,
     text.write_text(TEXT)
     out = tmp_path / "out"
     command = [sys.executable, "-m", "console", "speech-quality", "--live", "--browser", "--text", str(text)]
-    with subprocess.Popen(
-        [*command, "--out", str(out), "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as program:
+    with (
+        subprocess.Popen(
+            [*command, "--out", str(out), "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as program,
+        ExitStack() as stop,
+    ):
+        stop.callback(program.kill)  # it waits long for a page
         assert program.stderr is not None and program.stdout is not None
         address = program.stderr.readline().split()[-1]
         page = browser.new_page()
@@ -61,6 +66,7 @@ def test_the_loop_through_chromiums_loudspeaker_and_microphone(browser: Browser,
         assert "OSQE_D" in page.locator("#figures").inner_text()
         page.close()
         figures = json.loads(program.stdout.read())
+        program.wait(10.0)
     assert program.returncode == 0
     assert {path.name for path in out.iterdir()} >= {"orig.wav", "rev.wav", "stt.txt", "rev_stt.txt"}
     assert figures["words"] == 4

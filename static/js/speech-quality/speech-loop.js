@@ -44,3 +44,4 @@ begin.addEventListener("click", () => {
     .catch((trouble) => (state.textContent = trouble instanceof Error ? trouble.message : "It did not work."))
     .finally(() => (begin.disabled = false));
 });
+begin.disabled = false; // now it is heard
