@@ -8,6 +8,7 @@ from __future__ import annotations
 import socket
 import ssl
 import time
+from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -146,13 +147,13 @@ class RosSocket(RosDevice):
 
     # What a kind of link says of itself.
 
+    @abstractmethod
     def _begin(self) -> None:
         """Ask for the robot's topics; `_read` hears the answer."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _is_listed(self) -> bool:
         """Return whether the list of topics is whole."""
-        raise NotImplementedError
 
     def _ask_parameters(self, topics: RosTopics) -> None:
         """Ask for the robot's parameters, where that was not done with the topics; `_read` hears the answers."""
@@ -161,21 +162,21 @@ class RosSocket(RosDevice):
         """Return whether the robot's parameters have come, where the link tells them."""
         return True
 
+    @abstractmethod
     def _chosen(self) -> RosTopics:
         """Choose among the topics that are listed. Raises Unavailable."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _subscribe(self, topics: RosTopics) -> None:
         """Ask for the messages of the topics that are read, and take in their types."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _advertise(self, topics: RosTopics) -> None:
         """Say that speeds, goals and beats of the lock will come, as far as the topics are there."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _read(self, raw: str | bytes) -> tuple[str, Any] | None:
         """A message of the link → a topic and what came on it; None for what was of another kind, and is done."""
-        raise NotImplementedError
 
     def _take(self, sensors: RosSensors, topic: str, payload: Any) -> None:
         """Hand a message on, which is bytes here."""

@@ -44,4 +44,4 @@ begin.addEventListener("click", () => {
     .catch((trouble) => (state.textContent = trouble instanceof Error ? trouble.message : "It did not work."))
     .finally(() => (begin.disabled = false));
 });
-begin.disabled = false; // now it is heard
+begin.disabled = false; // enabled once this script answers it
