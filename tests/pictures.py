@@ -1,7 +1,7 @@
 """The pictures and the film of README and documentation: `python -m tests.pictures [FOLDER]`.
 
 Starts the console on the simulator, drives it in headless Chromium, and writes console.webp (dark, 3-D map),
-console-light.webp (somebody calls, flat map), phone.webp, calibration.webp and film.webp (below 3 MB, twice as fast
+console-light.webp (someone calls, flat map), phone.webp, calibration.webp and film.webp (below 3 MB, twice as fast
 as life). Needs the extra `test`, a Chromium, a speech recognizer, and OpenCV 4.11 or newer for the film.
 """
 

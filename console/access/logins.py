@@ -235,7 +235,7 @@ class Logins:
         return found if found and (found.end_s is None or now + self._ahead < found.end_s) else None
 
     def _name_by(self, key: str) -> str:
-        """Return how somebody is called who says no name: as the key, with a number if it has none of its own."""
+        """Return how someone is called who says no name: as the key, with a number if it has none of its own."""
         return f"{key} {self._names}" if key in RANK else key
 
     def _unique_name(self, name: str) -> str:

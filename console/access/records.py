@@ -23,7 +23,7 @@ LOCK = "access.lock"
 NOT_KEPT = "Keys and logins could not be saved"
 
 KeyKind = Literal["start", "link", "file", "program"]
-"""Printed when the console starts; made for somebody; read from --token-file; fixed, for a program."""
+"""Printed when the console starts; made for someone; read from --token-file; fixed, for a program."""
 
 
 class KeyRecord(msgspec.Struct, frozen=True):

@@ -40,7 +40,7 @@ SENTENCES = {
     404: "There is no such thing.",
     405: "The path does not take this method.",
     408: "The body came too slowly.",
-    409: "Not now: somebody else drives, the robot is halted, or it is of another kind.",
+    409: "Not now: someone else drives, the robot is halted, or it is of another kind.",
     413: "The body is too large.",
     415: "The body is not declared as JSON.",
     422: "Not understood, or out of bounds.",

@@ -213,7 +213,7 @@ class AudioSocket:
     # from a mouth in the simulated room
 
     def _speak_in_room(self, wanted: str) -> None:
-        """The sound that comes is somebody's voice in the room, whom the robot obeys in this person's name."""
+        """The sound that comes is someone's voice in the room, whom the robot obeys in this person's name."""
         runtime = self._runtime
         try:
             runtime.spoken.take_on(self._person)

@@ -46,7 +46,7 @@ class KeyRow(msgspec.Struct, frozen=True):
     id: str
     name: str
     role: str
-    kind: KeyKind  # start: printed at a start; link: made for somebody; file: --token-file; program: fixed
+    kind: KeyKind  # start: printed at a start; link: made for someone; file: --token-file; program: fixed
     since_s: float  # Unix time
     end_s: float | None  # Unix time; null: until it is revoked
 
@@ -112,7 +112,7 @@ async def revoke_key(id: str, behind: Behind, access: AccessRules, history: Hist
 async def make_link(
     asked: LinkRequest, behind: Behind, access: AccessRules, history: HistoryInUse, request: Request, who: Who
 ) -> NewLink:
-    """A link for somebody else, good for thirty days and over restarts; to drive, or to watch only."""
+    """A link for someone else, good for thirty days and over restarts; to drive, or to watch only."""
     if access.no_auth:
         raise Problem(409, "Nobody has to sign in here: give the address alone.")
     check_reach(who, asked.role)
@@ -126,7 +126,7 @@ async def make_link(
 
 
 def check_reach(who: Person, role: str) -> None:
-    """Raises Problem 403 where somebody's rights are more than one's own."""
+    """Raises Problem 403 where someone's rights are more than one's own."""
     if RANK[role] > RANK[who.role]:
         raise Problem(403, f"This needs the role {role}; you are signed in as {who.role}.")
 

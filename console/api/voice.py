@@ -58,7 +58,7 @@ class VoiceState(msgspec.Struct, frozen=True):
 async def say(asked: SpeechRequest, behind: Behind, voice: SpokenAnswers, _: Operator) -> SpokenAnswer:
     """A text → 16-bit samples of one channel in base64, to be played at once; meanwhile nobody is listened to.
 
-    While somebody drives, only the operator in control makes the robot speak: it hears no STOP meanwhile.
+    While someone drives, only the operator in control makes the robot speak: it hears no STOP meanwhile.
     """
     moves = behind.snapshot is not None and behind.snapshot.active_command is not None
     number, sound = await voice.say(asked.text, MOST_MOVING if moves else MOST)

@@ -1,6 +1,6 @@
 """The calibrations in use: `camera.json` and `mount.json`, each with its former versions next to it.
 
-They hold the form of `core.calibration.reports.kept`, who accepted them when, and a checksum; one that somebody
+They hold the form of `core.calibration.reports.kept`, who accepted them when, and a checksum; one that someone
 wrote by hand may do without, and counts as not verified. Nothing that was accepted is ever
 deleted: another one keeps it beside itself under its date, and undoing takes that back. At every moment of both, and
 on a full disk, the file in use is whole.

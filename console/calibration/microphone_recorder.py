@@ -39,7 +39,7 @@ class MicrophoneRecorder:
     async def record(self, seconds: float, listening: bool, say_from: float | None = None) -> Sound:
         """So many seconds [s] without a gap. `listening`: it listens already, and goes on listening afterwards.
 
-        `say_from`: the azimuth [rad] from the simulated robot from which somebody speaks meanwhile. Raises Refused
+        `say_from`: the azimuth [rad] from the simulated robot from which someone speaks meanwhile. Raises Refused
         while another recording is made, and Unavailable when no sound comes.
         """
         if self._seconds:

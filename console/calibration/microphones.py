@@ -277,7 +277,7 @@ class MicrophoneCalibration:
         if self.busy:
             raise Problem(409, "The microphones are being listened to already; wait a moment.")
         if show and not self._robot.profile.simulated:
-            raise Problem(409, "Only in the simulated room somebody is there to help; clap yourself.")
+            raise Problem(409, "Only in the simulated room someone is there to help; clap yourself.")
 
     async def _to_the_end(self, work: Coroutine[Any, Any, None]) -> None:
         try:

@@ -15,7 +15,7 @@ from core.perception.sound.array_orientation import Orientation
 
 
 class AcceptedOrientation(msgspec.Struct, frozen=True):
-    """The file of an orientation; one that somebody wrote by hand may do without the lower half."""
+    """The file of an orientation; one that someone wrote by hand may do without the lower half."""
 
     yaw: float  # [rad] robot_from_microphones
     yaw_sd: float  # [rad]

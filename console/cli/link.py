@@ -14,7 +14,7 @@ from core.errors import Unavailable
 
 def add(places: Any) -> None:
     """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("link", help="a link by which somebody else may sign in")
+    parser: argparse.ArgumentParser = places.add_parser("link", help="a link by which someone else may sign in")
     parser.add_argument("--role", choices=("viewer", "operator"), default="operator", help="default: operator")
     parser.add_argument("--name", default="", help="what who opens it is called, such as tablet")
     parser.add_argument("--data", type=Path, default=None, metavar="DIR", help="the console's data folder")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 DEFAULT = "audio://default"
 LEAD = 2.0  # [s] of silence in a simulated room, in which its noise is learnt
-AFTER = 4.0  # [s] of listening after somebody spoke there
+AFTER = 4.0  # [s] of listening after someone spoke there
 PLACE = (1.5, 0.5)  # [m] of who speaks there, in front of the robot and to its left
 
 
@@ -48,7 +48,7 @@ def add(places: Any) -> None:
         help="a WAV, FLAC or Ogg file, at its own pace",
     )
     parser.add_argument(
-        "--say", default=None, metavar="WORDS", help="in a simulated room: somebody says this, then listening ends"
+        "--say", default=None, metavar="WORDS", help="in a simulated room: someone says this, then listening ends"
     )
     parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
     parser.set_defaults(run=run)
@@ -157,7 +157,7 @@ def heard_by(robot: Robot, say: str | None) -> Iterator[Sound]:
     from core.speech.settings import MOST_WAITING, PIECE
 
     if say is not None and Speak not in robot.requests:
-        raise BadInput("Only in a simulated room somebody says what --say gives: try --array sim:lab.")
+        raise BadInput("Only in a simulated room someone says what --say gives: try --array sim:lab.")
     if SetListening in robot.requests:
         robot.ask(SetListening(on=True))
     due = time.monotonic()

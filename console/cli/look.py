@@ -105,5 +105,5 @@ def sentences(answer: LookedPicture) -> list[str]:
         azimuth, sd = math.degrees(one["azimuth_rad"]), math.degrees(one["azimuth_sd_rad"])
         side = "left" if azimuth > 0 else "right"
         where = f"{abs(azimuth):.1f}° to the {side}, ± {sd:.1f}°"
-        lines.append(f"{name}: somebody {where}, about {one['distance_m']:.1f} m away, K {one['k']:.2f}")
+        lines.append(f"{name}: someone {where}, about {one['distance_m']:.1f} m away, K {one['k']:.2f}")
     return lines

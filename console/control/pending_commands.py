@@ -2,7 +2,7 @@
 
 What is exact and near begins at once. What goes far or to a person, or has numbers that were not heard for sure,
 begins by itself after its delay, unless a stop, another command, a hand on the keys, another operator or a press of
-Cancel comes before. While somebody speaks it waits on: they may be about to say that it is wrong.
+Cancel comes before. While someone speaks it waits on: they may be about to say that it is wrong.
 """
 
 from __future__ import annotations

@@ -211,7 +211,7 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
         super().data_received(piece)
 
     def handle_ping(self) -> None:
-        """Each is answered by itself, which takes as long as a message that somebody counts."""
+        """Each is answered by itself, which takes as long as a message that someone counts."""
         if self._pings.add(time.monotonic()) > MOST_PINGS:
             self.transport.abort()
         else:

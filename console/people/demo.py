@@ -1,6 +1,6 @@
 """Show me: a simulated person steps before the robot's camera and takes the gestures that are asked for.
 
-It is somebody who comes in for that, or somebody who stands in the room already and goes back afterwards.
+It is someone who comes in for that, or someone who stands in the room already and goes back afterwards.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class DemoPerson:
         self._look = LOOKS[look % len(LOOKS)]
         self._id, self._inhabitant = person or ID, bool(person)
         self._stood: PlacedThing | None = None  # the inhabitant, before
-        self._shown = False  # somebody stands before the camera
+        self._shown = False  # someone stands before the camera
         self._stays = False
 
     async def sit(self, enrollment: EnrollmentSession, capture: Capture) -> None:

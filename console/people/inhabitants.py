@@ -1,4 +1,4 @@
-"""People who stand in the simulated room from the first second: somebody to come to, and somebody who is not meant.
+"""People who stand in the simulated room from the first second: someone to come to, and someone who is not meant.
 
 They stand free, a metre and a half from the robot's ways from the start, and hide no corner of the start's map.
 """

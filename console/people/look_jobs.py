@@ -65,7 +65,7 @@ class SeenLooks(msgspec.Struct, frozen=True):
 
 
 class BodyPartSeen(msgspec.Struct, frozen=True):
-    """One part of somebody."""
+    """One part of someone."""
 
     name: str
     likelihood: float | None
@@ -73,7 +73,7 @@ class BodyPartSeen(msgspec.Struct, frozen=True):
 
 
 class PersonSeen(msgspec.Struct, frozen=True):
-    """Somebody in the picture."""
+    """A person in the picture."""
 
     value: float
     shown: float

@@ -72,7 +72,7 @@ class LookService:
                 await self._look(question)
 
     def took(self, snapshot: Snapshot) -> None:
-        """Be ready when somebody is heard who may call: the worker takes a second to start."""
+        """Be ready when someone is heard who may call: the worker takes a second to start."""
         heard = snapshot.hearing is not None and bool(snapshot.hearing.voices)
         if heard and not self._worker.alive and self._wake is not None and self.for_pilot is not None:
             self._wake.set()

@@ -141,9 +141,9 @@ class EnrollmentService:
     def begin(self, who: Person) -> EnrollmentSession:
         """Begin a new enrollment; one's own former one is over. Raises Problem 409 while another person teaches."""
         if len(self.people) >= MOST_PEOPLE:
-            raise Problem(409, f"I know {MOST_PEOPLE} people already; let me forget somebody first.")
+            raise Problem(409, f"I know {MOST_PEOPLE} people already; let me forget someone first.")
         if self.enrollment is not None and self.enrollment.owner != who.id and not self.enrollment.stale:
-            raise Problem(409, f"{self.enrollment.who} is teaching me somebody now; wait, or ask them to cancel it.")
+            raise Problem(409, f"{self.enrollment.who} is teaching me someone now; wait, or ask them to cancel it.")
         self._over()
         self.enrollment = EnrollmentSession(secrets.token_hex(6), who.name, who.id)
         return self.enrollment
@@ -288,7 +288,7 @@ class EnrollmentService:
         name = name_of(given)
         taken = {one.name.casefold() for one in self.people.values() if one.id != besides}
         if name.casefold() in taken:
-            raise Problem(409, "I know somebody of that name already; give another, or let me forget them first.")
+            raise Problem(409, "I know someone of that name already; give another, or let me forget them first.")
         return name
 
     def _over(self) -> None:
@@ -304,7 +304,7 @@ class EnrollmentService:
 
     def _simulated(self) -> None:
         if not self._robot.profile.simulated:
-            raise Problem(409, "Only in the simulated room somebody is there to help; show yourself.")
+            raise Problem(409, "Only in the simulated room someone is there to help; show yourself.")
 
     async def _judge(self, enrollment: EnrollmentSession, what: str, image: Image) -> None:
         """A picture of the robot's own camera. Raises BadInput, Problem."""

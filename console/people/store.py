@@ -22,7 +22,7 @@ log = logging.getLogger(__name__)
 VERSION = 2
 MOST_BYTES = 2**16
 MOST_PEOPLE = 50
-LARGEST = 20.0  # of the numbers of somebody's looks
+LARGEST = 20.0  # of the numbers of someone's looks
 LONGEST = 40  # characters of a name
 CHOSEN = "chosen.json"
 ID = re.compile(r"[0-9a-f]{12}")
@@ -69,7 +69,7 @@ class PersonStore:
                 people[path.stem] = card_in(small(path), path.stem)
             except (OSError, ValueError, msgspec.MsgspecError) as wrong:
                 log.warning("A person cannot be read: %s: %s", path, wrong)
-                complain("What I learnt of somebody cannot be read any more; teach me again. The log names the file.")
+                complain("What I learnt of someone cannot be read any more; teach me again. The log names the file.")
         return people, self._choice(people, complain)
 
     def _choice(self, people: dict[str, PersonFile], complain: Callable[[str], None]) -> str | None:

@@ -29,7 +29,7 @@ MOST_WAITING = 15.0  # [s] of sound that may wait for it: it may just be startin
 JUMP = 0.1  # [s] by which the browser's clock may be off before the sound counts as interrupted
 IDLE = 120.0  # [s] after which a worker that nobody needs is ended
 TAKEN = "The operator speaks to the robot now; wait until they have ended."
-BUSY = "Somebody else is speaking to the robot now; wait until they have ended."
+BUSY = "Someone else is speaking to the robot now; wait until they have ended."
 
 
 class TalkTurn:

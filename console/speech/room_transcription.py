@@ -156,7 +156,7 @@ class RoomTranscriber:
             self._task = asyncio.get_running_loop().create_task(self._read())
 
     def warm(self) -> None:
-        """Start the worker: somebody is about to speak."""
+        """Start the worker: someone is about to speak."""
         if self._task is None and not self.trouble and not self._worker.alive:
             self._task = asyncio.get_running_loop().create_task(self._read())
 

@@ -23,7 +23,7 @@ from core.speech.recognition.decision import Decision
 
 SOURCE = "ears"
 NOT_YOURS = "The person who accepted voice commands no longer drives; voices in the room are only shown again."
-HIGHER = "Somebody drives by hand or by the page; a voice does not interrupt that. Only stop does."
+HIGHER = "Someone drives by hand or by the page; a voice does not interrupt that. Only stop does."
 
 
 class VoiceCommands:

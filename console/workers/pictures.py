@@ -35,7 +35,7 @@ class PixelPicture(msgspec.Struct, frozen=True, tag=True):
 
 
 class UploadedPicture(msgspec.Struct, frozen=True, tag=True):
-    """A file that somebody sent."""
+    """A file that someone sent."""
 
     content: bytes
 

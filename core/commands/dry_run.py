@@ -27,7 +27,7 @@ FORGOTTEN = 3.0  # [s] … and after which anybody who calls is looked for again
 LOOK_FOR = 15.0  # [s] until it gives up
 START = 60.0  # [s] that a worker with networks may take to start
 SHOWN = 15.0  # [s] for which COME HERE shows whom it found
-NEAR_SD = 0.1  # [rad] within which somebody who was found is looked for again
+NEAR_SD = 0.1  # [rad] within which someone who was found is looked for again
 DISTANCE_SD = 0.15  # share of a distance that only the picture gives
 
 
@@ -64,7 +64,7 @@ class DryRun:
         if here.stamp - person.stamp > GONE:
             hidden = _hidden(person)
             return Progress(remark="Dry run: you are hidden; I would wait for you.", person=hidden)
-        return self._somebody(here, person)
+        return self._person_seen(here, person)
 
     def _call(self, here: ControlContext) -> VoiceBearing | None:
         """The newest voice, while it counts."""
@@ -121,10 +121,10 @@ class DryRun:
         if not self._answered:
             return "what looks for people has not started yet; the computer is busy. Try again."
         if self._strangers and here.who is not None:
-            return f"I see somebody, but not {here.who.name}."
+            return f"I see someone, but not {here.who.name}."
         return f"{heard} but see nobody there." if heard else "I see nobody."
 
-    def _somebody(self, here: ControlContext, person: TrackedPerson) -> Progress:
+    def _person_seen(self, here: ControlContext, person: TrackedPerson) -> Progress:
         """What a robot would do now."""
         x, y = person.position.tolist()
         apart, angle = here.pose.distance_to(x, y), wrap(here.pose.bearing_to(x, y))

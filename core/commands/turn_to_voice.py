@@ -1,6 +1,6 @@
 """Find who called: turn to the voices that were heard with the words and look for people there.
 
-The start of COME HERE and FOLLOW ME. A room sends a voice back from its walls, and somebody else may have spoken, so
+The start of COME HERE and FOLLOW ME. A room sends a voice back from its walls, and someone else may have spoken, so
 that more than one direction may be heard. The robot looks in all that may be the caller's; the coordinates of all
 senses from all its poses then decide.
 """
@@ -64,7 +64,7 @@ class TurnToVoice:
         self._coordinates = GatheredCoordinates(heard)
         self._found: list[PersonTrack] = []
         self._strangers = False
-        self._best = 0.0  # strength of the strongest voice where somebody was found
+        self._best = 0.0  # strength of the strongest voice where someone was found
         self._next(0, here)
 
     def _next(self, number: int, here: ControlContext) -> None:
@@ -125,7 +125,7 @@ class TurnToVoice:
         return chosen
 
     def _keep_to(self, tracks: Sequence[PersonTrack], here: ControlContext) -> None:
-        """Follow people by the laser alone: the pictures are of somebody else."""
+        """Follow people by the laser alone: the pictures are of someone else."""
         for one in tracks:
             one.follow(here.stamp, here.pose, here.scan_points, here.scan_stamp, None, None)
 
@@ -152,7 +152,7 @@ class TurnToVoice:
         if not self._who:
             return f"I heard you {where} but see nobody there."
         if self._strangers:
-            return f"I heard you {where} but see somebody else there; I come only to {self._who}."
+            return f"I heard you {where} but see someone else there; I come only to {self._who}."
         return f"I heard you {where} but do not see {self._who} there, and I come to nobody else."
 
     def _turn(self, here: ControlContext) -> Progress:

@@ -1,4 +1,4 @@
-"""Somebody talks in a room, and several arrays in one place listen."""
+"""A person talks in a room, and several arrays in one place listen."""
 
 from __future__ import annotations
 

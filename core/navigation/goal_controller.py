@@ -15,7 +15,7 @@ from core.message import Array, message
 from core.navigation.control_context import ControlContext
 from core.navigation.costmap import Costmap, survey
 from core.navigation.obstacle import free_space, obstacle_ahead, why_no_headway
-from core.navigation.planner import SOMEBODY, PlannerSettings, is_free, plan, plan_beside
+from core.navigation.planner import PERSON_RADIUS, PlannerSettings, is_free, plan, plan_beside
 from core.navigation.steering import Arrival, Pursuit, StallDetector, Travel, spin
 
 
@@ -231,7 +231,9 @@ class GoalController:
             return True
         ends = np.array([(here.pose.x, here.pose.y), (self._aim.x, self._aim.y)])
         far = here.pose.distance_to(self._aim.x, self._aim.y)
-        shares = np.linspace(0.0, max(0.0, 1 - SOMEBODY / max(far, 1e-6)), 2 + math.ceil(far / here.grid.resolution))
+        shares = np.linspace(
+            0.0, max(0.0, 1 - PERSON_RADIUS / max(far, 1e-6)), 2 + math.ceil(far / here.grid.resolution)
+        )
         line = ends[0] + shares[:, None] * (ends[1] - ends[0])
         return bool((_terrain(here, ends).clearance_at(line) > 0).all())
 

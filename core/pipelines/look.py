@@ -51,7 +51,7 @@ class PictureQuestion:
 
 
 class PersonEntry(TypedDict):
-    """Somebody in a picture; boxes are left, top, right, bottom [pixel], k1 to k3 null for what is not in it."""
+    """A person in a picture; boxes are left, top, right, bottom [pixel], k1 to k3 null for what is not in it."""
 
     box: Edges
     head: Edges

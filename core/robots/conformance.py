@@ -284,7 +284,7 @@ class Suite:
     def check_reconnecting(self, interruption: Interruption | None, *, drive: bool) -> None:
         """The link is cut and restored: everything comes again, and nothing moves."""
         if interruption is None:
-            self.skip("Somebody has to pull the cable: ask for it with --interactive.", "reconnect")
+            self.skip("Someone has to pull the cable: ask for it with --interactive.", "reconnect")
             return
         interruption.cut()
         read = self.session.frames(LOST_WITHIN, until=lambda frame: frame.trouble or frame.note)

@@ -50,7 +50,7 @@ class FoxgloveRobot(RosSocket):
     def _reset(self) -> None:
         self._capabilities: list[str] | None = None  # None: it has not said hello yet
         self._channels: dict[int, AdvertisedChannel] = {}
-        self._listeners: set[str] | None = None  # topics that somebody on the robot subscribes to
+        self._listeners: set[str] | None = None  # topics that a node of the robot subscribes to
         self._numbers: dict[int, str] = {}  # subscription → topic
         self._newest = time.monotonic()  # [s] when a topic was last listed
         self._tells_parameters = False

@@ -95,7 +95,7 @@ class Readings:
     def undecoded(self, decode: Callable[[], Image | None]) -> None:
         """A picture that is still to be decoded; None: it cannot be.
 
-        Decoded at once where the one before was taken, which is always so where somebody drives by the pictures. Else
+        Decoded at once where the one before was taken, which is always so where someone drives by the pictures. Else
         it waits for the next frame, and is left out where another one comes first.
         """
         with self._lock:

@@ -200,7 +200,7 @@ class Hush(RobotRequest[SpokenSound], frozen=True, tag="hush"):
 
 
 class SetListening(RobotRequest[ListeningState], frozen=True, tag="listen"):
-    """Listen without a pause, or only for a while after somebody spoke."""
+    """Listen without a pause, or only for a while after someone spoke."""
 
     on: bool
 

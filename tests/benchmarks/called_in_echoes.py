@@ -1,6 +1,6 @@
 """COME HERE in a room with a hard wall and a second talker: `python -m tests.benchmarks.called_in_echoes --runs 50`.
 
-Somebody calls in sim:lab or sim:floor, at a random place in sight; one wall of the room, drawn for every run, sends
+Someone calls in sim:lab or sim:floor, at a random place in sight; one wall of the room, drawn for every run, sends
 back 95 % of the pressure (the others have an RT60 of 0.3 s). Bob, who stands elsewhere in the room, a metre or more
 from her and as loud, talks too: half of the time he is about to end as she begins, else he begins in the second half
 of her words or up to a second later. Success: the robot stands 0.5 ± 0.1 m from who called. With `--plain` there is

@@ -1,9 +1,9 @@
 """COME HERE and FOLLOW ME with each detector: `python -m tests.benchmarks.company [--runs 50] [--engine pose|drawn]`.
 
 An ideal base, the simulated camera and laser, drawn people at random places in random clothes; the networks' answers
-come one to three frames late, as from a worker. Come: it stands 0.5 ± 0.1 m from who spoke. Follow: somebody walks
+come one to three frames late, as from a worker. Come: it stands 0.5 ± 0.1 m from who spoke. Follow: someone walks
 off at 0.2 m/s for 8 s, and at the end the person who is followed is known within 0.4 m and is nearer than 1.8 m.
-Cross: the same while somebody else walks through between. Hidden: a board stands between for a second. Taught and
+Cross: the same while someone else walks through between. Hidden: a board stands between for a second. Taught and
 stranger: the person who was taught is chosen of two (and the other one is not).
 """
 
@@ -57,7 +57,7 @@ class Scene(Company):
 
 
 def placed(scene: Scene, name: str, rng: np.random.Generator, look: str = "") -> None:
-    """Somebody 1.2 to 3 m away, anywhere around."""
+    """A person 1.2 to 3 m away, anywhere around."""
     angle, far = float(rng.uniform(-2.5, 2.5)), float(rng.uniform(1.2, 3.0))
     clothes = look or f"{COLOURS[rng.integers(len(COLOURS))]}/{COLOURS[rng.integers(len(COLOURS))]}"
     scene.stands(name, far * math.cos(angle), far * math.sin(angle), clothes)

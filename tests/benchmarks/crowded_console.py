@@ -153,13 +153,13 @@ class Crowd:
         self.console = self.watch.console = self._start()
 
     def command(self) -> None:
-        """Somebody who operates says something."""
+        """A person who operates says something."""
         who, words = self.draw.choice(self.operators), self.draw.choice(WORDS)
         who.say(words)
         self.said.append(words)
 
     def by_hand(self) -> None:
-        """Somebody who operates holds W."""
+        """A person who operates holds W."""
         page = self.draw.choice(self.operators).page
         page.locator("link-chip").click(trial=True)
         page.evaluate("document.activeElement?.blur()")

@@ -1,6 +1,6 @@
 """The order of channels from two utterances, all 24 orders: `python -m tests.benchmarks.direction_order --pairs 40`.
 
-Somebody is asked to speak in front of the robot, then to its left, and stands there to five degrees, in rooms with an
+Someone is asked to speak in front of the robot, then to its left, and stands there to five degrees, in rooms with an
 RT60 of 0.2-0.6 s and noise 20 dB below the voice.
 """
 

@@ -66,7 +66,7 @@ def none(step: int, since: float) -> Blow:
 
 
 def names(step: int, since: float) -> Blow:
-    """Every fifth sighting is somebody else's for five seconds."""
+    """Every fifth sighting is someone else's for five seconds."""
     return Blow(misnamed=0.2 if 0 <= since < 5 else 0.0)
 
 
@@ -76,7 +76,7 @@ def slip(step: int, since: float) -> Blow:
 
 
 def push(step: int, since: float) -> Blow:
-    """Somebody pushes the robot by a metre and turns it by half a right angle, at once."""
+    """A person pushes the robot by a metre and turns it by half a right angle, at once."""
     return Blow(unnoticed=Pose(-0.6, 0.8, math.radians(45)) if 0 <= since < PERIOD - 1e-9 else Pose())
 
 

@@ -173,7 +173,7 @@ def let_silence_fall(robot: RobotProcess, hand: Hand) -> float:
 
 
 def stop(robot: RobotProcess, hand: Hand) -> float:
-    """Somebody stops the robot."""
+    """A person stops the robot."""
     now = time.monotonic()
     robot.stop()
     return now

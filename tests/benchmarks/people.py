@@ -101,7 +101,7 @@ def pictures(kind: Kind, count: int, seed: int) -> list[DrawnScene]:
 
 
 def fits(rectangle: Rectangle, one: DrawnPerson) -> bool:
-    """Whether the rectangle stands where somebody does."""
+    """Whether the rectangle stands where someone does."""
     return one.distance * abs(math.sin(rectangle.bearing - one.bearing)) < NEAR
 
 
@@ -219,7 +219,7 @@ def peers(scenes: Sequence[DrawnScene], interpreter: str) -> dict[str, float]:
 
 
 def _columns(scene: DrawnScene, one: DrawnPerson) -> tuple[float, float]:
-    """The columns within NEAR of somebody's axis."""
+    """The columns within NEAR of someone's axis."""
     places = np.array([(side * NEAR, 0.5) for side in (1.0, -1.0)])
     seen: Array = VerticalPlanes(scene.pixels, scene.camera).pixels_of(one.distance, one.bearing, places)
     return float(seen[:, 0].min()), float(seen[:, 0].max())

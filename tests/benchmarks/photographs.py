@@ -66,7 +66,7 @@ json.dump({"version": cv2.__version__, "rows": rows}, sys.stdout)
 
 @dataclass(frozen=True)
 class Person:
-    """Somebody in a photograph."""
+    """A person in a photograph."""
 
     number: str
     standing: bool
@@ -190,7 +190,7 @@ def measured(
                 if how == "anywhere" and everybody is not None:
                     people, spent = everybody, 0.0
                 else:
-                    people, spent = _looked(detector, _somebody(pixels, camera, person, how, rng))
+                    people, spent = _looked(detector, _person_seen(pixels, camera, person, how, rng))
                     everybody = people
                     score.spent.append(spent)
                 good = [one for one in people if overlap(one.box, person.box) >= FOUND]
@@ -256,7 +256,7 @@ def sights_of(
 
 
 def clothes(photographs: Sequence[Photo], detector: PersonDetector) -> dict[str, dict[str, float]]:
-    """Whether somebody is known again by the looks: taught by the photograph, seen in changed ones, and others.
+    """Whether someone is known again by the looks: taught by the photograph, seen in changed ones, and others.
 
     `known`: share of the sights that are taken for the person; `strangers_taken`: share of others' changed sights
     that are; `beside`: the same of strangers in the same photograph; `chosen`: how often the taught one of two in one
@@ -298,8 +298,8 @@ def clothes(photographs: Sequence[Photo], detector: PersonDetector) -> dict[str,
 
 
 def _looks(pixels: Array, person: Person, detector: PersonDetector, rng: np.random.Generator) -> Appearance | None:
-    """The looks of somebody who is asked for by direction and distance; None: not found."""
-    people = detector.look(_somebody(pixels, camera_of(pixels), person, "distance", rng))
+    """The looks of someone who is asked for by direction and distance; None: not found."""
+    people = detector.look(_person_seen(pixels, camera_of(pixels), person, "distance", rng))
     return next((one.looks for one in people if overlap(one.box, person.box) >= FOUND), None)
 
 
@@ -351,7 +351,7 @@ def _looked(detector: PersonDetector, question: LookQuestion) -> tuple[tuple[Rec
     return people, time.process_time() - began
 
 
-def _somebody(pixels: Array, camera: Camera, person: Person, how: str, rng: np.random.Generator) -> LookQuestion:
+def _person_seen(pixels: Array, camera: Camera, person: Person, how: str, rng: np.random.Generator) -> LookQuestion:
     column = (person.head[0] + person.head[2]) / 2
     model = camera.model
     bearing = -math.atan((column - model.cx) / model.fx) + float(rng.normal(0, AZIMUTH_SD))

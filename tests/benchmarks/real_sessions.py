@@ -145,7 +145,7 @@ def obey(running: Console, words: str, patience: float = 60.0) -> tuple[str, flo
 
 
 def come_here(here: Session) -> Row:
-    """Somebody in the room says it → how far from half a metre before them the robot ends."""
+    """A person in the room says it → how far from half a metre before them the robot ends."""
     assert here.robot is not None
     here.running.answer("/api/commands", {"text": "stop moving"})
     here.running.answer("/api/hearing", {"listen": True, "obey": True})

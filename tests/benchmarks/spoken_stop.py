@@ -1,6 +1,6 @@
 """STOP, spoken to a robot that drives: `python -m tests.benchmarks.spoken_stop --data FOLDER [--trials 20]`.
 
-The robot goes straight on in `sim:lab`, its ears open from before it set out. 1 to 8 seconds later somebody 1 to 3 m
+The robot goes straight on in `sim:lab`, its ears open from before it set out. 1 to 8 seconds later someone 1 to 3 m
 away says "stop moving", once, and the sound goes through the room, past the noise of the robot's own motors, to its
 microphones and its recognizer. Three voices (two of the recordings in FOLDER/speech_commands_tts, one of espeak) at
 two levels of the room's noise. Told: how often it was heard, and from the last phoneme of "stop" to the wheels at

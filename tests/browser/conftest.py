@@ -92,7 +92,7 @@ def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 
 @pytest.fixture
 def visit(profiles: Profiles, console: object) -> Iterator[Open]:
-    """Open the page as somebody, somehow; afterwards no page may have complained."""
+    """Open the page as someone, somehow; afterwards no page may have complained."""
     if isinstance(console, Running):  # shared by many files; a file's own console has no earlier visitors
         console.until_nobody_drives()
     visits: list[Visit] = []

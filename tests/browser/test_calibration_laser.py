@@ -19,7 +19,7 @@ SOON, LONG = 30_000, 240_000  # [ms]
 
 
 def camera_file() -> dict[str, Any]:
-    """The simulated robot's true camera, as somebody might bring it from another program."""
+    """The simulated robot's true camera, as someone might bring it from another program."""
     names = ("k1", "k2", "p1", "p2", "k3")
     model = TABLE_3
     return {

@@ -147,7 +147,7 @@ def test_the_menu_halts_and_no_row_turns_into_another(visit: Open, console: Runn
     here.find("app-menu button").first.click()
     rows = here.find(".menu .menu-item")
     before = rows.all_inner_texts()
-    console.ask("api/halt", {})  # somebody else, in this very moment
+    console.ask("api/halt", {})  # someone else, in this very moment
     expect(here.find(".banner")).to_contain_text("Halted")
     assert rows.all_inner_texts() == before
     here.find(".menu").get_by_role("button", name=re.compile("^Halt")).click()  # still what it says

@@ -1,4 +1,4 @@
-"""The first minute of a stranger, with the mouse alone: somebody in the room calls, and the robot comes."""
+"""The first minute of a stranger, with the mouse alone: someone in the room calls, and the robot comes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def lived_in(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
         yield running
 
 
-def test_within_the_first_minute_somebody_calls_and_the_robot_comes(visit: Open, lived_in: Running) -> None:
+def test_within_the_first_minute_someone_calls_and_the_robot_comes(visit: Open, lived_in: Running) -> None:
     here = visit(
         console=lived_in, before=lambda page: page.add_init_script("localStorage.setItem('beckon.map', 'flat')")
     )

@@ -1,4 +1,4 @@
-"""Teaching the robot who somebody is, on the page: the simulated person shows how it goes."""
+"""Teaching the robot who someone is, on the page: the simulated person shows how it goes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Near]:
         yield Near(live)
 
 
-def test_somebody_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> None:
+def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> None:
     here = visit(size=(1100, 760))
     page = here.page
     here.button("Begin").click()

@@ -1,4 +1,4 @@
-"""A link for somebody else, made and revoked on the page."""
+"""A link for someone else, made and revoked on the page."""
 
 from __future__ import annotations
 

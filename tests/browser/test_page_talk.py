@@ -72,7 +72,7 @@ def hold_while_it_is_said(here: Visit, opened: float, number: int) -> str:
 
 
 def picture(here: Visit, name: str) -> None:
-    """Keep a picture where somebody wants to look at it."""
+    """Keep a picture where someone wants to look at it."""
     folder = os.environ.get("BECKON_PICTURES")
     if folder:
         here.page.screenshot(path=f"{folder}/{name}.png")

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Locator
 from tests.browser.running_console import Running
 
 FLAT = ["--disable-gpu"]  # what Chromium is told where nobody looks at the 3-D map …
-WITH_SCENE = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # … and where somebody does
+WITH_SCENE = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # … and where someone does
 DESK, PHONE = (1440, 900), (390, 844)
 HARMLESS = ("Software WebGL", "GPU stall", "GL Driver Message", "401 (Unauthorized)", "THREE.Clock")
 PATIENCE = 15.0  # [s]; the machine may be busy

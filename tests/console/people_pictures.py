@@ -1,4 +1,4 @@
-"""A room as a webcam sees it: empty, and with somebody in it who does this or that."""
+"""A room as a webcam sees it: empty, and with someone in it who does this or that."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SMALL = Camera(
 
 
 def person(x: float, *, gesture: str = "", turn: float = 0.0) -> Thing:
-    """Somebody who faces the camera."""
+    """A person who faces the camera."""
     pose = Pose(x, 0.0, math.pi + turn)
     look = "green/black"
     return Thing(id="p", what="person", pose=pose, length=0.4, depth=0.4, height=1.75, look=look, gesture=gesture)

@@ -38,7 +38,7 @@ def test_a_viewer_that_comes_late_gets_the_newest_at_once() -> None:
     run(story)
 
 
-def test_what_was_made_when_somebody_looked_last_is_not_shown_to_who_comes_next() -> None:
+def test_what_was_made_when_someone_looked_last_is_not_shown_to_who_comes_next() -> None:
     async def story() -> None:
         hub, first, next_one = Broadcaster(), Subscriber("state", "camera"), Subscriber("state")
         hub.join(first)

@@ -18,7 +18,7 @@ from tests.core.recording.log_writers import START, robot_messages, two, write_m
 
 
 def film(path: Path) -> Path:
-    """Somebody who stands there, for a second, again and again."""
+    """A person who stands there, for a second, again and again."""
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, (640, 480))
     for _ in range(10):
         writer.write(white_body(640, 480, 420.0, 80.0, 300.0))
@@ -65,7 +65,7 @@ COMPRESSED = "sensor_msgs/msg/CompressedImage"
 
 
 def recording(path: Path) -> Path:
-    """A robot that drives an arc for ten seconds, with somebody in its pictures."""
+    """A robot that drives an arc for ten seconds, with someone in its pictures."""
     jpeg = cv2.imencode(".jpg", white_body(640, 480, 420.0, 80.0, 300.0))[1].ravel()
     seen = [
         (

@@ -18,7 +18,7 @@ from tests.core.perception.stick_figures import StickNetworks, white_body
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Two pictures, one with somebody in it, and a detector for white figures."""
+    """Two pictures, one with someone in it, and a detector for white figures."""
     monkeypatch.setattr(pipeline, "open_detector", lambda settings: PoseDetector(StickNetworks(), settings))
     cv2.imwrite(str(tmp_path / "one.png"), white_body(640, 480, 420.0, 80.0, 300.0))
     cv2.imwrite(str(tmp_path / "none.png"), white_body(640, 480, 0.0, 0.0, 0.0))
@@ -30,7 +30,7 @@ def answer(capsys: pytest.CaptureFixture[str], *words: object, code: int = 0) ->
     return json.loads(capsys.readouterr().out)
 
 
-def test_somebody_in_a_direction_is_answered_with_parts_and_k(folder, capsys) -> None:
+def test_someone_in_a_direction_is_answered_with_parts_and_k(folder, capsys) -> None:
     told = answer(capsys, folder / "one.png", "--azimuth", -0.17, "--distance", 3.3, "--fov", 1.05)
     assert set(told) >= {"people", "processing_s", "engine"} and told["engine"] == "pose"
     (one,) = told["people"]

@@ -1,4 +1,4 @@
-"""Teaching the robot who somebody is, by pictures from anywhere, and to whom alone it comes."""
+"""Teaching the robot who someone is, by pictures from anywhere, and to whom alone it comes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def send(live: Live, path: str, raw: bytes, **headers: str) -> Reply:
     return live.ask("POST", path, raw=raw, token=live.operator, headers=told)
 
 
-def test_somebody_is_learnt_from_pictures_that_are_judged_in_words(school: Live) -> None:
+def test_someone_is_learnt_from_pictures_that_are_judged_in_words(school: Live) -> None:
     path = begin(school)
     early = send(school, f"{path}/pictures", png("down"))
     assert early.status == 409 and "background" in early.json["detail"]

@@ -45,7 +45,7 @@ def test_pictures_that_look_alike_are_sent_now_and_then_and_a_change_at_once() -
     assert sent(1.0, grey)
     assert not sent(1.1, grey) and not sent(1.2, grey)
     assert sent(1.25, grey, at_rest=False)
-    somebody = grey.copy()
-    somebody[100:200, 150:180] = 60
-    assert sent(1.3, somebody)
-    assert sent(1.3 + REST_GAP, somebody)
+    someone = grey.copy()
+    someone[100:200, 150:180] = 60
+    assert sent(1.3, someone)
+    assert sent(1.3 + REST_GAP, someone)

@@ -185,7 +185,7 @@ def test_without_a_yes_nothing_is_moved(
 
 
 @pytest.mark.usefixtures("quick")
-def test_somebody_is_asked_to_pull_the_cable(
+def test_someone_is_asked_to_pull_the_cable(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot = ToyRobot()

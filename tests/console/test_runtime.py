@@ -232,7 +232,7 @@ def wait_frames(live: Live, seconds: float = 0.3) -> None:
     live.until(lambda: live.runtime.snapshot.stamp > stamp + seconds)
 
 
-def test_every_picture_is_encoded_once_and_only_when_somebody_looks(
+def test_every_picture_is_encoded_once_and_only_when_someone_looks(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     import console.camera_stream as module

@@ -305,7 +305,7 @@ def test_the_browser_gets_its_key_by_a_file_for_this_user_alone(
     assert not page.exists()
 
 
-def test_a_page_that_somebody_left_there_is_not_followed(tmp_path: Path) -> None:
+def test_a_page_that_someone_left_there_is_not_followed(tmp_path: Path) -> None:
     (tmp_path / "theirs").write_text("")
     (tmp_path / "open.html").symlink_to(tmp_path / "theirs")
     written("http://127.0.0.1:8420/#t=<key>", tmp_path)

@@ -158,7 +158,7 @@ def test_who_insists_may_place_a_robot_that_does_not_think_it_is_lost(live: Live
     assert led(live).asked == [("here", 1.0, 2.0, None)]
 
 
-def test_nobody_moves_the_ground_under_somebody_who_drives(live: Live) -> None:
+def test_nobody_moves_the_ground_under_someone_who_drives(live: Live) -> None:
     other = live.runtime.access.logins.issue("Bob", "operator")
     assert post(live, "/api/lease", {"do": "acquire"}, token=other).status == 200
     told = {"x_m": 0, "y_m": 0, "force": True}

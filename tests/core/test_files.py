@@ -178,7 +178,7 @@ def test_what_a_crash_left_is_removed_and_nothing_else(tmp_path: Path) -> None:
     for name in (f".card.json.0a1b2c3d{UNFINISHED}", "card.json", ".hidden", f"mine{UNFINISHED}"):
         (inner / name).write_text("")
         os.utime(inner / name, (0, 0))
-    (inner / f".fresh{UNFINISHED}").write_text("somebody writes this now")
+    (inner / f".fresh{UNFINISHED}").write_text("someone writes this now")
     remove_unfinished(tmp_path)
     assert sorted(path.name for path in inner.iterdir()) == [
         f".fresh{UNFINISHED}",

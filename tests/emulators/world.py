@@ -57,7 +57,7 @@ class World:
         return self._began + stamp
 
     def start(self) -> None:
-        """Begin to live. The camera is simulated where somebody looks at its pictures."""
+        """Begin to live. The camera is simulated where someone looks at its pictures."""
         settings = SimulationSettings(camera=bool(self.on_image))
         self.robot = SimulatedRobot(self._place, seed=self._seed, settings=settings)
         if self._listening:
@@ -73,7 +73,7 @@ class World:
             self._thread.join(5.0)
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
-        """Put somebody into the room, let them speak, read the floor plan: a request to the simulator."""
+        """Put someone into the room, let them speak, read the floor plan: a request to the simulator."""
         assert self.robot is not None
         with self._stepping:
             return self.robot.ask(request)

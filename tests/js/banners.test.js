@@ -124,7 +124,7 @@ test("who asks for control is seen by the one who drives, and by nobody else", (
   assert.deepEqual(told({ mine: false, state: { ...STATE, lease } }), []);
 });
 
-test("who loses control reads it over the map, and may ask for it where somebody has it", () => {
+test("who loses control reads it over the map, and may ask for it where someone has it", () => {
   const [taken] = told({ mine: false, lostControl: { to: "Bert" } });
   assert.match(taken?.text ?? "", /Bert took control from you/);
   assert.equal(taken?.offers, "regain");

@@ -108,7 +108,7 @@ test("after any trip a held key moves nothing until it was let go", () => {
     ["stop", (p) => p.drive.trip("Stopped.")],
     ["the gate asks for neutral", (p) => (p.gate.needNeutral = true)],
     ["another lease", (p) => (p.gate.epoch += 1)],
-    ["somebody else drives", (p) => (p.permission = { may: "no", why: "Bea drives." })],
+    ["someone else drives", (p) => (p.permission = { may: "no", why: "Bea drives." })],
     ["nobody drives any more", (p) => (p.permission = ASK)],
   ];
   for (const [name, trip] of trips) {

@@ -50,7 +50,7 @@ test("the map in words says where the robot is, what is near, where it goes and 
   assert.match(words, /Nearest obstacle 2\.0 m on the right\./);
   assert.match(words, /It goes to x 1\.00 m, y 0\.00 m: 1\.0 m to go\./);
   assert.match(words, /The map is 4\.0 m by 2\.0 m\.$/);
-  assert.doesNotMatch(mapInWords(STATE, [], null), /obstacle|goes|Somebody|map is/);
+  assert.doesNotMatch(mapInWords(STATE, [], null), /obstacle|goes|Someone|map is/);
 });
 
 test("a view that is centred shows the point in the middle", () => {

@@ -51,7 +51,7 @@ test("an enrollment belongs to a user by id, not by name", async () => {
   await settled();
   assert.ok(enrollments.mine);
   void enrollments.read();
-  open.pop()?.(told({ ...enrollment, owner: "somebody else called Ada" }));
+  open.pop()?.(told({ ...enrollment, owner: "someone else called Ada" }));
   await settled();
   assert.ok(!enrollments.mine);
 });

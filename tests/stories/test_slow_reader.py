@@ -35,7 +35,7 @@ def told(folder: Path, tell: Any) -> Story:
 
 
 async def say(story: Story, source: str, words: str, *, stop: bool = False) -> Uttered:
-    """Somebody says this in one second, with STOP in the middle of it or not."""
+    """A person says this in one second, with STOP in the middle of it or not."""
     one = Uttered(words, source, "a", story.now, story.now + 1.0, story.now + 0.5 if stop else float("inf"))
     story.seen.uttered[words] = one
     if source == "voice":

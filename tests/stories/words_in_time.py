@@ -56,7 +56,7 @@ LENGTH = 9.0  # [s] of a story
 
 @dataclass
 class Uttered:
-    """What somebody said, wrote or typed."""
+    """What someone said, wrote or typed."""
 
     words: str
     source: str
@@ -148,7 +148,7 @@ class Story:
         self._numbers = iter(range(1, 1000))
         self.room_reader, self.page_reader = Reader(self._pace), Reader(self._pace)
         self.frozen = 0.0  # [s] until when nobody reads
-        self._epoch, self._armed = 0, 0.0  # [s] when somebody last began to drive
+        self._epoch, self._armed = 0, 0.0  # [s] when someone last began to drive
         self.slow = self.chance.choice((0.05, 0.3, 2.0, 5.0))
         self.lease, board = Lease(), Notifications()
         history = History(folder, lambda _: None)
@@ -302,7 +302,7 @@ class Story:
         return None if one is None else TextFileCommand(one.words, age=now - WALL - one.ended)
 
     def act(self) -> None:
-        """One thing that somebody does."""
+        """One thing that someone does."""
         who = self.chance.choice((ANNA, ANNA, BERT))
         page = self.pages.get(who.id)
         what = self.chance.choices(ACTS, WEIGHTS)[0]
@@ -420,7 +420,7 @@ class Page:
         self.heard.append(json.loads(text))
 
     def speak(self, one: Uttered) -> None:
-        """Unless somebody speaks here already."""
+        """Unless someone speaks here already."""
         if self._speaking is None or self._speaking.done():
             self._speaking = asyncio.get_running_loop().create_task(self._speak(one))
 

@@ -49,7 +49,7 @@ class Appearance:
 
 @message
 class PersonProfile:
-    """Somebody who was taught."""
+    """A person who was taught."""
 
     name: str
     looks: Appearance

@@ -1,4 +1,4 @@
-"""Somebody whom a model found in a picture: head, torso and feet as boxes, and K of those that are in it (eq. 34)."""
+"""A person whom a model found in a picture: head, torso and feet as boxes, and K of those that are in it (eq. 34)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SHOWN = 0.3  # share of a part in the picture below which it says nothing
 
 @message
 class SeenBody:
-    """Somebody, as a model found them; nothing is known yet of what the picture's rim cuts off."""
+    """Someone, as a model found them; nothing is known yet of what the picture's rim cuts off."""
 
     parts: tuple[Box, Box, Box]  # head, torso, feet
     likelihoods: tuple[float, float, float]  # K1, K2, K3 of eq. 34
@@ -21,7 +21,7 @@ class SeenBody:
     hips_row: float  # [pixel]
     torso_length: float  # [pixel] from the hips to the shoulders; about 0.29 of the stature
     legs_length: float  # [pixel] from the hips down to the ankles, negative where these are higher
-    confidence: float  # 0..1 that somebody is there
+    confidence: float  # 0..1 that someone is there
 
 
 @message

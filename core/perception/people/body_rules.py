@@ -1,4 +1,4 @@
-"""When a body that a model found is somebody who may be meant, and the rectangle that is made of it."""
+"""When a body that a model found is someone who may be meant, and the rectangle that is made of it."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class BodyRules:
         return low - half <= body.head_column <= high + half
 
     def _stands(self, body: SeenBody, distance: float, view: Viewpoint) -> bool:
-        """The hips are as high above the floor as somebody's there: legs alone look like a small person far away."""
+        """The hips are as high above the floor as someone's there: legs alone look like a small person far away."""
         column = (body.parts[1][0] + body.parts[1][2]) / 2
         height = float(view.camera.mounting.translation[2]) + distance * view.elevation(column, body.hips_row)
         near = distance < BEYOND * self._settings.farthest

@@ -1,7 +1,7 @@
 """Where the caller stands: RANSAC over audio-visual coordinates, gathered from all poses in which the robot looked.
 
 A voice gives a bearing, a picture a bearing and a rough distance, legs a place. Samples of them propose places, and a
-place is believed for what agrees with it: a voice that was heard with the words, and somebody who was seen. At a
+place is believed for what agrees with it: a voice that was heard with the words, and someone who was seen. At a
 wall's echo nobody stands, and another talker has less of the words.
 """
 

@@ -41,7 +41,7 @@ class SeenPart:
 
 @message
 class Rectangle:
-    """Somebody in the picture."""
+    """A person in the picture."""
 
     value: float  # K of eq. 34, of the parts that are in the picture
     shown: float  # 0..1: weight of the parts that are in the picture

@@ -26,7 +26,7 @@ class DrawnDetector:
         self._settings = settings or PeopleSettings()
 
     def look(self, question: LookQuestion) -> tuple[Rectangle, ...]:
-        """Search the planes where somebody may stand."""
+        """Search the planes where someone may stand."""
         camera = question.camera
         boards = VerticalPlanes(levelled(question.pixels), camera)
         bearing = axis(camera) if question.bearing is None else question.bearing

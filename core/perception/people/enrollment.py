@@ -36,7 +36,7 @@ Box = tuple[float, float, float, float]  # left, top, right, bottom [pixel]
 
 @message
 class HeightGauge:
-    """Measures how tall somebody is, by the laser's distance of the legs and the height of the camera."""
+    """Measures how tall someone is, by the laser's distance of the legs and the height of the camera."""
 
     camera: Camera
     standers: tuple[LegCluster, ...]

@@ -26,7 +26,7 @@ POSITION_GAIN, SPEED_GAIN = 0.5, 0.25  # of the alpha-beta filter
 
 @dataclass
 class LegTrack:
-    """Somebody or something else that stands like legs."""
+    """A person or something else that stands like legs."""
 
     place: Array  # (2,) [m] world
     velocity: Array  # (2,) [m/s]

@@ -45,7 +45,7 @@ class LegCluster:
 def find_standers(points: Array, *, every: bool = False) -> tuple[LegCluster, ...]:
     """Scan points (M, 2) [m] in the robot frame → what may be legs, nearest first: pairs, and single ones.
 
-    `every`: also those legs alone that may be one of a pair, since the other may be somebody else's.
+    `every`: also those legs alone that may be one of a pair, since the other may be someone else's.
     """
     if len(points) < FEWEST:
         return ()

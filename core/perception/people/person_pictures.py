@@ -80,7 +80,7 @@ class PersonPictures:
         distance: float,
         stamp: float,
     ) -> None:
-        """Ask for somebody who is expected at a bearing and a distance [m] from the camera."""
+        """Ask for someone who is expected at a bearing and a distance [m] from the camera."""
         if self._busy(stamp) or stamp - self._asked < PAUSE or only_legs_show(camera, towards[0], distance, CHEST):
             return
         self._ask(AskedPicture(stamp, pose, standers, None), image, camera, towards, (distance,))
@@ -119,7 +119,7 @@ class PersonPictures:
 
 
 def only_legs_show(camera: Camera, bearing: float, distance: float, height: float = SHOULDERS) -> bool:
-    """Return whether of somebody who stands there less than `height` [m] is in the picture, little but legs."""
+    """Return whether of someone who stands there less than `height` [m] is in the picture, little but legs."""
     view = Viewpoint(camera)
     if math.isnan(view.column(bearing)):
         return False

@@ -1,4 +1,4 @@
-"""Somebody was heard: from where to where, and when."""
+"""The bearing of a voice that was heard: from where to where, and when."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ MOST_IN_WORDS = 3  # directions of words: the talker's, an echo's, another talke
 
 
 def _less_where(one: Direction, talked: Sequence[Direction]) -> Direction:
-    """A direction in words, with less strength where somebody talked from there before them."""
+    """A direction in words, with less strength where someone talked from there before them."""
     near = any(
         one.angle_to(other.towards) < min(3 * math.hypot(one.azimuth_sd, other.azimuth_sd), WIDEST_TALKER)
         for other in talked

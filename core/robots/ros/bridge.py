@@ -39,7 +39,7 @@ from core.sensors.microphones import load_array
 
 FAILSAFE_WORDS = "Unknown whether it stops by itself; ask the robot's maker."
 NO_FAILSAFE = "The robot's controller has cmd_vel_timeout = 0: it does not stop when the link is lost. Set it to 0.5."
-ZEROS = 5  # messages that say zero, then silence: somebody else may drive
+ZEROS = 5  # messages that say zero, then silence: someone else may drive
 ZERO_PERIOD = 0.02  # [s] between them
 LOCK_PERIOD = 0.1  # [s] of the lock's heartbeat
 
@@ -277,7 +277,7 @@ class RosSensors:
             self._readings.wheels(pose, float(twist.linear.x), float(twist.angular.z), stamp)
 
     def _take_image(self, topic: str, content: Any, received: float) -> None:
-        """A picture; once the robot is known, decoded where somebody takes it."""
+        """A picture; once the robot is known, decoded where someone takes it."""
         stamp = self._clocks.stamp(topic, stamp_of(content.header), received)
         if self._readings is not None:
             self._readings.undecoded(lambda: self._image(topic, content, stamp))

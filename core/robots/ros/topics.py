@@ -126,7 +126,7 @@ def choose_topics(
 ) -> RosTopics:
     """The robot's topics, each with its type in the form of ROS 1 or 2 → which of them are used, and for what.
 
-    `listeners`: the topics that somebody on the robot subscribes to; None: the link does not tell. Raises
+    `listeners`: the topics that a node of the robot subscribes to; None: the link does not tell. Raises
     Unavailable for a topic that the settings name and the robot does not have.
     """
     return _Chooser(found, settings, listeners).topics()

@@ -26,7 +26,7 @@ LONGEST_NAME = 256
 
 
 class Endpoint(NamedTuple):
-    """Somebody on the robot who publishes on a topic, or listens to it."""
+    """A publisher or a subscriber of a topic on the robot."""
 
     topic: str  # "/robot1/scan"
     type: str  # "sensor_msgs/msg/LaserScan"

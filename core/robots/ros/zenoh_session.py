@@ -98,7 +98,7 @@ class RosGraph:
         self.changed = time.monotonic()  # [s]
 
     def put(self, token: str) -> None:
-        """Somebody has come."""
+        """A publisher or a subscriber has appeared."""
         endpoint = parse_token(token)
         if endpoint is None:
             return
@@ -108,7 +108,7 @@ class RosGraph:
             self.changed = time.monotonic()
 
     def drop(self, token: str) -> None:
-        """Somebody has gone."""
+        """A publisher or a subscriber has gone."""
         with self._guard:
             self._endpoints.pop(token, None)
             self.changed = time.monotonic()

@@ -21,7 +21,7 @@ from core.speech.understanding.grammar import STOP_WORD, OwnPhrases, Refusal, pa
 Verdict = Literal["accept", "confirm", "reject"]
 
 MOST_OFFERED = 2  # commands instead of words that are none
-NO_COMMAND = "Somebody spoke, but that was no command."
+NO_COMMAND = "Someone spoke, but that was no command."
 NOT_SURE = "I am not sure that I heard every word right."
 TOO_LONG = "That was longer than any command."
 

@@ -20,7 +20,7 @@ GAP = 0.02  # [s] missing between two pieces of sound, beyond which spotting sta
 
 
 class WhisperKeywordSpotter:
-    """Reads the last second or so while somebody speaks."""
+    """Reads the last second or so while someone speaks."""
 
     def __init__(self, recognizer: WhisperRecognizer) -> None:
         self._recognizer = recognizer

@@ -17,7 +17,7 @@ export const people = async () => (await call("api/sim/people")).people.sort(byN
 const byName = (one, other) => one.id.localeCompare(other.id);
 
 /**
- * Let somebody in the room speak to the robot, which then obeys the voices of the room.
+ * Let someone in the room speak to the robot, which then obeys the voices of the room.
  * @param {string} id
  * @param {string} text
  */

@@ -46,7 +46,7 @@ const HINTS = [
   {
     at: ".person-chip",
     opens: "hearing",
-    title: t("coach-marks.let_somebody_call_you"),
+    title: t("coach-marks.let_someone_call_you"),
     text: touch ? t("coach-marks.press_a_name_then_come_here") : t("coach-marks.press_a_name_then_come_here_2"),
     done: ({ state }) => state?.command?.name === "come_here" && state.command.state === "running",
     optional: true,

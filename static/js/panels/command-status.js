@@ -47,7 +47,7 @@ class CommandStatus extends Panel {
   #log = new StatusLog();
   #toGo = new ToGo();
   #empty = false; // it is a simulated room, and nobody is in it
-  #caller = ""; // somebody in the simulated room who could call
+  #caller = ""; // someone in the simulated room who could call
 
   /** @override */
   build() {
@@ -137,7 +137,7 @@ class CommandStatus extends Panel {
       );
   }
 
-  /** In an empty simulated room: somebody to come to. */
+  /** In an empty simulated room: someone to come to. */
   #addPerson() {
     const button = make("button", { type: "button", class: "chip" }, icon("demo"), t("command-status.add_a_person"));
     button.addEventListener("click", () => {

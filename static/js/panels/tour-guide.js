@@ -150,7 +150,7 @@ class TourGuide extends Panel {
   }
 
   /**
-   * Let somebody call, and wait for what comes of it.
+   * Let someone call, and wait for what comes of it.
    * @param {Tour} tour
    * @param {string} who
    * @param {number} tries

@@ -29,7 +29,7 @@ const VOICE_S = 12; // [s] after which a voice is no longer drawn
 const SIGMAS = 2;
 const BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
 const [ABOVE, BELOW] = [-9, 19]; // [px] of words beside a point
-const SAME_M = 0.6; // [m] within which the person who is followed is somebody in the room
+const SAME_M = 0.6; // [m] within which the person who is followed is someone in the room
 const BAR_PX = 60; // [px] that the scale has at least
 
 /**
@@ -208,7 +208,7 @@ class Brush {
     this.label(at, state === "seen" ? t("flat-drawing.person") : t("flat-drawing.person_hidden_now"));
   }
 
-  /** Somebody in the simulated room. @param {Point} point [m] @param {string} name */
+  /** A person in the simulated room. @param {Point} point [m] @param {string} name */
   inhabitant(point, name) {
     const { context } = this;
     const at = this.view.drawn(point);

@@ -33,7 +33,7 @@ export const mapKind = () => kind;
 /** @returns {string} a sentence: why the map is flat though nobody chose it; "" for none */
 export const whyFlat = () => why;
 
-/** @returns {boolean} whether somebody chose, who is not overruled */
+/** @returns {boolean} whether someone chose, who is not overruled */
 export const isChosen = () => remembered("map", "") !== "";
 
 /** @param {MapKind} chosen by the person at the screen */

@@ -78,7 +78,7 @@ export function mapInWords(state, scan, extent) {
     const bearing = Math.atan2(person.y_m - y, person.x_m - x) - pose.heading_rad;
     const distance = metres(Math.hypot(person.x_m - x, person.y_m - y), 1);
     said.push(
-      t("map-text.somebody_is_distance_away_inwords", {
+      t("map-text.someone_is_distance_away_inwords", {
         distance,
         inwords: inWords(Math.atan2(Math.sin(bearing), Math.cos(bearing))),
       }),

@@ -36,7 +36,7 @@ export class Tour {
       try {
         await step.act(this);
       } catch {
-        this.end(); // the link is gone, or somebody else drives: both are said elsewhere
+        this.end(); // the link is gone, or someone else drives: both are said elsewhere
       }
       await read;
     }

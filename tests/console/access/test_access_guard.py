@@ -272,7 +272,7 @@ def test_the_sixth_wrong_token_within_a_minute_is_not_even_looked_at(live: Live)
     ],
     ids=ascii,
 )
-def test_nobody_is_called_what_could_be_taken_for_somebody_else(live: Live, name: str) -> None:
+def test_nobody_is_called_what_could_be_taken_for_someone_else(live: Live, name: str) -> None:
     assert live.ask("POST", "/api/login", {"token": live.viewer, "name": name}).status == 422
 
 

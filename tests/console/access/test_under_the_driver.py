@@ -1,4 +1,4 @@
-"""What those who do not drive may do while somebody drives: watch and stop, and never take the console away."""
+"""What those who do not drive may do while someone drives: watch and stop, and never take the console away."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def test_a_drivers_turn_takes_the_microphone_from_a_viewers() -> None:
 
 @pytest.fixture
 def driven(live: Live) -> Iterator[str]:
-    """Somebody drives; the cookie of another operator."""
+    """A person drives; the cookie of another operator."""
     own = {"Cookie": signed_in(live, live.operator).partition(";")[0], "Origin": f"http://127.0.0.1:{live.port}"}
     assert live.ask("POST", "/api/lease", {"do": "take"}, headers=own).status == 200
     yield own["Cookie"]

@@ -39,7 +39,7 @@ def test_hello_comes_first_and_says_who_and_what(live: Live) -> None:
     with live.open() as line:
         told = json.loads(line.recv(timeout=5))
     assert told["kind"] == "hello"
-    assert before <= told["clock_ms"] <= 1000 * time.monotonic(), "no clock that somebody may set back"
+    assert before <= told["clock_ms"] <= 1000 * time.monotonic(), "no clock that someone may set back"
     assert told["you"]["role"] == "operator" and told["you"]["name"] == "operator"
     assert told["robot"]["kind"] == "SIM" and told["robot"]["drives"] is True
     assert len(told["tab"]) >= 16

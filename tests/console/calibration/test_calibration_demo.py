@@ -257,7 +257,7 @@ def test_the_demo_calibrates_the_camera_by_itself() -> None:
     assert robot.ask(ReadPlan()).things[-1].fixed  # the board is gone
 
 
-@pytest.mark.campaign  # the browser tests let it do the same while somebody watches
+@pytest.mark.campaign  # the browser tests let it do the same while someone watches
 def test_the_demo_calibrates_the_laser_by_itself_with_a_camera_that_is_not_quite_exact() -> None:
     robot = some_robot(11, rate=5.0)
     camera = CameraModel(

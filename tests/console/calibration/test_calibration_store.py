@@ -183,7 +183,7 @@ def document(fx: float) -> Any:
 def accepted(folder: Path, *lengths: float) -> CalibrationStore:
     kept = CalibrationStore(folder)
     for fx in lengths:
-        kept.put("camera", document(fx), {"fx": fx}, "somebody")
+        kept.put("camera", document(fx), {"fx": fx}, "someone")
     return kept
 
 
@@ -203,7 +203,7 @@ def test_a_disk_that_is_full_costs_nothing_that_was_in_use(tmp_path: Path, monke
 
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(Unwritable, match="No space left"):
-        kept.put("camera", document(303.0), {"fx": 303.0}, "somebody")
+        kept.put("camera", document(303.0), {"fx": 303.0}, "someone")
     assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == 302.0
     assert sorted(path.suffix for path in tmp_path.iterdir()) == [".json", ".json"]
 
@@ -219,7 +219,7 @@ def test_a_crash_while_accepting_or_taking_back_leaves_a_calibration_in_use(
     with monkeypatch.context() as broken:
         broken.setattr(Path, "replace", stop)
         with pytest.raises(Unwritable, match="could not be saved"):
-            kept.put("camera", document(303.0), {"fx": 303.0}, "somebody")
+            kept.put("camera", document(303.0), {"fx": 303.0}, "someone")
         with pytest.raises(Unwritable, match="could not be taken back"):
             kept.undo("camera")
     assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == 302.0
@@ -247,7 +247,7 @@ def test_a_digit_that_changed_after_it_was_saved_is_told_and_not_used(tmp_path: 
     assert "camera.json cannot be used: It was changed after it was saved" in trouble and SEAL in trouble
 
 
-def test_a_file_that_somebody_wrote_by_hand_is_used_and_counts_as_not_verified(tmp_path: Path) -> None:
+def test_a_file_that_someone_wrote_by_hand_is_used_and_counts_as_not_verified(tmp_path: Path) -> None:
     accepted(tmp_path, 510.0)
     path = tmp_path / "camera.json"
     own = {key: value for key, value in json.loads(path.read_text()).items() if key != SEAL}
@@ -257,7 +257,7 @@ def test_a_file_that_somebody_wrote_by_hand_is_used_and_counts_as_not_verified(t
     told = kept.report("camera")
     assert kept.camera is not None and kept.camera.fx == 505.0 and kept.troubles == []
     assert told is not None and told["verified"] is False
-    kept.put("camera", document(506.0), {"fx": 506.0}, "somebody")
+    kept.put("camera", document(506.0), {"fx": 506.0}, "someone")
     told = kept.report("camera")
     assert told is not None and told["verified"] is True and as_restarted(tmp_path) == 506.0
 

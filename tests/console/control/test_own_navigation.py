@@ -66,7 +66,7 @@ def test_a_goal_needs_the_lease_and_ends_with_any_stop(tmp_path: Path, end: str)
             await service.go(Pose(1.0, 2.0, 0.0), VIEWER, on_own_map=True)
         dispatcher.stop(OPERATOR, "rest")
         await asyncio.sleep(0.05)
-        assert robot.asked == []  # nothing is sent unless somebody asks
+        assert robot.asked == []  # nothing is sent unless someone asks
         await service.go(Pose(1.0, 2.0, 0.0), OPERATOR, on_own_map=True)
         assert lease.held_by(OPERATOR) and robot.goal is not None
         assert DRIVES in [notice.text for notice in board.shown]

@@ -74,7 +74,7 @@ def pending_commands(live: Live, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pe
 
 @pytest.fixture
 def rejected(pending_commands: PendingCommands, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The words of which it was told that somebody did not want them."""
+    """The words of which it was told that someone did not want them."""
     told: list[str] = []
     monkeypatch.setattr(
         pending_commands, "when_rejected", [lambda pending_command: told.append(pending_command.words)]
@@ -173,7 +173,7 @@ def test_what_else_may_have_been_said_is_shown_with_what_waits(live: Live, pendi
     assert shown(live)["alternatives"] == ["continue 1.5 meters"]
 
 
-def test_an_order_waits_on_while_somebody_speaks(live: Live, pending_commands: PendingCommands) -> None:
+def test_an_order_waits_on_while_someone_speaks(live: Live, pending_commands: PendingCommands) -> None:
     pending_commands.moment = 0.3
     who = person(live, live.operator)
 

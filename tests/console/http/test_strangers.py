@@ -236,7 +236,7 @@ def test_a_sentence_of_the_longest_kind_fits_into_a_message(live: Live) -> None:
 
 
 class Held:
-    """A connection that somebody holds."""
+    """A connection that someone holds."""
 
     def __init__(self, *, stranger: bool = True, idle: bool = True) -> None:
         self.stranger, self.idle, self.dropped = stranger, idle, False

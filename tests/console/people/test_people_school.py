@@ -1,4 +1,4 @@
-"""The school itself: what lasts, whose lesson it is, and somebody in the simulated room who shows how it goes."""
+"""The school itself: what lasts, whose lesson it is, and someone in the simulated room who shows how it goes."""
 
 from __future__ import annotations
 
@@ -65,13 +65,13 @@ def school_in(
 
 
 def card(**other: Any) -> dict[str, Any]:
-    """Somebody's file."""
+    """A person's file."""
     told = {"version": 2, "id": ANN, "name": "Ann", "learnt_s": 1.0, "by": "me", "pictures": 3}
     return {**told, "looks": looks(), **other}
 
 
 def looks(**other: Any) -> dict[str, Any]:
-    """Somebody's looks as they are stored."""
+    """A person's looks as they are stored."""
     row = [4.5, 4.0, 5.0, 0.4]
     return {"colours": [[None] * 4, row, row], "proportions": [0.3, None, -1.0], "height_m": 1.72, **other}
 
@@ -108,7 +108,7 @@ def test_who_is_known_and_chosen_outlasts_a_restart_and_who_is_forgotten_leaves_
 def test_a_lesson_belongs_to_one_person_whatever_they_call_themselves(tmp_path: Path) -> None:
     school, _ = school_in(tmp_path, [])
     enrollment = school.begin(ME)
-    with pytest.raises(Problem, match="Anna is teaching me somebody now") as busy:
+    with pytest.raises(Problem, match="Anna is teaching me someone now") as busy:
         school.begin(Person("2", "Anna", "operator"))
     assert busy.value.status == 409 and school.enrollment is enrollment
     anew = school.begin(ME)
@@ -164,7 +164,7 @@ class Late:
         self._seen: deque[Image] = deque(maxlen=LATE)
 
     def newest(self) -> Image | None:
-        """A moment passes whenever somebody looks."""
+        """A moment passes whenever someone looks."""
         for _ in range(4):
             image = self.robot.robot.read().image
             if image is not None:

@@ -93,7 +93,7 @@ def test_one_at_a_time_speaks_to_the_robot(live: Live, line: Connection) -> None
         assert hear(line, "listening")["on"]
         say(other, kind="listen", mode="held")
         told = hear(other, "listening")
-        assert not told["on"] and "Somebody else" in told["why"]
+        assert not told["on"] and "Someone else" in told["why"]
     say(line, kind="rest")
     assert not hear(line, "listening")["on"]
 

@@ -1,4 +1,4 @@
-"""How well somebody is understood here: from the setup to the page, and given up on the way."""
+"""How well someone is understood here: from the setup to the page, and given up on the way."""
 
 from __future__ import annotations
 

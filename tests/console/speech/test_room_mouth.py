@@ -1,4 +1,4 @@
-"""A browser's microphone at the mouth of somebody in the simulated room."""
+"""A browser's microphone at the mouth of someone in the simulated room."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Going beside and after somebody, on an ideal robot."""
+"""Going beside and after someone, on an ideal robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from core.navigation.goal_controller import GoalAim, GoalController, GoalStep
 from tests.core.commands.stage import OPEN, Stage
 
 
-def somebody(x: float, y: float) -> np.ndarray:
+def someone(x: float, y: float) -> np.ndarray:
     """Two legs as the laser sees them, (M, 2) [m]."""
     around = np.linspace(-math.pi, math.pi, 24)
     ring = 0.06 * np.column_stack((np.cos(around), np.sin(around)))
@@ -29,9 +29,9 @@ def go(stage: Stage, approach: GoalController, aim: GoalAim | None = None) -> Go
 
 
 @pytest.mark.parametrize(("x", "y", "heading"), [(2.0, 0.0, 0.0), (-1.5, 1.0, 0.5), (0.3, -2.0, 3.0)])
-def test_it_stops_half_a_metre_short_of_somebody_and_faces_them(x: float, y: float, heading: float) -> None:
+def test_it_stops_half_a_metre_short_of_someone_and_faces_them(x: float, y: float, heading: float) -> None:
     stage = Stage(Pose(0.0, 0.0, heading))
-    stage.walls = somebody(x, y)
+    stage.walls = someone(x, y)
     approach = GoalController(GoalAim(x=x, y=y, keep=0.5), stage.here)
     while (step := go(stage, approach)).state != "there":
         assert step.state == "under way"
@@ -53,7 +53,7 @@ def test_a_place_may_be_reached_with_a_heading() -> None:
 def test_it_goes_round_a_table_to_where_it_sees_who_called() -> None:
     stage = Stage()
     table = np.column_stack((np.full(41, 1.2), np.linspace(-1.0, 1.0, 41)))
-    stage.walls = np.vstack((somebody(1.6, 0.0), table))
+    stage.walls = np.vstack((someone(1.6, 0.0), table))
     approach = GoalController(GoalAim(x=1.6, y=0.0, keep=0.5), stage.here)
     while go(stage, approach).state != "there":
         assert stage.stamp < 90.0
@@ -62,14 +62,14 @@ def test_it_goes_round_a_table_to_where_it_sees_who_called() -> None:
     assert stage.nearest > 0.12
 
 
-def test_it_keeps_its_distance_to_somebody_who_walks_and_stands_and_walks_again() -> None:
+def test_it_keeps_its_distance_to_someone_who_walks_and_stands_and_walks_again() -> None:
     stage = Stage()
     x, gaps, states = 1.0, [], set()
-    stage.walls = somebody(x, 0.0)
+    stage.walls = someone(x, 0.0)
     approach = GoalController(GoalAim(x=x, y=0.0, keep=0.8), stage.here, lasting=True, cruise=0.3)
     while stage.stamp < 34.0:
         x += 0.2 * 0.025 if stage.stamp % 12.0 < 6.0 else 0.0
-        stage.walls = somebody(x, 0.0)
+        stage.walls = someone(x, 0.0)
         step = go(stage, approach, GoalAim(x=x, y=0.0, keep=0.8))
         states.add(step.state)
         gaps.append(stage.pose.distance_to(x, 0.0))

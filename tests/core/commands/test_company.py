@@ -113,7 +113,7 @@ def bearing(stage: Company, x: float, y: float, strength: float) -> VoiceBearing
     return VoiceBearing(stamp=stage.stamp, azimuth=azimuth, sd=0.05, x=0.0, y=0.0, strength=strength)
 
 
-def test_where_an_echo_is_louder_and_somebody_else_talks_it_comes_to_the_caller() -> None:
+def test_where_an_echo_is_louder_and_someone_else_talks_it_comes_to_the_caller() -> None:
     stage = Company(look_for=0.5)
     stage.looks = PeopleSettings(nearest=1.5, farthest=2.2)  # fewer distances
     stage.stands("Ann", 1.6, 0.6)
@@ -257,7 +257,7 @@ def test_where_only_others_are_the_one_who_was_taught_is_asked_for_by_name() -> 
     stage.who = ann()
     stage.stands("Bob", 2.4, 0.2, "green/black")
     stage.speaks("Bob")
-    with pytest.raises(Refused, match="somebody else there; I come only to Ann"):
+    with pytest.raises(Refused, match="someone else there; I come only to Ann"):
         stage.obey("follow me")
     del stage.people["Bob"]
     with pytest.raises(Refused, match="do not see Ann there"):
@@ -308,7 +308,7 @@ def follow(stage: Company, seconds: float, move: dict[str, tuple[float, float]])
     return told
 
 
-def test_it_follows_through_somebody_who_crosses_and_keeps_its_distance() -> None:
+def test_it_follows_through_someone_who_crosses_and_keeps_its_distance() -> None:
     stage = Company()
     stage.stands("Ann", 2.0, 0.0, "red/blue")
     stage.stands("Bob", 2.2, -3.0, "white/green")
@@ -321,7 +321,7 @@ def test_it_follows_through_somebody_who_crosses_and_keeps_its_distance() -> Non
     assert 0.7 < stage.to("Ann") < 1.8
 
 
-def test_it_says_that_it_lost_somebody_who_vanished_and_stops() -> None:
+def test_it_says_that_it_lost_someone_who_vanished_and_stops() -> None:
     stage = Company()
     stage.stands("Ann", 2.0, 0.0)
     follow(stage, 2.5, {})

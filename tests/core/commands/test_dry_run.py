@@ -30,7 +30,7 @@ WEBCAM = Camera(
 
 
 class Desk(Stage):
-    """A camera on a desk, somebody before it, and perhaps a voice."""
+    """A camera on a desk, someone before it, and perhaps a voice."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -62,7 +62,7 @@ class Desk(Stage):
         return told
 
 
-def test_somebody_is_boxed_and_told_what_a_robot_would_do() -> None:
+def test_someone_is_boxed_and_told_what_a_robot_would_do() -> None:
     desk = Desk()
     told = desk.shows("come_here", 1.0)[-1]
     assert told.person is not None and told.person.rectangle is not None
@@ -115,7 +115,7 @@ def test_what_is_missing_is_said_in_a_sentence() -> None:
         name="Ann", looks=Appearance(colours=np.full((3, 4), 3.0), proportions=NO_LIMBS), pictures=4
     )
     desk.call = None
-    with pytest.raises(Refused, match="somebody, but not Ann"):
+    with pytest.raises(Refused, match="someone, but not Ann"):
         desk.shows("come_here", LOOK_FOR + 1.0)
     desk.look = None
     with pytest.raises(Refused, match="beckon models get people"):

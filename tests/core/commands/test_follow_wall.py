@@ -119,7 +119,7 @@ def test_a_table_leg_at_hand_is_not_what_is_followed() -> None:
     assert alone.line(here, 0.5) is None
 
 
-def test_somebody_who_stands_there_is_no_wall_to_go_to() -> None:
+def test_someone_who_stands_there_is_no_wall_to_go_to() -> None:
     stage = SightedStage(Pose(0.0, 0.0, 0.0))
     stage.walls = np.vstack((wall((0.0, -1.0), (0.12, -1.0)), wall((0.2, -1.0), (0.32, -1.0))))  # two shins
     with pytest.raises(Refused, match="no wall on my right"):

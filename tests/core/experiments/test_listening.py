@@ -59,7 +59,7 @@ def test_words_are_known_when_they_have_been_read_and_sound_waits_meanwhile(pass
     assert ears.reading(0.3, 0.5) == pytest.approx(0.2)
 
 
-def test_what_waited_long_is_forgotten_when_somebody_begins_to_listen(passing) -> None:
+def test_what_waited_long_is_forgotten_when_someone_begins_to_listen(passing) -> None:
     ears, slow, frame = passing
     for n in range(1, 31):
         ears.keep(

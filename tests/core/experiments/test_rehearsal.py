@@ -123,7 +123,7 @@ def test_every_undertaking_ends_exactly_once(lab: Rehearsal) -> None:
     for _ in range(12):
         told += [lab.tell(str(words)) for words in rng.choice(sentences, rng.integers(0, 3))]
         if rng.random() < 0.2:
-            lab.pilot.cancel("cancelled", "Somebody pressed stop.")
+            lab.pilot.cancel("cancelled", "Someone pressed stop.")
         lab.run(float(rng.uniform(0.02, 2.0)))
     lab.run(15.0)
     assert sorted(ended.id for ended in lab.endings) == told

@@ -88,7 +88,7 @@ def test_the_spoken_words_bring_it_too() -> None:
 
 
 @pytest.mark.campaign
-def test_it_follows_for_a_minute_while_somebody_else_crosses() -> None:
+def test_it_follows_for_a_minute_while_someone_else_crosses() -> None:
     row = trial("follow_me", 0, 0, words=False)
     assert row["success"], row["why"]
     assert (row["contacts"], row["faults"]) == (0, [])

@@ -32,7 +32,7 @@ def cloth(blue: int, green: int, red: int) -> Array:
 
 
 def dressed(*colours: tuple[int, int, int], light: Array | float = 1.0, **more: object) -> Appearance:
-    """Somebody with a head, a shirt and trousers of these colours, in some light."""
+    """A person with a head, a shirt and trousers of these colours, in some light."""
     lit = [np.clip(cloth(*colour) * light, 0, 255).astype(np.uint8) for colour in colours]
     rows = np.array([tones_of(pixels, WHOLE) for pixels in lit])
     return Appearance(colours=rows, **{"proportions": NO_LIMBS, **more})  # type: ignore[arg-type]

@@ -22,7 +22,7 @@ from tests.core.perception.stick_figures import STANCE
 from tests.core.perception.test_pose import PHOTO
 
 SIDE = 320  # [pixel] of the input; the picture is 640 x 480, so that it is halved
-CENTRE, TOP, TALL, WIDE = 200.0, 40.0, 180.0, 60.0  # [pixel of the input] of somebody
+CENTRE, TOP, TALL, WIDE = 200.0, 40.0, 180.0, 60.0  # [pixel of the input] of someone
 BOX = (CENTRE - WIDE / 2, TOP, CENTRE + WIDE / 2, TOP + TALL)
 MIDDLE = (CENTRE, TOP + TALL / 2, WIDE, TALL)
 ROWS = [0, 2, 5, 7, 8, 11, 12, 13, 14, 15, 16, 23, 24, 25, 26, 27, 28]  # of the 33 landmarks: COCO's 17

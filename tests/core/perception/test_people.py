@@ -181,7 +181,7 @@ def test_a_tables_leg_that_is_seen_whole_is_nobodys(far: float) -> None:
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.8, math.pi / 2, 2.5])
-def test_a_tables_leg_is_not_paired_with_somebodys(heading: float) -> None:
+def test_a_tables_leg_is_not_paired_with_someones(heading: float) -> None:
     world = HALL.with_thing(person(0.3, 1.3, heading=heading)).with_thing(post(-0.05, 1.2))
     assert max(one for one in off(0.3, 1.3, world) if one < 0.5) < 0.12
 

@@ -183,7 +183,7 @@ def test_the_wheelbase_is_the_robots_own() -> None:
 def test_a_base_that_does_not_answer_ends_what_is_under_way() -> None:
     lab = robot()
     pilot = started(lab)
-    pilot.tell(1, command("continue 2 meters"), "typed", "somebody")
+    pilot.tell(1, command("continue 2 meters"), "typed", "someone")
     for _ in range(40):
         pilot.step(lab.read())
     snapshot = pilot.step(replace(lab.read(), trouble="serial:///dev/ttyUSB0 does not answer."))

@@ -69,7 +69,7 @@ def test_samples_that_are_no_numbers_are_no_level(number: float) -> None:
 
 
 @pytest.mark.parametrize("other_first", [True, False], ids=["ends into the words", "begins in the words"])
-def test_words_are_the_caller_s_though_somebody_else_talks_into_them(other_first: bool) -> None:
+def test_words_are_the_caller_s_though_someone_else_talks_into_them(other_first: bool) -> None:
     words, talk = (
         plane_waves(voice[None], unit(azimuth, 0.4)[None], RESPEAKER_ODAS.positions, RATE)
         for voice, azimuth in (

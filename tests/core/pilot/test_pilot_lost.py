@@ -1,4 +1,4 @@
-"""The pilot of a robot that somebody carries away."""
+"""The pilot of a robot that someone carries away."""
 
 from __future__ import annotations
 

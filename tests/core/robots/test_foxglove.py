@@ -175,7 +175,7 @@ def test_settings_come_from_the_address() -> None:
     assert (device.address.settings.scan, device.address.settings.cmd_vel) == (("/front/scan",), "/tab_vel")
 
 
-def test_nobody_there_and_somebody_else_there_are_sentences(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nobody_there_and_someone_else_there_are_sentences(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("core.robots.ros.socket_link.CONNECTING", 1.0)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

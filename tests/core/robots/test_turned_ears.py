@@ -21,7 +21,7 @@ TURNED = 0.7  # [rad]
 
 
 def recording(robot: SimulatedRobot, azimuth: float) -> Sound:
-    """Somebody speaks from there for a second."""
+    """A person speaks from there for a second."""
     here = robot.ask(ReadTruth())
     angle = here.heading_rad + azimuth
     voice = (4000 * practice_voice(np.random.default_rng(1), 0.8, 16_000)).astype("<i2").tobytes()

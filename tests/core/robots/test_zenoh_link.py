@@ -100,7 +100,7 @@ def test_the_robot_s_graph_shows_the_console_while_it_is_there(emulator: ZenohEm
 def test_a_stamped_type_is_taken_from_the_listener_and_stamped_0(bridge: bool) -> None:
     with running(bridge=bridge, cmd_vel_type=TWIST_STAMPED) as emulator:
         assert emulator.node is not None
-        emulator.node.publisher("/cmd_vel", TWIST)  # somebody who sends what nobody hears
+        emulator.node.publisher("/cmd_vel", TWIST)  # someone who sends what nobody hears
         with live(device_of(emulator, "?base_frame=base_link")) as robot:
             frames(robot, 0.2, Twist(0.1, 0.5))
             until(lambda: emulator.frames)
@@ -264,7 +264,7 @@ def test_the_address_says_which_robot_and_which_of_its_topics() -> None:
     assert (address.settings.scan, address.settings.namespace) == (("/front/scan",), "/fleet/bot1")
 
 
-def test_nobody_there_and_somebody_else_there_are_sentences(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nobody_there_and_someone_else_there_are_sentences(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("core.robots.ros.zenoh_session.CONNECTING", 1.0)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

@@ -13,7 +13,7 @@ TORSO_LENGTH = 0.29  # statures
 
 
 def body_of_box(box: Box, score: float) -> SeenBody:
-    """Somebody of whom only the box is known."""
+    """A person of whom only the box is known."""
     left, top, right, bottom = box
     tall, middle = bottom - top, (left + right) / 2
     half = min(0.5 * HEAD_SHARE * tall, (right - left) / 2)
@@ -32,7 +32,7 @@ def body_of_box(box: Box, score: float) -> SeenBody:
 
 
 def body_of_points(box: Box, score: float, points: Array) -> SeenBody:
-    """Somebody with COCO's 17 landmarks (17, 3): x, y [pixel] and visibility 0..1."""
+    """A person with COCO's 17 landmarks (17, 3): x, y [pixel] and visibility 0..1."""
     shoulders, hips = points[list(SHOULDERS), :2].mean(axis=0), points[list(HIPS), :2].mean(axis=0)
     length = max(float(np.hypot(*(shoulders - hips))), 1e-3)
     face = points[list(FACE), :2].mean(axis=0)

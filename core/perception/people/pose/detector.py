@@ -65,7 +65,7 @@ class PoseDetector:
         return tuple(self._rectangle(one, question, view, picture) for one in _apart(found))
 
     def looks_in(self, pixels: Array, box: Box) -> Appearance | None:
-        """The looks of somebody around whom a box is known [pixel], whole in the picture; None: nobody is seen."""
+        """The looks of someone around whom a box is known [pixel], whole in the picture; None: nobody is seen."""
         picture = ImagePyramid(levelled(pixels))
         left, top, right, bottom = box
         square = Square(x=(left + right) / 2, y=(top + bottom) / 2, side=FIRST_SIDE * (bottom - top))
@@ -96,7 +96,7 @@ def open_pose(folder: Path, settings: PeopleSettings | None = None) -> PoseDetec
 
 
 def _seen_already(square: Square, found: list[tuple[WeighedBody, BodyLandmarks, Candidate]]) -> bool:
-    """Return whether the hips around which a square lies are those of somebody who was found."""
+    """Return whether the hips around which a square lies are those of someone who was found."""
     for _, landmarks, _ in found:
         apart = float(np.hypot(*(landmarks.hips - (square.x, square.y))))
         if apart < 0.1 * square.side:

@@ -14,13 +14,13 @@ from core.perception.people.pose.networks import DETECTOR_SIDE, PoseNetworks
 from core.perception.people.pose.squares import SECOND_SIDE, ImagePyramid, Square, picture_from_crop
 
 GRIDS = ((28, 2), (14, 2), (7, 6))  # cells a side, anchors a cell
-SURE = 0.5  # score from which somebody is there
+SURE = 0.5  # score from which someone is there
 SAME = 0.3  # overlap of the boxes of one face
 
 
 @message
 class FoundFace:
-    """Somebody's face."""
+    """A person's face."""
 
     box: Box  # [pixel] of the picture
     score: float  # 0..1

@@ -24,7 +24,7 @@ class BodyLandmarks:
 
     points: Array  # (33, 2) [pixel] of the picture
     visibility: Array  # (33,) 0..1: in the picture and not hidden
-    confidence: float  # 0..1 that somebody is there
+    confidence: float  # 0..1 that someone is there
 
     @property
     def seen(self) -> Array:

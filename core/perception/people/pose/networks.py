@@ -37,7 +37,7 @@ class PoseNetworks(Protocol):
 
     def landmarks(self, crop: Array) -> tuple[Array, float]:
         """Crop (256, 256, 3) uint8 → 39 rows of x, y [pixel of the crop], z, visibility, presence (both logits), and
-        how sure it is that somebody is there, 0..1.
+        how sure it is that someone is there, 0..1.
         """
         ...
 

@@ -36,7 +36,7 @@ UNLIKELY = 0.9  # and where nothing did
 
 @message
 class Candidate:
-    """A square in which somebody may be."""
+    """A square in which someone may be."""
 
     square: Square
     distance: float | None = None  # [m] from the camera, where it was given
@@ -102,7 +102,7 @@ def _statures(picture: ImagePyramid, column: float, doubt: float) -> Iterator[Ca
 def _rows(
     picture: ImagePyramid, column: float, stature: float, side: float, heights: tuple[float, ...]
 ) -> Iterator[Square]:
-    """Squares one under the other, where somebody's hips may be in the picture or a little under it."""
+    """Squares one under the other, where someone's hips may be in the picture or a little under it."""
     for height in heights:
         row = picture.height / 2 + height * stature
         if HIGH * picture.height <= row <= picture.height + LOW * stature:

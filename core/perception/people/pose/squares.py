@@ -11,7 +11,7 @@ from core.message import Array, message
 from core.perception.people.pose.landmarks import BodyLandmarks
 from core.perception.people.pose.networks import LANDMARK_SIDE
 
-FIRST_SIDE = 1.3  # statures: side of a square around somebody of whom only the place is known
+FIRST_SIDE = 1.3  # statures: side of a square around someone of whom only the place is known
 SECOND_SIDE = 2.5  # times the largest distance of a landmark from the hips
 
 
@@ -73,7 +73,7 @@ def picture_from_crop(square: Square, side: int = LANDMARK_SIDE) -> Array:
 
 
 def around_hips(found: BodyLandmarks) -> Square:
-    """The square for a second look at somebody who was found."""
+    """The square for a second look at someone who was found."""
     hips = found.hips
     reach = float(np.hypot(*(found.points - hips).T).max())
     return Square(x=float(hips[0]), y=float(hips[1]), side=SECOND_SIDE * max(reach, 1.0))

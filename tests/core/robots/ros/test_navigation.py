@@ -74,7 +74,7 @@ def test_map_and_pose_come_and_a_goal_goes_out_and_is_cancelled(kind: str) -> No
         assert is_near(said, own.pose) and said.known_from == "/tf" and said.takes_goals == "/goal_pose"
         assert robot.ask(ReadNavigation(known_map=said.map_number)).map is None
         frames(robot, 0.2)
-        assert own.goals == [] and emulator.received == []  # nothing is sent unless somebody asks
+        assert own.goals == [] and emulator.received == []  # nothing is sent unless someone asks
 
         wanted = own.pose @ Pose(1.0, 0.0, 0.0)
         robot.ask(SendGoal(x_m=wanted.x, y_m=wanted.y, heading_rad=wanted.heading))

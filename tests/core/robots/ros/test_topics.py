@@ -60,7 +60,7 @@ def test_the_type_of_speeds_comes_from_the_robot_and_settings_overrule_it() -> N
     assert unknown.cmd_vel_type == TWIST and "/cmd_vel" in unknown.notices[0]
 
 
-def test_speeds_go_where_somebody_listens() -> None:
+def test_speeds_go_where_someone_listens() -> None:
     found = [("/cmd_vel", TWIST), ("/diff_drive_controller/cmd_vel", TWIST_STAMPED)]
     heard = choose_topics(found, RosSettings(), listeners={"/diff_drive_controller/cmd_vel"})
     assert (heard.cmd_vel, heard.cmd_vel_type) == ("/diff_drive_controller/cmd_vel", TWIST_STAMPED)

@@ -61,7 +61,7 @@ def next_scan(robot: SimulatedRobot) -> Array:
     return next(frame.scan.ranges for frame in iter(robot.read, None) if frame.scan is not None)
 
 
-def test_a_board_is_held_up_by_somebody_behind_it_and_put_away_again() -> None:
+def test_a_board_is_held_up_by_someone_behind_it_and_put_away_again() -> None:
     robot = open_robot("lab", settings=EXACT)
     before = next_scan(robot)
     told = robot.ask(board(holder=True))

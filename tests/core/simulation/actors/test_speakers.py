@@ -36,7 +36,7 @@ def frames(one: SimulatedRobot, seconds: float) -> list[SensorFrame]:
     return [one.read() for _ in range(round(seconds * 40))]
 
 
-def test_nobody_listens_until_somebody_speaks_or_asks_to() -> None:
+def test_nobody_listens_until_someone_speaks_or_asks_to() -> None:
     one = robot()
     assert all(frame.sound is None for frame in frames(one, 0.3))
     one.ask(SetListening(on=True))

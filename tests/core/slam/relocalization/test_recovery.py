@@ -176,7 +176,7 @@ def scans(finding: Recovery, pose: Pose, count: int) -> RecoveredPose | None:
 
 def test_a_robot_that_never_left_goes_on_where_it_was_once_all_fits_again(lab: OccupancyGrid) -> None:
     truth = Pose(0.5, 0.3, 0.4)
-    finding = Recovery(0.0, "somebody stands before the laser", lab, before=Pose(0.53, 0.28, 0.41))
+    finding = Recovery(0.0, "someone stands before the laser", lab, before=Pose(0.53, 0.28, 0.41))
     found = scans(finding, truth, 40)
     assert found is not None and "all fits as before" in found.words
     assert truth.distance_to(found.pose.x, found.pose.y) < 0.05
