@@ -57,7 +57,8 @@ def test_within_the_first_minute_someone_calls_and_the_robot_comes(visit: Open, 
 
 
 def press_her(here: Visit) -> Locator:
-    """Ann's sentence, by her name in the card."""
+    """Ann's sentence, by her name in the card *Hearing*."""
+    here.open_tab("Hearing")
     if not here.find(".people-bubble").is_visible():
         here.find('.person-chip[data-person="Ann"]').click()
     return here.find('[data-says="come here"]')

@@ -6,7 +6,6 @@ import json
 import socket
 import struct
 import time
-from typing import Any
 
 import pytest
 from websockets.exceptions import ConnectionClosed
@@ -45,9 +44,15 @@ def test_hello_comes_first_and_says_who_and_what(live: Live) -> None:
     assert len(told["tab"]) >= 16
 
 
-def rate_of(states: list[dict[str, Any]]) -> float:
-    """So many states a second, by the robot's clock."""
-    return (len(states) - 1) / (states[-1]["stamp_s"] - states[0]["stamp_s"])
+def rate_of(line: ClientConnection, count: int) -> float:
+    """Return how many states a second come: by our clock, because the simulator's slows on a busy machine."""
+    hear(line, "state")
+    begun = time.monotonic()
+    states = [hear(line, "state") for _ in range(count)]
+    rate = count / (time.monotonic() - begun)
+    numbers = [state["seq"] for state in states]
+    assert numbers == sorted(set(numbers)) and states[-1]["viewers"] == 1
+    return rate
 
 
 def test_states_come_often_while_the_robot_moves_and_less_often_at_rest_and_are_those_of_rest(live: Live) -> None:
@@ -55,14 +60,11 @@ def test_states_come_often_while_the_robot_moves_and_less_often_at_rest_and_are_
         first = hear(line, "state")
         stands = first["stamp_s"] + 3
         hear(line, "state", true=lambda state: state["stamp_s"] > stands)
-        at_rest = rate_of([hear(line, "state") for _ in range(6)])
+        at_rest = rate_of(line, 6)
         assert live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).status < 300
         hear(line, "state", true=lambda state: state["command"])
-        states = [hear(line, "state") for _ in range(12)]
-        moving = rate_of(states)
-    assert [state["seq"] for state in states] == sorted({state["seq"] for state in states})
-    assert states[-1]["viewers"] == 1
-    assert 2 < at_rest < 6 and 8 < moving < 24
+        moving = rate_of(line, 30)
+    assert at_rest < 6 and 2 * at_rest < moving < 24
     assert set(live.ask("GET", "/api/state", token=live.viewer).json) == set(first)
 
 

@@ -24,7 +24,6 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
         yield live
         bench = live.runtime.calibration_service
         workers = live.on_loop(lambda: [bench.solver.pid, *(session.pid for session in bench.sessions.values())])
-    assert any(workers)
     assert not any(Path(f"/proc/{pid}").exists() for pid in workers if pid)
 
 

@@ -182,6 +182,7 @@ def test_a_robot_started_by_its_written_file_has_the_same_profile(tmp_path: Path
     try:
         robot = connect(emulator.url)
         until(lambda: robot.ask(ReadConnection()).parts[0].findings.roles[1].used[0].rate_hz)
+        until(lambda: robot.ask(ReadConnection()).parts[0].findings.clocks)
         found, before = robot.ask(ReadConnection()), robot.profile
         file = confirmed(found, robot.ask(ReadRobotFile()))
         with pytest.raises(BadInput, match="understands the requests connection, robot_file and listen"):
