@@ -61,8 +61,8 @@ def close_to_others(folder: Path) -> None:
 class DataFolder:
     """Looks now and then, from a thread, whether it can be written. Lives on the event loop."""
 
-    def __init__(self, folder: Path, board: Notifications) -> None:
-        self._folder, self._board = folder, board
+    def __init__(self, folder: Path, notifications: Notifications) -> None:
+        self._folder, self._notifications = folder, notifications
         self._disk = self._history = ""
         self._reported = ""
         self._looking: asyncio.Task[str] | None = None
@@ -98,9 +98,9 @@ class DataFolder:
             return
         self._reported = self.trouble
         if self.trouble:
-            self._board.tell("error", self.trouble, CAUSE)
+            self._notifications.tell("error", self.trouble, CAUSE)
         else:
-            self._board.tell("info", "The data folder can be written again.", CAUSE)
+            self._notifications.tell("info", "The data folder can be written again.", CAUSE)
 
     def _tried(self) -> str:
         try:

@@ -91,27 +91,27 @@ class Runtime:
         self.feed = CameraStream(self.broadcaster)
         self.sockets = OpenSockets()
         self.lease = Lease()
-        self.board = Notifications()
-        self.folder = DataFolder(home, self.board)
+        self.notifications = Notifications()
+        self.folder = DataFolder(home, self.notifications)
         self.history = History(home, partial(self._call, self.folder.history))
         own = own_phrases(settings.speech.phrases)
-        self.dispatcher = CommandDispatcher(robot, self.lease, self.history, self.board, own)
+        self.dispatcher = CommandDispatcher(robot, self.lease, self.history, self.notifications, own)
         self.maps = MapService(home, robot, self.dispatcher, self.lease, self.history)
-        self.ears = RoomTranscriber(self.dispatcher, self.history, self.board, settings.speech)
-        self.pending_commands = PendingCommands(self.dispatcher, self.lease, self.history, self.board)
-        self.spoken = VoiceCommands(self.ears, self.dispatcher, self.lease, self.pending_commands, self.board)
+        self.ears = RoomTranscriber(self.dispatcher, self.history, self.notifications, settings.speech)
+        self.pending_commands = PendingCommands(self.dispatcher, self.lease, self.history, self.notifications)
+        self.spoken = VoiceCommands(self.ears, self.dispatcher, self.lease, self.pending_commands, self.notifications)
         self.microphone = BrowserMicrophone(settings.speech)
         self.voice = RobotVoice(settings=settings.voice)
         self.settings_in_use = SettingsInUse(settings, settings_file or home / SETTINGS, self._adopt)
         self.connection = ConnectionService(home, robot)
         self.quality = QualityRuns(home, settings.simulation, settings.speech)
         self.experiments = ExperimentRuns(home)
-        self.player = PlaybackController(robot, self.history, self.board)
-        self.own_navigation = OwnNavigationService(robot, self.dispatcher, self.history, self.board)
+        self.player = PlaybackController(robot, self.history, self.notifications)
+        self.own_navigation = OwnNavigationService(robot, self.dispatcher, self.history, self.notifications)
         self.dispatcher.when_cancelled.append(self.own_navigation.stop_soon)
         self.scene = Scene(
             robot,
-            partial(self._call, self.board.tell, "warning"),
+            partial(self._call, self.notifications.tell, "warning"),
             lambda: self.pending_commands.command,
             lambda: self.own_navigation.map_view,
         )
@@ -119,7 +119,7 @@ class Runtime:
             home,
             robot,
             self.broadcaster,
-            self.board.tell,
+            self.notifications.tell,
             self._look_through,
             printed=self.chapter == "printed",
         )
@@ -127,19 +127,19 @@ class Runtime:
             home, robot, lambda: self._look_through(self.calibration_service.profile())
         )
         self.people = EnrollmentService(
-            home, robot, self.dispatcher, self.board.tell, lambda: self.calibration_service.newest
+            home, robot, self.dispatcher, self.notifications.tell, lambda: self.calibration_service.newest
         )
-        self.look = LookService(settings.people, partial(self.board.tell, "warning"))
+        self.look = LookService(settings.people, partial(self.notifications.tell, "warning"))
         self.states = StateTimes()
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
         self.beside: list[Callable[[], Coroutine[Any, Any, None]]] = []  # tasks that run while it is open
         self._make_pilot = make_pilot
-        self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.board)
+        self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.notifications)
         self._seq = 0
         self._state_pace = StatePace()
-        self._link_monitor = LinkMonitor(robot, self.dispatcher, self.board)
+        self._link_monitor = LinkMonitor(robot, self.dispatcher, self.notifications)
         self._sleep, self._opening = SleepWatch(), False
         self.login_keeper = LoginKeeper(self.access.logins, self._sign_out_revoked, self._logins_unsaved)
         self._tasks: set[asyncio.Task[None]] = set()
@@ -157,7 +157,7 @@ class Runtime:
             self._let_hear,
             lambda snapshot, _: self.pending_commands.took(snapshot),
             lambda snapshot, frame: self.array.took(snapshot, frame.sound),
-            lambda snapshot, _: self.board.adopt(snapshot.notices, snapshot.stamp),
+            lambda snapshot, _: self.notifications.adopt(snapshot.notices, snapshot.stamp),
             lambda snapshot, _: self.dispatcher.all_ended(snapshot.endings),
         ]
 
@@ -176,7 +176,7 @@ class Runtime:
     async def open(self) -> None:
         """Bring everything up. Raises Unavailable or BadInput when the robot does not come."""
         self._loop = asyncio.get_running_loop()
-        self.robot.alarm = partial(self._call, self.board.tell, "error")
+        self.robot.alarm = partial(self._call, self.notifications.tell, "error")
         self._opening = True
         try:
             await asyncio.to_thread(self.robot.start)
@@ -257,7 +257,7 @@ class Runtime:
             gate=self.robot.status(),
             lease=self.lease,
             viewers=len(self.broadcaster.viewers),
-            notices=tuple(self.board.shown),
+            notices=tuple(self.notifications.shown),
             history_revision=self.history.revision,
             map=self.maps.shown,
             muted=self.voice.muted,
@@ -288,7 +288,9 @@ class Runtime:
         self._tasks.discard(task)
         if not task.cancelled() and (fault := task.exception()) is not None:
             log.error("A part of the console failed", exc_info=fault)
-            self.board.tell("error", f"A part of the console failed ({type(fault).__name__}). Restart the console.")
+            self.notifications.tell(
+                "error", f"A part of the console failed ({type(fault).__name__}). Restart the console."
+            )
 
     # the pilot
 
@@ -374,7 +376,7 @@ class Runtime:
             lease.epoch,
             lease.request,
             self.history.revision,
-            self.board.shown,
+            self.notifications.shown,
             len(self.broadcaster.viewers),
             self.spoken.operator,
             waiting,
@@ -421,9 +423,9 @@ class Runtime:
 
     def _logins_unsaved(self, trouble: str) -> None:
         if trouble:
-            self.board.tell("warning", trouble, "logins")
+            self.notifications.tell("warning", trouble, "logins")
         else:
-            self.board.tell("info", "Keys and logins can be saved again.", "logins")
+            self.notifications.tell("info", "Keys and logins can be saved again.", "logins")
 
     def _watch_link(self, now: float) -> None:
         if self._link_monitor.look(hangs=self.pilots.hangs):

@@ -39,7 +39,7 @@ from console.http.connection_limits import MOST, ConnectionLimits, raise_file_li
 from console.http.timeouts import HEADER_TIME, ServerConfig, TimeoutHttp, TimeoutSocket
 from console.logging_setup import start_logging
 from console.people.inhabitants import move_in
-from console.robot.process import RobotProcess
+from console.robot.supervisor import RobotSupervisor
 from console.runtime import Runtime
 from console.speech.spoken_text_files import SpokenTextFiles
 from core.errors import BadInput, Unavailable
@@ -144,7 +144,7 @@ def serve(options: Options) -> None:
         hosts = hosts_of(options.host, *options.allow_hosts)
         elsewhere = "" if in_address(options.host) in LOOPBACK else address
         access = Access(logins, hosts, f"beckon_{port}", elsewhere, options.no_auth)
-        robot = RobotProcess(
+        robot = RobotSupervisor(
             options.robot,
             seed=options.seed,
             limits=settings.limits,
@@ -162,7 +162,7 @@ def serve(options: Options) -> None:
         )
         if options.text_files is not None:
             files = TextFileReader(options.text_files)
-            parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.board)
+            parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.notifications)
             runtime.beside.append(TextFileCommands(files, *parts, lambda: runtime.snapshot).run)
         if not options.nobody:
             runtime.beside.append(lambda: move_in(runtime.ask, options.robot))
@@ -173,9 +173,9 @@ def serve(options: Options) -> None:
             gc.freeze()  # objects loaded by now stay; to go through it again and again would take 70 ms each time
             announce(options, port, access)
             if is_readable(options):
-                runtime.board.tell("warning", READABLE)
+                runtime.notifications.tell("warning", READABLE)
             if damaged:
-                runtime.board.tell("warning", damaged)
+                runtime.notifications.tell("warning", damaged)
 
         server = Server(config, runtime, listening)
         recording = options.robot.removeprefix("log:")
@@ -249,10 +249,12 @@ def exchange_text_files(options: Options, runtime: Runtime) -> None:
     """Obey what another program writes, and write what the robot's microphones understood. Raises BadInput."""
     if options.text_files is not None:
         files = TextFileReader(options.text_files)
-        parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.board)
+        parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.notifications)
         runtime.beside.append(TextFileCommands(files, *parts, lambda: runtime.snapshot).run)
     if options.write_text_files is not None:
-        writer = SpokenTextFiles(TextFileWriter(options.write_text_files, "--write-text-files"), runtime.board)
+        writer = SpokenTextFiles(
+            TextFileWriter(options.write_text_files, "--write-text-files"), runtime.notifications
+        )
         runtime.ears.when_understood.append(writer.understood)
         runtime.beside.append(writer.run)
 

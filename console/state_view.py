@@ -262,7 +262,7 @@ def pending_command(
         source=waiting.source,
         who=waiting.person.name,
         begins_in_s=round(max(0.0, waiting.when.begins - now), DIGITS),
-        delay_s=waiting.moment,
+        delay_s=waiting.delay,
         target=spec_of(command.name).target,
         uncertain=waiting.decision.verdict == "confirm",
         alternatives=[one.heard_as for one in waiting.decision.alternatives],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Literal
 
 from core.calibration.laser.drift import Drift
@@ -17,6 +18,8 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import MapStatus
 from core.slam.motion import Increment
 from core.slam.scan_matching.time_offset import TimeOffset
+
+VOICE_BEFORE, VOICE_AFTER = 0.2, 1.5  # [s] by which a direction may be older than words, and younger
 
 Level = Literal["info", "warning", "error"]
 Ending = Literal["running", "done", "refused", "cancelled", "pre-empted", "failed"]
@@ -99,6 +102,12 @@ class VoiceDirection:
         return VoiceBearing(
             stamp=self.stamp, azimuth=self.azimuth_world, sd=self.sd_heard, x=x, y=y, strength=self.strength
         )
+
+
+def voice_between(voices: Iterable[VoiceDirection], begin: float, end: float) -> VoiceDirection | None:
+    """Return the strongest voice that was heard while words were spoken, from `begin` to `end` [s]."""
+    near = [one for one in voices if begin - VOICE_BEFORE <= one.stamp <= end + VOICE_AFTER]
+    return max(near, key=lambda one: one.strength, default=None)
 
 
 @message

@@ -220,7 +220,7 @@ class StateSocket:
 
     async def _latched(self) -> None:
         """Tell this socket when its halt may not outlive a restart."""
-        if why_not := await latched(self._runtime.robot, self._runtime.board):
+        if why_not := await latched(self._runtime.robot, self._runtime.notifications):
             self._tell(messages.AnswerMessage(0, False, 507, why_not))
 
     async def _play(self, message: messages.PlaybackMessage) -> None:

@@ -65,20 +65,20 @@ class CommandDispatcher:
     """Takes commands and records how they end."""
 
     def __init__(
-        self, robot: RobotLink, lease: Lease, history: History, board: Notifications, own: OwnPhrases = ()
+        self, robot: RobotLink, lease: Lease, history: History, notifications: Notifications, own: OwnPhrases = ()
     ) -> None:
         """`own`: phrases of the user's that may be typed, too."""
         self._own = own
         self.setpoint_sender = SetpointSender(robot)
         self._stop_controller = StopController(
-            robot, self.setpoint_sender, lease, history, board, partial(self.cancel, objected=True)
+            robot, self.setpoint_sender, lease, history, notifications, partial(self.cancel, objected=True)
         )
         self.pilot: Pilot | None = None  # None: it failed
         self.when_cancelled: list[Callable[[Ending, str, bool], None]] = []  # called when the active command ends
         self._robot = robot
         self._lease = lease
         self._history = history
-        self._board = board
+        self._notifications = notifications
         self.words = CommandFreshness(lease)
         self._active = ActiveCommands()
         self._jog: ActiveJog | None = None
@@ -231,7 +231,9 @@ class CommandDispatcher:
         self._changed_hands(f"{who.name} took over." if took else f"{who.name} gave control back.")
         self._history.add("lease", who, remark=do)
         if took:
-            self._board.tell("warning", f"{who.name} took over from {holder.name if holder else 'nobody'}.", "lease")
+            self._notifications.tell(
+                "warning", f"{who.name} took over from {holder.name if holder else 'nobody'}.", "lease"
+            )
 
     def _ask_for_control(self, who: Person) -> None:
         asked = self._lease.request
@@ -245,7 +247,7 @@ class CommandDispatcher:
             self._changed_hands(f"{who.name} gave control to {asker.name}.")
         self._history.add("lease", who, remark=f"{'gave' if give else 'did not give'} control to {asker.name}")
         answered = f"gave control to {asker.name}." if give else f"keeps control; {asker.name} asked for it."
-        self._board.tell("info", f"{who.name} {answered}", "lease")
+        self._notifications.tell("info", f"{who.name} {answered}", "lease")
 
     def forget(self, who: Person) -> None:
         """The person signed out."""
@@ -269,10 +271,12 @@ class CommandDispatcher:
             silence = f"{lost.name} is gone: there was no sign of life for {leases.GRACE:g} s."
             self._changed_hands(silence + self._active.how_to_renew())
             self._history.add("lease", lost, remark="lapsed")
-            self._board.tell("info", f"{lost.name} is gone; nobody drives now.", "lease")
+            self._notifications.tell("info", f"{lost.name} is gone; nobody drives now.", "lease")
         asker = self._lease.tick_request(now)
         if asker is not None and (holder := self._lease.holder) is not None:
-            self._board.tell("info", f"{holder.name} did not answer {asker.name}, who asked for control.", "lease")
+            self._notifications.tell(
+                "info", f"{holder.name} did not answer {asker.name}, who asked for control.", "lease"
+            )
         status = self._robot.status()
         self._stop_controller.tick(status, now)
         self._watch_gate(status, now)

@@ -12,10 +12,10 @@ HANGS = "The pilot does not go on; the robot stands. Restart the console if it s
 class LinkMonitor:
     """Tells the dispatcher and the notice board, once each time."""
 
-    def __init__(self, robot: RobotLink, dispatcher: CommandDispatcher, board: Notifications) -> None:
+    def __init__(self, robot: RobotLink, dispatcher: CommandDispatcher, notifications: Notifications) -> None:
         self._robot = robot
         self._dispatcher = dispatcher
-        self._board = board
+        self._notifications = notifications
         self._link = ""
         self._hangs = False
 
@@ -28,9 +28,9 @@ class LinkMonitor:
         if hangs and not before:
             self._dispatcher.setpoint_sender.stop()
             self._dispatcher.ended_without_pilot("The pilot did not go on; the robot was stopped.")
-            self._board.tell("error", HANGS, "pilot")
+            self._notifications.tell("error", HANGS, "pilot")
         elif before and not hangs:
-            self._board.tell("info", "The pilot goes on. The robot moves only on a new command.", "pilot")
+            self._notifications.tell("info", "The pilot goes on. The robot moves only on a new command.", "pilot")
         return hangs
 
     def _look_at_link(self) -> bool:
@@ -38,7 +38,7 @@ class LinkMonitor:
         if self._link == "lost" != before:
             self._dispatcher.ended_without_pilot("The robot's link was lost.")
             why = self._robot.trouble or "The robot's link is lost; the robot stops by itself."
-            self._board.tell("error", why, "link")
+            self._notifications.tell("error", why, "link")
         elif self._link == "live" and before == "lost":
-            self._board.tell("info", "The robot is back. It moves only on a new command.", "link")
+            self._notifications.tell("info", "The robot is back. It moves only on a new command.", "link")
         return self._link == "lost"

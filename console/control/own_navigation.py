@@ -76,7 +76,7 @@ class OwnNavigationService:
     """Asks the robot twice a second; its methods run on the event loop."""
 
     def __init__(
-        self, robot: RobotLink, dispatcher: CommandDispatcher, history: History, board: Notifications
+        self, robot: RobotLink, dispatcher: CommandDispatcher, history: History, notifications: Notifications
     ) -> None:
         self.shown = True  # in the scene
         self.newest: OwnNavigation | None = None  # its map apart
@@ -84,7 +84,7 @@ class OwnNavigationService:
         self.map_view: OwnMapView | None = None  # for the scene; None: nothing is shown
         self.own_from_map: Pose | None = None  # where the robot's map lies on Beckon's; None: not known
         self._robot, self._dispatcher = robot, dispatcher
-        self._history, self._board = history, board
+        self._history, self._notifications = history, notifications
         self._poses: deque[tuple[float, Pose]] = deque(maxlen=HELD)
         self._entry = 0  # in the history, of the goal that is under way; 0: none
         self._one_at_a_time = asyncio.Lock()  # a look that began before a goal must not end it
@@ -139,7 +139,7 @@ class OwnNavigationService:
             except BeckonError as why:
                 self._end("refused", str(why))
                 raise
-            self._board.tell("warning", DRIVES)
+            self._notifications.tell("warning", DRIVES)
             self._take(answer)
 
     async def stop(self) -> None:
@@ -167,7 +167,7 @@ class OwnNavigationService:
         try:
             await self.stop()
         except BeckonError as trouble:
-            self._board.tell("error", f"The robot's own navigation could not be stopped: {trouble}")
+            self._notifications.tell("error", f"The robot's own navigation could not be stopped: {trouble}")
 
     async def _look(self) -> None:
         known = self.map.number if self.map is not None else 0
@@ -194,7 +194,7 @@ class OwnNavigationService:
         if entry:
             self._history.end(entry, state, remark)
             if state in ("done", "cancelled"):
-                self._board.tell("info", remark)
+                self._notifications.tell("info", remark)
 
     def _align(self, answer: OwnNavigation) -> None:
         """Where the robot's map lies on Beckon's, from both poses at one time."""

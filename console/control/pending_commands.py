@@ -21,7 +21,7 @@ from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.http.problems import Problem
 from core.commands.command import Command
-from core.commands.confirmation_delay import MOMENT, ConfirmationDelay
+from core.commands.confirmation_delay import DELAY, ConfirmationDelay
 from core.snapshot import Ending, Snapshot
 from core.speech.recognition.decision import Decision
 
@@ -35,7 +35,7 @@ class PendingCommand:
     source: str
     command: Command
     decision: Decision  # by which it waits
-    moment: float  # [s] that it waits in all
+    delay: float  # [s] that it waits in all
     when: ConfirmationDelay  # it begins, on the monotonic clock
     said: Spoken  # its words
 
@@ -51,10 +51,12 @@ GONE = "No such command waits: it has begun, or it was dropped."
 class PendingCommands:
     """At most one waits; the last one wins. Lives on the event loop."""
 
-    def __init__(self, dispatcher: CommandDispatcher, lease: Lease, history: History, board: Notifications) -> None:
-        self.moment = MOMENT
+    def __init__(
+        self, dispatcher: CommandDispatcher, lease: Lease, history: History, notifications: Notifications
+    ) -> None:
+        self.delay = DELAY
         self.waiting: PendingCommand | None = None
-        self._dispatcher, self._lease, self._history, self._board = dispatcher, lease, history, board
+        self._dispatcher, self._lease, self._history, self._notifications = dispatcher, lease, history, notifications
         self._newest = 0
         self._alarm: asyncio.TimerHandle | None = None
         self.when_rejected: list[
@@ -82,9 +84,9 @@ class PendingCommands:
         self._end("pre-empted", why)
         self._dispatcher.words.void(why, at=said.ended)
         self._newest += 1
-        moment = ConfirmationDelay.from_now(now, self.moment)
+        begins = ConfirmationDelay.from_now(now, self.delay)
         taken = replace(said, taken=now)
-        self._wait(PendingCommand(self._newest, who, source, command, decision, self.moment, moment, taken))
+        self._wait(PendingCommand(self._newest, who, source, command, decision, self.delay, begins, taken))
         assert self.waiting is not None
         return self.waiting
 
@@ -142,7 +144,7 @@ class PendingCommands:
         try:
             self._begin(self.waiting)
         except Problem as problem:
-            self._board.tell("warning", problem.detail)
+            self._notifications.tell("warning", problem.detail)
 
     def _begin(self, pending_command: PendingCommand) -> HistoryEntry:
         self._clear()

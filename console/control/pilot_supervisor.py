@@ -27,13 +27,13 @@ class PilotSupervisor:
         make: Callable[[], PilotThread],
         failed: Callable[[], None],
         leave_out_calibrations: Callable[[str], list[str]],
-        board: Notifications,
+        notifications: Notifications,
     ) -> None:
         """`make` starts a pilot; `failed` ends the active command; the third returns the files no longer used."""
         self.failure = ""  # why there is no pilot
         self.thread: PilotThread | None = None
         self._make, self._failed, self._leave_out = make, failed, leave_out_calibrations
-        self._board = board
+        self._notifications = notifications
         self._failures: deque[float] = deque(maxlen=RESTARTS + 1)
         self._calibrated_at = 0.0  # [s] since when it has worked with its present calibration
         self._restart: asyncio.Task[None] | None = None
@@ -70,7 +70,7 @@ class PilotSupervisor:
             log.exception("The pilot could not be started")
             self.bury(type(fault).__name__)
         else:
-            self._board.reset_pilot()
+            self._notifications.reset_pilot()
 
     def recalibrated(self) -> None:
         """From now on the pilot works with another calibration."""
@@ -92,10 +92,10 @@ class PilotSupervisor:
                 self.failure = (
                     f"The pilot failed {RESTARTS + 1} times in a minute and stays off. Restart the console."
                 )
-                self._board.tell("error", self.failure, "pilot")
+                self._notifications.tell("error", self.failure, "pilot")
                 return
             self.failure = f"The pilot failed ({fault}); the robot was stopped and the pilot starts again."
-        self._board.tell("error", f"{self.failure} The map begins again.", "pilot")
+        self._notifications.tell("error", f"{self.failure} The map begins again.", "pilot")
         self._restart = asyncio.get_running_loop().create_task(self._start_again())
 
     async def close(self) -> None:

@@ -20,11 +20,11 @@ NEARLY = 0.95  # of the speed that was asked for, from which on it counts as rea
 class PlaybackController:
     """Asks the recording's driver, outside the event loop."""
 
-    def __init__(self, robot: RobotLink, history: History, board: Notifications) -> None:
+    def __init__(self, robot: RobotLink, history: History, notifications: Notifications) -> None:
         self.speed = 1.0  # of the playback, times real time
         self._robot = robot
         self._history = history
-        self._board = board
+        self._notifications = notifications
 
     async def steer(self, do: PlaybackAction, value: float | None, who: Person) -> None:
         """Play, pause, speed (times real time), seek (0..1). Raises Problem 403, 409, 422."""
@@ -35,7 +35,9 @@ class PlaybackController:
         answer = await asyncio.to_thread(self._robot.ask, request_of(do, value))
         self.speed = answer.speed
         if do == "speed" and value is not None and self.speed < NEARLY * value:
-            self._board.tell("info", f"It plays {self.speed:.2g} times as fast: beyond, scans would be left out.")
+            self._notifications.tell(
+                "info", f"It plays {self.speed:.2g} times as fast: beyond, scans would be left out."
+            )
         self._history.add("playback", who, words=do)
 
 

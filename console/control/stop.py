@@ -53,14 +53,14 @@ class StopController:
         setpoint_sender: SetpointSender,
         lease: Lease,
         history: History,
-        board: Notifications,
+        notifications: Notifications,
         cancel: Callable[[Ending, str], None],
     ) -> None:
         self._robot = robot
         self._setpoint_sender = setpoint_sender
         self._lease = lease
         self._history = history
-        self._board = board
+        self._notifications = notifications
         self._cancel = cancel
         self._tallies: dict[str, RateCounter] = {}  # by person
         self._presses: deque[tuple[str, int, float]] = deque(maxlen=64)  # the newest: person, press, when [s]
@@ -80,7 +80,7 @@ class StopController:
         self._cancel("cancelled", f"Halted by {who.name}.")
         if self._is_recorded(who, press):
             self._history.add("halt", who, source=source)
-            self._board.tell("warning", f"{who.name} halted the robot. The operator can reset it.")
+            self._notifications.tell("warning", f"{who.name} halted the robot. The operator can reset it.")
 
     def reset(self, who: Person, source: str) -> None:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
@@ -103,10 +103,10 @@ class StopController:
             return
         if status.state != "halted":
             self._lifted("done", "")
-            self._board.tell("info", f"{lifting.who.name} reset the halt.")
+            self._notifications.tell("info", f"{lifting.who.name} reset the halt.")
         elif now - lifting.sent > LIFTING:
             self._lifted("failed", status.reason)
-            self._board.tell("error", f"The robot is still halted: {status.reason}.")
+            self._notifications.tell("error", f"The robot is still halted: {status.reason}.")
 
     def _lifted(self, state: str, remark: str) -> None:
         lifting, self._lifting = self._lifting, None
@@ -125,7 +125,7 @@ class StopController:
         return self._tallies.setdefault(who.id, RateCounter()).add(now) <= RECORDED
 
 
-async def latched(robot: RobotLink, board: Notifications) -> str:
+async def latched(robot: RobotLink, notifications: Notifications) -> str:
     """Wait until the newest halt is on disk → "", or why a restart may forget it."""
     ends = time.monotonic() + LATCHING
     while not robot.halt_is_latched() and time.monotonic() < ends:
@@ -135,6 +135,6 @@ async def latched(robot: RobotLink, board: Notifications) -> str:
             await asyncio.to_thread(robot.latch_halt)
     except Unavailable as trouble:
         why = f"The robot is halted, but a restart of the console may forget it. {trouble}"
-        board.tell("error", why)
+        notifications.tell("error", why)
         return why
     return "" if robot.halt_is_latched() else "The halt was reset meanwhile."

@@ -35,11 +35,11 @@ class TextFileCommands:
         dispatcher: CommandDispatcher,
         lease: Lease,
         history: History,
-        board: Notifications,
+        notifications: Notifications,
         snapshot: Callable[[], Snapshot | None],
     ) -> None:
         self._files, self._dispatcher, self._lease = files, dispatcher, lease
-        self._history, self._board, self._snapshot = history, board, snapshot
+        self._history, self._notifications, self._snapshot = history, notifications, snapshot
 
     async def run(self) -> None:
         """Look again and again."""
@@ -73,7 +73,7 @@ class TextFileCommands:
         self._tell(why)
 
     def _tell(self, why: str) -> None:
-        self._board.tell("warning", f"From the text file: {why}")
+        self._notifications.tell("warning", f"From the text file: {why}")
 
     async def _call(self) -> VoiceBearing | None:
         """From where the words came, by source.txt. Raises BadInput."""

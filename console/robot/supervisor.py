@@ -1,7 +1,9 @@
-"""The robot's driver and its gate: started, supervised, ended.
+"""The robot as the console speaks to it, and its two processes, driver and gate: started, supervised, ended.
 
-Each has a process of its own, so that neither rendering nor thinking can make the gate late. When one dies it is
-started again, disarmed; three deaths within a minute are the last.
+Frames come, setpoints, stops and requests go. Driver and gate have a process of their own each, so that neither
+rendering nor thinking can make the gate late. When one dies it is started again, disarmed; three deaths within a
+minute are the last. Nothing here beats by itself: the owner of the console's life calls `beat` every 50 ms, so that a
+frozen console is a silent one.
 """
 
 from __future__ import annotations
@@ -13,19 +15,22 @@ import select
 import threading
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
+from typing import Literal
 
-from console.robot.driver_process import DriverProcess
-from console.robot.frame_buffer import FrameBuffer
+from console.robot.driver_process import DriverProcess, FrameBuffer
 from console.robot.gate_process import GateProcess, limits_of
 from console.robot.halt_request import HaltRequest
 from console.robot.restarts import Restarts
 from core.errors import BeckonError, Unavailable
-from core.gate import GateStatus, Limits
+from core.gate import GateStatus, Limits, Setpoint
+from core.gate.limits import is_number
 from core.gate.suspend import SleepWatch, time_asleep
 from core.robots import Profile
 from core.robots.connect import excerpt
 from core.robots.ipc_messages import DriverTrouble, OpenRequest, RobotAnswer
+from core.robots.requests import AnswerT, RobotRequest, read_answer
 from core.sensors import SensorFrame
 from core.settings import load
 
@@ -36,11 +41,12 @@ GATE_FROZEN = 1.0  # [s] without a word of the gate, then it is replaced
 GATE_STARTING = 5.0  # [s] that a new gate may take to say its first
 DRIVER_FROZEN = 10.0  # [s] without a frame, then the driver is replaced
 AWAKENING = 2.0  # [s] after a sleep of the machine in which a death is nobody's fault
+STALE, LOST = 0.5, 3.0  # [s], age of the newest frame
 ENDING = 0.4  # [s] to end when asked
 
 
 class RobotSupervisor:
-    """Owns both processes and the thread that looks after them."""
+    """One robot. `start` raises what the driver says; afterwards a fault shows in `link`, `status` and `trouble`."""
 
     driver_module = "core.robots.process"
     asleep = staticmethod(time_asleep)  # how long the machine has slept [s]
@@ -113,6 +119,84 @@ class RobotSupervisor:
         """Which processes run now: driver, gate."""
         running = {"driver": self._driver, "gate": self._gate}
         return {name: one.child.pid for name, one in running.items() if one is not None}
+
+    # what comes, what goes
+
+    def next_frame(self, timeout: float) -> SensorFrame | None:
+        """The newest frame that nobody took yet, or None when none comes within `timeout` [s]."""
+        return self._mail.take_frame(timeout)
+
+    def send(self, setpoint: Setpoint) -> None:
+        """A request for the gate to judge."""
+        if setpoint.v or setpoint.w:
+            self._presses[setpoint.source] = setpoint.press
+        speeds = {name: value if is_number(value) else None for name, value in (("v", setpoint.v), ("w", setpoint.w))}
+        self._send({"kind": "set", **asdict(setpoint), **speeds})
+
+    def beat(self) -> None:
+        """Report that the console is alive: call every 50 ms from the loop without which the robot must not move."""
+        self._send({"kind": "beat"})
+
+    def stop(self) -> None:
+        """Zero at once; a new press may move."""
+        self._insist("stop")
+
+    def halt(self) -> None:
+        """Zero at once. The gate latches it; `halt_is_latched` tells when it has."""
+        with self._switching:
+            self._insist("halt", number=self._halt.ask())
+
+    def halt_is_latched(self) -> bool:
+        """True if the newest halt is on disk and has not been reset."""
+        return self._halt.is_latched(self._status.latched)
+
+    def latch_halt(self) -> None:
+        """Latch the newest halt from here, where the gate does not; waits for the disk. Raises Unavailable."""
+        with self._switching:
+            if self._halt.asked and not self.halt_is_latched():
+                self._halt.keep()
+
+    def reset(self) -> bool:
+        """Lift the halt; never moves → whether the request reached the gate."""
+        with self._switching:
+            sent = self._send({"kind": "reset"})
+            self._halt.asked = self._halt.asked and not sent
+        return sent
+
+    def arm(self, epoch: int, owner: str) -> None:
+        """Obey the holder of this lease from now on."""
+        self._send({"kind": "arm", "epoch": epoch, "owner": owner})
+
+    def disarm(self) -> None:
+        """Obey nobody."""
+        self._insist("disarm")
+
+    def status(self) -> GateStatus:
+        """The gate's newest status."""
+        return self._status
+
+    def link(self) -> tuple[Literal["connecting", "live", "stale", "lost"], float]:
+        """State of the link, and the age [s] of the newest frame (of the start, before the first)."""
+        frame_at = self._frame_at  # the robot's thread may forget it meanwhile
+        if frame_at is None:
+            return ("lost" if self.trouble else "connecting"), 0.0
+        age = time.monotonic() - frame_at
+        if self.trouble or age > LOST:
+            return "lost", age
+        return ("live" if age <= STALE else "stale"), age
+
+    def ask(self, request: RobotRequest[AnswerT], timeout: float = 2.0) -> AnswerT:
+        """A request to the driver → its answer. Raises BadInput, Refused or Unavailable with a sentence."""
+        ref, driver = self._mail.open_question(), self._driver
+        if driver is None or not driver.ask(ref, request):
+            self._mail.take_answer(ref, 0.0)
+            raise Unavailable("The robot cannot be asked now.")
+        answer = self._mail.take_answer(ref, timeout)
+        if answer is None:
+            raise Unavailable(f"The robot did not answer within {timeout:g} s.")
+        if isinstance(answer, DriverTrouble):
+            raise answer.error
+        return read_answer(answer, request)
 
     def _send(self, packet: Mapping[str, object]) -> bool:
         gate = self._gate

@@ -30,10 +30,9 @@ from console.workers.worker import WorkerLost
 from core.errors import BeckonError
 from core.geometry import wrap
 from core.perception.people.voice_bearing import VoiceBearing
-from core.pipelines.listen import FRESH, voice_of
 from core.sensors import Sound
 from core.sensors.microphones import MicrophoneArray, joined, usable
-from core.snapshot import Snapshot, VoiceDirection
+from core.snapshot import VOICE_AFTER, Snapshot, VoiceDirection, voice_between
 from core.speech.recognition.decision import Decision, RecognizedUtterance, Verdict
 from core.speech.settings import MOST_WAITING, PIECE, SpeechSettings
 
@@ -93,7 +92,7 @@ class RoomTranscriber:
         self,
         dispatcher: CommandDispatcher,
         history: History,
-        board: Notifications,
+        notifications: Notifications,
         settings: SpeechSettings | None = None,
     ) -> None:
         self.settings = settings or SpeechSettings()
@@ -109,7 +108,7 @@ class RoomTranscriber:
         """Called with every utterance, and why it was not obeyed; "": it was."""
         self.when_so_far: list[Callable[[str], None]] = []  # called with the words of the sentence under way
         self._so_far_at = 0.0  # [s] from when on they are read again
-        self._dispatcher, self._history, self._board = dispatcher, history, board
+        self._dispatcher, self._history, self._notifications = dispatcher, history, notifications
         self._worker = TranscriptionClient()
         self._array: MicrophoneArray | None = None  # of which a beam can be made
         self._waiting: Sound | None = None
@@ -139,7 +138,7 @@ class RoomTranscriber:
             self._moments.popleft()
         if abs(snapshot.velocity.v) > CREEPS or abs(snapshot.velocity.w) > CREEPS:
             since, until = self._drove
-            self._drove = (since if self.stamp - until < FRESH else self.stamp, self.stamp)
+            self._drove = (since if self.stamp - until < VOICE_AFTER else self.stamp, self.stamp)
         if snapshot.hearing is not None:
             self._voices = snapshot.hearing.voices or self._voices
         if sound is None or array is None or self.trouble or not usable(sound.samples):
@@ -227,7 +226,7 @@ class RoomTranscriber:
 
     def _give_up(self, why: str) -> None:
         self.trouble = why
-        self._board.tell("warning", f"The robot's ears hear no words: {why}")
+        self._notifications.tell("warning", f"The robot's ears hear no words: {why}")
 
     async def _words(self, sound: Sound) -> list[RecognizedUtterance]:
         """Send one piece to the worker; a worker that was started again first learns how to listen."""
@@ -245,7 +244,7 @@ class RoomTranscriber:
             self._tell(utterance.decision, None, time.monotonic())
         if not utterance.final:
             return
-        voice = voice_of(self._voices, utterance.begin, utterance.end)
+        voice = voice_between(self._voices, utterance.begin, utterance.end)
         one = self._utterance(stopped(utterance) if heard != "words" else utterance, voice)
         self.utterances.append(one)
         if heard != "words":

@@ -18,8 +18,8 @@ MOST_WAITING = 20  # commands; a folder that takes none for longer has no use of
 class SpokenTextFiles:
     """Lives on the event loop; the files are written outside."""
 
-    def __init__(self, files: TextFileWriter, board: Notifications) -> None:
-        self._files, self._board = files, board
+    def __init__(self, files: TextFileWriter, notifications: Notifications) -> None:
+        self._files, self._notifications = files, notifications
         self._waiting: asyncio.Queue[tuple[str, VoiceDirection | None, float]] = asyncio.Queue(MOST_WAITING)
 
     def understood(self, decision: Decision, voice: VoiceDirection | None, ended: float) -> None:
@@ -40,4 +40,4 @@ class SpokenTextFiles:
             try:
                 await asyncio.to_thread(self._files.write, TextFileCommand(words, age=age), source)
             except Unwritable as trouble:
-                self._board.tell("warning", str(trouble))
+                self._notifications.tell("warning", str(trouble))

@@ -35,17 +35,17 @@ class VoiceCommands:
         dispatcher: CommandDispatcher,
         lease: Lease,
         pending_commands: PendingCommands,
-        board: Notifications,
+        notifications: Notifications,
     ) -> None:
         self.operator: Person | None = None  # who has taken the words on
         self.at_console = False  # the operator's own microphone is the voice: it may interrupt their other commands
         pending_commands.when_rejected.append(ears.reject)
-        self._ears, self._dispatcher, self._lease, self._pending_commands, self._board = (
+        self._ears, self._dispatcher, self._lease, self._pending_commands, self._notifications = (
             ears,
             dispatcher,
             lease,
             pending_commands,
-            board,
+            notifications,
         )
 
     def take_on(self, who: Person) -> None:
@@ -81,5 +81,5 @@ class VoiceCommands:
             command = replace(command, call=call, said=(said.t0_s, said.t1_s))
             self._pending_commands.take(replace(decision, command=command), SOURCE, who, when)
         except Problem as problem:
-            self._board.tell("warning", problem.detail)
+            self._notifications.tell("warning", problem.detail)
         return ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 OBEYED_WITHIN = 2.0  # [s] after their end at which a spoken command may still start
-MOMENT = 2.0  # [s]
+DELAY = 2.0  # [s]
 READING = 1.2  # [s] after a person spoke, in which their STOP can have been recognised
 LONGEST = 4.0  # [s] by which a room that never falls silent postpones a command
 
@@ -18,7 +18,7 @@ class ConfirmationDelay:
     latest: float
 
     @classmethod
-    def from_now(cls, now: float, length: float = MOMENT) -> ConfirmationDelay:
+    def from_now(cls, now: float, length: float = DELAY) -> ConfirmationDelay:
         """Return the delay of a command that was understood just now."""
         return cls(begins=now + length, latest=now + length + LONGEST)
 

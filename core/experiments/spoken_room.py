@@ -15,7 +15,7 @@ import numpy as np
 
 from core.commands import spec_of
 from core.commands.command import Command
-from core.commands.confirmation_delay import LONGEST, MOMENT, OBEYED_WITHIN, ConfirmationDelay
+from core.commands.confirmation_delay import DELAY, LONGEST, OBEYED_WITHIN, ConfirmationDelay
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput, Refused
 from core.experiments.listening import TimedListening
@@ -23,11 +23,10 @@ from core.experiments.rehearsal import Rehearsal
 from core.geometry import Pose, wrap
 from core.message import Array, message
 from core.perception.people.voice_bearing import VoiceBearing
-from core.pipelines.listen import voice_of
 from core.robots.requests import PlaceThing, ReadPlan, SetListening, Speak
 from core.settings import Settings
 from core.simulation.world import World, world_named
-from core.snapshot import ActiveCommandStatus, Snapshot, VoiceDirection
+from core.snapshot import ActiveCommandStatus, Snapshot, VoiceDirection, voice_between
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import open_engine
@@ -223,7 +222,7 @@ class SpokenRoom:
         """Wait until the command begins → whether a STOP was heard: Ann says it when the command is wrong."""
         now = self.robot.snapshot.stamp
         objects, moment = now + REACTION, ConfirmationDelay.from_now(now)
-        for snapshot, spoken in self.overheard(MOMENT + LONGEST):
+        for snapshot, spoken in self.overheard(DELAY + LONGEST):
             watch(snapshot)
             if not right and snapshot.stamp >= objects:
                 self._say(STOP_MOVING.words[0])
@@ -304,7 +303,7 @@ class SpokenRoom:
 
 def call_of(voices: Sequence[VoiceDirection], begin: float, end: float) -> VoiceBearing | None:
     """From where words came that were spoken from `begin` to `end` [s]."""
-    voice = voice_of(voices, begin, end)
+    voice = voice_between(voices, begin, end)
     return None if voice is None else voice.call
 
 

@@ -14,15 +14,13 @@ from core.robots import Profile
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.settings import Settings
 from core.slam.estimate import Estimate
-from core.snapshot import VoiceDirection
+from core.snapshot import VoiceDirection, voice_between
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import ActiveEngine, open_engine
 from core.speech.recognition.recognizer import at_16_khz, for_words
-from core.speech.settings import PIECE
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 
-FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
 STILL = Estimate(pose=Pose(), covariance=np.zeros((3, 3)))  # of microphones that stay where they are
 
 
@@ -92,11 +90,5 @@ class SpeechListener:
 
     def _located(self, utterances: Iterable[RecognizedUtterance]) -> tuple[HeardSpeech, ...]:
         return tuple(
-            HeardSpeech(utterance=one, voice=voice_of(self._voices, one.begin, one.end)) for one in utterances
+            HeardSpeech(utterance=one, voice=voice_between(self._voices, one.begin, one.end)) for one in utterances
         )
-
-
-def voice_of(voices: Iterable[VoiceDirection], begin: float, end: float) -> VoiceDirection | None:
-    """Return the strongest voice that was heard while words were spoken, from `begin` to `end` [s]."""
-    near = [one for one in voices if begin - PIECE <= one.stamp <= end + FRESH]
-    return max(near, key=lambda one: one.strength, default=None)

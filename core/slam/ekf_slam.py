@@ -225,14 +225,14 @@ class EkfSlam:
         innovation = self.filter.innovate(indices, readings)
         self._note(innovation, noises)
         total = with_noise(innovation.state, noises)
-        odd = mahalanobis(total, innovation.surprises)
+        odd = mahalanobis(total, innovation.residuals)
         if self._notice_slip(indices, innovation, total, odd):
             innovation = self.filter.innovate(indices, readings)
             total = with_noise(innovation.state, noises)
-            odd = mahalanobis(total, innovation.surprises)
+            odd = mahalanobis(total, innovation.residuals)
         if self.settings.soft_gate > 0:
             wider = self._usual.factor if len(rows) < self.settings.slip_fewest else 1.0
-            weights = trust(total, noises, innovation.surprises, odd, wider * self.settings.soft_gate)
+            weights = trust(total, noises, innovation.residuals, odd, wider * self.settings.soft_gate)
             total = with_noise(total, (weights - 1.0)[:, None, None] * noises)
         self.filter.take_in(innovation, total)
 
@@ -240,7 +240,7 @@ class EkfSlam:
         """The running NIS: every sighting by its own covariance, before anything is softened."""
         count = len(noises)
         own = innovation.state.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
-        distances = squared_distance(innovation.surprises, own + noises)[0].tolist()
+        distances = squared_distance(innovation.residuals, own + noises)[0].tolist()
         if count < self.settings.slip_fewest:  # more of them show by each other whether the robot errs
             self._usual.note(distances)
         for distance in distances:
@@ -252,7 +252,7 @@ class EkfSlam:
             return False
         unnoticed = self.settings.unnoticed
         moved = self.filter.perturbed(indices, unnoticed)
-        self._slipped = displaced(total, innovation.surprises, odd, moved, self.settings)
+        self._slipped = displaced(total, innovation.residuals, odd, moved, self.settings)
         if self._slipped:
             self.filter.doubt(unnoticed)
         return self._slipped

@@ -50,7 +50,7 @@ def keep(graph: MapGraph, resolution: float) -> SavedMap:
         "link_scores": np.array([(link.score, link.stamp) for _, link in links]).reshape(-1, 2),
     }
     for submap in graph.submaps:
-        arrays |= _room(submap)
+        arrays |= _submap(submap)
     facts = MapFacts(
         form=FORM,
         resolution_m=resolution,
@@ -135,7 +135,7 @@ def _saved(loop_closure: LoopClosure) -> SavedClosure:
     )
 
 
-def _room(submap: Submap) -> dict[str, Array]:
+def _submap(submap: Submap) -> dict[str, Array]:
     form, number = submap.slam.filter, submap.id
     form.settle()
     origin, tile = submap.tile.cells

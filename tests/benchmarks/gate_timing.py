@@ -23,7 +23,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from console.robot.process import RobotProcess
+from console.robot.supervisor import RobotSupervisor
 from core.gate import Limits, Setpoint, TraceRow, check, read_trace
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -52,7 +52,7 @@ def busy(loops: int) -> Iterator[None]:
 class Hand:
     """Holds a key in a thread: beats at 20 Hz, orders at 100 Hz, until told otherwise."""
 
-    def __init__(self, robot: RobotProcess) -> None:
+    def __init__(self, robot: RobotSupervisor) -> None:
         self._robot = robot
         self._chance = random.Random(1)
         self._press, self._seq = 1, 0
@@ -128,11 +128,11 @@ def console_struck(number: signal.Signals, trials: int) -> list[float]:
 
 
 @contextlib.contextmanager
-def driving() -> Iterator[tuple[RobotProcess, Hand, Path]]:
+def driving() -> Iterator[tuple[RobotSupervisor, Hand, Path]]:
     """A robot in the laboratory, a hand that drives it, and the diary."""
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "gate.csv"
-        robot = RobotProcess("sim:lab", home=Path(folder), gate_trace=trace)
+        robot = RobotSupervisor("sim:lab", home=Path(folder), gate_trace=trace)
         robot.start()
         robot.arm(1, "hand")
         hand = Hand(robot)
@@ -143,7 +143,7 @@ def driving() -> Iterator[tuple[RobotProcess, Hand, Path]]:
             robot.close()
 
 
-def wait_for_motion(robot: RobotProcess) -> None:
+def wait_for_motion(robot: RobotSupervisor) -> None:
     """Until it drives; a few seconds at most."""
     deadline = time.monotonic() + 5.0
     while robot.status().v < 0.09:
@@ -151,7 +151,7 @@ def wait_for_motion(robot: RobotProcess) -> None:
         time.sleep(0.005)
 
 
-def struck_while_driving(strike: Callable[[RobotProcess, Hand], float], trials: int) -> list[float]:
+def struck_while_driving(strike: Callable[[RobotSupervisor, Hand], float], trials: int) -> list[float]:
     """The hand drives, something happens at the time that `strike` tells → times to zero [s]."""
     moments: list[float] = []
     with driving() as (robot, hand, trace):
@@ -165,14 +165,14 @@ def struck_while_driving(strike: Callable[[RobotProcess, Hand], float], trials: 
     return [first_zero(rows, moment) - moment for moment in moments]
 
 
-def let_silence_fall(robot: RobotProcess, hand: Hand) -> float:
+def let_silence_fall(robot: RobotSupervisor, hand: Hand) -> float:
     """The hand's frames stop coming; its console lives on."""
     hand.holds = False
     time.sleep(0.02)
     return hand.sent
 
 
-def stop(robot: RobotProcess, hand: Hand) -> float:
+def stop(robot: RobotSupervisor, hand: Hand) -> float:
     """A person stops the robot."""
     now = time.monotonic()
     robot.stop()

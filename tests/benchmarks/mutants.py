@@ -24,7 +24,7 @@ TESTS = {
     GATE: "tests/core/gate/test_gate.py",
     DEADMAN: "tests/core/gate/test_gate.py",
     LOOP: "tests/core/gate/test_gate_process.py",
-    SUPERVISOR: "tests/console/robot/test_robot_process.py",
+    SUPERVISOR: "tests/console/robot/test_supervisor.py",
 }
 
 

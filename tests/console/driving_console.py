@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-from console.robot.process import RobotProcess
+from console.robot.supervisor import RobotSupervisor
 from core.gate import Setpoint
 from core.robots.connect import SCHEMES
 from tests.console.tiny_process import TinyProcess
@@ -25,7 +25,7 @@ def say(words: str) -> None:
 def main() -> None:
     url, home, source = sys.argv[1], Path(sys.argv[2]), sys.argv[3]
     SCHEMES["tiny"] = TINY
-    kind = TinyProcess if url.startswith("tiny:") else RobotProcess
+    kind = TinyProcess if url.startswith("tiny:") else RobotSupervisor
     robot = kind(url, home=home, gate_trace=home / "gate.csv")
     robot.start()
     say(json.dumps(robot.pids))

@@ -99,7 +99,7 @@ def save(live: Live, name: str) -> int:
 
 
 def shown(live: Live) -> list[tuple[str, str]]:
-    return [(told.level, told.text) for told in live.runtime.board.shown if "data folder" in told.text]
+    return [(told.level, told.text) for told in live.runtime.notifications.shown if "data folder" in told.text]
 
 
 def test_a_disk_that_fills_up_is_told_with_507_and_everywhere_until_it_is_over(

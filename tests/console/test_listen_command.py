@@ -48,7 +48,7 @@ def spoken_from(azimuth: float, words: str) -> Sound:
 def test_a_console_obeys_what_another_program_hears(live: Live, tmp_path: Path) -> None:
     write_wav(tmp_path / "said.wav", spoken_from(AZIMUTH, "turn left"))
     runtime, files = live.runtime, TextFileReader(tmp_path)
-    parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.board)
+    parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.notifications)
     task = asyncio.run_coroutine_threadsafe(
         TextFileCommands(files, *parts, lambda: runtime.snapshot).run(), live.loop
     )

@@ -102,7 +102,7 @@ def test_only_the_driver_drives_and_taking_over_stops_and_is_told(live: Live) ->
     live.until(lambda: live.robot.status().epoch == epoch + 1 and live.robot.status().state == "armed")
     assert live.robot.status().v == 0 and live.robot.status().w == 0
     assert order(live, "turn left").status == 409
-    assert any("Bert took over" in notice.text for notice in live.runtime.board.shown)
+    assert any("Bert took over" in notice.text for notice in live.runtime.notifications.shown)
     assert order(live, "turn right", other).status == 202
     assert live.ask("POST", "/api/lease", {"do": "release"}, token=other).json["holder"] is None
     live.until(lambda: live.robot.status().state == "disarmed")
@@ -145,7 +145,9 @@ def test_a_reset_that_the_gate_refuses_is_not_announced_as_done(live: Live) -> N
     live.robot.stuck = "the halt could not be lifted: Read-only file system"
     try:
         assert live.ask("POST", "/api/halt/reset", token=live.operator).status == 200
-        told = live.until(lambda: [one.text for one in live.runtime.board.shown if "still halted" in one.text])
+        told = live.until(
+            lambda: [one.text for one in live.runtime.notifications.shown if "still halted" in one.text]
+        )
     finally:
         live.robot.stuck = ""
     assert told == ["The robot is still halted: the halt could not be lifted: Read-only file system."]
@@ -153,7 +155,7 @@ def test_a_reset_that_the_gate_refuses_is_not_announced_as_done(live: Live) -> N
     row = next(entry for entry in entries if entry["what"] == "halt_reset")
     assert row["state"] == "failed" and "Read-only" in row["remark"]
     assert live.ask("POST", "/api/halt/reset", token=live.operator).status == 200
-    live.until(lambda: live.runtime.board.shown[-1].text == "operator reset the halt.")
+    live.until(lambda: live.runtime.notifications.shown[-1].text == "operator reset the halt.")
 
 
 def test_every_stop_acts_whatever_its_number(live: Live) -> None:
@@ -228,7 +230,7 @@ def test_a_halt_is_answered_when_it_is_on_disk_or_says_that_it_is_not(
         say(line, kind="halt")
         answer = hear(line, "answer")
         assert not answer["ok"] and answer["status"] == 507 and "No space left" in answer["detail"]
-    assert any("may forget it" in notice.text for notice in live.runtime.board.shown)
+    assert any("may forget it" in notice.text for notice in live.runtime.notifications.shown)
 
 
 def test_the_history_can_be_asked_for_in_part(live: Live) -> None:

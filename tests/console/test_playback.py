@@ -33,7 +33,7 @@ def test_it_pauses_goes_on_and_jumps(walk: Live) -> None:
     assert walk.ask("GET", "/api/state", token=walk.viewer).json["robot"]["speed"] == pytest.approx(4.0, abs=0.05)
     assert steer(walk, "speed", 10.0) == 200  # its laser turns ten times a second: more would lose scans
     assert walk.ask("GET", "/api/state", token=walk.viewer).json["robot"]["speed"] == pytest.approx(4.0, abs=0.05)
-    assert "4 times" in walk.runtime.board.shown[-1].text
+    assert "4 times" in walk.runtime.notifications.shown[-1].text
     with walk.open() as line:
         say(line, kind="playback", do="play", ref=9)
         assert hear(line, "answer") == {"kind": "answer", "ref": 9, "ok": True, "status": 200}

@@ -113,7 +113,7 @@ def test_a_pilot_that_hangs_is_noticed_and_the_gate_hears_no_heartbeat(tmp_path:
             live.until(lambda: live.robot.status().w == 0.0, HUNG + 1.5)
             health = live.until(lambda: not (told := live.ask("GET", "/api/health").json)["ok"] and told, 2.0)
             assert health["reasons"] == [HANGS]
-            assert HANGS in [notice.text for notice in live.runtime.board.shown]
+            assert HANGS in [notice.text for notice in live.runtime.notifications.shown]
             beats: list[int] = []
             beat, live.robot.beat = live.robot.beat, lambda: beats.append(1)  # type: ignore[method-assign]
             time.sleep(0.2)
@@ -125,8 +125,10 @@ def test_a_pilot_that_hangs_is_noticed_and_the_gate_hears_no_heartbeat(tmp_path:
         finally:
             Slow.caught.set()
         live.until(lambda: live.ask("GET", "/api/health").status == 200)
-        live.until(lambda: any(notice.text.startswith("The pilot goes on.") for notice in live.runtime.board.shown))
-        assert HANGS not in [notice.text for notice in live.runtime.board.shown]  # it is over
+        live.until(
+            lambda: any(notice.text.startswith("The pilot goes on.") for notice in live.runtime.notifications.shown)
+        )
+        assert HANGS not in [notice.text for notice in live.runtime.notifications.shown]  # it is over
         assert live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).status == 202
         live.until(lambda: live.robot.status().w)
 
@@ -193,13 +195,15 @@ def test_a_part_that_fails_is_among_the_notices(tmp_path: Path) -> None:
     live = Live(tmp_path)
     live.runtime.beside.append(fail)
     with live:
-        live.until(lambda: any("ZeroDivisionError" in notice.text for notice in live.runtime.board.shown))
-        assert not any("secret" in notice.text for notice in live.runtime.board.shown)
+        live.until(lambda: any("ZeroDivisionError" in notice.text for notice in live.runtime.notifications.shown))
+        assert not any("secret" in notice.text for notice in live.runtime.notifications.shown)
 
 
 def test_a_lost_gate_or_driver_is_among_the_notices(live: Live) -> None:
     live.robot.alarm("The gate has ended. It is started again.")
-    live.until(lambda: any(notice.text.startswith("The gate has ended.") for notice in live.runtime.board.shown))
+    live.until(
+        lambda: any(notice.text.startswith("The gate has ended.") for notice in live.runtime.notifications.shown)
+    )
 
 
 def test_what_was_done_is_remembered_over_a_restart(tmp_path: Path) -> None:
@@ -221,7 +225,8 @@ def test_a_data_folder_that_cannot_be_written_does_not_stop_the_console(tmp_path
         assert live.ask("POST", "/api/commands", {"text": "stop"}, token=live.operator).status == 202
         live.until(
             lambda: any(
-                "Nothing can be saved in the data folder" in notice.text for notice in live.runtime.board.shown
+                "Nothing can be saved in the data folder" in notice.text
+                for notice in live.runtime.notifications.shown
             )
         )
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from console.robot.process import RobotProcess
+from console.robot.supervisor import RobotSupervisor
 from tests.console import tiny_robot
 
 
-class TinyProcess(RobotProcess):
+class TinyProcess(RobotSupervisor):
     """Knows the scheme `tiny:` beside the others."""
 
     driver_module = tiny_robot.__name__

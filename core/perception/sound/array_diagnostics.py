@@ -16,12 +16,12 @@ from core.perception.sound.locate import DEFAULT, whitened
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import (
     Spectra,
+    cell_weights,
     cross_spectra,
-    freshness,
     noise_of,
+    over_noise,
     quiet_frames,
     spectra,
-    strangeness,
 )
 from core.perception.sound.srp import FINER, Correlation
 from core.perception.sound.tdoa import pair_lags
@@ -137,7 +137,7 @@ def _identical(samples: Array, array: MicrophoneArray) -> list[ArrayFault]:
 def _together(seen: Spectra, array: MicrophoneArray, settings: DirectionFindingSettings) -> list[ArrayFault]:
     """Faults that only the channels together show: a foreign one, one with its wires crossed, two exchanged."""
     noise = noise_of(seen, quiet_frames(seen, settings), settings)
-    cross = cross_spectra(seen, freshness(strangeness(seen, noise), seen, settings), noise)
+    cross = cross_spectra(seen, cell_weights(over_noise(seen, noise), seen, settings), noise)
     foreign = _foreign(cross, array)
     if foreign:
         return foreign

@@ -19,7 +19,7 @@ from core.perception.sound.direction import sphere
 from core.perception.sound.least_squares import axes_of
 from core.perception.sound.locate import DEFAULT, whitened
 from core.perception.sound.settings import DirectionFindingSettings
-from core.perception.sound.spectra import cross_spectra, freshness, noise_of, quiet_frames, spectra, strangeness
+from core.perception.sound.spectra import cell_weights, cross_spectra, noise_of, over_noise, quiet_frames, spectra
 from core.perception.sound.srp import FINER, Correlation
 from core.sensors.microphones import MicrophoneArray, Sound
 
@@ -77,7 +77,7 @@ def correlation_of(sound: Sound, array: MicrophoneArray, settings: DirectionFind
     seen = spectra(array.heard(sound), sound.rate, settings)
     noise = noise_of(seen, quiet_frames(seen, settings), settings)
     return whitened(
-        cross_spectra(seen, freshness(strangeness(seen, noise), seen, settings), noise), seen, array, settings
+        cross_spectra(seen, cell_weights(over_noise(seen, noise), seen, settings), noise), seen, array, settings
     )
 
 

@@ -18,13 +18,13 @@ from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import (
     Noise,
     Spectra,
+    cell_weights,
     frame_size,
     framed,
-    freshness,
     noise_from,
     noise_of,
+    over_noise,
     quiet_frames,
-    strangeness,
 )
 from core.perception.sound.voice_activity import VoiceActivityDetector, active_share
 from core.sensors.microphones import MicrophoneArray, Sound
@@ -121,7 +121,7 @@ class DoaStream:
         if not quiet.any():
             return ()
         noise = noise_of(seen, quiet, self.settings)
-        fresh = freshness(strangeness(seen, noise), seen, self.settings)
+        fresh = cell_weights(over_noise(seen, noise), seen, self.settings)
         talked = self._heard_before(seen, quiet)
         middle = (begin + end) / 2
         heard: list[HeardDirections] = []
@@ -137,7 +137,7 @@ class DoaStream:
         """Directions of voices in these frames (T,) bool before words."""
         if self._noise is None:
             return ()
-        fresh = freshness(strangeness(seen, self._noise), seen, self.settings) * frames
+        fresh = cell_weights(over_noise(seen, self._noise), seen, self.settings) * frames
         found = share_out(seen, fresh, self._noise, self.array, 0.0, self.settings, MOST_IN_WORDS)
         return tuple(one for one in found if one.strength > TALKED)
 
@@ -152,7 +152,7 @@ class DoaStream:
         assert self._noise is not None
         heard: list[HeardDirections] = []
         begin = self._activity.begin
-        for time, share in zip(seen.times, active_share(strangeness(seen, self._noise), self.settings), strict=True):
+        for time, share in zip(seen.times, active_share(over_noise(seen, self._noise), self.settings), strict=True):
             change = self._activity.step(float(share), float(time))
             if change == "begins":
                 begin = self._activity.begin
@@ -195,7 +195,7 @@ class DoaStream:
         if self.settings.form == "paper":
             return HeardDirections(begin=begin, end=end, directions=self._as_printed(since, end))
         seen = self._since(since - LEAD)
-        fresh = freshness(strangeness(seen, self._noise), seen, self.settings)
+        fresh = cell_weights(over_noise(seen, self._noise), seen, self.settings)
         fresh = np.where(seen.times >= since - LEAD / 3, fresh, 0.0)
         directions = share_out(seen, fresh, self._noise, self.array, 0.0, self.settings, MOST_TALKERS)
         self._learnt = float(seen.times[-1])

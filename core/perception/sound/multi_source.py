@@ -14,12 +14,12 @@ from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import (
     Noise,
     Spectra,
+    cell_weights,
     cross_spectra,
-    freshness,
     noise_of,
+    over_noise,
     quiet_frames,
     spectra,
-    strangeness,
 )
 from core.perception.sound.srp import grid_of
 from core.sensors.microphones import MicrophoneArray, Sound
@@ -58,7 +58,7 @@ def talkers(
     if noise is None:
         begin = None if speech_from is None else speech_from - sound.stamp
         noise = noise_of(seen, quiet_frames(seen, settings, begin), settings)
-    fresh = freshness(strangeness(seen, noise), seen, settings)
+    fresh = cell_weights(over_noise(seen, noise), seen, settings)
     return share_out(seen, fresh, noise, array, sound.stamp, settings, most)
 
 

@@ -106,12 +106,12 @@ def noise_from(cross: Array, settings: DirectionFindingSettings) -> Noise:
     return Noise(cross=smooth, whitener=np.linalg.inv(root))
 
 
-def strangeness(seen: Spectra, noise: Noise) -> Array:
+def over_noise(seen: Spectra, noise: Noise) -> Array:
     """(K, T): power of every cell in units of the noise; a steady fan counts as little from its own direction."""
     return np.mean(np.abs(noise.whitener @ seen.values) ** 2, axis=1)
 
 
-def freshness(power: Array, seen: Spectra, settings: DirectionFindingSettings) -> Array:
+def cell_weights(power: Array, seen: Spectra, settings: DirectionFindingSettings) -> Array:
     """Power over noise (K, T) → how much each cell counts, 0..1: above the noise and above the echo of what was."""
     step = seen.times[1] - seen.times[0]
     fall = step * 6 * math.log(10) / settings.reverberation  # [nepers of power a frame]

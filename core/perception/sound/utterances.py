@@ -7,7 +7,7 @@ from core.perception.sound.direction import Direction
 from core.perception.sound.locate import DEFAULT
 from core.perception.sound.multi_source import talkers
 from core.perception.sound.settings import DirectionFindingSettings
-from core.perception.sound.spectra import noise_of, quiet_frames, spectra, strangeness
+from core.perception.sound.spectra import noise_of, over_noise, quiet_frames, spectra
 from core.perception.sound.voice_activity import VoiceActivityDetector, active_share
 from core.sensors.microphones import MicrophoneArray, Sound
 
@@ -71,7 +71,7 @@ def _seen(
 
 def _within(part: Sound, array: MicrophoneArray, settings: DirectionFindingSettings) -> list[SpeechSpan]:
     seen = spectra(array.heard(part), part.rate, settings)
-    power = strangeness(seen, noise_of(seen, quiet_frames(seen, settings), settings))
+    power = over_noise(seen, noise_of(seen, quiet_frames(seen, settings), settings))
     activity, spans = VoiceActivityDetector(settings), list[SpeechSpan]()
     begin: float | None = None
     for time, share in zip(seen.times, active_share(power, settings), strict=True):

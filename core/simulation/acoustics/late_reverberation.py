@@ -1,6 +1,6 @@
 """All reflections after the first, by the image-source method, worked out in small pieces while the robot drives.
 
-The same images as `core.simulation.acoustics.shoebox`, without those that `arrivals` follows exactly.
+The same images as `core.simulation.acoustics.shoebox`, without those that `early_reflections` follows exactly.
 """
 
 from __future__ import annotations

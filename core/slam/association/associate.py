@@ -14,7 +14,7 @@ from core.slam.association.joint_compatibility import JointCandidates, Pairs
 from core.slam.association.landmark_table import LandmarkTable
 from core.slam.association.nearest_neighbour import Assignment, associate, nearest
 from core.slam.ekf.filter import Filter
-from core.slam.ekf.measurement_model import squared_distance, surprise
+from core.slam.ekf.measurement_model import residual, squared_distance
 from core.slam.ekf.observation import Observation
 
 
@@ -53,7 +53,7 @@ def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: 
     if not look.seen or not table.rows:
         return Assignment((), tuple(range(len(look.seen))))
     distances, sizes = squared_distance(
-        surprise(look.readings[:, None], look.expectations[None]), look.states[None] + look.noises[:, None]
+        residual(look.readings[:, None], look.expectations[None]), look.states[None] + look.noises[:, None]
     )
     if settings.form == "nearest":
         return nearest(distances, settings.gate)
@@ -83,7 +83,7 @@ def _together(look: Observation, state: Filter, allowed: Array, settings: MatchS
     if settings.joint_nodes == 0 or not (contested or _crowded(state, columns)):
         return alone
     candidates = JointCandidates(
-        surprises=surprise(look.readings[:, None], look.expectations[None, columns]),
+        residuals=residual(look.readings[:, None], look.expectations[None, columns]),
         states=state.innovate(columns, look.expectations[columns]).state,
         noises=look.noises,
         allowed=allowed[:, columns],

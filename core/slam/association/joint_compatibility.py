@@ -25,14 +25,14 @@ class Branch:
     cost: float = 0.0
     distance: float = 0.0  # squared, joint
     root: Array | None = None  # (2k, 2k) lower, of the joint innovation covariance
-    solved: Array | None = None  # (2k,): root⁻¹ surprise
+    solved: Array | None = None  # (2k,): root⁻¹ residual
 
 
 @dataclass(frozen=True)
 class JointCandidates:
     """M sightings and the N landmarks that any of them could be."""
 
-    surprises: Array  # (M, N, 2)
+    residuals: Array  # (M, N, 2)
     states: Array  # (2N, 2N): covariance of all expectations together, without the sensor's noise
     noises: Array  # (M, 2, 2)
     allowed: Array  # (M, N) bool: alone compatible, and alike
@@ -77,7 +77,7 @@ class JointCandidates:
     def _extended(self, branch: Branch, row: int, column: int) -> Branch:
         """One pair more: the joint innovation covariance grows by its two rows, and so does its root."""
         own = self.states[2 * column : 2 * column + 2, 2 * column : 2 * column + 2] + self.noises[row]
-        wanted = self.surprises[row, column]
+        wanted = self.residuals[row, column]
         count = 2 * len(branch.pairs)
         root = np.zeros((count + 2, count + 2))
         if branch.root is not None and branch.solved is not None:

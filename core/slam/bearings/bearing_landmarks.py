@@ -204,7 +204,7 @@ class BearingLandmarks:
         rows = np.array([row for _, row in pairs])
         innovation = seen_now(self._state, seen.eye, [one.point for one in landmarks], seen.bearings[rows])
         total = innovation.state + np.diag(self._variances(seen, rows))
-        fits = _agreeing(total, innovation.surprises[:, 0], self._settings.gate)
+        fits = _agreeing(total, innovation.residuals[:, 0], self._settings.gate)
         kept = [k for k in fits if pairs[k][0].agreed >= PROVEN]
         for k, (track, _) in enumerate(pairs):
             track.agreed += k in fits
@@ -216,7 +216,7 @@ class BearingLandmarks:
         self.used += len(kept)
         self.refused += len(landmarks) - len(kept)
         if kept:
-            chosen = Innovation(innovation.crossing[kept], np.empty(0), innovation.surprises[kept])
+            chosen = Innovation(innovation.crossing[kept], np.empty(0), innovation.residuals[kept])
             self._state.take_in(chosen, total[np.ix_(kept, kept)])
 
     def _variances(self, seen: BearingSet, rows: Array) -> Array:
@@ -279,7 +279,7 @@ class BearingLandmarks:
     def _take_in(self, innovation: Innovation, variance: float) -> bool:
         """Correct by one number, if it fits → whether it does."""
         total = innovation.state + variance
-        if float(innovation.surprises[0, 0]) ** 2 > self._settings.gate * float(total[0, 0]):
+        if float(innovation.residuals[0, 0]) ** 2 > self._settings.gate * float(total[0, 0]):
             return False
         self._state.take_in(innovation, total)
         return True
@@ -295,7 +295,7 @@ class BearingLandmarks:
             both = coincide(self._state, point, landmark.point)
             spread = both.state + 1e-9 * np.eye(2)
             close = math.sqrt(float(np.trace(spread))) < limits.again
-            if close and squared_error(both.surprises[:, 0], spread) < COINCIDE:
+            if close and squared_error(both.residuals[:, 0], spread) < COINCIDE:
                 near.append((landmark, both))
         if len(near) != 1:
             return None
@@ -346,15 +346,15 @@ def _second(gaps: Array, best: int) -> float:
     return float(np.delete(gaps, best).min(initial=FAR))
 
 
-def _agreeing(total: Array, surprises: Array, gate: float) -> list[int]:
+def _agreeing(total: Array, residuals: Array, gate: float) -> list[int]:
     """Numbers with the covariance (M, M) → those left when the oddest is removed until none is beyond the gate.
 
-    Each is judged by what the others say: of surprises with a common cause only what is its own counts.
+    Each is judged by what the others say: of residuals with a common cause only what is its own counts.
     """
-    kept = list(range(len(surprises)))
+    kept = list(range(len(residuals)))
     while kept:
         inverse = np.linalg.inv(total[np.ix_(kept, kept)])
-        odd = (inverse @ surprises[kept]) ** 2 / inverse.diagonal()
+        odd = (inverse @ residuals[kept]) ** 2 / inverse.diagonal()
         worst = int(odd.argmax())
         if odd[worst] <= gate:
             break

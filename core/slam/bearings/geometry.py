@@ -1,4 +1,4 @@
-"""What a bearing measures, of a landmark and from where: the surprises and derivatives that the filter takes in.
+"""What a bearing measures, of a landmark and from where: the residuals and derivatives that the filter takes in.
 
 A pose of the past is kept as two points of the plane: where the eye was, and a point 1 m ahead of it. A bearing from
 there is the angle between the directions to that point and to the landmark, a range the length of one difference: no
@@ -124,11 +124,11 @@ def crossed(
     return place, rows, 0.5 * (own + own.T)
 
 
-def _of_points(state: Filter, indices: list[int], slopes: Array, surprise: float) -> Innovation:
+def _of_points(state: Filter, indices: list[int], slopes: Array, residual: float) -> Innovation:
     """A number that depends on differences of points (P): its derivatives (P, 2) → the innovation."""
     columns = (ROBOT + 2 * np.array(indices)[:, None] + np.arange(2)).ravel()
     crossing = slopes.reshape(1, -1) @ state.covariance.rows(columns)
-    return Innovation(crossing, crossing[:, columns] @ slopes.reshape(-1, 1), np.array([[surprise]]))
+    return Innovation(crossing, crossing[:, columns] @ slopes.reshape(-1, 1), np.array([[residual]]))
 
 
 def _angle(vector: Array) -> float:

@@ -102,16 +102,16 @@ class Covariance:
         square[rest:size, :] = 0.0
         self.size = rest
 
-    def absorb(self, crossing: Array, innovation: Array, surprise: Array) -> Array:
+    def absorb(self, crossing: Array, innovation: Array, residual: Array) -> Array:
         """One stacked update (eq. 28-30 without the inverse) → the correction of the state (size,).
 
-        `crossing` HP (k, size), `innovation` S (k, k), symmetric, `surprise` ν (k,): with S = LLᵀ and W = L⁻¹HP,
+        `crossing` HP (k, size), `innovation` S (k, k), symmetric, `residual` ν (k,): with S = LLᵀ and W = L⁻¹HP,
         P ← P − WᵀW, correction WᵀL⁻¹ν. Raises ValueError if S is not positive definite.
         """
         root, failed = potrf(innovation, lower=1)
         if failed:
             raise ValueError("The innovation covariance is not positive definite.")
-        both = np.column_stack((crossing, surprise))
+        both = np.column_stack((crossing, residual))
         solved, _ = trtrs(root, both, lower=1)
         self.lower(solved[:, :-1])
         return solved[:, :-1].T @ solved[:, -1]

@@ -10,7 +10,7 @@ import numpy as np
 from core.geometry import Pose, rotation
 from core.message import Array
 from core.slam.ekf.covariance import Covariance
-from core.slam.ekf.measurement_model import expected, place_of, surprise
+from core.slam.ekf.measurement_model import expected, place_of, residual
 from core.slam.ekf.robust import with_noise
 from core.slam.motion import Increment
 
@@ -33,7 +33,7 @@ class Innovation:
 
     crossing: Array  # (DM, size): covariance of what was expected with the state
     state: Array  # (DM, DM): its own, without the sensor's noise
-    surprises: Array  # (M, D)
+    residuals: Array  # (M, D)
 
 
 @dataclass(eq=False)
@@ -157,11 +157,11 @@ class Filter(ABC):
         crossing = (slopes @ relative).reshape(2 * count, -1)
         seen = crossing[:, columns] - crossing[:, None, :2] + crossing[:, 2, None, None] * lever
         state = np.einsum("amk,mjk->amj", seen, slopes).reshape(2 * count, 2 * count)
-        return Innovation(crossing, state, surprise(sightings, expectations))
+        return Innovation(crossing, state, residual(sightings, expectations))
 
     def take_in(self, innovation: Innovation, total: Array) -> None:
         """Correct by an innovation, `total` (2M, 2M) its covariance with the sightings' noise."""
-        self._move(self.covariance.absorb(innovation.crossing, total, innovation.surprises.ravel()))
+        self._move(self.covariance.absorb(innovation.crossing, total, innovation.residuals.ravel()))
         self._base = self.pose
 
     def doubt(self, unnoticed: Array) -> None:

@@ -37,16 +37,16 @@ def place_of(pose: Pose, sighting: Array) -> tuple[Array, Array]:
     return np.array([pose.x + reach * c, pose.y + reach * s]), np.array([[c, -reach * s], [s, reach * c]])
 
 
-def surprise(sightings: Array, expectations: Array) -> Array:
+def residual(sightings: Array, expectations: Array) -> Array:
     """Sightings (..., 2) minus what was expected (..., 2), the bearing wrapped (eq. 29)."""
     difference = sightings - expectations
     difference[..., 1] = wrap_all(difference[..., 1])
     return difference
 
 
-def squared_distance(surprises: Array, spreads: Array) -> tuple[Array, Array]:
+def squared_distance(residuals: Array, spreads: Array) -> tuple[Array, Array]:
     """Surprises (..., 2), covariances (..., 2, 2) → squared Mahalanobis distance (...) and log determinant (...)."""
     a, b, c = spreads[..., 0, 0], spreads[..., 0, 1], spreads[..., 1, 1]
     determinant = np.maximum(a * c - b * b, 1e-300)
-    u, v = surprises[..., 0], surprises[..., 1]
+    u, v = residuals[..., 0], residuals[..., 1]
     return (c * u * u - 2 * b * u * v + a * v * v) / determinant, np.log(determinant)

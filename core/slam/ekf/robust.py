@@ -43,16 +43,16 @@ class SlipSettings(Section):
         return np.diag([self.slip_place_sd**2, self.slip_place_sd**2, self.slip_heading_sd**2])
 
 
-def mahalanobis(innovation: Array, surprises: Array) -> Array:
-    """Innovation covariance (2M, 2M), surprises (M, 2) → squared distance (M,) of each from what the others say.
+def mahalanobis(innovation: Array, residuals: Array) -> Array:
+    """Innovation covariance (2M, 2M), residuals (M, 2) → squared distance (M,) of each from what the others say.
 
-    The others' surprises have a common cause where the robot is not quite where it was predicted; what they share is
-    taken off. With S the covariance and ν the surprises, (S⁻¹ν)_i has the covariance (S⁻¹)_ii.
+    The others' residuals have a common cause where the robot is not quite where it was predicted; what they share is
+    taken off. With S the covariance and ν the residuals, (S⁻¹ν)_i has the covariance (S⁻¹)_ii.
     """
     root, failed = potrf(innovation, lower=1)
     if failed:
         raise ValueError("The innovation covariance is not positive definite.")
-    pulls, _ = potrs(root, surprises.ravel(), lower=1)
+    pulls, _ = potrs(root, residuals.ravel(), lower=1)
     inverse, _ = potri(root, lower=1)
     diagonal = inverse.diagonal()
     a, b, c = diagonal[::2], inverse.diagonal(-1)[::2], diagonal[1::2]
@@ -68,17 +68,17 @@ def with_noise(state: Array, noises: Array) -> Array:
     return total
 
 
-def trust(innovation: Array, noises: Array, surprises: Array, odd: Array, limit: float) -> Array:
-    """Soft gate: S (2M, 2M), the sightings' noise in it (M, 2, 2), surprises (M, 2), distances² (M,) → weights.
+def trust(innovation: Array, noises: Array, residuals: Array, odd: Array, limit: float) -> Array:
+    """Soft gate: S (2M, 2M), the sightings' noise in it (M, 2, 2), residuals (M, 2), distances² (M,) → weights.
 
     The weights (M,) ≥ 1 go on the sightings' covariances. A sighting odder than `limit` is trusted less, not thrown
     away: a hard gate would refuse every later sighting of what moved, and lock the filter out. Were they judged one
     by one, sightings that all err alike because the prediction does would lose their say just when they are right.
     """
-    weights = np.ones(len(surprises))
+    weights = np.ones(len(residuals))
     for turn in range(ROUNDS):
         if turn:
-            odd = mahalanobis(with_noise(innovation, (weights - 1.0)[:, None, None] * noises), surprises)
+            odd = mahalanobis(with_noise(innovation, (weights - 1.0)[:, None, None] * noises), residuals)
         beyond = odd > limit
         if not beyond.any():
             break
@@ -86,25 +86,25 @@ def trust(innovation: Array, noises: Array, surprises: Array, odd: Array, limit:
     return weights
 
 
-def displaced(innovation: Array, surprises: Array, odd: Array, moved: Array, settings: SlipSettings) -> bool:
+def displaced(innovation: Array, residuals: Array, odd: Array, moved: Array, settings: SlipSettings) -> bool:
     """Return whether most sightings contradict the prediction but agree once the robot may be elsewhere.
 
-    S (2M, 2M), surprises (M, 2), their squared Mahalanobis distances `odd` (M,); `moved` (2M, 2M): the part that
+    S (2M, 2M), residuals (M, 2), their squared Mahalanobis distances `odd` (M,); `moved` (2M, 2M): the part that
     doubt in the robot's place adds to S. A few sightings of the wrong landmarks do not do that.
     """
     least = max(settings.slip_fewest, settings.slip_share * len(odd))
     if np.count_nonzero(odd > settings.slip_odd) < least:
         return False
     agree = settings.slip_agree
-    return _agreeing(innovation, surprises, agree) < least <= _agreeing(innovation + moved, surprises, agree)
+    return _agreeing(innovation, residuals, agree) < least <= _agreeing(innovation + moved, residuals, agree)
 
 
-def _agreeing(innovation: Array, surprises: Array, limit: float) -> int:
+def _agreeing(innovation: Array, residuals: Array, limit: float) -> int:
     """Count the sightings that are left when the worst is removed repeatedly until none is beyond `limit`."""
-    kept = np.arange(len(surprises))
+    kept = np.arange(len(residuals))
     while len(kept) > 1:
         rows = (2 * kept[:, None] + np.arange(2)).ravel()
-        odd = mahalanobis(innovation[np.ix_(rows, rows)], surprises[kept])
+        odd = mahalanobis(innovation[np.ix_(rows, rows)], residuals[kept])
         worst = int(odd.argmax())
         if odd[worst] <= limit:
             break
@@ -119,7 +119,7 @@ MEDIAN = 2 * math.log(2)  # of a squared distance in two dimensions, when all is
 class AdaptiveGate:
     """The median of the latest squared distances between sightings and what was expected.
 
-    A soft gate trusts what surprises less. But when most sightings surprise, it is not they that are wrong, and a
+    A soft gate trusts what residuals less. But when most sightings residual, it is not they that are wrong, and a
     filter that went on distrusting them would lock itself out at the end of a long loop. Where a scan has several
     sightings they show that by themselves; this is for those with one or two.
     """

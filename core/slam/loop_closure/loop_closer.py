@@ -19,7 +19,7 @@ from core.slam.scan_matching.point_to_line import WallPoints, align
 AROUND = 14  # views that make a place
 AROUND_REACH = 5.0  # [m] from its base
 PLACES = 8  # that are kept ready
-ROOMS = 3  # submaps that one view is searched in
+SUBMAPS = 3  # submaps that one view is searched in
 SPAN = 80  # views to either side whose links may support a new one
 WITNESSES = 30  # of them, at most
 WAITING = 60  # views that wait to be looked at; the oldest are left to the second look
@@ -175,7 +175,7 @@ class LoopCloser:
                 yield
 
     def _bases(self, view: Keyframe) -> list[Keyframe]:
-        """The nearest view of every other submap around, at most ROOMS; none where a link is known or undone."""
+        """The nearest view of every other submap around, at most SUBMAPS; none where a link is known or undone."""
         graph, poses = self._graph, self._graph.pose_array()
         gaps = np.hypot(*(poses[:, :2] - poses[view.id, :2]).T)
         around = np.flatnonzero(gaps < self.settings.near)
@@ -190,7 +190,7 @@ class LoopCloser:
             )
             if submap != view.submap and not known and self._is_untried(view, submap):
                 bases.append(base)
-        return bases[:ROOMS]
+        return bases[:SUBMAPS]
 
     def _is_untried(self, view: Keyframe, submap: int) -> bool:
         """Return whether the map has moved enough since a search without a result to repeat it."""

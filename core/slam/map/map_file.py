@@ -142,7 +142,7 @@ def _complaint(saved: SavedMap) -> str:
         _shape_complaint(arrays, counts)
         or _graph_complaint(saved, counts)
         or _closure_complaint(saved)
-        or next((complaint for k in range(saved.submaps) if (complaint := _room(saved, k))), "")
+        or next((complaint for k in range(saved.submaps) if (complaint := _submap(saved, k))), "")
     )
 
 
@@ -188,7 +188,7 @@ def _closure_complaint(saved: SavedMap) -> str:
     return ""
 
 
-def _room(saved: SavedMap, number: int) -> str:
+def _submap(saved: SavedMap, number: int) -> str:
     arrays, rows = saved.arrays, saved.facts.landmarks[number]
     size = 3 + 2 * len(rows)
     shapes = {"origin": (2,), "pose": (3,), "places": (len(rows), 2), "covariance": (size, size)}

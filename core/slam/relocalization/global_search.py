@@ -49,16 +49,16 @@ class PoseFit:
     conflict: float  # 0..1, share of beams that went through a wall or ended in the middle of free floor
 
 
-def search(chart: SearchPyramid, view: ScanView, settings: SearchSettings) -> Generator[None, None, list[PoseFit]]:
+def search(pyramid: SearchPyramid, view: ScanView, settings: SearchSettings) -> Generator[None, None, list[PoseFit]]:
     """A view → where on the whole map it may have been taken, best first; yields between pieces of work."""
     if len(view.points) < FEWEST:
         return []
-    places = yield from _correlate(chart, view, settings)
-    return (yield from _look_closer(chart, view, places, settings))
+    places = yield from _correlate(pyramid, view, settings)
+    return (yield from _look_closer(pyramid, view, places, settings))
 
 
 def search_near(
-    chart: SearchPyramid, view: ScanView, guess: Pose, reach: float, angle: float, settings: SearchSettings
+    pyramid: SearchPyramid, view: ScanView, guess: Pose, reach: float, angle: float, settings: SearchSettings
 ) -> Generator[None, None, list[PoseFit]]:
     """The same within `reach` [m] and ±`angle` [rad] of a guess only; π: any heading."""
     if len(view.points) < FEWEST:
@@ -72,31 +72,33 @@ def search_near(
         for x in steps:
             for y in steps:
                 start = Pose(guess.x + float(x), guess.y + float(y), wrap(guess.heading + float(turn)))
-                place = chart.field.search(few, start, tile / 2, 0.0, 0.1, 1.0)
-                places.append((float(chart.values(place.apply(few)).mean()), place))
+                place = pyramid.field.search(few, start, tile / 2, 0.0, 0.1, 1.0)
+                places.append((float(pyramid.values(place.apply(few)).mean()), place))
         yield
-    fits = yield from _look_closer(chart, view, places, settings)
+    fits = yield from _look_closer(pyramid, view, places, settings)
     return [fit for fit in fits if guess.distance_to(fit.pose.x, fit.pose.y) <= reach + 0.3]
 
 
-def judge(chart: SearchPyramid, view: ScanView, guess: Pose) -> PoseFit | None:
+def judge(pyramid: SearchPyramid, view: ScanView, guess: Pose) -> PoseFit | None:
     """A view near a pose → how well it lies at the best pose thereabouts; None where no robot can stand."""
-    pose = chart.field.refine(view.points, guess)
-    if not chart.standing(pose.pose.x, pose.pose.y):
+    pose = pyramid.field.refine(view.points, guess)
+    if not pyramid.standing(pose.pose.x, pose.pose.y):
         return None
     few = view.points[:: max(1, -(-len(view.points) // BEAMS))]
     start = pose.pose.apply(view.start[None])[0]
     ends, misses = pose.pose.apply(few), pose.pose.apply(view.misses)
-    against = np.concatenate([chart.crossed(start, ends) | (chart.known(ends) < 0), chart.crossed(start, misses)])
+    against = np.concatenate(
+        [pyramid.crossed(start, ends) | (pyramid.known(ends) < 0), pyramid.crossed(start, misses)]
+    )
     return PoseFit(pose.pose, pose.score, float(against.mean()))
 
 
-def aside(chart: SearchPyramid, view: ScanView, pose: Pose) -> Array:
+def aside(pyramid: SearchPyramid, view: ScanView, pose: Pose) -> Array:
     """Scores (31, 31) of a view shifted by up to ±0.75 m from a pose in steps of 0.05 m; [15, 15]: not shifted."""
     shift = CELL * np.arange(-15, 16)
     offsets = np.stack(np.meshgrid(shift, shift, indexing="ij"), axis=-1).reshape(-1, 1, 2)
     points = pose.apply(view.points[:: max(1, -(-len(view.points) // BEAMS))])
-    return chart.values(points[None] + offsets).mean(axis=1).reshape(31, 31)
+    return pyramid.values(points[None] + offsets).mean(axis=1).reshape(31, 31)
 
 
 def ring() -> Array:
@@ -116,15 +118,15 @@ def _few(view: ScanView, settings: SearchSettings) -> Array:
 
 
 def _correlate(
-    chart: SearchPyramid, view: ScanView, settings: SearchSettings
+    pyramid: SearchPyramid, view: ScanView, settings: SearchSettings
 ) -> Generator[None, None, list[tuple[float, Pose]]]:
     """Coarse places, each with the bound of its score."""
     reach = np.hypot(view.points[:, 0], view.points[:, 1])
     points = view.points[reach < REACH]
     widest = 2 * math.ceil(float(reach[reach < REACH].max(initial=0.0)) / POOL) + 2
-    rows, columns = chart.bound.shape
+    rows, columns = pyramid.bound.shape
     size = (cv2.getOptimalDFTSize(rows + widest), cv2.getOptimalDFTSize(columns + widest))
-    map_spectrum = chart.spectrum(size)
+    map_spectrum = pyramid.spectrum(size)
     yield
     places: list[tuple[float, Pose]] = []
     each = max(1, int(settings.work / (size[0] * size[1])))
@@ -135,12 +137,12 @@ def _correlate(
         np.add.at(raster, (cells[:, 1] % size[0], cells[:, 0] % size[1]), 1.0 / max(len(points), 1))
         product = cv2.mulSpectrums(map_spectrum, cv2.dft(raster), 0, conjB=True)
         bound = cv2.dft(product, flags=cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT)[:rows, :columns]
-        bound = np.where(chart.standable, bound, np.float32(-1.0))
+        bound = np.where(pyramid.standable, bound, np.float32(-1.0))
         for _ in range(settings.peaks):
             _, score, _, (column, row) = cv2.minMaxLoc(bound)
             if score <= 0.0:
                 break
-            x, y = chart.field.origin + POOL * (np.array([column, row]) + 0.5)
+            x, y = pyramid.field.origin + POOL * (np.array([column, row]) + 0.5)
             places.append((score, Pose(float(x), float(y), heading)))
             bound[max(0, row - BLANK) : row + BLANK + 1, max(0, column - BLANK) : column + BLANK + 1] = -1.0
         if number % each == each - 1:
@@ -149,14 +151,14 @@ def _correlate(
 
 
 def _look_closer(
-    chart: SearchPyramid, view: ScanView, places: list[tuple[float, Pose]], settings: SearchSettings
+    pyramid: SearchPyramid, view: ScanView, places: list[tuple[float, Pose]], settings: SearchSettings
 ) -> Generator[None, None, list[PoseFit]]:
     """Coarse places → fits, best first, no two at one place."""
     few = _few(view, settings)
     fits: list[PoseFit] = []
     for number, place in enumerate(_spaced(places, settings)):
-        found = chart.field.search(few, place, 0.3, math.radians(3), 0.1, math.radians(1.5))
-        fit = judge(chart, view, chart.field.refine(few, found).pose)
+        found = pyramid.field.search(few, place, 0.3, math.radians(3), 0.1, math.radians(1.5))
+        fit = judge(pyramid, view, pyramid.field.refine(few, found).pose)
         if fit is not None and fit.score >= settings.hopeful:
             fits.append(fit)
         if number % settings.pieces == settings.pieces - 1:

@@ -84,10 +84,10 @@ class PlaceHypothesis:
 class PlaceHypotheses:
     """The places that all views allow."""
 
-    def __init__(self, chart: SearchPyramid, settings: BeliefSettings | None = None, usual: float = 0.0) -> None:
+    def __init__(self, pyramid: SearchPyramid, settings: BeliefSettings | None = None, usual: float = 0.0) -> None:
         """`usual`: share of points (0..1) that contradict this map even where the robot knows its place."""
         self._usual = usual
-        self.chart, self.settings = chart, settings or BeliefSettings()
+        self.pyramid, self.settings = pyramid, settings or BeliefSettings()
         self.views: list[ScanView] = []
         self.places: list[PlaceHypothesis] = []  # best first
         self._taken = 0  # views since the present ones began
@@ -106,7 +106,7 @@ class PlaceHypotheses:
             if number % settings.search.pieces == settings.search.pieces - 1:
                 yield
         if not carried or self._taken < settings.whole or self._taken % settings.again == settings.again - 2:
-            found = yield from search(self.chart, view, settings.search)
+            found = yield from search(self.pyramid, view, settings.search)
             for number, fit in enumerate(found):
                 traced = None if any(same(fit.pose, place.pose) for place in carried) else self._trace(view, fit)
                 if traced is not None:
@@ -163,7 +163,7 @@ class PlaceHypotheses:
     def looseness(self, place: PlaceHypothesis) -> float:
         """Return the best score of the newest views 0.3 to 0.75 m aside, as a share of their score at the place."""
         tied = list(zip(self.views, place.fits, strict=True))[-NEWEST:]
-        scores = np.mean([aside(self.chart, view, fit.pose) for view, fit in tied], axis=0)
+        scores = np.mean([aside(self.pyramid, view, fit.pose) for view, fit in tied], axis=0)
         return float(scores[ring()].max() / max(float(scores[15, 15]), 1e-9))
 
     def follow(self, before: ScanView, view: ScanView, pose: Pose) -> PoseFit | None:
@@ -175,8 +175,8 @@ class PlaceHypotheses:
         angle = settings.veer + settings.veer_share * abs(move.heading) + settings.veer_way * way
         expected = pose @ move
         few = view.points[:: max(1, len(view.points) // settings.search.points)]
-        found = self.chart.field.search(few, expected, reach, angle, 0.1, math.radians(1.5))
-        fit = judge(self.chart, view, found)
+        found = self.pyramid.field.search(few, expected, reach, angle, 0.1, math.radians(1.5))
+        fit = judge(self.pyramid, view, found)
         if fit is None or fit.score < settings.search.hopeful:
             return None
         strayed = expected.distance_to(fit.pose.x, fit.pose.y) > 1.5 * reach

@@ -140,16 +140,16 @@ class Recovery:
 
     def _find(self) -> Generator[None, None, RecoveredPose | None]:
         """Search the whole map with every new view until one place is believed."""
-        chart = yield from self._charted()
-        if chart is None:
+        pyramid = yield from self._charted()
+        if pyramid is None:
             return (yield from self._ask(EMPTY))
-        seen = PlaceHypotheses(chart, self.settings.belief, 1.0 - self._usual)
+        seen = PlaceHypotheses(pyramid, self.settings.belief, 1.0 - self._usual)
         while True:
             while self._view is None or not seen.is_news(self._view):
                 self._ask_after(seen)
                 self.waiting = True
                 yield
-                stayed = self._stayed(chart)
+                stayed = self._stayed(pyramid)
                 if stayed is not None:
                     return stayed
             self.waiting = False
@@ -162,14 +162,14 @@ class Recovery:
                 if found is not None:
                     return found
 
-    def _stayed(self, chart: SearchPyramid) -> RecoveredPose | None:
+    def _stayed(self, pyramid: SearchPyramid) -> RecoveredPose | None:
         """Return the former place if the scans fit there again: a person may have stood in front of the laser."""
         view, belief = self._view, self.settings.belief
         if self._before is None or view is None or view is self._compared:
             return None
         self._compared = view
         former = self._before @ view.odometry
-        fit = judge(chart, view, former)
+        fit = judge(pyramid, view, former)
         usual = 1.0 - self._usual
         fits = (
             fit is not None
@@ -187,9 +187,9 @@ class Recovery:
         """Search around a click; one view is enough where it fits, as a person has given the place."""
         settings = self.settings
         guess = Pose(click.x, click.y, click.heading or 0.0)
-        chart = yield from self._charted()
+        pyramid = yield from self._charted()
         view = self._view
-        if chart is None:
+        if pyramid is None:
             sd = [settings.unchecked_sd, settings.unchecked_sd, settings.unchecked_heading_sd]
             return RecoveredPose(guess, np.diag(sd) ** 2, 0.0, TRUSTED)
         if view is None:
@@ -197,14 +197,14 @@ class Recovery:
             return (yield from self._find())
         self._phase, self._words = "searching", "I look around the place that was clicked."
         angle = math.pi if click.heading is None else settings.reach_heading
-        fits = yield from search_near(chart, view, guess, settings.reach, angle, settings.belief.search)
+        fits = yield from search_near(pyramid, view, guess, settings.reach, angle, settings.belief.search)
         doubt = self._doubt(fits)
         if not doubt:
             return self._found(view, fits[0], CLICKED)
         if self._before is not None:
             former = self._before @ view.odometry
             stays = yield from search_near(
-                chart, view, former, settings.stayed, settings.stayed_heading, settings.belief.search
+                pyramid, view, former, settings.stayed, settings.stayed_heading, settings.belief.search
             )
             if not self._doubt(stays):
                 return self._found(view, stays[0], STAYED.format(doubt=doubt))

@@ -81,9 +81,9 @@ class SearchPyramid:
         gap = cv2.distanceTransform((grid.log_odds <= OCCUPIED).astype(np.uint8), cv2.DIST_L2, 3)
         gap *= np.float32(grid.resolution)
         yield
-        chart = SearchPyramid(grid, field, gap)
+        pyramid = SearchPyramid(grid, field, gap)
         yield
-        return chart
+        return pyramid
 
     def spectrum(self, size: tuple[int, int]) -> Array:
         """The coarse bound's transform, padded to `size` (rows, columns); kept."""

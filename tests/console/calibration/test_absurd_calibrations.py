@@ -78,7 +78,7 @@ def test_an_absurd_camera_that_lies_on_the_disk_is_named_and_not_used(tmp_path: 
     file.write_text(json.dumps(document))
     with Live(tmp_path) as live:
         assert sees_on(live)
-        assert any("camera.json" in notice.text for notice in live.runtime.board.shown)
+        assert any("camera.json" in notice.text for notice in live.runtime.notifications.shown)
     assert file.exists()
 
 
@@ -108,10 +108,10 @@ def test_a_pilot_that_fails_with_a_calibration_starts_again_without_it_and_says_
             assert sees_on(live)
         told = live.ask("GET", "/api/calibration/in-use", token=live.viewer).json["camera"]
         assert "failed" in told["not_used"]
-        assert any("camera.json" in notice.text for notice in live.runtime.board.shown)
+        assert any("camera.json" in notice.text for notice in live.runtime.notifications.shown)
     again = Live(tmp_path, make_pilot=lambda: Squeamish(again.robot.profile))
     with again:
-        again.until(lambda: any("camera.json" in notice.text for notice in again.runtime.board.shown))
+        again.until(lambda: any("camera.json" in notice.text for notice in again.runtime.notifications.shown))
         again.until(lambda: again.ask("GET", "/api/health").status == 200)
         assert sees_on(again)
 

@@ -62,7 +62,7 @@ def mounting(live: Live) -> Array:
 
 
 def notices(live: Live) -> str:
-    return " ".join(told.text for told in live.runtime.board.shown)
+    return " ".join(told.text for told in live.runtime.notifications.shown)
 
 
 def home(live: Live) -> Path:

@@ -83,7 +83,7 @@ def rejected(pending_commands: PendingCommands, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_far_order_waits_for_all_to_see_and_begins_by_itself(live: Live, pending_commands: PendingCommands) -> None:
-    pending_commands.moment = SHORT
+    pending_commands.delay = SHORT
     with live.open(token=live.viewer) as line:
         number = speak(live, "continue 3 meters")
         told = hear(line, "state", true=lambda state: state["pending_command"])["pending_command"]
@@ -174,7 +174,7 @@ def test_what_else_may_have_been_said_is_shown_with_what_waits(live: Live, pendi
 
 
 def test_an_order_waits_on_while_someone_speaks(live: Live, pending_commands: PendingCommands) -> None:
-    pending_commands.moment = 0.3
+    pending_commands.delay = 0.3
     who = person(live, live.operator)
 
     def spoken() -> float:

@@ -61,7 +61,7 @@ def test_a_file_that_was_renamed_into_place_is_read_like_any_other(tmp_path: Pat
 
 def reading(live: Live, folder: Path) -> TextFileCommands:
     runtime = live.runtime
-    parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.board)
+    parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.notifications)
     return TextFileCommands(TextFileReader(folder), *parts, lambda: runtime.snapshot)
 
 
@@ -207,7 +207,7 @@ def test_words_in_the_file_move_the_robot_and_unmatched_ones_are_deleted_with_a_
         told = live.until(lambda: newest("dance with me"))
         assert told["state"] == "refused"
         assert (tmp_path / SPEECH).read_text() == ""
-        live.until(lambda: any("From the text file" in one.text for one in runtime.board.shown))
+        live.until(lambda: any("From the text file" in one.text for one in runtime.notifications.shown))
     finally:
         task.cancel()
 

@@ -276,7 +276,7 @@ def test_a_scene_that_cannot_be_drawn_is_told(tmp_path: Path, monkeypatch: pytes
         live.until(lambda: live.runtime.scene.why_not)
         told = live.ask("GET", "/api/health").json["scene"]
         assert "cannot be drawn" in told
-        live.until(lambda: any(notice.text == told for notice in live.runtime.board.shown))
+        live.until(lambda: any(notice.text == told for notice in live.runtime.notifications.shown))
 
 
 def test_every_overlay_shows_a_snapshot_twice(live: Live) -> None:

@@ -14,7 +14,7 @@ from core.message import Array
 from core.perception.sound.direction import WIDEST, Direction, sphere, tangents, unit
 from core.perception.sound.locate import locate, sure
 from core.perception.sound.settings import DirectionFindingSettings
-from core.perception.sound.spectra import freshness, noise_of, quiet_frames, spectra, strangeness
+from core.perception.sound.spectra import freshness, noise_of, over_noise, quiet_frames, spectra
 from core.perception.sound.srp import Correlation, slopes, steered_power
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, ring, tetrahedron
 from core.simulation.acoustics.shoebox import ShoeboxRoom, plane_waves
@@ -193,7 +193,7 @@ def test_whitened_noise_has_power_one_and_no_cell_of_it_is_fresh():
     rng = np.random.default_rng(0)
     seen = spectra(rng.normal(size=(2 * RATE, 4)) @ rng.normal(size=(4, 4)), RATE, settings)
     noise = noise_of(seen, np.ones(len(seen.times), bool), settings)
-    power = strangeness(seen, noise)
+    power = over_noise(seen, noise)
     assert power.mean() == pytest.approx(1.0, abs=0.25)
     assert np.mean(freshness(power, seen, settings) > 0) < 0.005
 

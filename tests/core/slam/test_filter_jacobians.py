@@ -10,7 +10,7 @@ import pytest
 from core.geometry import Pose, rotation
 from core.slam.ekf.filter import Filter
 from core.slam.ekf.invariant import InvariantFilter, shift_matrix
-from core.slam.ekf.measurement_model import expected, surprise
+from core.slam.ekf.measurement_model import expected, residual
 from core.slam.motion import Increment
 from tests.core.slam.filter_states import FORMS, NOISE, apart_by, error_between, moved, predicted, slope, some_filter
 
@@ -50,7 +50,7 @@ def test_expectations_spread_by_the_sighting_s_jacobian(form: type[Filter]) -> N
 
     def sighted(error: np.ndarray) -> np.ndarray:
         truth = apart_by(state, error)
-        return surprise(expected(truth.pose, truth.places)[0], expected(state.pose, state.places)[0]).ravel()
+        return residual(expected(truth.pose, truth.places)[0], expected(state.pose, state.places)[0]).ravel()
 
     jacobian = slope(sighted, 11)
     _, states = copy.deepcopy(state).expect()
@@ -67,7 +67,7 @@ def test_the_invariant_sighting_s_jacobian_knows_nothing_of_the_heading() -> Non
         error = np.zeros(11)
         error[2] = turn[0]
         truth = apart_by(state, error)
-        return surprise(expected(truth.pose, truth.places)[0], expected(state.pose, state.places)[0]).ravel()
+        return residual(expected(truth.pose, truth.places)[0], expected(state.pose, state.places)[0]).ravel()
 
     assert np.allclose(slope(sighted, 1), 0.0, atol=1e-9)
 
@@ -80,7 +80,7 @@ def test_a_stacked_update_is_the_textbook_s_with_jacobians_by_differences(form: 
     def sighted(error: np.ndarray) -> np.ndarray:
         truth = apart_by(state, error)
         seen = expected(truth.pose, truth.places[indices])[0]
-        return surprise(seen, expected(state.pose, state.places[indices])[0]).ravel()
+        return residual(seen, expected(state.pose, state.places[indices])[0]).ravel()
 
     jacobian, before = slope(sighted, 11), state.covariance.dense()
     noises = np.array([np.diag([0.01, 0.002]), np.diag([0.02, 0.001]), np.array([[0.01, 0.001], [0.001, 0.003]])])

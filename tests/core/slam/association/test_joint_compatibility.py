@@ -70,7 +70,7 @@ def all_costs(told: JointCandidates) -> dict[tuple[tuple[int, int], ...], float]
             held = [2 * j + k for _, j in pairs for k in (0, 1)]
             noise = np.kron(np.eye(len(pairs)), told.noises[0])
             spread = told.states[np.ix_(held, held)] + noise
-            off = np.concatenate([told.surprises[i, j] for i, j in pairs])
+            off = np.concatenate([told.residuals[i, j] for i, j in pairs])
             distance = float(off @ np.linalg.solve(spread, off))
             if distance >= chdtri(2 * len(pairs), math.exp(-GATE / 2)):
                 continue

@@ -46,7 +46,7 @@ def test_an_innovation_is_the_measurement_s_derivative_times_the_covariance(form
         return ranged_then(of, past, points[0], 0.0) if kind == "range" else coincide(of, *points)
 
     def measured(error: np.ndarray) -> np.ndarray:
-        off = innovation(state).surprises.ravel() - innovation(apart_by(state, error)).surprises.ravel()
+        off = innovation(state).residuals.ravel() - innovation(apart_by(state, error)).residuals.ravel()
         return wrap_all(off) if kind in ("now", "then") else off
 
     jacobian = slope(measured, state.covariance.size)

@@ -35,11 +35,11 @@ def test_the_stacked_update_is_the_textbook_s(size: int) -> None:
     matrix, rng = spread(size), np.random.default_rng(1)
     covariance = stored(matrix)
     slopes, noise = rng.normal(size=(6, size)), 0.5 * np.eye(6)
-    surprise = rng.normal(size=6)
+    residual = rng.normal(size=6)
     innovation = slopes @ matrix @ slopes.T + noise
     gain = matrix @ slopes.T @ np.linalg.inv(innovation)
-    correction = covariance.absorb(slopes @ matrix, innovation, surprise)
-    assert np.allclose(correction, gain @ surprise)
+    correction = covariance.absorb(slopes @ matrix, innovation, residual)
+    assert np.allclose(correction, gain @ residual)
     assert np.allclose(covariance.dense(), (np.eye(size) - gain @ slopes) @ matrix, atol=1e-9 * matrix.max())
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.geometry import Pose, wrap, wrap_all
-from core.slam.ekf.measurement_model import expected, place_of, squared_distance, surprise
+from core.slam.ekf.measurement_model import expected, place_of, residual, squared_distance
 
 STEP = 1e-6
 coordinate = st.floats(-5, 5)
@@ -45,7 +45,7 @@ def test_the_printed_equations_see_a_landmark_ahead_behind() -> None:
 
 
 def test_a_surprise_across_the_half_turn_is_small() -> None:
-    off = surprise(np.array([[1.0, 3.1]]), np.array([[1.0, -3.1]]))
+    off = residual(np.array([[1.0, 3.1]]), np.array([[1.0, -3.1]]))
     assert off[0, 1] == pytest.approx(6.2 - 2 * np.pi)
 
 

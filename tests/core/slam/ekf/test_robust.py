@@ -76,5 +76,5 @@ def test_a_robot_that_was_moved_is_told_from_one_wrong_landmark(
         seen[:wrong, 0] += 1.0
     innovation = state.innovate(indices, seen)
     total = with_noise(innovation.state, np.repeat(NOISE[None], 4, 0))
-    odd = mahalanobis(total, innovation.surprises)
-    assert displaced(total, innovation.surprises, odd, state.perturbed(indices, SLIP.unnoticed), SLIP) is slipped
+    odd = mahalanobis(total, innovation.residuals)
+    assert displaced(total, innovation.residuals, odd, state.perturbed(indices, SLIP.unnoticed), SLIP) is slipped

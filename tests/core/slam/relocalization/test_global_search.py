@@ -126,13 +126,13 @@ def test_beams_that_go_through_walls_are_told_from_those_that_end_at_them() -> N
     log_odds = np.zeros((60, 80), np.float32)
     log_odds[:, :] = -2.0
     log_odds[13:50, 40:42] = 3.0  # a wall across the way at x = 2.0; the last beam grazes its end
-    chart, _ = finish(
+    pyramid, _ = finish(
         SearchPyramid.prepare(OccupancyGrid(revision=1, resolution=0.05, origin=np.zeros(2), log_odds=log_odds))
     )
-    assert chart is not None
+    assert pyramid is not None
     ends = np.array([[2.02, 1.5], [1.5, 1.5], [3.0, 1.5], [2.1, 1.5], [3.0, 0.1]])
-    assert chart.crossed(np.array([0.5, 1.5]), ends).tolist() == [False, False, True, False, False]
-    assert chart.known(ends).tolist() == [1, -1, -1, 1, -1]
+    assert pyramid.crossed(np.array([0.5, 1.5]), ends).tolist() == [False, False, True, False, False]
+    assert pyramid.known(ends).tolist() == [1, -1, -1, 1, -1]
 
 
 def test_no_robot_stands_where_the_map_knows_no_floor(lab: SearchPyramid) -> None:
@@ -161,17 +161,17 @@ def test_the_map_is_made_ready_from_its_cells_or_from_the_points_themselves() ->
     points = np.vstack([seen(OBLONG, Pose(1.4, 1.1, a)).points for a in (0.0, 2.0, 4.0)])
     points = np.vstack([Pose(1.4, 1.1, a).apply(seen(OBLONG, Pose(1.4, 1.1, a)).points) for a in (0.0, 2.0, 4.0)])
     for given in (None, points):
-        chart, _ = finish(SearchPyramid.prepare(grid, given))
-        assert chart is not None
-        fit = judge(chart, seen(OBLONG, Pose(1.4, 1.1, 0.3), seed=5), Pose(1.42, 1.08, 0.31))
+        pyramid, _ = finish(SearchPyramid.prepare(grid, given))
+        assert pyramid is not None
+        fit = judge(pyramid, seen(OBLONG, Pose(1.4, 1.1, 0.3), seed=5), Pose(1.42, 1.08, 0.31))
         assert fit is not None and away(fit.pose, Pose(1.4, 1.1, 0.3))[0] < 0.03
 
 
 def fitted(
-    chart: SearchPyramid, score: float, conflicts: tuple[float, ...], rival: float = 0.0, usual: float = 0.0
+    pyramid: SearchPyramid, score: float, conflicts: tuple[float, ...], rival: float = 0.0, usual: float = 0.0
 ) -> str:
     """Why a place is not believed that views of a turn fit so well, with another place of so much of its merit."""
-    thoughts = PlaceHypotheses(chart, usual=usual)
+    thoughts = PlaceHypotheses(pyramid, usual=usual)
     poses = [Pose(0.5, 0.3, math.radians(40 * n)) for n in range(len(conflicts))]
     thoughts.views = [seen(LAB, pose, pose, seed=n) for n, pose in enumerate(poses)]
     place = PlaceHypothesis(

@@ -19,7 +19,7 @@ import pytest
 
 from console.control.notices import Notifications
 from console.control.stop import latched
-from console.robot.process import RobotProcess
+from console.robot.supervisor import RobotSupervisor
 from core.errors import BadInput, Refused, Unavailable
 from core.gate import Limits, Setpoint, check, read_trace
 from core.gate.latch import Latch
@@ -35,7 +35,7 @@ ROOT = Path(__file__).resolve().parents[3]
 class Operator:
     """Beats and drives from a thread, as a console does, until told to stop."""
 
-    def __init__(self, robot: RobotProcess, *, source: str = "goal") -> None:
+    def __init__(self, robot: RobotSupervisor, *, source: str = "goal") -> None:
         self.robot, self.source = robot, source
         self.press = 1
         self.v = 0.1
@@ -113,13 +113,13 @@ def driven(tiny: TinyProcess) -> Iterator[Operator]:
     operator.leave()
 
 
-def wheels(robot: RobotProcess) -> float:
+def wheels(robot: RobotSupervisor) -> float:
     """The speed that the base itself was told [m/s]."""
     return robot.ask(ReadTwist()).v
 
 
 def test_the_simulated_laboratory_comes_and_obeys(tmp_path: Path) -> None:
-    robot = RobotProcess("sim:lab", home=tmp_path, gate_trace=tmp_path / "gate.csv")
+    robot = RobotSupervisor("sim:lab", home=tmp_path, gate_trace=tmp_path / "gate.csv")
     robot.start()
     assert (robot.profile.kind, robot.profile.url) == ("SIM", "sim:lab")
     robot.arm(1, "ann")
@@ -242,7 +242,7 @@ def test_a_robot_that_does_not_come_says_why(tmp_path: Path, url: str, kind: typ
 
 def test_an_unknown_robot_is_refused_before_anything_starts(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="known are sim:…"):
-        RobotProcess("flying:carpet", home=tmp_path)
+        RobotSupervisor("flying:carpet", home=tmp_path)
 
 
 def test_a_slow_start_can_be_given_up(tmp_path: Path) -> None:
@@ -267,7 +267,7 @@ def test_a_slow_start_can_be_given_up(tmp_path: Path) -> None:
 def test_a_recording_may_take_as_long_to_read_as_it_likes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("console.robot.driver_process.STARTING", 0.2)
     (tmp_path / "walk.jsonl").write_text('{"t": 3.0, "ranges": [1, 2, 3]}\n')
-    robot = RobotProcess(f"log:{tmp_path / 'walk.jsonl'}", home=tmp_path)
+    robot = RobotSupervisor(f"log:{tmp_path / 'walk.jsonl'}", home=tmp_path)
     said: list[str] = []
 
     def start() -> None:
