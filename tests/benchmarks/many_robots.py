@@ -126,10 +126,12 @@ def measure(
     watched: int,
     send: Callable[[int, Connection], None],
     connect: Callable[[int], Any],
+    left_out: Callable[[], int] = lambda: 0,
 ) -> dict[str, Any]:
     """Connect to so many robots, listen for so long → the figures.
 
-    `send` is the process of the robots; `connect` makes a device with `arrivals` for one of the ports that it says.
+    `send` is the process of the robots; `connect` makes a device with `arrivals` for one of the ports that it says;
+    `left_out` counts the pictures so far that gave way to newer ones, which are not lost.
     """
     context = multiprocessing.get_context("spawn")
     line, far = context.Pipe()
@@ -149,10 +151,12 @@ def measure(
     before, start = process.cpu_times(), time.time_ns()
     end = start + int(seconds * 1e9)
     line.send((start, end))
+    passed_over = -left_out()
     pictures = watch(readings[:watched], seconds)
     cpu = process.cpu_times()
     sent, _ = line.recv()
     time.sleep(1.0)
+    passed_over += left_out()
     memory, threads = process.memory_info().rss / 1e6, process.num_threads()
     delays = sorted(
         (arrived - at) / 1e6 for device in devices for at, arrived in device.arrivals if start <= at < end
@@ -167,7 +171,8 @@ def measure(
         "connected_s": round(connected, 1),
         "messages_per_s": round(len(delays) / seconds),
         "sent": sent,
-        "lost": sent - len(delays),
+        "pictures_left_out": passed_over,
+        "lost": sent - len(delays) - passed_over,
         "errors": sum(sum(device.types.errors.values()) for device in devices),
         "delay_ms_p50": round(delays[len(delays) // 2], 2),
         "delay_ms_p99": round(delays[int(0.99 * len(delays))], 2),

@@ -70,9 +70,11 @@ def main() -> None:
         devices.append(MeasuredRobot(port))
         return devices[-1]
 
-    figures = measure(given.robots, given.seconds, given.watched, send, connect)
-    links = [device.connection() for device in devices]
-    figures["left_out"] = sum(link.waiting.dropped for link in links if link is not None)
+    def left_out() -> int:
+        links = [device.connection() for device in devices]
+        return sum(link.waiting.dropped for link in links if link is not None)
+
+    figures = measure(given.robots, given.seconds, given.watched, send, connect, left_out)
     sys.stdout.write(json.dumps(figures, indent=1) + "\n")
 
 
