@@ -38,6 +38,11 @@ class StatePace:
         self._sent = 0.0  # [s]
         self._situation: tuple[object, ...] = ()  # of the console, when the newest state was sent
 
+    @property
+    def at_rest(self) -> bool:
+        """True while the robot stands and has nothing to do."""
+        return self._rest.at_rest
+
     def saw(self, snapshot: Snapshot) -> bool:
         """The newest snapshot → whether the robot rests."""
         return self._rest.saw(snapshot)

@@ -350,7 +350,7 @@ class Runtime:
 
     def _took(self, snapshot: Snapshot, picture: Picture | None, frame: SensorFrame) -> None:
         self._look_for_sleep()
-        if not self.over:
+        if not (self.over or self._state_pace.at_rest):  # at rest those of the tick are enough
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
         for take in self.snapshot_subscribers:

@@ -59,10 +59,9 @@ def run_check(chosen: argparse.Namespace) -> int:
             write(f"{'':{width}}→ {one.advice}")
     for skipped in report.not_checked:
         write(f"{skipped.name:{width}}not checked  {skipped.reason}")
-    failed = sum(not one.passed for one in report.checks)
-    write(
-        f"{failed} of {len(report.checks)} checks failed." if failed else f"All {len(report.checks)} checks passed."
-    )
+    failed, asked_for = sum(not one.passed for one in report.checks), len(report.checks)
+    left_out = f" {len(report.not_checked)} were not made." if report.not_checked else ""
+    write(f"{failed} of {asked_for} checks failed." if failed else f"All {asked_for} checks passed.{left_out}")
     return 1 if failed else 0
 
 

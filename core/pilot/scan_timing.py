@@ -65,7 +65,7 @@ class ScanTiming:
                 way = "early" if timing.offset > 0 else "late"
                 return (
                     f"The {which}'s stamps are {1000 * abs(timing.offset):.0f} ms {way}; they are corrected. "
-                    f"Put time_offset = {timing.offset:.3f} into robot.toml."
+                    f"Put time_offset = {timing.offset:.3f} under [lasers.{name or self._laser.name}] in robot.toml."
                 )
         return ""
 

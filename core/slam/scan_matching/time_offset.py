@@ -46,6 +46,8 @@ PER_FRAME = 2  # scans that are matched in one frame, at most
 POINTS = 20  # of a scan, at least
 REACH, ANGLE = 0.1, math.radians(12)  # [m], [rad] around the expected pose that are searched
 SCORE = 0.4  # of a match, at least
+BEAM_SHARE = 0.3  # of the angle between beams by which a heading by matching is uncertain too
+RIM = math.radians(3)  # [rad] at either end of the view of a scan that is matched on, where walls seem to end
 KEYFRAME_WAY, KEYFRAME_TURN = 0.4, math.radians(40)  # [m], [rad] after which a scan is matched on another one
 
 
@@ -59,7 +61,9 @@ class TimeOffsetSettings(Section):
     accepted_sd: Annotated[float, Meta("s", 1e-3, 0.1, "sd from which the offset is believed")] = 0.01
     corrected: Annotated[float, Meta("s", 0, 0.1, "offset from which stamps are corrected")] = 0.01
     drift: Annotated[float, Meta("s/s", 0, 1e-3, "sd of the drift between the clocks")] = 30e-6
-    scan_sd: Annotated[float, Meta("rad", 1e-4, 0.1, "sd of a heading by scan matching")] = math.radians(0.1)
+    scan_sd: Annotated[float, Meta("rad", 1e-4, 0.1, "sd of a heading by matching scans")] = (
+        math.radians(0.1)
+    )
     walk_sd: Annotated[float, Meta("rad/√rad", 1e-4, 0.1, "growth of the odometry's heading error in a turn")] = 0.005
     scale_sd: Annotated[float, Meta("", 0, 0.5, "sd of the odometry's scale of turns")] = 0.05
 
@@ -231,10 +235,17 @@ def _has_rival(costs: Array, best: int) -> bool:
 
 
 class TurnMatcher:
-    """The headings of successive scans by matching each on an earlier one."""
+    """The headings of successive scans by matching each on an earlier one.
+
+    Of a laser that does not look all around only points within the earlier view count: beyond it that scan's walls
+    seem to end, which draws the later one back by some tenths of a degree, as if it were stamped late.
+    """
 
     def __init__(self, laser: Laser) -> None:
         self._laser = laser
+        view = laser.angle_step * (laser.beams - 1)
+        self._middle = laser.mounting.heading + laser.angle_min + 0.5 * view  # [rad] of the view
+        self._half = 0.5 * view - RIM if view < 2 * math.pi - 2 * RIM else math.inf  # [rad]
         self._field: LikelihoodField | None = None
         self._base = Pose()  # of the scan that is matched on
         self._pose = Pose()  # of the newest scan
@@ -254,7 +265,11 @@ class TurnMatcher:
             self._field = LikelihoodField(points)
             return self._heading
         guess = self._base.inverse() @ replace(self._pose, heading=wrap(self._pose.heading + turn))
-        match = match_scan(self._field, points, guess, REACH, ANGLE)
+        inside = points[self._in_view(guess.apply(points))]
+        if len(inside) < POINTS:
+            self._field = None
+            return None
+        match = match_scan(self._field, inside, guess, REACH, ANGLE)
         if match.score < SCORE:
             self._field = None
             return None
@@ -264,6 +279,11 @@ class TurnMatcher:
             self._base, self._field = self._pose, LikelihoodField(points)
         return self._heading
 
+    def _in_view(self, points: Array) -> Array:
+        """Points (N, 2) [m], seen from the scan that is matched on → (N,) whether its laser looked there."""
+        bearings = np.arctan2(points[:, 1], points[:, 0]) - self._middle
+        return np.abs(np.arctan2(np.sin(bearings), np.cos(bearings))) < self._half
+
 
 class TimeOffsetEstimator:
     """Estimates a laser's time offset online. `update` with every frame; scans are matched only around turns.
@@ -272,7 +292,8 @@ class TimeOffsetEstimator:
     """
 
     def __init__(self, laser: Laser, settings: TimeOffsetSettings) -> None:
-        self._settings = settings
+        scan_sd = math.hypot(settings.scan_sd, BEAM_SHARE * laser.angle_step)
+        self._settings = replace(settings, scan_sd=scan_sd)
         self._laser = laser
         self._track = HeadingTrack()
         self._matcher = TurnMatcher(laser)

@@ -72,7 +72,7 @@ def test_one_notice_names_the_offset_and_what_to_write(shift: float, way: str, f
     milliseconds = round(1000 * abs(shown))
     assert text == (
         f"The laser's stamps are {milliseconds} ms {way}; they are corrected. "
-        f"Put time_offset = {shown:.3f} into robot.toml."
+        f"Put time_offset = {shown:.3f} under [lasers.laser] in robot.toml."
     )
     (timing,) = seen[-1].timings
     assert timing.offset == pytest.approx(figure, abs=0.010)
