@@ -148,7 +148,7 @@ class Runtime:
         self.tick_subscribers = self._tick_subscribers()
 
     def _snapshot_subscribers(self) -> list[Callable[[Snapshot, SensorFrame], None]]:
-        """What gets every snapshot with its frame, in this order, on the event loop."""
+        """Return the functions that get every snapshot with its frame, in this order, on the event loop."""
         return [
             lambda snapshot, _: self.maps.took(snapshot),
             lambda snapshot, _: self.own_navigation.took(snapshot),
@@ -162,7 +162,7 @@ class Runtime:
         ]
 
     def _tick_subscribers(self) -> list[Callable[[float], None]]:
-        """What is called twenty times a second with the steady clock [s]."""
+        """Return the functions that are called twenty times a second with the steady clock [s]."""
         return [
             self.dispatcher.tick,
             self._expire_logins,
@@ -366,7 +366,7 @@ class Runtime:
 
     @property
     def _situation(self) -> tuple[object, ...]:
-        """What happens at the console itself."""
+        """The state of the console itself."""
         gate, lease = self.robot.status(), self.lease
         waiting = self.pending_commands.waiting
         return (

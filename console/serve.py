@@ -23,12 +23,12 @@ from typing import Any
 import uvicorn
 from starlette.types import ASGIApp
 
+from console.access.browser import browse
 from console.access.guard import HOST_NAME, Access
 from console.access.logins import LINK_LIFE, Logins, new_token
 from console.access.records import AccessFile
 from console.access.token_file import read_token
 from console.app import create_app
-from console.browser import browse
 from console.control.settings_in_use import NAME as SETTINGS
 from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileReader

@@ -62,7 +62,7 @@ class ModelSpec:
 
     @property
     def megabytes(self) -> int:
-        """What has to be fetched, about [MB]."""
+        """Size of the download, about [MB]."""
         return self.wheel_megabytes or round(sum(file.size for file in self.files.values()) / 1.1e6)
 
 

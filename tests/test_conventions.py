@@ -122,6 +122,19 @@ def test_retired_words_stay_retired() -> None:
     assert left == [], f"{len(left)} lines"
 
 
+def test_no_docstring_begins_like_a_question() -> None:
+    """A string note below a constant is one, too."""
+    begins = re.compile(r"\s*(?:Whether|What|Who|Where)\b")
+    left = [
+        f"{path.relative_to(ROOT)}:{node.lineno}: {node.value.value.strip()[:100]}"
+        for path in [*ROOT.glob("core/**/*.py"), *ROOT.glob("console/**/*.py")]
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+        if begins.match(node.value.value)
+    ]
+    assert left == [], f"{len(left)} docstrings"
+
+
 def test_no_test_of_the_console_changes_the_clock_of_the_whole_process() -> None:
     """`x.time.monotonic` is the module that a console in another thread of this process reads: replace `x.time`."""
     changed = re.compile(r'setattr\(\s*(?:"[\w.]+\.time\.\w+"|time,)')

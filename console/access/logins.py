@@ -46,7 +46,7 @@ class Person:
 
 
 ANYBODY = Person("local", "operator", "operator")
-"""Who acts where no login is asked for: on this machine, with the simulator."""
+"""The person who acts where no login is asked for: on this machine, with the simulator."""
 
 
 @dataclass(frozen=True)

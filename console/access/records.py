@@ -66,7 +66,7 @@ class Records(msgspec.Struct):
 
 
 class Change(msgspec.Struct, frozen=True):
-    """What is put into the records, and which digests leave them: revoked with the logins that a key opened, or
+    """Entries to put into the records, and digests that leave them: revoked with the logins that a key opened, or
     merely over.
     """
 

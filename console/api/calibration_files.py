@@ -57,7 +57,7 @@ class ActiveCalibrations(msgspec.Struct, frozen=True):
 
 
 class CalibrationDemo(msgspec.Struct, frozen=True):
-    """Whether the simulated person shows how it goes."""
+    """State of the demonstration in which the simulated person shows how it goes: on or off."""
 
     demo: bool
 

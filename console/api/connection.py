@@ -29,7 +29,7 @@ Length = Annotated[float, Field(gt=0, le=10)]
 
 
 class FoundConnection(msgspec.Struct, frozen=True, kw_only=True):
-    """What was found on the console's robot, and the robot files that were written before."""
+    """Findings on the console's robot, and the robot files that were written before."""
 
     connection: FoundRobot
     why_not: str  # why no robot file can be written for it, a sentence; "" where one can

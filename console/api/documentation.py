@@ -68,7 +68,7 @@ def add_schemas(schemas: OpenApi, more: OpenApi) -> None:
 
 
 def describe_operations(operations: OpenApi, route: TypedRoute) -> None:
-    """Who may ask, and the form of files."""
+    """Describe who may ask for each operation, and the form of files."""
     role = (declared(route) or FORGOTTEN).role
     for method, operation in operations.items():
         if method.upper() not in (route.methods or ()):

@@ -34,7 +34,7 @@ class ExperimentRequest(RequestBody):
 
 
 class ExperimentList(msgspec.Struct, frozen=True):
-    """What there is, and all runs."""
+    """All experiments, and all runs."""
 
     experiments: list[ExperimentEntry] | None  # None: still being read; ask again in a moment
     runs: list[ExperimentRunState]  # newest first

@@ -1,4 +1,4 @@
-"""What looks for people in pictures, and the model with which real people are seen."""
+"""The detector that looks for people in pictures, and the model with which real people are seen."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ fetching = asyncio.Lock()
 
 
 class ActiveDetector(msgspec.Struct, frozen=True, kw_only=True):
-    """What looks for people, and the model with which real people are seen."""
+    """The detector that looks for people, and the model with which real people are seen."""
 
     active: str  # the detector and what it knows, in a sentence
     installed: bool
@@ -46,7 +46,7 @@ def active_detector(look: LookService) -> ActiveDetector:
 @looking.get("/looking")
 @needs("viewer")
 async def read(behind: Behind) -> ActiveDetector:
-    """What looks for people, and the model with which real people are seen."""
+    """Return the detector that looks for people, and the model with which real people are seen."""
     return active_detector(behind.look)
 
 

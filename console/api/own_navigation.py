@@ -29,7 +29,7 @@ class GoalRequest(RequestBody):
 
 
 class LayerRequest(RequestBody):
-    """Whether the robot's own map is drawn in the scene, for everybody."""
+    """Request to draw the robot's own map in the scene, or not, for everybody."""
 
     shown: bool
 

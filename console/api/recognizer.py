@@ -21,7 +21,7 @@ fetching = asyncio.Lock()
 
 
 class ActiveRecognizer(msgspec.Struct, frozen=True, kw_only=True):
-    """What reads words, and what could read them better."""
+    """The engine that reads words, and the model that could read them better."""
 
     active: str  # the engine and what it can do, in a sentence; or why there is none
     model: str  # the model with which people are understood best

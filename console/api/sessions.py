@@ -1,4 +1,4 @@
-"""Who is signed in and by which keys one may: links for others, and the end of a login or of a key."""
+"""Logins, and the keys by which one may sign in: links for others, and the end of a login or of a key."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class LinkRequest(RequestBody):
 @sessions.get("/sessions")
 @needs("operator")
 async def listed(access: AccessRules, sockets: Sockets, who: Who) -> SignInList:
-    """Who is signed in, and by which keys one may sign in."""
+    """List who is signed in, and by which keys one may sign in."""
     rows = [session_row(one, sockets.are_open(person_of(one)), who) for one in access.logins.all_logins()]
     return SignInList(rows, [key_row(key) for key in access.logins.all_keys()])
 

@@ -96,7 +96,7 @@ class PlaceBoardRequest(RequestBody):
     holder: bool = False
 
     def request(self) -> PlaceBoard:
-        """What the driver is asked for."""
+        """Return the request that goes to the driver."""
         return msgspec.convert(self.model_dump(exclude={"what"}), PlaceBoard)
 
 
@@ -169,7 +169,9 @@ class PeopleInRoom(msgspec.Struct, frozen=True):
 @simulation.get("/sim/people")
 @needs("viewer")
 async def people_in_room(room: SimulatedRoom) -> PeopleInRoom:
-    """Who is in the room, and where. For the page, on which they can be asked to speak; no estimator sees it."""
+    """List the people in the room and their places. For the page, on which they can be asked to speak; no estimator
+    sees the list.
+    """
     things = (await room(ReadPlan())).things
     people = [thing for thing in things if isinstance(thing, PlacedThing) and thing.what == "person"]
     return PeopleInRoom([PersonInRoom(one.id, one.x_m, one.y_m, one.clothes or "") for one in people])

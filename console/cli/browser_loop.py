@@ -60,7 +60,7 @@ class BrowserLoop:
         return self._heard
 
     def tell(self, lines: list[str]) -> None:
-        """What the page shows at the end."""
+        """Answer the page with the lines that it shows at the end."""
         self._answer = lines
         self._answered.set()
 

@@ -201,7 +201,7 @@ def voice() -> CheckResult:
 
 
 def microphones() -> CheckResult:
-    """Whether a robot with audio://, the microphones of this computer, can be heard."""
+    """Check whether a robot with audio://, the microphones of this computer, can be heard."""
     from core.robots.usb_audio import imported  # a driver: only when it is asked for
 
     name = "microphones (audio:)"

@@ -151,7 +151,7 @@ def recorded(path: Path) -> Iterator[Sound]:
 
 
 def heard_by(robot: Robot, say: str | None) -> Iterator[Sound]:
-    """What a robot's microphones hear, in pieces, as time goes on; in a simulated room `say` is said."""
+    """Yield the sound of a robot's microphones, in pieces, as time goes on; in a simulated room `say` is said."""
     from core.robots.requests import SetListening, Speak
     from core.sensors.microphones import joined
     from core.speech.settings import MOST_WAITING, PIECE

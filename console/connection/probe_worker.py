@@ -24,7 +24,7 @@ class ProbeWorker:
         return ProbeRobot.handled_by(self.probe), CheckRobotFile.handled_by(self.check)
 
     def probe(self, job: ProbeRobot) -> FoundRobot:
-        """What was found. Raises BadInput, Unavailable."""
+        """Return the findings on the robot. Raises BadInput, Unavailable."""
         robot = live(job.file.url, job.file)
         try:
             time.sleep(LISTENING)

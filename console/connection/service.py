@@ -1,4 +1,4 @@
-"""What was found on the robot, or on another one that is looked at; robot files in the data folder."""
+"""Findings on the robot, or on another one that is looked at; robot files in the data folder."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class ConnectionService:
         return self._robot.profile.kind == "LIVE"
 
     async def found(self) -> FoundRobot:
-        """What was found on the console's robot. Raises Unavailable while its driver is gone."""
+        """Return the findings on the console's robot. Raises Unavailable while its driver is gone."""
         if not self.real:
             return describe(self._robot.profile)
         return await asyncio.to_thread(self._robot.ask, ReadConnection())

@@ -197,7 +197,7 @@ class OwnNavigationService:
                 self._notifications.tell("info", remark)
 
     def _align(self, answer: OwnNavigation) -> None:
-        """Where the robot's map lies on Beckon's, from both poses at one time."""
+        """Update the place of the robot's map on Beckon's, from both poses at one time."""
         if answer.pose is None or not self._poses:
             return
         stamp, here = min(self._poses, key=lambda entry: abs(entry[0] - answer.stamp_s))

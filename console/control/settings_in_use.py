@@ -66,7 +66,7 @@ class SettingsInUse:
 
     @property
     def now(self) -> Settings:
-        """What holds now."""
+        """The settings that hold now."""
         return self._now
 
     @property

@@ -1,4 +1,4 @@
-"""What experiments there are, as each declares it in its own file."""
+"""Catalogue of the experiments, each as its own file declares it."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ class PlaybackMessage(InboundMessage, tag="playback"):
 
 
 class SubscriptionMessage(InboundMessage, tag="want"):
-    """What this socket wants: the camera, and a calibration session (null: none); what is left out stays."""
+    """Subscriptions of this socket: the camera, and a calibration session (null: none); what is left out stays."""
 
     camera: bool | msgspec.UnsetType = msgspec.UNSET
     calibration: Annotated[str, msgspec.Meta(max_length=40)] | msgspec.UnsetType | None = msgspec.UNSET

@@ -136,7 +136,7 @@ class EnrollmentSession:
 
     @property
     def person_images(self) -> list[PersonImageMessage]:
-        """What the good pictures teach."""
+        """The learnt parts of the good pictures."""
         return [one.person_image for one in self.taken if one.person_image is not None]
 
     def restart(self, answer: SeenBackground, stood: Pose | None) -> None:

@@ -40,12 +40,12 @@ class LookService:
 
     @property
     def for_pilot(self) -> PersonLook | None:
-        """What the pilot asks; None: the embedded detector looks in the pilot's own step."""
+        """The service that the pilot asks; None: the embedded detector looks in the pilot's own step."""
         return self if sees_people(self._settings) else None
 
     @property
     def says(self) -> str:
-        """What looks for people, in a sentence."""
+        """A sentence on the detector that looks for people."""
         return says(self._settings)
 
     def ask(self, question: LookQuestion) -> None:

@@ -338,6 +338,6 @@ class EnrollmentService:
 
 
 def legs_seen(snapshot: Snapshot) -> list[tuple[float, float]]:
-    """Where the laser sees what may be legs: x, y [m] in the robot's frame."""
+    """Return the places at which the laser sees possible legs: x, y [m] in the robot's frame."""
     points = snapshot.estimate.pose.inverse().apply(snapshot.scan_points)
     return [(float(one.place[0]), float(one.place[1])) for one in find_standers(points)]

@@ -92,7 +92,7 @@ def pixels_of(picture: PersonPicture) -> Array:
 
 
 def gauge_of(job: JudgePicture, pixels: Array) -> HeightGauge | None:
-    """What measures the height in a robot's picture (H, W, 3); None: another camera took it."""
+    """Return the gauge for the height in a robot's picture (H, W, 3); None: another camera took it."""
     if job.camera is None:
         return None
     camera = job.camera.camera

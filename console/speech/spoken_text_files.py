@@ -1,4 +1,4 @@
-"""What the robot's ears understood, written into text files for another program (paper 4.2)."""
+"""Commands that the robot's ears understood, written into text files for another program (paper 4.2)."""
 
 from __future__ import annotations
 

@@ -125,7 +125,7 @@ class DryRun:
         return f"{heard} but see nobody there." if heard else "I see nobody."
 
     def _person_seen(self, here: ControlContext, person: TrackedPerson) -> Progress:
-        """What a robot would do now."""
+        """Describe what a robot would do now."""
         x, y = person.position.tolist()
         apart, angle = here.pose.distance_to(x, y), wrap(here.pose.bearing_to(x, y))
         follows = self._command.name == "follow_me"
@@ -147,7 +147,7 @@ class DryRun:
 def _towards(
     here: ControlContext, person: TrackedPerson | None, call: VoiceBearing | None
 ) -> tuple[float | None, float]:
-    """Where to look: the bearing [rad, robot frame] and its sd; None: anywhere."""
+    """Return the direction in which to look: the bearing [rad, robot frame] and its sd; None: anywhere."""
     if person is not None and person.camera is not None:
         return wrap(person.camera.azimuth - here.pose.heading), NEAR_SD
     if call is not None:
@@ -207,7 +207,7 @@ def _still() -> Array:
 
 
 def _would(angle: float, way: float) -> str:
-    """What a robot would do about an angle [rad] and a way [m], in words."""
+    """Describe in words what a robot would do about an angle [rad] and a way [m]."""
     degrees = round(math.degrees(angle))
     turn = f"turn {abs(degrees)}° {'left' if degrees > 0 else 'right'}" if abs(degrees) >= 3 else ""
     come = f"come {way:.1f} m nearer" if way >= 0.05 else ""

@@ -108,8 +108,8 @@ class TurnToVoice:
         return None
 
     def decide_again(self, track: PersonTrack, here: ControlContext) -> PersonTrack:
-        """Who called, of those who stand where they were found, by what is seen from here, too; `track`: the one
-        whom the robot keeps to.
+        """Choose the caller among the people who stand where they were found, by the sights from here, too; `track`:
+        the person whom the robot keeps to.
         """
         if len(self._found) < 2:
             return track
@@ -130,7 +130,7 @@ class TurnToVoice:
             one.follow(here.stamp, here.pose, here.scan_points, here.scan_stamp, None, None)
 
     def _chosen(self, here: ControlContext) -> PersonTrack:
-        """Who called, of those who were found. Raises Refused when nobody was."""
+        """Choose the caller among the people who were found. Raises Refused when nobody was."""
         if not self._found:
             raise Refused(self._nobody())
         return self._found[0] if len(self._found) == 1 else self._agreed_on(self._found[0], here)

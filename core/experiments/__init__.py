@@ -25,7 +25,7 @@ class Experiment:
 
     @property
     def about(self) -> About:
-        """What it declares of itself; without a declaration what its first sentence says."""
+        """The experiment's declaration of itself; without one, the first sentence of its module as the title."""
         module = import_module(self._module)
         first = (inspect.getdoc(module) or self._module).splitlines()[0]
         return getattr(module, "ABOUT", About(title=first, reproduces="", runs=1, base_s=0.0, run_s=0.0))

@@ -1,4 +1,4 @@
-"""What every experiment declares of itself, in its own file as ABOUT."""
+"""Declaration that every experiment makes of itself, in its own file as ABOUT."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class ChapterValue:
 
 @message
 class About:
-    """What an experiment is."""
+    """Description of an experiment."""
 
     title: str
     reproduces: str  # of the chapter, in a sentence; conditions that make the result easier belong here

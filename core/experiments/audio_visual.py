@@ -1,4 +1,4 @@
-"""What eyes and ears add to the laser: SLAM with each of them, on the same drives (abstract, sections 2 and 4).
+"""Effect of eyes and ears beside the laser: SLAM with each of them, on the same drives (abstract, sections 2 and 4).
 
 Every drive is one of the simulated robot, steered along a fixed way by its true pose, so that no estimator changes
 what the others see. Every row takes its own sensors from the same frames through the whole pilot. The places were
@@ -47,7 +47,7 @@ LONGEST = 38.0  # [s] of a drive
 
 @dataclass(frozen=True)
 class Place:
-    """Where the robot drives, and what the laser lacks there."""
+    """A place in which the robot drives, and the laser's shortcomings there."""
 
     name: str
     world: str

@@ -54,7 +54,7 @@ BY_CONSTRUCTION = (
     "ours: the picture's size of 320×256 is inferred from the principal point, and the board has 9×6 corners;"
     " a standard deviation depends on the noise of our renderer, not on the paper's camera",
 )
-"""What a reader of Table 3 must know; printed under it."""
+"""Facts that a reader of Table 3 must know; printed under it."""
 
 
 class Captured(NamedTuple):

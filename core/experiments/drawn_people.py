@@ -23,7 +23,7 @@ WEBCAM = Camera(
     ),
     mounting=Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, 1.15])),
 )
-"""What stands on a desk or a screen."""
+"""A camera that stands on a desk or a screen."""
 VIEW = 0.42  # [rad] to either side in which people are set down
 CLUTTER: tuple[tuple[What, tuple[float, float, float]], ...] = (
     ("cabinet", (0.6, 0.4, 1.7)),

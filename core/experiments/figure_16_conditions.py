@@ -95,7 +95,7 @@ FURTHER = (
     Condition("camera", "hidden", still=True, spacing=1.0, reach=DETECTED),
     Condition("camera", "hidden", still=True, spacing=1.0),
 )
-"""What the chapter's 0.08 m takes with the camera's field and names hidden: edges in sight of the start."""
+"""Conditions that the chapter's 0.08 m takes with the camera's field, names hidden: edges in sight of the start."""
 
 
 @message

@@ -55,7 +55,7 @@ class LiveSpeechLoop:
         return self.compared(air(self.played))
 
     def compared(self, recorded: Array) -> LoopResult:
-        """What was recorded (M,) at RATE while the sound was played → both texts, compared. Raises BadInput."""
+        """Take a recording (M,) at RATE of the sound while it was played → both texts, compared. Raises BadInput."""
         if len(recorded) < RATE or not float(np.sqrt(np.mean(recorded**2))) > FAINTEST:
             raise BadInput(
                 "The microphone recorded next to nothing. Check that it and the loudspeaker are on and not muted."

@@ -40,7 +40,7 @@ class SpokenTrack:
 
 @message
 class LoopResult:
-    """What became of a text on both paths."""
+    """Result for a text on both paths."""
 
     original: str
     person: str  # stt.txt

@@ -207,7 +207,7 @@ class PlaceFigures(TypedDict):
 
 
 class SpokenPhraseFigures(TypedDict):
-    """Who said one phrase, and how it arrived, as JSON."""
+    """The voice that said one phrase, and how the phrase arrived, as JSON."""
 
     text: str
     voice: str

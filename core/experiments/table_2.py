@@ -284,7 +284,7 @@ def voice_figures(rows: Sequence[TrialRow]) -> dict[str, VoiceFigures]:
 
 
 def remarks(result: Table2) -> list[str]:
-    """What stands under the table: voices, wrong motions, and all that makes it easier."""
+    """Return the lines under the table: voices, wrong motions, and all that makes it easier."""
 
     def in_words(name: str) -> str:
         one = result["voices"][name]

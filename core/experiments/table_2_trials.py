@@ -337,7 +337,7 @@ PRECONDITIONS = (
     "people walk around a robot that stands in their way",
     "no noise but the robot's own; one room acoustics per place; synthetic voices",
 )
-"""What makes a run easier than any place and any person; printed with the table."""
+"""Conditions that make a run easier than any place and any person; printed with the table."""
 
 TRIALS = {
     "turn_left": CommandTrial(

@@ -50,7 +50,7 @@ NOTHING_YET = "There is no map yet; drive a little first."
 
 
 class Inbox:
-    """What other threads want of the pilot, in the order in which it came."""
+    """Requests of other threads to the pilot, in the order in which they came."""
 
     def __init__(self) -> None:
         self.between_frames = threading.Lock()  # held while a frame is worked on

@@ -24,7 +24,7 @@ def moves(wheels: Wheels) -> bool:
 
 
 class RepeatedReadings:
-    """What a hanging sensor sends is as good as nothing, so its readings are taken out until another one comes.
+    """Filter that takes out a hanging sensor's readings, which are as good as nothing, until another one comes.
 
     Only a robot that moves can tell: one that stands sees the same again and again, in a simulator without noise to
     the last bit. A scan without any echo says nothing either way.

@@ -1,4 +1,4 @@
-"""Who stands in picture files: what `beckon look` does."""
+"""People in picture files: the work of `beckon look`."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ def _camera(question: PictureQuestion, model: CameraModel | None, pixels: Array)
 def _found(
     question: PictureQuestion, camera: Camera, pixels: Array, detector: PersonDetector
 ) -> tuple[tuple[Rectangle, ...], float]:
-    """Who was found in the shrunk picture, and its size as a share of the picture's."""
+    """Return the people who were found in the shrunk picture, and its size as a share of the picture's."""
     factor = min(1.0, LARGEST / max(pixels.shape[:2]))
     if factor < 1:
         pixels = cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)

@@ -64,7 +64,7 @@ class LinkAddress:
 def link_address(
     rest: str, example: str, keys: Collection[str], *, tcp_port: int | None = None, serial: bool = True
 ) -> LinkAddress:
-    """What follows the scheme of a URL (`///dev/ttyUSB0?baud=115200`, `//host:10940`) → the address.
+    """Read the part of a URL after its scheme (`///dev/ttyUSB0?baud=115200`, `//host:10940`) → the address.
 
     `example`: a URL that is right, for the sentence. `keys`: the options there are. `tcp_port`: the usual one; None:
     no TCP. `serial`: a serial port will do. Raises BadInput.

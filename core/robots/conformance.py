@@ -308,7 +308,7 @@ class Suite:
         self._check_standing(twist)
 
     def _check_standing(self, twist: Twist | None) -> None:
-        """What was asked for before, and still is, moves nothing after the link is back."""
+        """Check that a twist that was asked for before, and still is, moves nothing after the link is back."""
         if not self._moved:
             self.skip("It was not seen to move.", "standing after reconnect")
             return
@@ -328,7 +328,7 @@ class Suite:
 
 
 def left_behind(before: Holdings, again: Callable[[], object]) -> list[str]:
-    """What is left over after a while, in words.
+    """List the things that are left over after a while, in words.
 
     What a library sets up once for the whole process, as zenoh does, does not grow when it is done `again`.
     """

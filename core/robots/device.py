@@ -75,7 +75,7 @@ class Device(ABC):
         """
 
     def findings(self) -> Findings:
-        """What was found besides the equipment; asked from the driver's thread now and then, must not wait."""
+        """Return the findings besides the equipment; asked from the driver's thread now and then, must not wait."""
         return Findings()
 
     @property

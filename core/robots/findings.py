@@ -1,4 +1,4 @@
-"""What a device found behind its link, besides its equipment: topics with their roles, clocks, what is not known."""
+"""Findings of a device behind its link, besides its equipment: topics with their roles, clocks, what is not known."""
 
 from __future__ import annotations
 

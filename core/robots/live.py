@@ -84,7 +84,7 @@ class DeviceLink:
         return renamed
 
     def found(self, equipment: Equipment) -> FoundPart:
-        """What was found of it; `equipment`: with its sensors' names on this robot."""
+        """Return the findings on the device; `equipment`: with its sensors' names on this robot."""
         findings = self.device.findings()
         own = {name: renamed for (_, name), renamed in self._names.items() if name}
         return FoundPart(
@@ -226,7 +226,7 @@ class LiveRobot:
 
     @property
     def requests(self) -> Requests:
-        """What was found of it, its robot file, to listen, which it always does, and what its devices take."""
+        """Requests for its findings and robot file, to listen, which it always does, and those of its devices."""
         own = (ReadConnection, ReadRobotFile, SetListening)
         return (*own, *(kind for link in self._links for kind in link.device.requests))
 

@@ -45,7 +45,7 @@ def profile_of(recording: ScanRecording, url: str = "") -> Profile:
 
 
 def gaps_of(recording: ScanRecording) -> tuple[tuple[float, float], ...]:
-    """Where a recording has no scans for long: from and to [s] from its start, the longest ones in order."""
+    """Return the long gaps between a recording's scans: from and to [s] from its start, the longest ones in order."""
     stamps = np.array([logged_stamp(scan) for scan in recording.scans]) - recording.start
     apart = np.diff(stamps)
     if not len(apart):

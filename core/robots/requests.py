@@ -265,7 +265,7 @@ class OwnMap(msgspec.Struct, frozen=True):
 
 
 class OwnNavigation(msgspec.Struct, frozen=True, kw_only=True):
-    """What the robot's own navigation says, and the goal that it was given."""
+    """Report of the robot's own navigation, and the goal that it was given."""
 
     map: OwnMap | None  # None also where the asker knows it already
     map_number: int  # rises with every map; 0: none yet

@@ -208,7 +208,7 @@ def absolute(file: RobotFile, folder: Path) -> RobotFile:
 
 
 def capabilities_of(equipment: tuple[Equipment, ...]) -> frozenset[Capability]:
-    """What the devices can do together."""
+    """Return the capabilities of the devices together."""
     drives = any(one.base is not None for one in equipment)
     navigates = any(one.navigates for one in equipment)
     return frozenset({*(("drive",) if drives else ()), *(("navigate",) if navigates else ())})

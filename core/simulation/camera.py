@@ -84,7 +84,7 @@ def _box(length: float) -> Array:
 
 
 class _Lens(NamedTuple):
-    """What a camera's lens makes of a level view that is drawn without one."""
+    """Effect of a camera's lens on a level view that is drawn without one."""
 
     view: PinholeView
     heading: float  # [rad] of the view, in the robot's axes

@@ -1,4 +1,4 @@
-"""What the simulated robot and its rooms are like, as a settings file says it."""
+"""Settings of the simulated robot and its rooms, as a settings file says them."""
 
 from __future__ import annotations
 

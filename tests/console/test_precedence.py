@@ -11,7 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from console.browser import browse
+from console.access.browser import browse
 from core.gate.scheduling import CONSOLE, GATE, PILOT, come_first
 from tests.browser.running_console import Running, write_log
 from tests.core.gate.ranks import apart, permitted
@@ -58,7 +58,7 @@ def test_who_only_plays_a_recording_back_comes_before_nobody(tmp_path: Path) -> 
 
 def test_the_browser_is_opened_like_any_other_program(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     policies: list[int] = []
-    monkeypatch.setattr("console.browser.webbrowser.open", lambda _: policies.append(os.sched_getscheduler(0)))
+    monkeypatch.setattr("console.access.browser.webbrowser.open", lambda _: policies.append(os.sched_getscheduler(0)))
 
     def opened() -> None:
         come_first(CONSOLE)

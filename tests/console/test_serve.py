@@ -22,7 +22,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from console.access.guard import Access
-from console.browser import written
+from console.access.browser import written
 from console.data_folder import locked
 from console.serve import Options, announce, check, hosts_of
 from core.errors import BadInput
@@ -271,7 +271,7 @@ def test_a_wildcard_answers_to_the_names_that_are_allowed_and_warns_once(begin) 
 def test_a_browser_that_is_slow_to_open_keeps_nobody_waiting(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = threading.Event()
     release = threading.Event()
-    monkeypatch.setattr("console.browser.webbrowser.open", lambda _: (opened.set(), release.wait(10)))
+    monkeypatch.setattr("console.access.browser.webbrowser.open", lambda _: (opened.set(), release.wait(10)))
     monkeypatch.setattr("console.serve.ONCE_LIFE", 0.0)
     began = time.monotonic()
     announce(Options(data=tmp_path), 8420, Access())
@@ -285,8 +285,8 @@ def test_the_browser_gets_its_key_by_a_file_for_this_user_alone(
 ) -> None:
     opened: list[str] = []
     seen = threading.Event()
-    monkeypatch.setattr("console.browser.webbrowser.open", opened.append)
-    monkeypatch.setattr("console.browser.time", SimpleNamespace(sleep=lambda _: seen.wait(10)))
+    monkeypatch.setattr("console.access.browser.webbrowser.open", opened.append)
+    monkeypatch.setattr("console.access.browser.time", SimpleNamespace(sleep=lambda _: seen.wait(10)))
     access = Access()
     announce(Options(data=tmp_path), 8420, access)
     deadline = time.monotonic() + 10

@@ -1,4 +1,4 @@
-"""Where the caller stands: RANSAC over audio-visual coordinates, gathered from all poses in which the robot looked.
+"""Place of the caller: RANSAC over audio-visual coordinates, gathered from all poses in which the robot looked.
 
 A voice gives a bearing, a picture a bearing and a rough distance, legs a place. Samples of them propose places, and a
 place is believed for what agrees with it: a voice that was heard with the words, and someone who was seen. At a
@@ -39,7 +39,7 @@ KEPT = 300  # coordinates
 
 @message
 class Coordinate:
-    """What one sense perceived from one pose."""
+    """Perception of one sense from one pose."""
 
     sense: Sense
     stamp: float  # [s]
@@ -95,7 +95,7 @@ class GatheredCoordinates:
         return True
 
     def add_legs(self, stamp: float, pose: Pose, points: Array) -> None:
-        """What stands like legs in the direction of a voice; `points` (N, 2) [m] of a scan, robot frame."""
+        """Gather things that stand like legs in a voice's direction; `points` (N, 2) [m] of a scan, robot frame."""
         for legs in find_standers(points):
             x, y = pose.apply(legs.place[None])[0].tolist()
             if not any(abs(wrap(one.ray.bearing_to(x, y) - one.azimuth)) < WEDGE * one.sd for one in self._calls):
@@ -115,7 +115,7 @@ class GatheredCoordinates:
             )
 
     def add_person(self, person: TrackedPerson) -> None:
-        """Who was seen in a picture, as far away as the other senses say."""
+        """Gather a person who was seen in a picture, as far away as the other senses say."""
         ray, rectangle = person.camera, person.rectangle
         if ray is None or rectangle is None or "camera" not in person.used:
             return

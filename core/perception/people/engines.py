@@ -40,7 +40,7 @@ def engine_of(settings: PeopleSettings) -> str:
 
 
 def says(settings: PeopleSettings) -> str:
-    """What looks for people now, in a sentence."""
+    """Return a sentence on the detector that looks for people now."""
     return "Pose networks look for people, real ones and drawn ones." if sees_people(settings) else SAYS
 
 

@@ -35,7 +35,7 @@ class LegTrack:
     age: int = 1  # scans in which it was seen
 
     def predicted(self, stamp: float) -> tuple[Array, Array]:
-        """Where it is now (2,), and the covariance (2, 2) [m²]."""
+        """Predict the place (2,) at `stamp`, and the covariance (2, 2) [m²]."""
         passed = stamp - self.stamp
         speed = SPEED_SD if self.age < 3 else 0.5 * SPEED_SD
         hidden = stamp - self.measured

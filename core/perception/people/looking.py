@@ -13,7 +13,7 @@ ASKED_SD = 0.05  # [rad] of a direction of which no sd is known
 
 @message
 class LookQuestion:
-    """Who is in this picture, and where is the one who is asked for?"""
+    """Question about a picture: who is in it, and where is the person who is asked for?"""
 
     pixels: Array  # (H, W, 3) uint8, blue-green-red
     camera: Camera
@@ -25,7 +25,7 @@ class LookQuestion:
 
 
 class PersonDetector(Protocol):
-    """What finds people in pictures."""
+    """A detector that finds people in pictures."""
 
     @property
     def name(self) -> str:
@@ -34,7 +34,7 @@ class PersonDetector(Protocol):
 
     @property
     def says(self) -> str:
-        """What it is and knows, in a sentence."""
+        """A sentence on the detector and its knowledge."""
         ...
 
     def look(self, question: LookQuestion) -> tuple[Rectangle, ...]:
@@ -56,7 +56,7 @@ class PersonLook(Protocol):
 
 @message
 class LookAnswer:
-    """Who was found."""
+    """Answer with the people who were found."""
 
     stamp: float  # [s] of the picture
     found: tuple[Rectangle, ...]  # best first

@@ -83,7 +83,7 @@ def _pairs(count: int, most: int) -> list[tuple[int, int]]:
 
 
 def crossing(one: Array, other: Array, settings: TriangulationSettings) -> Array | None:
-    """Where two rays (x, y, azimuth, …) cross ahead of both (2,) [m]; None: nowhere, or nearly along each other."""
+    """Cross two rays (x, y, azimuth, …) → the place (2,) [m] ahead of both; None: nowhere, or nearly parallel."""
     if abs(math.sin(wrap(float(one[2] - other[2])))) < math.sin(settings.parallax):
         return None
     ahead = np.array([[math.cos(ray[2]), math.sin(ray[2])] for ray in (one, other)])

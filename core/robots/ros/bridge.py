@@ -152,7 +152,7 @@ class RosSensors:
         self._readings = None
 
     def findings(self, settings: RosSettings) -> Findings:
-        """What was found on the robot, to be shown; from any thread."""
+        """Return the findings on the robot, to be shown; from any thread."""
         return Findings(
             base_frame=self._base_frame,
             roles=roles_of(self.topics, settings, self._traffic),

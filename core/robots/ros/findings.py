@@ -1,4 +1,4 @@
-"""What was found on a ROS robot: for every role its topics, their messages, and the others that could have it."""
+"""Findings on a ROS robot: for every role its topics, their messages, and the others that could have it."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Traffic:
         self._frames[topic] = str(frame).strip("/")
 
     def used(self, topic: str, kind: str) -> UsedTopic:
-        """What came on a topic."""
+        """Return the type, frame, rate and age of the messages on a topic."""
         with self._lock:
             times = tuple(self._times.get(topic, ()))
         now = time.monotonic()

@@ -1,4 +1,4 @@
-"""What every driver of a ROS robot does alike: speeds, the robot's lock, and goals for its own navigation."""
+"""Common part of the drivers of all ROS robots: speeds, the robot's lock, and goals for its own navigation."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ TYPES = {
     "description": (STRING,),
     "cmd_vel": (TWIST_STAMPED, TWIST),
 }
-"""What a topic may carry that is to be this; the first is preferred."""
+"""Message types that a topic may carry for each role; the first is preferred."""
 
 DESCRIPTION = "/robot_description"
 MOST_SCANS = 2
@@ -273,7 +273,10 @@ class _Chooser:
         return best
 
     def _goal(self, *, navigates: bool) -> str:
-        """Where goals go; a robot with a map or a pose on one has the usual topic, also where the link hides it."""
+        """Choose the topic for goals.
+
+        A robot with a map or a pose on one has the usual topic, also where the link hides it.
+        """
         if self._settings.goal:
             return "" if self._settings.goal == NOTHING else _absolute(self._settings.goal, self._space)
         known = [topic for topic in self._of("goal") if topic.endswith(GOALS)]
@@ -282,7 +285,7 @@ class _Chooser:
         return f"{self._space}{GOALS[1] if self._ros1 else GOALS[0]}" if navigates else ""
 
     def _description(self) -> str:
-        """Where the robot's URDF comes, in its namespace or beside it."""
+        """Choose the topic of the robot's URDF, in its namespace or beside it."""
         if self._settings.description:
             return self._named("description", self._settings.description)
         beside = [DESCRIPTION] if STRING in self._types.get(DESCRIPTION, []) else []

@@ -90,7 +90,7 @@ class ZenohAddress:
 
 
 class RosGraph:
-    """Who publishes on the robot and who listens, kept up to date by zenoh's threads."""
+    """Publishers and subscribers on the robot, kept up to date by zenoh's threads."""
 
     def __init__(self) -> None:
         self._endpoints: dict[str, Endpoint] = {}

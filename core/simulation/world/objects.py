@@ -108,7 +108,7 @@ SWING = 0.15  # [m] by which the feet of a person who walks are before and behin
 COLOURS = ("red", "blue", "green", "white", "grey", "black", "yellow", "brown")
 """Of shirts and trousers."""
 GESTURES = ("", "wave", "up", "wide", "point", "hips", "crossed")
-"""What the arms do: hang, one raised, both raised, stretched out, one to the front, on the hips, crossed."""
+"""Positions of the arms: hang, one raised, both raised, stretched out, one to the front, on the hips, crossed."""
 
 
 BUILDERS: dict[What, Callable[[Thing], tuple[Solid, ...]]] = {
@@ -128,7 +128,7 @@ SIZES: dict[What, tuple[float, float, float]] = {
     "box": (0.35, 0.35, 0.35),
     "person": (0.40, 0.40, 1.75),
 }
-"""What may be placed, and how large it is when nothing is said: length, depth, height [m]."""
+"""Things that may be placed, and their size when nothing is said: length, depth, height [m]."""
 
 
 def furniture(

@@ -1,4 +1,4 @@
-"""What a bearing measures, of a landmark and from where: the residuals and derivatives that the filter takes in.
+"""Measurement of a landmark by its bearing from a pose: the residuals and derivatives that the filter takes in.
 
 A pose of the past is kept as two points of the plane: where the eye was, and a point 1 m ahead of it. A bearing from
 there is the angle between the directions to that point and to the landmark, a range the length of one difference: no

@@ -79,7 +79,7 @@ class MapGraph:
         return reweighted(coarse, fine, headings) + fine + EdgeTable.of(link.edge for link in links)
 
     def connected(self, a: Array, b: Array) -> Array:
-        """Whether views a (K,) and b (K,) are known to lie where the map has them beside each other: (K,) bool."""
+        """Return (K,) bool: views a (K,) and b (K,) are known to lie where the map has them beside each other."""
         self._homes.extend([(view.submap,) for view in self.views[self._homes.count :]])
         homes, joined = self._homes.array[:, 0].astype(int), np.eye(len(self.submaps), dtype=bool)
         held = np.array(

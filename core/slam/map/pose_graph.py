@@ -174,7 +174,7 @@ class Equations:
         return squared, np.where(edges.doubted, 1.0 / (1.0 + squared / doubt**2), 1.0)
 
     def by_pose(self, change: Array) -> Array:
-        """What solves the equations (3N - 3,) → the change of all poses but the first (N - 1, 3)."""
+        """Reorder the solution of the equations (3N - 3,) → the change of all poses but the first (N - 1, 3)."""
         return change.reshape(-1, 3)[self.order[1:]]
 
     def at(self, poses: Array, weights: Array | None = None) -> tuple[Any, Array]:

@@ -61,9 +61,7 @@ class TimeOffsetSettings(Section):
     accepted_sd: Annotated[float, Meta("s", 1e-3, 0.1, "sd from which the offset is believed")] = 0.01
     corrected: Annotated[float, Meta("s", 0, 0.1, "offset from which stamps are corrected")] = 0.01
     drift: Annotated[float, Meta("s/s", 0, 1e-3, "sd of the drift between the clocks")] = 30e-6
-    scan_sd: Annotated[float, Meta("rad", 1e-4, 0.1, "sd of a heading by matching scans")] = (
-        math.radians(0.1)
-    )
+    scan_sd: Annotated[float, Meta("rad", 1e-4, 0.1, "sd of a heading by matching scans")] = math.radians(0.1)
     walk_sd: Annotated[float, Meta("rad/√rad", 1e-4, 0.1, "growth of the odometry's heading error in a turn")] = 0.005
     scale_sd: Annotated[float, Meta("", 0, 0.5, "sd of the odometry's scale of turns")] = 0.05
 

@@ -124,12 +124,12 @@ def model_folder(settings: SpeechSettings) -> Path:
 
 
 def _model_and_phrases(settings: SpeechSettings) -> tuple[Path, OwnPhrases]:
-    """What Whisper is made from. Raises Unavailable, BadInput."""
+    """Return the folder and phrases from which Whisper is made. Raises Unavailable, BadInput."""
     return model_folder(settings), own_phrases(settings.phrases)
 
 
 def _whole_settings(settings: SpeechSettings) -> tuple[SpeechSettings]:
-    """What pocketsphinx is made from; it brings its model. Raises Unavailable where it is not installed."""
+    """Return the settings of pocketsphinx, which brings its model. Raises Unavailable where it is not installed."""
     if not has_sphinx():
         raise Unavailable(f"pocketsphinx is not installed: pip install pocketsphinx. Or better: {how_to_get()}")
     return (settings,)

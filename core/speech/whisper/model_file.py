@@ -31,7 +31,7 @@ MOST_VARIABLES, MOST_RANK = 2_000, 3
 
 @dataclass(frozen=True)
 class Variable:
-    """Where the values of one variable lie in the file."""
+    """Place of the values of one variable in the file."""
 
     begin: int
     shape: tuple[int, ...]

@@ -53,7 +53,7 @@ UNHEARD = 2.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written
 OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
 NO_WORDS = re.compile(r"[\s.,!?♪♫]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫]*)*")
-"""What Whisper writes for sounds that are no speech: "(wind howling)", "[Music]", "*cough*"."""
+"""Texts that Whisper writes for sounds that are no speech: "(wind howling)", "[Music]", "*cough*"."""
 NAME_STOP = frozenset(
     kind.name for kind in VOCABULARY if kind is not STOP_MOVING and any(STOP_WORD.search(one) for one in kind.words)
 )

@@ -68,7 +68,7 @@
  */
 
 /**
- * What this socket wants: the camera, and a calibration session (null: none); what is left out stays.
+ * Subscriptions of this socket: the camera, and a calibration session (null: none); what is left out stays.
  * @typedef {object} SubscriptionMessage
  * @property {'want'} kind
  * @property {boolean} [camera]

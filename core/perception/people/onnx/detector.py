@@ -46,7 +46,7 @@ class OwnModelDetector:
 
     @property
     def says(self) -> str:
-        """What it is."""
+        """A sentence on this detector."""
         return f"Your own model ({self._layout.name}, {self._side} pixels) looks for people."
 
     def look(self, question: LookQuestion) -> tuple[Rectangle, ...]:

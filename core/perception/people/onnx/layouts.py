@@ -25,7 +25,7 @@ LARGEST_FACE = 2.0  # sides of the input
 
 @dataclass(frozen=True)
 class Detections:
-    """What a model found, not weighed yet."""
+    """Detections of one model, before weighing."""
 
     boxes: Array  # (N, 4) left, top, right, bottom [pixel of the input]
     scores: Array  # (N,) 0..1
@@ -120,13 +120,13 @@ def _one(shapes: Sequence[tuple[int, ...]]) -> tuple[int, int] | None:
 
 
 def _wide(shapes: Sequence[tuple[int, ...]], wanted: Callable[[int], bool]) -> bool:
-    """Whether each column is a place: 1 x numbers x places."""
+    """Return whether each column is a place: 1 x numbers x places."""
     size = _one(shapes)
     return size is not None and size[0] < size[1] and size[1] >= FEWEST_ROWS and wanted(size[0])
 
 
 def _long(shapes: Sequence[tuple[int, ...]], *wanted: int) -> bool:
-    """Whether each row is a place or a find: 1 x places x numbers."""
+    """Return whether each row is a place or a find: 1 x places x numbers."""
     size = _one(shapes)
     return size is not None and size[1] in wanted
 

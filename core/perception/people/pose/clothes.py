@@ -69,7 +69,7 @@ def _tones(small: Array, masks: list[Array], weighed: WeighedBody) -> Array:
 
 
 def _cut_out(box: Box, pixels: Array) -> tuple[Array, Array, float]:
-    """What a box holds of the picture, not too large, its corner (2,) [pixel] and by how much it was shrunk."""
+    """Cut out a box of the picture → the part, not too large, its corner (2,) [pixel] and its factor of shrinking."""
     height, width = pixels.shape[:2]
     left, top, right, bottom = (round(edge) for edge in box)
     left, top = min(max(left, 0), width - 1), min(max(top, 0), height - 1)

@@ -40,7 +40,7 @@ class PoseDetector:
 
     @property
     def says(self) -> str:
-        """What it is."""
+        """A sentence on this detector."""
         return f"MediaPipe's pose networks look for people, real ones and drawn ones, by {self._networks.name}."
 
     def look(self, question: LookQuestion) -> tuple[Rectangle, ...]:

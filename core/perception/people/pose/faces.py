@@ -1,4 +1,4 @@
-"""What the detector network answers: the faces of people, their hips, and how far their bodies reach."""
+"""Answers of the detector network: the faces of people, their hips, and how far their bodies reach."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ DAMAGED = "The file {} of the pose model cannot be used: beckon models get peopl
 
 
 class PoseNetworks(Protocol):
-    """What runs the networks."""
+    """An engine that runs the networks."""
 
     @property
     def name(self) -> str:

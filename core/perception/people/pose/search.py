@@ -1,4 +1,4 @@
-"""Where the landmark network is asked to look: squares that direction and distance foretell, or the detector's."""
+"""Squares in which the landmark network is asked to look: foretold by direction and distance, or the detector's."""
 
 from __future__ import annotations
 
