@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from console.access.roles import needs
-from console.api import Dispatcher, NoticeBoard, RobotInUse, Who, router
+from console.api import Dispatcher, NotificationsInUse, RobotInUse, Who, router
 from console.control.stop import latched
 
 stop = router("stop")
@@ -45,13 +45,15 @@ async def stop_now(dispatcher: Dispatcher, who: Who, press: str = "") -> Stopped
 
 @stop.post("/halt")
 @needs("viewer", reads_body=False)
-async def halt(dispatcher: Dispatcher, robot: RobotInUse, board: NoticeBoard, who: Who, press: str = "") -> Halted:
+async def halt(
+    dispatcher: Dispatcher, robot: RobotInUse, notifications: NotificationsInUse, who: Who, press: str = ""
+) -> Halted:
     """A stop that stays until it is reset, over a restart too. `press` as of a stop.
 
     It answers when the halt is on disk: `latched` true. Where that fails it is false, and `why` says what is wrong.
     """
     dispatcher.halt(who, "rest", number(press))
-    why_not = await latched(robot, board)
+    why_not = await latched(robot, notifications)
     return Halted(latched=not why_not, why=why_not or msgspec.UNSET)
 
 
