@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Request
@@ -105,34 +106,34 @@ Who = Annotated[Person, Depends(person_of)]
 SimulatedRoom = Annotated[Ask, Depends(room_of)]
 
 
-def part(name: str) -> Any:
+def part(take: Callable[[Runtime], object]) -> Any:
     """The dependency of an endpoint on one part of the runtime."""
 
-    async def of(runtime: Behind) -> Any:
-        return getattr(runtime, name)
+    async def of(runtime: Behind) -> object:
+        return take(runtime)
 
     return Depends(of)
 
 
-AccessRules = Annotated[Access, part("access")]
-ArrayCalibration = Annotated[MicrophoneCalibration, part("array")]
-CalibrationSessions = Annotated[CalibrationService, part("calibration_service")]
-HistoryInUse = Annotated[History, part("history")]
-CommonSettings = Annotated[SettingsInUse, part("settings_in_use")]
-Dispatcher = Annotated[CommandDispatcher, part("dispatcher")]
-OperatorLease = Annotated[Lease, part("lease")]
-NotificationsInUse = Annotated[Notifications, part("notifications")]
-Pending = Annotated[PendingCommands, part("pending_commands")]
-OwnNavigationInUse = Annotated[OwnNavigationService, part("own_navigation")]
-ExperimentsInUse = Annotated[ExperimentRuns, part("experiments")]
-PeopleEnrolled = Annotated[EnrollmentService, part("people")]
-RobotConnection = Annotated[ConnectionService, part("connection")]
-Playback = Annotated[PlaybackController, part("player")]
-QualityTests = Annotated[QualityRuns, part("quality")]
-RobotInUse = Annotated[RobotLink, part("robot")]
-SavedMaps = Annotated[MapService, part("maps")]
-Sockets = Annotated[OpenSockets, part("sockets")]
-SpokenAnswers = Annotated[RobotVoice, part("voice")]
+AccessRules = Annotated[Access, part(lambda runtime: runtime.access)]
+ArrayCalibration = Annotated[MicrophoneCalibration, part(lambda runtime: runtime.array)]
+CalibrationSessions = Annotated[CalibrationService, part(lambda runtime: runtime.calibration_service)]
+HistoryInUse = Annotated[History, part(lambda runtime: runtime.history)]
+CommonSettings = Annotated[SettingsInUse, part(lambda runtime: runtime.settings_in_use)]
+Dispatcher = Annotated[CommandDispatcher, part(lambda runtime: runtime.dispatcher)]
+OperatorLease = Annotated[Lease, part(lambda runtime: runtime.lease)]
+NotificationsInUse = Annotated[Notifications, part(lambda runtime: runtime.notifications)]
+Pending = Annotated[PendingCommands, part(lambda runtime: runtime.pending_commands)]
+OwnNavigationInUse = Annotated[OwnNavigationService, part(lambda runtime: runtime.own_navigation)]
+ExperimentsInUse = Annotated[ExperimentRuns, part(lambda runtime: runtime.experiments)]
+PeopleEnrolled = Annotated[EnrollmentService, part(lambda runtime: runtime.people)]
+RobotConnection = Annotated[ConnectionService, part(lambda runtime: runtime.connection)]
+Playback = Annotated[PlaybackController, part(lambda runtime: runtime.player)]
+QualityTests = Annotated[QualityRuns, part(lambda runtime: runtime.quality)]
+RobotInUse = Annotated[RobotLink, part(lambda runtime: runtime.robot)]
+SavedMaps = Annotated[MapService, part(lambda runtime: runtime.maps)]
+Sockets = Annotated[OpenSockets, part(lambda runtime: runtime.sockets)]
+SpokenAnswers = Annotated[RobotVoice, part(lambda runtime: runtime.voice)]
 
 
 async def undisturbed(behind: Behind, who: Who) -> Person:

@@ -21,8 +21,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from console.access.guard import Access
 from console.access.browser import written
+from console.access.guard import Access
 from console.data_folder import locked
 from console.serve import Options, announce, check, hosts_of
 from core.errors import BadInput

@@ -67,7 +67,7 @@ def ask(live: Live, what: str, number: int, token: str = "") -> Any:
 def pending_commands(live: Live, monkeypatch: pytest.MonkeyPatch) -> Iterator[PendingCommands]:
     live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
     assert live.ask("POST", "/api/lease", {"do": "acquire"}, token=live.operator).status == 200
-    monkeypatch.setattr(live.runtime.pending_commands, "moment", LONG)
+    monkeypatch.setattr(live.runtime.pending_commands, "delay", LONG)
     yield live.runtime.pending_commands
     live.ask("POST", "/api/stop", token=live.operator)
 

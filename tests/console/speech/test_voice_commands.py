@@ -80,7 +80,7 @@ def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
 ) -> None:
     pending_commands = live.runtime.pending_commands
     assert pending_commands.moment == 2.0
-    monkeypatch.setattr(pending_commands, "moment", 600.0)
+    monkeypatch.setattr(pending_commands, "delay", 600.0)
     assert listen(live, True).status == 200
     before = newest(live)["id"]
     assert said(live, "come here") == ""
@@ -98,7 +98,7 @@ def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
 def test_what_waits_is_dropped_when_voices_are_obeyed_no_more(
     live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(live.runtime.pending_commands, "moment", 600.0)
+    monkeypatch.setattr(live.runtime.pending_commands, "delay", 600.0)
     assert listen(live, True).status == 200
     assert said(live, "continue 3 meters") == ""
     assert listen(live, False).status == 200
@@ -152,7 +152,7 @@ def test_what_the_pilot_does_not_do_now_is_told_and_the_ears_go_on(
 
     assert listen(live, True).status == 200
     monkeypatch.setattr(live.runtime.dispatcher.pilot, "tell", not_now)
-    monkeypatch.setattr(live.runtime.pending_commands, "moment", 0.05)
+    monkeypatch.setattr(live.runtime.pending_commands, "delay", 0.05)
     for words in ("turn left", "come here"):
         assert said(live, words) == ""
         row = live.until(lambda words=words: newest(live) if newest(live)["heard_as"] == words else None)
