@@ -79,7 +79,7 @@ def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
     live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pending_commands = live.runtime.pending_commands
-    assert pending_commands.moment == 2.0
+    assert pending_commands.delay == 2.0
     monkeypatch.setattr(pending_commands, "delay", 600.0)
     assert listen(live, True).status == 200
     before = newest(live)["id"]
@@ -87,7 +87,7 @@ def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
     waiting = pending_commands.waiting
     assert waiting is not None and waiting.source == "ears" and waiting.command.call is not None
     live.ask("POST", "/api/stop", token=live.viewer)
-    pending_commands.moment = 0.2
+    pending_commands.delay = 0.2
     assert said(live, "follow me") == ""
     live.until(lambda: newest(live)["id"] > before and newest(live)["name"] == "follow_me")
     rows = live.ask("GET", "/api/commands/history?limit=5", token=live.viewer).json["commands"]
