@@ -18,7 +18,7 @@ from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
 from core.slam.ekf.filter import Filter
 from core.slam.ekf.invariant import InvariantFilter
-from core.slam.ekf.measurement_model import place_of, squared_distance, surprise
+from core.slam.ekf.measurement_model import place_of, residual, squared_distance
 from core.slam.motion import Increment
 
 FAR = 1e6
@@ -60,7 +60,7 @@ class PlainRule:
         readings = np.array([(one.range, one.bearing) for one in sightings]).reshape(-1, 2)
         noises = np.array([one.covariance for one in sightings]).reshape(-1, 2, 2)
         expectations, states = self.filter.expect()
-        off = surprise(readings[:, None], expectations[None])
+        off = residual(readings[:, None], expectations[None])
         distances = squared_distance(off, states[None] + noises[:, None])[0]
         rows, columns = assigned(distances, self._gate)
         if len(rows):

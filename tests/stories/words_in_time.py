@@ -38,7 +38,7 @@ from console.speech.browser_microphone import BrowserMicrophone
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import VoiceCommands
 from core.commands.command import Command
-from core.commands.confirmation_delay import LONGEST, MOMENT, OBEYED_WITHIN
+from core.commands.confirmation_delay import DELAY, LONGEST, OBEYED_WITHIN
 from core.errors import Refused
 from core.gate import Twist
 from core.gate.status import GateStatus
@@ -228,7 +228,7 @@ class Story:
         waited = one.taken <= now
         reasons = {
             "too late": min(one.taken, now) - one.ended > OBEYED_WITHIN + LATE,
-            "waited too long": waited and now - one.taken > MOMENT + LONGEST + 1.0,
+            "waited too long": waited and now - one.taken > DELAY + LONGEST + 1.0,
             "a stop came": any(since < at != one.stop_read for at in seen.stops),
             "a hand came": any(since < at for at in seen.jogs),
             "the driver changed": any(since < at for at in seen.hands),

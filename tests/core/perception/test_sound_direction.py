@@ -14,7 +14,7 @@ from core.message import Array
 from core.perception.sound.direction import WIDEST, Direction, sphere, tangents, unit
 from core.perception.sound.locate import locate, sure
 from core.perception.sound.settings import DirectionFindingSettings
-from core.perception.sound.spectra import freshness, noise_of, over_noise, quiet_frames, spectra
+from core.perception.sound.spectra import cell_weights, noise_of, over_noise, quiet_frames, spectra
 from core.perception.sound.srp import Correlation, slopes, steered_power
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, ring, tetrahedron
 from core.simulation.acoustics.shoebox import ShoeboxRoom, plane_waves
@@ -195,7 +195,7 @@ def test_whitened_noise_has_power_one_and_no_cell_of_it_is_fresh():
     noise = noise_of(seen, np.ones(len(seen.times), bool), settings)
     power = over_noise(seen, noise)
     assert power.mean() == pytest.approx(1.0, abs=0.25)
-    assert np.mean(freshness(power, seen, settings) > 0) < 0.005
+    assert np.mean(cell_weights(power, seen, settings) > 0) < 0.005
 
 
 def test_an_echo_is_not_fresh_but_a_louder_word_is():
@@ -204,7 +204,7 @@ def test_an_echo_is_not_fresh_but_a_louder_word_is():
     power = np.ones((len(seen.frequencies), len(seen.times)))
     power[:, 20:40] = 1000 * np.exp(-np.arange(20) * 0.16)  # dies as a room of 0.7 s
     power[:, 60] = 1000
-    fresh = freshness(power, seen, settings)
+    fresh = cell_weights(power, seen, settings)
     assert fresh[:, 20].min() > 0.9 and fresh[:, 21:40].max() == 0 and fresh[:, 60].min() > 0.8
 
 
