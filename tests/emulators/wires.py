@@ -9,6 +9,7 @@ import socket
 import threading
 import time
 import tty
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
 
@@ -72,7 +73,7 @@ class Wire:
                 time.sleep(max(0.0, began + 10 * sent / self._rate - time.monotonic()))
 
 
-class Port:
+class Port(ABC):
     """Where drivers connect: serves one after another on a thread, can be shut and opened again."""
 
     url = ""  # what follows the scheme
@@ -126,15 +127,15 @@ class Port:
     def _mangled(self, data: bytes) -> bytes:
         return self.mangle(data) if self.mangle else data
 
-    def _open(self) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def _open(self) -> None: ...
 
-    def _close(self) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def _close(self) -> None: ...
 
+    @abstractmethod
     def _next(self) -> None:
         """Serve one driver until it is gone."""
-        raise NotImplementedError
 
 
 class SerialPort(Port):
