@@ -42,7 +42,8 @@ IDLE = 0.05  # [s]
 STOPPING = 0.7  # [s] at most that closing waits for the last command; then the firmware's failsafe has to do it
 FAILSAFE = 2.0  # [s], the firmware's own
 LARGEST_PICTURE = 2_000_000  # bytes
-RESYNCHRONISING = 3  # times
+RESYNCHRONISING = (0.1, 0.2, 0.3, 0.4)  # [s] that an answer may take, try by try
+ARGUMENTS = 3  # bytes behind a command, at most
 HEADER = 10  # bytes before a picture: `##IMJ`, size, length
 STOPPED = (0, 0)
 SLUGGISH = 2  # percent below which the motors do not turn
@@ -247,22 +248,21 @@ class Srv1(Device):
     def _resynchronise(self) -> None:
         """Bring the firmware to where it waits for a command, with the motors stopped. Raises LostStep.
 
-        A zero byte is no command (`#?`), or an argument that a command under way still waits for.
+        Zeros are no commands (`#?`), or the arguments that a command under way still waits for. It is stopped twice:
+        the first answer may be to a command that waited in a robot which was frozen.
         """
-        for _ in range(RESYNCHRONISING):
+        for patience in RESYNCHRONISING:
             if self._link is None:
                 raise OSError("the link is closed")
-            drain(self._link, 0.2, PICTURE)
-            self._write(b"\0")
-            if self._link.read(0.1).startswith(b"#"):
-                break
-        self._buffer = b""
-        for _ in range(RESYNCHRONISING):
+            self._write(bytes(ARGUMENTS))
+            if self._link.read(patience):
+                drain(self._link, patience / 2, PICTURE)
+            self._buffer = b""
             with contextlib.suppress(LostStep):
-                self._exchange(motor_command(STOPPED), b"#M", ANSWERING)
+                for _ in range(2):
+                    self._exchange(motor_command(STOPPED), b"#M", patience)
+                    drain(self._link, patience / 2, PICTURE)
                 return
-            if self._link is not None:
-                drain(self._link, 0.1, 0.5)
             self._buffer = b""
         raise LostStep("the robot does not stop")
 

@@ -11,6 +11,7 @@ import numpy as np
 from core.geometry import Pose, wrap
 from core.slam.relocalization.global_search import PoseFit, SearchSettings, aside, judge, ring, same, search
 from core.slam.relocalization.search_pyramid import ScanView, SearchPyramid
+from core.slam.scan_matching.likelihood_field import FARTHEST
 
 NEWEST = 3  # views that are shifted to see whether the walls pin them down
 
@@ -173,6 +174,8 @@ class PlaceHypotheses:
         way = math.hypot(move.x, move.y)
         reach = settings.drift + settings.drift_share * way
         angle = settings.veer + settings.veer_share * abs(move.heading) + settings.veer_way * way
+        if reach > FARTHEST:
+            return None  # the odometry no longer says where the robot may be
         expected = pose @ move
         few = view.points[:: max(1, len(view.points) // settings.search.points)]
         found = self.pyramid.field.search(few, expected, reach, angle, 0.1, math.radians(1.5))

@@ -16,6 +16,7 @@ SMEAR = 1.2  # [cells] sd of the blur that draws points together into walls
 AROUND = 7  # [cells] of the neighbourhood whose highest point counts as a wall's middle
 FAINT = 0.15  # points to a cell after the blur: less is no wall
 RIM = 16  # [cells] around everything, so that shifting never leaves the field
+FARTHEST = (RIM - 1) * CELL  # [m] of a shift
 LARGEST = 1200  # [cells] of a side
 ROUNDS = 8  # of the refinement, at most
 STRIDE = 0.05  # [m] of one round, at most
@@ -55,12 +56,16 @@ class LikelihoodField:
         return counts.reshape(size[1], size[0]).astype(np.float32)
 
     def search(self, points: Array, guess: Pose, reach: float, angle: float, step: float, turn: float) -> Pose:
-        """The best pose on a lattice: ±`reach` [m] by `step`, ±`angle` [rad] by `turn` around the guess."""
-        shift = np.arange(-round(reach / step), round(reach / step) + 1) * round(step / CELL)
+        """The best pose on a lattice: ±`reach` [m] by `step`, ±`angle` [rad] by `turn` around the guess.
+
+        `reach` beyond FARTHEST is FARTHEST, `angle` beyond π is π.
+        """
+        most = round(min(reach, FARTHEST) / step)
+        shift = np.arange(-most, most + 1) * round(step / CELL)
         shift = np.clip(shift, 1 - RIM, RIM - 1)
         offsets = (shift[:, None] * self._width + shift[None, :]).ravel()
         best, found = -1.0, guess
-        count = round(angle / turn)
+        count = round(min(angle, math.pi) / turn)
         for turned in guess.heading + turn * np.arange(-count, count + 1):
             cells = ((points @ rotation(turned).T + (guess.x, guess.y) - self.origin) / CELL).astype(int)
             cells = np.clip(cells, RIM, (self._width - RIM - 1, self._height - RIM - 1))

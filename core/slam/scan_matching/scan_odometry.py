@@ -47,6 +47,8 @@ class ScanOdometrySettings(Section):
 
 
 FEWEST = 20  # points of a scan that can be matched
+FASTEST, QUICKEST = 5.0, 8.0  # [m/s], [rad/s] of a robot; a faster one was stamped wrongly
+COASTING = 1.0  # [s] for which the former motion goes on unseen, at most
 
 
 class ScanOdometry:
@@ -78,16 +80,14 @@ class ScanOdometry:
         points, _ = deskew(scan, self._laser, self.wheels, taken)
         if self._field is None:
             return self._begin(points)
-        if elapsed <= 0.0:
-            return Increment()
         match = self._search(self._field, points, elapsed)
         self.score = match.score if match else None
         if match is None:
             return self._coast(points, elapsed)
-        self._motion = _scaled(self._matched.inverse() @ match.pose, 1 / elapsed)
+        self._motion = _speeds(self._matched.inverse() @ match.pose, elapsed)
         points, _ = deskew(scan, self._laser, self.wheels, taken)  # by this motion, not by the one before
         pose = self._field.refine(points, match.pose).pose
-        self._motion, self._matched = _scaled(self._matched.inverse() @ pose, 1 / elapsed), pose
+        self._motion, self._matched = _speeds(self._matched.inverse() @ pose, elapsed), pose
         self._keep(points)
         return self._report(self._spread(points))
 
@@ -96,7 +96,7 @@ class ScanOdometry:
         settings = self.settings
         if len(points) < FEWEST:
             return None
-        expected = self._matched @ _scaled(self._motion, elapsed)
+        expected = self._matched @ _scaled(self._motion, min(elapsed, COASTING))
         thinned = points[:: max(1, len(points) // settings.points)]
         coarse = field.search(thinned, expected, settings.reach, settings.angle, 0.1, math.radians(1))
         fine = field.search(thinned, coarse, 0.05, math.radians(0.5), 0.05, math.radians(0.25))
@@ -128,7 +128,7 @@ class ScanOdometry:
         """No match: expect the motion to die down, be unsure, and begin a new local map."""
         settings = self.settings
         self._motion = _scaled(self._motion, settings.coast)
-        self._matched = self._matched @ _scaled(self._motion, elapsed)
+        self._matched = self._matched @ _scaled(self._motion, min(elapsed, COASTING))
         if len(points) >= FEWEST:
             self._frames.clear()
             self._keep(points)
@@ -157,6 +157,14 @@ class ScanOdometry:
         self._frames.append((self._matched, self._matched.apply(points)))
         del self._frames[: -self.settings.keyframes]
         self._field = LikelihoodField(np.vstack([kept for _, kept in self._frames]))
+
+
+def _speeds(move: Pose, elapsed: float) -> Pose:
+    """A move within `elapsed` [s] → that of a second; none where no robot moves so fast: the stamps are wrong."""
+    way = math.hypot(move.x, move.y)
+    if way >= FASTEST * elapsed or abs(move.heading) >= QUICKEST * elapsed:
+        return Pose()
+    return _scaled(move, 1 / elapsed)
 
 
 def _scaled(motion: Pose, share: float) -> Pose:

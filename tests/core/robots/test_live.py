@@ -240,6 +240,16 @@ def test_a_clock_that_was_held_up_is_followed_within_seconds() -> None:
     assert max(late[:200]) < 0.06 and max(late[225:]) < 0.06
 
 
+@pytest.mark.parametrize("frozen", [3.0, 12.0])
+def test_messages_that_waited_for_a_frozen_reader_keep_their_times(frozen: float) -> None:
+    clock, off = DeviceClock(), list[float]()
+    for number in range(400):
+        true = 0.1 * number
+        received = 20.0 + frozen if 20.0 <= true < 20.0 + frozen else true
+        off.append(clock.stamp(1000.0 + true, received) - true)
+    assert max(map(abs, off)) < 0.11
+
+
 def test_a_frame_tells_how_old_its_odometry_is_and_how_often_it_comes() -> None:
     now = 0.0
     readings = Readings(lambda: now)

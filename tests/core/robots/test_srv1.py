@@ -185,6 +185,28 @@ def test_a_camera_that_is_busy_or_fails_half_way_is_asked_again(robot_there: Srv
         assert is_up(robot)
 
 
+@pytest.mark.parametrize("frozen", [0.7, 1.3, 2.4])
+def test_a_speed_that_waited_in_a_frozen_robot_is_followed_by_a_stop(
+    robot_there: Srv1Emulator, frozen: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    obey, thawed = robot_there._obey, list[float]()
+
+    def obey_later(command: bytes) -> bytes:
+        if command == motor_command((30, 30)) and not thawed:
+            time.sleep(frozen)
+            thawed.append(time.monotonic())
+        return obey(command)
+
+    monkeypatch.setattr(robot_there, "_obey", obey_later)
+    with live(device_of(robot_there, "?camera=0")) as robot:
+        robot.drive(ZERO)
+        until(lambda: robot.drive(Twist(0.12, 0.0)) or thawed)
+        until(lambda: robot_there.motors == (1, 1))
+        assert time.monotonic() - thawed[0] < 0.35
+        frames(robot, 0.5)
+        assert robot_there.motors == (1, 1)
+
+
 def test_what_is_no_picture_is_not_shown() -> None:
     good = jpeg_of(np.zeros((256, 320, 3), np.uint8))
     assert decode_picture(good) is not None and decode_picture(good + b"\0\0") is not None

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import time
 
 import numpy as np
 import pytest
@@ -100,6 +101,23 @@ def test_where_nothing_fits_the_move_is_told_to_be_unsure() -> None:
     assert max(spreads) > 20 * np.median([spread for spread in spreads if spread] or [1e-9])
 
 
+@pytest.mark.parametrize("apart", [0.0, 1e-5, 0.004, 3.0])
+def test_scans_whose_stamps_say_nothing_of_the_speed_do_not_carry_the_robot_away(apart: float) -> None:
+    driven = robot()
+    laser = driven.profile.laser
+    assert laser is not None
+    odometry, stamp, stamps = ScanOdometry(laser), 0.0, list[float]()
+    while len(stamps) < 80:
+        driven.drive(Twist(0.0, 0.5 if 20 <= len(stamps) < 30 else 0.0))
+        scan = driven.read().scan
+        if scan is not None:
+            stamp += apart if 24 <= len(stamps) < 28 else 0.1
+            stamps.append(stamp)
+            odometry.update(dataclasses.replace(scan, stamp=stamp))
+    assert math.hypot(odometry.pose.x, odometry.pose.y) < 0.1
+    assert (odometry.wheels.speed, odometry.wheels.turn_rate) == (0.0, 0.0)
+
+
 @pytest.mark.parametrize("valid", [0, 5])
 def test_an_empty_scan_is_no_move(valid: int) -> None:
     laser = robot().profile.laser
@@ -110,6 +128,14 @@ def test_an_empty_scan_is_no_move(valid: int) -> None:
     scan = Scan(stamp=0.0, ranges=ranges, angle_min=laser.angle_min, angle_step=laser.angle_step)
     for index in range(3):
         assert odometry.update(dataclasses.replace(scan, stamp=0.1 * index)).still
+
+
+def test_a_search_beyond_what_the_field_can_shift_takes_no_longer() -> None:
+    field, points = LikelihoodField(walls()), walls()[::7]
+    began = time.process_time()
+    found = field.search(points, Pose(0.4, 0.1, 0.0), 50.0, 40.0, 0.1, math.radians(1.5))
+    assert time.process_time() - began < 3.0
+    assert found.distance_to(0.0, 0.0) < 0.1
 
 
 def test_a_pose_that_was_searched_has_plain_numbers_which_a_state_message_can_carry() -> None:
