@@ -20,6 +20,7 @@ from core.slam.ekf.filter import Filter
 from core.slam.ekf.invariant import InvariantFilter
 from core.slam.ekf.measurement_model import place_of, residual, squared_distance
 from core.slam.motion import Increment
+from tests.core.slam.filter_states import correct
 
 FAR = 1e6
 
@@ -64,7 +65,7 @@ class PlainRule:
         distances = squared_distance(off, states[None] + noises[:, None])[0]
         rows, columns = assigned(distances, self._gate)
         if len(rows):
-            self.filter.correct(columns, readings[rows], noises[rows])
+            correct(self.filter, columns, readings[rows], noises[rows])
         far = np.setdiff1d(np.flatnonzero((distances > self._fresh).all(axis=1)), rows)
         self._try(readings[far], noises[far])
 

@@ -4,6 +4,10 @@ import { chainOf, LastVoice } from "../../static/js/ui/sensed.js";
 import { STATE } from "./view.js";
 
 const VOICE = /** @type {any} */ ({ azimuth_world_rad: 1, sd_heard_rad: 0.1, age_s: 2 });
+const KINDS = /** @type {any} */ ([
+  { name: "come_here", target: "person" },
+  { name: "turn_left", target: "" },
+]);
 const COMING = /** @type {any} */ ({ name: "come_here", state: "running" });
 
 test("the last voice is remembered for a minute, seen from where the robot looks now", () => {
@@ -16,12 +20,13 @@ test("the last voice is remembered for a minute, seen from where the robot looks
 });
 
 test("the chain says what each sense has of the person, and only while something is done for them", () => {
-  assert.equal(chainOf(STATE, null), null);
-  const nobody = chainOf({ ...STATE, command: COMING }, null);
+  assert.equal(chainOf(STATE, null, KINDS), null);
+  assert.equal(chainOf({ ...STATE, command: { ...COMING, name: "turn_left" } }, null, KINDS), null);
+  const nobody = chainOf({ ...STATE, command: COMING }, null, KINDS);
   assert.deepEqual(nobody, { heard: null, seen: null, laser: null, left: null });
   const person = /** @type {any} */ ({ x_m: 3, y_m: 4, laser: [3, 4], camera: {}, value: 0.9, picture_age_s: 0.2 });
-  const chain = chainOf({ ...STATE, command: COMING, person }, { azimuth: 1, sd: 0.1 });
+  const chain = chainOf({ ...STATE, command: COMING, person }, { azimuth: 1, sd: 0.1 }, KINDS);
   assert.deepEqual([chain?.seen?.value, chain?.laser, chain?.left], [0.9, 5, 4.5]);
-  const old = chainOf({ ...STATE, command: COMING, person: { ...person, picture_age_s: 9, laser: null } }, null);
+  const old = chainOf({ ...STATE, command: COMING, person: { ...person, picture_age_s: 9, laser: null } }, null, KINDS);
   assert.deepEqual([old?.seen, old?.laser], [null, null]);
 });

@@ -11,7 +11,6 @@ from core.geometry import Pose, rotation
 from core.message import Array
 from core.slam.ekf.covariance import Covariance
 from core.slam.ekf.measurement_model import expected, place_of, residual
-from core.slam.ekf.robust import with_noise
 from core.slam.motion import Increment
 
 EQUAL = 1e-9  # [m²] that one landmark may lie apart from itself
@@ -140,13 +139,8 @@ class Filter(ABC):
             spread += swung + swung.transpose(0, 2, 1)
         return sightings, slopes @ spread @ slopes.transpose(0, 2, 1)
 
-    def correct(self, indices: Array, sightings: Array, noises: Array) -> None:
-        """Landmarks (M,) were sighted (M, 2) with noise (M, 2, 2): one stacked update (eq. 28-30)."""
-        innovation = self.innovate(indices, sightings)
-        self.take_in(innovation, with_noise(innovation.state, noises))
-
     def innovate(self, indices: Array, sightings: Array) -> Innovation:
-        """Landmarks (M,) were sighted (M, 2): how that differs from what was expected (eq. 29)."""
+        """Landmarks (M,) were sighted (M, 2): how that differs from what was expected (eq. 28-29)."""
         self.settle()
         count = len(indices)
         expectations, slopes = expected(self.pose, self.places[indices])
@@ -160,7 +154,7 @@ class Filter(ABC):
         return Innovation(crossing, state, residual(sightings, expectations))
 
     def take_in(self, innovation: Innovation, total: Array) -> None:
-        """Correct by an innovation, `total` (2M, 2M) its covariance with the sightings' noise."""
+        """Correct by all sightings at once (eq. 30); `total` (2M, 2M): covariance of the innovation and noise."""
         self._move(self.covariance.absorb(innovation.crossing, total, innovation.residuals.ravel()))
         self._base = self.pose
 

@@ -32,7 +32,7 @@ class CommandChain extends Panel {
    */
   show({ state }) {
     const voice = state ? this.#voice.saw(state) : null; // remembered before a command begins
-    const chain = state ? chainOf(state, voice) : null;
+    const chain = state ? chainOf(state, voice, this.session.kinds) : null;
     this.hidden = chain === null;
     if (!chain) return;
     const says = [

@@ -23,7 +23,6 @@ const READY = {
   suggestions: [],
 };
 const OFFERED = 3;
-const TO_PERSON = /^(come here|follow me)$/i;
 
 class CommandStatus extends Panel {
   #icon = icon("command");
@@ -121,7 +120,7 @@ class CommandStatus extends Panel {
     write(this.#remark, line.remark);
     mark(this, "data-state", line.state || null);
     const suggestions = line.suggestions.slice(0, OFFERED);
-    const unheard = line.state === "refused" && TO_PERSON.test(line.words);
+    const unheard = line.state === "refused" && this.#goesToPerson(line.words);
     const caller = unheard ? this.#caller : "";
     const empty = unheard && this.#empty;
     const key = caller ? `${caller}: ${line.words}` : empty ? "nobody" : suggestions.join("|");
@@ -135,6 +134,12 @@ class CommandStatus extends Panel {
         make("span", { class: "note" }, t("command-status.did_you_mean")),
         ...suggestions.map((text) => this.#offer(text)),
       );
+  }
+
+  /** @param {string} said */
+  #goesToPerson(said) {
+    const meant = this.session.kinds.find(({ words }) => words.includes(said.toLowerCase()));
+    return meant?.target === "person";
   }
 
   /** In an empty simulated room: someone to come to. */

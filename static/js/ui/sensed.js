@@ -1,5 +1,6 @@
 // What the robot has of a person by each sense, from the state message.
 
+/** @typedef {import("../drive/suggest.js").Kind} Kind */
 /** @typedef {import("../net/messages.js").State} State */
 /**
  * @typedef {object} Sensed
@@ -9,7 +10,6 @@
  * @property {number | null} left [m] to go
  */
 
-const TO_PERSON = new Set(["come_here", "follow_me"]);
 const STANDOFF = 0.5; // [m] from the person at which COME HERE ends
 export const VOICE_S = 60; // [s] after which where a voice came from says little
 const PICTURE_S = 1.5;
@@ -36,10 +36,12 @@ export class LastVoice {
 /**
  * @param {State} state
  * @param {{azimuth: number, sd: number} | null} heard
+ * @param {readonly Kind[]} kinds the vocabulary
  * @returns {Sensed | null} null while nothing is done for a person
  */
-export function chainOf({ command, person, pose }, heard) {
-  if (command?.state !== "running" || !TO_PERSON.has(command.name)) return null;
+export function chainOf({ command, person, pose }, heard, kinds) {
+  const kind = kinds.find(({ name }) => name === command?.name);
+  if (command?.state !== "running" || kind?.target !== "person") return null;
   const seen = person !== null && person.camera !== null && (person.picture_age_s ?? Infinity) < PICTURE_S;
   /** @param {number} x @param {number} y */
   const away = (x, y) => Math.hypot(x - pose.x_m, y - pose.y_m);

@@ -10,6 +10,7 @@ from core.geometry import Pose, rotation
 from core.slam.ekf.filter import Filter
 from core.slam.ekf.invariant import InvariantFilter, shift_matrix
 from core.slam.ekf.paper import PaperFilter
+from core.slam.ekf.robust import with_noise
 from core.slam.motion import Increment
 
 FORMS: list[type[Filter]] = [InvariantFilter, PaperFilter]
@@ -25,6 +26,12 @@ def some_filter(form: type[Filter], landmarks: int = 4, seed: int = 0, size: flo
     count = 3 + 2 * landmarks
     state.covariance.lift(size * rng.normal(size=(count + 2, count)))
     return state
+
+
+def correct(state: Filter, indices: np.ndarray, sightings: np.ndarray, noises: np.ndarray) -> None:
+    """Landmarks (M,) were sighted (M, 2) with noise (M, 2, 2): the plain update, which doubts no sighting."""
+    innovation = state.innovate(indices, sightings)
+    state.take_in(innovation, with_noise(innovation.state, noises))
 
 
 def apart_by(state: Filter, error: np.ndarray) -> Filter:

@@ -12,7 +12,17 @@ from core.slam.ekf.filter import Filter
 from core.slam.ekf.invariant import InvariantFilter, shift_matrix
 from core.slam.ekf.measurement_model import expected, residual
 from core.slam.motion import Increment
-from tests.core.slam.filter_states import FORMS, NOISE, apart_by, error_between, moved, predicted, slope, some_filter
+from tests.core.slam.filter_states import (
+    FORMS,
+    NOISE,
+    apart_by,
+    correct,
+    error_between,
+    moved,
+    predicted,
+    slope,
+    some_filter,
+)
 
 MOVE = Pose(0.3, -0.1, 0.4)
 SPREAD = np.array([[4e-3, 1e-3, -5e-4], [1e-3, 3e-3, 4e-4], [-5e-4, 4e-4, 2e-3]])
@@ -90,7 +100,7 @@ def test_a_stacked_update_is_the_textbook_s_with_jacobians_by_differences(form: 
     readings = expected(state.pose, state.places[indices])[0] + 0.02
     gain = before @ jacobian.T @ np.linalg.inv(jacobian @ before @ jacobian.T + noise)
     corrected = apart_by(state, gain @ np.full(6, 0.02))
-    state.correct(indices, readings, noises)
+    correct(state, indices, readings, noises)
     assert np.allclose(state.covariance.dense(), (np.eye(11) - gain @ jacobian) @ before, atol=1e-6)
     assert np.allclose(state.pose.vector, corrected.pose.vector, atol=1e-6)
     assert np.allclose(state.places, corrected.places, atol=1e-6)
