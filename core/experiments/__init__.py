@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from importlib import import_module
 from typing import Any
 
@@ -25,10 +24,8 @@ class Experiment:
 
     @property
     def about(self) -> About:
-        """The experiment's declaration of itself; without one, the first sentence of its module as the title."""
-        module = import_module(self._module)
-        first = (inspect.getdoc(module) or self._module).splitlines()[0]
-        return getattr(module, "ABOUT", About(title=first, reproduces="", runs=1, base_s=0.0, run_s=0.0))
+        """The experiment's declaration of itself."""
+        return import_module(self._module).ABOUT
 
 
 def _in(module: str) -> Experiment:
