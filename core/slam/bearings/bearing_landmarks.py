@@ -33,6 +33,8 @@ from core.slam.bearings.settings import BearingSettings
 from core.slam.consistency import squared_error
 from core.slam.ekf.filter import AttachedPoint, Filter, Innovation
 
+Crossing = tuple[Array, Array, Array]  # place (2,), its covariances (2, size) and own (2, 2)
+
 ALIKE = 2.5  # times that the steps in brightness of one edge may differ
 CLEAR = 0.5  # of the second nearest direction's distance, at most, for the nearest to be the same
 VAGUE = math.radians(2.0)  # sd of a bearing from which it does not say which landmark is seen again
@@ -126,16 +128,16 @@ class BearingLandmarks:
     def _follow(self, seen: BearingSet) -> list[tuple[Track, int]]:
         """Bearings → the tracks that they continue, and new tracks; those that are seen now, with their bearing."""
         limits, eye = self._settings, self._state.pose @ seen.eye
-        self._tracks = [track for track in self._tracks if 0 <= seen.stamp - track.seen <= limits.lapse]
+        self._tracks = [track for track in self._tracks if abs(seen.stamp - track.seen) <= limits.lapse]
         way = 0.0 if self._looked is None else eye.distance_to(self._looked.x, self._looked.y)
         self._looked = eye
         pairs, taken = self._pairs(seen, eye, limits.follow + limits.follow_per_way * way)
         for track, row in pairs:
             track.angle = eye.heading + float(seen.bearings[row])
-            track.seen = seen.stamp
+            track.seen = max(track.seen, seen.stamp)  # an utterance is judged once more when it is over
             track.look = float(seen.looks[row])
             if track.landmark is not None:
-                track.landmark.seen = seen.stamp
+                track.landmark.seen = track.seen
         pairs += self._found_again(seen, [row for row in range(len(seen.bearings)) if row not in taken])
         taken |= {row for _, row in pairs}
         for row in range(len(seen.bearings)):
@@ -239,13 +241,15 @@ class BearingLandmarks:
 
     def _make(self, track: Track, seen: BearingSet, points: Array | None) -> None:
         """A track becomes a landmark, if its views cross at a clear angle and agree."""
-        limits, views = self._settings, track.views
-        first, last = views[0], views[-1]
-        place = crossed(self._state, ((first.past, first.bearing), (last.past, last.bearing)), first.sd)
-        if place is None or not self._is_clear(first, last, *place):
+        limits, last = self._settings, track.views[-1]
+        best = self._clearest(track.views)
+        if best is None:
             return
+        first, place = best
         point = self._state.attach(*place)
-        for view in views[1:-1]:
+        for view in track.views:
+            if view is first or view is last:
+                continue
             if not self._take_in(seen_then(self._state, view.past, point, view.bearing), view.sd**2):
                 self._state.detach(point)
                 track.views = [last]
@@ -255,20 +259,36 @@ class BearingLandmarks:
         track.views = []
         track.landmark = self._known(point, track) or self._new(point, track)
 
-    def _is_clear(self, first: View, last: View, place: Array, rows: Array, own: Array) -> bool:
-        """Return whether a place is seen from different sides, and neither too near nor too far nor vague."""
+    def _clearest(self, views: Sequence[View]) -> tuple[View, Crossing] | None:
+        """The view that crosses the newest one so that the place is surest, and that place; None: too vague.
+
+        The oldest view has the widest angle, but the odometry since then may say least of where it was.
+        """
+        last, surest, clearest = views[-1], self._settings.vague, None
+        for view in views[:-1]:
+            bearings = ((view.past, view.bearing), (last.past, last.bearing))
+            place = crossed(self._state, bearings, max(view.sd, last.sd))
+            vague = math.inf if place is None else self._vagueness(view, last, *place)
+            if place is not None and vague < surest:
+                surest, clearest = vague, (view, place)
+        return clearest
+
+    def _vagueness(self, first: View, last: View, place: Array, rows: Array, own: Array) -> float:
+        """The sd of a place's distance as a share of it; inf when it is not seen from different sides, or is too near
+        or too far.
+        """
         limits = self._settings
         eyes = self._state.points[[self._state.index_of(view.past.eye) for view in (first, last)]]
         to = place - eyes
         reach = np.hypot(to[:, 0], to[:, 1])
         parallax = abs(wrap(math.atan2(to[0, 1], to[0, 0]) - math.atan2(to[1, 1], to[1, 0])))
         if parallax < limits.parallax or reach.min() < limits.nearest or reach.max() > limits.farthest:
-            return False
+            return math.inf
         along = to[1] / reach[1]
         column = 3 + 2 * self._state.index_of(last.past.eye) + np.arange(2)
         cross = rows[:, column]
         relative = own + self._state.covariance.rows(column)[:, column] - cross - cross.T
-        return math.sqrt(max(float(along @ relative @ along), 0.0)) < limits.vague * reach[1]
+        return math.sqrt(max(float(along @ relative @ along), 0.0)) / float(reach[1])
 
     def _lay_on_wall(self, point: AttachedPoint, view: View, eye: Pose, points: Array) -> None:
         """A landmark that stands where the laser sees a wall is on the wall."""

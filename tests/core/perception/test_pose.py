@@ -85,6 +85,24 @@ def test_a_body_of_another_size_than_the_distance_foretells_is_nobody() -> None:
     assert sticks().look(asked(picture, 0.0, 2.2)) == ()
 
 
+class OneWay(StickNetworks):
+    """Is sure of a body with red on its left only: of what looks like one as it stands, not in a mirror."""
+
+    def landmarks(self, crop):
+        rows, sure = super().landmarks(crop)
+        shaded = crop[:, : crop.shape[1] // 2, 2].sum() > crop[:, crop.shape[1] // 2 :, 2].sum()
+        return rows, sure if shaded else min(sure, 0.3)
+
+
+def test_where_nothing_foretells_anybody_a_body_must_be_one_in_the_mirror_too() -> None:
+    picture = white_body(640, 480, 320.0, 60.0, 330.0)
+    assert len(sticks().look(asked(picture, 0.0))) == 1
+    picture[:, 320:, 2] = 0  # its right half is without red
+    assert len(sticks().look(asked(picture, 0.0))) == 1
+    assert PoseDetector(OneWay()).look(asked(picture, 0.0)) == ()
+    assert len(PoseDetector(OneWay()).look(asked(picture, 0.0, 550 * 1.7 / 330))) == 1
+
+
 def test_what_lies_or_has_no_legs_is_nobody() -> None:
     flat = np.zeros((480, 640, 3), np.uint8)
     flat[200:260, 100:540] = 255

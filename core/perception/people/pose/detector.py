@@ -18,7 +18,7 @@ from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.clothes import looks_of
 from core.perception.people.pose.landmarks import BodyLandmarks, body_of, landmarks_of
 from core.perception.people.pose.networks import PoseNetworks, open_networks
-from core.perception.people.pose.search import Candidate, candidates
+from core.perception.people.pose.search import UNLIKELY, Candidate, candidates
 from core.perception.people.pose.squares import FIRST_SIDE, ImagePyramid, Square, around_hips, picture_from_crop
 from core.perception.people.pose.view import Viewpoint
 
@@ -58,6 +58,8 @@ class PoseDetector:
             least = max(self._settings.threshold, candidate.least, BOTH / first.confidence)
             if weighed.value < least or not self._rules.fits(weighed.body, candidate.distance, question, view):
                 continue
+            if candidate.least >= UNLIKELY and self._mirrored(picture, landmarks) < BOTH:
+                continue
             found.append((weighed, landmarks, candidate))
             if len(found) >= MOST_PEOPLE or (question.bearing is not None and weighed.value >= SURE):
                 break
@@ -84,6 +86,11 @@ class PoseDetector:
         weighed, landmarks, candidate = found
         looks = looks_of(landmarks, weighed, picture.pixels)
         return replace(rectangle_of(weighed, candidate.distance, question, view, looks), landmarks=landmarks.seen)
+
+    def _mirrored(self, picture: ImagePyramid, landmarks: BodyLandmarks) -> float:
+        """Confidence in a body when its square is seen in a mirror: what only looks like one is surer one way."""
+        square = picture.cut(around_hips(landmarks))
+        return self._networks.landmarks(np.ascontiguousarray(square[:, ::-1]))[1]
 
     def _landmarks(self, picture: ImagePyramid, square: Square) -> BodyLandmarks:
         rows, confidence = self._networks.landmarks(picture.cut(square))

@@ -88,3 +88,26 @@ def test_what_is_interrupted_leaves_no_pose_behind() -> None:
 def test_switched_off_it_touches_nothing() -> None:
     _, _, voices = walk(0, used=False)
     assert voices.used == 0 and not voices.landmarks
+
+
+def test_a_landmark_is_made_by_the_views_between_which_the_odometry_is_sure() -> None:
+    """First a long and unsure way, whose ends differ most in direction; then two short and sure ones."""
+    state = InvariantFilter()
+    voices = BearingLandmarks(state, VoiceLandmarkSettings(used=True))
+    place, x = (4.0, 1.0), 0.0
+    for number, (way, sd) in enumerate(((0.0, 0.0), (3.0, 0.6), (0.5, 0.02), (0.5, 0.02), (0.5, 0.02))):
+        state.predict(Increment(Pose(way, 0.0, 0.0), np.diag([sd**2, 1e-4, 1e-6])))
+        x += way
+        voices.see(heard(10 * number, math.atan2(place[1], place[0] - x)))
+    assert len(voices.landmarks) == 1
+    assert np.allclose(voices.places()[0], place, atol=0.1)
+
+
+def test_words_that_are_judged_once_more_go_on_with_their_direction() -> None:
+    state = InvariantFilter()
+    voices = BearingLandmarks(state, VoiceLandmarkSettings(used=True))
+    voices.see(heard(10, 0.4))
+    tracks = list(voices._tracks)
+    for step in (20, 14, 21):
+        voices.see(heard(step, 0.4))
+    assert voices._tracks == tracks
