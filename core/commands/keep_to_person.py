@@ -11,6 +11,7 @@ from core.perception.people.tracking import PersonTrack
 
 WAITING = 0.5  # [s] without a picture, after which the robot stands …
 BLIND = 1.0  # [s] … and after which nobody is followed any more
+PICTURED = 1.5  # [s] for which a picture that showed more than legs counts
 ONLY_LEGS = "I see only legs; the laser keeps you."
 
 
@@ -50,7 +51,8 @@ def following_words(keeping: KeepToPerson, person: TrackedPerson, seen: str, hid
     """Return the remark about a person who is kept to: how they are known now."""
     if person.state != "seen":
         return hidden
-    return f"{seen} {ONLY_LEGS}" if keeping.track.only_legs and "laser" in person.used else seen
+    pictured = person.stamp - person.rectangle_stamp < PICTURED
+    return f"{seen} {ONLY_LEGS}" if keeping.track.only_legs and "laser" in person.used and not pictured else seen
 
 
 def aim_at(person: TrackedPerson, keep: float) -> GoalAim:
