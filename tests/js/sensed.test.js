@@ -17,6 +17,8 @@ test("the last voice is remembered for a minute, seen from where the robot looks
   const turned = { ...STATE, stamp_s: 20, pose: { ...STATE.pose, heading_rad: 0.75 } };
   assert.deepEqual(last.saw(turned), { azimuth: 0.25, sd: 0.1, age: 12 });
   assert.equal(last.saw({ ...STATE, stamp_s: 69 }), null);
+  assert.equal(last.age(69), 61);
+  assert.equal(new LastVoice().age(69), null);
 });
 
 test("the chain says what each sense has of the person, and only while something is done for them", () => {

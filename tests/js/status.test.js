@@ -116,6 +116,16 @@ test("a stop in words is a stop", () => {
   assert.equal(shown(log, IDLE, 1120), "Stopped");
 });
 
+test("words that only stopped the robot are told with the reason", () => {
+  const log = fresh();
+  log.answered(said("stop at 50 and 3", true, 1000, { id: 9, detail: "stop moving" }), 1040);
+  const why = "x goes from -20 to 20 metres.";
+  const heard = { name: "stop_moving", words: "stop at 50 and 3", heard_as: "stop moving", remark: why };
+  log.ended([row(9, "done", heard)], 1100, 1110);
+  const told = shown(log, IDLE, 1120);
+  assert.ok(told.startsWith("Stopped | ") && told.includes("stop at 50 and 3") && told.includes(why), told);
+});
+
 test("after the reset of a halt its refusals are gone", () => {
   const log = fresh();
   assert.equal(shown(log, HALTED, 1000), "Halted | Nothing moves until the halt is reset.");

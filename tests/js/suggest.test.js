@@ -48,6 +48,13 @@ test("words stop at the number that is missing, and go on behind the one that is
   assert.deepEqual(texts("go to −1 and 2"), ["go to -1 and 2"]);
 });
 
+test("a number beyond its bounds is told while it is typed", () => {
+  const summary = (/** @type {string} */ text) => suggest(text, KINDS).find((one) => one.complete)?.summary;
+  assert.equal(summary("stop at 2 and 3"), "Goes there.");
+  for (const text of ["stop at 50 and 3", "stop at 2 and −21", "continue 20,5 meters"])
+    assert.match(summary(text) ?? "", /-20.*20/, text);
+});
+
 test("what is no beginning of anything offers nothing", () => {
   for (const text of ["fly", "turn up", "continue much", "turn left now", "stop at and"])
     assert.deepEqual(texts(text), []);

@@ -1,5 +1,7 @@
 // Completion of typed commands from the vocabulary. The server alone interprets the grammar.
 
+import { t } from "../ui/texts.js";
+
 /** @typedef {{name: string, says: string, unit: string, low: number, high: number, default: number | null}} NumberRow */
 /** @typedef {{name: string, words: string[], numbers: NumberRow[], example: string, summary: string, icon?: string, target?: string}} Kind */
 /**
@@ -58,6 +60,28 @@ function complete(said, pattern) {
 }
 
 /**
+ * @param {string[]} said
+ * @param {string} pattern
+ * @param {Kind} kind
+ * @returns {string} what a number that is too small or too large may be; "" when all are within their bounds
+ */
+function outOfBounds(said, pattern, kind) {
+  for (const [index, word] of pattern.split(" ").entries()) {
+    const hole = HOLE.exec(word);
+    const number = kind.numbers.find(({ name }) => name === hole?.[1]);
+    const value = Number(said[index]?.replace("−", "-").replace(",", "."));
+    if (number && said[index] !== undefined && (value < number.low || value > number.high))
+      return t("suggest.says_goes_from_low_to_high", {
+        says: number.says,
+        low: number.low,
+        high: number.high,
+        unit: number.unit,
+      });
+  }
+  return "";
+}
+
+/**
  * At most `most` ways to go on, the first pattern of each command before its variants.
  * @param {string} text
  * @param {readonly Kind[]} kinds
@@ -74,7 +98,8 @@ export function suggest(text, kinds, most = 5) {
       const match = complete(said, pattern);
       if (!match || found.some((other) => other.text === match.text)) continue;
       const shows = readable(pattern, kind);
-      found.push({ ...match, caret: match.text.length, shows, summary: kind.summary, rank: variant * 100 + row });
+      const summary = outOfBounds(said, pattern, kind) || kind.summary;
+      found.push({ ...match, caret: match.text.length, shows, summary, rank: variant * 100 + row });
     }
   }
   found.sort((a, b) => a.rank - b.rank);

@@ -165,6 +165,14 @@ export const history = async () => (await call(`api/commands/history?limit=${HIS
  */
 export const wordsOf = (row) => row.heard_as || row.words || "Speech";
 
+/**
+ * Words of a row as they came, where they were not a command as they stood: "stop at 50 and 3" only stops.
+ * @param {HistoryRow} row
+ * @returns {string} "" when they were one
+ */
+export const saidAs = ({ heard_as, words, remark }) =>
+  remark && heard_as && words && words.toLowerCase() !== heard_as.toLowerCase() ? words : "";
+
 /** Which engine reads words, and the model with which people are understood better. */
 export const recognizer = () => call("api/recognizer");
 

@@ -2,7 +2,7 @@
 
 import { exampleNumbers, filled, holes } from "../drive/suggest.js";
 import { icon, make, mark, write } from "../ui/element.js";
-import { inWords } from "../ui/format.js";
+import { age, inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { LastVoice } from "../ui/sensed.js";
 import { t } from "../ui/texts.js";
@@ -96,9 +96,12 @@ class CommandChips extends Panel {
     const chip = this.#chips.querySelector('[data-command="come_here"]');
     if (!chip || !state?.ears) return;
     const voice = this.#voice.saw(state);
+    const since = this.#voice.age(state.stamp_s);
     const says = voice
       ? t("command-chips.voice_age_s_ago_inwords", { age: Math.round(voice.age), inwords: inWords(voice.azimuth) })
-      : t("command-chips.heard_nobody_yet");
+      : since === null
+        ? t("command-chips.heard_nobody_yet")
+        : t("command-chips.last_voice_age_ago", { age: age(since) });
     const note =
       chip.querySelector(".chip-note") ?? chip.lastElementChild?.appendChild(make("span", { class: "chip-note" }));
     if (!note || note.textContent === says) return;

@@ -19,6 +19,11 @@ export class LastVoice {
   /** @type {{world: number, sd: number, at: number} | null} [rad], [rad], [s] of the robot's clock */
   #heard = null;
 
+  /** @param {number} now [s] of the robot's clock @returns {number | null} [s] since then; null: nobody was heard */
+  age(now) {
+    return this.#heard && now >= this.#heard.at ? now - this.#heard.at : null;
+  }
+
   /**
    * @param {State} state
    * @returns {{azimuth: number, sd: number, age: number} | null} [rad] robot frame as it stands now, [rad], [s]

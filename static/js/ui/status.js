@@ -1,6 +1,6 @@
 // Logic of the status line: the newest event that no later one has superseded. Time is injected.
 
-import { wordsOf } from "../net/api.js";
+import { saidAs, wordsOf } from "../net/api.js";
 import { fixed, speed, turnRate } from "./format.js";
 import { t } from "./texts.js";
 
@@ -178,7 +178,9 @@ export class StatusLog {
     const began = this.#began.get(row.id) ?? answered?.at ?? at;
     if (row.name === STOPS && row.state === "done") {
       this.#stoppedAt = Math.max(this.#stoppedAt, began);
-      this.#happen(began, STOPPED, now);
+      const said = saidAs(row);
+      const why = said && t("status.said_was_not_carried_out_remark", { said, remark: row.remark });
+      this.#happen(began, why ? { ...STOPPED, remark: why } : STOPPED, now);
     } else if (began < this.#stoppedAt) {
       this.#reportCancelled(row);
     } else {
