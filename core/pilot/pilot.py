@@ -232,7 +232,8 @@ class Pilot:
         """Forget the present map and take this one."""
         self._executor.end("failed", "Another map was loaded.")
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
-        self._mapper = Mapper(parts_of(self._settings), self._profile.laser, self._profile.drives, saved)
+        believed = self._mapper.pose_in(saved)
+        self._mapper = Mapper(parts_of(self._settings), self._profile.laser, self._profile.drives, saved, believed)
 
     @property
     def _is_idle(self) -> bool:

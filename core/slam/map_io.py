@@ -60,6 +60,15 @@ def keep(graph: MapGraph, resolution: float) -> SavedMap:
     return SavedMap(arrays=arrays, facts=facts)
 
 
+def is_of_drive(saved: SavedMap, graph: MapGraph) -> bool:
+    """Return whether a saved map begins with the very view that this one begins with: one drive, the same axes."""
+    if not graph.views:
+        return False
+    first, beams = graph.views[0], int(saved.arrays["view_beams"][0])
+    same = float(saved.arrays["view_stamps"][0]) == first.stamp
+    return same and np.array_equal(saved.arrays["beam_ends"][:beams], first.ends, equal_nan=True)
+
+
 def restore(saved: SavedMap, graph: MapGraph, parts: MapperSettings, laser: Laser | None) -> None:
     """Fill an empty map graph with a saved map. Raises BadInput where it does not suit the present settings."""
     arrays, facts = saved.arrays, saved.facts

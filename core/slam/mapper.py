@@ -19,7 +19,7 @@ from core.slam.map.map_file import SavedMap
 from core.slam.map.map_graph import MapGraph
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import LostStatus, MapStatus
-from core.slam.map_io import keep, restore
+from core.slam.map_io import is_of_drive, keep, restore
 from core.slam.map_view import MapView
 from core.slam.motion import Motion
 from core.slam.relocalization.monitor import LocalizationMonitor
@@ -49,10 +49,12 @@ class Mapper:
         laser: Laser | None = None,
         watched: bool = True,
         saved: SavedMap | None = None,
+        believed: Pose | None = None,
     ) -> None:
         """`watched`: the robot can be lost, then it is looked for; a recording is taken as it comes.
 
-        `saved`: the map to go on in; the robot looks for its place there first. Raises BadInput if it does not suit.
+        `saved`: the map to go on in; the robot looks for its place there first, and at `believed` before anywhere.
+        Raises BadInput if it does not suit.
         """
         self.parts = parts or MapperSettings()
         self.graph = MapGraph()
@@ -68,7 +70,7 @@ class Mapper:
         self._revision = 0  # of the map that the rest has taken in
         self._stamp: float | None = None
         self._owed = 0.0  # pieces of work
-        self._enters = saved is not None
+        self._enters, self._believed = saved is not None, believed
         self._global_grid.finish(self.submaps.active.id)
         self.strayed = False  # whether the place that was found last is another one than was believed
         self.may_turn = False  # whether the robot may turn on the spot by itself while its place is looked for
@@ -182,6 +184,11 @@ class Mapper:
         """Return the whole map as it is now; None while there is none."""
         return keep(self.graph, self.parts.occupancy.resolution) if self.graph.views else None
 
+    def pose_in(self, saved: SavedMap) -> Pose | None:
+        """Return where the robot should be on a map that was saved on this drive; None: it was saved on another."""
+        known = not self._monitor.lost and is_of_drive(saved, self.graph)
+        return self.estimate.pose if known else None
+
     def finish(self) -> None:
         """Do all the work that is left at the end of a log."""
         self._loop_closer.finish()
@@ -192,7 +199,7 @@ class Mapper:
         """With the first frame in a loaded map the search for the robot's place begins."""
         if self._enters:
             self._enters = False
-            self._monitor.begin(stamp, "this map was just loaded", self.grid)
+            self._monitor.begin(stamp, "this map was just loaded", self.grid, self._believed)
 
     def _predict(self, motion: Motion) -> None:
         self.submaps.active.slam.advance(motion.increment)

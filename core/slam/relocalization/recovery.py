@@ -70,7 +70,7 @@ CLICKED = "I know where I am again: what I see fits the place that was clicked."
 TRUSTED = "There is too little on the map to check the clicked place; I use it unchecked."
 UNFIT = "What I see does not fit the map there: {doubt}. Click closer, or drive me by hand."
 STAYED = "What I see does not fit the map there: {doubt}. I stay where I was, for that fits."
-NEVER_LEFT = "I know where I am again: all fits as before; something had hidden it."
+NEVER_LEFT = "I know where I am again: all fits as before."
 NO_VIEW = "No scan has come since; wait for the laser, then click again."
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from core.errors import Refused
+from core.gate import ZERO, Twist
 from core.pilot import Pilot
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
@@ -40,6 +41,22 @@ def test_one_room_is_one_submap_at_the_origin_and_nothing_is_closed() -> None:
     assert pilot.where(pilot.anchored_pose).vector == pytest.approx(
         pilot.step(robot.read()).estimate.pose.vector, abs=1e-9
     )
+
+
+def test_in_a_map_of_the_drive_that_is_under_way_the_robot_is_where_it_was(tmp_path: Path) -> None:
+    robot = lab()
+    pilot = Pilot(robot.profile)
+    for number in range(200):
+        robot.drive(Twist(0.1, 0.3) if 80 < number < 160 else ZERO)
+        before = pilot.step(robot.read())
+    pilot.keep_map().to_files(tmp_path)
+    pilot.enter_map(SavedMap.from_files(tmp_path))
+    for number in range(120):
+        found = pilot.step(robot.read())
+        if number > 2 and found.floor.lost is None:
+            break
+    assert found.floor.lost is None and number < 60
+    assert found.estimate.pose.distance_to(before.estimate.pose.x, before.estimate.pose.y) < 0.03
 
 
 def test_a_map_is_kept_and_entered_and_the_robot_finds_its_place_in_it(tmp_path: Path) -> None:
