@@ -170,6 +170,8 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
         self._crowd = config.crowd
         self._accepted = False
         self._pings = RateCounter()
+        self._partings: list[TimerHandle] = []
+        self._gone = False
 
     def connection_made(self, transport: BaseTransport) -> None:
         """Bound what the kernel keeps for a peer that reads slowly."""
@@ -233,7 +235,10 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
             self.handshake_complete = True
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """It is over."""
+        """It is over; a transport that is closed cannot be aborted any more."""
+        self._gone = True
+        for parting in self._partings:
+            parting.cancel()
         self.forget()
         self._crowd.leave(self, address_of(self.client))
         super().connection_lost(exc)
@@ -241,12 +246,12 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
     def on_task_complete(self, task: Task[None]) -> None:
         """The conversation is over; the last bytes get a moment."""
         super().on_task_complete(task)
-        self.loop.call_later(PARTING, self.transport.abort)
+        self._part_within(PARTING)
 
     def keepalive_timeout(self) -> None:
         """No pong came: the peer is gone, and so is whatever still waited for it."""
         super().keepalive_timeout()
-        self.loop.call_later(PARTING, self.transport.abort)
+        self._part_within(PARTING)
 
     def shutdown(self) -> None:
         """The console ends; uvicorn's own way raises where the peer has just said good-bye."""
@@ -255,7 +260,11 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
             self.transport.close()
         else:
             super().shutdown()
-        self.loop.call_later(PARTING / 4, self.transport.abort)
+        self._part_within(PARTING / 4)
+
+    def _part_within(self, seconds: float) -> None:
+        if not self._gone:
+            self._partings.append(self.loop.call_later(seconds, self.transport.abort))
 
 
 def address_of(client: tuple[str, int] | None) -> str:

@@ -310,3 +310,14 @@ def test_the_console_ends_in_the_moment_in_which_a_browser_says_good_bye(live: L
 
     with live.open():
         live.on_loop(part)
+
+
+def test_a_connection_that_is_gone_is_not_aborted_any_more(live: Live) -> None:
+    """asyncio forgets the loop of a transport that closed after its buffer was sent: aborting it raises."""
+    known = set(live.server.server_state.connections)
+    with live.open() as line:
+        hear(line, "state")
+        (ours,) = [one for one in live.server.server_state.connections - known if isinstance(one, TimeoutSocket)]
+    live.until(lambda: ours not in live.server.server_state.connections, 3)
+    live.on_loop(lambda: ours._part_within(1.0))
+    assert all(parting.cancelled() for parting in ours._partings)
