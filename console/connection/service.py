@@ -101,7 +101,8 @@ class ConnectionService:
             if name == OWN:
                 raise BadInput("A driver of your own is named where the console is started: beckon run --robot py:…")
             if name in SCHEMES and SCHEMES[name].section:
-                raise BadInput(REAL_ONLY.format(kind=SCHEMES[name].what))
+                start = f"Start Beckon with it: beckon run --robot {shlex.quote(url)}"
+                raise BadInput(f"{REAL_ONLY.format(kind=SCHEMES[name].what)} {start}")
         return RobotFile(url=url)
 
     def _check_free(self, url: str) -> None:

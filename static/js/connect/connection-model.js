@@ -55,7 +55,8 @@ export class ConnectionModel {
   /** True while topics were chosen on which nothing was heard yet. */
   changed = false;
   busy = "";
-  trouble = "";
+  #unread = ""; // why what the console is connected to could not be read
+  #failed = ""; // why what was asked for last did not work; it stays until something else is asked for
   /** @type {Written | null} */
   written = null;
   /** @type {Set<() => void>} */
@@ -80,6 +81,11 @@ export class ConnectionModel {
     if (this.#shown && idle && document.visibilityState === "visible") void this.read();
   }
 
+  /** A sentence on what went wrong; "" when nothing did. */
+  get trouble() {
+    return this.#failed || this.#unread;
+  }
+
   /** True unless this user is a viewer. */
   get may() {
     return this.session.hello !== null && this.session.hello.you.role !== "viewer";
@@ -101,9 +107,9 @@ export class ConnectionModel {
       const { connection, why_not, files } = await call(`${ROOT}/connection`);
       if (this.probed || this.changed) return;
       [this.found, this.whyNot, this.files] = [connection, why_not, files];
-      if (!this.busy) this.trouble = "";
+      this.#unread = "";
     } catch (trouble) {
-      this.trouble = sentenceOf(trouble);
+      this.#unread = sentenceOf(trouble);
     }
     this.#tell();
   }
@@ -113,6 +119,7 @@ export class ConnectionModel {
     this.probed = this.changed = false;
     this.choices.clear();
     this.written = null;
+    this.#failed = "";
     await this.read();
   }
 
@@ -168,12 +175,12 @@ export class ConnectionModel {
   /** @param {string} doing @param {() => Promise<void>} act */
   async #during(doing, act) {
     this.busy = doing;
-    this.trouble = "";
+    this.#failed = "";
     this.#tell();
     try {
       await act();
     } catch (trouble) {
-      this.trouble = sentenceOf(trouble);
+      this.#failed = sentenceOf(trouble);
     }
     this.busy = "";
     this.#tell();
