@@ -34,10 +34,14 @@ Capture = Callable[[EnrollmentSession, str], Awaitable[None]]
 
 ID = "show me"
 AWAY = (3.7, 4.1, 3.5, 4.5)  # [m] from the camera, the best first
+BESIDE = 0.15  # [rad] beside the picture, where a part of someone would be in it
 ASIDE = (0.0, 0.1, -0.1, 0.2, -0.2)  # [rad]
 LOOKS = ("green/black", "red/blue", "white/brown", "yellow/grey", "blue/white", "black/green")
 ARMS = {"down": "", "out": "wide", "wave": "wave", "side": ""}
-NO_ROOM = "There is no room to stand whole before the camera. Turn the robot so that some three metres are free."
+NO_ROOM = "There is no room to stand whole before the camera. Turn the robot so that some four metres are free."
+NOT_EMPTY = (
+    "{who} stands before the camera, and the first picture is of the empty room. Turn the robot away from there."
+)
 
 
 class DemoPerson:
@@ -57,10 +61,14 @@ class DemoPerson:
         if self._inhabitant:
             self._stood = await self._in_room()
         await self.leave()
-        await capture(enrollment, "background")
         robot = await self._ask(ReadTruth())
         here = Pose(robot.x_m, robot.y_m, robot.heading_rad)
+        await self._check_empty(here)
         places = [here @ Pose(far * math.cos(angle), far * math.sin(angle), 0.0) for far, angle in self._towards()]
+        places = [place for place in places if await self._is_free(place)]
+        if not places:
+            raise Refused(NO_ROOM)
+        await capture(enrollment, "background")
         standing: Pose | None = None
         for place in places:
             if await self._try(enrollment, capture, place):
@@ -95,6 +103,27 @@ class DemoPerson:
             raise Refused(f"There is no {self._id} in the simulated room.")
         self._look = found.clothes or self._look
         return found
+
+    async def _check_empty(self, here: Pose) -> None:
+        """Raises Refused when someone else stands where the camera looks."""
+        if self._camera is None:
+            return
+        _, axis = self._towards()[0]
+        half = math.atan(self._camera.model.width / 2 / self._camera.model.fx) + BESIDE
+        for thing in (await self._ask(ReadPlan())).things:
+            if isinstance(thing, PlacedThing) and thing.what == "person" and thing.id != self._id:
+                bearing = math.remainder(here.bearing_to(thing.x_m, thing.y_m) - axis, math.tau)
+                if abs(bearing) < half and here.distance_to(thing.x_m, thing.y_m) < max(AWAY):
+                    raise Refused(NOT_EMPTY.format(who=thing.id))
+
+    async def _is_free(self, place: Pose) -> bool:
+        """Return whether someone can stand there, by standing there for a moment."""
+        try:
+            await self._stand(place, None)
+        except BadInput:
+            return False
+        await self._ask(RemoveThing(id=self._id))
+        return True
 
     async def _return(self, there: PlacedThing) -> None:
         """Let the inhabitant go back to where they stood."""

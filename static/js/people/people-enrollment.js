@@ -72,6 +72,8 @@ class PeopleEnrollment extends Panel {
     t("people-enrollment.choose_pictures"),
   );
   #show = action("demo", t("people-enrollment.show_me"));
+  #turnLeft = action("turn_left", t("people-enrollment.turn_left"));
+  #turnRight = action("turn_right", t("people-enrollment.turn_right"));
   #retakeRoom = action("undo", t("people-enrollment.retake_the_empty_room"));
   #cancel = action("close", t("people-enrollment.cancel"));
   #strip = make("ul", { class: "people-strip", "aria-label": t("people-enrollment.pictures_taken") });
@@ -106,6 +108,8 @@ class PeopleEnrollment extends Panel {
       this.#files,
       this.#choose,
       this.#show,
+      this.#turnLeft,
+      this.#turnRight,
       this.#retakeRoom,
       this.#cancel,
     ),
@@ -132,6 +136,8 @@ class PeopleEnrollment extends Panel {
     this.#take.addEventListener("click", () => this.#press());
     this.#files.addEventListener("change", () => void this.#upload(this.#files.files ?? []));
     this.#show.addEventListener("click", () => void this.#enrollments?.showMe(!this.#enrollments.enrollment?.demo));
+    this.#turnLeft.addEventListener("click", () => void this.session.say("turn left", "chip"));
+    this.#turnRight.addEventListener("click", () => void this.session.say("turn right", "chip"));
     this.#retakeRoom.addEventListener("click", () => this.#countDown("background"));
     this.#cancel.addEventListener("click", () => {
       this.#stop();
@@ -251,6 +257,7 @@ class PeopleEnrollment extends Panel {
     this.#choose.hidden = !upload;
     this.#show.hidden = !simulated || this.#source !== "robot";
     this.#show.disabled = this.#enrollments?.busy === true;
+    this.#turnLeft.hidden = this.#turnRight.hidden = this.#show.hidden || enrollment.demo || !enrollment.trouble;
     say(this.#show, enrollment.demo ? t("people-enrollment.enough_shown") : t("people-enrollment.show_me"), "demo");
     this.#retakeRoom.hidden = !enrollment.background || upload;
     this.#retakeRoom.disabled = !this.#idle;
