@@ -36,6 +36,7 @@ class Running:
         with self._said.open("w") as said:
             self._process = subprocess.Popen(self._command, cwd=REPOSITORY, stdout=said, stderr=subprocess.STDOUT)
         self.driving, self.watching = self._links()
+        self.linked_at = time.monotonic()
         self.url = self.driving.partition("#")[0]
         self._until_live()
         return self
