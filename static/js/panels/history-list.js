@@ -1,7 +1,7 @@
 // Element <history-list>: the commands that were given, newest first, each with its result.
 
 import { onlyWatched } from "../drive/permission.js";
-import { qualityRuns, saidAs, wordsOf } from "../net/api.js";
+import { onlyStopped, qualityRuns, wordsOf } from "../net/api.js";
 import { icon, make } from "../ui/element.js";
 import { age, quantities, timeOfDay } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
@@ -69,7 +69,7 @@ class HistoryList extends Panel {
   #row(row) {
     const source = row.source in SOURCES ? SOURCES[/** @type {keyof typeof SOURCES} */ (row.source)] : row.source;
     const words = wordsOf(row);
-    const said = saidAs(row);
+    const said = onlyStopped(row, this.session.kinds);
     const amounts = /\d/.test(words) ? "" : quantities(row.numbers); // "turn left" does not say how far
     const took = row.duration_s !== null && row.state !== "refused" ? age(row.duration_s) : "";
     const again = make(
