@@ -196,8 +196,11 @@ class ExperimentRuns:
             log.exception("An experiment could not be run")
             state, run.reason = "failed", "The experiment could not be run on this computer; the log says more."
         finally:
-            run.took_s, run.state = time.time() - run.at_s, state
-            run.doing = CANCELLED if state == "cancelled" else ""
+            try:
+                run.files = await to_the_end(lambda: _files_in(self._files(run)))
+            finally:  # whoever sees that it is over sees its files, too
+                run.took_s, run.state = time.time() - run.at_s, state
+                run.doing = CANCELLED if state == "cancelled" else ""
             await self._keep(run)
 
     async def _work(self, run: ExperimentRun) -> None:
@@ -229,7 +232,6 @@ class ExperimentRuns:
             def write() -> None:
                 for oldest in older:
                     _remove(self._folder / oldest)
-                run.files = _files_in(self._files(run))
                 write_atomic(self._folder / run.id / "run.json", msgspec.json.encode(run))
 
             try:
