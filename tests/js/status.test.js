@@ -127,6 +127,14 @@ test("a stop in words is a stop", () => {
   assert.equal(shown(log, IDLE, 1120), "Stopped");
 });
 
+test("what is refused after a stop in words is told, also when the row of the stop comes last", () => {
+  const log = fresh();
+  log.answered(said("stop", true, 1000, { id: 9, detail: "stop moving" }), 1040);
+  log.answered(said("turn left", false, 1050, { detail: "Only an operator drives it." }), 1060);
+  log.ended([row(9, "done", { name: "stop_moving", words: "stop", heard_as: "stop moving" })], 1100, 1110, KINDS);
+  assert.match(shown(log, IDLE, 1120), /operator/);
+});
+
 test("words that only stopped the robot are told with the reason", () => {
   const log = fresh();
   log.answered(said("stop at 50 and 3", true, 1000, { id: 9, detail: "stop moving" }), 1040);

@@ -128,6 +128,7 @@ export class StatusLog {
       const row = answer.status > 0; // a command that was not sent has no history row
       this.#refuse({ words: text, why: answer.detail ?? "", at, suggestions: answer.suggestions ?? [] }, row, now);
     } else if (answer.detail === "stop moving") {
+      if (answer.id) this.#remember(answer.id, at); // its row may come after what was said next
       this.#stoppedAt = Math.max(this.#stoppedAt, at);
       this.#happen(at, STOPPED, now);
     } else {
