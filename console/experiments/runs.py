@@ -198,7 +198,7 @@ class ExperimentRuns:
         finally:
             try:
                 run.files = await to_the_end(lambda: _files_in(self._files(run)))
-            finally:  # whoever sees that it is over sees its files, too
+            finally:  # a run that is over has its files
                 run.took_s, run.state = time.time() - run.at_s, state
                 run.doing = CANCELLED if state == "cancelled" else ""
             await self._keep(run)
