@@ -89,8 +89,8 @@ class Visitor:
     def ask(self) -> None:
         """Ask for control."""
         self.find("lease-chip button").first.click()
-        if self.button("Ask for control").is_visible():
-            self.button("Ask for control").click()
+        if self.button("Ask for control").first.is_visible():
+            self.button("Ask for control").first.click()
         self.find("lease-chip button").first.click()
 
     def is_back(self) -> bool:
