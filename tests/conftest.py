@@ -67,11 +67,6 @@ def room_of(file: str) -> str:
     return next((room for room, files in rooms if file.startswith(files)), file)
 
 
-def rank_of(file: str) -> int:
-    """When a file's tests begin: the lowest first."""
-    return RANKS.get(room_of(file), len(RANKS) if file.startswith(WIRES) else len(RANKS) + 1)
-
-
 def keeps_time(file: str) -> bool:
     """Return whether a file's tests fail where nobody computes for them in time."""
     return file.startswith((*LIVE, *WIRES)) and not file.startswith(OFFLINE)
@@ -96,8 +91,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Sharing:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What lasts longest begins first; what mostly waits begins while others compute."""
-    items.sort(key=lambda item: rank_of(file_of(item)))
+    """What lasts longest begins first."""
+    items.sort(key=lambda item: RANKS.get(room_of(file_of(item)), 4))
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

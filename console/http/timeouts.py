@@ -170,7 +170,6 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
         self._crowd = config.crowd
         self._accepted = False
         self._pings = RateCounter()
-        self._partings: list[TimerHandle] = []
         self._gone = False
 
     def connection_made(self, transport: BaseTransport) -> None:
@@ -237,8 +236,6 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """It is over; a transport that is closed cannot be aborted any more."""
         self._gone = True
-        for parting in self._partings:
-            parting.cancel()
         self.forget()
         self._crowd.leave(self, address_of(self.client))
         super().connection_lost(exc)
@@ -246,12 +243,12 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
     def on_task_complete(self, task: Task[None]) -> None:
         """The conversation is over; the last bytes get a moment."""
         super().on_task_complete(task)
-        self._part_within(PARTING)
+        self.loop.call_later(PARTING, self._part)
 
     def keepalive_timeout(self) -> None:
         """No pong came: the peer is gone, and so is whatever still waited for it."""
         super().keepalive_timeout()
-        self._part_within(PARTING)
+        self.loop.call_later(PARTING, self._part)
 
     def shutdown(self) -> None:
         """The console ends; uvicorn's own way raises where the peer has just said good-bye."""
@@ -260,11 +257,11 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
             self.transport.close()
         else:
             super().shutdown()
-        self._part_within(PARTING / 4)
+        self.loop.call_later(PARTING / 4, self._part)
 
-    def _part_within(self, seconds: float) -> None:
+    def _part(self) -> None:
         if not self._gone:
-            self._partings.append(self.loop.call_later(seconds, self.transport.abort))
+            self.transport.abort()
 
 
 def address_of(client: tuple[str, int] | None) -> str:

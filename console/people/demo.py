@@ -65,9 +65,7 @@ class DemoPerson:
         here = Pose(robot.x_m, robot.y_m, robot.heading_rad)
         await self._check_empty(here)
         places = [here @ Pose(far * math.cos(angle), far * math.sin(angle), 0.0) for far, angle in self._towards()]
-        places = [place for place in places if await self._is_free(place)]
-        if not places:
-            raise Refused(NO_ROOM)
+        await self._check_room(places)
         await capture(enrollment, "background")
         standing: Pose | None = None
         for place in places:
@@ -108,22 +106,21 @@ class DemoPerson:
         """Raises Refused when someone else stands where the camera looks."""
         if self._camera is None:
             return
-        _, axis = self._towards()[0]
         half = math.atan(self._camera.model.width / 2 / self._camera.model.fx) + BESIDE
         for thing in (await self._ask(ReadPlan())).things:
             if isinstance(thing, PlacedThing) and thing.what == "person" and thing.id != self._id:
-                bearing = math.remainder(here.bearing_to(thing.x_m, thing.y_m) - axis, math.tau)
+                bearing = math.remainder(here.bearing_to(thing.x_m, thing.y_m) - self._axis, math.tau)
                 if abs(bearing) < half and here.distance_to(thing.x_m, thing.y_m) < max(AWAY):
                     raise Refused(NOT_EMPTY.format(who=thing.id))
 
-    async def _is_free(self, place: Pose) -> bool:
-        """Return whether someone can stand there, by standing there for a moment."""
-        try:
-            await self._stand(place, None)
-        except BadInput:
-            return False
-        await self._ask(RemoveThing(id=self._id))
-        return True
+    async def _check_room(self, places: list[Pose]) -> None:
+        """Stand at one of the places for a moment. Raises Refused where a wall or a thing is at all of them."""
+        for place in places:
+            with contextlib.suppress(BadInput):
+                await self._stand(place, None)
+                await self._ask(RemoveThing(id=self._id))
+                return
+        raise Refused(NO_ROOM)
 
     async def _return(self, there: PlacedThing) -> None:
         """Let the inhabitant go back to where they stood."""
@@ -131,11 +128,15 @@ class DemoPerson:
             PlaceThing("person", there.x_m, there.y_m, there.heading_rad, id=self._id, clothes=self._look, gesture="")
         )
 
+    @property
+    def _axis(self) -> float:
+        """Bearing [rad] at which the camera looks, seen from the robot."""
+        ahead = self._camera.mounting.rotation[:, 2] if self._camera is not None else (1.0, 0.0)
+        return math.atan2(float(ahead[1]), float(ahead[0]))
+
     def _towards(self) -> list[tuple[float, float]]:
         """Return where to stand, seen from the robot: distance [m] and bearing [rad]."""
-        ahead = self._camera.mounting.rotation[:, 2] if self._camera is not None else (1.0, 0.0)
-        axis = math.atan2(float(ahead[1]), float(ahead[0]))
-        return [(far, axis + aside) for aside, far in product(ASIDE, AWAY)]
+        return [(far, self._axis + aside) for aside, far in product(ASIDE, AWAY)]
 
     async def _try(self, enrollment: EnrollmentSession, capture: Capture, place: Pose) -> bool:
         """Take the gesture that is asked for, there → whether the picture was good."""

@@ -84,10 +84,10 @@ class ScanOdometry:
         self.score = match.score if match else None
         if match is None:
             return self._coast(points, elapsed)
-        self._motion = _speeds(self._matched.inverse() @ match.pose, elapsed)
+        self._motion = _per_second(self._matched.inverse() @ match.pose, elapsed)
         points, _ = deskew(scan, self._laser, self.wheels, taken)  # by this motion, not by the one before
         pose = self._field.refine(points, match.pose).pose
-        self._motion, self._matched = _speeds(self._matched.inverse() @ pose, elapsed), pose
+        self._motion, self._matched = _per_second(self._matched.inverse() @ pose, elapsed), pose
         self._keep(points)
         return self._report(self._spread(points))
 
@@ -159,8 +159,8 @@ class ScanOdometry:
         self._field = LikelihoodField(np.vstack([kept for _, kept in self._frames]))
 
 
-def _speeds(move: Pose, elapsed: float) -> Pose:
-    """A move within `elapsed` [s] → that of a second; none where no robot moves so fast: the stamps are wrong."""
+def _per_second(move: Pose, elapsed: float) -> Pose:
+    """A move within `elapsed` [s] → per second; none where no robot moves so fast, because the stamps are wrong."""
     way = math.hypot(move.x, move.y)
     if way >= FASTEST * elapsed or abs(move.heading) >= QUICKEST * elapsed:
         return Pose()

@@ -124,7 +124,7 @@ class Parsed:
             verdict = Refusal(self.why_not, offered)
         if isinstance(verdict, Refusal) and STOP_WORD.search(_folded(self.words)):
             began = self.text is not None and _begins(_unpunctuated(self.text), "stop at")
-            remark = verdict.reason if began else ""
+            remark = f"“{self.words.strip()}” was not carried out: {verdict.reason}" if began else ""
             return Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
         return verdict
 

@@ -16,6 +16,9 @@ import { t } from "../ui/texts.js";
 const HOLE = /^\{(\w+)\}$/;
 const AMOUNT = /^(?:[+\-−]?\d+(?:[.,]\d*)?|[+\-−]|[+\-−]?[.,]\d+)$/;
 
+/** @param {string} amount as people write it: "−0,5" */
+const plain = (amount) => amount.replace("−", "-").replace(",", ".");
+
 /** @param {string} text */
 const tokens = (text) => text.toLowerCase().trim().split(/\s+/).filter(Boolean);
 
@@ -52,7 +55,7 @@ function complete(said, pattern) {
     const hole = HOLE.test(word);
     if (heard === undefined && hole) return { text: `${written.join(" ")} `, complete: false };
     if (heard === undefined) written.push(word);
-    else if (hole && AMOUNT.test(heard)) written.push(heard.replace("−", "-").replace(",", "."));
+    else if (hole && AMOUNT.test(heard)) written.push(plain(heard));
     else if (!hole && (index === said.length - 1 ? word.startsWith(heard) : word === heard)) written.push(word);
     else return null;
   }
@@ -69,7 +72,7 @@ function outOfBounds(said, pattern, kind) {
   for (const [index, word] of pattern.split(" ").entries()) {
     const hole = HOLE.exec(word);
     const number = kind.numbers.find(({ name }) => name === hole?.[1]);
-    const value = Number(said[index]?.replace("−", "-").replace(",", "."));
+    const value = Number(plain(said[index] ?? ""));
     if (number && said[index] !== undefined && (value < number.low || value > number.high))
       return t("suggest.says_goes_from_low_to_high", {
         says: number.says,

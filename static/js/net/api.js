@@ -19,7 +19,6 @@ import { said, t } from "../ui/texts.js";
  * @property {string} remark
  */
 
-export const STOPS = "stop_moving";
 const BUSY_MS = 300; // polling interval
 const HISTORY_ROWS = 60; // more than a person reads
 
@@ -165,19 +164,6 @@ export const history = async () => (await call(`api/commands/history?limit=${HIS
  * @param {HistoryRow} row
  */
 export const wordsOf = (row) => row.heard_as || row.words || "Speech";
-
-/**
- * Words of a row as they came, where another command was meant and the robot was only stopped: "stop at 50 and 3".
- * @param {HistoryRow} row
- * @param {readonly Kind[]} kinds the vocabulary
- * @returns {string} "" for every other row
- */
-export function onlyStopped({ name, words, remark }, kinds) {
-  if (name !== STOPS || !remark) return "";
-  const said = words.trim().toLowerCase();
-  const patterns = kinds.filter((kind) => kind.name !== STOPS).flatMap((kind) => kind.words);
-  return patterns.some((pattern) => pattern.includes(" {") && said.startsWith(`${pattern.split("{")[0]}`)) ? words : "";
-}
 
 /** Which engine reads words, and the model with which people are understood better. */
 export const recognizer = () => call("api/recognizer");

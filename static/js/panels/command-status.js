@@ -109,7 +109,7 @@ class CommandStatus extends Panel {
 
   /** @param {HistoryRow[]} rows newest first */
   #ended(rows) {
-    for (const row of this.#log.ended(rows, this.session.historyAt, performance.now(), this.session.kinds))
+    for (const row of this.#log.ended(rows, this.session.historyAt, performance.now()))
       this.session.announce(`${wordsOf(row)}: ${row.state}. ${row.remark}`);
   }
 

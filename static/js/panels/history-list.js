@@ -1,7 +1,7 @@
 // Element <history-list>: the commands that were given, newest first, each with its result.
 
 import { onlyWatched } from "../drive/permission.js";
-import { onlyStopped, qualityRuns, wordsOf } from "../net/api.js";
+import { qualityRuns, wordsOf } from "../net/api.js";
 import { icon, make } from "../ui/element.js";
 import { age, quantities, timeOfDay } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
@@ -69,7 +69,6 @@ class HistoryList extends Panel {
   #row(row) {
     const source = row.source in SOURCES ? SOURCES[/** @type {keyof typeof SOURCES} */ (row.source)] : row.source;
     const words = wordsOf(row);
-    const said = onlyStopped(row, this.session.kinds);
     const amounts = /\d/.test(words) ? "" : quantities(row.numbers); // "turn left" does not say how far
     const took = row.duration_s !== null && row.state !== "refused" ? age(row.duration_s) : "";
     const again = make(
@@ -96,7 +95,6 @@ class HistoryList extends Panel {
           make("span", { class: "record-words" }, words),
           make("span", { class: "outcome" }, row.state),
         ),
-        said ? make("p", { class: "record-remark" }, t("history-list.from_the_words_said", { said })) : null,
         row.remark ? make("p", { class: "record-remark" }, row.remark) : null,
         make(
           "p",

@@ -1,13 +1,12 @@
 // Logic of the status line: the newest event that no later one has superseded. Time is injected.
 
-import { onlyStopped, STOPS, wordsOf } from "../net/api.js";
+import { wordsOf } from "../net/api.js";
 import { fixed, speed, turnRate } from "./format.js";
 import { t } from "./texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/session.js").Said} Said */
 /** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
-/** @typedef {import("../drive/suggest.js").Kind} Kind */
 /** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
 /**
  * @typedef {object} StatusLine
@@ -27,6 +26,7 @@ export const SLOW_MS = 3000; // of waiting for a transcript, after which the lin
 export const GIVE_UP_MS = 8000;
 const MOST = 50; // remembered rows
 const STILL = 0.005; // [m/s], [rad/s]
+const STOPS = "stop_moving";
 
 /**
  * @param {string} icon
@@ -156,17 +156,16 @@ export class StatusLog {
    * @param {readonly HistoryRow[]} rows newest first
    * @param {number} at [ms] when the page learned of new rows
    * @param {number} now [ms]
-   * @param {readonly Kind[]} kinds the vocabulary
    * @returns {HistoryRow[]} rows that have ended since, in that order
    */
-  ended(rows, at, now, kinds = []) {
+  ended(rows, at, now) {
     const before = this.#states;
     this.#states = new Map(rows.map((row) => [row.id, row.state]));
     if (!before) return [];
     const news = rows.filter((row) => row.state !== before.get(row.id));
     const over = news.filter(({ state }) => state !== "running").sort((one, other) => end(one) - end(other));
     for (const { id, state } of news) if (state === "running") this.#remember(id, at);
-    for (const row of over) this.#end(row, at, now, kinds);
+    for (const row of over) this.#end(row, at, now);
     return over;
   }
 
@@ -174,16 +173,13 @@ export class StatusLog {
    * @param {HistoryRow} row
    * @param {number} at [ms]
    * @param {number} now [ms]
-   * @param {readonly Kind[]} kinds
    */
-  #end(row, at, now, kinds) {
+  #end(row, at, now) {
     const answered = row.state === "refused" ? this.#takeRefusal(row) : null;
     const began = this.#began.get(row.id) ?? answered?.at ?? at;
     if (row.name === STOPS && row.state === "done") {
       this.#stoppedAt = Math.max(this.#stoppedAt, began);
-      const said = onlyStopped(row, kinds);
-      const why = said && t("status.said_was_not_carried_out_remark", { said, remark: row.remark });
-      this.#happen(began, why ? { ...STOPPED, remark: why } : STOPPED, now);
+      this.#happen(began, { ...STOPPED, remark: row.remark }, now);
     } else if (began < this.#stoppedAt) {
       this.#reportCancelled(row);
     } else {

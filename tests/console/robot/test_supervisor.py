@@ -169,9 +169,14 @@ def test_a_slow_pilot_gets_the_newest_frame_and_misses_no_scan(tiny: TinyProcess
 
 
 def test_nobody_beats_but_the_console_itself(tiny: TinyProcess, driven: Operator) -> None:
-    driven.beats = False
-    until(lambda: tiny.status().v == 0.0, 1.0)
-    assert tiny.status().reason in ("the console is silent", "the gate was late")  # on a busy machine it is first
+    for _ in range(5):  # on a busy machine the gate may stop for being late itself
+        driven.beats = True
+        driven.get_going()
+        driven.beats = False
+        until(lambda: tiny.status().v == 0.0, 1.0)
+        if tiny.status().reason != "the gate was late":
+            break
+    assert tiny.status().reason == "the console is silent"
     assert wheels(tiny) == 0.0
 
 

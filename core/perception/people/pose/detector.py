@@ -18,7 +18,7 @@ from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.clothes import looks_of
 from core.perception.people.pose.landmarks import BodyLandmarks, body_of, landmarks_of
 from core.perception.people.pose.networks import PoseNetworks, open_networks
-from core.perception.people.pose.search import UNLIKELY, Candidate, candidates
+from core.perception.people.pose.search import Candidate, candidates
 from core.perception.people.pose.squares import FIRST_SIDE, ImagePyramid, Square, around_hips, picture_from_crop
 from core.perception.people.pose.view import Viewpoint
 
@@ -58,7 +58,7 @@ class PoseDetector:
             least = max(self._settings.threshold, candidate.least, BOTH / first.confidence)
             if weighed.value < least or not self._rules.fits(weighed.body, candidate.distance, question, view):
                 continue
-            if candidate.least >= UNLIKELY and self._mirrored(picture, landmarks) < BOTH:
+            if candidate.guessed and self._mirrored(picture, landmarks) < BOTH:
                 continue
             found.append((weighed, landmarks, candidate))
             if len(found) >= MOST_PEOPLE or (question.bearing is not None and weighed.value >= SURE):

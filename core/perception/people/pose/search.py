@@ -41,6 +41,7 @@ class Candidate:
     square: Square
     distance: float | None = None  # [m] from the camera, where it was given
     least: float = 0.0  # K of who is found there, at least: the less foretold the square, the more
+    guessed: bool = False  # nothing foretold it: a body there must be one in a mirror, too
 
 
 def candidates(
@@ -96,7 +97,7 @@ def _statures(picture: ImagePyramid, column: float, doubt: float) -> Iterator[Ca
     for share in SHARES:
         stature = share * picture.height
         for square in _rows(picture, column, stature, FIRST_SIDE * stature + doubt, FEW_HEIGHTS):
-            yield Candidate(square=square, least=UNLIKELY)
+            yield Candidate(square=square, least=UNLIKELY, guessed=True)
 
 
 def _rows(
@@ -116,7 +117,7 @@ def _grid(picture: ImagePyramid) -> Iterator[Candidate]:
         count = min(MOST_TILES, max(1, math.ceil(picture.width / (0.5 * stature))))
         for column in (np.arange(count) + 0.5) * picture.width / count:
             for square in _rows(picture, float(column), stature, FIRST_SIDE * stature, FEW_HEIGHTS):
-                yield Candidate(square=square, least=UNLIKELY)
+                yield Candidate(square=square, least=UNLIKELY, guessed=True)
 
 
 def _detected(

@@ -131,7 +131,7 @@ def test_a_goal_out_of_bounds_stops_and_says_why() -> None:
     heard = understand("stop at 99 and 1")
     assert isinstance(heard, Command)
     assert heard.name == "stop_moving"
-    assert "from -20 to 20" in heard.remark
+    assert heard.remark.startswith("“stop at 99 and 1” was not carried out: ") and "from -20 to 20" in heard.remark
 
 
 def test_go_to_is_stop_at() -> None:
