@@ -2,7 +2,9 @@
 
 Eight accents, and the male and female voices of the American one, at their natural pace. Each sentence stands in half
 a second of faint noise, is cut by the endpointer, and is read by the engine, as a recording is by `beckon hear`. Told
-for every voice: right, refused, wrong; every wrong motion is listed, with `--misses` every miss.
+for every voice: right, refused, wrong; every wrong motion is listed, with `--misses` every miss. `--others` speaks
+other sentences, in turn a tenth slower and faster. As with people, no two readings of a sentence are the same:
+`--times N` speaks all of them N times.
 """
 
 from __future__ import annotations
@@ -39,11 +41,29 @@ SENTENCES = (
     "stop at 0.8 and 2.4",
     "go to 4 and 2",
 )
+OTHERS = (
+    "follow wall",
+    "follow the wall",
+    "turn right",
+    "turn left",
+    "come here",
+    "follow me",
+    "continue 3 meters",
+    "continue 1.4 meters",
+    "continue 1.9 meters",
+    "continue 0.9 meters",
+    "continue 2 meters",
+    "stop at 1 and 3",
+    "stop at 2.2 and -0.7",
+    "stop at 4 and 2.5",
+)
+PACES = (0.9, 1.1)
 
 
-def said(text: str, voice: str, seed: int) -> Array:
+def said(text: str, voice: str, seed: int, pace: float = 1.0) -> Array:
     """A sentence at 16 kHz (N,), with faint noise around it."""
-    return padded(for_words(speak(text, VoiceSettings(voice=voice, speed=NATURAL))).samples[:, 0], seed)
+    settings = VoiceSettings(voice=voice, speed=round(pace * NATURAL))
+    return padded(for_words(speak(text, settings)).samples[:, 0], seed)
 
 
 def main() -> None:
@@ -52,23 +72,29 @@ def main() -> None:
     parser.add_argument("--engine", choices=tuple(ENGINES), default="whisper")
     parser.add_argument("--voices", nargs="+", default=ENGLISH_VOICES)
     parser.add_argument("--misses", action="store_true")
+    parser.add_argument("--others", action="store_true", help="other sentences, at other paces")
+    parser.add_argument("--times", type=int, default=1, help="how often each sentence is spoken")
     chosen = parser.parse_args()
     settings = SpeechSettings(engine=chosen.engine)
     decide = as_cut(open_engine(settings).recognizer, settings)
+    sentences = (
+        [(text, PACES[n % 2]) for n, text in enumerate(OTHERS)] if chosen.others else [(t, 1.0) for t in SENTENCES]
+    )
+    sentences *= chosen.times
     shares: list[float] = []
     wrong = 0
     for voice in chosen.voices:
         found: Counter[str] = Counter()
-        for seed, text in enumerate(SENTENCES):
-            decisions = decide(said(text, voice, seed))
+        for seed, (text, pace) in enumerate(sentences):
+            decisions = decide(said(text, voice, seed, pace))
             result = outcome_of_all(text, decisions)
             found[result] += 1
             if result in (WRONG, STOPPED) or (chosen.misses and result != RIGHT):
                 heard = ", ".join(one.echo for one in decisions)
                 sys.stdout.write(f"  {result} {voice} “{text}” → {heard}\n")
-        shares.append(found[RIGHT] / len(SENTENCES))
+        shares.append(found[RIGHT] / len(sentences))
         wrong += found[WRONG]
-        sys.stdout.write(json.dumps({"voice": voice, "of": len(SENTENCES), **found}) + "\n")
+        sys.stdout.write(json.dumps({"voice": voice, "of": len(sentences), **found}) + "\n")
         sys.stdout.flush()
     told = {"mean_share": round(float(np.mean(shares)), 3), "least": round(min(shares), 3), "wrong": wrong}
     sys.stdout.write(json.dumps(told) + "\n")

@@ -37,7 +37,7 @@ from core.speech.whisper.chance import by_chance
 from core.speech.whisper.joint_search import Columns, Found, JointSearch
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.model_file import ModelFile
-from core.speech.whisper.spellings import Spellings, as_understood, lacks_whole_part
+from core.speech.whisper.spellings import Spellings, as_understood, lacks_whole_part, misspelt
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder, Encoder
 
@@ -52,6 +52,8 @@ BEFORE = 0.2  # [s] before the voice that are read: more silence there makes eve
 UNHEARD = 2.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written where the whole part was not heard
 OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
+DECIMAL = "Continue 1.{digit} meters."  # in which decimals by chance are compared
+DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
 NO_WORDS = re.compile(r"[\s.,!?♪♫]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫]*)*")
 """Texts that Whisper writes for sounds that are no speech: "(wind howling)", "[Music]", "*cough*"."""
 NAME_STOP = frozenset(
@@ -87,11 +89,13 @@ class Meaning:
     spelling: str  # the likeliest
     nats: float  # logarithm of the sum of their probabilities
     key: Key
+    by_chance: float = 0.0  # [nats] that it owes to its decimals, beside others with as many
 
     def ahead_of(self, other: Meaning) -> float:
         """Return by how much [nats] this is likelier than the other one."""
         unheard = _lacks_whole_part_of(self.key, other.key) - _lacks_whole_part_of(other.key, self.key)
-        return self.nats - other.nats - UNHEARD * unheard
+        by_chance = self.by_chance - other.by_chance if _shape(self.key) == _shape(other.key) else 0.0
+        return self.nats - other.nats - by_chance - UNHEARD * unheard
 
 
 class WhisperRecognizer:
@@ -111,6 +115,7 @@ class WhisperRecognizer:
         decoder = Decoder(model, self.encode.width, columns.tokens)
         self._search = JointSearch(decoder, spellings, columns)
         self._fixed = _bounds_by_chance(decoder, columns, tokenizer, own)
+        self._decimals = _decimals_by_chance(decoder, columns, tokenizer)
 
     def decide(self, utterance: Utterance) -> Decision:
         """Compare the best meaning with free text and with the second meaning."""
@@ -147,7 +152,9 @@ class WhisperRecognizer:
                 sums[key] = Meaning(spelling=known.spelling if known else spelling, nats=nats, key=key)
         unlikely = {key_of(words, self._own) for words in rejected}
         weighed = [
-            Meaning(spelling=one.spelling, nats=one.nats - REJECTED_BEFORE * (one.key in unlikely), key=one.key)
+            replace(
+                one, nats=one.nats - REJECTED_BEFORE * (one.key in unlikely), by_chance=self._owed_to_chance(one.key)
+            )
             for one in sums.values()
         ]
         return sorted(weighed, key=lambda one: -one.nats)
@@ -162,12 +169,17 @@ class WhisperRecognizer:
         fits = min(best.nats - bounds.score, best.nats - other + bounds.behind_free)
         if fits <= 0:
             return _not_understood(free_text, map(self._sentence, self._near(meanings, free)), fits)
-        if bounds is not NUMBERS and other - best.nats > COMMON.behind_free:
+        if bounds is not NUMBERS and (other - best.nats > COMMON.behind_free or misspelt(best.spelling)):
             lead = min(lead, THRESHOLDS.accept)  # confirmed first
         sentences = [self._sentence(one) for one in (best, *(one for one in meanings[:3] if one is not best))]
         scores = Scores(sentence=best.nats, over_free_text=fits, over_second_best=lead)
         objection = TOO_LONG if utterance.cut else NO_WHOLE_NUMBER if best.key[2] else ""
         return decide(sentences[0], scores, THRESHOLDS, objection=objection, others=sentences[1:])
+
+    def _owed_to_chance(self, key: Key) -> float:
+        """[nats] by which its numbers with one decimal are written more often than others, as far as it counts."""
+        single = [_decimals(value) // 10 for _, value in key[1] if _places(value) == 1]
+        return DECIMALS_BY_CHANCE * sum(float(self._decimals[digit]) for digit in single)
 
     def _bounds(self, meaning: Meaning) -> Bounds:
         """How well this command must fit."""
@@ -187,7 +199,7 @@ class WhisperRecognizer:
         ]
 
     def _sentence(self, meaning: Meaning) -> Sentence:
-        return Sentence(as_understood(meaning.spelling).lower().rstrip(".!"), self._own)
+        return Sentence(as_understood(meaning.spelling), self._own)
 
 
 def key_of(words: str, own: OwnPhrases = ()) -> Key | None:
@@ -213,6 +225,16 @@ def _decimals(value: float) -> int:
     return round(100 * abs(value)) % 100
 
 
+def _places(value: float) -> int:
+    """How many decimals a number has."""
+    return 0 if _decimals(value) == 0 else 1 if _decimals(value) % 10 == 0 else 2
+
+
+def _shape(key: Key) -> tuple[object, ...]:
+    """The command, and how many decimals its numbers have."""
+    return key[0], *(_places(value) for _, value in key[1])
+
+
 def _best(meanings: list[Meaning]) -> tuple[Meaning, float]:
     """The meaning that is furthest ahead of all others, and how far [nats]; ∞: there is no other."""
     few = meanings[:RIVALS]
@@ -231,6 +253,12 @@ def _bounds_by_chance(decoder: Decoder, columns: Columns, tokenizer: Tokenizer, 
     for (name, _), nats in zip(phrases, by_chance(decoder, columns.begin, columns.end, texts), strict=True):
         likeliest[name] = max(likeliest.get(name, -math.inf), float(nats))
     return {name: _between(min(max((OFTEN - nats) / (OFTEN - RARELY), 0.0), 1.0)) for name, nats in likeliest.items()}
+
+
+def _decimals_by_chance(decoder: Decoder, columns: Columns, tokenizer: Tokenizer) -> Array:
+    """How likely each digit is written behind a point [nats], (10,)."""
+    texts = [columns.columns(tokenizer.encode(" " + DECIMAL.format(digit=digit))) for digit in range(10)]
+    return by_chance(decoder, columns.begin, columns.end, texts)
 
 
 def _between(share: float) -> Bounds:

@@ -23,6 +23,8 @@ DECIMALS = 2  # behind the point
 SLOT = re.compile(r"\{(\w+)\}")
 POINT_BETWEEN_DIGITS = re.compile(r"(?<=\d) point (?=\d)")
 ENDS = (".", "!")  # of a sentence, if any
+WRITTEN_FOR = {"wall": "world"}
+"""Words of the vocabulary → commoner ones that are written instead, where the sentence is said in a British way."""
 
 State = frozenset[int]
 
@@ -83,7 +85,7 @@ class _SpellingBuilder:
                     comma = self._new()
                     self._write(",", source, comma)
                     self._write(f" {word}", comma, target)
-                for spelling in {word, word.capitalize() if i == 0 else word}:
+                for spelling in {word, word.capitalize() if i == 0 else word, WRITTEN_FOR.get(word, word)}:
                     self._write(f" {spelling}", source, target)
 
     def _write_number(self, source: int, target: int) -> None:
@@ -115,12 +117,13 @@ class _SpellingBuilder:
             spoken = following
 
     def _write_digits(self, point: str, source: int, target: int) -> None:
-        """Add what stands behind the point."""
+        """Add what stands behind the point. Without a last zero: "0.10" is written where "0.9" was said."""
         place = self._new()
         self._write(point, source, place)
         for count in range(1, DECIMALS + 1):
             for value in range(10**count):
-                self._write(f"{value:0{count}}", place, target)
+                if count == 1 or value % 10:
+                    self._write(f"{value:0{count}}", place, target)
 
     def _write_whole(self, source: int, digits: int, words: int) -> None:
         """Add what stands before the point."""
@@ -172,9 +175,24 @@ class Spellings:
         return frozenset(found)
 
 
+MISSPELT = {
+    written: words
+    for kind in VOCABULARY
+    for words in kind.words
+    if (written := " ".join(WRITTEN_FOR.get(word, word) for word in words.split(" "))) != words
+}
+"""Sentences with words that are written instead of those of the vocabulary → those of the vocabulary."""
+
+
 def as_understood(spelling: str) -> str:
-    """A spelling as the grammar reads it: "2 point 5" is "2.5"."""
-    return POINT_BETWEEN_DIGITS.sub(".", spelling.strip())
+    """A spelling as the grammar reads it: small, without its end, and "2 point 5" is "2.5"."""
+    words = POINT_BETWEEN_DIGITS.sub(".", spelling.strip().lower().rstrip(".!"))
+    return MISSPELT.get(words, words)
+
+
+def misspelt(spelling: str) -> bool:
+    """Return whether one of its words was written instead of one of the vocabulary."""
+    return spelling.strip().lower().rstrip(".!") in MISSPELT
 
 
 def lacks_whole_part(spelling: str) -> bool:

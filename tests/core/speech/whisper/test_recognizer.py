@@ -33,7 +33,7 @@ class Searched(WhisperRecognizer):
     """A recognizer whose search has found these texts."""
 
     def __init__(self, spellings: dict[str, float], free: dict[str, float]) -> None:
-        self._own, self._fixed = (), {}
+        self._own, self._fixed, self._decimals = (), {}, np.zeros(10)
         self._found = Found(
             spellings=tuple(ScoredText(text=text, nats=nats) for text, nats in spellings.items()),
             free=tuple(ScoredText(text=text, nats=nats) for text, nats in free.items()),
@@ -115,6 +115,20 @@ def test_a_number_without_its_whole_part_never_moves_the_robot():
 def test_a_number_below_one_is_doubted_where_its_whole_part_may_not_have_been_heard(spellings, echo, verdict):
     told = decided(spellings, {})
     assert (told.echo, told.verdict) == (echo, verdict)
+
+
+def test_digits_that_are_written_often_are_no_likelier_for_it():
+    known = Searched({"continue 1.5 meters": -3.0, "continue 1.9 meters": -3.4}, {})
+    assert known.decide(utterance(np.ones(RATE))).verdict == "reject"
+    known._decimals = whisper()._decimals
+    assert known.decide(utterance(np.ones(RATE))).echo == "continue 1.9 meters"
+    found = known.meanings(Found(spellings=(ScoredText(text="stop at 1.25 and 2", nats=-3.0),), free=()))
+    assert found[0].by_chance == 0.0
+
+
+def test_a_word_that_is_written_for_another_is_confirmed():
+    told = decided({"Follow the world.": -1.5}, {"Follow the world.": -1.5, "Far over the world": -6.0})
+    assert (told.echo, told.verdict) == ("follow wall", "confirm")
 
 
 def test_words_that_are_rarely_said_may_be_further_behind_free_text_and_are_confirmed_there():

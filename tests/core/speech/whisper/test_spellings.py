@@ -62,6 +62,8 @@ def test_the_example_of_every_command_is_a_spelling(kind):
         "stop at minus one, and 0.5",
         "Stop at -1 and point three",
         "go to 1 meters and 2 meters!",
+        "continue 0.05 meters",
+        "Follow the world.",
         "stop",
     ],
 )
@@ -71,7 +73,8 @@ def test_numbers_are_spelt_in_digits_in_words_and_beyond_their_bounds(words):
 
 
 @pytest.mark.parametrize(
-    "words", ["continue meters", "turn left right", "stop at one", "come here often", "continue"]
+    "words",
+    ["continue meters", "turn left right", "stop at one", "come here often", "continue", "continue 0.10 meters"],
 )
 def test_what_is_no_whole_command_is_no_spelling(words):
     assert not accepts(words)
