@@ -22,6 +22,7 @@ HIGHEST = 100  # numbers beyond the bounds of speech compete too: else "seven" w
 DECIMALS = 2  # behind the point
 SLOT = re.compile(r"\{(\w+)\}")
 POINT_BETWEEN_DIGITS = re.compile(r"(?<=\d) point (?=\d)")
+DECIMAL_ZERO = re.compile(rf"(?:\.| point )(?:0|zero)(?!\d| (?:{'|'.join(DIGITS)})\b)")
 ENDS = (".", "!")  # of a sentence, if any
 WRITTEN_FOR = {"wall": "world"}
 """Words of the vocabulary → commoner ones that are written instead, where the sentence is said in a British way."""
@@ -193,6 +194,11 @@ def as_understood(spelling: str) -> str:
 def misspelt(spelling: str) -> bool:
     """Return whether one of its words was written instead of one of the vocabulary."""
     return spelling.strip().lower().rstrip(".!") in MISSPELT
+
+
+def ends_in_zero(spelling: str) -> bool:
+    """Return whether a number has no decimal but 0."""
+    return DECIMAL_ZERO.search(spelling.lower()) is not None
 
 
 def lacks_whole_part(spelling: str) -> bool:

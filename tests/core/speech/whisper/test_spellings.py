@@ -8,7 +8,7 @@ import pytest
 
 from core.commands import VOCABULARY
 from core.speech.whisper.recognizer import key_of
-from core.speech.whisper.spellings import Spellings, lacks_whole_part
+from core.speech.whisper.spellings import Spellings, ends_in_zero, lacks_whole_part
 
 
 def by_letters(text: str) -> tuple[int, ...]:
@@ -95,3 +95,19 @@ def test_what_is_no_whole_command_is_no_spelling(words):
 )
 def test_a_number_without_its_whole_part_is_known(words, lacks):
     assert lacks_whole_part(words) is lacks
+
+
+@pytest.mark.parametrize(
+    ("words", "zero"),
+    [
+        ("continue 3.0 meters", True),
+        ("Stop at two point zero, and 1.", True),
+        ("stop at 1 and 2 point 0", True),
+        ("continue 3.02 meters", False),
+        ("continue three point zero two meters", False),
+        ("continue 10 meters", False),
+        ("continue zero point five meters", False),
+    ],
+)
+def test_a_decimal_that_is_but_zero_is_known(words, zero):
+    assert ends_in_zero(words) is zero
