@@ -6,12 +6,15 @@ is under the GPL, so Beckon neither carries nor needs it: without it there is a 
 
 from __future__ import annotations
 
+import _ctypes
 import ctypes
 import shutil
 import struct
 import subprocess
+import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -48,6 +51,7 @@ NO_VOICE = (
 SYNCHRONOUS, NO_EXIT = 2, 0x8000  # of espeak_Initialize
 BY_CHARACTER, UTF_8 = 1, 1  # of espeak_Synth
 SPEED, PITCH = 1, 3  # of espeak_SetParameter
+SEED = 1  # of its hiss
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,7 @@ Speaker = Callable[[str, VoiceSettings], Sound]
 def speak(text: str, settings: VoiceSettings | None = None, speakers: Sequence[Speaker] | None = None) -> Sound:
     """A text → how it sounds. `speakers` are tried in turn: the library, then the program.
 
-    As with people, the same words said again differ by some samples: espeak-ng's pitch flutters on from text to text.
+    The same text with the same settings is the same sound, sample by sample, where the library speaks.
 
     Raises BadInput for a text that cannot be spoken, and Unavailable with a sentence when nothing here speaks.
     """
@@ -132,40 +136,63 @@ def by_program(text: str, settings: VoiceSettings) -> Sound:
 
 
 class SpeechLibrary:
-    """espeak-ng in this process. It speaks one text at a time."""
+    """espeak-ng in this process. It speaks one text at a time.
+
+    The library is loaded for every text and unloaded after it: its pitch flutters on, and its hiss is drawn on, from
+    text to text, so what a text sounds like would depend on all that was said before. Loading takes a millisecond.
+    """
 
     def __init__(self, path: str, data: str) -> None:
         """Raises OSError when it cannot be loaded."""
-        self._calls: Any = ctypes.CDLL(path)
+        self._path, self._data = path, data.encode()
         self._turn = threading.Lock()
         self._pieces: list[bytes] = []
         kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)
-        self._callback = kind(self._take)  # kept: the library calls it as long as it lives
-        self.rate = int(self._calls.espeak_Initialize(SYNCHRONOUS, 0, data.encode(), NO_EXIT))
-        if self.rate <= 0:
-            raise OSError("espeak-ng found no data")
-        self._calls.espeak_SetSynthCallback(self._callback)
+        self._callback = kind(self._take)  # kept: the library calls it as long as it is loaded
+        with self._loaded():
+            pass
 
     def _take(self, samples: int | None, count: int, _events: int | None) -> int:
         if samples and count > 0:
             self._pieces.append(ctypes.string_at(samples, 2 * count))
         return 0
 
+    @contextmanager
+    def _loaded(self) -> Generator[tuple[Any, int]]:
+        """The library as after its start, and the rate [Hz] of its sound. Raises OSError."""
+        calls: Any = ctypes.CDLL(self._path)
+        try:
+            rate = int(calls.espeak_Initialize(SYNCHRONOUS, 0, self._data, NO_EXIT))
+            if rate <= 0:
+                raise OSError("espeak-ng found no data")
+            calls.espeak_ng_SetRandSeed(ctypes.c_long(SEED))
+            calls.espeak_SetSynthCallback(self._callback)
+            yield calls, rate
+            calls.espeak_Terminate()
+        finally:
+            _unload(calls)
+
     def speak(self, text: str, settings: VoiceSettings) -> Sound:
         """A text → its sound. Raises Unavailable when the library refuses."""
         raw = text.encode()
-        with self._turn:
+        with self._turn, self._loaded() as (calls, rate):
             self._pieces.clear()
-            self._calls.espeak_SetVoiceByName(settings.voice.encode())
-            self._calls.espeak_SetParameter(SPEED, settings.speed, 0)
-            self._calls.espeak_SetParameter(PITCH, settings.pitch, 0)
-            trouble = self._calls.espeak_Synth(
-                raw, ctypes.c_size_t(len(raw) + 1), 0, BY_CHARACTER, 0, UTF_8, None, None
-            )
+            calls.espeak_SetVoiceByName(settings.voice.encode())
+            calls.espeak_SetParameter(SPEED, settings.speed, 0)
+            calls.espeak_SetParameter(PITCH, settings.pitch, 0)
+            trouble = calls.espeak_Synth(raw, ctypes.c_size_t(len(raw) + 1), 0, BY_CHARACTER, 0, UTF_8, None, None)
             whole = b"".join(self._pieces)
         if trouble:
             raise Unavailable("The library espeak-ng could not speak this text.")
-        return _sound(np.frombuffer(whole, np.int16), self.rate)
+        return _sound(np.frombuffer(whole, np.int16), rate)
+
+
+def _unload(library: Any) -> None:
+    """Let go of a library, so that the next one to load it finds nothing of what it did."""
+    if sys.platform == "win32":
+        _ctypes.FreeLibrary(library._handle)
+    else:
+        _ctypes.dlclose(library._handle)
 
 
 @cache

@@ -67,5 +67,13 @@ def test_voices_differ() -> None:
 
 
 @speaking
+def test_the_same_words_are_the_same_sound_whatever_was_said_before() -> None:
+    voice = VoiceSettings(voice="en-us+f5")
+    first = speak("come here please", voice).samples
+    speak("where did you put my keys", VoiceSettings(voice="en-gb"))
+    np.testing.assert_array_equal(first, speak("come here please", voice).samples)
+
+
+@speaking
 def test_markup_is_text_and_nothing_else() -> None:
     assert speak("<audio src='/etc/passwd'/> turn left [[pau]]", speakers=(by_library, by_program)).duration > 0.3
