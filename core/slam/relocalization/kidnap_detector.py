@@ -147,6 +147,8 @@ class WidenedWalls:
 
     def agreement(self, grid: OccupancyGrid, points: Array) -> float | None:
         """Points hit (K, 2) [m], world → the share of those on known ground that lie at walls; None: too few."""
+        if grid.log_odds.size == 0:
+            return None
         if grid is not self._grid:
             wide = np.ones((2 * AROUND + 1, 2 * AROUND + 1), np.uint8)
             self._near = cv2.dilate((grid.log_odds > OCCUPIED).astype(np.uint8), wide) > 0

@@ -81,6 +81,8 @@ def test_what_was_never_seen_does_not_contradict_the_map(lab: OccupancyGrid) -> 
     assert right is not None and right > 0.95
     assert wrong is not None and wrong < 0.6
     assert walls.agreement(lab, here.apply(points) + 100.0) is None
+    nothing = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
+    assert WidenedWalls().agreement(nothing, points) is None
 
 
 @pytest.mark.parametrize("seed", range(2))
