@@ -23,6 +23,7 @@ COARSE = 100  # points that the searches look at
 APART, APART_TURN = 0.5, math.radians(8)  # [m], [rad]: matches that differ by more are different places
 TRIED = 6  # peaks of the wide search that are refined
 SLIDE, WIDE = 0.1, 1.0  # [m]: how finely and how far around a match it is asked whether it fits there too
+ANYWHERE = 0.99  # of the spread of all places that are asked, from which the match may be at any of them
 NEARLY = 0.04  # of score that a place may fit worse and still be possible
 AT_ONCE = 4  # headings of the wide search in one piece of work
 
@@ -80,7 +81,8 @@ def spread(field: LikelihoodField, points: Array, pose: Pose, settings: ScanMatc
 def ambiguity(field: LikelihoodField, points: Array, match: Match, reach: float = WIDE) -> Array:
     """Covariance (2, 2) [m²] of where else within `reach` [m] the points (M, 2) fit nearly as well, field's axes.
 
-    Every place around weighs the less the worse it fits (Olson, ICRA 2009): along a bare corridor this stays large.
+    Every place around weighs the less the worse it fits (Olson, ICRA 2009). What looking no farther than `reach` adds
+    is taken out again: where all places around fit alike, along a bare corridor, the match says nothing.
     """
     few = thinned(points, COARSE)
     count = max(2, round(reach / SLIDE))
@@ -90,7 +92,9 @@ def ambiguity(field: LikelihoodField, points: Array, match: Match, reach: float 
     here = field.cells_at(placed[None]).mean()
     scores = field.cells_at(placed[None] + shifts[:, None]).mean(axis=1)
     weights = np.exp(np.minimum((scores - here) / NEARLY, 0.0))
-    return (shifts * weights[:, None]).T @ shifts / (weights.sum() + 1.0)
+    found, directions = np.linalg.eigh((shifts * weights[:, None]).T @ shifts / (weights.sum() + 1.0))
+    share = np.minimum(found / np.mean(steps**2), ANYWHERE)
+    return directions * (found / (1.0 - share)) @ directions.T
 
 
 def search_wide(

@@ -12,7 +12,14 @@ from core.perception.landmarks.deskew import beam_ends
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import world_named
 from core.slam.map.keyframe import Keyframe
-from core.slam.scan_matching.field_matching import ambiguity, match_scan, same_place, search_wide
+from core.slam.scan_matching.field_matching import (
+    ScanMatchingSettings,
+    ambiguity,
+    match_scan,
+    same_place,
+    search_wide,
+    spread,
+)
 from core.slam.scan_matching.likelihood_field import LikelihoodField, Match
 from core.slam.scan_matching.point_to_line import NEAR, WallPoints, align, residuals
 from tests.core.slam.map.test_pose_graph import whole
@@ -94,6 +101,21 @@ def test_along_a_bare_corridor_a_match_can_slide_and_across_it_cannot() -> None:
     room = view(HERE, rng)
     told = ambiguity(LikelihoodField(room.points), room.points, Match(Pose(), 1.0))
     assert math.sqrt(float(np.linalg.eigvalsh(told)[-1])) < 0.1
+
+
+def test_in_a_bare_corridor_a_match_and_its_covariance_say_nothing_of_the_way_along() -> None:
+    """0.03 and 0.13 m where the noise of near points passes for walls across, and a search's reach for doubt."""
+    rng = np.random.default_rng(4)
+    bearings = np.linspace(-2.0, 2.0, 240)
+    sides = np.column_stack((np.cos(bearings), np.sin(bearings))) / np.abs(np.sin(bearings))[:, None]
+    seen = sides[np.abs(sides[:, 0]) < 4.0]
+    seen = seen * (1 + rng.normal(scale=0.01, size=(len(seen), 1)))
+    field = LikelihoodField(corridor())
+    own = spread(field, seen, Pose(), ScanMatchingSettings())
+    around = ambiguity(field, seen, Match(Pose(), 1.0), 0.1)
+    assert math.sqrt(own[0, 0]) > 0.09
+    assert math.sqrt(own[1, 1]) < 0.03
+    assert math.sqrt(around[0, 0]) > 0.25
 
 
 def test_a_view_tells_what_lies_on_its_walls_from_what_it_looked_through() -> None:
