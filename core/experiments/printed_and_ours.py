@@ -1,35 +1,43 @@
-"""The chapter's own forms and ours, column by column, on the same drives and seeds through the whole robot.
+"""The chapter's own forms and ours, column by column, on the same drives, commands and seeds through the whole robot.
 
-Every column is one run of the experiment of its row under one value of `[chapter] mode`; the drives are those of
-figure 16 in the simulated laboratory, with the camera's edges found in pictures and the paper's wheels.
+Every column is a run of the same experiments under one value of `[chapter] mode`: the drives of figure 16 in the
+simulated laboratory, with the camera's edges found in pictures and the paper's wheels; and the commands of table 2,
+spoken and obeyed. Reading words has no printed form: who is not located is understood all the same.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypedDict
 
 from core.calibration.files.written import write_all
+from core.errors import Unavailable
 from core.experiments import dead_reckoning_vs_slam
 from core.experiments.about import About
 from core.experiments.drives import FIGURED, PLAIN
 from core.experiments.result import ExperimentResult
+from core.experiments.side_by_side import side_by_side
+from core.experiments.table_2 import trial
+from core.experiments.table_2_trials import TRIALS
 from core.settings import Settings, as_printed
+from core.speech.synthesis import NO_VOICE, can_speak
 
 RUNS = 10
 
 ABOUT = About(
     title="The chapter's forms and ours, side by side",
-    reproduces="The drive of figure 16 through the whole simulated robot, by equations 14-40 as printed and by ours.",
+    reproduces="The drive of figure 16 and the commands of table 2 through the whole simulated robot, by equations "
+    "14-40 as printed and by ours.",
     runs=RUNS,
-    counts="drives in either form",
+    counts="drives, and runs of every command, in either form",
     base_s=0.0,
     run_s=0.0,
 )
 Column = Literal["printed", "ours"]
+COLUMNS: tuple[Column, ...] = ("printed", "ours")
 
 
 class ColumnFigures(TypedDict):
@@ -47,6 +55,24 @@ class PrintedAndOurs(ExperimentResult):
     runs: int
     dead_reckoning_worst_m: float
     columns: dict[Column, ColumnFigures]
+    commands: dict[str, dict[Column, float]]  # share of the runs that succeeded
+    contacts: dict[Column, int]
+
+
+@dataclass(frozen=True)
+class SpokenCommands:
+    """The trials of table 2 by their number, in one form."""
+
+    column: Column
+    seed: int
+    runs: int
+
+    def __call__(self, number: int) -> tuple[bool, int]:
+        """One of them → whether it succeeded, and contacts."""
+        command, run = divmod(number, self.runs)
+        settings = as_printed(Settings()) if self.column == "printed" else Settings()
+        row = trial(tuple(TRIALS)[command], run, self.seed, settings=settings)
+        return row["success"], row["contacts"]
 
 
 def of_column(column: Column) -> Settings:
@@ -68,11 +94,17 @@ def run(
     tell: Callable[[str], None] | None = None,
     workers: int | None = None,
 ) -> PrintedAndOurs:
-    """`runs` drives (10) in either mode. Raises Unwritable."""
+    """`runs` drives (10), and runs of every command, in either mode. Raises Unavailable where nothing can
+    speak, Unwritable.
+    """
+    if not can_speak():
+        raise Unavailable(NO_VOICE)
     count = runs or RUNS
     columns: dict[Column, ColumnFigures] = {}
     dead = 0.0
-    for column in ("printed", "ours"):
+    commands: dict[str, dict[Column, float]] = {name: {} for name in TRIALS}
+    contacts: dict[Column, int] = {}
+    for column in COLUMNS:
         drives = dead_reckoning_vs_slam.run(
             runs=count, seed=seed, tell=tell, settings=of_column(column), through="sensors", workers=workers
         )
@@ -83,12 +115,18 @@ def run(
             "mean_final_error_m": row["mean_final_error_m"],
             "nees_mean": row["nees_mean"],
         }
+        done = side_by_side(SpokenCommands(column, seed, count), count * len(TRIALS), workers, tell)
+        for number, name in enumerate(TRIALS):
+            commands[name][column] = sum(good for good, _ in done[number * count : (number + 1) * count]) / count
+        contacts[column] = sum(touched for _, touched in done)
     result: PrintedAndOurs = {
         "runs": count,
         "seed": seed,
         "dead_reckoning_worst_m": dead,
         "columns": columns,
-        "text": table(columns, count),
+        "commands": commands,
+        "contacts": contacts,
+        "text": table(columns, commands, contacts, count),
         "files": {},
     }
     if out is not None:
@@ -97,12 +135,13 @@ def run(
     return result
 
 
-def table(columns: dict[Column, ColumnFigures], count: int) -> str:
+def table(
+    columns: dict[Column, ColumnFigures],
+    commands: dict[str, dict[Column, float]],
+    contacts: dict[Column, int],
+    count: int,
+) -> str:
     """Figures down, modes across."""
-    lines = [
-        f"sim:lab, whole robot, the paper's wheels, {count} drives",
-        f"{'':26}{'printed':>12}{'ours':>12}",
-    ]
     printed, ours = columns["printed"], columns["ours"]
     pairs = (
         ("worst average error [m]", printed["worst_average_error_m"], ours["worst_average_error_m"]),
@@ -110,4 +149,13 @@ def table(columns: dict[Column, ColumnFigures], count: int) -> str:
         ("mean final error [m]", printed["mean_final_error_m"], ours["mean_final_error_m"]),
         ("NEES (ideal 3)", printed["nees_mean"], ours["nees_mean"]),
     )
-    return "\n".join(lines + [f"{name:26}{one:12.3f}{other:12.3f}" for name, one, other in pairs])
+    return "\n".join(
+        (
+            f"sim:lab, whole robot, the paper's wheels, {count} drives",
+            f"{'':26}{'printed':>12}{'ours':>12}",
+            *(f"{name:26}{one:12.3f}{other:12.3f}" for name, one, other in pairs),
+            f"commands of table 2, spoken, {count} runs of each: success [%]",
+            *(f"{name:26}{100 * one['printed']:12.0f}{100 * one['ours']:12.0f}" for name, one in commands.items()),
+            f"{'contacts':26}{contacts['printed']:12}{contacts['ours']:12}",
+        )
+    )

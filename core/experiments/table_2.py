@@ -29,6 +29,7 @@ from core.experiments.run_log import RunLog
 from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SENSES, SentenceOutcome, SpokenRoom
 from core.experiments.table_2_trials import PRECONDITIONS, TRIALS, TRIES, TrialOutcome
+from core.settings import Settings
 from core.simulation.world import world_named
 from core.speech.recognition.engines import open_engine
 from core.speech.recognition.recognizer import Recognizer
@@ -135,7 +136,7 @@ class Table2(ExperimentResult):
     errors: dict[str, SpreadFigures | None]
 
 
-def trial(name: str, number: int, seed: int, *, words: bool = True) -> TrialRow:
+def trial(name: str, number: int, seed: int, *, words: bool = True, settings: Settings | None = None) -> TrialRow:
     """One run of one command → its row; without `words` the command is typed with a voice without words."""
     kind = TRIALS[name]
     place = kind.places[number % len(kind.places)]
@@ -144,7 +145,7 @@ def trial(name: str, number: int, seed: int, *, words: bool = True) -> TrialRow:
     start, said = kind.start(world_named(place), chance)
     recognizer = _recognizer() if words else None
     own, voice = int(chance.integers(2**31)), drawn_voice(chance)
-    room = SpokenRoom(place, own, words=words, start=start, recognizer=recognizer, voice=voice)
+    room = SpokenRoom(place, own, words=words, start=start, settings=settings, recognizer=recognizer, voice=voice)
     try:
         heard, outcome = kind.obey(room, said)
     except Refused as refused:
