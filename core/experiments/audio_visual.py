@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypedDict
@@ -173,8 +173,17 @@ def steer(pose: Pose, goal: tuple[float, float]) -> Twist:
     return Twist(SPEED if abs(off) < math.radians(40) else 0.0, turn)
 
 
-def drive(place: Place, base: Settings, seed: int, rows: Sequence[str]) -> dict[str, RowErrors | float]:
-    """One drive through every row, and under `path` its length [m]."""
+def drive(
+    place: Place,
+    base: Settings,
+    seed: int,
+    rows: Sequence[str],
+    begun: Callable[[dict[str, Pilot]], None] = lambda _: None,
+) -> dict[str, RowErrors | float]:
+    """One drive through every row, and under `path` its length [m].
+
+    `begun` is given the rows' pilots once, when they have taken the first frame: for bounds, which know more.
+    """
     settings = settings_for(place, base)
     robot = SimulatedRobot(place.world, seed=seed, settings=settings.simulation)
     pilots = {name: Pilot(with_sensors(robot.profile, SENSORS[name]), settings) for name in rows}
@@ -191,10 +200,11 @@ def drive(place: Place, base: Settings, seed: int, rows: Sequence[str]) -> dict[
             said = robot.ask(Speak(text=WORDS, x_m=place.speaker[0], y_m=place.speaker[1], id="person"))
             calls = frame.stamp + said.seconds + CALLS
         snapshots = {name: pilot.step(seen_by(frame, SENSORS[name], place.reach)) for name, pilot in pilots.items()}
-        path, before = path + truth.distance_to(before.x, before.y), truth
+        if frames == 0:
+            begun(pilots)
+        path, before, frames = path + truth.distance_to(before.x, before.y), truth, frames + 1
         if frame.stamp < STILL:
             continue
-        frames += 1
         if frames % EVERY == 0:
             for name, snapshot in snapshots.items():
                 pose = snapshot.estimate.pose
@@ -205,9 +215,14 @@ def drive(place: Place, base: Settings, seed: int, rows: Sequence[str]) -> dict[
             goal += 1
         if goal < len(place.goals):
             robot.drive(steer(truth, place.goals[goal]))
+    return {"path": path} | errors_of(found)
+
+
+def errors_of(found: Mapping[str, Sequence[tuple[float, float, float, float]]]) -> dict[str, RowErrors]:
+    """Every row's x, y, error [m] and NEES at the moments that are judged → its errors."""
     table = {name: np.array(one) for name, one in found.items()}
     laser = table.get("laser")
-    errors: dict[str, RowErrors | float] = {"path": path}
+    errors: dict[str, RowErrors] = {}
     for name, one in table.items():
         gap = np.full(len(one), np.nan) if laser is None else np.hypot(*(one[:, :2] - laser[:, :2]).T)
         errors[name] = RowErrors(
