@@ -14,12 +14,11 @@ from collections.abc import Iterable, Iterator
 from math import inf
 from typing import Any
 
-from scipy.signal import resample_poly
-
 from core.commands import needs_confirmation
 from core.commands.command import Command
 from core.message import Array, message
 from core.perception.sound.noise_reduction import without_noise
+from core.sensors.resampling import resampled
 from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Sentence, Thresholds, decide, no_command
 from core.speech.recognition.endpointing import over_noise, voiced
 from core.speech.recognition.recognizer import Utterance
@@ -104,7 +103,7 @@ class Sphinx:
     def _faster_and_slower(self, samples: Array) -> Iterator[Array]:
         """The samples (N,) as deeper and higher voices would say them."""
         for up, down in SPEEDS[: self._settings.opinions]:
-            yield resample_poly(samples, up, down)
+            yield resampled(samples, down, up)
 
     def _ranked(self, said: DecodedPath, views: list[Array], sentences: Candidates) -> Ranking:
         """Choose the sentence that explains all views best, at other speeds too. `said` is what was read from the

@@ -275,7 +275,7 @@ def _decoder_layer(model: ModelFile, layer: str, width: int) -> DecoderLayer:
     cross = CrossAttention(
         _norm(model, name, width),
         _linear(model, f"{name}/linear_0", width, width),
-        _linear(model, f"{name}/linear_1", 2 * width, width),
+        _linear(model, f"{name}/linear_1", 2 * width, width, compact=True),
         _linear(model, f"{name}/linear_2", width, width),
     )
     return DecoderLayer(_self_attention(model, layer, width), cross, _feed(model, layer, width))
