@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections.abc import Callable
 
 from console.people.look_jobs import LookForPeople, OpenDetector
@@ -18,6 +19,7 @@ log = logging.getLogger(__name__)
 
 OPENING, LOOKING = 10.0, 2.0  # [s] of processor time
 AGAIN = 5.0  # [s] after a failure until the next try
+IDLE = 60.0  # [s] without a voice or a question, after which the worker gives its memory back
 
 
 class LookService:
@@ -36,6 +38,7 @@ class LookService:
         self._wake: asyncio.Event | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._complaint = ""
+        self._needed = 0.0  # [s] when there was a question or a voice last
         self.seconds: float | None = None  # that the newest look took
 
     @property
@@ -50,7 +53,7 @@ class LookService:
 
     def ask(self, question: LookQuestion) -> None:
         """Take a question, from any thread."""
-        self._question = question
+        self._question, self._needed = question, time.monotonic()
         loop, wake = self._loop, self._wake
         if loop is not None and wake is not None and not loop.is_closed():
             loop.call_soon_threadsafe(wake.set)
@@ -64,22 +67,47 @@ class LookService:
         """Work until cancelled."""
         self._loop, self._wake = asyncio.get_running_loop(), asyncio.Event()
         while True:
-            await self._wake.wait()
-            self._wake.clear()
+            await self._woken(self._wake)
+            if self._question is None:
+                await self._start()
+                continue
             ready = await self._ready()
             question, self._question = self._question, None
-            if question is not None and ready:
+            if ready:
                 await self._look(question)
 
     def took(self, snapshot: Snapshot) -> None:
-        """Be ready when someone is heard who may call: the worker takes a second to start."""
-        heard = snapshot.hearing is not None and bool(snapshot.hearing.voices)
-        if heard and not self._worker.alive and self._wake is not None and self.for_pilot is not None:
+        """Start the process when someone is heard who may call: that takes the longest part of a second.
+
+        The networks, which take more memory than the process, are opened for the first picture, in an eighth of one.
+        """
+        if snapshot.hearing is None or not snapshot.hearing.voices or self.for_pilot is None:
+            return
+        self._needed = time.monotonic()
+        if not self._worker.alive and self._wake is not None:
             self._wake.set()
 
     def close(self) -> None:
         """End the worker."""
         self._worker.kill()
+
+    async def _woken(self, wake: asyncio.Event) -> None:
+        """Wait for a question or a voice; end the worker meanwhile when it has not been needed for long."""
+        while not wake.is_set():
+            try:
+                async with asyncio.timeout(IDLE if self._worker.alive else None):
+                    await wake.wait()
+            except TimeoutError:
+                if time.monotonic() - self._needed >= IDLE:
+                    self._worker.kill()
+        wake.clear()
+
+    async def _start(self) -> None:
+        """Start the process alone."""
+        try:
+            await self._worker.ready()
+        except WorkerLost as lost:
+            log.warning("The worker that looks for people did not start: %s", lost)
 
     async def _ready(self) -> bool:
         """Open the detector where it is not open. Return whether it is."""

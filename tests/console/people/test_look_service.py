@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 
 from console.people.look_jobs import PersonSeen, ViewingCamera
 from console.people.look_service import LookService
+from console.workers.job import Job
+from console.workers.worker import Worker
 from core.perception.people.looking import LookAnswer, LookQuestion
 from core.perception.people.parts import PeopleSettings
 from core.sensors import Camera
+from core.snapshot import Hearing, Snapshot, VoiceDirection
+from tests.console.robot.test_setpoint_sender import wanting
 from tests.core.perception.onnx_files import onnx_file
 from tests.core.perception.stick_figures import white_body
 from tests.core.perception.test_own_models import sorted_out
@@ -30,6 +36,33 @@ async def answered(service: LookService, seconds: float = 20.0) -> LookAnswer:
         while (answer := service.answer()) is None:
             await asyncio.sleep(0.01)
     return answer
+
+
+async def until(done: Callable[[], bool], seconds: float = 20.0) -> None:
+    async with asyncio.timeout(seconds):
+        while not done():
+            await asyncio.sleep(0.01)
+
+
+def runs() -> bool:
+    """True while this process has a worker that looks for people."""
+    return any("--worker=look" in child.cmdline() for child in psutil.Process().children())
+
+
+def with_voice() -> Snapshot:
+    voice = VoiceDirection(
+        id=1,
+        stamp=0.0,
+        age=0.0,
+        azimuth=0.0,
+        azimuth_world=0.0,
+        sd=0.1,
+        sd_heard=0.1,
+        elevation=None,
+        strength=1.0,
+        heard_at=np.zeros(2),
+    )
+    return replace(wanting(0, 0.0), hearing=Hearing(listening=True, speaking=True, level_db=-30.0, voices=(voice,)))
 
 
 def during(service: LookService, work: Callable[[], Awaitable[None]]) -> None:
@@ -80,6 +113,45 @@ def test_a_model_that_cannot_be_used_is_named_once(tmp_path: Path) -> None:
 
     during(service, work)
     assert len(said) == 1 and "no such file" in said[0]
+
+
+def test_a_voice_starts_the_process_and_a_picture_opens_the_networks(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "own.onnx").write_bytes(onnx_file((1, 3, 320, 320), [sorted_out(57)]))
+    asked: list[str] = []
+    ask = Worker.ask
+
+    async def noted(worker: Worker, job: Job[Any], *, budget: float) -> Any:
+        asked.append(type(job).__name__)
+        return await ask(worker, job, budget=budget)
+
+    monkeypatch.setattr(Worker, "ask", noted)
+    service = LookService(PeopleSettings(model=str(tmp_path / "own.onnx"), farthest=12.0), lambda _: None)
+
+    async def work() -> None:
+        service.took(with_voice())
+        await until(runs)
+        assert asked == []
+        service.ask(question(1.0))
+        await answered(service)
+        assert asked == ["OpenDetector", "LookForPeople"]
+
+    during(service, work)
+
+
+def test_a_worker_that_nobody_needs_gives_its_memory_back(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("console.people.look_service.IDLE", 0.3)
+    (tmp_path / "own.onnx").write_bytes(onnx_file((1, 3, 320, 320), [sorted_out(57)]))
+    service = LookService(PeopleSettings(model=str(tmp_path / "own.onnx"), farthest=12.0), lambda _: None)
+
+    async def work() -> None:
+        for stamp in (1.0, 2.0):
+            service.ask(question(stamp))
+            assert (await answered(service)).stamp == stamp
+            await until(lambda: not runs())
+
+    during(service, work)
 
 
 def test_the_embedded_detector_needs_no_worker(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
