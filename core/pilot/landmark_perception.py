@@ -28,8 +28,10 @@ from core.snapshot import CameraView
 NO_POINTS = np.zeros((0, 2))
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
 AT_REST = 3.0  # [s] of standing after which one picture more tells nothing that thirty did not
-LOOK_AT_REST = 0.45  # [s] between the pictures that are looked at then
-CHANGED = 0.1  # [m] by which a beam differs where something has moved, well above a laser's noise
+READ_AT_REST = 5.0  # [s] after which one scan more tells nothing that fifty did not: they draw the map of this place
+LOOK_AT_REST = 0.45  # [s] between the pictures and scans that are looked at then
+CHANGED = 0.1  # [m] by which a beam differs, at least, where something has moved
+CHANGED_SHARE = 0.05  # the same as a share of its range: 3.5 standard deviations where a range is known to 1 %
 FEW = 0.01  # of the beams that may differ although nothing has: edges are hit now and missed now
 AWAITED = 0.3  # [s] since the newest scan for which a picture's edges wait for the next
 RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
@@ -92,12 +94,14 @@ class LandmarkPerception:
     def _is_like_before(self, scan: Scan, stamp: float) -> bool:
         """True for most scans of a robot that stands in a room in which nothing moves."""
         last = self._scan
-        if last is None or stamp - self._moved_stamp <= AT_REST or last.laser != scan.laser:
+        if last is None or stamp - self._moved_stamp <= READ_AT_REST or last.laser != scan.laser:
             return False
         if not 0 <= scan.stamp - last.stamp < LOOK_AT_REST or last.ranges.shape != scan.ranges.shape:
             return False
         known = np.isfinite(scan.ranges) & np.isfinite(last.ranges)
-        return float(np.mean(np.abs(scan.ranges[known] - last.ranges[known]) > CHANGED)) <= FEW
+        ranges = last.ranges[known]
+        least = np.maximum(CHANGED, CHANGED_SHARE * ranges)
+        return float(np.mean(np.abs(scan.ranges[known] - ranges) > least)) <= FEW
 
     def _judge(self, image: Image, wheels: Wheels | None) -> None:
         """Judge the picture's quality, and note since when none could be used."""

@@ -88,3 +88,20 @@ def test_a_single_black_picture_is_nothing_to_tell() -> None:
         black = Image(stamp=image.stamp + 0.05, pixels=np.zeros_like(image.pixels))
         eyes.look(SensorFrame(stamp=black.stamp, image=black), Motion())
         assert eyes.poor == ""
+
+
+def test_the_scans_of_a_standing_robot_are_read_twice_a_second_and_at_once_when_a_person_comes() -> None:
+    robot = SimulatedRobot("lab", seed=4)
+    eyes = LandmarkPerception(robot.profile, Settings())
+
+    def is_read(frame: SensorFrame) -> bool:
+        return eyes.look(frame, Motion(wheels=frame.wheels), idle=True).sightings is not None
+
+    frames = [robot.read() for _ in range(40 * 8)]
+    read = [frame.stamp for frame in frames if is_read(frame)]
+    assert len([stamp for stamp in read if stamp > frames[-1].stamp - 2.0]) == 4
+    frame = next(frame for frame in iter(robot.read, None) if frame.scan is not None and not is_read(frame))
+    assert frame.scan is not None
+    ranges = frame.scan.ranges.copy()
+    ranges[300:320] -= 0.5  # 0.4 m wide at 3 m
+    assert is_read(replace(frame, scan=replace(frame.scan, ranges=ranges)))
