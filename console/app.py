@@ -32,7 +32,7 @@ from console.api.looking import looking
 from console.api.maps import maps
 from console.api.microphones import microphones
 from console.api.own_navigation import own_navigation
-from console.api.page import PageFiles, page, scene_page_file, static_folder
+from console.api.page import PageFiles, page, scene_page_file
 from console.api.pending_command import pending_command
 from console.api.people import people
 from console.api.playback import playback
@@ -48,6 +48,7 @@ from console.api.voice import voice
 from console.control.durable_answers import DurableAnswers
 from console.http.problems import Problem, problem_of
 from console.runtime import Runtime
+from console.sentences import static_folder
 from core.errors import BeckonError
 
 log = logging.getLogger(__name__)

@@ -15,13 +15,13 @@ from fastapi.routing import APIRoute
 from console import messages
 from console.access.guard import Access
 from console.access.roles import declared
-from console.api.page import static_folder
 from console.app import create_app
 from console.cli import build_parser
 from console.cli.settings import rows, section_kinds
 from console.messages.generate_js import js_type
 from console.messages.json_schema import socket_schema
 from console.runtime import Runtime
+from console.sentences import static_folder
 from core.commands import VOCABULARY
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile
 

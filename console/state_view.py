@@ -14,6 +14,7 @@ from console.control.lease import Lease
 from console.control.pending_commands import PendingCommand
 from console.messages import hearing, person, picture
 from console.messages.map import accuracy, floor
+from console.sentences import code_of
 from core.commands import spec_of
 from core.gate.status import GateStatus
 from core.message import Array
@@ -80,7 +81,9 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int) -> message
         gate=gate(around.gate, snapshot),
         lease=lease(around.lease, around.now),
         viewers=around.viewers,
-        notices=[messages.NoticeLine(one.id, one.stamp, one.level, one.text) for one in around.notices],
+        notices=[
+            messages.NoticeLine(one.id, one.stamp, one.level, one.text, *code_of(one.text)) for one in around.notices
+        ],
         history_revision=around.history_revision,
         truth=None if snapshot.truth is None else true_pose(snapshot),
     )
@@ -151,6 +154,7 @@ def command(status: ActiveCommandStatus) -> messages.CommandState:
         state=status.state,
         remark=status.remark,
         progress=status.progress,
+        **code_of(status.remark)._asdict(),
     )
 
 
@@ -208,6 +212,7 @@ def gate(status: GateStatus, snapshot: Snapshot) -> messages.GateState:
         limit_v_m_s=status.limit_v,
         blocked_by=blocked,
         need_neutral=status.need_neutral,
+        **code_of(status.reason)._asdict(),
     )
 
 

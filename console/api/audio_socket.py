@@ -30,6 +30,7 @@ from console.http.problems import Problem
 from console.http.rate_counter import RateCounter, size_of
 from console.messages import audio
 from console.runtime import Runtime
+from console.sentences import code_of
 from console.speech.browser_microphone import TalkTurn
 from console.speech.room_mouth import RoomMouth
 from console.speech.room_transcription import RoomUtterance, UnrecognizedSpeechLog
@@ -303,6 +304,7 @@ class AudioSocket:
                 delay_s=round(delay, 3),
                 entry=became.entry,
                 pending_command=became.pending_command,
+                **code_of(reason)._asdict(),
             )
         )
 

@@ -12,6 +12,7 @@ from console.access.roles import needs
 from console.api import Behind, Dispatcher, HistoryInUse, RequestBody, Who, router
 from console.control.history_store import REMEMBERED, HistoryEntry
 from console.http.problems import Problem
+from console.sentences import code_of
 from core.commands import VOCABULARY, particulars
 from core.commands.command import CommandSpec
 from core.geometry import wrap
@@ -86,6 +87,8 @@ class HistoryRow(msgspec.Struct, frozen=True, kw_only=True):
     at_s: float  # Unix time
     ended_s: float | None
     duration_s: float | None
+    code: str | None = None  # of the sentence in `remark`, which keeps its meaning in every language
+    values: dict[str, str] | None = None  # in that sentence, by their names
 
 
 class CommandHistory(msgspec.Struct, frozen=True):
@@ -197,4 +200,5 @@ def entry_row(entry: HistoryEntry) -> HistoryRow:
         at_s=entry.wall,
         ended_s=entry.ended,
         duration_s=None if entry.ended is None else round(entry.ended - entry.wall, 3),
+        **code_of(entry.remark)._asdict(),
     )

@@ -11,8 +11,9 @@ from fastapi.responses import FileResponse
 from markdown_it import MarkdownIt
 
 from console.access.roles import needs
-from console.api.page import NO_CACHE, static_folder
+from console.api.page import NO_CACHE
 from console.http.problems import Problem
+from console.sentences import static_folder
 
 help_pages = APIRouter()
 

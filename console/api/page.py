@@ -17,6 +17,7 @@ from console.access.roles import needs
 from console.api.audio_socket import AudioSocket
 from console.api.state_socket import StateSocket
 from console.scene.viser_host.page import ScenePage
+from console.sentences import static_folder
 
 page = APIRouter()
 
@@ -24,13 +25,6 @@ NO_CACHE = {"Cache-Control": "no-cache"}
 TEXTS = (".js", ".css", ".svg", ".json")
 PAGES = ("calibrate", "hearing", "people", "maps", "experiments", "connect", "help")
 """Pages beside the console itself; static/js/shell/pages.js has their rows. All are one document."""
-
-
-def static_folder() -> Path:
-    """Return the folder of the page's files: inside the installed package, or next to it in a checkout."""
-    console = Path(__file__).parent.parent
-    packed = console / "_static"
-    return packed if packed.is_dir() else console.parent / "static"
 
 
 @needs("public")

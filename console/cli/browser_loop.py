@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from console.api.page import static_folder
+from console.sentences import static_folder
 from core.errors import BadInput, Unavailable
 from core.message import Array
 from core.recording.sound_file import wav_bytes

@@ -34,25 +34,18 @@ from core.errors import Refused
 from core.gate.status import GateStatus
 from core.perception.people.voice_bearing import VoiceBearing
 from core.pilot.pilot import Pilot
-from core.sentences import CodedSentence
 from core.snapshot import ActiveCommandStatus, Ending
 from core.speech.understanding.grammar import OwnPhrases, Refusal, understand
 
-ONLY_TO_PERSONS = CodedSentence(
-    "command.only_to_persons", "Only a command that goes to a person takes a direction; leave towards_rad out."
-)
-TWO_CANNOT_STEER = CodedSentence(
-    "command.two_cannot_steer", "Beckon drives the robot now; stop that first. Two cannot steer."
-)
-ONLY_OPERATORS = CodedSentence("lease.only_operators", "Only an operator can drive.")
-NOTHING_TO_RENEW = CodedSentence(
-    "lease.nothing_to_renew", "There is nothing to renew: you do not drive. Ask for control first."
-)
-ENDING = CodedSentence("console.ending", "The console is ending; the robot stands.")
-VIEWERS_WATCH = CodedSentence("command.viewers_watch", "Viewers watch and may stop the robot; an operator drives it.")
-UNREACHED = CodedSentence("robot.unreached", "The robot cannot be reached now.")
-NO_PILOT = CodedSentence("pilot.not_running", "The pilot is not running; the robot stands.")
-HALTED = CodedSentence("command.halted", "The robot is halted; the operator must reset the halt first.")
+ONLY_TO_PERSONS = "Only a command that goes to a person takes a direction; leave towards_rad out."
+TWO_CANNOT_STEER = "Beckon drives the robot now; stop that first. Two cannot steer."
+ONLY_OPERATORS = "Only an operator can drive."
+NOTHING_TO_RENEW = "There is nothing to renew: you do not drive. Ask for control first."
+ENDING = "The console is ending; the robot stands."
+VIEWERS_WATCH = "Viewers watch and may stop the robot; an operator drives it."
+UNREACHED = "The robot cannot be reached now."
+NO_PILOT = "The pilot is not running; the robot stands."
+HALTED = "The robot is halted; the operator must reset the halt first."
 
 REACHED = ("live", "stale")
 LeaseAction = Literal["acquire", "renew", "take", "release", "ask", "give", "keep"]
@@ -246,8 +239,9 @@ class CommandDispatcher:
         if give:
             self._changed_hands(f"{who.name} gave control to {asker.name}.")
         self._history.add("lease", who, remark=f"{'gave' if give else 'did not give'} control to {asker.name}")
-        answered = f"gave control to {asker.name}." if give else f"keeps control; {asker.name} asked for it."
-        self._notifications.tell("info", f"{who.name} {answered}", "lease")
+        gave = f"{who.name} gave control to {asker.name}."
+        kept = f"{who.name} keeps control; {asker.name} asked for it."
+        self._notifications.tell("info", gave if give else kept, "lease")
 
     def forget(self, who: Person) -> None:
         """The person signed out."""

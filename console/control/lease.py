@@ -10,14 +10,13 @@ from dataclasses import dataclass
 
 from console.access.logins import Person
 from core.errors import Refused
-from core.sentences import CodedSentence
 
 ASKED = 10.0  # [s] that the holder has to answer who asks for control
 GRACE = 5.0  # [s] without a sign of life of the holder: a message of their page, a request of their program
-OTHER_DRIVES = CodedSentence("lease.other_drives", "{holder} drives now. Ask for control, or take over.")
-HAS_ASKED = CodedSentence("lease.has_asked", "{name} has asked already; wait for the answer.")
-NOBODY_ASKS = CodedSentence("lease.nobody_asks", "Nobody asks you for control now.")
-NOT_YOURS = CodedSentence("lease.not_yours", "{holder} drives now; only the operator in control can give it back.")
+OTHER_DRIVES = "{holder} drives now. Ask for control, or take over."
+HAS_ASKED = "{name} has asked already; wait for the answer."
+NOBODY_ASKS = "Nobody asks you for control now."
+NOT_YOURS = "{holder} drives now; only the operator in control can give it back."
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ class Lease:
     def check_not_anothers(self, person: Person) -> None:
         """Raises Refused with the operator's name while another person drives."""
         if self.holder is not None and not self.held_by(person):
-            raise Refused(OTHER_DRIVES.of(holder=self.holder.name))
+            raise Refused(OTHER_DRIVES.format(holder=self.holder.name))
 
     def acquire(self, person: Person, now: float) -> None:
         """Take the lease when it is free; renews it for its holder. Raises Refused with the holder's name."""
@@ -69,7 +68,7 @@ class Lease:
         if self.holder is None or self.held_by(person):
             self.acquire(person, now)
         elif self.request is not None and self.request.person.id != person.id:
-            raise Refused(HAS_ASKED.of(name=self.request.person.name))
+            raise Refused(HAS_ASKED.format(name=self.request.person.name))
         elif self.request is None:
             self.request = ControlRequest(person, now + ASKED)
 
@@ -94,7 +93,7 @@ class Lease:
         if self.holder is None:
             return
         if not self.held_by(person):
-            raise Refused(NOT_YOURS.of(holder=self.holder.name))
+            raise Refused(NOT_YOURS.format(holder=self.holder.name))
         self._change(None)
 
     def forget(self, person: Person) -> None:

@@ -21,7 +21,6 @@ from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
 from core.errors import Unavailable
 from core.gate.status import GateStatus
-from core.sentences import CodedSentence
 from core.snapshot import Ending
 
 RECORDED = 3  # stops and halts of one person a second that are written down; all of them act
@@ -30,9 +29,9 @@ SAME_PRESS = 2.0  # [s] within which a press of STOP comes by its second way, an
 LATCHING = 0.2  # [s] that the gate may take to latch a halt before the console does
 LOOK = 0.002  # [s]
 LIFTING = 1.0  # [s] within which a reset must show
-ONLY_OPERATORS_RESET = CodedSentence("stop.only_operators_reset", "Only an operator can reset a halt.")
-NOT_HALTED = CodedSentence("stop.not_halted", "The robot is not halted.")
-NO_GATE = CodedSentence("stop.no_gate", "The halt is not reset: the robot's gate does not run. Restart the console.")
+ONLY_OPERATORS_RESET = "Only an operator can reset a halt."
+NOT_HALTED = "The robot is not halted."
+NO_GATE = "The halt is not reset: the robot's gate does not run. Restart the console."
 
 
 @dataclass

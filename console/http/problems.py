@@ -9,8 +9,8 @@ from typing import Any
 import msgspec
 
 from console import messages
+from console.sentences import code_of
 from core.errors import BadInput, BeckonError, Refused, Unavailable, Unwritable
-from core.sentences import CodedSentence
 
 MEDIA_TYPE = b"application/problem+json"
 
@@ -23,15 +23,14 @@ class Problem(Exception):
     def __init__(
         self,
         status: int,
-        detail: str | CodedSentence,
+        detail: str,
         *,
         headers: Mapping[str, str] | None = None,
         more: Mapping[str, Any] | None = None,
     ) -> None:
-        super().__init__(str(detail))
+        super().__init__(detail)
         self.status = status
-        self.detail = str(detail)
-        self.sentence = detail if isinstance(detail, CodedSentence) else None
+        self.detail = detail
         self.headers = dict(headers or {})
         self.more = dict(more or {})
 
@@ -39,9 +38,8 @@ class Problem(Exception):
         """The answer's JSON."""
         title = HTTPStatus(self.status).phrase
         body = {"type": "about:blank", "title": title, "status": self.status, "detail": self.detail, **self.more}
-        if self.sentence is not None:
-            body |= {"code": self.sentence.code, "values": self.sentence.values}
-        return msgspec.json.encode(body)
+        found = code_of(self.detail)
+        return msgspec.json.encode(body if found.code is None else body | found._asdict())
 
     def header_list(self) -> Headers:
         """The answer's headers, as ASGI wants them."""
@@ -55,19 +53,19 @@ STATUS = ((BadInput, 422), (Refused, 409), (Unwritable, 507), (Unavailable, 503)
 def problem_of(error: BeckonError) -> Problem:
     """An error of the core → the same sentence with a proper status."""
     status = next((status for kind, status in STATUS if isinstance(error, kind)), 500)
-    said = error.args[0] if error.args else ""
-    return Problem(status, said if isinstance(said, CodedSentence) else str(error))
-
-
-def coded(problem: Problem) -> dict[str, Any]:
-    """The code of a problem's sentence and its values, where it has one."""
-    said = problem.sentence
-    return {} if said is None else {"code": said.code, "values": dict(said.values)}
+    return Problem(status, str(error))
 
 
 def refused(ref: int, error: Problem | BeckonError) -> messages.AnswerMessage:
     """A refusal as the answer to a socket's message."""
     problem = error if isinstance(error, Problem) else problem_of(error)
+    found = code_of(problem.detail)
     return messages.AnswerMessage(
-        ref, False, problem.status, problem.detail, problem.more.get("suggestions"), **coded(problem)
+        ref,
+        False,
+        problem.status,
+        problem.detail,
+        problem.more.get("suggestions"),
+        code=found.code,
+        values=found.values,
     )

@@ -62,6 +62,8 @@ class Transcript(Struct, tag_field="kind", tag="transcript"):
     delay_s: float  # from the end of the sound that it needed to this message
     entry: int | None = None  # its row in the history
     pending_command: int | None = None  # it waits: `pending_command` of the state has it
+    code: str | None = None  # of the sentence in `reason`, which keeps its meaning in every language
+    values: dict[str, str] | None = None  # in that sentence, by their names
 
 
 class PartialTranscript(Struct, tag_field="kind", tag="partial"):

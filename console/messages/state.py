@@ -85,12 +85,14 @@ class SlamState(Struct):
     looking_around: bool
 
 
-class CommandState(CommandPayload):
+class CommandState(CommandPayload, omit_defaults=True):
     """A command and how it goes."""
 
     state: Ending
     remark: str
     progress: float | None
+    code: str | None = None  # of the sentence in `remark`, which keeps its meaning in every language
+    values: dict[str, str] | None = None  # in that sentence, by their names
 
 
 class EdgeLine(Struct):
@@ -153,7 +155,7 @@ class RobotState(Struct):
     battery: float | None
 
 
-class GateState(Struct):
+class GateState(Struct, omit_defaults=True):
     """The setpoint that the gate lets through."""
 
     state: str  # disarmed | armed | halted
@@ -166,6 +168,8 @@ class GateState(Struct):
     limit_v_m_s: float | None
     blocked_by: PointState | None
     need_neutral: bool
+    code: str | None = None  # of the sentence in `reason`, which keeps its meaning in every language
+    values: dict[str, str] | None = None  # in that sentence, by their names
 
 
 class LeaseState(Struct):
@@ -179,13 +183,15 @@ class LeaseState(Struct):
     answer_within_s: float | None = None  # then the request ends by itself
 
 
-class NoticeLine(Struct):
+class NoticeLine(Struct, omit_defaults=True):
     """A sentence for the operator."""
 
     id: int
     stamp_s: float
     level: Level
     text: str
+    code: str | None = None  # of the sentence in `text`, which keeps its meaning in every language
+    values: dict[str, str] | None = None  # in that sentence, by their names
 
 
 class State(Struct, tag_field="kind", tag="state"):
@@ -266,7 +272,7 @@ class AnswerMessage(Struct, tag_field="kind", tag="answer", omit_defaults=True):
     suggestions: list[str] | None = None
     id: int | None = None
     code: str | None = None  # of the sentence in `detail`, which keeps its meaning in every language
-    values: dict[str, str | int | float] | None = None  # in that sentence, by their names
+    values: dict[str, str] | None = None  # in that sentence, by their names
 
 
 class EchoBack(Struct, tag_field="kind", tag="echo"):

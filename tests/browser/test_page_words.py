@@ -53,6 +53,17 @@ def test_escape_in_the_text_box_stops_what_runs(visit: Open, console: Running) -
     here.still()
 
 
+def test_a_refusal_is_german_on_a_german_page_and_english_in_the_interface(visit: Open, console: Running) -> None:
+    def choose_german(page: Page) -> None:
+        page.add_init_script("localStorage.setItem('beckon.language', 'de')")
+
+    here = visit(before=choose_german)
+    here.say("continue 99 meters")
+    expect(here.find("command-status")).to_contain_text("nimmt x von 0.01 bis 20 Metern.")
+    expect(here.find(".record").first).to_contain_text("nimmt")  # the history, too
+    assert "takes" in console.newest()["remark"]
+
+
 def test_what_is_refused_says_why_and_offers_what_was_meant(visit: Open, console: Running) -> None:
     here = visit()
     here.say("continue 99 meters")

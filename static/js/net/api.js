@@ -1,6 +1,6 @@
 // HTTP client of the console: user, vocabulary, history, and STOP as a second channel.
 
-import { said, t } from "../ui/texts.js";
+import { said, t, translate } from "../ui/texts.js";
 
 /** @typedef {import("../drive/suggest.js").Kind} Kind */
 /** @typedef {{name: string, role: "viewer" | "operator" | "admin", id: string}} Me */
@@ -17,6 +17,8 @@ import { said, t } from "../ui/texts.js";
  * @property {string} who
  * @property {string} state running, done, refused, cancelled, pre-empted, failed
  * @property {string} remark
+ * @property {string | null} [code] of the remark
+ * @property {import("../ui/texts.js").Values | null} [values] in the remark
  */
 
 const BUSY_MS = 300; // polling interval
@@ -157,7 +159,12 @@ export const halt = (press) => post(`api/halt?press=${press}`);
 export const kinds = async () => (await call("api/commands")).commands;
 
 /** @returns {Promise<HistoryRow[]>} newest first */
-export const history = async () => (await call(`api/commands/history?limit=${HISTORY_ROWS}`)).commands;
+export async function history() {
+  /** @type {HistoryRow[]} */
+  const rows = (await call(`api/commands/history?limit=${HISTORY_ROWS}`)).commands;
+  for (const row of rows) translate(row, "remark");
+  return rows;
+}
 
 /**
  * Words of a row: shown, and used to repeat the command.

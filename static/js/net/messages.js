@@ -49,7 +49,7 @@
  * @property {string[] | null} [suggestions]
  * @property {number | null} [id]
  * @property {string | null} [code]
- * @property {Object<string, string | number | number> | null} [values]
+ * @property {Object<string, string> | null} [values]
  */
 
 /**
@@ -75,6 +75,8 @@
  * @property {'running' | 'done' | 'refused' | 'cancelled' | 'pre-empted' | 'failed'} state
  * @property {string} remark
  * @property {number | null} progress
+ * @property {string | null} [code]
+ * @property {Object<string, string> | null} [values]
  */
 
 /**
@@ -108,6 +110,8 @@
  * @property {number | null} limit_v_m_s
  * @property {PointState | null} blocked_by
  * @property {boolean} need_neutral
+ * @property {string | null} [code]
+ * @property {Object<string, string> | null} [values]
  */
 
 /**
@@ -161,6 +165,8 @@
  * @property {number} stamp_s
  * @property {'info' | 'warning' | 'error'} level
  * @property {string} text
+ * @property {string | null} [code]
+ * @property {Object<string, string> | null} [values]
  */
 
 /**

@@ -1,7 +1,7 @@
 // Session of one page: newest state, events, and all requests that act on the robot.
 
 import { onlyWatched, permission } from "../drive/permission.js";
-import { said, t } from "../ui/texts.js";
+import { t, translate } from "../ui/texts.js";
 import { unlessStopped } from "../voice/spoken-answers.js";
 import * as api from "./api.js";
 import { Link } from "./link.js";
@@ -319,7 +319,7 @@ export class Session {
   /** @param {Exclude<import("./messages.js").Down, {kind: "echo"}>} message */
   #hear(message) {
     if (message.kind === "answer") {
-      if (message.detail) message.detail = said(message.detail, message.code, message.values);
+      translate(message, "detail");
       if (message.ref === 0 && !message.ok) this.#dispatch("trouble", message.detail ?? t("session.that_was_refused")); // a click in the scene
       this.#asking.hear(message);
     } else if (message.kind === "hello") {
@@ -333,6 +333,9 @@ export class Session {
       this.#dispatch("calibration", /** @type {Calibration} */ (message.session));
     } else {
       this.state = message;
+      for (const notice of message.notices) translate(notice, "text");
+      translate(message.gate, "reason");
+      translate(message.command, "remark");
       this.#watchLease(message.lease);
       this.#dispatch("heard", this.view);
       if (message.history_revision !== this.#revision) void this.#fetchHistory(message.history_revision);

@@ -11,7 +11,9 @@ export const LANGUAGES = { en: "English", de: "Deutsch" };
 export const language = known(remembered("language", "en"));
 
 /** @type {Readonly<Record<string, string>>} */
-const texts = { ...(await catalogue("en")), ...(language === "en" ? {} : await catalogue(language)) };
+const english = await catalogue("en");
+/** @type {Readonly<Record<string, string>>} */
+const texts = language === "en" ? english : { ...english, ...(await catalogue(language)) };
 
 /**
  * A text of the catalogue, with values in the place of their names in braces.
@@ -30,7 +32,18 @@ export function t(key, values) {
  */
 export function said(sentence, code, values) {
   const pattern = language === "en" || !code ? undefined : texts[`console.${code}`];
-  return pattern === undefined ? sentence : filled(pattern, values ?? {});
+  return pattern === undefined ? sentence : filled(pattern, translated(values ?? {}));
+}
+
+/**
+ * Say what the console's messages hold in this language: the sentence under `name`, where its code is known.
+ * @template {string} Name
+ * @template {{[name in Name]?: string | null} & {code?: string | null, values?: Values | null}} Message
+ * @param {Message | null | undefined} message is changed
+ * @param {Name} name
+ */
+export function translate(message, name) {
+  if (message?.code) Object.assign(message, { [name]: said(message[name] ?? "", message.code, message.values) });
 }
 
 /** @param {string} chosen the page is loaded again in this language */
@@ -59,6 +72,15 @@ export function writeTexts(page) {
         );
     }
 }
+
+/** Values that are sentences of the console themselves, in this language. @param {Values} values @returns {Values} */
+const translated = (values) =>
+  Object.fromEntries(
+    Object.entries(values).map(([name, value]) => {
+      const key = Object.keys(english).find((one) => one.startsWith("console.") && english[one] === value);
+      return [name, key === undefined ? value : texts[key]];
+    }),
+  );
 
 /** @param {string} pattern @param {Values} [values] */
 const filled = (pattern, values) =>

@@ -1,7 +1,7 @@
 // WebSocket for speech: sends pieces of sound, receives transcripts.
 
 import { socketAddress } from "../net/api.js";
-import { t } from "../ui/texts.js";
+import { t, translate } from "../ui/texts.js";
 
 /** @typedef {import("./microphone.js").Piece} Piece */
 /**
@@ -19,6 +19,8 @@ import { t } from "../ui/texts.js";
  * @property {number | null} [entry]
  * @property {number | null} [pending_command] id of the pending command
  * @property {boolean} [held] the button was held: it was surely meant for the robot
+ * @property {string | null} [code] of the reason
+ * @property {import("../ui/texts.js").Values | null} [values] in the reason
  * @property {boolean} [overtaken] a STOP came after these words began: nothing of them is offered
  */
 /** @typedef {{kind: "listening", on: boolean, why: string}} Listening */
@@ -135,8 +137,10 @@ export class Talk {
 
   /** @param {Transcript | Listening | Partial} message */
   #hear(message) {
-    if (message.kind === "transcript") this.heard(message);
-    else if (message.kind === "partial") this.heardSoFar(message.words);
+    if (message.kind === "transcript") {
+      translate(message, "reason");
+      this.heard(message);
+    } else if (message.kind === "partial") this.heardSoFar(message.words);
     else {
       this.turned(message.on, message.on ? message.why : "");
       if (!message.on && message.why) {

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import re
 
-from console.api.page import PAGES, static_folder
+from console.api.page import PAGES
+from console.sentences import static_folder
 from tests.console.live import Live
 
 

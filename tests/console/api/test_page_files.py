@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from starlette.testclient import TestClient
 
-from console.api.page import PageFiles, static_folder
+from console.api.page import PageFiles
+from console.sentences import static_folder
 
 
 def test_texts_travel_packed_and_an_unchanged_one_does_not_travel_again() -> None:
