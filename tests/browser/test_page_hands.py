@@ -12,7 +12,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 from core.gate.limits import Limits
 from core.gate.trace import check, read_trace
 from tests.browser.running_console import Running
-from tests.browser.visit import PHONE, Visit
+from tests.browser.visit import DESK, PHONE, Visit
 
 Open = Callable[..., Visit]
 
@@ -180,20 +180,39 @@ def test_control_is_asked_for_and_given_and_who_loses_it_reads_so(visit: Open, c
     first.button("Take control").click()
     expect(first.find(".lease-text")).to_have_text("You drive")
     second.find("lease-chip button").first.click()
-    second.button("Ask for control").click()
+    second.find("lease-chip").get_by_role("button", name="Ask for control").click()
     asked = first.find(".banner").filter(has_text="asks for control")
     asked.get_by_role("button", name="Give control").click()
     chip = second.find("lease-chip .bar-chip")
     expect(chip).to_have_attribute("aria-label", "Control: You drive")
     expect(first.find(".banner")).to_have_count(0)  # who gives it knows it
     first.find("lease-chip button").first.click()
-    first.button("Take over").click()
+    first.find("lease-chip").get_by_role("button", name="Take over").click()
     lost, stage = second.find(".banner").filter(has_text="took control from you"), second.find(".stage")
     expect(lost).to_be_visible()
     inner, outer = lost.bounding_box(), stage.bounding_box()
     assert inner and outer and inner["x"] >= outer["x"] and inner["x"] + inner["width"] <= outer["x"] + outer["width"]
     lost.get_by_role("button", name="Dismiss").click()
     expect(lost).to_have_count(0)
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE])
+def test_who_may_not_drive_because_another_does_asks_or_takes_over_right_there(
+    visit: Open, console: Running, size: tuple[int, int]
+) -> None:
+    first, second = visit(), visit(size=size)
+    first.find("lease-chip button").first.click()
+    first.button("Take control").click()
+    status = second.find("command-status")
+    expect(status).to_contain_text("drives. Take over first.")
+    status.get_by_role("button", name="Ask for control").click()
+    expect(status.get_by_role("button", name="Ask for control")).to_be_disabled()
+    banner = first.find(".banner").filter(has_text="asks for control")
+    banner.get_by_role("button", name="Keep it").click()
+    expect(status.get_by_role("button", name="Ask for control")).to_be_enabled()
+    status.get_by_role("button", name="Take over").click()
+    expect(second.find("lease-chip .bar-chip")).to_have_attribute("aria-label", "Control: You drive")
+    expect(status.get_by_role("button", name="Take over")).to_have_count(0)
 
 
 def test_taking_over_is_explicit_and_goes_through_a_stand(visit: Open, console: Running) -> None:
@@ -204,7 +223,7 @@ def test_taking_over_is_explicit_and_goes_through_a_stand(visit: Open, console: 
     expect(second.find(".drive-why")).to_contain_text("Take over first")
     second.page.keyboard.up("d")
     second.find("lease-chip button").first.click()
-    second.button("Take over").click()
+    second.find("lease-chip").get_by_role("button", name="Take over").click()
     expect(second.find(".lease-text")).to_have_text("You drive")
     second.still()
     expect(first.find(".drive-why")).to_contain_text("drives. Take over first")

@@ -8,6 +8,7 @@ import { t } from "../ui/texts.js";
  * @typedef {object} Permission to drive, with the reason if not
  * @property {"yes" | "ask" | "no"} may "ask": nobody has control, it can be requested
  * @property {string} why a sentence when may is "no"
+ * @property {boolean} [held] true when only another operator, who has control, stands against it
  */
 
 export const PERIOD_MS = 50; // 20 frames per second while a key or the stick is held

@@ -28,5 +28,5 @@ export function permission({ hello, state, up }) {
   const mine = state.lease.holder_id === hello.you.id;
   if (mine && state.gate.state === "armed" && state.gate.epoch === state.lease.epoch) return { may: "yes", why: "" };
   if (mine || state.lease.holder === null) return { may: "ask", why: "" };
-  return no(t("permission.holder_drives_take_over_first", { holder: state.lease.holder }));
+  return { ...no(t("permission.holder_drives_take_over_first", { holder: state.lease.holder })), held: true };
 }

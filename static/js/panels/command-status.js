@@ -80,7 +80,7 @@ class CommandStatus extends Panel {
   show(view) {
     const now = performance.now();
     this.#log.saw(view, now);
-    const { state, up } = view;
+    const { state, up, permission } = view;
     const command = state?.command?.state === "running" ? state.command : null;
     this.#cancel.hidden = !command;
     this.#progress.hidden = !command || command.progress === null;
@@ -94,8 +94,10 @@ class CommandStatus extends Panel {
       mark(this.#progress, "aria-valuenow", String(percent));
     }
     const line = this.#log.line(view, now, READY);
-    const offered = (line.room && state?.ears?.suggested_commands) || [];
-    this.#show(offered.length ? { ...line, suggestions: offered } : line);
+    const offered = (line.room && state?.ears?.suggested_commands) || line.suggestions;
+    const refused = line.state === "" || line.state === "refused";
+    if (permission.held && refused && !offered.length) this.#offerControl(line, state?.lease.asked_by ?? "");
+    else this.#show({ ...line, suggestions: offered });
   }
 
   /** @param {Said} said */
@@ -114,11 +116,34 @@ class CommandStatus extends Panel {
   }
 
   /** @param {StatusLine} line */
-  #show(line) {
+  #write(line) {
     redraw(this.#icon, line.icon);
     write(this.#words, line.words);
     write(this.#remark, line.remark);
     mark(this, "data-state", line.state || null);
+  }
+
+  /** @param {StatusLine} line @param {string} asked who asks for control already */
+  #offerControl(line, asked) {
+    this.#write(line);
+    const key = `control ${asked}`;
+    this.#suggestions.hidden = false;
+    if (this.#suggestions.dataset["suggested"] === key) return;
+    this.#suggestions.dataset["suggested"] = key;
+    const ask = make(
+      "button",
+      { type: "button", class: "chip", disabled: asked !== "" },
+      t("lease-chip.ask_for_control"),
+    );
+    const take = make("button", { type: "button", class: "chip" }, t("lease-chip.take_over"));
+    ask.addEventListener("click", () => void this.session.lease("ask"));
+    take.addEventListener("click", () => void this.session.lease("take"));
+    this.#suggestions.replaceChildren(ask, take);
+  }
+
+  /** @param {StatusLine} line */
+  #show(line) {
+    this.#write(line);
     const suggestions = line.suggestions.slice(0, OFFERED);
     const unheard = line.state === "refused" && this.#goesToPerson(line.words);
     const caller = unheard ? this.#caller : "";
