@@ -11,7 +11,7 @@ from playwright.sync_api import Locator, expect
 
 from core.models import MODEL, find
 from tests.browser.running_console import Running
-from tests.browser.visit import Visit
+from tests.browser.visit import DESK, Visit
 
 Open = Callable[..., Visit]
 MINUTE = 60.0  # [s] of the simulator's clock
@@ -62,3 +62,45 @@ def press_her(here: Visit) -> Locator:
     if not here.find(".people-bubble").is_visible():
         here.find('.person-chip[data-person="Ann"]').click()
     return here.find('[data-says="come here"]')
+
+
+SIZES = ((1440, 900), (1366, 650), (1280, 650), (1030, 640), (820, 1180), (844, 390), (390, 844))
+SHOWN = {"Teach it a person": "camera-view", "Turn": "command-chips", "Drive": "drive-pad", "Click": ".stage"}
+"""Steps of the tour, and what each shows."""
+COVERED = """([card, shown]) => {
+  const one = document.querySelector(card).getBoundingClientRect();
+  const part = document.querySelector(shown);
+  const other = (part?.getClientRects().length ? part : document.querySelector(".stage")).getBoundingClientRect();
+  const wide = Math.min(one.right, other.right) - Math.max(one.left, other.left);
+  const high = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
+  return Math.max(0, wide) * Math.max(0, high);
+}"""
+
+
+def looks_through_windows(here: Visit, step: str) -> list[tuple[int, int]]:
+    """Windows in which the card was seen beside what this step shows, until the tour goes on."""
+    title, seen = here.find(".tour h2"), list[tuple[int, int]]()
+    for width, height in SIZES:
+        here.page.set_viewport_size({"width": width, "height": height})
+        here.until(
+            lambda: title.inner_text() != step or here.page.evaluate(COVERED, [".tour", SHOWN[step]]) == 0,
+            f"{SHOWN[step]} is free in a window {width} wide",
+        )
+        if title.inner_text() != step:
+            break
+        assert here.page.evaluate(COVERED, [".tour", ".stop"]) == 0
+        seen.append((width, height))
+    return seen
+
+
+def test_the_tours_card_leaves_free_what_it_shows_in_every_window(visit: Open, lived_in: Running) -> None:
+    here = visit(
+        console=lived_in, before=lambda page: page.add_init_script("localStorage.setItem('beckon.map', 'flat')")
+    )
+    here.page.evaluate("dispatchEvent(new CustomEvent('show-tour'))")
+    title = here.find(".tour h2")
+    for step in SHOWN:
+        expect(title).to_have_text(step, timeout=LONG * 1000)
+        assert looks_through_windows(here, step)
+    here.button("End the tour").click()
+    here.page.set_viewport_size({"width": DESK[0], "height": DESK[1]})

@@ -10,6 +10,7 @@ test("an ended tour waits for nothing and does no further step", async () => {
   const steps = ["one", "two", "three"].map((title) => ({
     title,
     text: "",
+    at: "",
     act: async (/** @type {Tour} */ tour) => {
       done.push(title);
       if (title === "two") tour.end();
@@ -28,6 +29,9 @@ test("an ended tour waits for nothing and does no further step", async () => {
 });
 
 test("a step that fails ends the tour", async () => {
-  const tour = new Tour([{ title: "", text: "", act: () => Promise.reject(new Error("no link")) }], () => undefined);
+  const tour = new Tour(
+    [{ title: "", text: "", at: "", act: () => Promise.reject(new Error("no link")) }],
+    () => undefined,
+  );
   assert.equal(await tour.run(), false);
 });

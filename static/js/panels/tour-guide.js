@@ -4,6 +4,7 @@ import { call, obeyVoices, post } from "../net/api.js";
 import * as room from "../net/room-api.js";
 import { make, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { placed } from "../ui/placement.js";
 import { t } from "../ui/texts.js";
 import { Tour } from "../ui/tour.js";
 
@@ -32,6 +33,8 @@ class TourGuide extends Panel {
   #ownStop = false;
   /** @type {string | null} whom the robot came to before */
   #chosen = null;
+  #at = ".stage"; // selector of what the step shows
+  #placedFor = "";
   #taught = ""; // id of the person whom the tour made known
 
   /** @override */
@@ -57,19 +60,35 @@ class TourGuide extends Panel {
    */
   show({ permission }) {
     if (this.#tour && permission.may === "no") this.#tour.end();
+    if (!this.#card.hidden) this.#place();
+  }
+
+  /** Leave free what the step shows, STOP, and where there is room the camera as well. */
+  #place() {
+    const [target, stop, camera] = [this.#at, ".stop", "camera-view"].map((at) => box(at));
+    const shown = target ?? box(".stage");
+    if (!shown || !stop) return;
+    const { width, height } = this.#card.getBoundingClientRect();
+    const key = [shown, camera, { width, height }].map((one) => JSON.stringify(one)).join();
+    if (key === this.#placedFor) return;
+    this.#placedFor = key;
+    const { left, top } = placed(shown, { width, height }, { width: innerWidth, height: innerHeight }, stop, camera);
+    this.#card.style.left = `${left}px`;
+    this.#card.style.top = `${top}px`;
   }
 
   async #begin() {
     if (this.#tour) return;
     const tour = new Tour(this.#steps(), (stop, index, count) => {
+      this.#at = stop.at;
       write(this.#title, stop.title);
       write(this.#text, stop.text);
       write(this.#count, t("tour-guide.index_of_count_any_key_ends", { index: index + 1, count }));
+      this.#place();
       this.session.announce(`${stop.title}. ${stop.text}`);
     });
     this.#tour = tour;
     this.#card.hidden = false;
-    document.body.classList.add("is-touring");
     dispatchEvent(new CustomEvent("open-view", { detail: "map" }));
     void this.session.attempt(() => obeyVoices(true)); // what reads words takes seconds to start
     const whole = await tour.run();
@@ -77,7 +96,6 @@ class TourGuide extends Panel {
     if (whole) await tour.pause(6000);
     this.#tour = null;
     this.#card.hidden = true;
-    document.body.classList.remove("is-touring");
   }
 
   /** @returns {import("../ui/tour.js").Stop[]} */
@@ -87,41 +105,49 @@ class TourGuide extends Panel {
     return [
       {
         title: t("tour-guide.teach_it_a_person"),
+        at: "camera-view",
         text: t("tour-guide.caller_shows_herself_to_the_camera", { caller: CALLER }),
         act: (tour) => this.#teach(tour),
       },
       {
         title: t("tour-guide.turn"),
+        at: "command-chips",
         text: t("tour-guide.a_button_typed_words_or_a"),
         act: (tour) => this.#tell(tour, "turn left", "chip"),
       },
       {
         title: t("tour-guide.drive"),
+        at: "drive-pad",
         text: t("tour-guide.hold_w_the_stick_or_a"),
         act: (tour) => this.#drive(tour),
       },
       {
         title: t("tour-guide.click"),
+        at: ".stage",
         text: t("tour-guide.click_the_floor_it_plans_a"),
         act: (tour) => this.#tell(tour, home, "click"),
       },
       {
         title: t("tour-guide.caller_calls", { caller: CALLER }),
+        at: ".stage",
         text: t("tour-guide.it_hears_from_where_turns_looks"),
         act: (tour) => this.#call(tour, CALLER, 2),
       },
       {
         title: t("tour-guide.other_calls", { other: OTHER }),
+        at: ".stage",
         text: t("tour-guide.he_is_not_caller_to_whom", { caller: CALLER }),
         act: (tour) => (this.#taught || this.#chosen ? this.#call(tour, OTHER, 1) : tour.pause(0)),
       },
       {
         title: t("tour-guide.stop"),
+        at: ".stop",
         text: t("tour-guide.esc_space_or_the_red_button"),
         act: (tour) => this.#stop(tour),
       },
       {
         title: t("tour-guide.now_you"),
+        at: ".stage",
         text: t("tour-guide.press_a_button_click_the_floor"),
         act: async () => undefined,
       },
@@ -233,6 +259,12 @@ class TourGuide extends Panel {
   #row(id) {
     return this.session.history.find((row) => row.id === id);
   }
+}
+
+/** @param {string} at selector @returns {DOMRect | undefined} its place, where it is shown */
+function box(at) {
+  const element = document.querySelector(at);
+  return element?.getClientRects().length ? element.getBoundingClientRect() : undefined;
 }
 
 customElements.define("tour-guide", TourGuide);

@@ -4,6 +4,7 @@
  * @typedef {object} Stop a step of the tour
  * @property {string} title
  * @property {string} text
+ * @property {string} at selector of what it shows, which its card leaves free
  * @property {(tour: Tour) => Promise<unknown>} act what happens, until it has
  */
 
