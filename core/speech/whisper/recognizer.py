@@ -37,7 +37,7 @@ from core.speech.whisper.chance import by_chance
 from core.speech.whisper.joint_search import Columns, Found, JointSearch
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.model_file import ModelFile
-from core.speech.whisper.spellings import Spellings, as_understood, ends_in_zero, lacks_whole_part, misspelt
+from core.speech.whisper.spellings import Spellings, as_understood, lacks_whole_part, misspelt, seldom_said
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder, Encoder
 
@@ -52,7 +52,7 @@ BEFORE = 0.2  # [s] before the voice that are read: more silence there makes eve
 UNHEARD = 2.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written where the whole part was not heard
 OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
-LAST_ZERO = 1.5  # [nats] by which "3.0" is less likely: 0 is written where a decimal was not heard
+SELDOM = 1.0  # [nats] by which "3.0" and "0.77" are less likely: they are written where "3.2" and "0.7" were said
 DECIMAL = "Continue 1.{digit} meters."  # in which decimals by chance are compared
 DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
 NO_WORDS = re.compile(r"[\s.,!?♪♫]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫]*)*")
@@ -149,7 +149,7 @@ class WhisperRecognizer:
             key = key_of(spelling, self._own)
             if key is not None:
                 known = sums.get(key)
-                likely = one.nats - LAST_ZERO * ends_in_zero(spelling)
+                likely = one.nats - SELDOM * seldom_said(spelling)
                 nats = likely if known is None else float(np.logaddexp(known.nats, likely))
                 sums[key] = Meaning(spelling=known.spelling if known else spelling, nats=nats, key=key)
         unlikely = {key_of(words, self._own) for words in rejected}

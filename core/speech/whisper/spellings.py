@@ -22,7 +22,8 @@ HIGHEST = 100  # numbers beyond the bounds of speech compete too: else "seven" w
 DECIMALS = 2  # behind the point
 SLOT = re.compile(r"\{(\w+)\}")
 POINT_BETWEEN_DIGITS = re.compile(r"(?<=\d) point (?=\d)")
-DECIMAL_ZERO = re.compile(rf"(?:\.| point )(?:0|zero)(?!\d| (?:{'|'.join(DIGITS)})\b)")
+DIGIT = rf"(?:\d|(?:{'|'.join(DIGITS)})\b)"
+SELDOM_SAID = re.compile(rf"\.(?:0(?!\d)|\d\d)|\bpoint (?:(?:0|zero)(?! {DIGIT})|{DIGIT} {DIGIT})")
 ENDS = (".", "!")  # of a sentence, if any
 WRITTEN_FOR = {"wall": "world"}
 """Words of the vocabulary → commoner ones that are written instead, where the sentence is said in a British way."""
@@ -196,9 +197,9 @@ def misspelt(spelling: str) -> bool:
     return spelling.strip().lower().rstrip(".!") in MISSPELT
 
 
-def ends_in_zero(spelling: str) -> bool:
-    """Return whether a number has no decimal but 0."""
-    return DECIMAL_ZERO.search(spelling.lower()) is not None
+def seldom_said(spelling: str) -> bool:
+    """Return whether a number has a last zero or two decimals."""
+    return SELDOM_SAID.search(spelling.lower()) is not None
 
 
 def lacks_whole_part(spelling: str) -> bool:

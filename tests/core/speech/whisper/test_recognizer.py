@@ -126,9 +126,11 @@ def test_digits_that_are_written_often_are_no_likelier_for_it():
     assert found[0].by_chance == 0.0
 
 
-def test_a_zero_behind_the_point_is_doubted_beside_another_digit():
-    assert decided({"continue 3.2 meters": -2.4, "continue 3.0 meters": -2.9}, {}).verdict == "accept"
+def test_a_last_zero_and_a_second_decimal_are_doubted_beside_a_number_without():
+    assert decided({"continue 3.2 meters": -2.4, "continue 3.0 meters": -2.9}, {}).verdict == "confirm"
     assert decided({"continue 3.0 meters": -2.4, "continue 3.2 meters": -6.0}, {}).echo == "continue 3 meters"
+    assert decided({"continue 0.77 meters": -2.4, "continue 0.7 meters": -2.9}, {}).verdict == "reject"
+    assert decided({"continue 0.77 meters": -2.4, "continue 0.7 meters": -6.0}, {}).echo == "continue 0.77 meters"
 
 
 def test_a_word_that_is_written_for_another_is_confirmed():

@@ -8,7 +8,7 @@ import pytest
 
 from core.commands import VOCABULARY
 from core.speech.whisper.recognizer import key_of
-from core.speech.whisper.spellings import Spellings, ends_in_zero, lacks_whole_part
+from core.speech.whisper.spellings import Spellings, lacks_whole_part, seldom_said
 
 
 def by_letters(text: str) -> tuple[int, ...]:
@@ -98,16 +98,19 @@ def test_a_number_without_its_whole_part_is_known(words, lacks):
 
 
 @pytest.mark.parametrize(
-    ("words", "zero"),
+    ("words", "seldom"),
     [
         ("continue 3.0 meters", True),
         ("Stop at two point zero, and 1.", True),
         ("stop at 1 and 2 point 0", True),
-        ("continue 3.02 meters", False),
-        ("continue three point zero two meters", False),
+        ("continue 0.77 meters", True),
+        ("continue three point zero two meters", True),
+        ("stop at 1 and minus point seven seven", True),
+        ("continue 3.2 meters", False),
+        ("stop at two point two and minus 0.7", False),
         ("continue 10 meters", False),
         ("continue zero point five meters", False),
     ],
 )
-def test_a_decimal_that_is_but_zero_is_known(words, zero):
-    assert ends_in_zero(words) is zero
+def test_last_zeros_and_second_decimals_are_known(words, seldom):
+    assert seldom_said(words) is seldom
