@@ -264,6 +264,7 @@ class Runtime:
             voice_control=self.spoken.operator is not None,
             words=self.ears.words,
             pending_command=self.pending_commands.waiting,
+            comes_to="" if self.people.chosen is None else self.people.chosen.name,
             now=now,
         )
         self._seq += 1

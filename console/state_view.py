@@ -46,6 +46,7 @@ class StateContext:
     muted: bool = False  # the robot speaks: nobody is listened to
     voice_control: bool = False  # an operator has taken the words of the room on
     pending_command: PendingCommand | None = None  # a spoken command that waits
+    comes_to: str = ""  # name of the taught person to whom alone the robot comes; "": to anybody
     now: float = 0.0  # [s] on the monotonic clock
 
 
@@ -70,7 +71,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int) -> message
             voice_control=around.voice_control,
             words=around.words,
         ),
-        person=person.person(snapshot.person, snapshot.stamp),
+        person=person.person(snapshot.person, snapshot.stamp, around.comes_to),
         goal=None if goal is None else messages.PointState(near(goal[0]), near(goal[1])),
         path=[(x, y) for x, y in rounded(snapshot.path, 3)],
         command=None if snapshot.active_command is None else command(snapshot.active_command),
@@ -81,9 +82,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int) -> message
         gate=gate(around.gate, snapshot),
         lease=lease(around.lease, around.now),
         viewers=around.viewers,
-        notices=[
-            messages.NoticeLine(one.id, one.stamp, one.level, one.text, *code_of(one.text)) for one in around.notices
-        ],
+        notices=[notice_line(one) for one in around.notices],
         history_revision=around.history_revision,
         truth=None if snapshot.truth is None else true_pose(snapshot),
     )
@@ -140,6 +139,12 @@ def slam(snapshot: Snapshot, step_ms: float | None) -> messages.SlamState:
         update_ms=step_ms if health.update_ms is None else health.update_ms,
         looking_around=health.looking_around,
     )
+
+
+def notice_line(notice: Notice) -> messages.NoticeLine:
+    """A sentence for the operator."""
+    found = code_of(notice.text)
+    return messages.NoticeLine(notice.id, notice.stamp, notice.level, notice.text, notice.cause, *found)
 
 
 def command(status: ActiveCommandStatus) -> messages.CommandState:

@@ -28,6 +28,7 @@ PEOPLE = 1000  # whose stops are counted
 SAME_PRESS = 2.0  # [s] within which a press of STOP comes by its second way, and is not written down again
 LATCHING = 0.2  # [s] that the gate may take to latch a halt before the console does
 LOOK = 0.002  # [s]
+CAUSE = "halt"  # of the notices about a halt: the newest replaces the others
 LIFTING = 1.0  # [s] within which a reset must show
 ONLY_OPERATORS_RESET = "Only an operator can reset a halt."
 NOT_HALTED = "The robot is not halted."
@@ -79,7 +80,7 @@ class StopController:
         self._cancel("cancelled", f"Halted by {who.name}.")
         if self._is_recorded(who, press):
             self._history.add("halt", who, source=source)
-            self._notifications.tell("warning", f"{who.name} halted the robot. The operator can reset it.")
+            self._notifications.tell("warning", f"{who.name} halted the robot. The operator can reset it.", CAUSE)
 
     def reset(self, who: Person, source: str) -> None:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
@@ -102,10 +103,10 @@ class StopController:
             return
         if status.state != "halted":
             self._lifted("done", "")
-            self._notifications.tell("info", f"{lifting.who.name} reset the halt.")
+            self._notifications.tell("info", f"{lifting.who.name} reset the halt.", CAUSE)
         elif now - lifting.sent > LIFTING:
             self._lifted("failed", status.reason)
-            self._notifications.tell("error", f"The robot is still halted: {status.reason}.")
+            self._notifications.tell("error", f"The robot is still halted: {status.reason}.", CAUSE)
 
     def _lifted(self, state: str, remark: str) -> None:
         lifting, self._lifting = self._lifting, None

@@ -48,14 +48,15 @@ class PersonState(Struct):
     landmarks_px: list[tuple[float, float] | None]  # 33 of MediaPipe's pose; null: not seen; []: none are known
     picture_age_s: float | None
     centre_px: tuple[float, float] | None  # the rectangle's centroid
+    name: str  # of the taught person to whom alone the robot comes; "": it comes to anybody
 
 
 DIGITS = 4
 PART = Literal["head", "torso", "feet"]
 
 
-def person(tracked: TrackedPerson | None, stamp: float) -> PersonState | None:
-    """The person at `stamp` [s]; None while nobody is looked at."""
+def person(tracked: TrackedPerson | None, stamp: float, name: str) -> PersonState | None:
+    """The person at `stamp` [s], of that name if it is known; None while nobody is looked at."""
     if tracked is None:
         return None
     x, y = np.round(tracked.position, DIGITS).tolist()
@@ -84,6 +85,7 @@ def person(tracked: TrackedPerson | None, stamp: float) -> PersonState | None:
         landmarks_px=[] if seen is None or seen.landmarks is None else _marks(seen.landmarks),
         picture_age_s=None if seen is None else round(stamp - tracked.rectangle_stamp, 3),
         centre_px=None if seen is None else _pair(*(round(place, 1) for place in seen.centre)),
+        name=name,
     )
 
 

@@ -190,6 +190,7 @@ class NoticeLine(Struct, omit_defaults=True):
     stamp_s: float
     level: Level
     text: str
+    cause: str = ""  # what it is about: of one cause only the newest is shown
     code: str | None = None  # of the sentence in `text`, which keeps its meaning in every language
     values: dict[str, str] | None = None  # in that sentence, by their names
 

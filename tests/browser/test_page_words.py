@@ -141,6 +141,8 @@ def test_the_status_line_tells_the_newest_fact(visit: Open, console: Running) ->
     here.find("#words").focus()
     here.say("turn left")
     expect(status).to_contain_text("refused")
+    expect(here.find(".banner").filter(has_text="Halted by operator")).to_be_visible()
+    expect(here.find(".toast").filter(has_text="halted the robot")).to_have_count(0)  # the banner says it already
     here.button("Reset the halt").click()
     expect(status).to_contain_text("Reset, ready")
     here.hold("s", lambda: "Driving by hand" in status.inner_text(), "the hand is told")

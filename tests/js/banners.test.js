@@ -49,6 +49,15 @@ test("a halt offers its reset to an operator and not to a viewer", () => {
   assert.equal(told({ ...halted, hello: viewer })[0]?.offers, "");
 });
 
+test("a halt says by whom, as long as its notice stands", () => {
+  const notice = { id: 1, stamp_s: 0, level: /** @type {const} */ ("warning"), text: "Ann halted the robot." };
+  const told_by = { ...notice, code: "stop.who_halted", values: { name: "Ann" } };
+  const gate = { ...STATE.gate, state: "halted" };
+  const view = (/** @type {typeof notice[]} */ notices) => ({ state: { ...STATE, gate, notices } });
+  assert.match(told(view([told_by]))[0]?.text ?? "", /^Halted by Ann\. Nothing moves/);
+  assert.match(told(view([]))[0]?.text ?? "", /^Halted\. Nothing moves/);
+});
+
 test("what blocks is told in the robot's own directions, wherever it stands", () => {
   for (const heading of [0, 0.7, -2.4]) {
     const pose = { ...STATE.pose, x_m: 3, y_m: -1, heading_rad: heading };

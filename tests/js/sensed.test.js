@@ -26,9 +26,17 @@ test("the chain says what each sense has of the person, and only while something
   assert.equal(chainOf({ ...STATE, command: { ...COMING, name: "turn_left" } }, null, KINDS), null);
   const nobody = chainOf({ ...STATE, command: COMING }, null, KINDS);
   assert.deepEqual(nobody, { heard: null, seen: null, laser: null, left: null });
-  const person = /** @type {any} */ ({ x_m: 3, y_m: 4, laser: [3, 4], camera: {}, value: 0.9, picture_age_s: 0.2 });
+  const person = /** @type {any} */ ({
+    x_m: 3,
+    y_m: 4,
+    laser: [3, 4],
+    camera: {},
+    value: 0.9,
+    picture_age_s: 0.2,
+    name: "Ann",
+  });
   const chain = chainOf({ ...STATE, command: COMING, person }, { azimuth: 1, sd: 0.1 }, KINDS);
-  assert.deepEqual([chain?.seen?.value, chain?.laser, chain?.left], [0.9, 5, 4.5]);
+  assert.deepEqual([chain?.seen, chain?.laser, chain?.left], [{ value: 0.9, name: "Ann" }, 5, 4.5]);
   const old = chainOf({ ...STATE, command: COMING, person: { ...person, picture_age_s: 9, laser: null } }, null, KINDS);
   assert.deepEqual([old?.seen, old?.laser], [null, null]);
 });

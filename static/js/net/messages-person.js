@@ -25,6 +25,7 @@
  * @property {([number, number] | null)[]} landmarks_px
  * @property {number | null} picture_age_s
  * @property {[number, number] | null} centre_px
+ * @property {string} name
  */
 
 /**

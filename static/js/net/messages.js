@@ -165,6 +165,7 @@
  * @property {number} stamp_s
  * @property {'info' | 'warning' | 'error'} level
  * @property {string} text
+ * @property {string} [cause]
  * @property {string | null} [code]
  * @property {Object<string, string> | null} [values]
  */

@@ -39,9 +39,7 @@ class CommandChain extends Panel {
       chain.heard ? `${inWords(chain.heard.azimuth)} ± ${degrees(chain.heard.sd)}` : t("command-chain.no_voice"),
       chain.seen === null
         ? t("command-chain.not_in_the_picture")
-        : chain.seen.value === null
-          ? t("command-chain.yes")
-          : chain.seen.value.toFixed(2),
+        : `${chain.seen.name} ${chain.seen.value === null ? t("command-chain.yes") : chain.seen.value.toFixed(2)}`.trim(),
       chain.laser === null ? t("command-chain.no_legs") : metres(chain.laser, 1),
       chain.left === null
         ? t("command-chain.looking")

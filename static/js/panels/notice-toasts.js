@@ -34,8 +34,9 @@ class NoticeToasts extends Panel {
   show({ state }) {
     if (!state) return;
     const { notices } = state;
-    for (const { id, level, text } of notices) {
-      if (id > this.#newest && !this.#first) this.#shown.set(id, this.#raise(level, text));
+    for (const { id, level, text, cause } of notices) {
+      const bannered = cause === "halt" && level === "warning"; // the banner says it for as long as it holds
+      if (id > this.#newest && !this.#first && !bannered) this.#shown.set(id, this.#raise(level, text));
       else this.#change(id, level, text);
     }
     this.#newest = notices.at(-1)?.id ?? -1;

@@ -71,12 +71,16 @@ function robotLink({ robot }) {
 }
 
 /** @param {View} view @returns {Banner} */
-function halted({ hello }) {
+function halted({ hello, state }) {
   const may = hello?.you.role !== "viewer";
-  const text = may
+  const name = state?.notices.findLast(({ code }) => code === "stop.who_halted")?.values?.["name"];
+  const byWhom = may
+    ? t("banners.halted_by_name_until_the_halt", { name })
+    : t("banners.halted_by_name_until_an_operator", { name });
+  const somehow = may
     ? t("banners.halted_nothing_moves_until_the_halt")
     : t("banners.halted_nothing_moves_until_an_operator");
-  return { id: "halted", tone: "fault", icon: "halt", text, offers: may ? "reset" : "" };
+  return { id: "halted", tone: "fault", icon: "halt", text: name ? byWhom : somehow, offers: may ? "reset" : "" };
 }
 
 /** @param {View} view @returns {Banner | null} who asks this page for control */

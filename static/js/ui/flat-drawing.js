@@ -54,11 +54,10 @@ export function drawFlat(canvas, view, scene) {
   if (layers.has("voice") && state.direction && state.direction.age_s < VOICE_S) brush.voice(state.direction, robot);
   if (layers.has("people")) {
     const { person } = state;
-    const others = scene.room.filter(
-      ({ x_m: x, y_m: y }) => !person || apart({ x, y }, { x: person.x_m, y: person.y_m }) > SAME_M,
-    );
-    for (const { id, x_m: x, y_m: y } of others) brush.inhabitant({ x, y }, id);
-    if (person) brush.person(person);
+    /** @param {{x_m: number, y_m: number}} one */
+    const same = ({ x_m: x, y_m: y }) => person !== null && apart({ x, y }, { x: person.x_m, y: person.y_m }) <= SAME_M;
+    for (const one of scene.room) if (!same(one)) brush.inhabitant({ x: one.x_m, y: one.y_m }, one.id);
+    if (person) brush.person(person, person.name || (scene.room.find(same)?.id ?? t("flat-drawing.person")));
   }
   if (layers.has("ghost")) {
     const { x_m: x, y_m: y, heading_rad: heading } = state.dead_reckoning;
@@ -196,8 +195,8 @@ class Brush {
     context.restore();
   }
 
-  /** @param {NonNullable<State["person"]>} person */
-  person({ x_m: x, y_m: y, cov_m2: cov, state }) {
+  /** @param {NonNullable<State["person"]>} person @param {string} name */
+  person({ x_m: x, y_m: y, cov_m2: cov, state }, name) {
     const colour = this.colour("goal");
     const at = this.view.drawn({ x, y });
     this.context.fillStyle = colour;
@@ -205,7 +204,7 @@ class Brush {
     this.context.arc(at.x, at.y, Math.max(6, 0.22 * this.view.scale), 0, 2 * Math.PI);
     this.context.fill();
     this.ellipse({ x, y }, cov, colour);
-    this.label(at, state === "seen" ? t("flat-drawing.person") : t("flat-drawing.person_hidden_now"));
+    this.label(at, state === "seen" ? name : t("flat-drawing.name_hidden_now", { name }));
   }
 
   /** A person in the simulated room. @param {Point} point [m] @param {string} name */

@@ -5,7 +5,7 @@
 /**
  * @typedef {object} Sensed
  * @property {{azimuth: number, sd: number} | null} heard [rad] robot frame
- * @property {{value: number | null} | null} seen K of eq. 34, where the picture has one
+ * @property {{value: number | null, name: string} | null} seen K of eq. 34, where the picture has one, and who it is
  * @property {number | null} laser [m] distance of the legs
  * @property {number | null} left [m] to go
  */
@@ -52,7 +52,7 @@ export function chainOf({ command, person, pose }, heard, kinds) {
   const away = (x, y) => Math.hypot(x - pose.x_m, y - pose.y_m);
   return {
     heard,
-    seen: seen ? { value: person.value } : null,
+    seen: seen ? { value: person.value, name: person.name } : null,
     laser: person?.laser ? away(...person.laser) : null,
     left: person ? Math.max(0, away(person.x_m, person.y_m) - STANDOFF) : null,
   };

@@ -38,8 +38,8 @@ SEEN = TrackedPerson(
 
 
 def test_every_sense_is_told_by_itself_and_all_together() -> None:
-    told = person.person(SEEN, 10.5)
-    assert told is not None
+    told = person.person(SEEN, 10.5, "Ann")
+    assert told is not None and told.name == "Ann"
     assert (told.x_m, told.y_m, told.age_s, told.picture_age_s) == (2.0, 1.0, 0.5, pytest.approx(0.6))
     assert told.cov_m2 == [[0.01, 0.0], [0.0, 0.02]]
     assert told.laser == (2.02, 1.01)
@@ -48,7 +48,7 @@ def test_every_sense_is_told_by_itself_and_all_together() -> None:
     assert told.sound is None
     assert told.value == 0.912
     assert [(part.name, part.likelihood) for part in told.parts] == [("head", None), ("torso", 0.95)]
-    assert person.person(None, 10.5) is None
+    assert person.person(None, 10.5, "Ann") is None
 
 
 def test_the_scene_draws_ring_ellipse_cross_and_bearing() -> None:
