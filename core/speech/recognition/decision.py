@@ -41,8 +41,10 @@ class Decision:
 
     @property
     def waits(self) -> bool:
-        """True where the command waits for the confirmation delay: uncertain words, or a command that goes far."""
-        return self.command is not None and (self.verdict == "confirm" or needs_confirmation(self.command))
+        """True where the command waits for the confirmation delay: uncertain words, or it goes far. STOP never does."""
+        if self.command is None or self.stops:
+            return False
+        return self.verdict == "confirm" or needs_confirmation(self.command)
 
     @property
     def stops(self) -> bool:

@@ -57,6 +57,8 @@ DECIMAL = "Continue 1.{digit} meters."  # in which decimals by chance are compar
 DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
 NO_WORDS = re.compile(r"[\s.,!?♪♫]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫]*)*")
 """Texts that Whisper writes for sounds that are no speech: "(wind howling)", "[Music]", "*cough*"."""
+STOP_MISHEARD = "start moving"
+"""Free text where a machine or a room makes "stop moving" unclear; nothing that moves the robot is called so."""
 NAME_STOP = frozenset(
     kind.name for kind in VOCABULARY if kind is not STOP_MOVING and any(STOP_WORD.search(one) for one in kind.words)
 )
@@ -124,7 +126,8 @@ class WhisperRecognizer:
         free_text = found.free[0].text if found.free else ""
         decision = self._decided(utterance, found, free_text)
         goes = decision.command is not None and decision.command.name in NAME_STOP
-        if STOP_WORD.search(free_text.lower()) and not goes and not decision.stops:
+        words = free_text.lower()
+        if (STOP_WORD.search(words) or STOP_MISHEARD in words) and not goes and not decision.stops:
             return stop(free_text, remark=decision.reason)
         return decision
 

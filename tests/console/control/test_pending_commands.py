@@ -159,6 +159,12 @@ def test_numbers_that_were_not_heard_for_sure_wait_too(live: Live, pending_comma
     assert not shown(live)["uncertain"]
 
 
+def test_a_stop_that_was_not_heard_for_sure_does_not_wait(live: Live, pending_commands: PendingCommands) -> None:
+    who = person(live, live.operator)
+    entry = live.on_loop(lambda: pending_commands.take(confirming("stop moving"), "voice", who, Spoken.now()))
+    assert newest(live)["id"] == entry.id and shown(live) is None
+
+
 def test_rejected_words_neither_begin_nor_wait(live: Live, pending_commands: PendingCommands) -> None:
     who = person(live, live.operator)
     with pytest.raises(Problem) as refused:

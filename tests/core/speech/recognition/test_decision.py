@@ -135,6 +135,7 @@ def test_a_place_that_is_objected_to_still_stops():
         (confirming("continue one meters"), True),
         (unsure("come here"), False),
         (stop(), False),
+        (confirming("stop"), False),
     ],
 )
 def test_uncertain_and_far_commands_wait_for_confirmation(decision, waits):

@@ -161,6 +161,8 @@ def test_a_command_that_was_rejected_just_before_is_less_likely():
     ("spellings", "free", "stops"),
     [
         ({}, "please stop it", True),
+        ({"start": -5.8}, "Let's start moving.", True),
+        ({"start": -1.0}, "start", False),
         ({"turn left": -1.0}, "stop", True),
         ({"stop at 2 and 1": -1.0}, "Stop at two and one.", False),
         ({"stop at 2 and 1": -30.0}, "stop at home", True),
