@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import ctypes
 import gc
 import ipaddress
 import os
@@ -53,6 +54,7 @@ ACCEPTED_AT_ONCE = 16  # connections: each is read before a crowd of strangers b
 WAITING = 1024  # connections that wait to be accepted; beyond, a client tries again after a whole second
 SWITCH = 0.001  # [s] after which a computing thread lets the event loop in
 ONCE_LIFE = 120.0  # [s] in which the browser that is opened here has to come
+M_ARENA_MAX = -8  # of glibc's mallopt
 PING = 5.0  # [s] between pings, and for an answer to one
 READABLE = (
     "Others on the network can read along and take over: this is plain HTTP, and phones give it no microphone. "
@@ -132,6 +134,7 @@ def serve(options: Options) -> None:
     settings = load(file)
     os.umask(0o077)  # what the console writes is its owner's alone
     take_precedence(options)
+    share_arenas()
     sys.setswitchinterval(SWITCH)
     most = raise_file_limit()
     with locked(home) as lock, bound(options.host, options.port) as listener:
@@ -189,6 +192,12 @@ def serve(options: Options) -> None:
             if server.should_exit:  # a signal came while the robot was being opened
                 return
             raise Unavailable(runtime.trouble or "The console could not start; the log says why.") from None
+
+
+def share_arenas() -> None:
+    """Let all threads share two arenas: glibc keeps what each has freed in its own one, 27 MB after a single page."""
+    with contextlib.suppress(AttributeError, TypeError):  # another C library
+        ctypes.CDLL(None).mallopt(M_ARENA_MAX, 2)
 
 
 def configured(
