@@ -61,6 +61,7 @@ def test_a_refusal_is_german_on_a_german_page_and_english_in_the_interface(visit
     here.say("continue 99 meters")
     expect(here.find("command-status")).to_contain_text("nimmt x von 0.01 bis 20 Metern.")
     expect(here.find(".record").first).to_contain_text("nimmt")  # the history, too
+    expect(here.find(".record .outcome").first).to_have_text("abgelehnt")
     assert "takes" in console.newest()["remark"]
 
 

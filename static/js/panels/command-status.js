@@ -125,7 +125,7 @@ class CommandStatus extends Panel {
 
   /** @param {StatusLine} line @param {string} asked who asks for control already */
   #offerControl(line, asked) {
-    this.#write(line);
+    this.#write({ ...line, state: line.state || "held" });
     const key = `control ${asked}`;
     this.#suggestions.hidden = false;
     if (this.#suggestions.dataset["suggested"] === key) return;

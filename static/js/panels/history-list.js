@@ -93,7 +93,7 @@ class HistoryList extends Panel {
           "p",
           { class: "record-line" },
           make("span", { class: "record-words" }, words),
-          make("span", { class: "outcome" }, row.state),
+          make("span", { class: "outcome" }, t(`state.${row.state}`)),
         ),
         row.remark ? make("p", { class: "record-remark" }, row.remark) : null,
         make(
