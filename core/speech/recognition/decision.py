@@ -41,7 +41,7 @@ class Decision:
 
     @property
     def waits(self) -> bool:
-        """True where the command waits for the confirmation delay: uncertain words, or it goes far. STOP never does."""
+        """True where the command waits for the confirmation delay: uncertain words, or a far way. STOP never does."""
         if self.command is None or self.stops:
             return False
         return self.verdict == "confirm" or needs_confirmation(self.command)

@@ -69,7 +69,9 @@ class TourGuide extends Panel {
     const shown = target ?? box(".stage");
     if (!shown || !stop) return;
     const { width, height } = this.#card.getBoundingClientRect();
-    const key = [shown, camera, { width, height }].map((one) => JSON.stringify(one)).join();
+    const key = [shown, stop, camera, { width, height, innerWidth, innerHeight }]
+      .map((one) => JSON.stringify(one))
+      .join();
     if (key === this.#placedFor) return;
     this.#placedFor = key;
     const { left, top } = placed(shown, { width, height }, { width: innerWidth, height: innerHeight }, stop, camera);
