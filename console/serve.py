@@ -15,7 +15,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import FrameType
@@ -114,6 +114,11 @@ class Server(uvicorn.Server):
         with super().capture_signals():
             yield
 
+    def leave(self) -> None:
+        """End as after a signal; on the event loop."""
+        self._runtime.farewell()
+        self.should_exit = True
+
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """A signal arrived: only word is left here, the event loop does the rest."""
         self._runtime.farewell_soon()
@@ -127,8 +132,33 @@ def settings_file(options: Options, home: Path) -> Path | None:
 
 
 def serve(options: Options) -> None:
-    """Run the console until a signal ends it. Raises BadInput and Unavailable with a sentence."""
+    """Run the console until a signal ends it. Raises BadInput and Unavailable with a sentence.
+
+    An operator may open a recording or a simulated robot on the page, at the same address; where that does not come,
+    the robot before comes back.
+    """
     check(options)
+    shown: Options | None = None  # the last that came
+    trouble = ""
+    while True:
+        try:
+            url, port = serve_robot(options, first=shown is None, trouble=trouble)
+        except (BadInput, Unavailable) as why:
+            if shown is None or options == shown:
+                raise
+            options, trouble = shown, f"{options.robot} could not be opened. {why}"
+            continue
+        if not url:
+            return
+        shown, trouble = replace(options, port=port, open_browser=False), ""
+        options = replace(shown, robot=url)
+
+
+def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> tuple[str, int]:
+    """Run the console with one robot → the URL of the one to open next, "" after a signal, and the port.
+
+    `first`: with this process; `trouble`: a sentence to show. Raises BadInput and Unavailable with a sentence.
+    """
     home = home_folder(options.data)
     file = settings_file(options, home)
     settings = load(file)
@@ -138,7 +168,8 @@ def serve(options: Options) -> None:
     sys.setswitchinterval(SWITCH)
     most = raise_file_limit()
     with locked(home) as lock, bound(options.host, options.port) as listener:
-        start_logging(options.log or home / "console.log")
+        if first:
+            start_logging(options.log or home / "console.log")
         port = int(listener.getsockname()[1])
         address = address_of(options, port)
         lock.announce(port, address)
@@ -163,10 +194,6 @@ def serve(options: Options) -> None:
             settings=settings,
             settings_file=file,
         )
-        if options.text_files is not None:
-            files = TextFileReader(options.text_files)
-            parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.notifications)
-            runtime.beside.append(TextFileCommands(files, *parts, lambda: runtime.snapshot).run)
         if not options.nobody:
             runtime.beside.append(lambda: move_in(runtime.ask, options.robot))
         exchange_text_files(options, runtime)
@@ -174,24 +201,35 @@ def serve(options: Options) -> None:
 
         def listening() -> None:
             gc.freeze()  # objects loaded by now stay; to go through it again and again would take 70 ms each time
-            announce(options, port, access)
+            if first:
+                announce(options, port, access)
+            if trouble:
+                runtime.notifications.tell("error", trouble)
             if is_readable(options):
                 runtime.notifications.tell("warning", READABLE)
             if damaged:
                 runtime.notifications.tell("warning", damaged)
 
         server = Server(config, runtime, listening)
+        runtime.connection.leave = server.leave
         recording = options.robot.removeprefix("log:")
         if recording != options.robot and Path(recording).exists():
             sys.stderr.write(f"Reading {recording}…\n")
-        try:
-            server.run(sockets=[listener])
-        except KeyboardInterrupt:
-            return
-        except SystemExit:
-            if server.should_exit:  # a signal came while the robot was being opened
-                return
-            raise Unavailable(runtime.trouble or "The console could not start; the log says why.") from None
+        came_to_its_end = run_until_left(server, listener, runtime)
+        return (runtime.connection.other if came_to_its_end else ""), port
+
+
+def run_until_left(server: Server, listener: socket.socket, runtime: Runtime) -> bool:
+    """Serve → True; False after an interrupt. Raises Unavailable with a sentence where the robot does not come."""
+    try:
+        server.run(sockets=[listener])
+    except KeyboardInterrupt:
+        return False
+    except SystemExit:
+        if server.should_exit:  # a signal came while the robot was being opened
+            return False
+        raise Unavailable(runtime.trouble or "The console could not start; the log says why.") from None
+    return True
 
 
 def share_arenas() -> None:

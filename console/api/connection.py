@@ -12,8 +12,10 @@ from msgspec import structs
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import HistoryInUse, Operator, RequestBody, RobotConnection, router
+from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, RobotConnection, router
 from console.connection.service import LONGEST_URL, REAL_ONLY, WrittenFile
+from console.control.lease import OTHER_DRIVES
+from core.errors import Refused
 from core.robots.connection import FoundRobot
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile, converted
 from core.robots.robot_file_text import ChosenRole, TopicChoice
@@ -34,6 +36,7 @@ class FoundConnection(msgspec.Struct, frozen=True, kw_only=True):
     connection: FoundRobot
     why_not: str  # why no robot file can be written for it, a sentence; "" where one can
     files: list[str]  # names of robot files in the data folder
+    opened_here: list[str]  # URLs of recordings and simulated robots that can be opened instead; none on a real robot
 
 
 class TopicChoiceRequest(RequestBody):
@@ -49,6 +52,18 @@ class ProbeRequest(RequestBody):
 
     url: Url
     topics: list[TopicChoiceRequest] = Field(default=[], max_length=60)
+
+
+class OpenRobotRequest(RequestBody):
+    """A recording (`log:FILE`, a whole path or a name in the data folder's recordings) or a simulated robot."""
+
+    url: Annotated[str, Field(min_length=3, max_length=LONGEST_URL, examples=["log:walk.mcap"])]
+
+
+class OpenedRobot(msgspec.Struct, frozen=True):
+    """The URL that is opened; the console starts again with it, at the same address."""
+
+    url: str
 
 
 class LaserPlace(RequestBody):
@@ -107,7 +122,12 @@ class RobotFileRequest(ProbeRequest):
 async def found(robot: RobotConnection) -> FoundConnection:
     """Parts, topics with their types, frames and rates, sensors and mountings of the console's robot."""
     why_not = "" if robot.real else REAL_ONLY.format(kind="simulator, or a recording,")
-    return FoundConnection(connection=await robot.found(), why_not=why_not, files=await robot.files())
+    return FoundConnection(
+        connection=await robot.found(),
+        why_not=why_not,
+        files=await robot.files(),
+        opened_here=await robot.opened_here(),
+    )
 
 
 @connection.post("/robot/probe")
@@ -116,6 +136,19 @@ async def probe(asked: ProbeRequest, robot: RobotConnection, who: Operator, hist
     """Connect to a robot, which may be another one, listen for two seconds and let go. Nothing is driven."""
     history.add("look at robot", who, words=asked.url.partition("?")[0])
     return await robot.look(asked.url, choices(asked))
+
+
+@connection.post("/robot/open", status_code=202)
+@needs("operator")
+async def open_instead(
+    asked: OpenRobotRequest, robot: RobotConnection, lease: OperatorLease, who: Operator, history: HistoryInUse
+) -> OpenedRobot:
+    """Open a recording or a simulated robot instead of this one. What drives is stopped; a real robot is kept."""
+    if lease.holder is not None and not lease.held_by(who):
+        raise Refused(OTHER_DRIVES.format(holder=lease.holder.name))
+    url = await robot.open_instead(asked.url)
+    history.add("open robot", who, words=url)
+    return OpenedRobot(url=url)
 
 
 @connection.post("/robot/file", status_code=201)

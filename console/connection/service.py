@@ -24,10 +24,17 @@ from core.robots.robot_file_text import TopicChoice, with_topics, without_lock
 
 T = TypeVar("T")
 
+ANSWER = 0.2  # [s] in which the page gets its answer before the console starts again
 BUDGET = 10.0  # [s] of processor time of a probe
 TOPICS = ("foxglove", "zenoh", "rosbridge")  # links to which a second client may connect
 LONGEST_URL = 2000
-FOLDER = "robots"
+FOLDER, RECORDINGS = "robots", "recordings"  # in the data folder
+WORLDS = ("sim:lab", "sim:floor")
+KEEPS_REAL = (
+    "This console drives a real robot and stays with it. Start another one: beckon run --port 0 --robot {url}"
+)
+OPENED_HERE = "Only recordings and simulated robots are opened here: log:FILE, sim:lab or sim:floor."
+NO_RECORDING = "There is no recording {name} on the console's computer. Give its whole path, or put it into {folder}."
 REAL_ONLY = "The {kind} needs no robot file; a file describes a real robot. Type the URL of one."
 
 
@@ -44,8 +51,10 @@ class ConnectionService:
     """Lives on the event loop; one robot is looked at at a time."""
 
     def __init__(self, home: Path, robot: RobotLink) -> None:
-        self._folder = home / FOLDER
+        self._folder, self._recordings = home / FOLDER, home / RECORDINGS
         self._robot = robot
+        self.other = ""  # URL of the robot that is opened instead of this one
+        self.leave: Callable[[], None] = lambda: None  # ends the console, so that the other robot is opened
         self._turn = asyncio.Lock()
 
     @property
@@ -62,6 +71,39 @@ class ConnectionService:
     async def files(self) -> list[str]:
         """The names of the robot files that were written here."""
         return await asyncio.to_thread(lambda: sorted(path.name for path in self._folder.glob("*.toml")))
+
+    async def opened_here(self) -> list[str]:
+        """The URLs that can be opened instead: simulated robots, and the recordings in the data folder; none on a
+        real robot.
+        """
+        if self.real:
+            return []
+        names = await asyncio.to_thread(lambda: sorted(path.name for path in self._recordings.glob("[!.]*")))
+        return [*WORLDS, *(f"log:{name}" for name in names)]
+
+    async def open_instead(self, url: str) -> str:
+        """Let go of this robot and open a recording or a simulated one at the same address → its whole URL.
+
+        Raises BadInput, Refused on a real robot.
+        """
+        if self.real:
+            raise Refused(KEEPS_REAL.format(url=shlex.quote(url)))
+        if url not in WORLDS:
+            url = await asyncio.to_thread(self._recording, url)
+        self.other = url
+        asyncio.get_running_loop().call_later(ANSWER, self.leave)
+        return url
+
+    def _recording(self, url: str) -> str:
+        """The whole URL of a recording. Raises BadInput."""
+        scheme, _, rest = url.partition(":")
+        if scheme != "log" or not rest or not url.isprintable():
+            raise BadInput(OPENED_HERE)
+        name, mark, run = rest.partition("#")  # FILE#N picks a run
+        file = self._recordings / Path(name).expanduser()
+        if not file.exists():
+            raise BadInput(NO_RECORDING.format(name=Path(name).name[:80], folder=self._recordings))
+        return f"log:{file}{mark}{run}"
 
     async def look(self, url: str, choices: Sequence[TopicChoice]) -> FoundRobot:
         """Connect once more, or to another robot, and see what is there. Raises BadInput, Refused, Unavailable."""

@@ -23,6 +23,8 @@ class ConnectRobot extends Panel {
     placeholder: "foxglove://192.168.0.7:8765",
   });
   #look = make("button", { type: "submit", class: "button" }, icon("eye"), t("connect-robot.look"));
+  #open = make("button", { type: "submit", class: "button" }, icon("play"), t("connect-robot.open"));
+  #others = make("div", { class: "connect-others", role: "group", "aria-label": t("connect-robot.open_instead") });
   #back = make(
     "button",
     { type: "button", class: "button plain" },
@@ -31,6 +33,7 @@ class ConnectRobot extends Panel {
   );
   #status = make("p", { class: "note connect-status", role: "status" });
   #filled = "";
+  #drawn = "";
 
   /** @param {ConnectionModel} model */
   watch(model) {
@@ -44,7 +47,7 @@ class ConnectRobot extends Panel {
       "form",
       { class: "connect-look" },
       make("label", { for: "connect-url" }, t("connect-robot.url_of_a_robot")),
-      make("div", { class: "connect-line" }, this.#url, this.#look),
+      make("div", { class: "connect-line" }, this.#url, this.#look, this.#open),
       make(
         "p",
         { class: "note" },
@@ -59,8 +62,9 @@ class ConnectRobot extends Panel {
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       const url = this.#url.value.trim();
-      if (url) void this.#model?.look(url);
+      if (url) void (isOpened(url) ? this.#model?.open(url) : this.#model?.look(url));
     });
+    this.#url.addEventListener("input", () => this.#draw());
     this.#back.addEventListener("click", () => void this.#model?.back());
     this.append(
       make(
@@ -70,6 +74,7 @@ class ConnectRobot extends Panel {
         make("p", { class: "connect-state" }, this.#state, this.#about),
         this.#failsafe,
         form,
+        this.#others,
         this.#status,
         this.#back,
       ),
@@ -97,13 +102,39 @@ class ConnectRobot extends Panel {
       }
     }
     this.#back.hidden = !model.probed && !model.changed;
-    this.#look.disabled = Boolean(model.busy) || !model.may;
+    const opens = isOpened(this.#url.value.trim());
+    [this.#look.hidden, this.#open.hidden] = [opens, !opens];
+    this.#look.disabled = this.#open.disabled = Boolean(model.busy) || !model.may;
+    this.#drawOthers(model);
     this.#url.disabled = !model.may;
     const why = model.may || !found ? "" : t("connect-robot.you_are_watching_only_an_operator");
     write(this.#status, model.busy || model.trouble || why);
     mark(this.#status, "data-tone", model.busy ? "busy" : model.trouble ? "fault" : null);
   }
+
+  /** @param {ConnectionModel} model */
+  #drawOthers(model) {
+    const disabled = Boolean(model.busy) || !model.may;
+    const urls = model.openedHere.filter((url) => url !== model.found?.url);
+    const drawn = `${disabled} ${urls.join(" ")}`;
+    if (drawn === this.#drawn) return;
+    this.#drawn = drawn;
+    const buttons = urls.map((url) => {
+      const button = make("button", { type: "button", class: "button plain" }, icon("play"), url);
+      button.disabled = disabled;
+      button.addEventListener("click", () => void model.open(url));
+      return button;
+    });
+    this.#others.hidden = urls.length === 0;
+    this.#others.replaceChildren(make("p", { class: "note" }, t("connect-robot.open_instead_note")), ...buttons);
+  }
 }
+
+/**
+ * True for a recording or a simulated robot, which are opened and not looked at.
+ * @param {string} url
+ */
+const isOpened = (url) => /^(log|sim):/.test(url);
 
 /**
  * What the robot does by itself without a word, as a sentence.

@@ -50,6 +50,8 @@ export class ConnectionModel {
   whyNot = "";
   /** @type {string[]} names of the robot files that exist */
   files = [];
+  /** @type {string[]} URLs of simulated robots and recordings that can be opened instead; none on a real robot */
+  openedHere = [];
   /** @type {Map<string, Choice>} the operator's choice, by part and role */
   choices = new Map();
   /** True while topics were chosen on which nothing was heard yet. */
@@ -104,9 +106,9 @@ export class ConnectionModel {
   /** Show what the console is connected to. */
   async read() {
     try {
-      const { connection, why_not, files } = await call(`${ROOT}/connection`);
+      const { connection, why_not, files, opened_here } = await call(`${ROOT}/connection`);
       if (this.probed || this.changed) return;
-      [this.found, this.whyNot, this.files] = [connection, why_not, files];
+      [this.found, this.whyNot, this.files, this.openedHere] = [connection, why_not, files, opened_here];
       this.#unread = "";
     } catch (trouble) {
       this.#unread = sentenceOf(trouble);
@@ -147,6 +149,24 @@ export class ConnectionModel {
       this.probed = true;
       this.written = null;
       this.whyNot = "";
+    });
+  }
+
+  /**
+   * Open a recording or a simulated robot instead of this one; the console starts again with it.
+   * @param {string} url
+   */
+  async open(url) {
+    await this.#during(t("connection-model.opening_url", { url }), async () => {
+      const opened = await post(`${ROOT}/open`, { url });
+      let ended = false;
+      this.session.on("lost", () => {
+        ended = true;
+      });
+      await new Promise((then) => this.session.on("hello", () => ended && then(true)));
+      if (this.session.hello?.robot.url !== opened.url)
+        throw new Error(t("connection-model.url_did_not_open", { url }));
+      location.assign("./");
     });
   }
 

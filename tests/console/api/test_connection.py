@@ -123,6 +123,7 @@ def test_a_robot_file_is_written_once_and_replaced_when_that_is_said(live: Live,
     [
         ("probe", {"url": "foxglove://127.0.0.1:1"}, 503, "No foxglove bridge at 127.0.0.1:1"),
         ("probe", {"url": "nix://a"}, 422, "There is no robot of the kind 'nix'"),
+        ("open", {"url": "log:walk.mcap"}, 409, "drives a real robot and stays with it"),
         ("probe", {"url": "sim:lab"}, 422, "needs no robot file"),
         ("probe", {"url": "foxglove://127.0.0.1:1+log:a.mcap"}, 422, "needs no robot file"),
         ("probe", {"url": "py:own.py:"}, 422, "named where the console is started"),
