@@ -86,15 +86,15 @@ def test_topics_are_chosen_heard_and_written_and_nothing_is_overwritten_unasked(
     again.close()
 
 
-def test_why_a_robot_could_not_be_looked_at_stays_to_be_read(visit: Open, console: Near) -> None:
+def test_why_a_recording_is_not_opened_beside_a_real_robot_stays_to_be_read(visit: Open, console: Near) -> None:
     here = visit()
     expect(here.page.get_by_label("Battery")).to_be_visible()
     here.page.get_by_label("URL of a robot").fill("log:walk.mcap")
-    here.page.get_by_role("button", name="Look", exact=True).click()
-    expect(here.find(".connect-status")).to_contain_text("beckon run --robot log:walk.mcap")
+    here.button("Open").click()
+    expect(here.find(".connect-status")).to_contain_text("beckon run --port 0 --robot log:walk.mcap")
     here.page.wait_for_timeout(2500)  # what the console is connected to is read every 2 s
-    expect(here.find(".connect-status")).to_contain_text("needs no robot file")
-    here.complaints[:] = [each for each in here.complaints if "422" not in each]  # the browser notes the refusal
+    expect(here.find(".connect-status")).to_contain_text("drives a real robot")
+    here.complaints[:] = [each for each in here.complaints if "409" not in each]  # the browser notes the refusal
 
 
 def test_who_watches_sees_all_and_changes_nothing_on_a_phone_too(visit: Open, console: Near) -> None:
