@@ -81,8 +81,9 @@ class Visitor:
         """Control, whoever has it."""
         self.find("lease-chip button").first.click()
         for name in ("Take over", "Take control"):
-            if self.button(name).is_visible():
-                self.button(name).click()
+            button = self.find("lease-chip").get_by_role("button", name=name)  # a refusal has one, too
+            if button.is_visible():
+                button.click()
                 return
         self.page.keyboard.press("Escape")
 
