@@ -203,7 +203,7 @@ def _library() -> SpeechLibrary | None:
         return None
     try:
         return SpeechLibrary(str(loader.get_library_path()), str(loader.get_data_path()))
-    except (OSError, RuntimeError):
+    except (OSError, RuntimeError, AttributeError):  # an old one cannot be seeded; the program speaks then
         return None
 
 
