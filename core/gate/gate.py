@@ -151,6 +151,11 @@ class Gate:
         )
 
     @property
+    def nonce(self) -> int:
+        """The newest nonce."""
+        return self._nonces.newest
+
+    @property
     def twist(self) -> Twist:
         """The twist of the wheels now; a stop shows here at once, before the next tick."""
         return self._twist

@@ -41,7 +41,7 @@ def packet_socket(descriptor: int) -> socket.socket:
 def send_packet(end: socket.socket, packet: Mapping[str, object]) -> bool:
     """Send without waiting → whether it is on its way."""
     try:
-        end.send(json.dumps(packet, separators=(",", ":")).encode())
+        end.send(ENCODER.encode(packet).encode())
     except OSError:
         return False
     return True
@@ -67,7 +67,7 @@ def take_packets(end: socket.socket) -> tuple[list[Packet], bool]:
 def parse_packet(raw: bytes) -> Packet | None:
     """One JSON object; None for anything else: NaN, Infinity, a key said twice, or no object."""
     try:
-        packet = json.loads(raw, parse_constant=_refuse_constant, object_pairs_hook=_refuse_twice)
+        packet = DECODER.decode(raw.decode())
     except (ValueError, RecursionError):
         return None
     return packet if isinstance(packet, dict) else None
@@ -87,3 +87,7 @@ def _refuse_twice(pairs: list[tuple[str, object]]) -> Packet:
     if len(packet) != len(pairs):
         raise ValueError("a key was said twice")
     return packet
+
+
+ENCODER = json.JSONEncoder(separators=(",", ":"))
+DECODER = json.JSONDecoder(parse_constant=_refuse_constant, object_pairs_hook=_refuse_twice)

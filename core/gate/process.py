@@ -15,7 +15,7 @@ import signal
 import socket
 import time
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -191,18 +191,14 @@ class GateLoop:
             self._selector.unregister(self._console)
 
     def _tell_driver(self) -> None:
-        self._sent_twist = self._gate.twist
-        send_packet(self._driver, {**asdict(self._sent_twist), "nonce": self._gate.status().nonce})
+        twist = self._sent_twist = self._gate.twist
+        send_packet(self._driver, {"v": twist.v, "w": twist.w, "nonce": self._gate.nonce})
 
     def _tell_console(self, *, always: bool) -> None:
-        status = replace(self._gate.status(), latched=self._latched)
-        if always or self._sent_status is None or _without_nonce(status) != _without_nonce(self._sent_status):
+        status, sent = replace(self._gate.status(), latched=self._latched), self._sent_status
+        if always or sent is None or status != replace(sent, nonce=status.nonce):
             self._sent_status = status
             send_packet(self._console, status.to_packet())
-
-
-def _without_nonce(status: GateStatus) -> GateStatus:
-    return replace(status, nonce=0)
 
 
 def _spent(text: str) -> list[tuple[str, int]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from core.gate.packets import Packet, construct
@@ -47,7 +47,7 @@ class GateStatus:
 
     def to_packet(self) -> Packet:
         """Plain values by name."""
-        return asdict(self)
+        return dict(vars(self))
 
     @staticmethod
     def of_packet(packet: Packet) -> GateStatus:

@@ -17,7 +17,6 @@ from core.perception.landmarks.edges import ImageEdge, find_edges
 from core.perception.landmarks.frame_perception import Beams, BearingSet, FramePerception
 from core.perception.landmarks.landmarks import Sighting, edges_on_walls, laser_in_picture, sight
 from core.perception.landmarks.preprocessing import NOTHING
-from core.pilot.repeated_readings import moves
 from core.robots import Profile
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
 from core.settings import Settings
@@ -29,7 +28,7 @@ NO_POINTS = np.zeros((0, 2))
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
 AT_REST = 3.0  # [s] of standing after which one picture more tells nothing that thirty did not
 READ_AT_REST = 5.0  # [s] after which one scan more tells nothing that fifty did not: they draw the map of this place
-LOOK_AT_REST = 0.45  # [s] between the pictures and scans that are looked at then
+LOOK_AT_REST = 0.95  # [s] between the pictures and scans that are looked at then
 CHANGED = 0.1  # [m] by which a beam differs, at least, where something has moved
 CHANGED_SHARE = 0.05  # the same as a share of its range: 3.5 standard deviations where a range is known to 1 %
 FEW = 0.01  # of the beams that may differ although nothing has: edges are hit now and missed now
@@ -65,7 +64,7 @@ class LandmarkPerception:
         `idle`: nobody needs the newest scan of a robot that stands, where it is like the one before.
         """
         self._recall.add(frame.stamp, motion.increment)
-        if motion.wheels is None or moves(motion.wheels) or self._moved_stamp > frame.stamp:
+        if motion.wheels is None or motion.wheels.moves or self._moved_stamp > frame.stamp:
             self._moved_stamp = frame.stamp
         if frame.image is not None and self.camera is not None:
             try:

@@ -12,15 +12,9 @@ from core.robots import Profile
 from core.sensors import SensorFrame, Wheels
 from core.snapshot import SensorKind
 
-MOVING = 0.02  # [m/s], [rad/s]
 REPEATS = 2  # equal readings in a row, on the move, that mean the sensor hangs
 
 Sensor = tuple[SensorKind, str]  # kind and name
-
-
-def moves(wheels: Wheels) -> bool:
-    """Return whether the robot moves noticeably."""
-    return max(abs(wheels.speed), abs(wheels.turn_rate)) > MOVING
 
 
 class RepeatedReadings:
@@ -38,7 +32,7 @@ class RepeatedReadings:
 
     def taken_out(self, frame: SensorFrame, wheels: Wheels | None) -> SensorFrame:
         """The frame without what a hanging sensor repeats; `wheels`: the newest motion, None: not known."""
-        moving = wheels is not None and moves(wheels)
+        moving = wheels is not None and wheels.moves
         scan, image = frame.scan, frame.image
         if scan is not None and scan.valid.any():
             name = scan.laser or next(iter(self._lasers), "")

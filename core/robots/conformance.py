@@ -22,6 +22,7 @@ from core.message import message
 from core.robots import Profile
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
+from core.robots.frame_sender import resting_rate
 from core.robots.process import TIMEOUT
 from core.robots.requests import SetListening
 from core.sensors import SensorFrame
@@ -162,15 +163,16 @@ class Suite:
         seconds = min(max(MEASURING, READINGS / slowest), LONGEST)
         self._say(f"measuring for {seconds:.0f} s")
         read, rate = self._measure(seconds)
-        if rate < FRAME_SHARE * profile.rate:  # the computer may have been busy for a moment
+        expected = resting_rate(profile.rate)
+        if rate < FRAME_SHARE * expected:  # the computer may have been busy for a moment
             self._say("too few frames came; measuring once more")
             read, rate = self._measure(seconds)
         self.add(
             "frames",
-            rate >= FRAME_SHARE * profile.rate,
+            rate >= FRAME_SHARE * expected,
             rate,
             "Hz",
-            f"{profile.rate:g} Hz are expected; this computer is too busy, or the driver keeps `drive` waiting.",
+            f"{expected:g} Hz are expected; this computer is too busy, or the driver keeps `drive` waiting.",
         )
         for series in series_of(read, profile):
             self._check_series(series)

@@ -15,6 +15,7 @@ from core.sensors.microphones import joined
 
 LENGTH = struct.Struct("<Q")
 LONGEST_SOUND = 3.0  # [s] that may wait unsent
+OFTEN = 16.0  # [Hz] of frames that are often enough while the robot stands
 ANSWERS = 64  # that may wait; more are dropped
 
 
@@ -34,6 +35,11 @@ def merged(older: SensorFrame, newer: SensorFrame) -> SensorFrame:
     )
 
 
+def resting_rate(rate: float) -> float:
+    """The robot's rate [Hz] → that of its frames to the console while it stands: two as one, where often enough."""
+    return rate / 2 if rate / 2 >= OFTEN else rate
+
+
 class FrameSender:
     """Sends from a thread of its own: every answer, and of the frames the newest, merged with what waits unsent."""
 
@@ -41,17 +47,20 @@ class FrameSender:
         self._end = end
         self._answers: deque[Any] = deque(maxlen=ANSWERS)
         self._frame: SensorFrame | None = None
+        self._waits = False  # the frame goes with the next
         self._wake = threading.Condition()
         self._over = False
         self.gone = False  # nothing is sent any more: the other end does not listen, or the thread has failed
         self._thread = threading.Thread(target=self._run, name="frame-sender", daemon=True)
         self._thread.start()
 
-    def put_frame(self, frame: SensorFrame) -> None:
-        """Send this frame as soon as the pipe takes it."""
+    def put_frame(self, frame: SensorFrame, *, may_wait: bool = False) -> None:
+        """Send this frame as soon as the pipe takes it; one that `may_wait` goes with the next."""
         with self._wake:
+            self._waits = may_wait and self._frame is None
             self._frame = frame if self._frame is None else merged(self._frame, frame)
-            self._wake.notify()
+            if not self._waits:
+                self._wake.notify()
 
     def put(self, message: object) -> None:
         """Send this before the next frame."""
@@ -62,9 +71,13 @@ class FrameSender:
     def close(self, patience: float = 0.5) -> None:
         """Send what waits, for `patience` [s] at most, and end."""
         with self._wake:
-            self._over = True
+            self._over, self._waits = True, False
             self._wake.notify()
         self._thread.join(patience)
+
+    @property
+    def _is_due(self) -> bool:
+        return self._frame is not None and not self._waits
 
     def _run(self) -> None:
         try:
@@ -75,7 +88,7 @@ class FrameSender:
     def _send(self) -> None:
         while True:
             with self._wake:
-                self._wake.wait_for(lambda: self._answers or self._frame or self._over)
+                self._wake.wait_for(lambda: self._answers or self._is_due or self._over)
                 if self._answers:
                     message: object = self._answers.popleft()
                 elif self._frame is not None:

@@ -27,7 +27,7 @@ from core.gate.packets import LARGEST, packet_socket, send_packet, take_packets
 from core.gate.scheduling import stand_back
 from core.robots import Robot
 from core.robots.connect import connect
-from core.robots.frame_sender import FrameSender
+from core.robots.frame_sender import FrameSender, resting_rate
 from core.robots.ipc_messages import (
     AskPacket,
     DriverHello,
@@ -86,10 +86,18 @@ class DriverLoop:
         frame = replace(self._robot.read(), sensed=time.monotonic())
         self._tell_gate(frame)
         self._pace.step(time.monotonic())
-        self._frame_sender.put_frame(replace(frame, nonce=nonce, pace=self._pace.share))
+        frame = replace(frame, nonce=nonce, pace=self._pace.share)
+        self._frame_sender.put_frame(frame, may_wait=self._may_wait(frame))
         if self._frame_sender.gone or os.getppid() != self._parent:
             self._has_console = False
         self._over = self._over or not (self._has_gate or self._has_console)
+
+    def _may_wait(self, frame: SensorFrame) -> bool:
+        """True while the robot stands, if its frames are fast enough for two to go as one and nothing was seen."""
+        if frame.scan is not None or frame.image is not None or frame.contact:
+            return False
+        stands = frame.wheels is not None and not (frame.wheels.moves or self._twist.moves)
+        return stands and self._profile.drives and resting_rate(self._profile.rate) < self._profile.rate
 
     def _tell_gate(self, frame: SensorFrame) -> None:
         packet: dict[str, object] = {"contact": bool(frame.contact)}

@@ -7,6 +7,8 @@ from dataclasses import replace
 from core.geometry import Pose, arc
 from core.message import message
 
+MOVING = 0.02  # [m/s], [rad/s] from which a robot moves noticeably
+
 
 @message
 class Wheels:
@@ -17,6 +19,11 @@ class Wheels:
     turn_rate: float  # [rad/s]
     age: float = 0.0  # [s] over which the reading was carried on to its frame
     rate: float | None = None  # [Hz] at which readings come; None: with every frame
+
+    @property
+    def moves(self) -> bool:
+        """True while the robot moves noticeably."""
+        return max(abs(self.speed), abs(self.turn_rate)) > MOVING
 
     def carried(self, seconds: float) -> Wheels:
         """The same `seconds` [s] later, if they went on as they were."""

@@ -100,3 +100,20 @@ def test_a_thread_that_fails_counts_as_gone() -> None:
     frame_sender.close()
     here.close()
     there.close()
+
+
+def test_a_frame_that_may_wait_goes_with_the_next_and_an_answer_does_not_wait_for_it() -> None:
+    here, there = socket.socketpair()
+    with here, there:
+        frame_sender, inbox = FrameSender(here), FrameReceiver()
+        there.settimeout(5.0)
+        frame_sender.put_frame(frame(1.0, scan=SCAN), may_wait=True)
+        frame_sender.put(RobotAnswer(1, {}))
+        assert inbox.feed(there.recv(1 << 20)) == [RobotAnswer(1, {})]
+        frame_sender.put_frame(frame(2.0), may_wait=True)
+        (both,) = inbox.feed(there.recv(1 << 20))
+        assert both.stamp == 2.0 and both.scan is not None
+        frame_sender.put_frame(frame(3.0), may_wait=True)
+        frame_sender.close()
+        (last,) = inbox.feed(there.recv(1 << 20))
+        assert last.stamp == 3.0
