@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 
 from core.errors import BadInput
@@ -28,7 +29,10 @@ NO_POINTS = np.zeros((0, 2))
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
 AT_REST = 3.0  # [s] of standing after which one picture more tells nothing that thirty did not
 READ_AT_REST = 5.0  # [s] after which one scan more tells nothing that fifty did not: they draw the map of this place
-LOOK_AT_REST = 0.95  # [s] between the pictures and scans that are looked at then
+LOOK_AT_REST = 0.45  # [s] between the pictures that are looked at then while something changes in them
+LIKE_BEFORE = 1.95  # [s] between the pictures and scans that are looked at then while nothing changes
+CELL = 8  # [pixel] of a picture's cells, whose brightness shows whether it has changed
+BRIGHTER = 6.0  # [grey levels] in a cell: twenty times what noise does to it
 CHANGED = 0.1  # [m] by which a beam differs, at least, where something has moved
 CHANGED_SHARE = 0.05  # the same as a share of its range: 3.5 standard deviations where a range is known to 1 %
 FEW = 0.01  # of the beams that may differ although nothing has: edges are hit now and missed now
@@ -46,6 +50,7 @@ class LandmarkPerception:
         self._settings = settings
         self._edges: tuple[ImageEdge, ...] = ()
         self._edges_stamp = -np.inf
+        self._small: Array | None = None  # the newest picture that was looked at, shrunk
         self._reported = -np.inf  # [s] of the newest picture whose edges were reported as bearings
         self._quality: PictureQuality | None = None
         self._points = np.zeros((0, 2))
@@ -68,7 +73,7 @@ class LandmarkPerception:
             self._moved_stamp = frame.stamp
         if frame.image is not None and self.camera is not None:
             try:
-                if not self._has_seen_enough(frame.image.stamp):
+                if not self._has_seen_enough(frame.image):
                     self._judge(frame.image, motion.wheels)
                     self._find_edges(frame.image, self.camera)
                 self._show(frame.image, self.camera, motion.wheels)
@@ -86,16 +91,25 @@ class LandmarkPerception:
         then = self._recall.taken(frame.scan, frame.stamp)
         return self._look_at_scan(frame.scan, then, frame.stamp, motion.wheels)
 
-    def _has_seen_enough(self, stamp: float) -> bool:
+    def _has_seen_enough(self, image: Image) -> bool:
         """True for most pictures of a robot that stands: looking is half of what an idle console computes."""
-        return stamp - self._moved_stamp > AT_REST and 0 <= stamp - self._edges_stamp < LOOK_AT_REST
+        age = image.stamp - self._edges_stamp
+        if image.stamp - self._moved_stamp <= AT_REST or not 0 <= age < LIKE_BEFORE:
+            return False
+        return age < LOOK_AT_REST or not self._has_changed(image)
+
+    def _has_changed(self, image: Image) -> bool:
+        """True where a part of the picture is brighter or darker than in the one that was looked at last."""
+        small = _shrunk(image.pixels)
+        last = self._small
+        return last is None or last.shape != small.shape or float(np.abs(small - last).max()) > BRIGHTER
 
     def _is_like_before(self, scan: Scan, stamp: float) -> bool:
         """True for most scans of a robot that stands in a room in which nothing moves."""
         last = self._scan
         if last is None or stamp - self._moved_stamp <= READ_AT_REST or last.laser != scan.laser:
             return False
-        if not 0 <= scan.stamp - last.stamp < LOOK_AT_REST or last.ranges.shape != scan.ranges.shape:
+        if not 0 <= scan.stamp - last.stamp < LIKE_BEFORE or last.ranges.shape != scan.ranges.shape:
             return False
         known = np.isfinite(scan.ranges) & np.isfinite(last.ranges)
         ranges = last.ranges[known]
@@ -116,7 +130,7 @@ class LandmarkPerception:
     def _find_edges(self, image: Image, camera: Camera) -> None:
         preparation = self._quality.preparation if self._quality else NOTHING
         self._edges = find_edges(image, camera, self._settings.edges, preparation)
-        self._edges_stamp = image.stamp
+        self._edges_stamp, self._small = image.stamp, _shrunk(image.pixels)
 
     def _show(self, image: Image, camera: Camera, wheels: Wheels | None) -> None:
         height, width = image.pixels.shape[:2]
@@ -213,3 +227,8 @@ class LandmarkPerception:
         elapsed = self._edges_stamp - stamp
         moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels and edges else Pose()
         return edge_pairs(corners, edges, moved, self.camera, self._settings.edges)
+
+
+def _shrunk(pixels: Array) -> Array:
+    """A picture (H, W) or (H, W, 3) uint8 → the mean brightness of its cells, float32."""
+    return cv2.resize(pixels, None, fx=1 / CELL, fy=1 / CELL, interpolation=cv2.INTER_AREA).astype(np.float32)

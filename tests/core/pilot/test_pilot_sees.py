@@ -90,18 +90,37 @@ def test_a_single_black_picture_is_nothing_to_tell() -> None:
         assert eyes.poor == ""
 
 
-def test_the_scans_of_a_standing_robot_are_read_once_a_second_and_at_once_when_a_person_comes() -> None:
+def test_the_scans_of_a_standing_robot_are_read_every_other_second_and_at_once_when_a_person_comes() -> None:
     robot = SimulatedRobot("lab", seed=4)
     eyes = LandmarkPerception(robot.profile, Settings())
 
     def is_read(frame: SensorFrame) -> bool:
         return eyes.look(frame, Motion(wheels=frame.wheels), idle=True).sightings is not None
 
-    frames = [robot.read() for _ in range(40 * 8)]
+    frames = [robot.read() for _ in range(40 * 10)]
     read = [frame.stamp for frame in frames if is_read(frame)]
-    assert len([stamp for stamp in read if stamp > frames[-1].stamp - 2.0]) == 2
+    assert len([stamp for stamp in read if stamp > frames[-1].stamp - 4.0]) == 2
     frame = next(frame for frame in iter(robot.read, None) if frame.scan is not None and not is_read(frame))
     assert frame.scan is not None
     ranges = frame.scan.ranges.copy()
     ranges[300:320] -= 0.5  # 0.4 m wide at 3 m
     assert is_read(replace(frame, scan=replace(frame.scan, ranges=ranges)))
+
+
+def test_pictures_of_a_standing_robot_are_looked_at_every_other_second_and_soon_when_something_changes() -> None:
+    robot = SimulatedRobot("lab", seed=4)
+    eyes, looked = LandmarkPerception(robot.profile, Settings()), list[float]()
+    frames = [frame for _ in range(40 * 10) if (frame := robot.read()).image is not None]
+
+    def look(frame: SensorFrame) -> bool:
+        before = eyes.view.edges if eyes.view is not None else None
+        eyes.look(frame, Motion(wheels=frame.wheels), idle=True)
+        return eyes.view is not None and eyes.view.edges is not before
+
+    looked = [frame.stamp for frame in frames[:-1] if look(frame)]
+    assert len([stamp for stamp in looked if stamp > frames[-1].stamp - 4.0]) == 2
+    image = frames[-1].image
+    assert image is not None
+    pixels = image.pixels.copy()
+    pixels[60:200, 100:130] = 200 - pixels[60:200, 100:130] // 2
+    assert look(replace(frames[-1], image=Image(stamp=looked[-1] + 0.5, pixels=pixels)))
