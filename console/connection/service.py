@@ -36,6 +36,7 @@ KEEPS_REAL = (
 OPENED_HERE = "Only recordings and simulated robots are opened here: log:FILE, sim:lab or sim:floor."
 NO_RECORDING = "There is no recording {name} on the console's computer. Give its whole path, or put it into {folder}."
 REAL_ONLY = "The {kind} needs no robot file; a file describes a real robot. Type the URL of one."
+REAL_ONLY_START = REAL_ONLY + " Start Beckon with it: beckon run --robot {url}"
 
 
 class WrittenFile(msgspec.Struct, frozen=True):
@@ -143,8 +144,7 @@ class ConnectionService:
             if name == OWN:
                 raise BadInput("A driver of your own is named where the console is started: beckon run --robot py:…")
             if name in SCHEMES and SCHEMES[name].section:
-                start = f"Start Beckon with it: beckon run --robot {shlex.quote(url)}"
-                raise BadInput(f"{REAL_ONLY.format(kind=SCHEMES[name].what)} {start}")
+                raise BadInput(REAL_ONLY_START.format(kind=SCHEMES[name].what, url=shlex.quote(url)))
         return RobotFile(url=url)
 
     def _check_free(self, url: str) -> None:

@@ -26,6 +26,7 @@ SAID_TO_OPERATORS = (
     "core/pilot/pilot.py",
     "core/slam/relocalization/recovery.py",
     "core/speech/understanding/grammar.py",
+    "console/connection/service.py",
     "console/control/dispatcher.py",
     "console/control/lease.py",
     "console/control/link_monitor.py",
@@ -54,6 +55,7 @@ WITHOUT = (
     "Turns right",
 )
 COMPOSED = {
+    "connect.no_file_start": " Start Beckon with it: beckon run --robot {}",
     "sensor.camera_back": "The camera{} is back.",
     "sensor.camera_back_of": "The camera{} is back.",
     "sensor.laser_back": "The laser{} is back.",
