@@ -49,5 +49,7 @@ def test_the_thresholds_that_are_named_exist() -> None:
     from core.speech.whisper import recognizer
 
     assert relocalization.__doc__
-    assert all(hasattr(recognizer, name) for name in ("NUMBERS", "COMMON", "RARE", "STOP", "DECIMALS_BY_CHANCE"))
+    assert all(
+        hasattr(recognizer, name) for name in ("NUMBERS", "COMMON", "RARE", "STOP", "DECIMALS_BY_CHANCE", "SLOWER")
+    )
     assert {"gate", "fresh"} <= {field.name for field in dataclasses.fields(Settings().ekf)}

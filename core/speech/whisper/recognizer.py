@@ -18,6 +18,7 @@ import numpy as np
 from core.commands import VOCABULARY
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import Array, message
+from core.sensors.resampling import resampled
 from core.speech.recognition.decision import (
     MOST_OFFERED,
     TOO_LONG,
@@ -46,6 +47,8 @@ SHORTEST = 0.1  # [s] of sound below which nothing was said
 NO_WHOLE_NUMBER = "I did not hear the whole number."
 RIVALS = 4  # meanings of which the best is chosen
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
+UNREAD = 1.0  # [nats] below the last of the second reading, for those that it lacks
+SLOWER = 1.1  # times as long the sound lasts in the second reading, which doubtful meanings get
 REJECTED_BEFORE = 3.0  # [nats] by which a command is less likely that was rejected just before
 OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
 BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
@@ -93,12 +96,16 @@ class Meaning:
     nats: float  # logarithm of the sum of their probabilities
     key: Key
     by_chance: float = 0.0  # [nats] that it owes to its decimals, beside others with as many
+    again: float | None = None  # [nats] in the second reading; None: there was none
 
     def ahead_of(self, other: Meaning) -> float:
         """Return by how much [nats] this is likelier than the other one."""
         unheard = _lacks_whole_part_of(self.key, other.key) - _lacks_whole_part_of(other.key, self.key)
         by_chance = self.by_chance - other.by_chance if _shape(self.key) == _shape(other.key) else 0.0
-        return self.nats - other.nats - by_chance - UNHEARD * unheard
+        ahead = self.nats - other.nats
+        if self.again is not None and other.again is not None:
+            ahead = 0.5 * (ahead + self.again - other.again)
+        return ahead - by_chance - UNHEARD * unheard
 
 
 class WhisperRecognizer:
@@ -122,14 +129,22 @@ class WhisperRecognizer:
 
     def decide(self, utterance: Utterance) -> Decision:
         """Compare the best meaning with free text and with the second meaning."""
-        found = self.search(utterance.samples[max(len(utterance.before) - round(BEFORE * RATE), 0) :])
+        samples = utterance.samples[max(len(utterance.before) - round(BEFORE * RATE), 0) :]
+        found = self.search(samples)
         free_text = found.free[0].text if found.free else ""
-        decision = self._decided(utterance, found, free_text)
+        meanings = self.meanings(found, utterance.rejected)
+        if len(meanings) > 1 and _best(meanings)[1] < THRESHOLDS.accept:
+            meanings = _read_twice(meanings, self._again(samples, utterance.rejected))
+        decision = self._decided(utterance, meanings, found, free_text)
         goes = decision.command is not None and decision.command.name in NAME_STOP
         words = free_text.lower()
         if (STOP_WORD.search(words) or STOP_MISHEARD in words) and not goes and not decision.stops:
             return stop(free_text, remark=decision.reason)
         return decision
+
+    def _again(self, samples: Array, rejected: Iterable[str]) -> list[Meaning]:
+        """The meanings by a second reading: what was hard to tell apart is often easier in slower speech."""
+        return self.meanings(self.search(resampled(samples, RATE, SLOWER * RATE)), rejected)
 
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""
@@ -164,8 +179,7 @@ class WhisperRecognizer:
         ]
         return sorted(weighed, key=lambda one: -one.nats)
 
-    def _decided(self, utterance: Utterance, found: Found, free_text: str) -> Decision:
-        meanings = self.meanings(found, utterance.rejected)
+    def _decided(self, utterance: Utterance, meanings: list[Meaning], found: Found, free_text: str) -> Decision:
         if not meanings:
             return _not_understood(free_text, (), 0.0)
         best, lead = _best(meanings)
@@ -238,6 +252,13 @@ def _places(value: float) -> int:
 def _shape(key: Key) -> tuple[object, ...]:
     """The command, and how many decimals its numbers have."""
     return key[0], *(_places(value) for _, value in key[1])
+
+
+def _read_twice(meanings: list[Meaning], again: list[Meaning]) -> list[Meaning]:
+    """Meanings with what the second reading says of them."""
+    nats = {one.key: one.nats for one in again}
+    least = min(nats.values(), default=0.0) - UNREAD
+    return [replace(one, again=nats.get(one.key, least)) for one in meanings]
 
 
 def _best(meanings: list[Meaning]) -> tuple[Meaning, float]:

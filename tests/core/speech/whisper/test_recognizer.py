@@ -32,15 +32,23 @@ def clip(folder: Path, name: str) -> Array:
 class Searched(WhisperRecognizer):
     """A recognizer whose search has found these texts."""
 
-    def __init__(self, spellings: dict[str, float], free: dict[str, float]) -> None:
+    def __init__(
+        self, spellings: dict[str, float], free: dict[str, float], slower: dict[str, float] | None = None
+    ) -> None:
+        """`slower`: the spellings of a longer sound; None: the same."""
         self._own, self._fixed, self._decimals = (), {}, np.zeros(10)
+        self._slower = slower
         self._found = Found(
             spellings=tuple(ScoredText(text=text, nats=nats) for text, nats in spellings.items()),
             free=tuple(ScoredText(text=text, nats=nats) for text, nats in free.items()),
         )
 
     def search(self, samples: Array) -> Found:
-        return self._found
+        if self._slower is None or len(samples) <= RATE:
+            return self._found
+        assert len(samples) == pytest.approx(1.1 * RATE)
+        texts = tuple(ScoredText(text=text, nats=nats) for text, nats in self._slower.items())
+        return Found(spellings=texts, free=())
 
 
 def decided(
@@ -92,6 +100,34 @@ def test_what_is_refused_is_said_back_and_what_resembles_it_is_offered():
 )
 def test_a_small_lead_over_other_numbers_is_rejected_or_confirmed(lead, verdict):
     assert decided({"continue 2 meters": -1.0, "continue 3 meters": -1.0 - lead}, {}).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("slower", "verdict"),
+    [
+        ({"continue 2.5 meters": -1.0, "continue 1.5 meters": -3.4}, "confirm"),
+        ({"continue 2.5 meters": -1.0, "continue 1.5 meters": -2.4}, "reject"),
+        ({"continue 2.5 meters": -1.0}, "reject"),
+        ({"continue 2.5 meters": -1.0, "turn left": -4.0}, "confirm"),
+        ({}, "reject"),
+    ],
+)
+def test_a_doubtful_number_is_read_once_more_in_slower_speech(slower, verdict):
+    heard = utterance(np.ones(RATE))
+    spellings = {"continue 1.5 meters": -1.0, "continue 2.5 meters": -1.2}
+    told = Searched(spellings, {}, slower).decide(heard)
+    assert told.verdict == verdict
+    assert told.command is None or told.echo == "continue 2.5 meters"
+
+
+def test_what_is_clear_is_read_only_once():
+    class Once(Searched):
+        def search(self, samples):
+            assert len(samples) <= RATE
+            return super().search(samples)
+
+    heard = utterance(np.ones(RATE))
+    assert Once({"continue 2 meters": -1.0, "continue 3 meters": -3.1}, {}).decide(heard).verdict == "accept"
 
 
 def test_numbers_beyond_the_bounds_of_speech_win_and_are_refused():
