@@ -16,7 +16,7 @@ from core.gate.freshness import InputIds, Nonces
 from core.gate.guard import ObstacleGuard, Permitted
 from core.gate.limits import Limits, is_count, is_number, speed_cap
 from core.gate.setpoint import AcceptedSetpoint, Setpoint, Source
-from core.gate.status import GATE_LATE, GateStatus, State
+from core.gate.status import EXPIRED, GATE_LATE, GateStatus, State
 from core.gate.trace import Event, TraceWriter
 from core.gate.twist import ZERO, Twist
 
@@ -228,7 +228,7 @@ class Gate:
         self._last_seq[setpoint.source] = setpoint.seq
         age = self._nonces.age(setpoint.nonce, now)
         if age is None:
-            return "Old: its nonce has expired."
+            return EXPIRED
         if not (is_number(setpoint.v) and is_number(setpoint.w)):
             self._trip("a speed that is not a number", now)
             return "A speed is not a finite number."

@@ -12,6 +12,7 @@ State = Literal["disarmed", "armed", "halted"]
 SILENCE = "silence: no setpoint came for too long"
 CONSOLE_SILENT = "the console is silent"
 GATE_LATE = "the gate was late"
+EXPIRED = "Old: its nonce has expired."  # why a setpoint of a computer that does not come to its work is refused
 BUSY = (SILENCE, CONSOLE_SILENT, GATE_LATE)  # what a computer that does not come to its work does to a command
 TOO_BUSY = (
     "The computer that runs Beckon was too busy to steer, so the robot stopped by itself. "

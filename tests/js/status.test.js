@@ -216,3 +216,12 @@ test("between the spoken words and their result it says that it reads, that this
   log.heard({ ...REFUSED, accepted: true, heard_as: "turn left" }, 40_500);
   assert.equal(shown(log, IDLE, 40_510), "Ready | Type.");
 });
+
+test("what another operator was refused is not told here; what a voice in the room was is", () => {
+  const log = new StatusLog();
+  log.ended([], 0, 0);
+  log.ended([row(3, "refused", { words: "turn right", remark: "Ann drives now." })], 1000, 1010);
+  assert.equal(shown(log, IDLE, 1020), "Ready | Type.");
+  log.ended([row(4, "refused", { words: "come here", source: "ears", remark: "I see nobody." })], 1100, 1110);
+  assert.equal(shown(log, IDLE, 1120), "turn left | refused. I see nobody.");
+});

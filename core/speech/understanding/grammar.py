@@ -19,6 +19,7 @@ from functools import cache
 
 from core.commands import VOCABULARY
 from core.commands.command import Command, CommandSpec, Parameter
+from core.commands.continue_straight import CONTINUE
 from core.commands.stop_moving import START, STOP_MOVING
 from core.speech.understanding.numbers import NUMBER, read_number, write_number
 
@@ -74,6 +75,10 @@ OTHER_WORDS = {
     "go to": ("Where to? Say the place in metres.", ("stop at 1 and 0.5",)),
 }
 """Words of the paper (Table 2, Fig. 17) that do not move this robot: why, and what does."""
+
+
+AHEAD = re.compile(r"\b(?:ahead|advance|forwards?|straight|drive \d)")
+"""Words of people who mean CONTINUE."""
 
 
 def compiled(pattern: str) -> re.Pattern[str]:
@@ -241,6 +246,8 @@ def _near_miss(text: str) -> Refusal:
     if begun:
         opening, kind = max(begun, key=lambda found: len(found[0]))
         return _badly_ended(kind, opening, text)
+    if AHEAD.search(text):
+        return Refusal("I know no such command. Did you mean one of these?", (_continued(text),))
     close = nearest(text, _phrases())
     if close and close[0] in OTHER_WORDS:
         why, instead = OTHER_WORDS[close[0]]
@@ -270,6 +277,14 @@ def _badly_ended(kind: CommandSpec, opening: str, text: str) -> Refusal:
     )
     fits = filled if filled and isinstance(understand(filled), Command) else kind.example
     return Refusal(f"Say it whole and with nothing else, like “{fits}”; distances are in metres.", (fits,))
+
+
+def _continued(text: str) -> str:
+    """CONTINUE with the distance in these words, where there is one within the bounds."""
+    kind = next(kind for kind in VOCABULARY if kind.name == CONTINUE.name)
+    found = re.search(rf"(?<![a-z0-9.,]){NUMBER}(?![a-z0-9.,])", text)
+    words = say(kind, {kind.numbers[0].name: read_number(found[0])}) if found else ""
+    return words if words and isinstance(understand(words), Command) else kind.example
 
 
 @cache

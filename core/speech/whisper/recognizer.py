@@ -58,8 +58,8 @@ BELOW = 2.0  # [nats] below its bound, down to which its score may be then
 SELDOM = 1.0  # [nats] by which "3.0" and "0.77" are less likely: they are written where "3.2" and "0.7" were said
 DECIMAL = "Continue 1.{digit} meters."  # in which decimals by chance are compared
 DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
-NO_WORDS = re.compile(r"[\s.,!?♪♫]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫]*)*")
-"""Texts that Whisper writes for sounds that are no speech: "(wind howling)", "[Music]", "*cough*"."""
+NO_WORDS = re.compile(r"(?i:you)?[\s.,!?♪♫>]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫>]*)*")
+"""Texts that Whisper writes for sounds that are no speech: "(wind howling)", "[Music]", "*cough*", ">>", "you"."""
 STOP_MISHEARD = "start moving"
 """Free text where a machine or a room makes "stop moving" unclear; nothing that moves the robot is called so."""
 NAME_STOP = frozenset(

@@ -176,6 +176,7 @@ export class StatusLog {
    */
   #end(row, at, now) {
     const answered = row.state === "refused" ? this.#takeRefusal(row) : null;
+    if (row.state === "refused" && !answered && row.source !== "ears") return; // another operator's, or answered later
     const began = this.#began.get(row.id) ?? answered?.at ?? at;
     if (row.name === STOPS && row.state === "done") {
       this.#stoppedAt = Math.max(this.#stoppedAt, began);

@@ -467,3 +467,18 @@ def test_what_people_really_said_never_moves_the_robot(shared_data: Path) -> Non
         transcripts = [row["transcript"] or "" for row in csv.DictReader(table, delimiter="\t")]
     assert any(transcripts)
     assert not any(moves(words) for words in transcripts)
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("drive forward 1 metre", "continue 1 meters"),
+        ("go 2.5 meters straight ahead", "continue 2.5 meters"),
+        ("drive 3 m", "continue 3 meters"),
+        ("forward", "continue 1.5 meters"),
+        ("advance 50 meters", "continue 1.5 meters"),
+    ],
+)
+def test_who_says_forward_is_offered_continue(words: str, offered: str) -> None:
+    refusal = understand(words)
+    assert isinstance(refusal, Refusal) and refusal.suggestions == (offered,)

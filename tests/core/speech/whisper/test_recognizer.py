@@ -10,7 +10,7 @@ from scipy.special import erf
 
 from core.message import Array
 from core.recording.sound_file import read_sound
-from core.speech.recognition.decision import Decision, Sentence
+from core.speech.recognition.decision import NO_COMMAND, Decision, Sentence
 from core.speech.recognition.recognizer import Utterance, for_words
 from core.speech.settings import RATE
 from core.speech.whisper.joint_search import Found, ScoredText
@@ -268,3 +268,8 @@ def test_without_pocketsphinx_stop_is_spotted_before_the_sentence_is_over(shared
     told = [one for piece in pieces(samples) for one in spotter.feed(piece)]
     assert told and all(one.decision.stops and not one.final for one in told)
     assert told[0].end < len(samples) / RATE - 1.5
+
+
+@pytest.mark.parametrize("text", [">>", "You", " you.", "[Music]"])
+def test_what_whisper_writes_for_noise_is_not_said_back(text):
+    assert decided({}, {text: -1.0}).reason == NO_COMMAND
