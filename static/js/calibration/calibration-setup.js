@@ -145,7 +145,8 @@ class CalibrationSetup extends WizardStep {
         ? t("calibration-setup.calibrate_the_camera")
         : t("calibration-setup.calibrate_the_laser_on_the_camera"),
     );
-    write(this.#plan, PLANS[this.#kind]);
+    const demo = this.model.simulated ? ` ${t("calibration-setup.in_the_simulator_show_me")}` : "";
+    write(this.#plan, PLANS[this.#kind] + demo);
     this.#where.hidden = this.#kind === "laser";
     this.#laserOnly.hidden = this.#kind === "camera";
     this.#offer("webcam", webcamRefusal());

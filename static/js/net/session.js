@@ -351,7 +351,7 @@ export class Session {
   #watchLease({ holder, holder_id }) {
     const drives = this.hello !== null && holder_id === this.hello.you.id;
     if (this.#drove && !drives && !this.#gaveAway) this.#lostControl = { to: holder };
-    if (drives) this.#lostControl = null;
+    if (drives || (this.#lostControl?.to && !holder)) this.#lostControl = null; // who took it has given it back
     if (!drives) this.#gaveAway = false;
     this.#drove = drives;
   }

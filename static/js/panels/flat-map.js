@@ -20,6 +20,7 @@ import { ToGo } from "../ui/to-go.js";
 /** @typedef {import("../ui/flat-drawing.js").Layer} Layer */
 /** @typedef {import("../net/messages.js").State} State */
 
+const SAID_MS = 20_000; // for which it is said why the map is flat; the switch beside stays
 const MARGIN = 36; // [px] around the whole map
 const TOOLS = 36; // [px] that they take on the right
 const STEP = 0.25; // [m] of the keyboard's cursor
@@ -125,6 +126,7 @@ class FlatMap extends Panel {
       this.hidden = mapKind() !== "flat";
       this.#why.hidden = !whyFlat();
       write(this.#why, whyFlat());
+      setTimeout(() => (this.#why.hidden = true), SAID_MS);
       this.#draw();
     };
     onMapKind(chosen);
