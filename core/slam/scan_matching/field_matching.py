@@ -15,7 +15,7 @@ from core.message import Array
 from core.setting import Meta, Section
 from core.slam.map.keyframe import thinned
 from core.slam.scan_matching.likelihood_field import CELL, LikelihoodField, Match
-from core.slam.scan_matching.match_covariance import match_spread
+from core.slam.scan_matching.match_covariance import match_information, match_spread
 
 STRIDE = 4  # cells of one step of the wide search
 TURN = math.radians(2.0)  # [rad] of one step of the wide search
@@ -76,6 +76,31 @@ def spread(field: LikelihoodField, points: Array, pose: Pose, settings: ScanMatc
         floor=np.array([settings.place_sd, settings.place_sd, settings.heading_sd]),
         believed=field.values_at(points, pose),
     )
+
+
+def information(
+    field: LikelihoodField, points: Array, match: Match, reach: float, settings: ScanMatchingSettings
+) -> Array:
+    """Information (3, 3) on a matched pose, in the frame of the robot there; singular where walls leave it open.
+
+    Less than the walls give where the points (M, 2) fit nearly as well elsewhere within `reach` [m], and never more
+    than that of the settings' least sd.
+    """
+    found = match_information(
+        points,
+        point_sd=settings.point_sd,
+        wall=settings.wall,
+        believed=field.values_at(points, match.pose),
+    )
+    doubt = np.diag(np.square([settings.place_sd, settings.place_sd, settings.heading_sd]))
+    back = rotation(-match.pose.heading)
+    doubt[:2, :2] += back @ ambiguity(field, points, match, reach) @ back.T
+    return blurred(found, doubt)
+
+
+def blurred(information: Array, doubt: Array) -> Array:
+    """Information (k, k), which may be singular, of something to whose errors a covariance (k, k) is added."""
+    return np.linalg.solve(np.eye(len(doubt)) + information @ doubt, information)
 
 
 def ambiguity(field: LikelihoodField, points: Array, match: Match, reach: float = WIDE) -> Array:

@@ -11,8 +11,15 @@ from core.geometry import Pose, rotation, wrap
 from core.message import Array
 from core.slam.map.keyframe import thinned
 from core.slam.motion import Increment
-from core.slam.scan_matching.field_matching import ScanMatchingSettings, ambiguity, match_scan, spread, window
-from core.slam.scan_matching.likelihood_field import LikelihoodField
+from core.slam.scan_matching.field_matching import (
+    NEARLY,
+    ScanMatchingSettings,
+    blurred,
+    information,
+    match_scan,
+    window,
+)
+from core.slam.scan_matching.likelihood_field import LikelihoodField, Match
 
 FEWEST = 20  # points of a scan that can be matched
 SLIP = 16.3  # chi-square, 3 degrees of freedom, 99.9 %: wheels and scan contradict each other
@@ -22,6 +29,7 @@ SHOCK = 4.0  # that one scan can say, at most
 WORST = 1e4  # doubt
 FIRST = 100.0  # doubt in wheels that are unknown yet; good ones are trusted after a few seconds of driving
 SURPRISED = 0.3  # of a contradiction remains as doubt in the scan, too
+OPEN = 100.0  # [1/m²], [1/rad²]: of a direction with less information a scan says nothing
 SMALL = 1e-9  # [m²], [rad²] that keeps a standing wheel's covariance regular
 
 
@@ -33,7 +41,8 @@ class ScanTracker:
         self.score: float | None = None  # of the newest match
         self.seen: Pose | None = None  # the newest move by the scans alone
         self.slipping = False
-        self.doubt = FIRST  # how much worse the wheels are than they claim: a factor on their covariance
+        self.doubt = FIRST  # how much worse the wheels may be than they claim: a factor on their covariance
+        self.shown = 1.0  # how much worse the scans have shown them to be
         self._field: LikelihoodField | None = None
         self._stood: Pose | None = None  # where the scan before lay, while the wheels stand
 
@@ -53,7 +62,11 @@ class ScanTracker:
             return wheels
         few = thinned(points)
         reach, angle = window(wheels.pose, self.settings)
-        match = match_scan(self._field, few, stood or start @ wheels.pose, reach, angle)
+        guess = stood or start @ wheels.pose
+        match = match_scan(self._field, few, guess, reach, angle)
+        own = information(self._field, few, match, reach, self.settings)
+        if np.linalg.matrix_rank(own, OPEN, hermitian=True) < len(own):
+            match = _nearer(self._field, few, guess, match)
         self.score = match.score
         if match.score >= self.settings.score:
             self.seen = (stood or start).inverse() @ match.pose
@@ -61,27 +74,52 @@ class ScanTracker:
         if wheels.still:
             return wheels
         if self.seen is None:
-            return Increment(wheels.pose, self.doubt * wheels.covariance)
-        own = spread(self._field, few, match.pose, self.settings)
-        back = rotation(-match.pose.heading)
-        own[:2, :2] += back @ ambiguity(self._field, few, match, reach) @ back.T
+            return Increment(wheels.pose, self.shown * wheels.covariance)
         return self._fuse(wheels, self.seen, own)
 
     def _fuse(self, wheels: Increment, seen: Pose, own: Array) -> Increment:
-        """The wheels' move and the scan's (`own`: its covariance where it ends), by how sure each of them is."""
+        """The wheels' move and the scan's (`own`: its information where it ends), by how sure each of them is.
+
+        Where the walls leave the place open the wheels' word stands (degeneracy; Zhang, Kaess and Singh, ICRA 2016),
+        and it is as sure as they claim, unless scans have shown elsewhere that it is not.
+        """
         onto = np.eye(3)
         onto[:2, :2] = rotation(seen.heading)
-        noise = onto @ own @ onto.T
+        found = onto @ own @ onto.T
         error = seen.vector - wheels.pose.vector
         error[2] = wrap(float(error[2]))
+        values, axes = np.linalg.eigh(found)
+        values, axes = values[values > OPEN], axes[:, values > OPEN]
+        found, held = (axes * values) @ axes.T, axes @ axes.T
         claimed = wheels.covariance + SMALL * np.eye(3)
-        believed = self.doubt * claimed
-        squared = float(error @ np.linalg.solve(believed + noise, error))
+        sides = math.sqrt(self.doubt) * held + math.sqrt(self.shown) * (np.eye(3) - held)
+        believed = sides @ claimed @ sides
+        squared = float(error @ blurred(found, believed) @ error)
+        shown = float(error @ blurred(found, self.shown * claimed) @ error)
+        self.doubt = _learnt(self.doubt, squared, len(values))
+        self.shown = _learnt(self.shown, shown, len(values))
         self.slipping = squared > SLIP
-        self.doubt = min(max(self.doubt * math.exp(LEARN * min(squared / 3 - USUAL, SHOCK)), 1.0), WORST)
-        if self.slipping:
-            return Increment(seen, noise + np.diag((SURPRISED * error) ** 2))
-        gain = believed @ np.linalg.inv(believed + noise)
-        fused = wheels.pose.vector + gain @ error
-        covariance = believed - gain @ believed
-        return Increment(Pose(*fused.tolist()), 0.5 * (covariance + covariance.T))
+        x, y, turn = (held @ error).tolist() if self.slipping else (0.0, 0.0, 0.0)
+        surprise = np.diag([x * x + y * y, x * x + y * y, turn * turn])
+        believed += surprise
+        gain = believed @ blurred(found, believed)
+        covariance = believed - gain @ believed + SURPRISED**2 * surprise
+        fused = Pose(*(wheels.pose.vector + gain @ error).tolist())
+        return Increment(fused, 0.5 * (covariance + covariance.T))
+
+
+def _nearer(field: LikelihoodField, points: Array, guess: Pose, best: Match) -> Match:
+    """The place nearest to the guess at which the points fit, unless they fit clearly better elsewhere around.
+
+    Along an open corridor points at the rim of the view have nothing to lie on yet, so farther back, and turned a
+    little, a scan seems to fit better.
+    """
+    near = field.refine(points, guess)
+    return near if near.score > best.score - NEARLY else best
+
+
+def _learnt(doubt: float, squared: float, count: int) -> float:
+    """A doubt in the wheels after a squared distance of `count` degrees of freedom between them and a scan."""
+    if count == 0:
+        return doubt
+    return min(max(doubt * math.exp(LEARN * min(squared / count - USUAL, SHOCK)), 1.0), WORST)
