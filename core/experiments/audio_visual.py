@@ -39,7 +39,8 @@ RUNS = 2
 ABOUT = About(
     title="What eyes and ears add to the laser",
     reproduces="The abstract's claim that hearing and sight make the position better than the laser alone; it has no "
-    "figures. The drives are steered by the true pose; bearings as landmarks, off by default, are on.",
+    "figures. The drives are steered by the true pose, round and round for 75 s; bearings as landmarks, off by "
+    "default, are on.",
     runs=RUNS,
     counts="drives in every place",
     base_s=0.0,
@@ -52,7 +53,8 @@ EVERY = 8  # frames between those that are judged
 CALLS = 3.0  # [s] between the ends of a person's calls
 WORDS = "come here please, I am standing over here"
 PICTURES = 5.0  # a second
-LONGEST = 38.0  # [s] of a drive
+LONGEST = 75.0  # [s] of a drive, round and round: what drifts does so with the way
+EARLY = 38.0  # [s] at its beginning, of which the error is given besides
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,7 @@ class RowErrors:
     """One row's errors on one drive."""
 
     mean: float  # [m] over the drive
+    early: float  # [m] mean over its beginning
     final: float  # [m]
     nees: float  # mean; ideal 3
     apart: float  # [m] mean distance from the position by the laser alone
@@ -110,6 +113,7 @@ class RowFigures(TypedDict):
 
     mean_error_m: float
     worst_error_m: float
+    early_error_m: float
     final_error_m: float
     nees: float
     from_laser_m: float
@@ -188,14 +192,11 @@ def drive(
     robot = SimulatedRobot(place.world, seed=seed, settings=settings.simulation)
     pilots = {name: Pilot(with_sensors(robot.profile, SENSORS[name]), settings) for name in rows}
     listening = any(SENSORS[name][2] for name in rows)
-    found: dict[str, list[tuple[float, float, float, float]]] = {name: [] for name in rows}
+    found: dict[str, list[tuple[float, float, float, float, float]]] = {name: [] for name in rows}
     calls, frames, path, goal = STILL / 2, 0, 0.0, 0
     before = Pose()
-    while goal < len(place.goals):
-        frame = robot.read()
+    while (frame := robot.read()).stamp <= LONGEST:
         truth = frame.truth or Pose()
-        if frame.stamp > LONGEST:
-            break
         if listening and frame.stamp >= calls:
             said = robot.ask(Speak(text=WORDS, x_m=place.speaker[0], y_m=place.speaker[1], id="person"))
             calls = frame.stamp + said.seconds + CALLS
@@ -208,18 +209,16 @@ def drive(
         if frames % EVERY == 0:
             for name, snapshot in snapshots.items():
                 pose = snapshot.estimate.pose
-                found[name].append(
-                    (pose.x, pose.y, truth.distance_to(pose.x, pose.y), nees(snapshot.estimate, truth))
-                )
+                off = truth.distance_to(pose.x, pose.y)
+                found[name].append((pose.x, pose.y, off, nees(snapshot.estimate, truth), frame.stamp))
         if truth.distance_to(*place.goals[goal]) < NEAR:
-            goal += 1
-        if goal < len(place.goals):
-            robot.drive(steer(truth, place.goals[goal]))
+            goal = (goal + 1) % len(place.goals)
+        robot.drive(steer(truth, place.goals[goal]))
     return {"path": path} | errors_of(found)
 
 
-def errors_of(found: Mapping[str, Sequence[tuple[float, float, float, float]]]) -> dict[str, RowErrors]:
-    """Every row's x, y, error [m] and NEES at the moments that are judged → its errors."""
+def errors_of(found: Mapping[str, Sequence[tuple[float, float, float, float, float]]]) -> dict[str, RowErrors]:
+    """Every row's x, y, error [m], NEES and time [s] at the moments that are judged → its errors."""
     table = {name: np.array(one) for name, one in found.items()}
     laser = table.get("laser")
     errors: dict[str, RowErrors] = {}
@@ -227,6 +226,7 @@ def errors_of(found: Mapping[str, Sequence[tuple[float, float, float, float]]]) 
         gap = np.full(len(one), np.nan) if laser is None else np.hypot(*(one[:, :2] - laser[:, :2]).T)
         errors[name] = RowErrors(
             mean=float(one[:, 2].mean()),
+            early=float(one[one[:, 4] <= EARLY, 2].mean()),
             final=float(one[-1, 2]),
             nees=float(np.nanmean(one[:, 3])),
             apart=float(gap.mean()),
@@ -292,7 +292,13 @@ def run(
 def _plain(one: dict[str, RowErrors | float]) -> dict[str, object]:
     """A drive's errors as JSON."""
     return {
-        name: {"mean_m": errors.mean, "final_m": errors.final, "nees": errors.nees, "from_laser_m": errors.apart}
+        name: {
+            "mean_m": errors.mean,
+            "early_m": errors.early,
+            "final_m": errors.final,
+            "nees": errors.nees,
+            "from_laser_m": errors.apart,
+        }
         for name, errors in one.items()
         if isinstance(errors, RowErrors)
     }
@@ -307,6 +313,7 @@ def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> AudioVisua
         rows[name] = {
             "mean_error_m": mean,
             "worst_error_m": max(one.mean for one in errors),
+            "early_error_m": float(np.mean([one.early for one in errors])),
             "final_error_m": float(np.mean([one.final for one in errors])),
             "nees": float(np.mean([one.nees for one in errors])),
             "from_laser_m": float(np.mean([one.apart for one in errors])),
@@ -331,5 +338,7 @@ def table(figures: list[AudioVisualPlace], count: int, seed: int) -> str:
         weak = one["weak"] or "laser not weak"
         shares = "".join(f"{100 * (one['rows'][name]['of_laser'] - 1):+23.0f} %"[-24:] for name in SENSORS)
         lines.append(f"{'  against the laser':22}{shares}")
+        early = "".join(f"{one['rows'][name]['early_error_m']:10.3f}{'':14}" for name in SENSORS)
+        lines.append(f"{f'  first {EARLY:.0f} s [m]':22}{early}".rstrip())
         lines.append(f"    {weak}; {one['wheels']} wheels; {one['path_m']:.1f} m")
     return "\n".join(lines)

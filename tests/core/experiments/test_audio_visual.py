@@ -47,7 +47,7 @@ def test_as_printed_there_are_corners_alone() -> None:
 
 
 def test_the_table_has_every_place_and_every_row(monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
-    one = audio_visual.RowErrors(mean=0.2, final=0.3, nees=3.0, apart=0.0)
+    one = audio_visual.RowErrors(mean=0.2, early=0.1, final=0.3, nees=3.0, apart=0.0)
     half = replace(one, mean=0.1)
 
     def given(*_: object) -> dict[str, Any]:
