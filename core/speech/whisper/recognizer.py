@@ -48,7 +48,7 @@ NO_WHOLE_NUMBER = "I did not hear the whole number."
 RIVALS = 4  # meanings of which the best is chosen
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
 UNREAD = 1.0  # [nats] below the last of the second reading, for those that it lacks
-SLOWER = 1.1  # times as long the sound lasts in the second reading, which doubtful meanings get
+SLOWER = 1.1  # times as long the sound lasts in the second reading of what would be rejected as doubtful
 REJECTED_BEFORE = 3.0  # [nats] by which a command is less likely that was rejected just before
 OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
 BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
@@ -133,7 +133,7 @@ class WhisperRecognizer:
         found = self.search(samples)
         free_text = found.free[0].text if found.free else ""
         meanings = self.meanings(found, utterance.rejected)
-        if len(meanings) > 1 and _best(meanings)[1] < THRESHOLDS.accept:
+        if len(meanings) > 1 and _best(meanings)[1] < THRESHOLDS.reject:
             meanings = _read_twice(meanings, self._again(samples, utterance.rejected))
         decision = self._decided(utterance, meanings, found, free_text)
         goes = decision.command is not None and decision.command.name in NAME_STOP
@@ -188,7 +188,9 @@ class WhisperRecognizer:
         fits = min(best.nats - bounds.score, best.nats - other + bounds.behind_free)
         if fits <= 0:
             return _not_understood(free_text, map(self._sentence, self._near(meanings, free)), fits)
-        if bounds is not NUMBERS and (other - best.nats > COMMON.behind_free or misspelt(best.spelling)):
+        if best.again is not None or (
+            bounds is not NUMBERS and (other - best.nats > COMMON.behind_free or misspelt(best.spelling))
+        ):
             lead = min(lead, THRESHOLDS.accept)  # confirmed first
         sentences = [self._sentence(one) for one in (best, *(one for one in meanings[:3] if one is not best))]
         scores = Scores(sentence=best.nats, over_free_text=fits, over_second_best=lead)
