@@ -56,6 +56,7 @@ export class StatusLog {
   #event = null;
   /** @type {Map<"lost" | "halted" | "hand" | "reading" | "running", number>} ongoing states and their start [ms] */
   #since = new Map();
+  #me = ""; // name of who is at this page
   #soFar = ""; // words of what is being read
   #running = 0; // id of the running command
   #stoppedAt = -Infinity; // [ms] newest stop or halt: results of commands that began before are not shown
@@ -71,7 +72,8 @@ export class StatusLog {
    * @param {View} view
    * @param {number} now [ms]
    */
-  saw({ state, up }, now) {
+  saw({ hello, state, up }, now) {
+    this.#me = hello?.you.name ?? this.#me;
     this.#goes("lost", !up && state !== null, now);
     const halted = state?.gate.state === "halted";
     if (up) {
@@ -176,7 +178,7 @@ export class StatusLog {
    */
   #end(row, at, now) {
     const answered = row.state === "refused" ? this.#takeRefusal(row) : null;
-    if (row.state === "refused" && !answered && row.source !== "ears") return; // another operator's, or answered later
+    if (row.state === "refused" && row.source !== "ears" && row.who !== this.#me) return; // another operator's
     const began = this.#began.get(row.id) ?? answered?.at ?? at;
     if (row.name === STOPS && row.state === "done") {
       this.#stoppedAt = Math.max(this.#stoppedAt, began);
