@@ -140,8 +140,8 @@ export class OperatorInput {
    * @param {string} key
    */
   #stop(key) {
-    const { hello, state } = this.#session;
-    const waits = hello?.robot.drives === false && state?.robot.running === false && hello.you.role !== "viewer";
+    const { hello, state, plays } = this.#session;
+    const waits = hello?.robot.drives === false && state !== null && !plays && hello.you.role !== "viewer";
     if (waits && key === " ") void this.#session.playback("play");
     else this.#session.stop();
   }

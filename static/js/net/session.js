@@ -78,6 +78,7 @@ export class Session {
   #gaveAway = false; // this page released the lease itself
   /** @type {LostControl | null} */
   #lostControl = null;
+  #steered = { plays: false, at: -Infinity }; // [ms] newest play or pause
   #stoppedAt = -Infinity; // [ms] newest STOP of this page
   #wantsCamera = true;
   /** @type {Set<object>} parts of the page that show the camera's picture */
@@ -149,7 +150,7 @@ export class Session {
     this.#stoppedAt = performance.now();
     const { robot, you } = this.hello ?? {};
     if (robot?.capabilities.includes("replay") && !this.state?.command) {
-      if (you?.role !== "viewer" && this.state?.robot.running) void this.playback("pause");
+      if (you?.role !== "viewer" && this.plays) void this.playback("pause");
       return; // there is nothing else to stop
     }
     const press = drawPress();
@@ -190,7 +191,14 @@ export class Session {
    * @param {number} [value] speed factor, or the position 0..1
    */
   playback(action, value) {
+    if (action === "play" || action === "pause") this.#steered = { plays: action === "play", at: performance.now() };
     return this.#asked((ref) => this.link.send({ kind: "playback", do: action, ref, value: value ?? null }));
+  }
+
+  /** Whether the recording plays: what was just asked for counts before the state that shows it. */
+  get plays() {
+    const { plays, at } = this.#steered;
+    return performance.now() - at < SETTLE_MS ? plays : this.state?.robot.running === true;
   }
 
   /**

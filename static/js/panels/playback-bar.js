@@ -65,7 +65,7 @@ class PlaybackBar extends Panel {
       this.#ruler.replaceChildren(...times);
     });
     this.#play.addEventListener("click", () => {
-      void this.session.playback(this.session.state?.robot.running ? "pause" : "play");
+      void this.session.playback(this.session.plays ? "pause" : "play");
     });
     this.#seek.addEventListener("input", () => {
       this.#movedAt = performance.now();
