@@ -31,7 +31,7 @@ from core.commands import spec_of
 from core.commands.command import Command
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused
-from core.gate.status import EXPIRED, TOO_BUSY, GateStatus
+from core.gate.status import GateStatus
 from core.perception.people.voice_bearing import VoiceBearing
 from core.pilot.pilot import Pilot
 from core.snapshot import ActiveCommandStatus, Ending
@@ -343,7 +343,7 @@ class CommandDispatcher:
         if (older and tripped) or (refuses and self._tripped > min(older)):
             self.cancel("failed", status.stopped_because)
         elif refuses:
-            self.cancel("failed", TOO_BUSY if status.refused == EXPIRED else f"The gate refuses: {status.refused}")
+            self.cancel("failed", status.refused_because)
 
     def close(self) -> None:
         """The console is ending: the robot stands, and nothing moves it any more."""

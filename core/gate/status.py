@@ -46,6 +46,11 @@ class GateStatus:
             return TOO_BUSY
         return f"The robot stopped by itself: {self.reason or 'the gate tripped'}."
 
+    @property
+    def refused_because(self) -> str:
+        """A sentence that says why the last setpoint did not move the robot."""
+        return TOO_BUSY if self.refused == EXPIRED else f"The gate refuses: {self.refused}"
+
     def to_packet(self) -> Packet:
         """Plain values by name."""
         return dict(vars(self))

@@ -219,9 +219,12 @@ test("between the spoken words and their result it says that it reads, that this
 
 test("what another operator was refused is not told here; what a voice in the room was is", () => {
   const log = new StatusLog();
+  log.saw(IDLE, 0);
   log.ended([], 0, 0);
-  log.ended([row(3, "refused", { words: "turn right", remark: "Ann drives now." })], 1000, 1010);
+  log.ended([row(3, "refused", { who: "Ben", remark: "Ada drives now." })], 1000, 1010);
   assert.equal(shown(log, IDLE, 1020), "Ready | Type.");
+  log.ended([row(5, "refused", { who: "Ada", remark: "A person is in the way." })], 1050, 1060);
+  assert.equal(shown(log, IDLE, 1070), "turn left | refused. A person is in the way.");
   log.ended([row(4, "refused", { words: "come here", source: "ears", remark: "I see nobody." })], 1100, 1110);
   assert.equal(shown(log, IDLE, 1120), "turn left | refused. I see nobody.");
 });

@@ -247,7 +247,7 @@ def _near_miss(text: str) -> Refusal:
         opening, kind = max(begun, key=lambda found: len(found[0]))
         return _badly_ended(kind, opening, text)
     if AHEAD.search(text):
-        return Refusal("I know no such command. Did you mean one of these?", (_continued(text),))
+        return Refusal("I know no such command. Did you mean one of these?", (_filled(CONTINUE, text),))
     close = nearest(text, _phrases())
     if close and close[0] in OTHER_WORDS:
         why, instead = OTHER_WORDS[close[0]]
@@ -270,21 +270,17 @@ def _badly_ended(kind: CommandSpec, opening: str, text: str) -> Refusal:
     """The right beginning with something missing or something too much."""
     if not kind.numbers or all(number.default is not None for number in kind.numbers):
         return Refusal(f"“{opening}” stands alone, with nothing before or behind it.", (kind.example,))
-    numbers = re.findall(rf"(?<![a-z0-9.,]){NUMBER}(?![a-z0-9.,])", text)
-    complete = len(kind.numbers) == len(numbers) and text.rstrip(")").endswith(numbers[-1])
-    filled = (
-        say(kind, {n.name: read_number(v) for n, v in zip(kind.numbers, numbers, strict=True)}) if complete else ""
-    )
-    fits = filled if filled and isinstance(understand(filled), Command) else kind.example
+    fits = _filled(kind, text) if re.search(rf"{NUMBER}\)*$", text) else kind.example
     return Refusal(f"Say it whole and with nothing else, like “{fits}”; distances are in metres.", (fits,))
 
 
-def _continued(text: str) -> str:
-    """CONTINUE with the distance in these words, where there is one within the bounds."""
-    kind = next(kind for kind in VOCABULARY if kind.name == CONTINUE.name)
-    found = re.search(rf"(?<![a-z0-9.,]){NUMBER}(?![a-z0-9.,])", text)
-    words = say(kind, {kind.numbers[0].name: read_number(found[0])}) if found else ""
-    return words if words and isinstance(understand(words), Command) else kind.example
+def _filled(kind: CommandSpec, text: str) -> str:
+    """A command with the numbers of these words; its example where they are too many, too few or out of bounds."""
+    numbers = re.findall(rf"(?<![a-z0-9.,]){NUMBER}(?![a-z0-9.,])", text)
+    if len(numbers) != len(kind.numbers):
+        return kind.example
+    words = say(kind, {one.name: read_number(number) for one, number in zip(kind.numbers, numbers, strict=True)})
+    return words if isinstance(understand(words), Command) else kind.example
 
 
 @cache

@@ -122,11 +122,13 @@ class FlatMap extends Panel {
     });
     new ResizeObserver(() => this.#draw()).observe(this.#canvas);
     onTheme(() => requestAnimationFrame(() => this.#draw()));
+    let said = 0; // timer
     const chosen = () => {
       this.hidden = mapKind() !== "flat";
       this.#why.hidden = !whyFlat();
       write(this.#why, whyFlat());
-      setTimeout(() => (this.#why.hidden = true), SAID_MS);
+      clearTimeout(said);
+      said = setTimeout(() => (this.#why.hidden = true), SAID_MS);
       this.#draw();
     };
     onMapKind(chosen);
