@@ -10,6 +10,7 @@ import pytest
 
 from core.gate import Gate, Limits, Setpoint
 from core.gate.freshness import REMEMBERED, InputIds
+from core.gate.status import EXPIRED, TOO_BUSY, GateStatus
 from core.gate.trace import motion_after
 from tests.core.gate.bench import Bench
 
@@ -468,3 +469,8 @@ def test_what_was_stopped_is_remembered_within_bounds() -> None:
         presses.refuse("jog", press)
     assert presses.begin("jog", 0)
     assert not presses.begin("jog", 3 * REMEMBERED - 1)
+
+
+def test_an_expired_nonce_is_said_as_what_it_means_to_the_operator() -> None:
+    assert GateStatus(refused=EXPIRED).refused_because == TOO_BUSY
+    assert GateStatus(refused="The robot is halted.").refused_because == "The gate refuses: The robot is halted."

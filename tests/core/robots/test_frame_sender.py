@@ -6,11 +6,15 @@ import pickle
 import socket
 import time
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from core.gate import Twist
 from core.geometry import Pose
+from core.robots.connect import connect
+from core.robots.driver_session import DriverSession
 from core.robots.frame_sender import LENGTH, FrameReceiver, FrameSender, merged
 from core.robots.ipc_messages import DriverTrouble, RobotAnswer
 from core.sensors import Image, Scan, SensorFrame, Wheels
@@ -117,3 +121,24 @@ def test_a_frame_that_may_wait_goes_with_the_next_and_an_answer_does_not_wait_fo
         frame_sender.close()
         (last,) = inbox.feed(there.recv(1 << 20))
         assert last.stamp == 3.0
+
+
+def test_a_standing_robots_frames_go_two_as_one_but_for_what_it_sees_and_a_moving_ones_do_not() -> None:
+    session = DriverSession(connect("sim:lab"))
+    try:
+        rest = session.frames(1.0)
+        on_the_move = session.frames(1.0, Twist(0.0, 0.5))[5:]
+    finally:
+        session.close()
+    period = 1 / session.profile.rate
+
+    def alone(frames: list[SensorFrame]) -> list[SensorFrame]:
+        """Those that carry no reading and come one period after the frame before."""
+        return [
+            two
+            for one, two in pairwise(frames)
+            if two.scan is None and two.image is None and two.stamp - one.stamp < 1.5 * period
+        ]
+
+    assert len(rest) > 5 and not alone(rest)
+    assert alone(on_the_move)
