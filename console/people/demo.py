@@ -1,12 +1,14 @@
 """Show me: a simulated person steps before the robot's camera and takes the gestures that are asked for.
 
-It is someone who comes in for that, or someone who stands in the room already and goes back afterwards.
+It is someone who comes in for that, or someone who stands in the room already and goes back afterwards. Who else is
+before the camera leaves the room for that time: the first picture is of the empty room.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import math
 import time
 from collections.abc import Awaitable, Callable
@@ -16,7 +18,7 @@ from console.http.problems import Problem
 from console.people.enrollment import EnrollmentSession, Gesture
 from console.robot.link import RobotLink
 from console.workers.demo_runner import Demo, DemoRunner
-from core.errors import BadInput, BeckonError, Refused
+from core.errors import BadInput, BeckonError, Refused, Unavailable
 from core.geometry import Pose
 from core.robots.requests import (
     AnswerT,
@@ -30,6 +32,8 @@ from core.robots.requests import (
 )
 from core.sensors import Camera, Image
 
+log = logging.getLogger(__name__)
+
 Capture = Callable[[EnrollmentSession, str], Awaitable[None]]
 
 ID = "show me"
@@ -39,9 +43,8 @@ ASIDE = (0.0, 0.1, -0.1, 0.2, -0.2)  # [rad]
 LOOKS = ("green/black", "red/blue", "white/brown", "yellow/grey", "blue/white", "black/green")
 ARMS = {"down": "", "out": "wide", "wave": "wave", "side": ""}
 NO_ROOM = "There is no room to stand whole before the camera. Turn the robot so that some four metres are free."
-NOT_EMPTY = (
-    "{who} stands before the camera, and the first picture is of the empty room. Turn the robot away from there."
-)
+NEARBY = (0.0, 0.5, 1.0)  # [m] from where they were that people come back to
+SIDES = 8  # in which they look for a place there
 
 
 class DemoPerson:
@@ -52,18 +55,14 @@ class DemoPerson:
         self._ask, self._camera = ask, camera
         self._look = LOOKS[look % len(LOOKS)]
         self._id, self._inhabitant = person or ID, bool(person)
-        self._stood: PlacedThing | None = None  # the inhabitant, before
+        self._out: list[PlacedThing] = []  # people who left the room, as they were before
         self._shown = False  # someone stands before the camera
-        self._stays = False
 
     async def sit(self, enrollment: EnrollmentSession, capture: Capture) -> None:
-        """Show every gesture of the enrollment; then the person stays, to be come to. Raises Refused, BadInput."""
-        if self._inhabitant:
-            self._stood = await self._in_room()
-        await self.leave()
+        """Show every gesture of the enrollment; then who came in stays, to be come to. Raises Refused, BadInput."""
         robot = await self._ask(ReadTruth())
         here = Pose(robot.x_m, robot.y_m, robot.heading_rad)
-        await self._check_empty(here)
+        await self._empty(here)
         places = [here @ Pose(far * math.cos(angle), far * math.sin(angle), 0.0) for far, angle in self._towards()]
         await self._check_room(places)
         await capture(enrollment, "background")
@@ -77,41 +76,66 @@ class DemoPerson:
         while enrollment.next is not None:
             if not await self._try(enrollment, capture, standing):
                 raise Refused(enrollment.newest.wrong if enrollment.newest else NO_ROOM)
-        if self._stood is not None:
-            await self._return(self._stood)
-        else:
+        if not self._inhabitant:
             await self._stand(standing, None)
-        self._stays = True
+            self._shown = False
 
     async def leave(self) -> None:
-        """Out of the room, unless everything was shown."""
-        if self._stays:
-            return
-        with contextlib.suppress(BeckonError):  # was not there
-            await self._ask(RemoveThing(id=self._id))
-        if self._stood is not None and self._shown:
-            with contextlib.suppress(BeckonError):
-                await self._return(self._stood)
+        """Out of the room, unless everything was shown; and everybody else is back where they were."""
+        if self._shown:
+            with contextlib.suppress(BeckonError):  # was taken away
+                await self._ask(RemoveThing(id=self._id))
+        for one in self._out:
+            with contextlib.suppress(Unavailable):
+                await self._return(one)
 
-    async def _in_room(self) -> PlacedThing:
-        """The inhabitant who shows themselves. Raises Refused."""
+    async def _empty(self, here: Pose) -> None:
+        """Let all people whom the camera sees leave the room, and who shows themselves. Raises Refused."""
         things = (await self._ask(ReadPlan())).things
-        found = next((one for one in things if isinstance(one, PlacedThing) and one.id == self._id), None)
-        if found is None or found.what != "person":
-            raise Refused(f"There is no {self._id} in the simulated room.")
-        self._look = found.clothes or self._look
-        return found
+        people = [one for one in things if isinstance(one, PlacedThing) and one.what == "person"]
+        if self._inhabitant:
+            shows = next((one for one in people if one.id == self._id), None)
+            if shows is None:
+                raise Refused(f"There is no {self._id} in the simulated room.")
+            self._look = shows.clothes or self._look
+        for one in people:
+            if one.id == self._id or self._sees(here, one):
+                await self._ask(RemoveThing(id=one.id))
+                if one.id != ID:  # left over from an earlier demonstration
+                    self._out.append(one)
 
-    async def _check_empty(self, here: Pose) -> None:
-        """Raises Refused when someone else stands where the camera looks."""
+    def _sees(self, here: Pose, one: PlacedThing) -> bool:
+        """Return whether a robot `here` has them, or a part of them, in its picture."""
         if self._camera is None:
-            return
+            return False
         half = math.atan(self._camera.model.width / 2 / self._camera.model.fx) + BESIDE
-        for thing in (await self._ask(ReadPlan())).things:
-            if isinstance(thing, PlacedThing) and thing.what == "person" and thing.id != self._id:
-                bearing = math.remainder(here.bearing_to(thing.x_m, thing.y_m) - self._axis, math.tau)
-                if abs(bearing) < half and here.distance_to(thing.x_m, thing.y_m) < max(AWAY):
-                    raise Refused(NOT_EMPTY.format(who=thing.id))
+        bearing = math.remainder(here.bearing_to(one.x_m, one.y_m) - self._axis, math.tau)
+        return abs(bearing) < half
+
+    async def _return(self, one: PlacedThing) -> None:
+        """Let a person come back to where they were, or near to it where the robot or a thing is now."""
+        for away in NEARBY:
+            for side in range(SIDES if away else 1):
+                x = one.x_m + away * math.cos(side * math.tau / SIDES)
+                y = one.y_m + away * math.sin(side * math.tau / SIDES)
+                with contextlib.suppress(BadInput):
+                    await self._ask(
+                        PlaceThing(
+                            "person",
+                            x,
+                            y,
+                            one.heading_rad,
+                            id=one.id,
+                            size_m=one.height_m,
+                            clothes=one.clothes or None,
+                            gesture=one.gesture or "",
+                            path_m=one.path_m or None,
+                            speed_m_s=one.speed_m_s or None,
+                            again=one.again or None,
+                        )
+                    )
+                    return
+        log.warning("There is no place in the room any more for %s", one.id)
 
     async def _check_room(self, places: list[Pose]) -> None:
         """Stand at one of the places for a moment. Raises Refused where a wall or a thing is at all of them."""
@@ -119,14 +143,9 @@ class DemoPerson:
             with contextlib.suppress(BadInput):
                 await self._stand(place, None)
                 await self._ask(RemoveThing(id=self._id))
+                self._shown = False
                 return
         raise Refused(NO_ROOM)
-
-    async def _return(self, there: PlacedThing) -> None:
-        """Let the inhabitant go back to where they stood."""
-        await self._ask(
-            PlaceThing("person", there.x_m, there.y_m, there.heading_rad, id=self._id, clothes=self._look, gesture="")
-        )
 
     @property
     def _axis(self) -> float:
@@ -144,7 +163,6 @@ class DemoPerson:
             await self._stand(place, enrollment.next)
         except BadInput:
             return False  # a wall or a thing is there
-        self._shown = True
         before = len(enrollment.taken)
         await capture(enrollment, "picture")
         return len(enrollment.taken) > before
@@ -164,6 +182,7 @@ class DemoPerson:
             gesture=ARMS[gesture.name] if gesture is not None else "",
         )
         await self._ask(person)
+        self._shown = True
 
 
 PATIENCE = 20.0  # [s] for a picture: the machine may be busy

@@ -36,7 +36,7 @@ from core.robots.requests import (
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame
 from core.simulation.actors.board_motion import BoardMotion
 from core.simulation.actors.pedestrians import Pedestrians
-from core.simulation.actors.requests import BOARD, HOLDER, describe, pose_asked_for, thing_asked_for
+from core.simulation.actors.requests import BOARD, HOLDER, pose_asked_for, thing_asked_for
 from core.simulation.actors.speakers import Speakers
 from core.simulation.camera import SimulatedCamera
 from core.simulation.differential_drive import DifferentialDrive
@@ -190,7 +190,7 @@ class SimulatedRobot:
 
     def _plan(self) -> FloorPlan:
         seen = self._world.surfaces(self._laser.laser.height)
-        things = (describe(thing) for thing in self._world.things)
+        things = (self._walkers.described(thing) for thing in self._world.things)
         return FloorPlan(
             name=self._world.name,
             segments=tuple(map(tuple, seen.faces.tolist())),

@@ -103,6 +103,7 @@ def visit(profiles: Profiles, console: object) -> Iterator[Open]:
 
     yield open_page
     complaints = [complaint for visit in visits for complaint in visit.complaints]
+    refusals = [refusal for visit in visits for refusal in visit.refusals()] if complaints else []
     for visit in visits:
         visit.close()
-    assert complaints == []
+    assert complaints == [], refusals

@@ -123,5 +123,7 @@ def test_the_tours_card_leaves_free_what_it_shows_in_every_window(visit: Open, n
     for step in SHOWN:
         expect(title).to_have_text(step, timeout=LONG * 1000)
         assert looks_through_windows(here, step)
+    everybody = {one["id"] for one in newly_started.ask("api/sim/people")["people"]}
+    assert everybody == {"Ann", "Bob"}, "who showed herself, or stepped aside for her, is back"
     here.button("End the tour").click()
     here.page.set_viewport_size({"width": DESK[0], "height": DESK[1]})

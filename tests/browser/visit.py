@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Locator, Page, Route, expect
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Locator, Page, Response, Route, expect
 
 from tests.browser.running_console import Running
 
@@ -78,7 +78,9 @@ class Visit:
         self._profiles, self._kind = profiles, (size, theme)
         self.complaints: list[str] = []
         self.page = profiles.take(size, theme).new_page()
+        self._refusals: list[Response] = []
         self.page.on("console", self._note)
+        self.page.on("response", lambda answer: answer.status >= 400 and self._refusals.append(answer))
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         if not hints:
             self.page.add_init_script("localStorage.setItem('beckon.hints', 'seen')")
@@ -193,6 +195,18 @@ class Visit:
 
         self.until(stands, "the robot stands")
 
+    def refusals(self) -> list[str]:
+        """What the console refused this page, in its words."""
+        return [f"{one.status} {one.request.method} {one.url}: {said(one)}" for one in self._refusals]
+
     def _note(self, message: ConsoleMessage) -> None:
         if message.type in ("error", "warning") and not any(part in message.text for part in HARMLESS):
             self.complaints.append(message.text)
+
+
+def said(answer: Response) -> str:
+    """The text of an answer, as far as the browser still has it."""
+    try:
+        return answer.text()[:300]
+    except Error as gone:
+        return str(gone)

@@ -64,7 +64,18 @@ class Pedestrians:
         path = np.vstack(((person.pose.x, person.pose.y), _points(request.path_m)))
         _check(np.vstack((path, path[:1])) if again else path, world, person.id)
         self._walks[person.id] = _WalkingPath(path, speed, again)
-        return msgspec.structs.replace(describe(person), path_m=request.path_m, speed_m_s=speed, again=again)
+        return msgspec.structs.replace(self.described(person), path_m=request.path_m)
+
+    def described(self, thing: Thing) -> PlacedThing:
+        """A thing as the answers have it; with the rest of the walk, from where they are, of a person who walks."""
+        walk = self._walks.get(thing.id)
+        if walk is None:
+            return describe(thing)
+        behind = walk.path[: walk.at] if walk.again else walk.path[:0]
+        if len(behind) and math.dist(behind[-1], (thing.pose.x, thing.pose.y)) < SAMPLE:
+            behind = behind[:-1]  # a round ends where it begins
+        path = tuple((float(x), float(y)) for x, y in (*walk.path[walk.at :], *behind))
+        return msgspec.structs.replace(describe(thing), path_m=path, speed_m_s=walk.speed, again=walk.again)
 
     def forget(self, name: str) -> None:
         """Stop the walk of the person with this name, if there is one."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 from typing import Any, cast
 
 import pytest
@@ -11,28 +12,36 @@ import pytest
 from console.people.demo import DemoPerson
 from console.people.enrollment import EnrollmentSession
 from core.errors import Refused
-from core.robots.requests import AnswerT, CarryRobot, PlaceThing, ReadPlan, RobotRequest
+from core.robots.requests import AnswerT, CarryRobot, PlacedThing, PlaceThing, ReadPlan, RobotRequest
 from core.simulation.robot import SimulatedRobot
 
 
-def shown(robot: SimulatedRobot) -> list[str]:
-    """Let someone show the gestures → the pictures that were taken before that ended. Raises Refused."""
+def shown(robot: SimulatedRobot, person: str = "") -> list[str]:
+    """Let someone show the gestures → who is in the room at each picture before that ended. Raises Refused."""
     taken: list[str] = []
 
     async def ask(request: RobotRequest[AnswerT]) -> AnswerT:
         return robot.ask(request)
 
     async def capture(_: EnrollmentSession, what: str) -> None:
-        taken.append(what)
+        taken.append(" ".join([what, *(thing.id for thing in people(robot))]))
         raise StopAsyncIteration
 
     async def sit() -> None:
-        person = DemoPerson(cast(Any, ask), robot.profile.camera, 0)
-        with contextlib.suppress(StopAsyncIteration):
-            await person.sit(cast(EnrollmentSession, None), capture)
+        demo = DemoPerson(cast(Any, ask), robot.profile.camera, 0, person)
+        try:
+            with contextlib.suppress(StopAsyncIteration):
+                await demo.sit(cast(EnrollmentSession, None), capture)
+        finally:
+            await demo.leave()
 
     asyncio.run(sit())
     return taken
+
+
+def people(robot: SimulatedRobot) -> list[PlacedThing]:
+    things = robot.ask(ReadPlan()).things
+    return [thing for thing in things if isinstance(thing, PlacedThing) and thing.what == "person"]
 
 
 def test_the_empty_room_comes_first_and_nobody_is_left_in_it() -> None:
@@ -42,13 +51,56 @@ def test_the_empty_room_comes_first_and_nobody_is_left_in_it() -> None:
     assert robot.ask(ReadPlan()).things == before
 
 
-def test_who_stands_before_the_camera_is_named() -> None:
+def test_who_is_before_the_camera_leaves_for_that_time_and_is_as_before_afterwards() -> None:
     robot = SimulatedRobot("lab", seed=1)
-    robot.ask(PlaceThing("person", 2.0, 0.4, 0.0, id="Bob"))
-    with pytest.raises(Refused, match=r"Bob stands before the camera.*Turn the robot"):
-        shown(robot)
+    robot.ask(PlaceThing("person", 2.0, 0.4, 0.7, id="Ann", clothes="red/blue", size_m=1.6, gesture="wave"))
     robot.ask(PlaceThing("person", -0.8, 0.4, 0.0, id="Bob"))
-    assert shown(robot) == ["background"]
+    robot.ask(PlaceThing("person", 2.0, -0.4, 0.0, id="Cleo", path_m=((2.0, 0.0), (1.5, 0.0)), again=True))
+    before = {one.id: one for one in people(robot)}
+    assert shown(robot) == ["background Bob"]
+    assert {one.id: one for one in people(robot)} == before
+
+
+@pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), (-1.2, 0.0, 3.14)])
+def test_an_inhabitant_is_back_however_the_demonstration_ended(pose: tuple[float, float, float]) -> None:
+    robot = SimulatedRobot("lab", seed=1)
+    robot.ask(PlaceThing("person", 2.0, 1.2, 0.7, id="Ann", clothes="red/blue"))
+    robot.ask(CarryRobot(*pose))
+    before = people(robot)
+    with contextlib.suppress(Refused):
+        assert shown(robot, "Ann") == ["background"]
+    assert people(robot) == before
+
+
+def test_who_finds_the_robot_in_their_place_comes_back_beside_it() -> None:
+    robot = SimulatedRobot("lab", seed=1)
+    robot.ask(PlaceThing("person", 2.0, 0.0, 0.0, id="Ann"))
+
+    async def sit() -> None:
+        async def ask(request: RobotRequest[AnswerT]) -> AnswerT:
+            return robot.ask(request)
+
+        async def capture(_: EnrollmentSession, what: str) -> None:
+            robot.ask(CarryRobot(x_m=2.0, y_m=0.0))
+            raise StopAsyncIteration
+
+        demo = DemoPerson(cast(Any, ask), robot.profile.camera, 0, "Ann")
+        with contextlib.suppress(StopAsyncIteration):
+            await demo.sit(cast(EnrollmentSession, None), capture)
+        await demo.leave()
+
+    asyncio.run(sit())
+    (ann,) = people(robot)
+    assert ann.id == "Ann" and 0.4 < math.hypot(ann.x_m - 2.0, ann.y_m) < 0.6
+
+
+def test_nobody_of_that_name_is_said_and_nothing_is_taken_away() -> None:
+    robot = SimulatedRobot("lab", seed=1)
+    robot.ask(PlaceThing("box", 2.0, 0.0, 0.0, id="Ann"))
+    before = robot.ask(ReadPlan()).things
+    with pytest.raises(Refused, match="There is no Ann"):
+        shown(robot, "Ann")
+    assert robot.ask(ReadPlan()).things == before
 
 
 def test_a_wall_before_the_camera_is_said_before_a_picture_is_taken() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from collections.abc import Awaitable, Callable
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -46,7 +47,11 @@ async def until(done: Callable[[], bool], seconds: float = 20.0) -> None:
 
 def runs() -> bool:
     """True while this process has a worker that looks for people."""
-    return any("--worker=look" in child.cmdline() for child in psutil.Process().children())
+    for child in psutil.Process().children():
+        with contextlib.suppress(psutil.NoSuchProcess):  # it ended a moment ago
+            if "--worker=look" in child.cmdline():
+                return True
+    return False
 
 
 def with_voice() -> Snapshot:
