@@ -10,7 +10,7 @@ import { t } from "../ui/texts.js";
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
 
-const MOST = 60;
+const [MOST, OFFERED] = [60, 3];
 const SOURCES = {
   typed: t("history-list.typed"),
   chip: t("history-list.button"),
@@ -21,6 +21,8 @@ const SOURCES = {
 };
 
 class HistoryList extends Panel {
+  /** @type {Map<string, readonly string[]>} by the words of a refused command: what was possibly meant */
+  #meant = new Map();
   #list = make("ol", { class: "record-list", "aria-label": t("history-list.history_newest_first") });
   #score = make("a", { class: "record-score", href: "hearing", hidden: true });
   #empty = make("p", { class: "record-empty" }, t("history-list.commands_and_their_results_appear_here"));
@@ -28,6 +30,8 @@ class HistoryList extends Panel {
   /** @override */
   build() {
     this.append(this.#score, this.#list, this.#empty);
+    this.session.on("said", ({ text, answer }) => this.#remember(text, answer.suggestions ?? []));
+    this.session.on("transcript", ({ words, suggestions }) => this.#remember(words, suggestions));
     this.session.on("history", (rows) => this.#draw(rows));
     this.session.on("hello", (hello) => {
       this.hidden = onlyWatched(hello);
@@ -57,6 +61,16 @@ class HistoryList extends Panel {
         make("span", {}, t("history-list.heard_here_summary", { summary: newest.summary })),
       );
     this.#score.hidden = !newest;
+  }
+
+  /** @param {string} words @param {readonly string[]} suggestions */
+  #remember(words, suggestions) {
+    if (suggestions.length === 0) return;
+    this.#meant.delete(words);
+    this.#meant.set(words, suggestions.slice(0, OFFERED));
+    const [oldest] = this.#meant.keys();
+    if (this.#meant.size > MOST && oldest !== undefined) this.#meant.delete(oldest);
+    this.#draw(this.session.history);
   }
 
   /** @param {HistoryRow[]} rows newest first */
@@ -96,6 +110,7 @@ class HistoryList extends Panel {
           make("span", { class: "outcome" }, t(`state.${row.state}`)),
         ),
         row.remark ? make("p", { class: "record-remark" }, row.remark) : null,
+        row.state === "refused" ? this.#offers(words) : null,
         make(
           "p",
           { class: "note record-meta" },
@@ -110,6 +125,18 @@ class HistoryList extends Panel {
       ),
       again,
     );
+  }
+
+  /** @param {string} words of a refused command */
+  #offers(words) {
+    const meant = this.#meant.get(words);
+    if (!meant) return null;
+    const chips = meant.map((text) => {
+      const chip = make("button", { type: "button", class: "chip" }, text);
+      chip.addEventListener("click", () => void this.session.say(text, "chip"));
+      return chip;
+    });
+    return make("div", { class: "suggested", role: "group", "aria-label": t("command-status.did_you_mean") }, ...chips);
   }
 }
 

@@ -31,12 +31,13 @@ class NoticeToasts extends Panel {
    * @override
    * @param {View} view
    */
-  show({ state }) {
+  show({ state, lostControl, mine }) {
     if (!state) return;
     const { notices } = state;
     for (const { id, level, text, cause } of notices) {
-      const bannered = cause === "halt" && level === "warning"; // the banner says it for as long as it holds
-      if (id > this.#newest && !this.#first && !bannered) this.#shown.set(id, this.#raise(level, text));
+      const halted = cause === "halt" && level === "warning"; // the banner says it for as long as it holds
+      const changed = cause === "lease" && level === "warning" && (mine || lostControl !== null); // who took it knows, who lost it is told
+      if (id > this.#newest && !this.#first && !halted && !changed) this.#shown.set(id, this.#raise(level, text));
       else this.#change(id, level, text);
     }
     this.#newest = notices.at(-1)?.id ?? -1;

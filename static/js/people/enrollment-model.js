@@ -1,6 +1,7 @@
 // Client model of the people page: known people, the running enrollment, and every request about them.
 
 import { call, post } from "../net/api.js";
+import * as room from "../net/room-api.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
@@ -57,6 +58,8 @@ export class EnrollmentModel {
   state = null;
   busy = false;
   outcome = ""; // of the newest call
+  /** @type {string[]} */
+  inhabitants = []; // people in the simulated room who can show themselves
   /** @type {Set<() => void>} */
   #listeners = new Set();
   #asked = 0; // requests so far
@@ -103,6 +106,8 @@ export class EnrollmentModel {
     const before = this.enrollment;
     this.state = state;
     const { enrollment } = this;
+    if (enrollment && !before && state.simulated)
+      this.inhabitants = (await room.people().catch(() => [])).map(({ id }) => id).filter((id) => id !== ACTOR);
     if (enrollment?.newest && enrollment.newest.number !== before?.newest?.number)
       this.session.announce(`${enrollment.newest.words} ${enrollment.advice}`);
     this.#notify();
@@ -145,9 +150,9 @@ export class EnrollmentModel {
     return this.#tried(() => post(`${this.#path()}/pictures/${number}/drop`));
   }
 
-  /** @param {boolean} on */
-  showMe(on) {
-    return this.#tried(() => post(`${this.#path()}/demo`, { on }));
+  /** @param {boolean} on @param {string} inhabitant who shows themselves; "": someone who comes in for that */
+  showMe(on, inhabitant) {
+    return this.#tried(() => post(`${this.#path()}/demo`, { on, inhabitant }));
   }
 
   /** @param {string} name @returns {Promise<boolean>} true when the person was stored */

@@ -72,6 +72,7 @@ class PeopleEnrollment extends Panel {
     t("people-enrollment.choose_pictures"),
   );
   #show = action("demo", t("people-enrollment.show_me"));
+  #who = make("select", { "aria-label": t("people-enrollment.who_shows_themselves") });
   #turnLeft = action("turn_left", t("people-enrollment.turn_left"));
   #turnRight = action("turn_right", t("people-enrollment.turn_right"));
   #retakeRoom = action("undo", t("people-enrollment.retake_the_empty_room"));
@@ -107,6 +108,7 @@ class PeopleEnrollment extends Panel {
       this.#delay,
       this.#files,
       this.#choose,
+      this.#who,
       this.#show,
       this.#turnLeft,
       this.#turnRight,
@@ -135,7 +137,7 @@ class PeopleEnrollment extends Panel {
     this.#begin.addEventListener("click", () => void this.#enrollments?.begin());
     this.#take.addEventListener("click", () => this.#press());
     this.#files.addEventListener("change", () => void this.#upload(this.#files.files ?? []));
-    this.#show.addEventListener("click", () => void this.#enrollments?.showMe(!this.#enrollments.enrollment?.demo));
+    this.#show.addEventListener("click", () => this.#showMe());
     this.#turnLeft.addEventListener("click", () => void this.session.say("turn left", "chip"));
     this.#turnRight.addEventListener("click", () => void this.session.say("turn right", "chip"));
     this.#retakeRoom.addEventListener("click", () => this.#countDown("background"));
@@ -257,6 +259,7 @@ class PeopleEnrollment extends Panel {
     this.#choose.hidden = !upload;
     this.#show.hidden = !simulated || this.#source !== "robot";
     this.#show.disabled = this.#enrollments?.busy === true;
+    this.#who.hidden = this.#show.hidden || enrollment.demo || this.#offerInhabitants() === 0;
     this.#turnLeft.hidden = this.#turnRight.hidden = this.#show.hidden || enrollment.demo || !enrollment.trouble;
     say(this.#show, enrollment.demo ? t("people-enrollment.enough_shown") : t("people-enrollment.show_me"), "demo");
     this.#retakeRoom.hidden = !enrollment.background || upload;
@@ -288,6 +291,28 @@ class PeopleEnrollment extends Panel {
       ),
     );
     this.#strip.replaceChildren(...enrollment.pictures.map((one) => this.#thumb(enrollment, one)));
+  }
+
+  /** @returns {number} people in the simulated room who can show themselves; who is not known yet is chosen first */
+  #offerInhabitants() {
+    const inhabitants = this.#enrollments?.inhabitants ?? [];
+    const key = inhabitants.join();
+    if (this.#who.dataset["offered"] === key) return inhabitants.length;
+    this.#who.dataset["offered"] = key;
+    const known = new Set(this.#enrollments?.state?.people.map(({ name }) => name));
+    this.#who.replaceChildren(
+      ...inhabitants.map((name) => make("option", { value: name }, name)),
+      make("option", { value: "" }, t("people-enrollment.someone_new")),
+    );
+    this.#who.value = inhabitants.find((name) => !known.has(name)) ?? "";
+    return inhabitants.length;
+  }
+
+  #showMe() {
+    const on = !this.#enrollments?.enrollment?.demo;
+    const inhabitant = this.#who.hidden ? "" : this.#who.value;
+    if (on && inhabitant) this.#name.value = inhabitant;
+    void this.#enrollments?.showMe(on, on ? inhabitant : "");
   }
 
   /** @param {Enrollment} enrollment @param {import("./enrollment-model.js").Judged} one */
