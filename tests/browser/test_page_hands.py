@@ -227,6 +227,8 @@ def test_taking_over_is_explicit_and_goes_through_a_stand(visit: Open, console: 
     expect(second.find(".lease-text")).to_have_text("You drive")
     second.still()
     expect(first.find(".drive-why")).to_contain_text("drives. Take over first")
+    expect(first.find(".banner").filter(has_text="took control from you")).to_be_visible()
+    assert first.find(".toast").filter(has_text="took over").count() == 0, "one message for one event"
     second.hold("d", lambda: console.turning() < -0.2, "the second operator turns it")
     second.page.keyboard.up("d")
     first.page.keyboard.up("a")

@@ -33,9 +33,12 @@ def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Near]:
 
 
 def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> None:
+    there = {"what": "person", "id": "Ann", "x_m": 1.0, "y_m": 1.0, "clothes": "red/blue"}
+    console.live.ask("POST", "/api/sim/place", there, token=console.live.operator)
     here = visit(size=(1100, 760))
     page = here.page
     here.button("Begin").click()
+    expect(page.get_by_label("Who shows themselves")).to_have_value("Ann")
     expect(page.get_by_role("heading", name="First the empty room")).to_be_visible()
     expect(here.button("Take the empty room")).to_be_enabled()
     here.button("Show me").click()
@@ -51,7 +54,9 @@ def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> N
     loaded = "[...document.querySelectorAll('.people-strip img')].every((one) => one.naturalWidth > 0)"
     here.until(lambda: page.evaluate(loaded), "the pictures are shown")
 
-    page.get_by_label("Who are you?").fill("Ann")
+    expect(page.get_by_label("Who are you?")).to_have_value("Ann")
+    (ann,) = console.live.ask("GET", "/api/sim/people", token=console.live.viewer).json["people"]
+    assert (ann["id"], ann["x_m"], ann["y_m"]) == ("Ann", 1.0, 1.0), "she is back where she was"
     here.button("That is me").click()
     page.get_by_role("radio", name="Only Ann").check(force=True)
     here.until(lambda: console.chosen() is not None, "Ann is chosen")

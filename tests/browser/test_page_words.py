@@ -78,6 +78,10 @@ def test_what_is_refused_says_why_and_offers_what_was_meant(visit: Open, console
     chip.click()
     here.until(lambda: console.newest()["source"] == "chip", "what was meant is told")
     here.told(lambda: here.say("turn left"), "cancelled", then=lambda: here.button("Cancel").click(timeout=3000))
+    offers = here.find(".record").filter(has_text="turn lift").first.locator(".suggested button")
+    expect(offers).to_have_text(["turn left", "turn right"])  # the status line has gone on
+    here.told(lambda: offers.last.click(), "cancelled", then=lambda: here.button("Cancel").click(timeout=3000))
+    assert console.newest()["words"] == "turn right"
 
 
 class LateHistory:
