@@ -35,7 +35,7 @@ from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import WheelNoise
 from core.slam.consistency import nees
 
-RUNS = 2
+RUNS = 4
 ABOUT = About(
     title="What eyes and ears add to the laser",
     reproduces="The abstract's claim that hearing and sight make the position better than the laser alone; it has no "

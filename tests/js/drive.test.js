@@ -16,12 +16,13 @@ const ASK = { may: "ask", why: "" };
 function page() {
   /** @type {DriveFrame[]} */
   const sent = [];
-  let [presses, asked, now] = [0, 0, 1000];
+  let [presses, asked, now, busy] = [0, 0, 1000, 0];
   const drive = new Drive({
     send: (frame) => sent.push(frame),
     ask: () => (asked += 1),
     draw: () => (presses += 1),
     count: () => 5000,
+    busy: () => (busy += 1),
   });
   drive.limits = { speed: 0.3, turnRate: 1.5 };
   const gate = { nonce: 7, epoch: 2, needNeutral: false };
@@ -29,6 +30,9 @@ function page() {
     drive,
     sent,
     gate,
+    get busy() {
+      return busy;
+    },
     permission: YES,
     get asked() {
       return asked;
@@ -137,6 +141,7 @@ test("a page that was busy has lost touch: it does not simply go on", () => {
   p.keys(FORWARD);
   p.wait(200);
   p.drive.tick(p.now + LATE_MS + PERIOD_MS + 1);
+  assert.equal(p.busy, 1);
   assert.equal(p.sent.at(-1)?.v, 0);
   const before = p.moving().length;
   p.wait(1000);

@@ -52,8 +52,10 @@ export class Drive {
    * @param {() => number} world.draw a number for a new press, never the same twice
    * @param {() => number} world.count rises over reloads and tabs, so that no frame looks older than one sent before:
    *   the console's steady clock in milliseconds
+   * @param {() => void} [world.busy] called when the page came too late to go on driving
    */
-  constructor({ send, ask, draw, count }) {
+  constructor({ send, ask, draw, count, busy = () => undefined }) {
+    this.busy = busy;
     this.send = send;
     this.ask = ask;
     this.draw = draw;
@@ -167,8 +169,10 @@ export class Drive {
    * @param {number} now [ms]
    */
   tick(now) {
-    if (this.#engaged && now - this.#sentAt > LATE_MS) this.trip(t("drive.the_page_was_busy_and_lost"));
-    else if (this.#engaged) this.#sendSetpoint(now);
+    if (this.#engaged && now - this.#sentAt > LATE_MS) {
+      this.trip(t("drive.the_page_was_busy_and_lost"));
+      this.busy();
+    } else if (this.#engaged) this.#sendSetpoint(now);
     else if (this.#zeros > 0) this.#zero();
   }
 

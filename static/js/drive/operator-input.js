@@ -37,6 +37,7 @@ export class OperatorInput {
       ask: () => void session.lease("acquire"),
       draw: drawPress,
       count: () => Math.round(this.#ahead + performance.now()),
+      busy: () => dispatchEvent(new CustomEvent("page-busy")),
     });
     this.gamepad = new GamepadInput(session, this.drive);
     setInterval(() => this.drive.tick(performance.now()), PERIOD_MS);

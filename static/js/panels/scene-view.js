@@ -12,7 +12,7 @@ import { isDark, onTheme } from "../ui/theme.js";
 
 const DRAWN_MS = 15_000; // after which the frame is shown in any case
 const SLOW_HZ = 8; // pictures a second below which the flat map serves better
-const TRIAL_MS = 5000; // over which they are counted, after as long to come to rest
+const TRIAL_MS = 5000; // over which they are counted, after as long to come to rest, and when the robot first moves
 const TOUCH = matchMedia("(pointer: coarse)").matches;
 const LAYERS = [
   ["pose", t("scene-view.robot"), t("scene-view.estimated_pose_the_ellipse_is_two")],
@@ -56,6 +56,7 @@ export class SceneView extends Panel {
   #goes = false;
   #loadedAt = Infinity; // [ms]
   #byKeys = false;
+  #moved = false; // since it was loaded: it draws more then, and is tried once more
   /** @type {(inner: Window) => void} */
   #then = () => undefined;
 
@@ -72,6 +73,10 @@ export class SceneView extends Panel {
     addEventListener("pointerdown", () => (this.#byKeys = false), true);
     onTheme(() => this.#load());
     onMapKind(() => this.#load());
+    addEventListener(
+      "page-busy",
+      () => this.hidden || isChosen() || fallBack(t("map-choice.the_3_d_map_kept_the_page")),
+    );
     this.session.on("hello", ({ tab }) => {
       this.#tab = tab;
       this.#load();
@@ -91,6 +96,7 @@ export class SceneView extends Panel {
     if (this.hidden) return;
     this.#reveal("own", hello?.robot.capabilities.includes("navigate") ?? false);
     this.#reveal3d();
+    this.#tryMoving(state);
     this.#goes = up && hello?.robot.drives === true && permission.may !== "no" && !state?.floor.lost;
     this.classList.toggle("is-old", !up);
     const { floor } = state ?? {};
@@ -121,7 +127,16 @@ export class SceneView extends Panel {
     if (unseen || isChosen() || !this.classList.contains("is-drawn")) return;
     const passed = performance.now() - since;
     if (passed < TRIAL_MS) inner.requestAnimationFrame(() => this.#count(inner, since, pictures + 1));
-    else if ((1000 * pictures) / passed < SLOW_HZ) fallBack((1000 * pictures) / passed);
+    else if ((1000 * pictures) / passed < SLOW_HZ) fallBack(tooSlow((1000 * pictures) / passed));
+  }
+
+  /** @param {import("../net/messages.js").State | null} state */
+  #tryMoving(state) {
+    const inner = this.#frame.contentWindow;
+    const { v_m_s: v, w_rad_s: w } = state?.velocity ?? { v_m_s: 0, w_rad_s: 0 };
+    if (!inner || this.#moved || (v === 0 && w === 0) || performance.now() - this.#loadedAt < TRIAL_MS) return;
+    this.#moved = true;
+    this.#count(inner, performance.now(), 0);
   }
 
   /** Show the frame once it draws: until then it is white in every theme. */
@@ -148,11 +163,18 @@ export class SceneView extends Panel {
     const inner = this.#frame.contentWindow;
     if (!this.#frame.src || !inner || this.hidden) return;
     this.#loadedAt = performance.now();
+    this.#moved = false;
     setTimeout(() => this.#count(inner, performance.now(), 0), TRIAL_MS);
     inner.addEventListener("focus", () => this.classList.toggle("is-focused", this.#byKeys));
     inner.addEventListener("blur", () => this.classList.remove("is-focused"));
     this.#then(inner);
   }
+}
+
+/** @param {number} rate pictures a second */
+function tooSlow(rate) {
+  const few = rate < 1.5 ? t("map-choice.1_picture") : t("map-choice.rate_pictures", { rate: Math.round(rate) });
+  return t("map-choice.the_3_d_map_is_too", { few });
 }
 
 customElements.define("scene-view", SceneView);

@@ -42,11 +42,8 @@ export function chooseMap(chosen) {
   change(chosen, "");
 }
 
-/** @param {number} rate pictures a second that the 3-D map reached: too few */
-export function fallBack(rate) {
-  const few = rate < 1.5 ? t("map-choice.1_picture") : t("map-choice.rate_pictures", { rate: Math.round(rate) });
-  change("flat", t("map-choice.the_3_d_map_is_too", { few }));
-}
+/** @param {string} because a sentence: why the 3-D map does not serve */
+export const fallBack = (because) => change("flat", because);
 
 /** @param {() => void} listener called when the other map is to be shown */
 export function onMapKind(listener) {
