@@ -44,7 +44,8 @@ def test_within_the_first_minute_someone_calls_and_the_robot_comes(visit: Open, 
     begun = lived_in.ask("api/state")["stamp_s"]
     here.find('[data-command="come_here"]').click()
     expect(here.find("command-status")).to_contain_text("I heard nobody")
-    call = here.button("Let Ann call")
+    expect(here.find(".record").first.get_by_role("button", name="Let Ann call")).to_be_visible()
+    call = here.find("command-status").get_by_role("button", name="Let Ann call")
     for _ in range(4):  # a busy computer may understand too late, and says so; then she calls again
         before = lived_in.newest()["id"]
         (call if call.is_visible() else press_her(here)).click()

@@ -187,6 +187,18 @@ def test_without_webgl_the_map_is_flat_pressed_measured_and_read_aloud(visit: Op
     here.still()
 
 
+def test_a_3d_map_that_keeps_the_page_from_driving_gives_way_to_the_flat_one(visit: Open) -> None:
+    here = visit()
+    expect(here.find("flat-map")).to_be_hidden()
+    here.page.evaluate("dispatchEvent(new CustomEvent('page-busy'))")  # as the deadman says it
+    expect(here.find(".flat-why")).to_contain_text("too busy to drive")
+    here.page.reload()
+    expect(here.find("flat-map")).to_be_visible()
+    here.button("3-D").click()  # chosen: it is not overruled
+    here.page.evaluate("dispatchEvent(new CustomEvent('page-busy'))")
+    expect(here.find("flat-map")).to_be_hidden()
+
+
 def test_the_map_of_a_phone_is_flat_until_the_other_is_chosen(visit: Open) -> None:
     here = visit(size=PHONE)
     expect(here.find("flat-map")).to_be_visible()

@@ -90,11 +90,13 @@ class ConnectRobot extends Panel {
       write(this.#title, found.name);
       const again = model.probed ? t("connect-robot.looked_at_again_the_console_keeps") : "";
       const whose = model.own
-        ? again || t("connect-robot.this_console_drives_it")
+        ? again ||
+          t(isRecording(found.url) ? "connect-robot.this_console_shows_it" : "connect-robot.this_console_drives_it")
         : t("connect-robot.only_looked_at_not_connected");
       write(this.#about, `${whose} · ${found.url}`);
       const silent = found.parts.filter((part) => !part.up).map((part) => part.name);
       redraw(this.#state, silent.length ? "unlinked" : "link");
+      this.#failsafe.hidden = isRecording(found.url);
       write(this.#failsafe, failsafe(found.failsafe));
       if (this.#filled !== found.url) {
         this.#filled = found.url;
@@ -129,6 +131,9 @@ class ConnectRobot extends Panel {
     this.#others.replaceChildren(make("p", { class: "note" }, t("connect-robot.open_instead_note")), ...buttons);
   }
 }
+
+/** @param {string} url */
+export const isRecording = (url) => url.startsWith("log:");
 
 /**
  * True for a recording or a simulated robot, which are opened and not looked at.

@@ -4,6 +4,7 @@ import { make, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
+import { isRecording } from "./connect-robot.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
 /** @typedef {import("./connection-model.js").Clock} Clock */
@@ -49,7 +50,7 @@ class ConnectTiming extends Panel {
    */
   show({ state }) {
     const model = this.#model;
-    this.hidden = !model?.found || !model.own;
+    this.hidden = !model?.found || !model.own || isRecording(model.found.url);
     if (this.hidden || !state || !model?.found) return;
     const { found } = model;
     const clocks = found.parts.flatMap((part) => part.findings.clocks);

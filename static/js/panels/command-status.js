@@ -3,6 +3,7 @@
 import { wordsOf } from "../net/api.js";
 import * as room from "../net/room-api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { goesToPerson, letCall } from "../ui/let-call.js";
 import { Panel } from "../ui/panel.js";
 import { StatusLog } from "../ui/status.js";
 import { t } from "../ui/texts.js";
@@ -145,7 +146,7 @@ class CommandStatus extends Panel {
   #show(line) {
     this.#write(line);
     const suggestions = line.suggestions.slice(0, OFFERED);
-    const unheard = line.state === "refused" && this.#goesToPerson(line.words);
+    const unheard = line.state === "refused" && goesToPerson(this.session, line.words);
     const caller = unheard ? this.#caller : "";
     const empty = unheard && this.#empty;
     const key = caller ? `${caller}: ${line.words}` : empty ? "nobody" : suggestions.join("|");
@@ -159,12 +160,6 @@ class CommandStatus extends Panel {
         make("span", { class: "note" }, t("command-status.did_you_mean")),
         ...suggestions.map((text) => this.#offer(text)),
       );
-  }
-
-  /** @param {string} said */
-  #goesToPerson(said) {
-    const meant = this.session.kinds.find(({ words }) => words.includes(said.toLowerCase()));
-    return meant?.target === "person";
   }
 
   /** In an empty simulated room: someone to come to. */
@@ -183,20 +178,6 @@ class CommandStatus extends Panel {
     button.addEventListener("click", () => void this.session.say(text, "chip"));
     return button;
   }
-}
-
-/** @param {string} caller @param {string} words */
-function letCall(caller, words) {
-  const button = make(
-    "button",
-    { type: "button", class: "chip" },
-    icon("voice"),
-    t("command-status.let_caller_call", { caller }),
-  );
-  button.addEventListener("click", () =>
-    dispatchEvent(new CustomEvent("let-call", { detail: { words: words.toLowerCase() } })),
-  );
-  return button;
 }
 
 const howItWorks = () =>

@@ -4,6 +4,7 @@ import { onlyWatched } from "../drive/permission.js";
 import { qualityRuns, wordsOf } from "../net/api.js";
 import { icon, make } from "../ui/element.js";
 import { age, quantities, timeOfDay } from "../ui/format.js";
+import { goesToPerson, letCall } from "../ui/let-call.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
@@ -24,12 +25,17 @@ class HistoryList extends Panel {
   /** @type {Map<string, readonly string[]>} by the words of a refused command: what was possibly meant */
   #meant = new Map();
   #list = make("ol", { class: "record-list", "aria-label": t("history-list.history_newest_first") });
+  #caller = ""; // someone in the simulated room who could call
   #score = make("a", { class: "record-score", href: "hearing", hidden: true });
   #empty = make("p", { class: "record-empty" }, t("history-list.commands_and_their_results_appear_here"));
 
   /** @override */
   build() {
     this.append(this.#score, this.#list, this.#empty);
+    addEventListener("room-people", (event) => {
+      const [first] = /** @type {CustomEvent<import("../net/room-api.js").PersonInRoom[]>} */ (event).detail;
+      this.#caller = first?.id ?? "";
+    });
     this.session.on("said", ({ text, answer }) => this.#remember(text, answer.suggestions ?? []));
     this.session.on("transcript", ({ words, suggestions }) => this.#remember(words, suggestions));
     this.session.on("history", (rows) => this.#draw(rows));
@@ -75,12 +81,12 @@ class HistoryList extends Panel {
 
   /** @param {HistoryRow[]} rows newest first */
   #draw(rows) {
-    this.#list.replaceChildren(...rows.slice(0, MOST).map((row) => this.#row(row)));
+    this.#list.replaceChildren(...rows.slice(0, MOST).map((row, index) => this.#row(row, index === 0)));
     this.#empty.hidden = rows.length > 0;
   }
 
-  /** @param {HistoryRow} row */
-  #row(row) {
+  /** @param {HistoryRow} row @param {boolean} newest */
+  #row(row, newest) {
     const source = row.source in SOURCES ? SOURCES[/** @type {keyof typeof SOURCES} */ (row.source)] : row.source;
     const words = wordsOf(row);
     const amounts = /\d/.test(words) ? "" : quantities(row.numbers); // "turn left" does not say how far
@@ -110,7 +116,7 @@ class HistoryList extends Panel {
           make("span", { class: "outcome" }, t(`state.${row.state}`)),
         ),
         row.remark ? make("p", { class: "record-remark" }, row.remark) : null,
-        row.state === "refused" ? this.#offers(words) : null,
+        row.state === "refused" ? this.#offers(words, newest) : null,
         make(
           "p",
           { class: "note record-meta" },
@@ -127,15 +133,15 @@ class HistoryList extends Panel {
     );
   }
 
-  /** @param {string} words of a refused command */
-  #offers(words) {
-    const meant = this.#meant.get(words);
-    if (!meant) return null;
-    const chips = meant.map((text) => {
+  /** @param {string} words of a refused command @param {boolean} newest */
+  #offers(words, newest) {
+    const chips = (this.#meant.get(words) ?? []).map((text) => {
       const chip = make("button", { type: "button", class: "chip" }, text);
       chip.addEventListener("click", () => void this.session.say(text, "chip"));
       return chip;
     });
+    if (newest && this.#caller && goesToPerson(this.session, words)) chips.push(letCall(this.#caller, words));
+    if (chips.length === 0) return null;
     return make("div", { class: "suggested", role: "group", "aria-label": t("command-status.did_you_mean") }, ...chips);
   }
 }

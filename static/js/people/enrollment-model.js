@@ -71,6 +71,7 @@ export class EnrollmentModel {
   constructor(session) {
     this.session = session;
     session.on("hello", () => void this.read());
+    session.on("hello", () => void this.#readInhabitants());
     setInterval(() => this.#look(), ASK_MS);
     document.addEventListener("visibilitychange", () => this.#visible && void this.read()); // the tab was hidden
   }
@@ -106,8 +107,6 @@ export class EnrollmentModel {
     const before = this.enrollment;
     this.state = state;
     const { enrollment } = this;
-    if (enrollment && !before && state.simulated)
-      this.inhabitants = (await room.people().catch(() => [])).map(({ id }) => id).filter((id) => id !== ACTOR);
     if (enrollment?.newest && enrollment.newest.number !== before?.newest?.number)
       this.session.announce(`${enrollment.newest.words} ${enrollment.advice}`);
     this.#notify();
@@ -127,7 +126,15 @@ export class EnrollmentModel {
   }
 
   begin() {
-    return this.#tried(() => post(ROOT));
+    return this.#tried(async () => {
+      await post(ROOT);
+      await this.#readInhabitants();
+    });
+  }
+
+  async #readInhabitants() {
+    if (this.session.hello?.robot.kind !== "SIM") return;
+    this.inhabitants = (await room.people().catch(() => [])).map(({ id }) => id).filter((id) => id !== ACTOR);
   }
 
   cancel() {

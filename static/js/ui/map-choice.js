@@ -13,18 +13,18 @@ export const NO_WEBGL = t("map-choice.this_browser_has_no_webgl_2");
 const listeners = new Set();
 let why = MAP_DRAWN ? "" : t("map-choice.nowebgl_the_map_is_drawn_flat", { nowebgl: NO_WEBGL });
 /** @type {MapKind} */
-let kind = suitable(MAP_DRAWN, remembered("map", ""), matchMedia(SMALL).matches);
+let kind = suitable(MAP_DRAWN, remembered("map", ""), matchMedia(SMALL).matches || remembered("map-slow", "") !== "");
 
 /**
  * @param {boolean} drawable whether this browser can draw the 3-D map
  * @param {string} chosen what was chosen before, "" for nothing
- * @param {boolean} small whether the screen is a phone's
+ * @param {boolean} better whether the flat one suits this screen or this computer better
  * @returns {MapKind}
  */
-export function suitable(drawable, chosen, small) {
+export function suitable(drawable, chosen, better) {
   if (!drawable) return "flat";
   if (chosen === "flat" || chosen === "3-D") return chosen;
-  return small ? "flat" : "3-D";
+  return better ? "flat" : "3-D";
 }
 
 /** @returns {MapKind} */
@@ -42,8 +42,11 @@ export function chooseMap(chosen) {
   change(chosen, "");
 }
 
-/** @param {string} because a sentence: why the 3-D map does not serve */
-export const fallBack = (because) => change("flat", because);
+/** @param {string} because a sentence: why the 3-D map does not serve, now and when the page is loaded again */
+export function fallBack(because) {
+  remember("map-slow", "yes");
+  change("flat", because);
+}
 
 /** @param {() => void} listener called when the other map is to be shown */
 export function onMapKind(listener) {

@@ -1,0 +1,22 @@
+// Who was not heard in the simulated room calls: a button, for commands that go to a person.
+
+import { icon, make } from "./element.js";
+import { t } from "./texts.js";
+
+/** @param {import("../net/session.js").Session} session @param {string} said @returns {boolean} whether these words are a command that goes to a person */
+export const goesToPerson = (session, said) =>
+  session.kinds.find(({ words }) => words.includes(said.toLowerCase()))?.target === "person";
+
+/** @param {string} caller @param {string} words @returns {HTMLButtonElement} */
+export function letCall(caller, words) {
+  const button = make(
+    "button",
+    { type: "button", class: "chip" },
+    icon("voice"),
+    t("let-call.let_caller_call", { caller }),
+  );
+  button.addEventListener("click", () =>
+    dispatchEvent(new CustomEvent("let-call", { detail: { words: words.toLowerCase() } })),
+  );
+  return button;
+}
