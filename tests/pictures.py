@@ -93,6 +93,7 @@ def stills(browser: Browser, console: Running, folder: Path) -> None:
     keep(page, folder / "console-light.webp")
     until(page, lambda: console.newest()["state"] != "running", 60)
     page.context.close()
+    console.until_nobody_drives()
 
     page = page_of(browser, console, PHONE, "dark", "flat")
     page.wait_for_timeout(2000)
