@@ -62,6 +62,8 @@ const HINTS = [
   },
 ];
 
+const fitting = () => HINTS.filter(({ at, optional }) => !optional || document.querySelector(at));
+
 export class CoachMarks extends Panel {
   #step = -1;
   /** @type {readonly Hint[]} */
@@ -124,6 +126,7 @@ export class CoachMarks extends Panel {
       this.begin();
     const hint = this.#hints[this.#step];
     if (hint?.done(view)) this.#go(this.#step + 1);
+    else if (hint && fitting().length > this.#hints.length) this.#go(fitting().indexOf(hint)); // people came in
     this.#tour.hidden = this.#step > 0 || document.querySelector(".person-chip") === null;
     if (!this.#card.hidden) this.#place();
     // Do not cover a pending command and its Cancel button, and give no hints while another operator drives.
@@ -132,7 +135,7 @@ export class CoachMarks extends Panel {
 
   /** @param {number} step */
   #go(step) {
-    this.#hints = HINTS.filter(({ at, optional }) => !optional || document.querySelector(at));
+    this.#hints = fitting();
     this.#step = step;
     this.#placedFor = "";
     const hint = this.#hints[step];
