@@ -220,8 +220,10 @@ def test_there_is_a_button_for_every_command_that_moves_or_stops_and_numbers_are
     here = visit()
     known = console.ask("api/commands")["commands"]
     expect(here.find(".chips .chip")).to_have_count(sum(each["name"] != "start" for each in known))
-    here.button("more").click()
-    here.button("continue…").click()
+    chip = here.find('.chips [data-command="continue"]')
+    if not chip.is_visible():  # by the width of this machine's letters
+        here.button("more").click()
+    chip.click()
     box = here.find(".chip-form input")
     box.fill("99")
     here.page.keyboard.press("Enter")
@@ -229,7 +231,7 @@ def test_there_is_a_button_for_every_command_that_moves_or_stops_and_numbers_are
     box.fill("0.1")
     here.page.keyboard.press("Enter")
     expect(here.find(".record").first).to_contain_text("continue 0.1 meters")
-    expect(here.button("more")).to_be_focused()  # where the chip is
+    expect(chip if chip.is_visible() else here.button("more")).to_be_focused()
     assert (console.newest()["source"], console.newest()["numbers"]) == ("chip", {"distance_m": 0.1})
     here.page.keyboard.press("Escape")
 
