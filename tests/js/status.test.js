@@ -193,6 +193,15 @@ test("a refusal with suggestions stays longer, and a late row of an earlier refu
   assert.equal(shown(log, IDLE, 990 + ASKS_MS + 1), "Ready | Type.");
 });
 
+test("what was meant is offered, too, where the row of a refusal comes before its answer", () => {
+  const log = fresh();
+  log.ended([row(9, "refused", { words: "turn lift", heard_as: "", remark: "Unknown." })], 950, 960);
+  assert.equal(shown(log, IDLE, 970), "turn lift | refused. Unknown.");
+  log.answered(said("turn lift", false, 900, { detail: "Unknown.", suggestions: ["turn left"] }), 980);
+  assert.equal(shown(log, IDLE, 990), "turn lift | refused. Unknown. | turn left");
+  assert.equal(shown(log, IDLE, 980 + ASKS_MS + 1), "Ready | Type.");
+});
+
 test("nothing is offered after STOP, neither what was offered before nor what was said before it", () => {
   const log = fresh();
   log.heard(REFUSED, 1000);

@@ -264,6 +264,14 @@ export class StatusLog {
    * @param {number} now [ms]
    */
   #refuse({ words, why, at, suggestions }, row, now) {
+    const shown = this.#event;
+    const { line: repeated } = shown ?? {};
+    if (row && shown && at < shown.at && repeated?.state === "refused" && repeated.words === words) {
+      if (suggestions.length)
+        // its row came first
+        this.#event = { at: shown.at, until: now + ASKS_MS, line: { ...repeated, suggestions } };
+      return;
+    }
     if (row) this.#refused = [...this.#refused, { words, why, at, suggestions }].slice(-MOST);
     if (at < this.#stoppedAt) return;
     this.#happen(at, line("refused", words, outcome("refused", why), "refused", suggestions), now);
