@@ -150,7 +150,7 @@ def _free_ahead(world: World, pose: Pose) -> float:
 
 
 def _spoken(value: float) -> str:
-    return f"minus {-value:g}" if value < 0 else f"{value:g}"
+    return f"minus {-value:g}" if value < 0 else f"{abs(value):g}"
 
 
 # what is done, and whether it was right
