@@ -51,7 +51,7 @@ export function drawFlat(canvas, view, scene) {
   if (layers.has("way")) brush.way(state.path, state.goal, scene.left);
   if (layers.has("landmarks")) brush.landmarks(state.landmarks);
   if (layers.has("scan")) brush.dots(seenFrom(scene.scan, robot), colour("scene-scan"));
-  if (layers.has("voice") && state.direction && state.direction.age_s < VOICE_S) brush.voice(state.direction, robot);
+  if (layers.has("voice") && state.direction && state.direction.age_s < VOICE_S) brush.voice(state.direction);
   if (layers.has("people")) {
     const { person } = state;
     /** @param {{x_m: number, y_m: number}} one */
@@ -179,10 +179,10 @@ class Brush {
     if (left) this.label(at, left, BELOW);
   }
 
-  /** @param {NonNullable<State["direction"]>} heard @param {{x: number, y: number}} robot */
-  voice({ azimuth_world_rad: azimuth, sd_rad: sd, age_s: age }, robot) {
+  /** @param {NonNullable<State["direction"]>} heard drawn from where the robot heard it */
+  voice({ azimuth_world_rad: azimuth, sd_heard_rad: sd, age_s: age, x_m: x, y_m: y }) {
     const { context, view } = this;
-    const at = view.drawn(robot);
+    const at = view.drawn({ x, y });
     const half = Math.min(Math.PI, Math.max(0.03, SIGMAS * sd));
     context.save();
     context.globalAlpha = 0.55 * (1 - age / VOICE_S);
