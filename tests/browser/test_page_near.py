@@ -119,11 +119,18 @@ def test_the_tours_card_leaves_free_what_it_shows_in_every_window(visit: Open, n
     here = visit(
         console=newly_started, before=lambda page: page.add_init_script("localStorage.setItem('beckon.map', 'flat')")
     )
-    here.page.evaluate("dispatchEvent(new CustomEvent('show-tour'))")
-    title = here.find(".tour h2")
-    for step in SHOWN:
-        expect(title).to_have_text(step, timeout=LONG * 1000)
-        assert looks_through_windows(here, step)
+    title, unseen = here.find(".tour h2"), set(SHOWN)
+    for _ in range(3):  # a busy computer may come to look when a step is over already
+        here.page.evaluate("dispatchEvent(new CustomEvent('show-tour'))")
+        expect(title).to_have_text(next(iter(SHOWN)), timeout=LONG * 1000)
+        while (step := title.inner_text()) in SHOWN:
+            if looks_through_windows(here, step):
+                unseen.discard(step)
+        if not unseen:
+            break
+        here.button("End the tour").click()
+        expect(here.find(".tour")).to_be_hidden(timeout=LONG * 1000)
+    assert not unseen
     everybody = {one["id"] for one in newly_started.ask("api/sim/people")["people"]}
     assert everybody == {"Ann", "Bob"}, "who showed herself, or stepped aside for her, is back"
     here.button("End the tour").click()
