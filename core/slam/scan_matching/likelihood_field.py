@@ -80,7 +80,9 @@ class LikelihoodField:
         return found
 
     def refine(self, points: Array, guess: Pose) -> Match:
-        """Gauss-Newton on the bilinear field from a guess nearby."""
+        """Gauss-Newton on the bilinear field from a guess nearby; without points the guess itself, with score 0."""
+        if not len(points):
+            return Match(guess, 0.0)
         x, y, heading = guess.x, guess.y, guess.heading
         for _ in range(ROUNDS):
             values, jacobian = self._slopes(points, x, y, heading)

@@ -49,6 +49,11 @@ def test_a_displaced_scan_is_laid_back(pose: Pose) -> None:
     assert match.score > 0.9
 
 
+def test_where_nothing_is_seen_nothing_is_matched() -> None:
+    match = LikelihoodField(walls()).refine(np.zeros((0, 2)), Pose(0.1, 0.2, 0.3))
+    assert (match.pose, match.score) == (Pose(0.1, 0.2, 0.3), 0.0)
+
+
 def test_the_laser_alone_follows_a_drive_and_knows_how_well() -> None:
     driven, errors, squared = robot(), [], []
     laser = driven.profile.laser
