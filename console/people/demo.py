@@ -18,7 +18,7 @@ from console.http.problems import Problem
 from console.people.enrollment import EnrollmentSession, Gesture
 from console.robot.link import RobotLink
 from console.workers.demo_runner import Demo, DemoRunner
-from core.errors import BadInput, BeckonError, Refused, Unavailable
+from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
 from core.robots.requests import (
     AnswerT,
@@ -86,7 +86,7 @@ class DemoPerson:
             with contextlib.suppress(BeckonError):  # was taken away
                 await self._ask(RemoveThing(id=self._id))
         for one in self._out:
-            with contextlib.suppress(Unavailable):
+            with contextlib.suppress(BeckonError):
                 await self._return(one)
 
     async def _empty(self, here: Pose) -> None:
@@ -100,9 +100,9 @@ class DemoPerson:
             self._look = shows.clothes or self._look
         for one in people:
             if one.id == self._id or self._sees(here, one):
+                if self._inhabitant or one.id != ID:  # that one is left over from an earlier demonstration
+                    self._out.append(one)  # first: it may be stopped at any request
                 await self._ask(RemoveThing(id=one.id))
-                if one.id != ID:  # left over from an earlier demonstration
-                    self._out.append(one)
 
     def _sees(self, here: Pose, one: PlacedThing) -> bool:
         """Return whether a robot `here` has them, or a part of them, in its picture."""
@@ -181,8 +181,8 @@ class DemoPerson:
             clothes=self._look,
             gesture=ARMS[gesture.name] if gesture is not None else "",
         )
+        self._shown = True  # first: it may be stopped at any request
         await self._ask(person)
-        self._shown = True
 
 
 PATIENCE = 20.0  # [s] for a picture: the machine may be busy
@@ -211,10 +211,10 @@ class EnrollmentDemo:
 
         async def run() -> None:
             await person.sit(enrollment, self._capture)
-            self.stands = not inhabitant
+            self.stands = self.stands or not inhabitant
 
         def began() -> None:
-            self.stands = False
+            self.stands = self.stands and bool(inhabitant)  # a former one leaves for a new one
             enrollment.demo, enrollment.trouble = True, ""
 
         def trouble(words: str) -> None:

@@ -61,6 +61,9 @@ def test_someone_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> N
     page.get_by_role("radio", name="Only Ann").check(force=True)
     here.until(lambda: console.chosen() is not None, "Ann is chosen")
     expect(page.get_by_role("radio", name="Only Ann")).to_be_checked()
+    here.button("Begin").click()
+    expect(page.get_by_label("Who shows themselves")).to_have_value("")  # she is known, and nobody else is there
+    here.button("Cancel").click()
     here.button("Forget Ann").click()
     here.button("Keep Ann").click()
     expect(page.get_by_role("radio", name="Only Ann")).to_be_checked()

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 
 import pytest
-from playwright.sync_api import Browser, Locator, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.browser.running_console import Running, write_log
 from tests.browser.visit import DESK, PHONE, Visit
@@ -197,6 +197,26 @@ def test_a_3d_map_that_keeps_the_page_from_driving_gives_way_to_the_flat_one(vis
     here.button("3-D").click()  # chosen: it is not overruled
     here.page.evaluate("dispatchEvent(new CustomEvent('page-busy'))")
     expect(here.find("flat-map")).to_be_hidden()
+
+
+def test_a_3d_map_that_is_slow_only_while_the_robot_moves_gives_way_too(visit: Open) -> None:
+    paced = """if (location.pathname.startsWith("/scene/"))
+        window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), parent.slow ? 300 : 16);"""
+
+    def draws(page: Page) -> None:
+        page.add_init_script(paced)
+        page.route("**/scene/**", lambda route: route.fulfill(body="<canvas></canvas>", content_type="text/html"))
+
+    here = visit(before=draws)
+    here.wait(11.0)  # until it was judged at rest
+    expect(here.find("flat-map")).to_be_hidden()
+    here.page.evaluate("window.slow = true")
+    here.wait(6.0)
+    expect(here.find("flat-map")).to_be_hidden()
+    here.button("turn left").click()
+    expect(here.find(".flat-why")).to_contain_text("too slow")
+    here.page.keyboard.press("Escape")
+    here.still()
 
 
 def test_the_map_of_a_phone_is_flat_until_the_other_is_chosen(visit: Open) -> None:

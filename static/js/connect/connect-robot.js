@@ -3,6 +3,7 @@
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
+import { isRecording } from "./connection-model.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
 
@@ -131,9 +132,6 @@ class ConnectRobot extends Panel {
     this.#others.replaceChildren(make("p", { class: "note" }, t("connect-robot.open_instead_note")), ...buttons);
   }
 }
-
-/** @param {string} url */
-export const isRecording = (url) => url.startsWith("log:");
 
 /**
  * True for a recording or a simulated robot, which are opened and not looked at.

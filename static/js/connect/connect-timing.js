@@ -4,7 +4,7 @@ import { make, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
-import { isRecording } from "./connect-robot.js";
+import { isRecording } from "./connection-model.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
 /** @typedef {import("./connection-model.js").Clock} Clock */

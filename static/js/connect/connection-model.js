@@ -39,6 +39,9 @@ import { t } from "../ui/texts.js";
 /** @typedef {{part: number, role: Role, topics: string[]}} Choice */
 /** @typedef {{name: string, path: string, command: string, text: string}} Written */
 
+/** @param {string} url */
+export const isRecording = (url) => url.startsWith("log:");
+
 const ROOT = "api/robot";
 const ASK_MS = 2000;
 

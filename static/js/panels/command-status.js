@@ -3,7 +3,7 @@
 import { wordsOf } from "../net/api.js";
 import * as room from "../net/room-api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
-import { goesToPerson, letCall } from "../ui/let-call.js";
+import { couldCall, goesToPerson, isEmptyRoom, letCall } from "../ui/let-call.js";
 import { Panel } from "../ui/panel.js";
 import { StatusLog } from "../ui/status.js";
 import { t } from "../ui/texts.js";
@@ -46,8 +46,6 @@ class CommandStatus extends Panel {
   #cancel = make("button", { type: "button", class: "button" }, icon("close"), t("command-status.cancel"));
   #log = new StatusLog();
   #toGo = new ToGo();
-  #empty = false; // it is a simulated room, and nobody is in it
-  #caller = ""; // someone in the simulated room who could call
 
   /** @override */
   build() {
@@ -60,11 +58,6 @@ class CommandStatus extends Panel {
       this.#cancel,
     );
     this.#cancel.addEventListener("click", () => this.session.stop());
-    addEventListener("room-people", (event) => {
-      const [first] = /** @type {CustomEvent<import("../net/room-api.js").PersonInRoom[]>} */ (event).detail;
-      this.#caller = first?.id ?? "";
-      this.#empty = !first;
-    });
     this.session.on("said", (said) => this.#answered(said));
     this.session.on("transcript", (transcript) => this.#log.heard(transcript, performance.now()));
     this.session.on("reading", (words) => this.#log.reads(performance.now(), words));
@@ -147,8 +140,8 @@ class CommandStatus extends Panel {
     this.#write(line);
     const suggestions = line.suggestions.slice(0, OFFERED);
     const unheard = line.state === "refused" && goesToPerson(this.session, line.words);
-    const caller = unheard ? this.#caller : "";
-    const empty = unheard && this.#empty;
+    const caller = unheard ? couldCall() : "";
+    const empty = unheard && isEmptyRoom();
     const key = caller ? `${caller}: ${line.words}` : empty ? "nobody" : suggestions.join("|");
     this.#suggestions.hidden = key === "";
     if (this.#suggestions.dataset["suggested"] === key) return;

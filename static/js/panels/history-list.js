@@ -4,7 +4,7 @@ import { onlyWatched } from "../drive/permission.js";
 import { qualityRuns, wordsOf } from "../net/api.js";
 import { icon, make } from "../ui/element.js";
 import { age, quantities, timeOfDay } from "../ui/format.js";
-import { goesToPerson, letCall } from "../ui/let-call.js";
+import { couldCall, goesToPerson, letCall } from "../ui/let-call.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
@@ -25,17 +25,12 @@ class HistoryList extends Panel {
   /** @type {Map<string, readonly string[]>} by the words of a refused command: what was possibly meant */
   #meant = new Map();
   #list = make("ol", { class: "record-list", "aria-label": t("history-list.history_newest_first") });
-  #caller = ""; // someone in the simulated room who could call
   #score = make("a", { class: "record-score", href: "hearing", hidden: true });
   #empty = make("p", { class: "record-empty" }, t("history-list.commands_and_their_results_appear_here"));
 
   /** @override */
   build() {
     this.append(this.#score, this.#list, this.#empty);
-    addEventListener("room-people", (event) => {
-      const [first] = /** @type {CustomEvent<import("../net/room-api.js").PersonInRoom[]>} */ (event).detail;
-      this.#caller = first?.id ?? "";
-    });
     this.session.on("said", ({ text, answer }) => this.#remember(text, answer.suggestions ?? []));
     this.session.on("transcript", ({ words, suggestions }) => this.#remember(words, suggestions));
     this.session.on("history", (rows) => this.#draw(rows));
@@ -140,7 +135,7 @@ class HistoryList extends Panel {
       chip.addEventListener("click", () => void this.session.say(text, "chip"));
       return chip;
     });
-    if (newest && this.#caller && goesToPerson(this.session, words)) chips.push(letCall(this.#caller, words));
+    if (newest && couldCall() && goesToPerson(this.session, words)) chips.push(letCall(couldCall(), words));
     if (chips.length === 0) return null;
     return make("div", { class: "suggested", role: "group", "aria-label": t("command-status.did_you_mean") }, ...chips);
   }

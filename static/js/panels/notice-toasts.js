@@ -36,7 +36,8 @@ class NoticeToasts extends Panel {
     const { notices } = state;
     for (const { id, level, text, cause } of notices) {
       const halted = cause === "halt" && level === "warning"; // the banner says it for as long as it holds
-      const changed = cause === "lease" && level === "warning" && (mine || lostControl !== null); // who took it knows, who lost it has a banner
+      // Who took control over knows it, and who lost it has a banner.
+      const changed = cause === "lease" && level === "warning" && (mine || lostControl !== null);
       if (id > this.#newest && !this.#first && !halted && !changed) this.#shown.set(id, this.#raise(level, text));
       else this.#change(id, level, text);
     }

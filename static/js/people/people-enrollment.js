@@ -259,7 +259,7 @@ class PeopleEnrollment extends Panel {
     this.#choose.hidden = !upload;
     this.#show.hidden = !simulated || this.#source !== "robot";
     this.#show.disabled = this.#enrollments?.busy === true;
-    this.#who.hidden = this.#show.hidden || enrollment.demo || this.#offerInhabitants() === 0;
+    this.#who.hidden = this.#show.hidden || enrollment.demo || this.#offerInhabitants(enrollment.id) === 0;
     this.#turnLeft.hidden = this.#turnRight.hidden = this.#show.hidden || enrollment.demo || !enrollment.trouble;
     say(this.#show, enrollment.demo ? t("people-enrollment.enough_shown") : t("people-enrollment.show_me"), "demo");
     this.#retakeRoom.hidden = !enrollment.background || upload;
@@ -293,10 +293,14 @@ class PeopleEnrollment extends Panel {
     this.#strip.replaceChildren(...enrollment.pictures.map((one) => this.#thumb(enrollment, one)));
   }
 
-  /** @returns {number} people in the simulated room who can show themselves; who is not known yet is chosen first */
-  #offerInhabitants() {
+  /**
+   * Who is not known yet is chosen first, in every enrollment.
+   * @param {string} id of the enrollment
+   * @returns {number} people in the simulated room who can show themselves
+   */
+  #offerInhabitants(id) {
     const inhabitants = this.#enrollments?.inhabitants ?? [];
-    const key = inhabitants.join();
+    const key = [id, ...inhabitants].join();
     if (this.#who.dataset["offered"] === key) return inhabitants.length;
     this.#who.dataset["offered"] = key;
     const known = new Set(this.#enrollments?.state?.people.map(({ name }) => name));
@@ -311,8 +315,8 @@ class PeopleEnrollment extends Panel {
   #showMe() {
     const on = !this.#enrollments?.enrollment?.demo;
     const inhabitant = this.#who.hidden ? "" : this.#who.value;
-    if (on && inhabitant) this.#name.value = inhabitant;
-    void this.#enrollments?.showMe(on, on ? inhabitant : "");
+    if (on) this.#name.value = inhabitant;
+    void this.#enrollments?.showMe(on, inhabitant);
   }
 
   /** @param {Enrollment} enrollment @param {import("./enrollment-model.js").Judged} one */

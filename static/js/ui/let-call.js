@@ -3,7 +3,23 @@
 import { icon, make } from "./element.js";
 import { t } from "./texts.js";
 
-/** @param {import("../net/session.js").Session} session @param {string} said @returns {boolean} whether these words are a command that goes to a person */
+/** @type {readonly import("../net/room-api.js").PersonInRoom[] | null} null: there is no simulated room, or it was not read */
+let people = null;
+addEventListener("room-people", (event) => {
+  people = /** @type {CustomEvent<import("../net/room-api.js").PersonInRoom[]>} */ (event).detail;
+});
+
+/** @returns {string} who in the simulated room could call; "": nobody */
+export const couldCall = () => people?.[0]?.id ?? "";
+
+/** @returns {boolean} whether there is a simulated room, and nobody in it */
+export const isEmptyRoom = () => people?.length === 0;
+
+/**
+ * @param {import("../net/session.js").Session} session
+ * @param {string} said
+ * @returns {boolean} whether these words are a command that goes to a person
+ */
 export const goesToPerson = (session, said) =>
   session.kinds.find(({ words }) => words.includes(said.toLowerCase()))?.target === "person";
 

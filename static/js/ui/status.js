@@ -265,11 +265,8 @@ export class StatusLog {
    */
   #refuse({ words, why, at, suggestions }, row, now) {
     const shown = this.#event;
-    const { line: repeated } = shown ?? {};
-    if (row && shown && at < shown.at && repeated?.state === "refused" && repeated.words === words) {
-      if (suggestions.length)
-        // its row came first
-        this.#event = { at: shown.at, until: now + ASKS_MS, line: { ...repeated, suggestions } };
+    if (row && shown && at < shown.at && shown.line.state === "refused" && shown.line.words === words) {
+      this.#happen(shown.at, { ...shown.line, suggestions }, now); // its row came first
       return;
     }
     if (row) this.#refused = [...this.#refused, { words, why, at, suggestions }].slice(-MOST);

@@ -41,7 +41,8 @@ def shown(robot: SimulatedRobot, person: str = "") -> list[str]:
 
 def people(robot: SimulatedRobot) -> list[PlacedThing]:
     things = robot.ask(ReadPlan()).things
-    return [thing for thing in things if isinstance(thing, PlacedThing) and thing.what == "person"]
+    people = [thing for thing in things if isinstance(thing, PlacedThing) and thing.what == "person"]
+    return sorted(people, key=lambda one: one.id)
 
 
 def test_the_empty_room_comes_first_and_nobody_is_left_in_it() -> None:
@@ -92,6 +93,33 @@ def test_who_finds_the_robot_in_their_place_comes_back_beside_it() -> None:
     asyncio.run(sit())
     (ann,) = people(robot)
     assert ann.id == "Ann" and 0.4 < math.hypot(ann.x_m - 2.0, ann.y_m) < 0.6
+
+
+@pytest.mark.parametrize("step", range(1, 7))
+def test_nobody_is_lost_when_it_is_stopped_at_any_request(step: int) -> None:
+    robot = SimulatedRobot("lab", seed=1)
+    robot.ask(PlaceThing("person", 2.0, 1.2, 0.7, id="Ann", clothes="red/blue"))
+    robot.ask(PlaceThing("person", 2.0, -1.0, 0.7, id="Bob"))
+    before, asked = people(robot), 0
+
+    async def ask(request: RobotRequest[AnswerT]) -> AnswerT:
+        nonlocal asked
+        answer, asked = robot.ask(request), asked + 1
+        if asked == step:
+            raise asyncio.CancelledError  # what was requested is done, and nobody takes the answer
+        return answer
+
+    async def capture(_: EnrollmentSession, what: str) -> None:
+        raise StopAsyncIteration
+
+    async def sit() -> None:
+        demo = DemoPerson(cast(Any, ask), robot.profile.camera, 0)
+        with contextlib.suppress(asyncio.CancelledError):
+            await demo.sit(cast(EnrollmentSession, None), capture)
+        await demo.leave()
+
+    asyncio.run(sit())
+    assert people(robot) == before
 
 
 def test_nobody_of_that_name_is_said_and_nothing_is_taken_away() -> None:
