@@ -28,7 +28,7 @@ from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.understanding.grammar import Refusal, understand
 from tests.benchmarks.voices import WRONG, outcome_of_all
-from tests.benchmarks.word_hearing import FirstOnly
+from tests.benchmarks.word_hearing import ECHOES_KEPT, FirstOnly
 from tests.benchmarks.word_scenes import ARRAY, Clip, Condition, real, scene, synthetic
 
 NOISES = ("white", "babble", "recorded", "motors")
@@ -74,8 +74,8 @@ LISTENERS = {
     "one microphone, weighted": lambda settings, recognizer: one(settings, Weighted(recognizer)),
     "level 0.01": lambda settings, recognizer: one(settings, AtLevel(recognizer, 0.01)),
     "array": lambda settings, recognizer: ArrayTranscriber(ARRAY, settings, recognizer=recognizer),
-    "delay-and-sum": lambda settings, recognizer: ArrayTranscriber(
-        ARRAY, settings, recognizer=recognizer, how="delay-and-sum"
+    "echoes kept": lambda settings, recognizer: ArrayTranscriber(
+        ARRAY, settings, recognizer=recognizer, readings=ECHOES_KEPT
     ),
     "array, weighted": lambda settings, recognizer: ArrayTranscriber(
         ARRAY, settings, recognizer=Weighted(recognizer)

@@ -13,10 +13,13 @@ from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.recognizer import StreamingRecognizer, for_words
 from core.speech.settings import RATE
+from core.speech.transcription.array_transcriber import PLAIN, WET, BeamReadings
 from core.speech.understanding.grammar import OTHER_WORDS, Refusal, understand
 from tests.benchmarks.word_scenes import LEAD, TAIL
 
 PIECE = 320  # samples that are fed at a time
+ECHOES_KEPT = BeamReadings(short=(WET, PLAIN), long=(WET,))
+"""How an array reads a voice without taking out late echoes."""
 
 
 class FirstOnly:

@@ -26,13 +26,22 @@ from core.speech.sphinx.decoder import grammar_decoder
 from core.speech.sphinx.dictation import SphinxDictation
 from core.speech.sphinx.jsgf import plain_grammar, written
 from core.speech.sphinx.recognizer import Sphinx
-from core.speech.transcription.array_transcriber import ArrayTranscriber
+from core.speech.transcription.array_transcriber import READINGS, ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
-from tests.benchmarks.word_hearing import FirstOnly, acted_on, listened, outcome, padded, rejections, uncertain
+from tests.benchmarks.word_hearing import (
+    ECHOES_KEPT,
+    FirstOnly,
+    acted_on,
+    listened,
+    outcome,
+    padded,
+    rejections,
+    uncertain,
+)
 from tests.benchmarks.word_scenes import ARRAY, CONDITIONS, LEAD, Clip, real, scene, synthetic
 
-Listener = Literal["one microphone", "delay-and-sum", "mvdr"]
-LISTENERS: tuple[Listener, ...] = ("one microphone", "delay-and-sum", "mvdr")
+Listener = Literal["one microphone", "echoes kept", "array"]
+LISTENERS: tuple[Listener, ...] = ("one microphone", "echoes kept", "array")
 
 
 class PlainGrammar:
@@ -177,7 +186,8 @@ def heard_by(name: Listener, settings: SpeechSettings, recognizer: Recognizer) -
     """Who listens to all channels."""
     if name == "one microphone":
         return FirstOnly(Transcriber(settings, recognizer=recognizer))
-    return ArrayTranscriber(ARRAY, settings, recognizer=recognizer, how=name)
+    readings = READINGS if name == "array" else ECHOES_KEPT
+    return ArrayTranscriber(ARRAY, settings, recognizer=recognizer, readings=readings)
 
 
 def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> dict[str, Any]:

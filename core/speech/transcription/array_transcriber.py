@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from core.errors import BadInput
-from core.message import Array
+from core.message import Array, message
 from core.perception.sound.beamforming import How, beamform
+from core.perception.sound.dereverberation import without_late_echoes
 from core.perception.sound.locate import locate
 from core.perception.sound.settings import DirectionFindingSettings
 from core.sensors.microphones import MicrophoneArray, Sound
@@ -26,8 +27,35 @@ from core.speech.sphinx.keyword_spotting import BeamformedStop
 from core.speech.transcription.transcriber import Transcriber
 
 GAP = 0.02  # [s] missing between two pieces of sound, beyond which what was before is forgotten
-SHORT = 1.5  # [s] of a sentence of two or three words
 BEFORE = 0.1  # [s] before an utterance's first voiced frame, that may already belong to it
+
+
+@message
+class BeamReading:
+    """One way to read a voice out of an array."""
+
+    how: How  # the beam is formed
+    dry: bool  # late echoes are taken out first
+
+    def heard(self, whole: Sound) -> Sound:
+        """All channels as this reading takes them."""
+        return replace(whole, samples=without_late_echoes(whole.samples, RATE)) if self.dry else whole
+
+
+WET, DRY = BeamReading(how="mvdr", dry=False), BeamReading(how="mvdr", dry=True)
+PLAIN = BeamReading(how="delay-and-sum", dry=False)
+SHORT = 1.5  # [s] of a sentence of two or three words: it tells little of its echoes
+
+
+@message
+class BeamReadings:
+    """In which ways a voice is read, one after the other, until it is a command."""
+
+    short: tuple[BeamReading, ...]  # of sentences up to SHORT
+    long: tuple[BeamReading, ...]
+
+
+READINGS = BeamReadings(short=(WET, DRY, PLAIN), long=(DRY, WET))
 
 
 class ArrayTranscriber:
@@ -41,14 +69,14 @@ class ArrayTranscriber:
         *,
         recognizer: Recognizer | None = None,
         spotter: KeywordSpotter | None = None,
-        how: How = "mvdr",
+        readings: BeamReadings = READINGS,
         rejected: RejectedCommands | None = None,
     ) -> None:
         """Raises Unavailable when the engine is not there."""
         chosen = settings or SpeechSettings()
         remembered = chosen.longest + 3 * chosen.pre_roll + chosen.hangover
         inner = recognizer or open_engine(chosen).recognizer
-        self._beamed = _Beamed(inner, array, hearing or DirectionFindingSettings(), how, remembered)
+        self._beamed = _Beamed(inner, array, hearing or DirectionFindingSettings(), readings, remembered)
         self._array, self._pre_roll = array, chosen.pre_roll
         self._one = Transcriber(chosen, recognizer=self._beamed, spotter=spotter, rejected=rejected)
         self._stop_in_noise = BeamformedStop(chosen) if has_sphinx() else None
@@ -87,11 +115,11 @@ class _Beamed:
         recognizer: Recognizer,
         array: MicrophoneArray,
         hearing: DirectionFindingSettings,
-        how: How,
+        readings: BeamReadings,
         remembered: float,
     ) -> None:
         self._recognizer, self._array, self._hearing = recognizer, array, hearing
-        self._how: How = how
+        self._readings = readings
         self._remembered = remembered  # [s]
         self._pieces: deque[Sound] = deque()
 
@@ -108,29 +136,29 @@ class _Beamed:
     def decide(self, utterance: Utterance) -> Decision:
         """Decide about the beam towards the voice; in one microphone when no direction is found.
 
-        A short sentence that is not understood is read again from the plain beam: against noise the other one is
-        better, but it errs elsewhere in the echoes of a wall. Of single words only STOP is read there: another one
-        has to be understood every time.
+        Of single words only STOP is read in more than one way: another one has to be understood every time.
         """
         begin, end = utterance.sound.stamp, utterance.sound.stamp + utterance.sound.duration
         since = utterance.begin - BEFORE
         whole, towards = self._located(begin, end, since)
         if towards is None:
             return self._recognizer.decide(utterance)
-        beam = beamform(whole, self._array, towards, since, self._how)
-        heard = self._recognizer.decide(replace(utterance, sound=beam))
-        if heard.words or self._how != "mvdr" or utterance.end - utterance.begin > SHORT:
-            return heard
-        plain = beamform(whole, self._array, towards, since, "delay-and-sum")
-        if np.array_equal(plain.samples, beam.samples):  # too little noise was known to beam against
-            return heard
-        again = self._recognizer.decide(replace(utterance, sound=plain))
-        return heard if " " not in again.words and not again.stops else again
+
+        def read(reading: BeamReading) -> Decision:
+            beam = beamform(reading.heard(whole), self._array, towards, since, reading.how)
+            return self._recognizer.decide(replace(utterance, sound=beam))
+
+        readings = self._readings.short if utterance.end - utterance.begin <= SHORT else self._readings.long
+        first = read(readings[0])
+        if first.command is not None:
+            return first
+        others = map(read, readings[1:])
+        return next((one for one in others if one.command is not None and (one.stops or " " in one.words)), first)
 
     def beam(self, begin: float, end: float, since: float) -> Sound | None:
         """The sound from the voice's direction between two moments [s]; before `since` [s] there is only noise."""
         whole, towards = self._located(begin, end, since)
-        return None if towards is None else beamform(whole, self._array, towards, since, self._how)
+        return None if towards is None else beamform(whole, self._array, towards, since)
 
     def _located(self, begin: float, end: float, since: float) -> tuple[Sound, Array | None]:
         """All channels between two moments [s], and the direction of the voice (3,); None when unknown."""

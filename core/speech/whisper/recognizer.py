@@ -38,7 +38,7 @@ from core.speech.whisper.chance import by_chance
 from core.speech.whisper.joint_search import Columns, Found, JointSearch
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.model_file import ModelFile
-from core.speech.whisper.spellings import Spellings, as_understood, lacks_whole_part, misspelt, seldom_said
+from core.speech.whisper.spellings import Spellings, as_understood, lacks_whole_part, misheard, misspelt, seldom_said
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder, Encoder
 
@@ -207,7 +207,8 @@ class WhisperRecognizer:
         name, numbers, _ = meaning.key
         if name == STOP_MOVING.name:
             return STOP
-        return NUMBERS if numbers else self._fixed.get(name, COMMON)
+        fixed = NUMBERS if numbers else self._fixed.get(name, COMMON)
+        return replace(fixed, behind_free=COMMON.behind_free) if misheard(meaning.spelling) else fixed
 
     def _near(self, meanings: list[Meaning], free: float) -> list[Meaning]:
         """Those that are worth offering beside free text of that score [nats]; START changes nothing."""

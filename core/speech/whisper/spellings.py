@@ -25,8 +25,11 @@ POINT_BETWEEN_DIGITS = re.compile(r"(?<=\d) point (?=\d)")
 DIGIT = rf"(?:\d|(?:{'|'.join(DIGITS)})\b)"
 SELDOM_SAID = re.compile(rf"\.(?:0(?!\d)|\d\d)|\bpoint (?:(?:0|zero)(?! {DIGIT})|{DIGIT} {DIGIT})")
 ENDS = (".", "!")  # of a sentence, if any
-WRITTEN_FOR = {"wall": "world"}
-"""Words of the vocabulary → commoner ones that are written instead, where the sentence is said in a British way."""
+WRITTEN_FOR = {"follow world": "follow wall", "follow the world": "follow the wall"}
+"""Words that are written where a British voice says a sentence of the vocabulary → that sentence."""
+MISHEARD_FOR = dict.fromkeys(("father wall", "father world", "father woe"), "follow wall")
+"""The same of an American voice in a room with echoes: nothing else that is written may be nearly as likely."""
+MISSPELT = WRITTEN_FOR | MISHEARD_FOR
 
 State = frozenset[int]
 
@@ -49,7 +52,7 @@ class _SpellingBuilder:
         self.free: list[set[int]] = []  # places that are reached without a token
         self.begin, self.end = self._new(), self._new()
         last = self._new()
-        for pattern in (*(words for kind in VOCABULARY for words in kind.words), *own):
+        for pattern in (*(words for kind in VOCABULARY for words in kind.words), *own, *MISSPELT):
             self._write_sentence(pattern, self.begin, last)
         self._skip(last, self.end)
         for mark in ENDS:
@@ -87,7 +90,7 @@ class _SpellingBuilder:
                     comma = self._new()
                     self._write(",", source, comma)
                     self._write(f" {word}", comma, target)
-                for spelling in {word, word.capitalize() if i == 0 else word, WRITTEN_FOR.get(word, word)}:
+                for spelling in {word, word.capitalize() if i == 0 else word}:
                     self._write(f" {spelling}", source, target)
 
     def _write_number(self, source: int, target: int) -> None:
@@ -177,24 +180,24 @@ class Spellings:
         return frozenset(found)
 
 
-MISSPELT = {
-    written: words
-    for kind in VOCABULARY
-    for words in kind.words
-    if (written := " ".join(WRITTEN_FOR.get(word, word) for word in words.split(" "))) != words
-}
-"""Sentences with words that are written instead of those of the vocabulary → those of the vocabulary."""
-
-
 def as_understood(spelling: str) -> str:
     """A spelling as the grammar reads it: small, without its end, and "2 point 5" is "2.5"."""
-    words = POINT_BETWEEN_DIGITS.sub(".", spelling.strip().lower().rstrip(".!"))
+    words = POINT_BETWEEN_DIGITS.sub(".", _plain(spelling))
     return MISSPELT.get(words, words)
 
 
 def misspelt(spelling: str) -> bool:
-    """Return whether one of its words was written instead of one of the vocabulary."""
-    return spelling.strip().lower().rstrip(".!") in MISSPELT
+    """Return whether other words were written than those of the vocabulary."""
+    return _plain(spelling) in MISSPELT
+
+
+def misheard(spelling: str) -> bool:
+    """Return whether these words resemble those of the vocabulary only in a room with echoes."""
+    return _plain(spelling) in MISHEARD_FOR
+
+
+def _plain(spelling: str) -> str:
+    return spelling.strip().lower().rstrip(".!")
 
 
 def seldom_said(spelling: str) -> bool:

@@ -8,11 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.perception.sound.beamforming import beamform
+from core.perception.sound.dereverberation import without_late_echoes
 from core.perception.sound.direction import unit
 from core.perception.sound.noise_reduction import without_noise
 from core.perception.sound.stft import analyse, synthesise
 from core.sensors.microphones import RESPEAKER_ODAS, Sound, tetrahedron
-from core.simulation.acoustics.shoebox import pink_noise, plane_waves
+from core.simulation.acoustics.shoebox import ShoeboxRoom, heard, impulse_responses, pink_noise, plane_waves
 from core.speech.practice_voice import practice_voice
 
 RATE = 16_000
@@ -82,3 +83,41 @@ def test_a_fan_beside_the_talker_is_suppressed_by_more_than_adding_up_can():
         beamform(sound, RESPEAKER_ODAS, towards, 0.5, how).samples[:, 0] for how in ("delay-and-sum", "mvdr")
     )
     assert ratio(clean, capon) > ratio(clean, added) + 3
+
+
+EARLY = round(0.032 * RATE)  # of an impulse response behind the direct sound, that is the voice
+
+
+def in_a_room(rt60: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """A voice 2 m away from four microphones → it with its early echoes (N, 4), and with all of them."""
+    room, rng = ShoeboxRoom((6.0, 5.0, 2.8), rt60), np.random.default_rng(seed)
+    centre = np.array([2.0, 2.2, 0.6])
+    responses = impulse_responses(
+        room, centre + np.array([1.4, 1.2, 0.8]), centre + RESPEAKER_ODAS.positions, RATE, rng
+    )
+    early = responses.copy()
+    early[:, np.abs(responses[0]).argmax() + EARLY :] = 0.0
+    return heard(voice(seed), early), heard(voice(seed), responses)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_late_echoes_of_a_room_become_fewer(seed):
+    early, whole = in_a_room(0.6, seed)
+    dry = without_late_echoes(whole, RATE)
+    gained = [ratio(early[:, m], dry[:, m]) - ratio(early[:, m], whole[:, m]) for m in range(4)]
+    assert np.mean(gained) > 1.2
+
+
+def test_a_voice_without_echoes_stays():
+    clean = voice()
+    samples = plane_waves(clean[None], unit(0.8, 0.3)[None], RESPEAKER_ODAS.positions, RATE)
+    samples += 1e-3 * np.random.default_rng(2).normal(size=samples.shape)
+    assert ratio(samples[:, 0], without_late_echoes(samples, RATE)[:, 0]) > 10
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 4000), st.sampled_from([8000, 16000, 44100]), st.integers(1, 8), st.booleans())
+def test_sound_of_any_length_has_its_echoes_taken_out(length, rate, channels, silent):
+    samples = np.zeros((length, channels)) if silent else np.random.default_rng(0).normal(size=(length, channels))
+    dry = without_late_echoes(samples, rate)
+    assert dry.shape == samples.shape and np.isfinite(dry).all()

@@ -59,7 +59,7 @@ def test_the_beam_has_less_noise_than_one_microphone_and_the_same_bounds():
     for piece in pieces(spoken(15.0)):
         single.feed(Sound(stamp=piece.stamp, rate=RATE, samples=piece.samples[:, :1]))
         whole.feed(piece)
-    alone, beamed = one.given[-1], many.given[-2]  # the last is in the plain beam
+    alone, beamed = one.given[-1], many.given[-3]  # the others are read in other ways
     assert (alone.begin, alone.end) == (beamed.begin, beamed.end)
     assert len(alone.samples) == pytest.approx(len(beamed.samples), abs=2)
 
@@ -73,14 +73,16 @@ def test_the_beam_has_less_noise_than_one_microphone_and_the_same_bounds():
     ("seconds", "read", "understood"),
     [
         (1.2, ("", "come here"), "come here"),
+        (1.2, ("", "", "come here"), "come here"),
         (1.2, ("", "stop"), "stop"),
-        (1.2, ("", "start"), ""),  # single words have to be understood every time
-        (1.2, ("", ""), ""),
+        (1.2, ("", "start", ""), ""),  # single words have to be understood every time
+        (1.2, ("", "", ""), ""),
         (1.2, ("come here",), "come here"),
-        (2.4, ("",), ""),
+        (2.4, ("", "come here"), "come here"),
+        (2.4, ("", ""), ""),
     ],
 )
-def test_a_short_sentence_that_is_not_understood_is_read_in_the_plain_beam(seconds, read, understood):
+def test_a_sentence_that_is_not_understood_is_read_in_other_ways(seconds, read, understood):
     class Reader(Scribe):
         """Reads its sentences in turn of each piece of sound, which is read in its pause and may be at its end."""
 
@@ -96,8 +98,10 @@ def test_a_short_sentence_that_is_not_understood_is_read_in_the_plain_beam(secon
     assert told[-1].decision.words == understood
     given = [one for one in reader.given if one.end == reader.given[-1].end]
     assert len(given) in (len(read), 2 * len(read))
-    sharp, *plain = (float(one.before.std()) for one in given[-len(read) :])
-    assert all(one > 1.05 * sharp for one in plain)  # of the noise before the words
+    ways = given[-len(read) :]
+    assert len({one.before.std() for one in ways}) == len(ways)
+    if len(read) == 3:  # the last is the plain beam, with more of the noise before the words
+        assert ways[2].before.std() > 1.05 * ways[0].before.std()
 
 
 def test_sound_that_does_not_fit_the_array_is_refused():
