@@ -175,6 +175,13 @@ def test_a_word_that_is_written_for_another_is_confirmed():
     assert (told.echo, told.verdict) == ("follow wall", "confirm")
 
 
+def test_what_a_room_makes_of_words_is_confirmed_where_nothing_else_is_nearly_as_likely():
+    told = decided({"Father woe": -2.5}, {"Father Woe": -2.5, "Father Whoa": -4.4})
+    assert (told.echo, told.verdict) == ("follow wall", "confirm")
+    assert decided({"Father woe": -4.0}, {"Father Wolf": -3.2}).verdict == "reject"
+    assert decided({"Father me": -2.5}, {"Father me": -2.5}).command is None
+
+
 def test_words_that_are_rarely_said_may_be_further_behind_free_text_and_are_confirmed_there():
     known = Searched({"follow the wall": -6.0}, {"follow them world": -4.0})
     known._fixed = {"follow_wall": RARE}

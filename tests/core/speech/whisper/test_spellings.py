@@ -64,6 +64,7 @@ def test_the_example_of_every_command_is_a_spelling(kind):
         "go to 1 meters and 2 meters!",
         "continue 0.05 meters",
         "Follow the world.",
+        "Father wall",
         "stop",
     ],
 )
@@ -74,7 +75,16 @@ def test_numbers_are_spelt_in_digits_in_words_and_beyond_their_bounds(words):
 
 @pytest.mark.parametrize(
     "words",
-    ["continue meters", "turn left right", "stop at one", "come here often", "continue", "continue 0.10 meters"],
+    [
+        "continue meters",
+        "father me",
+        "father the wall",
+        "turn left right",
+        "stop at one",
+        "come here often",
+        "continue",
+        "continue 0.10 meters",
+    ],
 )
 def test_what_is_no_whole_command_is_no_spelling(words):
     assert not accepts(words)
