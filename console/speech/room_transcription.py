@@ -35,6 +35,7 @@ from core.sensors.microphones import MicrophoneArray, joined, usable
 from core.snapshot import VOICE_AFTER, Snapshot, VoiceDirection, voice_between
 from core.speech.recognition.decision import Decision, RecognizedUtterance, Verdict
 from core.speech.settings import MOST_WAITING, PIECE, SpeechSettings
+from core.speech.transcription.piece_length import PieceLength
 
 
 class UnrecognizedSpeechLog:
@@ -112,6 +113,8 @@ class RoomTranscriber:
         self._worker = TranscriptionClient()
         self._array: MicrophoneArray | None = None  # of which a beam can be made
         self._waiting: Sound | None = None
+        self._piece_length = PieceLength()
+        self._piece = PIECE  # [s] of it that are read at once, at least
         self._voices: tuple[VoiceDirection, ...] = ()
         self._task: asyncio.Task[None] | None = None
         self._stops = SpokenStops()
@@ -133,6 +136,7 @@ class RoomTranscriber:
             self._stops.another_clock()
             self._moments.clear()
         self.stamp = snapshot.stamp
+        self._piece = self._piece_length.at(self.stamp, snapshot.hearing is not None and snapshot.hearing.speaking)
         self._moments.append((self.stamp, sensed or time.monotonic()))
         while self._moments[0][0] < self.stamp - KNOWN:
             self._moments.popleft()
@@ -151,7 +155,7 @@ class RoomTranscriber:
             self._give_up(str(misfit))
             return
         self._waiting = joined(self._waiting, one, MOST_WAITING)
-        if self._task is None and self._waiting is not None and self._waiting.duration >= PIECE:
+        if self._task is None and self._waiting is not None and self._waiting.duration >= self._piece:
             self._task = asyncio.get_running_loop().create_task(self._read())
 
     def warm(self) -> None:
@@ -196,7 +200,7 @@ class RoomTranscriber:
     async def _read(self) -> None:
         try:
             await self._worker.begun()
-            while self._waiting is not None and self._waiting.duration >= PIECE:
+            while self._waiting is not None and self._waiting.duration >= self._piece:
                 sound, self._waiting = self._waiting, None
                 for utterance in await self._words(sound):
                     self._hear(utterance)

@@ -12,7 +12,8 @@ from core.sensors import SensorFrame
 from core.sensors.microphones import Sound, joined
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.recognizer import StreamingRecognizer
-from core.speech.settings import MOST_WAITING, PIECE
+from core.speech.settings import MOST_WAITING
+from core.speech.transcription.piece_length import PieceLength
 
 BEFORE = 1.0  # [s] of sound before listening starts that are read too: the noise before the words is known
 
@@ -23,6 +24,7 @@ class TimedListening:
     def __init__(self, recognizer: StreamingRecognizer) -> None:
         self._recognizer = recognizer
         self._waiting: Sound | None = None
+        self._piece = PieceLength()
         self._pending: Sequence[RecognizedUtterance] = ()  # what will be known at the end of the newest reading
         self._readings: list[tuple[float, float]] = []  # [s] robot's clock, from when to when
 
@@ -38,13 +40,17 @@ class TimedListening:
             now = sound.stamp + sound.duration
             self._waiting = sound.part(now - BEFORE, now)
 
-    def heard(self, now: float) -> tuple[RecognizedUtterance, ...]:
-        """Return the words that became known by `now` [s]; call it once for every frame."""
+    def heard(self, now: float, speaking: bool) -> tuple[RecognizedUtterance, ...]:
+        """Return the words that became known by `now` [s]; call it once for every frame.
+
+        `speaking`: the robot hears a voice.
+        """
+        length = self._piece.at(now, speaking)
         if self._readings and now < self._readings[-1][1]:
             return ()
         known, self._pending = self._pending, ()
         sound = self._waiting
-        if sound is not None and sound.duration >= PIECE:
+        if sound is not None and sound.duration >= length:
             self._waiting, begun = None, time.process_time()
             self._pending = self._recognizer.feed(sound)
             self._readings.append((now, now + time.process_time() - begun))

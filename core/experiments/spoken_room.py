@@ -272,7 +272,8 @@ class SpokenRoom:
     def overheard(self, seconds: float) -> Iterator[tuple[Snapshot, tuple[RecognizedUtterance, ...]]]:
         """The frames of the next so many seconds, each with what became of words that were understood in it."""
         for snapshot in self.robot.frames(seconds):
-            yield snapshot, () if self._ears is None else self._ears.heard(snapshot.stamp)
+            speaking = snapshot.hearing is not None and snapshot.hearing.speaking
+            yield snapshot, () if self._ears is None else self._ears.heard(snapshot.stamp, speaking)
 
     def measure(self, x: float, y: float) -> Watch:
         """Return a watcher that records the errors of every sense against the person's true position."""

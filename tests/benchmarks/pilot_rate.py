@@ -2,7 +2,8 @@
 
 Lateness is how much later than the quickest of the last ten seconds a frame reached the pilot. The age of a state is
 counted at a viewer from the instant of sensing, over the quickest state of the whole time. The robot obeys commands
-meanwhile. The figures go to reports/pilot_rate.json.
+meanwhile. With `--talk` someone beside it talks of something else all the time, and it is read, or unread. The figures
+go to reports/pilot_rate.json.
 """
 
 from __future__ import annotations
@@ -21,6 +22,9 @@ from websockets.asyncio.client import connect
 
 from tests.benchmarks.running_console import console
 
+MOUTH = (1.2, 0.9)  # [m] where they stand
+LOADED = 8.0  # [s] until the recognizer is loaded
+TALK = "the weather was rather nice yesterday and we went to the lake"
 WORDS = ("turn left", "continue 1 meter", "turn right", "continue 1 meter", "turn right")
 
 
@@ -50,13 +54,17 @@ def part(values: list[float], share: float) -> float:
     return round(sorted(values)[min(int(share * len(values)), len(values) - 1)], 1)
 
 
-def campaign(viewers: int, seconds: float) -> dict[str, object]:
-    """One console, some viewers, commands one after the other."""
+def campaign(viewers: int, seconds: float, talk: str) -> dict[str, object]:
+    """One console, some viewers, commands one after the other; `talk`: "read" | "unread" | "" for none."""
     told: multiprocessing.SimpleQueue[list[float]] = multiprocessing.SimpleQueue()
     turn = 0
     with console() as running:
         while running.get("/api/health")["reasons"]:
             time.sleep(0.1)
+        if talk:
+            running.post("/api/sim/place", {"what": "person", "id": "Ann", "x_m": MOUTH[0], "y_m": MOUTH[1]})
+            running.post("/api/hearing", {"listen": talk == "read", "obey": False})
+            time.sleep(LOADED)
         watching = multiprocessing.Process(target=look_on, args=(running.port, viewers, seconds, told))
         watching.start()
         processes = {"console": psutil.Process(running.process.pid)}
@@ -69,6 +77,8 @@ def campaign(viewers: int, seconds: float) -> dict[str, object]:
             if running.get("/api/state")["command"] is None or turn == 0:
                 running.post("/api/commands", {"text": WORDS[turn % len(WORDS)]})
                 turn += 1
+            if talk:
+                running.post("/api/sim/say", {"text": TALK, "id": "Ann"})
             time.sleep(2.0)
             health = running.get("/api/health")
             late.append(health["pilot_late_ms"]["p99"])
@@ -78,6 +88,7 @@ def campaign(viewers: int, seconds: float) -> dict[str, object]:
         watching.join()
     return {
         "viewers": viewers,
+        "talk": talk,
         "seconds": seconds,
         "pilot_late_p99_ms": {"median": part(late, 0.5), "worst_ten_seconds": max(late)},
         "pilot_step_p99_ms": part(steps, 0.5),
@@ -92,8 +103,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--viewers", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--talk", choices=("read", "unread"), default="")
     chosen = parser.parse_args()
-    found = campaign(chosen.viewers, chosen.seconds)
+    found = campaign(chosen.viewers, chosen.seconds, chosen.talk)
     Path("reports").mkdir(exist_ok=True)
     Path("reports/pilot_rate.json").write_text(json.dumps(found, indent=1))
     sys.stdout.write(json.dumps(found, indent=1) + "\n")

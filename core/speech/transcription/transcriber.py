@@ -13,7 +13,7 @@ from core.speech.recognition.recognizer import KeywordSpotter, Recognizer, Utter
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
 
-PIECE = 0.1  # [s] of sound between two looks for a pause
+PIECE = 0.05  # [s] of sound between two looks for a pause
 LONGEST_EARLY = 5.0  # [s] of an utterance that is read in a pause; longer ones are no commands but talk
 
 

@@ -35,17 +35,17 @@ class Slow:
 
 
 @pytest.fixture
-def passing(monkeypatch: pytest.MonkeyPatch) -> tuple[TimedListening, Slow, Callable[[float], tuple[float, ...]]]:
+def passing(monkeypatch: pytest.MonkeyPatch) -> tuple[TimedListening, Slow, Callable[..., tuple[float, ...]]]:
     """Ears, their recognizer, and what lets a frame of 0.1 s pass → ends of what is known then."""
     clock = [0.0]
     monkeypatch.setattr("core.experiments.listening.time.process_time", lambda: clock[0])
     slow = Slow(clock)
     ears = TimedListening(slow)
 
-    def frame(now: float) -> tuple[float, ...]:
+    def frame(now: float, speaking: bool = False) -> tuple[float, ...]:
         sound = Sound(stamp=now - 0.1, rate=RATE, samples=np.zeros((RATE // 10, 1)))
         ears.keep(SensorFrame(stamp=now, sound=sound))
-        return tuple(round(one.end, 3) for one in ears.heard(now))
+        return tuple(round(one.end, 3) for one in ears.heard(now, speaking))
 
     return ears, slow, frame
 
@@ -57,6 +57,14 @@ def test_words_are_known_when_they_have_been_read_and_sound_waits_meanwhile(pass
     assert slow.fed == [(0.0, 0.2), (0.2, 0.5), (0.7, 0.5)]
     assert ears.reading(0.0, 1.0) == pytest.approx(0.8)
     assert ears.reading(0.3, 0.5) == pytest.approx(0.2)
+
+
+def test_while_someone_speaks_and_shortly_after_less_sound_waits(passing) -> None:
+    _, slow, frame = passing
+    for n in range(1, 40):
+        frame(round(0.1 * n, 3), speaking=n == 1)
+    assert slow.fed[:2] == [(0.0, 0.1), (0.1, 0.5)]
+    assert min(length for _, length in slow.fed[2:]) >= 0.2
 
 
 def test_what_waited_long_is_forgotten_when_someone_begins_to_listen(passing) -> None:

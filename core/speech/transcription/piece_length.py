@@ -1,0 +1,22 @@
+"""How much sound of a room is read at once: little while someone speaks, more while nobody does, which costs less."""
+
+from __future__ import annotations
+
+import math
+
+from core.speech.settings import PIECE, VOICE_PIECE
+
+AFTER = 1.0  # [s] behind a voice, within which its sentence may still be read
+
+
+class PieceLength:
+    """Follows one room's clock [s]."""
+
+    def __init__(self) -> None:
+        self._spoke = -math.inf
+
+    def at(self, now: float, speaking: bool) -> float:
+        """Return how much sound [s] is read at once, at least; `speaking`: an utterance is under way."""
+        if speaking or now < self._spoke:  # or another clock
+            self._spoke = now if speaking else -math.inf
+        return VOICE_PIECE if now - self._spoke <= AFTER else PIECE
