@@ -2,8 +2,8 @@
 
 Lateness is how much later than the quickest of the last ten seconds a frame reached the pilot. The age of a state is
 counted at a viewer from the instant of sensing, over the quickest state of the whole time. The robot obeys commands
-meanwhile. With `--talk` someone beside it talks of something else all the time, and it is read, or unread. The figures
-go to reports/pilot_rate.json.
+meanwhile. With `--talk` someone beside it talks of something else all the time, and it is read, or unread. Figures go
+to reports/pilot_rate.json.
 """
 
 from __future__ import annotations
