@@ -68,6 +68,7 @@ PACE = 0.2  # [m/s] of hers
 LEADING = (
     0.8  # [m] by which her way passes the robot where it stands as she sets out: who leads does not walk into it
 )
+ROUNDED = 0.01  # [m] by which a way that leads away from the robot may come nearer to it
 ARRIVED, STEPS = 0.05, 30  # [m] from a place; places of a way that are looked at
 LEG = 0.8  # [m] of such a way, at least
 ROUND = Pose(0.0, 0.0, 0.0)  # where FOLLOW ME begins: its walk is in sim:lab
@@ -286,11 +287,15 @@ def _follow_me(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutc
 
 
 def lead_on(room: SpokenRoom, ann: tuple[float, float], robot: Pose) -> tuple[float, float] | None:
-    """Send Ann to another place, on a way that keeps off the robot → the place; None: she stands."""
+    """Send Ann to another place, on a way that keeps off the robot → the place; None: she stands.
+
+    Who stands nearer than that goes where she does not come nearer still.
+    """
+    apart = min(LEADING, math.dist(ann, (robot.x, robot.y)) - ROUNDED)
     for number in room.chance.permutation(len(PLACES_OF_WALK)):
         goal = PLACES_OF_WALK[int(number)]
         way = np.linspace(ann, goal, STEPS)
-        if math.dist(ann, goal) < LEG or np.hypot(*(way - (robot.x, robot.y)).T).min() < LEADING:
+        if math.dist(ann, goal) < LEG or np.hypot(*(way - (robot.x, robot.y)).T).min() < apart:
             continue
         try:
             room.put(ANN, x_m=ann[0], y_m=ann[1], path_m=[list(goal)], speed_m_s=PACE)
@@ -333,7 +338,8 @@ PRECONDITIONS = (
     f"what is not understood is said again, {TRIES} times in all",
     "continue and stop at: the way ahead is free for the body; follow wall: something lies within 1.2 m",
     f"follow me: begins in the middle of sim:lab; Ann, 1.6 m away, leads from place to place at {PACE:g} m/s on ways"
-    f" that pass {LEADING:g} m or more from where the robot stands as she sets out; Bob crosses at 0.4 m/s",
+    f" that pass {LEADING:g} m or more from where the robot stands as she sets out, or lead away from it where she"
+    " stands nearer; Bob crosses at 0.4 m/s",
     "people walk around a robot that stands in their way",
     "no noise but the robot's own; one room acoustics per place; synthetic voices",
 )
