@@ -113,8 +113,7 @@ class RoomTranscriber:
         self._worker = TranscriptionClient()
         self._array: MicrophoneArray | None = None  # of which a beam can be made
         self._waiting: Sound | None = None
-        self._piece_length = PieceLength()
-        self._piece = PIECE  # [s] of it that are read at once, at least
+        self._piece = PieceLength()
         self._voices: tuple[VoiceDirection, ...] = ()
         self._task: asyncio.Task[None] | None = None
         self._stops = SpokenStops()
@@ -136,7 +135,7 @@ class RoomTranscriber:
             self._stops.another_clock()
             self._moments.clear()
         self.stamp = snapshot.stamp
-        self._piece = self._piece_length.at(self.stamp, snapshot.hearing is not None and snapshot.hearing.speaking)
+        self._piece.follow(self.stamp, snapshot.hearing is not None and snapshot.hearing.speaking)
         self._moments.append((self.stamp, sensed or time.monotonic()))
         while self._moments[0][0] < self.stamp - KNOWN:
             self._moments.popleft()
@@ -155,7 +154,7 @@ class RoomTranscriber:
             self._give_up(str(misfit))
             return
         self._waiting = joined(self._waiting, one, MOST_WAITING)
-        if self._task is None and self._waiting is not None and self._waiting.duration >= self._piece:
+        if self._task is None and self._waiting is not None and self._waiting.duration >= self._piece.seconds:
             self._task = asyncio.get_running_loop().create_task(self._read())
 
     def warm(self) -> None:
@@ -200,7 +199,7 @@ class RoomTranscriber:
     async def _read(self) -> None:
         try:
             await self._worker.begun()
-            while self._waiting is not None and self._waiting.duration >= self._piece:
+            while self._waiting is not None and self._waiting.duration >= self._piece.seconds:
                 sound, self._waiting = self._waiting, None
                 for utterance in await self._words(sound):
                     self._hear(utterance)

@@ -45,12 +45,12 @@ class TimedListening:
 
         `speaking`: the robot hears a voice.
         """
-        length = self._piece.at(now, speaking)
+        self._piece.follow(now, speaking)
         if self._readings and now < self._readings[-1][1]:
             return ()
         known, self._pending = self._pending, ()
         sound = self._waiting
-        if sound is not None and sound.duration >= length:
+        if sound is not None and sound.duration >= self._piece.seconds:
             self._waiting, begun = None, time.process_time()
             self._pending = self._recognizer.feed(sound)
             self._readings.append((now, now + time.process_time() - begun))

@@ -68,7 +68,7 @@ PACE = 0.2  # [m/s] of hers
 LEADING = (
     0.8  # [m] by which her way passes the robot where it stands as she sets out: who leads does not walk into it
 )
-ROUNDED = 0.01  # [m] by which a way that leads away from the robot may come nearer to it
+SLACK = 0.01  # [m] by which a way that leads away from the robot may come nearer to it
 ARRIVED, STEPS = 0.05, 30  # [m] from a place; places of a way that are looked at
 LEG = 0.8  # [m] of such a way, at least
 ROUND = Pose(0.0, 0.0, 0.0)  # where FOLLOW ME begins: its walk is in sim:lab
@@ -291,7 +291,7 @@ def lead_on(room: SpokenRoom, ann: tuple[float, float], robot: Pose) -> tuple[fl
 
     Who stands nearer than that goes where she does not come nearer still.
     """
-    apart = min(LEADING, math.dist(ann, (robot.x, robot.y)) - ROUNDED)
+    apart = min(LEADING, math.dist(ann, (robot.x, robot.y)) - SLACK)
     for number in room.chance.permutation(len(PLACES_OF_WALK)):
         goal = PLACES_OF_WALK[int(number)]
         way = np.linspace(ann, goal, STEPS)

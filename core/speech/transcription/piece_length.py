@@ -13,10 +13,11 @@ class PieceLength:
     """Follows one room's clock [s]."""
 
     def __init__(self) -> None:
+        self.seconds = PIECE  # [s] of sound that are read at once, at least
         self._spoke = -math.inf
 
-    def at(self, now: float, speaking: bool) -> float:
-        """Return how much sound [s] is read at once, at least; `speaking`: an utterance is under way."""
+    def follow(self, now: float, speaking: bool) -> None:
+        """It is `now`; `speaking`: an utterance is under way."""
         if speaking or now < self._spoke:  # or another clock
             self._spoke = now if speaking else -math.inf
-        return VOICE_PIECE if now - self._spoke <= AFTER else PIECE
+        self.seconds = VOICE_PIECE if now - self._spoke <= AFTER else PIECE

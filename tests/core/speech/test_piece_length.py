@@ -6,16 +6,22 @@ from core.speech.settings import PIECE, VOICE_PIECE
 from core.speech.transcription.piece_length import AFTER, PieceLength
 
 
+def at(length: PieceLength, now: float, speaking: bool) -> float:
+    """The length [s] from `now` on."""
+    length.follow(now, speaking)
+    return length.seconds
+
+
 def test_little_sound_waits_while_someone_speaks_and_until_their_sentence_may_be_read():
     length = PieceLength()
-    assert length.at(10.0, False) == PIECE
-    assert length.at(10.1, True) == VOICE_PIECE
-    assert length.at(10.1 + AFTER, False) == VOICE_PIECE
-    assert length.at(10.2 + AFTER, False) == PIECE
+    assert length.seconds == at(length, 10.0, False) == PIECE
+    assert at(length, 10.1, True) == VOICE_PIECE
+    assert at(length, 10.1 + AFTER, False) == VOICE_PIECE
+    assert at(length, 10.2 + AFTER, False) == PIECE
 
 
 def test_a_robot_that_was_started_again_has_another_clock():
     length = PieceLength()
-    length.at(10.0, True)
-    assert length.at(0.1, False) == PIECE
-    assert length.at(0.2, True) == VOICE_PIECE
+    length.follow(10.0, True)
+    assert at(length, 0.1, False) == PIECE
+    assert at(length, 0.2, True) == VOICE_PIECE
