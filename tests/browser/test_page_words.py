@@ -257,6 +257,20 @@ def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> 
     assert not hint.is_visible()
 
 
+def test_the_first_hints_do_not_cover_why_a_command_was_refused(visit: Open) -> None:
+    here = visit(hints=True)
+    hint, status = here.find(".coach"), here.find("command-status")
+    expect(hint).to_contain_text("Turn the robot")
+    before = status.bounding_box()
+    here.say("turn around at the next corner and look for somebody else")
+    expect(status).to_contain_text("refused")
+    here.wait(0.5)
+    box, why = hint.bounding_box(), status.bounding_box()
+    assert before and box and why
+    assert why["height"] > before["height"]
+    assert box["y"] + box["height"] <= why["y"] or why["y"] + why["height"] <= box["y"]
+
+
 @pytest.mark.campaign
 def test_the_first_hints_wait_while_someone_else_drives(visit: Open, console: Running) -> None:
     here = visit(hints=True)

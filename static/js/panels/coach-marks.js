@@ -180,13 +180,13 @@ export class CoachMarks extends Panel {
     const stop = document.querySelector(".stop");
     if (!at || !stop) return;
     const target = at.getBoundingClientRect();
-    const key = [this.#step, target.left, target.top, target.width, innerWidth, innerHeight].join();
+    const status = document.querySelector("command-status")?.getBoundingClientRect() ?? target;
+    const key = [this.#step, target.left, target.top, target.width, status.top, innerWidth, innerHeight].join();
     if (key === this.#placedFor) return;
     this.#placedFor = key;
     const inMap = at.classList.contains("stage");
     const { width, height } = this.#card.getBoundingClientRect();
     const space = { width: innerWidth, height: innerHeight };
-    const status = document.querySelector("command-status")?.getBoundingClientRect() ?? target;
     const { left: from, right: to, bottom } = target;
     const free = { left: from, right: to, bottom, top: Math.min(target.top, status.top) }; // what is understood stays in sight
     const beside = placed(free, { width, height }, space, stop.getBoundingClientRect(), status);
