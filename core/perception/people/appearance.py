@@ -30,7 +30,6 @@ LEAST = -2.0  # of a log likelihood ratio of proportions or height: a bent knee 
 HALF = 0.25  # [m] of a view to either side in which colours are looked at
 SHOWN = 0.3  # share of a part in the picture from which its colours count
 FEWEST = 8  # pixels of a part
-LEARNT = 0.1  # share by which what is remembered follows what is seen
 
 
 @message
@@ -83,17 +82,6 @@ def mean_of(looks: list[Appearance]) -> Appearance:
         colours=_mean(np.array([one.colours for one in looks])),
         proportions=_mean(np.array([one.proportions for one in looks])),
         height=float(_mean(heights)[0]),
-    )
-
-
-def remembered(seen: Appearance, before: Appearance | None) -> Appearance:
-    """Mix the looks seen now into those that are known."""
-    if before is None:
-        return seen
-    return Appearance(
-        colours=_mixed(before.colours, seen.colours),
-        proportions=_mixed(before.proportions, seen.proportions),
-        height=float(_mixed(np.array(before.height), np.array(seen.height))),
     )
 
 
@@ -161,8 +149,3 @@ def _mean(rows: Array) -> Array:
     known = np.isfinite(rows)
     count = known.sum(axis=0)
     return np.where(count > 0, np.where(known, rows, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)
-
-
-def _mixed(before: Array, seen: Array) -> Array:
-    old, new = np.where(np.isnan(before), seen, before), np.where(np.isnan(seen), before, seen)
-    return (1 - LEARNT) * old + LEARNT * new

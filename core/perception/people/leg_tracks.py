@@ -22,9 +22,14 @@ MISSED = 7.0  # cost (squared distance and log determinant of its covariance) fr
 POSITION_SD, SPEED_SD = 0.1, 0.5  # [m], [m/s] of a new track
 GONE = 1.2  # [s] without legs, after which a track ends
 POSITION_GAIN, SPEED_GAIN = 0.5, 0.25  # of the alpha-beta filter
+FIRM = 3  # scans from which a track counts
+WALKED = 0.25  # [m] from which legs are a person's: furniture stands
+LATELY = 0.4  # [s] since legs were seen, for which a picture can show who stands on them
+REACH = 2.0  # [m] from the person: who is farther away is not looked at
+MOST = 3  # of those that are looked at, the nearest
 
 
-@dataclass
+@dataclass(eq=False)
 class LegTrack:
     """A person or something else that stands like legs."""
 
@@ -33,11 +38,17 @@ class LegTrack:
     stamp: float  # [s] of the place
     measured: float  # [s]
     age: int = 1  # scans in which it was seen
+    walked: float = 0.0  # [m] at most, away from where it began
+    sights: int = 0  # pictures in a row that showed the followed person here
+    is_stranger: bool = False  # the newest picture of who stands here showed another's looks
+
+    def __post_init__(self) -> None:
+        self._began, self.since = self.place, self.stamp
 
     def predicted(self, stamp: float) -> tuple[Array, Array]:
         """Predict the place (2,) at `stamp`, and the covariance (2, 2) [m²]."""
         passed = stamp - self.stamp
-        speed = SPEED_SD if self.age < 3 else 0.5 * SPEED_SD
+        speed = SPEED_SD if self.age < FIRM else 0.5 * SPEED_SD
         hidden = stamp - self.measured
         sd = np.hypot(POSITION_SD, speed * hidden)
         return self.place + passed * self.velocity, sd**2 * np.eye(2)
@@ -51,6 +62,7 @@ class LegTrack:
         self.velocity = self.velocity + SPEED_GAIN * off / max(passed, 0.05)
         self.stamp = self.measured = stamp
         self.age += 1
+        self.walked = max(self.walked, float(np.hypot(*(self.place - self._began))))
 
 
 class OtherLegs:
@@ -74,13 +86,15 @@ class OtherLegs:
         None: the person shows no legs.
         """
         reach, gate = limits
+        anothers = frozenset[int]().union(*(one.pieces for one in barred))
         seen = [(one, *in_world(one, pose)) for one in standers]
         seen = [one for one in seen if np.hypot(*(one[1] - person[0])) < NEARBY]
         self._tracks = [one for one in self._tracks if stamp - one.measured < GONE]
         matches: list[tuple[float, int, int]] = []  # cost, number of the track (0: the person), of the legs
         for number, (place, covariance) in enumerate([person, *(one.predicted(stamp) for one in self._tracks)]):
             for column, (legs, at, spread) in enumerate(seen):
-                if number > 0 or (np.hypot(*(at - place)) <= reach and not any(legs is one for one in barred)):
+                free = not legs.pieces & anothers and not any(legs is one for one in barred)
+                if number > 0 or (free and np.hypot(*(at - place)) <= reach):
                     matches.append((_cost(at - place, covariance + spread, gate), number, column))
         own: LegCluster | None = None
         matched: set[int] = set()
@@ -103,6 +117,30 @@ class OtherLegs:
                 used |= legs.pieces
                 taken.append(at)
         return own
+
+    def near(self, place: Array, stamp: float, *, walking: bool) -> list[LegTrack]:
+        """Return those who were seen just now near a place (2,) [m], world, nearest first; `walking`: no others."""
+        seen = [
+            one for one in self._tracks if stamp - one.measured < LATELY and (one.walked >= WALKED or not walking)
+        ]
+        order = sorted((float(np.hypot(*(one.place - place))), number) for number, one in enumerate(seen))
+        return [seen[number] for far, number in order if far < REACH][:MOST]
+
+    def heir(self, place: Array, stamp: float, reach: float, since: float) -> LegTrack | None:
+        """Return the one track near a place (2,) [m], world, that may be of legs last seen as the person's at `since`
+        [s]: it began later, is seen now and is no stranger's. None: there is none, or several.
+        """
+        found = [
+            one
+            for one in self._tracks
+            if one.since > since and one.measured == stamp and one.age >= FIRM and not one.is_stranger
+        ]
+        found = [one for one in found if np.hypot(*(one.place - place)) < reach]
+        return found[0] if len(found) == 1 else None
+
+    def remove(self, track: LegTrack) -> None:
+        """Forget a track: its legs are the person's."""
+        self._tracks.remove(track)
 
     def _begin(self, place: Array, stamp: float) -> None:
         self._tracks.append(LegTrack(place=place, velocity=np.zeros(2), stamp=stamp, measured=stamp))

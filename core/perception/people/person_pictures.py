@@ -79,11 +79,12 @@ class PersonPictures:
         towards: tuple[float, float],
         distance: float,
         stamp: float,
-    ) -> None:
-        """Ask for someone who is expected at a bearing and a distance [m] from the camera."""
+    ) -> bool:
+        """Ask for someone who is expected at a bearing and a distance [m] from the camera → whether it was asked."""
         if self._busy(stamp) or stamp - self._asked < PAUSE or only_legs_show(camera, towards[0], distance, CHEST):
-            return
+            return False
         self._ask(AskedPicture(stamp, pose, standers, None), image, camera, towards, (distance,))
+        return True
 
     def answer(self) -> AnsweredPicture | None:
         """Return the newest answer; None: it has not come yet."""

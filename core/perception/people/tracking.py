@@ -10,9 +10,10 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array
-from core.perception.people.appearance import Appearance, PersonProfile, alike, colours_seen, remembered
+from core.perception.people.appearance import Appearance, PersonProfile, alike, colours_seen
 from core.perception.people.brightness import levelled
 from core.perception.people.camera_geometry import (
+    BESIDE,
     around,
     axis,
     eye,
@@ -25,11 +26,12 @@ from core.perception.people.camera_geometry import (
 )
 from core.perception.people.detector import Rectangle, find_people
 from core.perception.people.fusion import Fused, Ray, Sense, along, fuse
-from core.perception.people.leg_tracks import OtherLegs
+from core.perception.people.identity import MARGIN, NEAR, SIGHTS, SURE, Identity
+from core.perception.people.leg_tracks import LATELY, POSITION_SD, LegTrack, OtherLegs
 from core.perception.people.legs import LegCluster, find_standers
 from core.perception.people.looking import PersonLook
 from core.perception.people.parts import PeopleSettings
-from core.perception.people.person_pictures import AnsweredPicture, PersonPictures, only_legs_show
+from core.perception.people.person_pictures import PersonPictures, only_legs_show
 from core.perception.people.search import PLANES, Glance, Search
 from core.perception.people.tracked_person import TrackedPerson, TrackSettings
 from core.perception.people.vertical_plane import VerticalPlanes
@@ -39,6 +41,9 @@ from core.sensors import Camera, Image
 DISTANCE_SD = 0.15  # share of a distance that only the picture gives
 IN_VIEW, ASIDE = 1.3, 0.4  # [m], [rad] nearer or farther aside, too little of a person is in the picture
 MISTAKEN = 0.3  # [m] sd that is added where a picture shows that the legs at the person's place are another's
+HIDDEN = 0.5  # [s] without a measurement, after which the person may have stopped, or be elsewhere
+REMEMBERED = 1.0  # [s] for which it counts how much a picture showed the person at their place
+NEWEST = 0.3  # share of the newest picture in that
 STEADY = 0.5  # [s] for which a person's acceleration lasts
 
 
@@ -59,7 +64,7 @@ class PersonTrack:
         self._state = np.zeros(4)
         self._covariance = np.eye(4)
         self._stamp = 0.0  # [s] of the state
-        self._looks: Appearance | None = None  # since they were locked on
+        self._identity = Identity(tracking.alike)
         self._pictures = 0
         self.strangers = False  # a person was seen where the voice came from, but not the one searched for
         self.measured = -math.inf  # [s]
@@ -71,6 +76,16 @@ class PersonTrack:
         self._scanned = -math.inf  # [s] of the newest scan
         self._glance: Glance | None = None
         self._others = OtherLegs()
+        self._likely = (
+            -math.inf,
+            0.0,
+        )  # [s] of the newest picture of the person's place, and how alike who stands there is
+        self._strangers = (
+            -math.inf,
+            Pose(),
+            list[Rectangle](),
+        )  # [s] and the eye of the newest picture with others in it
+        self._questions = 0  # about the followed person
 
     @property
     def person(self) -> TrackedPerson | None:
@@ -108,7 +123,7 @@ class PersonTrack:
             if rectangle.shown < self._settings.enough and not on_legs(rectangle, stander, self._settings):
                 continue
             self._first(call, glance.stamp, glance.pose, ray, rectangle, stander)
-            self._looks = remembered(_looks_of(glance.search.boards, rectangle), self._looks)
+            self._identity.learn(_looks_of(glance.search.boards, rectangle), glance.stamp)
             return
 
     def _begin_with(
@@ -136,8 +151,7 @@ class PersonTrack:
             ray = ray_of(rectangle, eye(answered.pose, camera), answered.pose)
             stander = legs_of(rectangle, answered.standers, camera, self._settings)
             self._first(call, answered.stamp, answered.pose, ray, rectangle, stander)
-            if rectangle.looks is not None:
-                self._looks = remembered(rectangle.looks, self._looks)
+            self._identity.learn(rectangle.looks, answered.stamp)
             return
         if answered.legs is not None and self._who is None:
             self._first(call, answered.stamp, answered.pose, None, None, answered.legs)
@@ -181,24 +195,24 @@ class PersonTrack:
         fresh_scan = scanned != self._scanned
         self._scanned = scanned
         standers = find_standers(points, every=True) if fresh_scan or image is not None else ()
-        barred: tuple[LegCluster, ...] = ()
-        boards: VerticalPlanes | None = None
+        others: list[Rectangle] = []
         if image is not None:
             self.looked = stamp
         if camera is None:
             self._excused = stamp  # nothing looks there, so that no picture can show the person
         elif self._asked is not None:
             self._excuse(camera, pose)
-            rectangle, barred = self._follow_with(self._asked, stamp, pose, standers, image, camera)
+            rectangle, others = self._follow_with(self._asked, stamp, pose, standers, image, camera)
         elif image is not None:
             boards = VerticalPlanes(levelled(image.pixels), camera)
-            rectangle, strangers = self._look(boards, pose, standers)
-            barred = _legs_of_strangers(standers, strangers, camera)
+            rectangle, others = self._look(boards, pose, standers)
+        if camera is not None and (others or rectangle is not None):
+            rectangle = self._identify(rectangle, others, eye(pose, camera))
         if fresh_scan or rectangle is not None:
-            stander = self._legs(stamp, pose, standers, barred)
+            stander = self._legs(stamp, pose, standers, self._legs_of_strangers(standers, pose, camera))
         self._correct(stamp, pose, stander, rectangle, camera)
         if rectangle is not None:
-            self._remember(boards, rectangle)
+            self._identity.learn(rectangle.looks, stamp)
 
     # steps of the above
 
@@ -238,42 +252,108 @@ class PersonTrack:
         standers: tuple[LegCluster, ...],
         image: Image | None,
         camera: Camera,
-    ) -> tuple[Rectangle | None, tuple[LegCluster, ...]]:
-        """Ask for the person where they are expected → the person in the newest answer, and legs of others."""
+    ) -> tuple[Rectangle | None, list[Rectangle]]:
+        """Ask for the person where they are expected → the person in the newest answer, and others."""
         here = eye(pose, camera)
-        x, y = self._state[:2].tolist()
+        x, y = self._to_look_at(stamp)
         bearing, distance = here.bearing_to(x, y), here.distance_to(x, y)
         if image is not None and distance > 0.3:
             across = math.sqrt(float(np.linalg.eigvalsh(self._covariance[:2, :2])[-1]))
             sd = min(0.3, math.hypot(0.02, across / distance))
-            asked.ask_for(image, camera, pose, standers, (bearing, sd), distance, stamp)
+            self._questions += asked.ask_for(image, camera, pose, standers, (bearing, sd), distance, stamp)
         answered = asked.answer()
         if answered is None:
-            return None, ()
-        own: Rectangle | None = None
-        strangers: list[Rectangle] = []
-        for one in answered.found:
-            if self._is_followed(one):
-                own = own or self._moved_on(one, stamp - answered.stamp, answered, camera, pose)
-            else:
-                strangers.append(one)
-        return own, _legs_of_strangers(standers, strangers, camera)
+            return None, []
+        own, others = self._own_among(
+            [_seen_from(here, one, eye(answered.pose, camera)) for one in answered.found], here
+        )
+        if own is not None:
+            own = self._moved_on(own, stamp - answered.stamp, here)
+        return own, others
 
-    def _is_followed(self, rectangle: Rectangle) -> bool:
-        """Return whether these may be the looks of the person who is followed."""
-        if self._looks is None or rectangle.looks is None:
-            return True
-        return alike(self._looks, rectangle.looks) >= self._tracking.alike
+    def _to_look_at(self, stamp: float) -> tuple[float, float]:
+        """Place (x, y) [m], world, for the next question: the person's; in doubt by turns a walker's near there."""
+        candidates = self._candidates(stamp)
+        turn, other = divmod(self._questions, 2)
+        x, y = (candidates[turn % len(candidates)].place if other and candidates else self._state[:2]).tolist()
+        return x, y
 
-    def _moved_on(
-        self, rectangle: Rectangle, passed: float, answered: AnsweredPicture, camera: Camera, pose: Pose
-    ) -> Rectangle:
-        """A rectangle of a picture taken `passed` [s] ago → where it would be seen now: both moved meanwhile."""
-        then = eye(answered.pose, camera)
-        azimuth = answered.pose.heading + rectangle.bearing
-        x = then.x + rectangle.distance * math.cos(azimuth) + passed * float(self._state[2])
-        y = then.y + rectangle.distance * math.sin(azimuth) + passed * float(self._state[3])
-        here = eye(pose, camera)
+    def _candidates(self, stamp: float) -> list[LegTrack]:
+        """Other legs that may be the person's: in doubt those of walkers, and any when the person is gone."""
+        gone = stamp - self.measured > HIDDEN
+        if not gone and not self._identity.is_doubtful(stamp):
+            return []
+        return self._others.near(self._state[:2], stamp, walking=not gone and self._likely[1] > SURE)
+
+    def _own_among(self, found: Sequence[Rectangle], here: Pose) -> tuple[Rectangle | None, list[Rectangle]]:
+        """Rectangles with looks, as seen from `here` → the person's, and the others."""
+        judged = self._identity.is_settled or self._identity.is_doubtful(self._stamp)
+        fitting = [one for one in found if self._fits(one, here)]
+        fitting = [one for one in fitting if not judged or not self._identity.is_strange(one.looks)]
+        own = max(fitting, key=lambda one: self._identity.ratio(one.looks), default=None)
+        return own, [one for one in found if one is not own]
+
+    def _fits(self, rectangle: Rectangle, here: Pose) -> bool:
+        """Return whether a rectangle, seen from `here`, stands where the person is expected."""
+        x, y = self._state[:2].tolist()
+        distance = here.distance_to(x, y)
+        doubt = math.sqrt(float(np.linalg.eigvalsh(self._covariance[:2, :2])[-1])) + DISTANCE_SD * distance
+        aside = rectangle.distance * abs(math.sin(rectangle.bearing - here.bearing_to(x, y)))
+        return aside < 0.25 + min(0.3, doubt) and abs(rectangle.distance - distance) < 0.3 + doubt
+
+    def _identify(self, own: Rectangle | None, others: Sequence[Rectangle], here: Pose) -> Rectangle | None:
+        """Find out who is who in a picture: strangers, and the person at other legs → the person's rectangle."""
+        elsewhere = self._known_elsewhere(own, others, here)
+        strangers = [one for one in others if self._identity.is_strange(one.looks)]
+        self._strangers = self._stamp, here, strangers if self._are_believed(own) else []
+        return None if elsewhere else own
+
+    def _known_elsewhere(self, own: Rectangle | None, others: Sequence[Rectangle], here: Pose) -> bool:
+        """Take the legs of a walker for the person's where pictures show the person there and another, or nobody, at
+        the person's place → whether they did.
+        """
+        stamp, identity = self._stamp, self._identity
+        since, level = self._likely
+        at_place = [own] if own is not None else [one for one in others if self._fits(one, here)]
+        if at_place:
+            before = level if stamp - since < REMEMBERED else SURE
+            level = before + NEWEST * (max(identity.ratio(one.looks) for one in at_place) - before)
+            self._likely = stamp, level
+        elif stamp - since > REMEMBERED:
+            self._likely = since, level = since, -math.inf if stamp - self.measured > HIDDEN else SURE
+        x, y = self._state[:2].tolist()
+        for track in self._candidates(stamp):
+            if _in_line(here, (x, y), track):
+                continue
+            there = [identity.ratio(one.looks) for one in others if _stands_on(one, track, here)]
+            if there:
+                track.is_stranger = max(there) < identity.least
+                track.sights = track.sights + 1 if max(there) >= max(SURE, level + MARGIN) else 0
+            if track.sights >= SIGHTS:
+                self._take_over(track)
+                return True
+        return False
+
+    def _are_believed(self, own: Rectangle | None) -> bool:
+        """Return whether strangers near the person are: if the two may have been mixed up, and a picture shows the
+        person beside them, or several showed a stranger in the person's place.
+        """
+        beside = own is not None and self._identity.ratio(own.looks) >= SURE
+        return self._identity.is_doubtful(self._stamp) and (beside or self._likely[1] < self._identity.least)
+
+    def _take_over(self, track: LegTrack) -> None:
+        """The person stands on these legs."""
+        self._others.remove(track)
+        self._identity.doubt(self._stamp)
+        self._likely = self._stamp, SURE
+        self._state = np.concatenate((track.place, track.velocity))
+        self._covariance = np.diag([POSITION_SD**2, POSITION_SD**2, *2 * [self._tracking.walking**2]])
+
+    def _moved_on(self, rectangle: Rectangle, passed: float, here: Pose) -> Rectangle:
+        """The person's rectangle of a picture taken `passed` [s] ago → where it would be seen now."""
+        azimuth = here.heading + rectangle.bearing
+        x = here.x + rectangle.distance * math.cos(azimuth) + passed * float(self._state[2])
+        y = here.y + rectangle.distance * math.sin(azimuth) + passed * float(self._state[3])
         return replace(rectangle, bearing=here.bearing_to(x, y), distance=max(here.distance_to(x, y), 0.1))
 
     def _excuse(self, camera: Camera, pose: Pose) -> None:
@@ -290,7 +370,7 @@ class PersonTrack:
         self._stamp = stamp
         if passed <= 0:
             return
-        hidden = stamp - self.measured > 0.5
+        hidden = stamp - self.measured > HIDDEN
         if hidden:
             self._state[2:] *= math.exp(-passed / 1.0)  # who is out of sight may have stopped
         step = np.eye(4)
@@ -304,29 +384,25 @@ class PersonTrack:
         self, boards: VerticalPlanes, pose: Pose, standers: tuple[LegCluster, ...]
     ) -> tuple[Rectangle | None, list[Rectangle]]:
         """The person in the picture, and others who stand near there."""
-        camera = boards.camera
-        here = eye(pose, camera)
-        bearing = here.bearing_to(float(self._state[0]), float(self._state[1]))
-        distance = here.distance_to(float(self._state[0]), float(self._state[1]))
-        if distance < IN_VIEW or abs(bearing - axis(camera)) > ASIDE:
+        here = eye(pose, boards.camera)
+        ahead = axis(boards.camera)
+        x, y = self._state[:2].tolist()
+        if here.distance_to(x, y) < IN_VIEW or abs(here.bearing_to(x, y) - ahead) > ASIDE:
             self._excused = self._stamp
-        if distance < 0.3 or abs(bearing - axis(camera)) > 0.7:
-            return None, []
-        near = [far for far, angle in (from_eye(one, camera) for one in standers) if abs(angle - bearing) < 0.5]
-        hinted = [far for far in near if abs(far - distance) < 0.35 + 0.2 * distance]
-        half = min(0.5, 0.12 + 0.35 / distance)
-        planes = sorted(around([distance, *hinted]), key=lambda far: abs(far - distance))[:PLANES]
-        found = find_people(boards, bearing, half, self._known, distances=planes)
-        doubt = math.sqrt(float(np.linalg.eigvalsh(self._covariance[:2, :2])[-1])) + DISTANCE_SD * distance
-        own: Rectangle | None = None
-        strangers: list[Rectangle] = []
-        for one in found:
-            aside = one.distance * abs(math.sin(one.bearing - bearing))
-            if self._looks is not None and alike(self._looks, _looks_of(boards, one)) < self._tracking.alike:
-                strangers.append(one)
-            elif own is None and aside < 0.25 + min(0.3, doubt) and abs(one.distance - distance) < 0.3 + doubt:
-                own = one
-        return own, strangers
+        places = [self._state[:2], *(one.place for one in self._candidates(self._stamp))]
+        found: list[Rectangle] = []
+        for x, y in np.array(places).tolist():
+            bearing, distance = here.bearing_to(x, y), here.distance_to(x, y)
+            if distance < 0.3 or abs(bearing - ahead) > 0.7:
+                continue
+            near = [
+                far for far, angle in (from_eye(one, boards.camera) for one in standers) if abs(angle - bearing) < 0.5
+            ]
+            hinted = [far for far in near if abs(far - distance) < 0.35 + 0.2 * distance]
+            half = min(0.5, 0.12 + 0.35 / distance)
+            planes = sorted(around([distance, *hinted]), key=lambda far: abs(far - distance))[:PLANES]
+            found += find_people(boards, bearing, half, self._known, distances=planes)
+        return self._own_among([replace(one, looks=_looks_of(boards, one)) for one in found], here)
 
     def _legs(
         self, stamp: float, pose: Pose, standers: tuple[LegCluster, ...], barred: tuple[LegCluster, ...]
@@ -335,9 +411,29 @@ class PersonTrack:
         place = pose.inverse().apply(self._state[None, :2])[0]
         if any(np.hypot(*(one.place - place)) < MISTAKEN for one in barred):
             self._covariance[:2, :2] += MISTAKEN**2 * np.eye(2)
+            self._state[2:] = 0.0  # it is the other's speed
         expected = self._state[:2], self._covariance[:2, :2]
         limits = self._tracking.wide_gate, self._tracking.gate
-        return self._others.share_out(stamp, pose, standers, expected, limits, barred)
+        own = self._others.share_out(stamp, pose, standers, expected, limits, barred)
+        if own is not None:
+            self._on_legs = stamp
+        elif (heir := self._others.heir(self._state[:2], stamp, self._tracking.wide_gate, self._on_legs)) is not None:
+            self._take_over(heir)
+            self._on_legs = stamp
+        walkers = self._others.near(self._state[:2], stamp, walking=True)
+        if any(self.apart_from(one.place) < NEAR for one in walkers):
+            self._identity.doubt(stamp)
+        return own
+
+    def _legs_of_strangers(
+        self, standers: tuple[LegCluster, ...], pose: Pose, camera: Camera | None
+    ) -> tuple[LegCluster, ...]:
+        """Legs that a picture showed to be another's a moment ago."""
+        since, before, strangers = self._strangers
+        if camera is None or self._stamp - since > LATELY:
+            return ()
+        seen = [_seen_from(eye(pose, camera), one, before) for one in strangers]
+        return tuple(one for one in standers if any(stands_at(one, other, camera) for other in seen))
 
     def _correct(
         self, stamp: float, pose: Pose, stander: LegCluster | None, rectangle: Rectangle | None, camera: Camera | None
@@ -432,16 +528,33 @@ class PersonTrack:
             used=fused.used,
         )
 
-    def _remember(self, boards: VerticalPlanes | None, rectangle: Rectangle) -> None:
-        seen = rectangle.looks if boards is None else _looks_of(boards, rectangle)
-        if seen is not None:
-            self._looks = remembered(seen, self._looks)
+
+def _seen_from(here: Pose, rectangle: Rectangle, before: Pose) -> Rectangle:
+    """A rectangle that was seen from a camera `before` → as it is seen from `here`."""
+    x, y = _place_of(rectangle, before)
+    return replace(rectangle, bearing=here.bearing_to(x, y), distance=max(here.distance_to(x, y), 0.1))
 
 
-def _legs_of_strangers(
-    standers: tuple[LegCluster, ...], strangers: Sequence[Rectangle], camera: Camera
-) -> tuple[LegCluster, ...]:
-    return tuple(one for one in standers if any(stands_at(one, other, camera) for other in strangers))
+def _place_of(rectangle: Rectangle, here: Pose) -> tuple[float, float]:
+    """Place (x, y) [m], world, of a person seen from `here`."""
+    azimuth = here.heading + rectangle.bearing
+    return here.x + rectangle.distance * math.cos(azimuth), here.y + rectangle.distance * math.sin(azimuth)
+
+
+def _in_line(here: Pose, place: tuple[float, float], track: LegTrack) -> bool:
+    """Return whether people there and at these legs hide each other: then no picture can tell who is where."""
+    x, y = track.place.tolist()
+    apart = abs(math.remainder(here.bearing_to(*place) - here.bearing_to(x, y), math.tau))
+    return min(here.distance_to(*place), here.distance_to(x, y)) * apart < BESIDE
+
+
+def _stands_on(rectangle: Rectangle, track: LegTrack, here: Pose) -> bool:
+    """Return whether a person seen from `here` stands on these legs."""
+    x, y = track.place.tolist()
+    aside = rectangle.distance * abs(math.sin(rectangle.bearing - here.bearing_to(x, y)))
+    return (
+        aside < BESIDE and abs(rectangle.distance - here.distance_to(x, y)) < 0.2 + DISTANCE_SD * rectangle.distance
+    )
 
 
 def _looks_of(boards: VerticalPlanes, rectangle: Rectangle) -> Appearance:

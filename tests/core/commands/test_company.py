@@ -308,17 +308,41 @@ def follow(stage: Company, seconds: float, move: dict[str, tuple[float, float]])
     return told
 
 
-def test_it_follows_through_someone_who_crosses_and_keeps_its_distance() -> None:
+def kept(stage: Company, told: Progress) -> float:
+    """How far [m] from Ann the robot takes her to be."""
+    assert not told.finished and told.person is not None
+    at = stage.people["Ann"].pose
+    return math.dist(told.person.position.tolist(), (at.x, at.y))
+
+
+def test_it_follows_through_someone_who_crosses_close_before_the_person_and_keeps_its_distance() -> None:
     stage = Company()
     stage.stands("Ann", 2.0, 0.0, "red/blue")
-    stage.stands("Bob", 2.2, -3.0, "white/green")
-    told = follow(stage, 11.0, {"Ann": (0.2, 0.02), "Bob": (0.0, 0.6)})
-    assert not told[-1].finished
-    person = told[-1].person
-    assert person is not None
-    at = stage.people["Ann"].pose
-    assert math.dist(person.position.tolist(), (at.x, at.y)) < 0.3
+    stage.stands("Bob", 2.3, -1.5, "white/green")
+    told = follow(stage, 9.5, {"Ann": (0.2, 0.02), "Bob": (0.0, 0.5)})
+    assert kept(stage, told[-1]) < 0.3
     assert 0.7 < stage.to("Ann") < 1.8
+
+
+def test_where_two_who_met_were_mixed_up_it_knows_the_person_again_by_their_looks() -> None:
+    stage = Company()
+    stage.stands("Ann", 1.9, 0.4, "red/blue")
+    stage.stands("Bob", 1.9, -1.0, "white/green")
+    stage.speaks("Ann")
+    action = stage.begin("follow me")
+    while (told := stage.step(action)).person is None or stage.stamp < 4.0:
+        assert stage.stamp < 10.0
+    bob = stage.people["Bob"]
+    for y in np.arange(-1.0, -0.15, 0.4 * STEP):
+        stage.people["Bob"] = bob = dataclasses.replace(bob, pose=Pose(1.9, float(y), 0.0))
+        told = stage.step(action)
+    assert kept(stage, told) < 0.1
+    ann = stage.people["Ann"]
+    stage.people["Ann"] = dataclasses.replace(ann, pose=bob.pose)
+    stage.people["Bob"] = dataclasses.replace(bob, pose=ann.pose)  # as where they hid each other
+    for _ in range(80):
+        told = stage.step(action)
+    assert kept(stage, told) < 0.1
 
 
 def test_it_says_that_it_lost_someone_who_vanished_and_stops() -> None:

@@ -15,7 +15,6 @@ from core.perception.people.appearance import (
     alike,
     likelihood_ratio,
     mean_of,
-    remembered,
     tones_of,
 )
 from core.perception.people.enrollment import HeightGauge
@@ -67,13 +66,11 @@ def test_proportions_and_height_tell_people_in_the_same_clothes_apart_but_never_
     assert all(likelihood_ratio(ANN, same) - ratio <= 2.0 + 1e-9 for ratio in ratios)
 
 
-def test_sights_of_one_person_are_averaged_and_remembered() -> None:
+def test_sights_of_one_person_are_averaged() -> None:
     blind = Appearance(colours=np.full((3, 4), np.nan), proportions=np.array([0.2, np.nan, np.nan]), height=1.8)
     both = mean_of([ANN, blind])
     assert both.colours == pytest.approx(ANN.colours) and both.height == 1.8
     assert both.proportions == pytest.approx([0.2, math.nan, math.nan], nan_ok=True)
-    assert remembered(blind, ANN).colours == pytest.approx(ANN.colours)
-    assert remembered(ANN, None) is ANN
 
 
 def test_the_height_is_measured_by_the_lasers_distance() -> None:

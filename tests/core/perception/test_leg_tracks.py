@@ -62,6 +62,42 @@ def test_legs_that_a_picture_shows_to_be_anothers_are_not_the_persons() -> None:
     assert OtherLegs().share_out(0.0, HERE, [here], expected, LIMITS, barred=[here]) is None
 
 
+def test_with_anothers_legs_go_all_pairs_that_need_one_of_them() -> None:
+    mine, his = stander_at(np.array([2.0, 0.3]), 1, 1), stander_at(np.array([2.0, 0.0]), 2, 2, 3)
+    one_of_each = stander_at(np.array([2.0, 0.15]), 2, 1, 2)
+    expected = (np.array([2.0, 0.1]), 0.2**2 * np.eye(2))
+    found = OtherLegs().share_out(0.0, HERE, [his, one_of_each, mine], expected, LIMITS, barred=[his])
+    assert found is mine
+
+
+def test_who_walks_is_told_from_what_stands_and_only_while_their_legs_are_seen() -> None:
+    others, person = OtherLegs(), (np.array([1.5, 1.5]), SURE)
+    for step in range(12):
+        stamp, walker = 0.1 * step, stander_at(np.array([2.0, -0.5 + 0.05 * step]))
+        others.share_out(stamp, HERE, [walker, stander_at(np.array([1.5, 1.0]))], person, LIMITS)
+    place = np.array([2.0, 0.3])
+    assert len(others.near(place, 1.1, walking=False)) == 2
+    (walking,) = others.near(place, 1.1, walking=True)
+    assert walking.walked > 0.3 and np.hypot(*(walking.place - (2.0, 0.05))) < 0.1
+    assert others.near(place, 1.7, walking=False) == []
+    others.remove(walking)
+    assert others.near(place, 1.1, walking=True) == []
+
+
+def test_legs_that_came_up_after_the_persons_were_gone_may_be_theirs_unless_there_are_two_or_a_strangers() -> None:
+    others, person = OtherLegs(), (np.array([2.0, 0.0]), SURE)
+    bob, ann = stander_at(np.array([2.0, 0.9])), stander_at(np.array([2.1, 0.5]))
+    for step in range(8):
+        legs = [bob] if step < 4 else [bob, ann]  # she comes out from behind something
+        assert others.share_out(0.125 * step, HERE, legs, person, (0.3, 11.8)) is None
+    heir = others.heir(person[0], 0.875, 0.6, 0.25)
+    assert heir is not None and np.hypot(*(heir.place - (2.1, 0.5))) < 0.05
+    assert others.heir(person[0], 0.875, 0.6, 0.5) is None  # hers were still seen when these came up
+    assert others.heir(person[0], 0.875, 1.2, -1.0) is None  # two
+    heir.is_stranger = True
+    assert others.heir(person[0], 0.875, 0.6, 0.25) is None
+
+
 def test_without_legs_in_reach_there_are_none() -> None:
     far: LegCluster = stander_at(np.array([2.0, 1.0]))
     assert OtherLegs().share_out(0.0, HERE, [far], (np.array([2.0, 0.0]), np.eye(2)), LIMITS) is None
