@@ -202,11 +202,16 @@ def test_a_disconnected_gamepad_stops_the_robot_and_the_page_says_so(here: Visit
 
 
 def test_a_frozen_gamepad_stops_the_robot(here: Visit, console: Running) -> None:
-    pad = PadHand(here)
-    pad.turn(console)
-    pad.do("freeze")
-    assert stands(here, console, "the freeze") < FROZEN + STANDS
-    expect(here.find(".drive-why")).to_contain_text("The gamepad sent nothing new. Release LB")
+    pad, why = PadHand(here), here.find(".drive-why")
+    for _ in range(3):
+        pad.turn(console)
+        pad.do("freeze")
+        assert stands(here, console, "the freeze") < FROZEN + STANDS
+        expect(why).to_contain_text(re.compile(r"The gamepad sent nothing new\. Release LB|interrupted"))
+        if "interrupted" not in why.inner_text():  # a page that was short of time had let go before
+            break
+        pad.plug()
+    expect(why).to_contain_text("The gamepad sent nothing new. Release LB")
     stays(here, console, "frozen")
 
 
