@@ -117,5 +117,6 @@ def _declared(peak: Peak, array: MicrophoneArray, stamp: float, settings: Direct
 
 
 def sure(direction: Direction, settings: DirectionFindingSettings = DEFAULT) -> bool:
-    """Return whether a direction is good enough to act on."""
-    return direction.azimuth_sd <= settings.declared_sd and direction.strength >= settings.declared_strength
+    """Return whether a direction is good enough to act on; the printed form knows no strength to judge it by."""
+    strong = settings.form == "paper" or direction.strength >= settings.declared_strength
+    return strong and direction.azimuth_sd <= settings.declared_sd

@@ -21,9 +21,9 @@ understands = pytest.mark.skipif(
 
 
 @understands
-@pytest.mark.parametrize("column", COLUMNS)
-def test_a_spoken_turn_is_made_in_either_form(column: Column) -> None:
-    number = tuple(TRIALS).index("turn_right")
+@pytest.mark.parametrize(("column", "command"), list(zip(COLUMNS, ("come_here", "turn_right"), strict=True)))
+def test_a_spoken_command_is_carried_out_in_either_form(column: Column, command: str) -> None:
+    number = tuple(TRIALS).index(command)
     assert SpokenCommands(column, seed=0, runs=1)(number) == (True, 0)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.errors import BadInput
-from core.perception.sound.direction import unit
+from core.perception.sound.direction import Direction, unit
 from core.perception.sound.least_squares import direction_from_lags, fit_lags, on_sphere
-from core.perception.sound.locate import DEFAULT, whitened
+from core.perception.sound.locate import DEFAULT, sure, whitened
 from core.perception.sound.paper import ALPHA, GAMMA, averaged, correlations, locate_as_printed, mask
 from core.perception.sound.spectra import cross_spectra, noise_of, quiet_frames, spectra
 from core.perception.sound.tdoa import pair_lags
@@ -122,6 +123,13 @@ def test_the_correlation_of_equation_39_peaks_at_whole_lags_positive_where_j_is_
 def test_as_printed_the_estimator_works_in_the_open_on_a_wide_array(array):
     direction = locate_as_printed(far_voice(array, 0.8, 0.3, ratio=30), array)
     assert direction.azimuth == pytest.approx(0.8, abs=math.radians(6))
+
+
+def test_the_printed_form_is_not_judged_by_a_strength_that_it_does_not_have():
+    found = Direction(stamp=0.0, towards=unit(0.3, 0.1), covariance=0.2**2 * np.eye(2), strength=0.03)
+    printed = replace(DEFAULT, form="paper")
+    assert sure(found, printed) and not sure(found, DEFAULT)
+    assert not sure(replace(found, covariance=np.eye(2)), printed)
 
 
 def test_as_printed_a_sound_must_fill_a_frame():
