@@ -17,7 +17,7 @@ MARGIN = 1.5  # … if it is so much larger than at the place where the person w
 SIGHTS = 2  # pictures in a row that show the person at other legs until those are theirs
 KEPT, EVERY = 25, 0.2  # sights that are remembered, and [s] between them: five seconds of undoubted following
 SETTLED = 8  # of them, from which on who looks different is a stranger
-TWICE = 3  # sights of a part of the body, from which it counts; one picture may have shown a wall
+PART_SIGHTS = 3  # of a part of the body, from which it counts; one picture may have shown a wall
 
 
 class Identity:
@@ -69,5 +69,5 @@ class Identity:
 def _typical(rows: Array) -> Array:
     """Median (…) of rows (N, …), each number by itself; NaN for what is known from too few of them."""
     known = np.isfinite(rows)
-    enough = known.sum(axis=0) >= min(TWICE, len(rows))
+    enough = known.sum(axis=0) >= min(PART_SIGHTS, len(rows))
     return np.where(enough, np.ma.median(np.ma.masked_array(rows, ~known), axis=0).filled(np.nan), np.nan)

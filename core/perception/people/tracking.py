@@ -272,7 +272,7 @@ class PersonTrack:
         return own, others
 
     def _to_look_at(self, stamp: float) -> tuple[float, float]:
-        """Place (x, y) [m], world, for the next question: the person's; in doubt by turns a walker's near there."""
+        """Place (x, y) [m], world, of the next question: the person's, in doubt also that of other legs."""
         candidates = self._candidates(stamp)
         turn, other = divmod(self._questions, 2)
         x, y = (candidates[turn % len(candidates)].place if other and candidates else self._state[:2]).tolist()
@@ -345,16 +345,13 @@ class PersonTrack:
         """The person stands on these legs."""
         self._others.remove(track)
         self._identity.doubt(self._stamp)
-        self._likely = self._stamp, SURE
+        self._likely, self._on_legs = (self._stamp, SURE), self._stamp
         self._state = np.concatenate((track.place, track.velocity))
         self._covariance = np.diag([POSITION_SD**2, POSITION_SD**2, *2 * [self._tracking.walking**2]])
 
     def _moved_on(self, rectangle: Rectangle, passed: float, here: Pose) -> Rectangle:
         """The person's rectangle of a picture taken `passed` [s] ago → where it would be seen now."""
-        azimuth = here.heading + rectangle.bearing
-        x = here.x + rectangle.distance * math.cos(azimuth) + passed * float(self._state[2])
-        y = here.y + rectangle.distance * math.sin(azimuth) + passed * float(self._state[3])
-        return replace(rectangle, bearing=here.bearing_to(x, y), distance=max(here.distance_to(x, y), 0.1))
+        return _placed_at(here, rectangle, np.array(_place_of(rectangle, here)) + passed * self._state[2:])
 
     def _excuse(self, camera: Camera, pose: Pose) -> None:
         """The camera cannot be blamed while it sees no more than legs where the person is."""
@@ -419,7 +416,6 @@ class PersonTrack:
             self._on_legs = stamp
         elif (heir := self._others.heir(self._state[:2], stamp, self._tracking.wide_gate, self._on_legs)) is not None:
             self._take_over(heir)
-            self._on_legs = stamp
         walkers = self._others.near(self._state[:2], stamp, walking=True)
         if any(self.apart_from(one.place) < NEAR for one in walkers):
             self._identity.doubt(stamp)
@@ -531,7 +527,12 @@ class PersonTrack:
 
 def _seen_from(here: Pose, rectangle: Rectangle, before: Pose) -> Rectangle:
     """A rectangle that was seen from a camera `before` → as it is seen from `here`."""
-    x, y = _place_of(rectangle, before)
+    return _placed_at(here, rectangle, np.array(_place_of(rectangle, before)))
+
+
+def _placed_at(here: Pose, rectangle: Rectangle, place: Array) -> Rectangle:
+    """A rectangle → the same of a person who stands at a place (2,) [m], world, seen from `here`."""
+    x, y = place.tolist()
     return replace(rectangle, bearing=here.bearing_to(x, y), distance=max(here.distance_to(x, y), 0.1))
 
 
