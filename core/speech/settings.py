@@ -9,7 +9,7 @@ from core.setting import Meta, Section
 
 RATE = 16_000  # [Hz] of all sound that goes into a recognizer
 PIECE = 0.2  # [s] of a room's sound, at least, that are read at once
-VOICE_PIECE = 0.1  # [s] the same while someone speaks, and shortly after: they wait for an answer
+VOICE_PIECE = 0.05  # [s] the same while someone speaks, and shortly after: they wait for an answer
 MOST_WAITING = 8.0  # [s] of it that may wait while words are read; older sound is not heard
 
 
@@ -35,6 +35,9 @@ class SpeechSettings(Section):
         float, Meta("s", 0.05, 2, "silence after which a short utterance is read already, in case it is over")
     ] = 0.2
     hangover: Annotated[float, Meta("s", 0.1, 3, "silence that ends an utterance", common=True)] = 0.45
+    complete_hangover: Annotated[
+        float, Meta("s", 0.1, 3, "the same where what was said so far is a whole command that cannot go on")
+    ] = 0.3
     unfinished_hangover: Annotated[
         float,
         Meta("s", 0.1, 3, "the same where what was said so far is no whole command: people pause before numbers"),

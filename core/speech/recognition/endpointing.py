@@ -41,7 +41,7 @@ class Endpointer:
 
     def __init__(self, settings: SpeechSettings | None = None) -> None:
         self._settings = settings or SpeechSettings()
-        self.unfinished = False  # set by who reads `so_far`: it is no whole command, so a longer pause may follow
+        self.hangover = self._settings.hangover  # [s] that ends the utterance; who reads `so_far` may know better
         self._forget(0.0)
 
     def _forget(self, now: float) -> None:
@@ -119,18 +119,18 @@ class Endpointer:
         level = 10 * float(np.log10(power.mean() + SILENT))
         self._loudest = max(self._loudest, level) if self._begin is not None else level
         if voice and level > self._loudest - settings.dynamics:
-            self._last_voice = time
+            self._last_voice, self.hangover = time, settings.hangover
         if self._begin is None:
             self._attend(power, share, voice)
             voices = [when for when, was in self._recent if was]
             if len(voices) >= settings.onset:
-                self._begin, self.unfinished = voices[0], False
+                self._begin = voices[0]
                 self._levels.clear()
             return None
         self._levels.append(level)
         if len(self._levels) == STEADY and _is_steady(np.array(self._levels)):
             return self._cut_before_noise(time)
-        if time - self._last_voice > (settings.unfinished_hangover if self.unfinished else settings.hangover):
+        if time - self._last_voice > self.hangover:
             return self._cut(False)
         if time - self._begin > settings.longest:
             utterance = self._cut(True)

@@ -8,6 +8,7 @@ a word becomes fainter between its sounds.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -107,25 +108,29 @@ def fall(samples: Array, rate: int) -> float:
     return float(np.max(np.maximum.accumulate(level) - level))
 
 
+EVERY = 0.09  # [s] between two times that an utterance under way is listened to, at least
 LONGEST_UNDER_WAY = 3.0  # [s] of an utterance under way that is still listened to: STOP is a short one
 UNCLEAR = 0.15  # [s] before the first voiced moment that are not taken for noise: the voice may begin there
 
 
 class BeamformedStop:
-    """Listens to the beam of an utterance under way, again with every piece of sound, and reports STOP once."""
+    """Listens to the beam of an utterance under way, again and again while it lasts, and reports STOP once."""
 
     def __init__(self, settings: SpeechSettings) -> None:
         """Raises Unavailable when pocketsphinx is not installed."""
         self._ratio = 10 ** (settings.covered_ratio / 10)
         self._decoder = keyword_decoder(WORD, PHONES, settings.stop_in_noise, settings.stop_delay)
         self._reported: float | None = None  # [s] first voiced moment of the utterance whose STOP was reported
+        self._listened = -math.inf  # [s] until when
 
     def wants(self, since: float, now: float) -> bool:
         """Return whether an utterance that began at `since` [s] may still hold an unreported STOP."""
-        return since != self._reported and now - since <= LONGEST_UNDER_WAY
+        due = not 0 <= now - self._listened < EVERY  # a clock may begin again
+        return due and since != self._reported and now - since <= LONGEST_UNDER_WAY
 
     def find(self, beam: Sound, since: float) -> tuple[RecognizedUtterance, ...]:
         """One channel from before the utterance up to now, first voiced at `since` [s] → STOP, if noise covers it."""
+        self._listened = beam.stamp + beam.duration
         samples, before = beam.samples[:, 0], round((since - UNCLEAR - beam.stamp) * beam.rate)
         if before <= 0 or over_noise(samples[before:], samples[:before]) > self._ratio:
             return ()

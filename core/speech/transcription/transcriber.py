@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -12,8 +13,10 @@ from core.speech.recognition.engines import open_engine, open_keyword_spotter
 from core.speech.recognition.recognizer import KeywordSpotter, Recognizer, Utterance
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
+from core.speech.understanding.numbers import NUMBER
 
 PIECE = 0.05  # [s] of sound between two looks for a pause
+LAST_NUMBER = re.compile(rf"(?i: {NUMBER}\W*)$")
 LONGEST_EARLY = 5.0  # [s] of an utterance that is read in a pause; longer ones are no commands but talk
 
 
@@ -34,6 +37,7 @@ class Transcriber:
         know. Raises Unavailable with a sentence.
         """
         chosen = settings or SpeechSettings()
+        self._settings = chosen
         self._recognizer = recognizer or open_engine(chosen).recognizer
         self._spotter = spotter or open_keyword_spotter(chosen, self._recognizer)
         self._cutter = Held(chosen) if held else Endpointer(chosen)
@@ -62,8 +66,14 @@ class Transcriber:
             return ()
         self._early = self._decided(so_far)
         if isinstance(self._cutter, Endpointer):
-            self._cutter.unfinished = not _is_whole(self._early.decision)
+            self._cutter.hangover = self._hangover(self._early.decision)
         return (replace(self._early, final=False),) if self._early.decision.stops else ()
+
+    def _hangover(self, decision: Decision) -> float:
+        """The silence [s] that ends an utterance of which this is the decision so far."""
+        if not _is_whole(decision):
+            return self._settings.unfinished_hangover
+        return self._settings.complete_hangover if _is_complete(decision) else self._settings.hangover
 
     def finish(self) -> tuple[RecognizedUtterance, ...]:
         """The sound ends here → the sentence that was under way."""
@@ -104,3 +114,8 @@ class Transcriber:
 def _is_whole(decision: Decision) -> bool:
     """Return whether words are a whole command: "stop at two" stops, but may go on."""
     return decision.command is not None and not decision.command.remark
+
+
+def _is_complete(decision: Decision) -> bool:
+    """Return whether nothing can follow: "stop" may go on with a place, and a number with its decimals."""
+    return not decision.stops and LAST_NUMBER.search(decision.words) is None

@@ -1,6 +1,7 @@
 """The joint beam: spellings of commands and free text, extended together, one token of every row at a time.
 
 Commands that fall behind free text are dropped, which makes talk cheap. Rows with equal tokens are computed once.
+In little sound Whisper likes to write a sentence again and again: such rows are dropped when that begins.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ COMMON = 10_000  # tokens in the order of frequency: only these and those of spe
 GRAMMAR_ROWS, FREE_ROWS, BRANCHES = 10, 3, 4
 BEHIND_FREE, BEHIND_DONE = 12.0, 9.0  # [nats] behind free text and behind a whole spelling, at which a row is dropped
 FIRST_TOKENS, TOKENS_A_SECOND = 8, 6  # tokens that a sentence may have, at most
+REPEATED = 2  # words of a whole text that follow it again, from which a row says nothing new
 
 
 @message
@@ -115,12 +117,13 @@ class _Beam:
         self._rows: dict[tuple[int, ...], int] = {(): 0}  # of the decoder
         self._spelled: list[ScoredText] = []
         self._said: list[ScoredText] = []
+        self._words_said: set[tuple[str, ...]] = set()  # of those texts
 
     def extend(self, likely: Array) -> tuple[list[int], list[int]]:
         """Log probabilities (rows, V) of what follows → the rows that go on, as their parents and new columns."""
         free = self._extended_free(likely)
         done = max((text.nats for text in self._said), default=-math.inf)
-        self._free = [row for row in free if row.nats > done][:FREE_ROWS]
+        self._free = [row for row in free if row.nats > done and not self._repeats(row)][:FREE_ROWS]
         grammar = self._extended_grammar(likely)
         spelled = max((text.nats for text in self._spelled), default=-math.inf)
         least = max(max((row.nats for row in self._free), default=done) - BEHIND_FREE, spelled - BEHIND_DONE)
@@ -145,9 +148,18 @@ class _Beam:
                 nats = row.nats + float(likely[place, column])
                 if column == self._columns.end:
                     self._said.append(self._whole(row, nats))
+                    self._words_said.add(_words(self._said[-1].text))
                 else:
                     rows.append(_Row((*row.columns, int(column)), nats, place))
         return sorted(rows, key=_nats)
+
+    def _repeats(self, row: _Row) -> bool:
+        """Return whether the row is a whole text, and the beginning of the same once more."""
+        words = _words(self._columns.text(row.columns))
+        again = (words[len(text) :] for text in self._words_said if text and words[: len(text)] == text)
+        return any(
+            rest == words[: len(rest)] and len(rest) >= min(REPEATED, len(words) - len(rest)) for rest in again
+        )
 
     def _extended_grammar(self, likely: Array) -> list[_Row]:
         rows: list[_Row] = []
@@ -168,6 +180,11 @@ class _Beam:
 def _nats(row: _Row) -> float:
     """Sort the best first."""
     return -row.nats
+
+
+def _words(text: str) -> tuple[str, ...]:
+    """Its words, however they are written."""
+    return tuple(word for written in text.lower().split() if (word := written.strip('.,!?"-')))
 
 
 def _ranked(texts: list[ScoredText]) -> tuple[ScoredText, ...]:

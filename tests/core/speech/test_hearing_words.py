@@ -142,6 +142,29 @@ def test_a_stop_that_is_read_in_a_pause_is_told_at_once(decision, early):
         assert when - first.end < 0.35 < over - first.end
 
 
+@pytest.mark.parametrize(
+    ("words", "silence"),
+    [
+        ("turn left", 0.3),
+        ("continue 2 meters", 0.3),
+        ("stop at 1 and 2", 0.45),  # point five
+        ("stop", 0.45),  # at one and two
+        ("", 0.8),
+    ],
+)
+def test_a_sentence_that_cannot_go_on_is_over_sooner(words, silence):
+    transcriber = Transcriber(recognizer=HearsCommand(sure(words)), spotter=HearsNothing())
+    spoken = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
+    told = [
+        (one, piece.stamp + piece.duration)
+        for piece in mono(padded(spoken, tail=1.5)).pieces(0.05)
+        for one in transcriber.feed(piece)
+        if one.final
+    ]
+    (one, when) = told[0]
+    assert silence < when - one.end < silence + 0.1
+
+
 @pytest.mark.real_data
 @pytest.mark.parametrize("name", ["flite_slt_00.flac", "flite_slt_02.flac"])
 def test_every_sentence_that_was_heard_is_parsed_once(

@@ -145,15 +145,15 @@ def test_a_short_pause_offers_what_was_said_so_far_before_it_is_certainly_over()
     assert any(when == pytest.approx(offered[-1][1] + 0.2, abs=0.05) for when, _ in offered)
 
 
-def test_an_utterance_that_is_no_whole_command_may_pause_for_longer() -> None:
+def test_who_reads_what_was_said_so_far_decides_how_long_a_pause_may_follow() -> None:
     voice = 0.1 * practice_voice(np.random.default_rng(1), 0.8, RATE)
-    for gap, unfinished, count in ((0.6, False, 2), (0.6, True, 1), (1.1, True, 2)):
+    for gap, hangover, count in ((0.6, 0.45, 2), (0.6, 0.8, 1), (1.1, 0.8, 2), (0.4, 0.45, 1), (0.4, 0.3, 2)):
         ears, told = Endpointer(), []
         whole = padded(np.concatenate((voice, np.zeros(round(gap * RATE)), voice)), tail=1.5)
         for piece in mono(whole).pieces(0.1):
             told += ears.feed(piece)
             if ears.so_far is not None:
-                ears.unfinished = unfinished
+                ears.hangover = hangover
         assert len([*told, *ears.finish()]) == count
 
 

@@ -13,11 +13,12 @@ from core.recording.sound_file import read_sound
 from core.speech.recognition.decision import NO_COMMAND, Decision, Sentence
 from core.speech.recognition.recognizer import Utterance, for_words
 from core.speech.settings import RATE
+from core.speech.synthesis import VoiceSettings, speak
 from core.speech.whisper.joint_search import Found, ScoredText
 from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter
 from core.speech.whisper.log_mel import filters, log_mel
 from core.speech.whisper.recognizer import COMMON, RARE, WhisperRecognizer
-from core.speech.whisper.transformer import gelu
+from core.speech.whisper.transformer import Decoding, gelu
 from tests.core.speech.ears import mono, padded, pieces, whisper
 
 
@@ -75,6 +76,16 @@ def test_the_activation_is_x_times_the_normal_distribution():
     x = np.linspace(-9, 9, 10_001).astype(np.float32)
     exact = 0.5 * x.astype(float) * (1 + erf(x.astype(float) / np.sqrt(2)))
     assert np.abs(gelu(x) - exact).max() < 5e-7
+
+
+def test_a_sentence_that_is_written_again_and_again_is_given_up(monkeypatch):
+    """As Whisper does it for little sound; without that it took fifteen steps."""
+    reader, steps, advance = whisper(), [], Decoding.advance
+    monkeypatch.setattr(Decoding, "advance", lambda self, *row: steps.append(row) or advance(self, *row))
+    samples = for_words(speak("turn left", VoiceSettings(voice="en-us"))).samples[:, 0]
+    found = reader.search(np.concatenate((np.zeros(RATE // 5), samples)))
+    assert found.free[0].text == found.spellings[0].text == "Turn left"
+    assert len(steps) <= 6
 
 
 def test_spellings_of_one_meaning_count_together():
