@@ -32,7 +32,8 @@ from console.api.looking import looking
 from console.api.maps import maps
 from console.api.microphones import microphones
 from console.api.own_navigation import own_navigation
-from console.api.page import PageFiles, page, scene_page_file
+from console.api.page import page, scene_page_file
+from console.api.page_files import PageFiles
 from console.api.pending_command import pending_command
 from console.api.people import people
 from console.api.playback import playback
@@ -115,7 +116,8 @@ def create_app(runtime: Runtime) -> FastAPI:
     app.state.description = description = ApiDescription(app)
     for router in ROUTERS:
         app.router.routes.extend(router.routes)
-    app.router.routes.append(Mount("/static", PageFiles(directory=static_folder()), name="static"))
+    app.state.page_files = PageFiles(static_folder())
+    app.router.routes.append(Mount("/static", app.state.page_files, name="static"))
     check_roles(app.routes)
     app.add_exception_handler(Problem, on_problem)
     app.add_exception_handler(BeckonError, on_error)

@@ -11,7 +11,7 @@ from fastapi.responses import FileResponse
 from markdown_it import MarkdownIt
 
 from console.access.roles import needs
-from console.api.page import NO_CACHE
+from console.api.page_files import NO_CACHE
 from console.http.problems import Problem
 from console.sentences import static_folder
 

@@ -2,60 +2,27 @@
 
 from __future__ import annotations
 
-import gzip
-import os
-from functools import cache, lru_cache
-from pathlib import Path
-from typing import Any
+from functools import cache
 
 from fastapi import APIRouter, Request, Response, WebSocket
-from fastapi.responses import FileResponse
-from starlette.datastructures import Headers
-from starlette.staticfiles import StaticFiles
+from fastapi.concurrency import run_in_threadpool
 
 from console.access.roles import needs
 from console.api.audio_socket import AudioSocket
+from console.api.page_files import NO_CACHE
 from console.api.state_socket import StateSocket
 from console.scene.viser_host.page import ScenePage
-from console.sentences import static_folder
 
 page = APIRouter()
 
-NO_CACHE = {"Cache-Control": "no-cache"}
-TEXTS = (".js", ".css", ".svg", ".json")
 PAGES = ("calibrate", "hearing", "people", "maps", "experiments", "connect", "help")
 """Pages beside the console itself; static/js/shell/pages.js has their rows. All are one document."""
 
 
-@needs("public")
-class PageFiles(StaticFiles):
-    """The page's files; the browser asks for them each time and gets 304 when unchanged. Texts travel packed."""
-
-    def file_response(
-        self, full_path: Any, stat_result: os.stat_result, scope: Any, status_code: int = 200
-    ) -> Response:
-        """A file, never kept without asking."""
-        response = super().file_response(full_path, stat_result, scope, status_code)
-        response.headers.update(NO_CACHE)
-        taken = "gzip" in Headers(scope=scope).get("accept-encoding", "")
-        if not taken or response.status_code != 200 or not str(full_path).endswith(TEXTS):
-            return response
-        headers = {name: response.headers[name] for name in ("etag", "last-modified")}
-        headers |= {**NO_CACHE, "content-encoding": "gzip", "vary": "Accept-Encoding"}
-        return Response(
-            packed(str(full_path), stat_result.st_mtime_ns), media_type=response.media_type, headers=headers
-        )
-
-
-@lru_cache(maxsize=512)
-def packed(path: str, _changed: int) -> bytes:
-    """A text file as it travels."""
-    return gzip.compress(Path(path).read_bytes(), 6, mtime=0)
-
-
-async def shell() -> FileResponse:
+async def shell(request: Request) -> Response:
     """The one document of all pages; it holds nothing secret and signs in by itself."""
-    return FileResponse(static_folder() / "index.html", headers=NO_CACHE)
+    text = await run_in_threadpool(request.app.state.page_files.document)
+    return Response(text, media_type="text/html", headers=NO_CACHE)
 
 
 for path in ("/", *(f"/{name}{end}" for name in PAGES for end in ("", ".html"))):

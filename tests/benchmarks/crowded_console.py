@@ -24,7 +24,7 @@ from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect, 
 
 from tests.browser.conftest import chromium_path
 from tests.browser.running_console import Running
-from tests.browser.visit import FLAT, empty
+from tests.browser.visit import FLAT, NO_SCENE
 
 BACK_IN = 20.0  # [s] within which everybody is back
 MOVES = 0.02  # [m/s], or a third of it [rad/s] times 0.1 m
@@ -46,7 +46,7 @@ class Visitor:
 
     def _open(self, address: str) -> Page:
         page = self.context.new_page()
-        page.route("**/scene/**", empty)
+        page.add_init_script(NO_SCENE)
         page.route_web_socket("**/ws", self._link)
         page.goto(address)
         return page

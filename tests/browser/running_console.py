@@ -80,11 +80,12 @@ class Running:
         return next(iter(self.ask("api/commands/history")["commands"]), {"id": 0, "state": "done", "remark": ""})
 
     def until_nobody_drives(self) -> None:
-        """Wait until control is free: the pages of the test before may have closed a moment ago."""
+        """Free control from a page that has closed: it would keep it for five seconds, in case it comes back."""
         until = time.monotonic() + START_TIME
         while (holder := self.ask("api/state")["lease"]["holder"]) is not None:
             assert time.monotonic() < until, f"{holder} still drives"
-            time.sleep(0.1)
+            for do in ("take", "release"):
+                self.ask("api/lease", {"do": do})
 
     def _links(self) -> tuple[str, str]:
         until = time.monotonic() + START_TIME

@@ -204,7 +204,7 @@ def test_a_3d_map_that_is_slow_only_while_the_robot_moves_gives_way_too(visit: O
         window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), parent.slow ? 300 : 16);"""
 
     def draws(page: Page) -> None:
-        page.add_init_script(paced)
+        page.add_init_script(f"sceneIsShown = true; {paced}")
         page.route("**/scene/**", lambda route: route.fulfill(body="<canvas></canvas>", content_type="text/html"))
 
     here = visit(before=draws)

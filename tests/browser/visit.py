@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Locator, Page, Response, Route, expect
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Locator, Page, Response, expect
 
 from tests.browser.running_console import Running
 
@@ -19,9 +19,15 @@ PATIENCE = 15.0  # [s]; the machine may be busy
 expect.set_options(timeout=PATIENCE * 1000)
 
 
-def empty(route: Route) -> None:
-    """Instead of the 3-D map."""
-    route.fulfill(body="<!doctype html>", content_type="text/html")
+NO_SCENE = """
+    const { get, set } = Object.getOwnPropertyDescriptor(HTMLIFrameElement.prototype, "src");
+    const NOWHERE = "about:blank?";
+    Object.defineProperty(HTMLIFrameElement.prototype, "src", {
+        get() { return get.call(this).replace(NOWHERE, ""); },
+        set(url) { set.call(this, url.includes("/scene/") && !window.sceneIsShown ? NOWHERE + url : url); },
+    });
+"""
+"""Nothing instead of the 3-D map. A route would do it, but a page with routes keeps no file."""
 
 
 class Profiles:
@@ -84,7 +90,7 @@ class Visit:
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         if not hints:
             self.page.add_init_script("localStorage.setItem('beckon.hints', 'seen')")
-        self.page.route("**/scene/**", empty)
+        self.page.add_init_script(NO_SCENE)
         if before is not None:
             before(self.page)
         self.page.goto(console.watching if watching else console.driving)
@@ -96,7 +102,7 @@ class Visit:
         `coarse`: with few picture elements, where only what is behind them matters.
         """
         self.button("3-D").click()  # whoever chose it keeps it, however slow it is
-        self.page.unroute("**/scene/**", empty)
+        self.page.evaluate("sceneIsShown = true")
         more = "&fixedDpr=0.25" if coarse else ""
         self.page.evaluate("more => { const frame = document.querySelector('#scene'); frame.src += more }", more)
         canvas = self.page.frame_locator("#scene").locator("canvas").first

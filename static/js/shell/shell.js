@@ -178,7 +178,7 @@ export class Shell {
 
 /** @param {string} file of static/css */
 function styled(file) {
-  const link = make("link", { rel: "stylesheet", href: `static/css/${file}` });
+  const link = make("link", { rel: "stylesheet", href: new URL(`../../css/${file}`, import.meta.url).href });
   return new Promise((resolve, reject) => {
     link.addEventListener("load", resolve);
     link.addEventListener("error", reject);

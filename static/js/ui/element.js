@@ -34,6 +34,8 @@ export function svg(tag, attributes) {
   return element;
 }
 
+const ICONS = new URL("../../img/icons.svg", import.meta.url).href;
+
 /**
  * A drawing from static/img/icons.svg. Hidden from screen readers: the label next to it names it.
  * @param {string} name
@@ -43,7 +45,7 @@ export function icon(name) {
   const use = document.createElementNS(SVG, "use");
   drawing.setAttribute("class", "icon");
   drawing.setAttribute("aria-hidden", "true");
-  use.setAttribute("href", `static/img/icons.svg#${name}`);
+  use.setAttribute("href", `${ICONS}#${name}`);
   drawing.append(use);
   return drawing;
 }
@@ -54,7 +56,7 @@ export function icon(name) {
  */
 export function redraw(drawing, name) {
   const use = drawing?.firstElementChild;
-  const href = `static/img/icons.svg#${name}`;
+  const href = `${ICONS}#${name}`;
   if (use && use.getAttribute("href") !== href) use.setAttribute("href", href);
 }
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from starlette.exceptions import HTTPException
 from starlette.testclient import TestClient
 
-from console.api.page import PageFiles
+from console.api.page_files import PageFiles, version_of
 from console.sentences import static_folder
 
 
 def test_texts_travel_packed_and_an_unchanged_one_does_not_travel_again() -> None:
-    browser = TestClient(PageFiles(directory=static_folder()))
+    browser = TestClient(PageFiles(static_folder()))
     plain = browser.get("/js/main.js", headers={"accept-encoding": "identity"})
     first = browser.get("/js/main.js")
     assert "content-encoding" not in plain.headers and first.headers["content-encoding"] == "gzip"
@@ -20,3 +26,26 @@ def test_texts_travel_packed_and_an_unchanged_one_does_not_travel_again() -> Non
         again = browser.get("/js/main.js", headers={"if-none-match": answer.headers["etag"]})
         assert (again.status_code, again.content) == (304, b"")
     assert "content-encoding" not in browser.get("/img/phone.webp").headers
+
+
+def test_what_the_document_names_is_kept_for_good_until_any_file_changes(tmp_path: Path) -> None:
+    folder = tmp_path / "static"
+    shutil.copytree(static_folder(), folder, ignore=shutil.ignore_patterns("docs"))
+    files = PageFiles(folder)
+    browser, named = TestClient(files), re.compile(r'(?:src|href)="static(/[^"#]+)')
+    before = set(named.findall(files.document()))
+    assert len(before) > 30 and all(path.startswith("/v-") for path in before)
+    for path in before:
+        answer = browser.get(path)
+        assert answer.status_code == 200 and "immutable" in answer.headers["cache-control"]
+    main = next(path for path in before if path.endswith("/main.js"))
+    version = version_of(folder)
+    (folder / "js/main.js").write_text("// another one")
+    assert version_of(folder) != version
+    assert before.isdisjoint(named.findall(files.document()))
+    old = browser.get(main)
+    assert old.text == "// another one" and old.headers["cache-control"] == "no-cache"
+    for path in (f"/v-{version}/js", f"/v-{version}/../../pyproject.toml", "/v-"):
+        with pytest.raises(HTTPException) as missing:
+            browser.get(path)
+        assert missing.value.status_code == 404

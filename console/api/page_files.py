@@ -1,0 +1,93 @@
+"""The page's files: each is asked for once, until one of them changes.
+
+The document names them under `static/v-<version>/`, where the version is that of all their contents: a browser keeps
+them for good, and a page that is opened again costs one request. Where the modules import each other by relative
+paths, they stay under the same version. Under `static/` alone the browser asks each time whether they changed.
+"""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import os
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from fastapi import Response
+from starlette.datastructures import Headers
+from starlette.staticfiles import StaticFiles
+
+from console.access.roles import needs
+
+NO_CACHE = {"Cache-Control": "no-cache"}
+FOR_GOOD = {"Cache-Control": "public, max-age=31536000, immutable"}
+TEXTS = (".js", ".css", ".svg", ".json")
+VERSIONED = ("css", "img", "js", "i18n")  # folders that the page is made of
+MARK = "v-"  # before the version
+
+
+@needs("public")
+class PageFiles(StaticFiles):
+    """The page's files and its document. Texts travel packed."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(directory=folder)
+        self._folder = folder
+        self._version = ""  # of the document that was given out last
+
+    def document(self) -> str:
+        """Return the one document of all pages, which names the files as they are now."""
+        self._version = version_of(self._folder)
+        text = (self._folder / "index.html").read_text()
+        for name in VERSIONED:
+            text = text.replace(f'="static/{name}/', f'="static/{MARK}{self._version}/{name}/')
+        return text
+
+    async def get_response(self, path: str, scope: Any) -> Response:
+        """A file by its path, with or without a version in front of it."""
+        first, _, rest = path.partition(os.sep)
+        if not first.startswith(MARK):
+            return await super().get_response(path, scope)
+        response = await super().get_response(rest, scope)
+        if first == MARK + self._version and response.status_code in (200, 304):
+            response.headers.update(FOR_GOOD)
+        return response
+
+    def file_response(
+        self, full_path: Any, stat_result: os.stat_result, scope: Any, status_code: int = 200
+    ) -> Response:
+        """A file, not kept without asking."""
+        response = super().file_response(full_path, stat_result, scope, status_code)
+        response.headers.update(NO_CACHE)
+        taken = "gzip" in Headers(scope=scope).get("accept-encoding", "")
+        if not taken or response.status_code != 200 or not str(full_path).endswith(TEXTS):
+            return response
+        headers = {name: response.headers[name] for name in ("etag", "last-modified")}
+        headers |= {**NO_CACHE, "content-encoding": "gzip", "vary": "Accept-Encoding"}
+        return Response(
+            packed(str(full_path), stat_result.st_mtime_ns), media_type=response.media_type, headers=headers
+        )
+
+
+def version_of(folder: Path) -> str:
+    """Of the page's files: another one for any other contents."""
+    files = sorted(path for name in VERSIONED for path in (folder / name).rglob("*") if path.is_file())
+    digest = hashlib.sha256()
+    for path in files:
+        status = path.stat()
+        digest.update(path.relative_to(folder).as_posix().encode())
+        digest.update(_digest(path, status.st_mtime_ns, status.st_size))
+    return digest.hexdigest()[:16]
+
+
+@lru_cache(maxsize=1024)
+def _digest(path: Path, _changed: int, _size: int) -> bytes:
+    """Of a file's contents."""
+    return hashlib.sha256(path.read_bytes()).digest()
+
+
+@lru_cache(maxsize=512)
+def packed(path: str, _changed: int) -> bytes:
+    """A text file as it travels."""
+    return gzip.compress(Path(path).read_bytes(), 6, mtime=0)
