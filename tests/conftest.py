@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
@@ -81,6 +82,21 @@ class Sharing(LoadScopeScheduling):
         if file.removeprefix("tests/").startswith(SHARED):
             return f"{file}[{test.partition('[')[2].partition('-')[0]}"
         return nodeid if file.removeprefix("tests/").startswith(WIRES) else room_of(file)
+
+
+COMPILED = REPOSITORY / "tests" / "core" / "__pycache__"
+HALVES = (("tests/core",), ("tests/console", "tests/browser", "tests/benchmarks", "tests/real_data", "tests/stories"))
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """In a fresh clone every worker would compile every test: two processes do it before there are workers."""
+    if session.config.getoption("numprocesses", None) and not COMPILED.exists():
+        compiling = [sys.executable, "-m", "pytest", "-n", "0", "--collect-only", "-q"]
+        started = [
+            subprocess.Popen([*compiling, *half], cwd=REPOSITORY, stdout=subprocess.DEVNULL) for half in HALVES
+        ]
+        for process in started:
+            process.wait()
 
 
 @pytest.hookimpl(optionalhook=True)
