@@ -43,8 +43,8 @@ ABOUT = About(
     "chapter prints no figures for them.",
     runs=UTTERANCES,
     counts="utterances",
-    base_s=0.0,
-    run_s=0.0,
+    base_s=4.0,
+    run_s=0.08,
 )
 
 CONDITIONS = "all know when the speech begins and that 0.5 s before it is noise, but for those named _alone"

@@ -67,8 +67,8 @@ ABOUT = About(
     "from the print.",
     runs=PHRASES,
     counts="phrases",
-    base_s=0.0,
-    run_s=0.0,
+    base_s=1.4,
+    run_s=2.3,
 )
 RATIOS = (30.0, 20.0, 10.0, 5.0, 0.0)  # [dB] voice over noise at the robot, 1 m away
 DISTANCES = (0.5, 1.0, 2.0, 3.0, 4.0)  # [m], with the quietest noise

@@ -29,7 +29,7 @@ ABOUT = About(
     runs=1,
     counts="tours",
     base_s=0.0,
-    run_s=0.0,
+    run_s=110.0,
 )
 ROUTE = (
     "turn left",
