@@ -80,7 +80,12 @@ def search_near(
 
 
 def judge(pyramid: SearchPyramid, view: ScanView, guess: Pose) -> PoseFit | None:
-    """A view near a pose → how well it lies at the best pose thereabouts; None where no robot can stand."""
+    """A view near a pose → how well it lies at the best pose thereabouts.
+
+    None where no robot can stand, and where nothing was seen.
+    """
+    if not len(view.points):
+        return None
     pose = pyramid.field.refine(view.points, guess)
     if not pyramid.standing(pose.pose.x, pose.pose.y):
         return None

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -149,6 +150,8 @@ def test_a_blind_view_is_found_nowhere(lab: SearchPyramid) -> None:
     view = seen(LAB, Pose(0.5, 0.3, 0.0))
     blind = type(view)(stamp=0.0, odometry=Pose(), start=view.start, points=view.points[:5], misses=np.zeros((0, 2)))
     assert finish(search(lab, blind, SETTINGS))[0] == []
+    for misses in (np.zeros((0, 2)), view.misses):
+        assert judge(lab, replace(blind, points=np.zeros((0, 2)), misses=misses), Pose(0.5, 0.3, 0.0)) is None
 
 
 def test_of_every_square_one_point_is_kept() -> None:
