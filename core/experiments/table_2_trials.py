@@ -336,7 +336,9 @@ PRECONDITIONS = (
     "the speaker stands 1 to 3.8 m away on free floor where two thirds of the body are in sight of the camera,"
     " and a metre from the way of a drive; it leaves before follow wall is measured",
     f"what is not understood is said again, {TRIES} times in all",
-    "continue and stop at: the way ahead is free for the body; follow wall: something lies within 1.2 m",
+    "continue and stop at: the way ahead is free for the body",
+    f"follow wall: something lies within 1.2 m; the robot has {FOLLOWING / 60:g} minutes for the {MEASURED:g} m, of"
+    " which stretches near corners, doors and posts are none",
     f"follow me: begins in the middle of sim:lab; Ann, 1.6 m away, leads from place to place at {PACE:g} m/s on ways"
     f" that pass {LEADING:g} m or more from where the robot stands as she sets out, or lead away from it where she"
     " stands nearer; Bob crosses at 0.4 m/s",
