@@ -49,7 +49,8 @@ def said(running: Console, text: str, voice: str) -> dict[str, Any]:
     while time.monotonic() < end + PATIENCE and outcome["moves"] is None and not outcome["refused"]:
         time.sleep(EVERY)
         now = time.monotonic() - end
-        heard = [one for one in running.get("/api/hearing")["utterances"] if one["id"] not in known]
+        newer = [one for one in running.get("/api/hearing")["utterances"] if one["id"] not in known]
+        heard = [one for one in newer if one["words"]]  # the robot's motors may be taken for a voice without words
         if heard and outcome["known"] is None:
             outcome |= {"known": round(now, 2), "read": heard[0]["words"], "refused": heard[0]["reason"]}
         newest = running.get("/api/commands/history")["commands"][0]
