@@ -76,6 +76,7 @@ class PersonTrack:
         self._scanned = -math.inf  # [s] of the newest scan
         self._glance: Glance | None = None
         self._others = OtherLegs()
+        self._on_legs = math.inf  # [s] when the person last stood on legs that the laser saw; ∞: never yet
         self._likely = (
             -math.inf,
             0.0,

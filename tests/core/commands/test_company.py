@@ -48,6 +48,7 @@ class Company(Stage):
         self.camera: Camera | None = Camera()
         self.frames = 0
         self.dark = False  # no picture comes
+        self.blind = False  # the laser sees nobody
         self._eye = SimulatedCamera(Camera(), HALL, np.random.default_rng(1))
         self._laser = SimulatedLaser(Laser(), np.random.default_rng(2))
         self._points: Array = np.zeros((0, 2))
@@ -77,7 +78,7 @@ class Company(Stage):
                 world = world.with_thing(one)
             if self.camera is not None and not self.dark:
                 self._image = self._eye.take(world, self.stamp, self.pose)
-            scan = self._laser.scan(world, self.stamp, np.zeros(1), self.pose.vector[None])
+            scan = self._laser.scan(HALL if self.blind else world, self.stamp, np.zeros(1), self.pose.vector[None])
             ends = np.column_stack((np.cos(scan.angles), np.sin(scan.angles))) * scan.ranges[:, None]
             self._points = ends[scan.valid]
         around = super().here
@@ -106,6 +107,15 @@ def test_it_turns_to_the_voice_comes_and_stops_half_a_metre_before_who_spoke() -
     assert stage.to("Ann") == pytest.approx(0.5, abs=0.1)
     assert abs(stage.pose.bearing_to(-0.9, 1.9)) < 0.2
     assert told.remark.startswith("Here I am")
+
+
+def test_who_is_seen_by_the_camera_alone_is_followed() -> None:
+    """The laser has not seen their legs yet: something low may hide them."""
+    stage = Company()
+    stage.blind = True
+    stage.stands("Ann", 2.0, 0.0)
+    told = follow(stage, 4.0, {})
+    assert kept(stage, told[-1]) < 0.5
 
 
 def bearing(stage: Company, x: float, y: float, strength: float) -> VoiceBearing:
