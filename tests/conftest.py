@@ -85,7 +85,10 @@ class Sharing(LoadScopeScheduling):
 
 
 COMPILED = REPOSITORY / "tests" / "core" / "__pycache__"
-HALVES = (("tests/core",), ("tests/console", "tests/browser", "tests/benchmarks", "tests/real_data", "tests/stories"))
+HALVES = (
+    ("tests/core",),
+    ("tests/console", "tests/browser", "tests/benchmarks", "tests/real_data", "tests/recipes", "tests/stories"),
+)
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

@@ -1,8 +1,8 @@
 """The page's files: each is asked for once, until one of them changes.
 
 The document names them under `static/v-<version>/`, where the version is that of all their contents: a browser keeps
-them for good, and a page that is opened again costs one request. Where the modules import each other by relative
-paths, they stay under the same version. Under `static/` alone the browser asks each time whether they changed.
+them for good, and asks for none of them when the page is opened again. Modules import each other by relative paths,
+and so stay under the same version. Under `static/` alone the browser asks each time whether they changed.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class PageFiles(StaticFiles):
 
 
 def version_of(folder: Path) -> str:
-    """Of the page's files: another one for any other contents."""
+    """Return the version of the page's files: another one for any other contents."""
     files = sorted(path for name in VERSIONED for path in (folder / name).rglob("*") if path.is_file())
     digest = hashlib.sha256()
     for path in files:
@@ -83,7 +83,7 @@ def version_of(folder: Path) -> str:
 
 @lru_cache(maxsize=1024)
 def _digest(path: Path, _changed: int, _size: int) -> bytes:
-    """Of a file's contents."""
+    """Return the digest of a file's contents."""
     return hashlib.sha256(path.read_bytes()).digest()
 
 

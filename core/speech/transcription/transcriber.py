@@ -16,7 +16,7 @@ from core.speech.settings import SpeechSettings
 from core.speech.understanding.numbers import NUMBER
 
 PIECE = 0.05  # [s] of sound between two looks for a pause
-LAST_NUMBER = re.compile(rf"(?i: {NUMBER}\W*)$")
+LAST_NUMBER = re.compile(rf"(?i: {NUMBER}\W*)$")  # at the end of a sentence: decimals may follow
 LONGEST_EARLY = 5.0  # [s] of an utterance that is read in a pause; longer ones are no commands but talk
 
 
