@@ -32,8 +32,11 @@ class SpeechSettings(Section):
         float, Meta("s", 0.05, 2, "sound kept from before the speech: noise and direction are learnt there")
     ] = 0.5
     pause: Annotated[
-        float, Meta("s", 0.05, 2, "silence after which a short utterance is read already, in case it is over")
-    ] = 0.2
+        float, Meta("s", 0.05, 2, "silence after which an utterance is read already, in case it is over")
+    ] = 0.1
+    long_pause: Annotated[
+        float, Meta("s", 0.05, 2, "the same for a longer one than 1.2 s, which takes longer to read in vain")
+    ] = 0.15
     hangover: Annotated[float, Meta("s", 0.1, 3, "silence that ends an utterance", common=True)] = 0.45
     complete_hangover: Annotated[
         float, Meta("s", 0.1, 3, "the same where what was said so far is a whole command that cannot go on")

@@ -34,6 +34,7 @@ MOST_UNSTEADY = 1.5  # [dB] standard deviation of a noise's loudness in that tim
 MOST_ABOVE = 4.5  # [dB] above its mean that such a noise reaches; what was louder before was a voice
 WITHIN, ABOVE = 16.0, 6.0  # [dB] below the loudest and above the quietest frames, between which a voice begins
 ENOUGH = 12  # frames with a voice, that make an utterance
+SHORT = 1.2  # [s] of an utterance that is soon read
 
 
 class Endpointer:
@@ -82,9 +83,14 @@ class Endpointer:
     @property
     def so_far(self) -> Utterance | None:
         """The utterance under way, when its speaker has just made a short pause: it may be over."""
-        if self._begin is None or not self._settings.pause <= self._framed_until - self._last_voice:
+        if self._begin is None or self._framed_until - self._last_voice < self._pause(self._begin):
             return None
         return self._utterance(self._begin, False)
+
+    def _pause(self, begin: float) -> float:
+        """The silence [s] after which the utterance since `begin` [s] is read."""
+        short = self._last_voice - begin <= SHORT
+        return self._settings.pause if short else self._settings.long_pause
 
     @property
     def under_way(self) -> Utterance | None:

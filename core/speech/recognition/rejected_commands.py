@@ -35,6 +35,6 @@ class RejectedCommands:
         self._stopped[words] = now
 
     def words(self, now: float) -> tuple[str, ...]:
-        """The sentences that were rejected recently."""
-        self._stopped = {words: then for words, then in self._stopped.items() if 0 <= now - then < REMEMBERED}
-        return tuple(self._stopped)
+        """The sentences that were rejected not long before `now` [s], where an utterance began."""
+        self._stopped = {words: then for words, then in self._stopped.items() if abs(now - then) < REMEMBERED}
+        return tuple(words for words, then in self._stopped.items() if then <= now)

@@ -91,11 +91,14 @@ class ArrayTranscriber:
         return (*words, *self._spotted(sound.stamp + sound.duration))
 
     def _spotted(self, now: float) -> tuple[RecognizedUtterance, ...]:
-        """STOP in the utterance under way, where one microphone may not have heard it."""
+        """STOP in the utterance under way, where noise may hide it from one microphone."""
         since = self._one.speaking_since
         if since is None or self._stop_in_noise is None or not self._stop_in_noise.wants(since, now):
             return ()
-        beam = self._beamed.beam(since - self._pre_roll, now, since - BEFORE)
+        begin = since - self._pre_roll
+        if not self._stop_in_noise.is_covered(self._beamed.remembered(begin, now), since):
+            return ()
+        beam = self._beamed.beam(begin, now, since - BEFORE)
         return () if beam is None else self._stop_in_noise.find(beam, since)
 
     def words_so_far(self) -> str:
@@ -116,11 +119,11 @@ class _Beamed:
         array: MicrophoneArray,
         hearing: DirectionFindingSettings,
         readings: BeamReadings,
-        remembered: float,
+        kept: float,
     ) -> None:
         self._recognizer, self._array, self._hearing = recognizer, array, hearing
         self._readings = readings
-        self._remembered = remembered  # [s]
+        self._kept = kept  # [s]
         self._pieces: deque[Sound] = deque()
 
     def remember(self, sound: Sound) -> None:
@@ -130,7 +133,7 @@ class _Beamed:
             if abs(last.stamp + last.duration - sound.stamp) > GAP or last.channels != sound.channels:
                 self._pieces.clear()
         self._pieces.append(sound)
-        while self._pieces[0].stamp + self._pieces[0].duration < sound.stamp - self._remembered:
+        while self._pieces[0].stamp + self._pieces[0].duration < sound.stamp - self._kept:
             self._pieces.popleft()
 
     def decide(self, utterance: Utterance) -> Decision:
@@ -162,10 +165,16 @@ class _Beamed:
 
     def _located(self, begin: float, end: float, since: float) -> tuple[Sound, Array | None]:
         """All channels between two moments [s], and the direction of the voice (3,); None when unknown."""
-        within = [one for one in self._pieces if one.stamp < end and one.stamp + one.duration > begin]
-        if not within:  # the sound had a gap since
-            return self._pieces[-1], None
-        samples = np.concatenate([one.samples for one in within])
-        whole = Sound(stamp=within[0].stamp, rate=RATE, samples=samples).part(begin, end)
+        whole = self.remembered(begin, end)
+        if whole.stamp >= end or whole.stamp + whole.duration <= begin:  # the sound had a gap since
+            return whole, None
         direction = locate(whole, self._array, speech_from=since, settings=self._hearing)
         return whole, None if direction is None else direction.towards
+
+    def remembered(self, begin: float, end: float) -> Sound:
+        """All channels between two moments [s]; where none of it is remembered any more, the newest piece."""
+        within = [one for one in self._pieces if one.stamp < end and one.stamp + one.duration > begin]
+        if not within:
+            return self._pieces[-1]
+        samples = np.concatenate([one.samples for one in within])
+        return Sound(stamp=within[0].stamp, rate=RATE, samples=samples).part(begin, end)

@@ -135,9 +135,10 @@ def test_a_stop_that_is_read_in_a_pause_is_told_at_once(decision, early):
     told, spoken = [], 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
     for piece in pieces(padded(spoken, tail=1.5)):
         told += [(one, piece.stamp) for one in transcriber.feed(piece)]
-    assert [one.final for one, _ in told] == ([False, True] if early else [True])
+    assert [one.final for one, _ in told] == [False] * (len(told) - 1) + [True]  # the voice may pause in between, too
+    assert (len(told) > 1) == early
     if early:
-        (first, when), (_, over) = told
+        (first, when), (_, over) = told[-2:]
         assert first.decision.stops
         assert when - first.end < 0.35 < over - first.end
 

@@ -60,20 +60,29 @@ def test_nothing_else_holds_an_order_back(told):
     assert after(*told).words(12.0) == ()
 
 
+def test_an_utterance_that_is_read_again_after_its_stop_forgets_nothing():
+    """STOP is heard in a pause, and the sentence goes on: it began before that."""
+    memory = after(heard(GO, 10.0), heard("stop", 12.0))
+    assert memory.words(11.5) == ()
+    assert memory.words(13.0) == (GO,)
+
+
 def test_another_clock_forgets():
     memory = after(heard(GO, 1000.0), heard("stop", 1002.0))
     assert memory.words(3.0) == ()
 
 
 class Reader:
-    """Reads its sentences, one after the other, and keeps what it was told of each."""
+    """Reads its sentences, one in each utterance, and keeps what it was told of each."""
 
     def __init__(self, *sentences: str) -> None:
-        self.sentences, self.told = list(sentences), []
+        self.sentences, self.told, self.begun = list(sentences), [], None
 
     def decide(self, utterance: Utterance) -> Decision:
-        self.told.append(utterance.rejected)
-        return sure(self.sentences.pop(0))
+        if utterance.begin != self.begun:  # else it was read in a pause already
+            self.begun = utterance.begin
+            self.told.append(utterance.rejected)
+        return sure(self.sentences[len(self.told) - 1])
 
 
 def test_who_reads_words_is_told_what_was_held_back_just_before():
