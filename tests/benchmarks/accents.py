@@ -3,8 +3,8 @@
 Eight accents, and the male and female voices of the American one, at their natural pace. Each sentence stands in half
 a second of faint noise, is cut by the endpointer, and is read by the engine, as a recording is by `beckon hear`. Told
 for every voice: right, refused, wrong; every wrong motion is listed, with `--misses` every miss. `--others` speaks
-other sentences, in turn a tenth slower and faster. As with people, no two readings of a sentence are the same:
-`--times N` speaks all of them N times.
+other sentences, in turn a tenth slower and faster; `--drawn SEED` draws numbers with decimals for every voice. As
+with people, no two readings of a sentence are the same: `--times N` speaks all of them N times.
 """
 
 from __future__ import annotations
@@ -58,6 +58,29 @@ OTHERS = (
     "stop at 4 and 2.5",
 )
 PACES = (0.9, 1.1)
+DRAWN_PACES = (0.9, 1.0, 1.1)
+
+
+def drawn(seed: int) -> list[tuple[str, float]]:
+    """Sentences with numbers that have decimals, with and without a whole part, and their paces."""
+    chance = np.random.default_rng(seed)
+
+    def below_one() -> str:
+        return f"0.{chance.integers(1, 10)}"
+
+    def above(bound: int) -> str:
+        return f"{chance.integers(1, bound)}.{chance.integers(1, 10)}"
+
+    texts = (
+        f"continue {below_one()} meters",
+        f"continue {above(5)} meters",
+        f"continue {above(5)} meters",
+        f"stop at {below_one()} and {above(4)}",
+        f"stop at {above(4)} and {below_one()}",
+        f"stop at {below_one()} and {below_one()}",
+        f"stop at {above(4)} and {above(4)}",
+    )
+    return [(text, DRAWN_PACES[n % 3]) for n, text in enumerate(texts)]
 
 
 def said(text: str, voice: str, seed: int, pace: float = 1.0) -> Array:
@@ -73,6 +96,7 @@ def main() -> None:
     parser.add_argument("--voices", nargs="+", default=ENGLISH_VOICES)
     parser.add_argument("--misses", action="store_true")
     parser.add_argument("--others", action="store_true", help="other sentences, at other paces")
+    parser.add_argument("--drawn", type=int, metavar="SEED", help="numbers drawn for every voice")
     parser.add_argument("--times", type=int, default=1, help="how often each sentence is spoken")
     chosen = parser.parse_args()
     settings = SpeechSettings(engine=chosen.engine)
@@ -80,21 +104,22 @@ def main() -> None:
     sentences = (
         [(text, PACES[n % 2]) for n, text in enumerate(OTHERS)] if chosen.others else [(t, 1.0) for t in SENTENCES]
     )
-    sentences *= chosen.times
     shares: list[float] = []
     wrong = 0
-    for voice in chosen.voices:
+    for number, voice in enumerate(chosen.voices):
         found: Counter[str] = Counter()
-        for seed, (text, pace) in enumerate(sentences):
+        if chosen.drawn is not None:
+            sentences = drawn(chosen.drawn + number)
+        for seed, (text, pace) in enumerate(chosen.times * sentences):
             decisions = decide(said(text, voice, seed, pace))
             result = outcome_of_all(text, decisions)
             found[result] += 1
             if result in (WRONG, STOPPED) or (chosen.misses and result != RIGHT):
                 heard = ", ".join(one.echo for one in decisions)
                 sys.stdout.write(f"  {result} {voice} “{text}” → {heard}\n")
-        shares.append(found[RIGHT] / len(sentences))
+        shares.append(found[RIGHT] / found.total())
         wrong += found[WRONG]
-        sys.stdout.write(json.dumps({"voice": voice, "of": len(sentences), **found}) + "\n")
+        sys.stdout.write(json.dumps({"voice": voice, "of": found.total(), **found}) + "\n")
         sys.stdout.flush()
     told = {"mean_share": round(float(np.mean(shares)), 3), "least": round(min(shares), 3), "wrong": wrong}
     sys.stdout.write(json.dumps(told) + "\n")

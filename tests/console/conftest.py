@@ -29,7 +29,7 @@ def rough_live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
         yield live
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def open_live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
     """A console that asks nobody to sign in."""
     with Live(tmp_path_factory.mktemp("open"), no_auth=True) as live:

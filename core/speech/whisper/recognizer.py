@@ -52,7 +52,8 @@ SLOWER = 1.1  # times as long the sound lasts in the second reading of what woul
 REJECTED_BEFORE = 3.0  # [nats] by which a command is less likely that was rejected just before
 OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
 BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
-UNHEARD = 2.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written where the whole part was not heard
+DOUBTED = 4.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written where the whole part was not heard …
+UNHEARD = 2.0  # [nats] … and by which "2.4" is likelier beside "0.4"
 OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
 SELDOM = 1.0  # [nats] by which "3.0" and "0.77" are less likely: they are written where "3.2" and "0.7" were said
@@ -100,12 +101,13 @@ class Meaning:
 
     def ahead_of(self, other: Meaning) -> float:
         """Return by how much [nats] this is likelier than the other one."""
-        unheard = _lacks_whole_part_of(self.key, other.key) - _lacks_whole_part_of(other.key, self.key)
+        doubted = DOUBTED * _lacks_whole_part_of(self.key, other.key)
+        unheard = UNHEARD * _lacks_whole_part_of(other.key, self.key)
         by_chance = self.by_chance - other.by_chance if _shape(self.key) == _shape(other.key) else 0.0
         ahead = self.nats - other.nats
         if self.again is not None and other.again is not None:
             ahead = 0.5 * (ahead + self.again - other.again)
-        return ahead - by_chance - UNHEARD * unheard
+        return ahead - by_chance - doubted + unheard
 
 
 class WhisperRecognizer:
