@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, 
 
 from tests.browser.running_console import Running
 
-IN_PROCESS = "--enable-features=NetworkServiceInProcess2"  # a page is 140 files: a fifth of its cost is between processes
+IN_PROCESS = "--enable-features=NetworkServiceInProcess2"  # or every file of a page goes through one process more
 FLAT = ["--disable-gpu", IN_PROCESS]  # what Chromium is started with where nobody looks at the 3-D map …
 WITH_SCENE = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # … and where someone does
 DESK, PHONE = (1440, 900), (390, 844)
