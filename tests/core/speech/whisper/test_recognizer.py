@@ -147,15 +147,17 @@ def test_numbers_beyond_the_bounds_of_speech_win_and_are_refused():
 
 
 def test_a_number_without_its_whole_part_never_moves_the_robot():
-    told = decided({"continue .3 meters": -0.5, "continue 4.3 meters": -3.0}, {})
+    told = decided({"continue .3 meters": -0.5, "continue 4.3 meters": -6.0}, {})
     assert told.verdict == "reject" and "whole number" in told.reason
+    assert decided({"continue .3 meters": -0.5, "continue 4.3 meters": -3.0}, {}).verdict == "reject"
 
 
 @pytest.mark.parametrize(
     ("spellings", "echo", "verdict"),
     [
         ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -3.4}, "stop at 0.8 and 2.4", "confirm"),
-        ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -8.0}, "stop at 0.8 and 0.4", "accept"),
+        ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -8.0}, "stop at 0.8 and 0.4", "confirm"),
+        ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -9.1}, "stop at 0.8 and 0.4", "accept"),
         ({"continue 2.4 meters": -2.9, "continue 0.4 meters": -3.0}, "continue 2.4 meters", "accept"),
         ({"continue 0.4 meters": -2.9, "continue 0.5 meters": -6.0}, "continue 0.4 meters", "accept"),
     ],
@@ -163,6 +165,11 @@ def test_a_number_without_its_whole_part_never_moves_the_robot():
 def test_a_number_below_one_is_doubted_where_its_whole_part_may_not_have_been_heard(spellings, echo, verdict):
     told = decided(spellings, {})
     assert (told.echo, told.verdict) == (echo, verdict)
+
+
+def test_a_number_below_one_that_is_little_likelier_than_one_above_only_stops():
+    """As a voice from the West Midlands says "stop at 0.8 and 2.4"."""
+    assert decided({"stop at 0.8 and 0.4": -4.4, "stop at 0.8 and 2.4": -8.8}, {}).stops
 
 
 def test_digits_that_are_written_often_are_no_likelier_for_it():
