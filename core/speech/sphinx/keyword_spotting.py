@@ -128,27 +128,17 @@ class BeamformedStop:
         due = not 0 <= now - self._listened < EVERY  # a clock may begin again
         return due and since != self._reported and now - since <= LONGEST_UNDER_WAY
 
-    def is_covered(self, sound: Sound, since: float) -> bool:
-        """Return whether noise covers the voice that is first heard at `since` [s], in the first channel."""
-        self._listened = sound.stamp + sound.duration
-        samples, before = sound.samples[:, 0], _samples_before(sound, since)
-        return before > 0 and over_noise(samples[before:], samples[:before]) <= self._ratio
-
     def find(self, beam: Sound, since: float) -> tuple[RecognizedUtterance, ...]:
         """One channel from before the utterance up to now, first voiced at `since` [s] → STOP, if noise covers it."""
-        if not self.is_covered(beam, since):
+        self._listened = beam.stamp + beam.duration
+        samples, before = beam.samples[:, 0], round((since - UNCLEAR - beam.stamp) * beam.rate)
+        if before <= 0 or over_noise(samples[before:], samples[:before]) > self._ratio:
             return ()
         self._decoder.start_utt()
-        cleaned = without_noise(beam.samples[:, 0], beam.rate, _samples_before(beam, since))
-        take_in(self._decoder, cleaned, whole=True)
+        take_in(self._decoder, without_noise(samples, beam.rate, before), whole=True)
         self._decoder.end_utt()
         found = spotted(self._decoder, beam.stamp)
         if not found or hums(found[0], beam):
             return ()
         self._reported = since
         return found
-
-
-def _samples_before(sound: Sound, since: float) -> int:
-    """Samples of noise alone before a voice that was first heard at `since` [s]."""
-    return round((since - UNCLEAR - sound.stamp) * sound.rate)

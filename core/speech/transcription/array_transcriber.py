@@ -24,7 +24,7 @@ from core.speech.recognition.recognizer import KeywordSpotter, Recognizer, Utter
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx.keyword_spotting import BeamformedStop
-from core.speech.transcription.transcriber import Transcriber
+from core.speech.transcription.transcriber import PIECE, Transcriber
 
 GAP = 0.02  # [s] missing between two pieces of sound, beyond which what was before is forgotten
 BEFORE = 0.1  # [s] before an utterance's first voiced frame, that may already belong to it
@@ -82,23 +82,27 @@ class ArrayTranscriber:
         self._stop_in_noise = BeamformedStop(chosen) if has_sphinx() else None
 
     def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
-        """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
+        """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput.
+
+        A long piece is heard in short ones: the STOP of a sentence that ends in it would be missed.
+        """
         samples = self._array.heard(sound)
         if sound.rate != RATE:
             raise BadInput(f"Words from an array need sound at {RATE} Hz; this has {sound.rate} Hz.")
-        self._beamed.remember(sound)
-        words = self._one.feed(Sound(stamp=sound.stamp, rate=RATE, samples=samples[:, :1]))
-        return (*words, *self._spotted(sound.stamp + sound.duration))
+        heard: list[RecognizedUtterance] = []
+        alone = Sound(stamp=sound.stamp, rate=RATE, samples=samples[:, :1])
+        for piece, one in zip(sound.pieces(PIECE), alone.pieces(PIECE), strict=True):
+            self._beamed.remember(piece)
+            heard += self._one.feed(one)
+            heard += self._spotted(piece.stamp + piece.duration)
+        return tuple(heard)
 
     def _spotted(self, now: float) -> tuple[RecognizedUtterance, ...]:
-        """STOP in the utterance under way, where noise may hide it from one microphone."""
+        """STOP in the utterance under way, where one microphone may not have heard it."""
         since = self._one.speaking_since
         if since is None or self._stop_in_noise is None or not self._stop_in_noise.wants(since, now):
             return ()
-        begin = since - self._pre_roll
-        if not self._stop_in_noise.is_covered(self._beamed.remembered(begin, now), since):
-            return ()
-        beam = self._beamed.beam(begin, now, since - BEFORE)
+        beam = self._beamed.beam(since - self._pre_roll, now, since - BEFORE)
         return () if beam is None else self._stop_in_noise.find(beam, since)
 
     def words_so_far(self) -> str:
@@ -119,11 +123,11 @@ class _Beamed:
         array: MicrophoneArray,
         hearing: DirectionFindingSettings,
         readings: BeamReadings,
-        kept: float,
+        remembered: float,
     ) -> None:
         self._recognizer, self._array, self._hearing = recognizer, array, hearing
         self._readings = readings
-        self._kept = kept  # [s]
+        self._remembered = remembered  # [s]
         self._pieces: deque[Sound] = deque()
 
     def remember(self, sound: Sound) -> None:
@@ -133,7 +137,7 @@ class _Beamed:
             if abs(last.stamp + last.duration - sound.stamp) > GAP or last.channels != sound.channels:
                 self._pieces.clear()
         self._pieces.append(sound)
-        while self._pieces[0].stamp + self._pieces[0].duration < sound.stamp - self._kept:
+        while self._pieces[0].stamp + self._pieces[0].duration < sound.stamp - self._remembered:
             self._pieces.popleft()
 
     def decide(self, utterance: Utterance) -> Decision:
@@ -165,16 +169,10 @@ class _Beamed:
 
     def _located(self, begin: float, end: float, since: float) -> tuple[Sound, Array | None]:
         """All channels between two moments [s], and the direction of the voice (3,); None when unknown."""
-        whole = self.remembered(begin, end)
-        if whole.stamp >= end or whole.stamp + whole.duration <= begin:  # the sound had a gap since
-            return whole, None
+        within = [one for one in self._pieces if one.stamp < end and one.stamp + one.duration > begin]
+        if not within:  # the sound had a gap since
+            return self._pieces[-1], None
+        samples = np.concatenate([one.samples for one in within])
+        whole = Sound(stamp=within[0].stamp, rate=RATE, samples=samples).part(begin, end)
         direction = locate(whole, self._array, speech_from=since, settings=self._hearing)
         return whole, None if direction is None else direction.towards
-
-    def remembered(self, begin: float, end: float) -> Sound:
-        """All channels between two moments [s]; where none of it is remembered any more, the newest piece."""
-        within = [one for one in self._pieces if one.stamp < end and one.stamp + one.duration > begin]
-        if not within:
-            return self._pieces[-1]
-        samples = np.concatenate([one.samples for one in within])
-        return Sound(stamp=within[0].stamp, rate=RATE, samples=samples).part(begin, end)

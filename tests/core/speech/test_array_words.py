@@ -104,6 +104,32 @@ def test_a_sentence_that_is_not_understood_is_read_in_other_ways(seconds, read, 
         assert ways[2].before.std() > 1.05 * ways[0].before.std()
 
 
+class Asked:
+    """Listens to the beam for STOP, and keeps until when [s] it was asked."""
+
+    def __init__(self) -> None:
+        self.until: list[float] = []
+
+    def wants(self, since: float, now: float) -> bool:
+        return True
+
+    def find(self, beam: Sound, since: float) -> tuple[()]:
+        self.until.append(beam.stamp + beam.duration)
+        return ()
+
+
+def test_a_long_piece_of_sound_is_searched_for_stop_as_short_ones_are():
+    """Sound waits while words are read; a sentence may end in what has come meanwhile."""
+    at_once, little_by_little = (ArrayTranscriber(RESPEAKER_ODAS, recognizer=Scribe()) for _ in range(2))
+    sound, asked = spoken(15.0), (Asked(), Asked())
+    at_once._stop_in_noise, little_by_little._stop_in_noise = asked
+    at_once.feed(sound)
+    for piece in sound.pieces(0.05):
+        little_by_little.feed(piece)
+    assert len(asked[0].until) > 10
+    assert asked[0].until == pytest.approx(asked[1].until)
+
+
 def test_sound_that_does_not_fit_the_array_is_refused():
     ears = ArrayTranscriber(RESPEAKER_ODAS, recognizer=Scribe())
     with pytest.raises(BadInput, match="channel"):
