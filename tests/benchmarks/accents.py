@@ -3,8 +3,9 @@
 Eight accents, and the male and female voices of the American one, at their natural pace. Each sentence stands in half
 a second of faint noise, is cut by the endpointer, and is read by the engine, as a recording is by `beckon hear`. Told
 for every voice: right, refused, wrong; every wrong motion is listed, with `--misses` every miss. `--others` speaks
-other sentences, in turn a tenth slower and faster; `--drawn SEED` draws numbers with decimals for every voice. As
-with people, no two readings of a sentence are the same: `--times N` speaks all of them N times.
+other sentences, in turn a tenth slower and faster; `--drawn SEED` draws numbers with decimals for every voice;
+`--noisy FOLDER` speaks sentences in nine noises (FOLDER holds speech_real). As with people, no two readings of a
+sentence are the same: `--times N` speaks all of them N times.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 import json
 import sys
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 
@@ -21,7 +23,7 @@ from core.speech.recognition.engines import ENGINES, open_engine
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import ENGLISH_VOICES, NATURAL, VoiceSettings, speak
-from tests.benchmarks.voices import RIGHT, STOPPED, WRONG, as_cut, outcome_of_all
+from tests.benchmarks.voices import RIGHT, STOPPED, WRONG, Noises, as_cut, outcome_of_all
 from tests.benchmarks.word_hearing import padded
 
 SENTENCES = (
@@ -56,6 +58,21 @@ OTHERS = (
     "stop at 1 and 3",
     "stop at 2.2 and -0.7",
     "stop at 4 and 2.5",
+)
+IN_NOISE = (
+    "turn left",
+    "turn right",
+    "come here",
+    "follow me",
+    "follow the wall",
+    "stop moving",
+    "continue 1.25 meters",
+    "continue 2.75 meters",
+    "continue 1.7 meters",
+    "continue 0.6 meters",
+    "stop at 1.5 and 2.25",
+    "stop at 2 and -3",
+    "stop at -0.8 and 3.2",
 )
 PACES = (0.9, 1.1)
 DRAWN_PACES = (0.9, 1.0, 1.1)
@@ -97,13 +114,15 @@ def main() -> None:
     parser.add_argument("--misses", action="store_true")
     parser.add_argument("--others", action="store_true", help="other sentences, at other paces")
     parser.add_argument("--drawn", type=int, metavar="SEED", help="numbers drawn for every voice")
+    parser.add_argument("--noisy", type=Path, metavar="FOLDER", help="sentences in nine noises")
     parser.add_argument("--times", type=int, default=1, help="how often each sentence is spoken")
     chosen = parser.parse_args()
     settings = SpeechSettings(engine=chosen.engine)
     decide = as_cut(open_engine(settings).recognizer, settings)
-    sentences = (
-        [(text, PACES[n % 2]) for n, text in enumerate(OTHERS)] if chosen.others else [(t, 1.0) for t in SENTENCES]
-    )
+    sentences = [(text, 1.0) for text in (IN_NOISE if chosen.noisy else SENTENCES)]
+    if chosen.others:
+        sentences = [(text, PACES[n % 2]) for n, text in enumerate(OTHERS)]
+    noises = Noises(chosen.noisy) if chosen.noisy else None
     shares: list[float] = []
     wrong = 0
     for number, voice in enumerate(chosen.voices):
@@ -111,12 +130,14 @@ def main() -> None:
         if chosen.drawn is not None:
             sentences = drawn(chosen.drawn + number)
         for seed, (text, pace) in enumerate(chosen.times * sentences):
-            decisions = decide(said(text, voice, seed, pace))
-            result = outcome_of_all(text, decisions)
-            found[result] += 1
-            if result in (WRONG, STOPPED) or (chosen.misses and result != RIGHT):
-                heard = ", ".join(one.echo for one in decisions)
-                sys.stdout.write(f"  {result} {voice} “{text}” → {heard}\n")
+            spoken = said(text, voice, seed, pace)
+            for where, samples in noises.around(spoken) if noises else [("quiet", spoken)]:
+                decisions = decide(samples)
+                result = outcome_of_all(text, decisions)
+                found[result] += 1
+                if result in (WRONG, STOPPED) or (chosen.misses and result != RIGHT):
+                    heard = ", ".join(one.echo for one in decisions)
+                    sys.stdout.write(f"  {result} {voice} {where} “{text}” → {heard}\n")
         shares.append(found[RIGHT] / found.total())
         wrong += found[WRONG]
         sys.stdout.write(json.dumps({"voice": voice, "of": found.total(), **found}) + "\n")

@@ -75,23 +75,32 @@ def sets(data: Path) -> Iterator[tuple[str, str, Clip]]:
 
 def noisy(data: Path, every: int) -> Iterator[tuple[str, str, Clip]]:
     """Commands within the bounds in three noises, at three ratios."""
-    recorded = [clip.samples for kind, clip in real(data) if kind == "noise"]
-    talk = [clip.samples for kind, clip in real(data) if kind == "real-speech"]
-    rng = np.random.default_rng(7)
+    noises = Noises(data)
     for clip in synthetic(data, "command")[:: max(every, 3)]:
-        if isinstance(understand(clip.text, spoken=True), Refusal):
-            continue
-        length = len(clip.samples)
-        babble = sum(np.roll(np.resize(one / one.std(), length), rng.integers(length)) for one in talk)
-        noises = {
-            "white": rng.normal(size=length),
-            "babble": np.asarray(babble),
-            "recorded": np.resize(recorded[int(rng.integers(len(recorded)))], length),
-        }
-        for name, noise in noises.items():
+        if not isinstance(understand(clip.text, spoken=True), Refusal):
+            for name, samples in noises.around(clip.samples):
+                yield name, clip.text, Clip(clip.name, clip.text, samples)
+
+
+class Noises:
+    """White noise, babble and recorded noise, at three ratios."""
+
+    def __init__(self, data: Path) -> None:
+        """`data` has speech_real in it."""
+        self._recorded = [clip.samples for kind, clip in real(data) if kind == "noise"]
+        self._talk = [clip.samples for kind, clip in real(data) if kind == "real-speech"]
+        self._rng = np.random.default_rng(7)
+
+    def around(self, samples: Array) -> Iterator[tuple[str, Array]]:
+        """Samples (N,) → (the noise and its ratio, the sum (N,)), nine times."""
+        length = len(samples)
+        babble = sum(np.roll(np.resize(one / one.std(), length), self._rng.integers(length)) for one in self._talk)
+        white = self._rng.normal(size=length)
+        recorded = np.resize(self._recorded[int(self._rng.integers(len(self._recorded)))], length)
+        for name, noise in (("white", white), ("babble", np.asarray(babble)), ("recorded", recorded)):
             for ratio in RATIOS:
-                scale = np.std(clip.samples) / np.std(noise) * 10 ** (-ratio / 20)
-                yield f"{name} {ratio} dB", clip.text, Clip(clip.name, clip.text, clip.samples + scale * noise)
+                scale = np.std(samples) / np.std(noise) * 10 ** (-ratio / 20)
+                yield f"{name} {ratio} dB", samples + scale * noise
 
 
 Decide = Callable[[Array], list[Decision]]

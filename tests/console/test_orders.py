@@ -59,7 +59,8 @@ def test_turn_left_turns_by_ninety_degrees_and_the_history_says_so(live: Live) -
     turned = math.remainder(truth(live)["heading_rad"] - before["heading_rad"] - math.pi / 2, math.tau)
     assert abs(math.degrees(turned)) < 2
     row = live.ask("GET", "/api/commands/history", token=live.viewer).json["commands"][0]
-    assert row["id"] == told["id"] and row["state"] == "done" and row["who"] == "operator" and row["duration_s"] > 0
+    assert (row["id"], row["state"], row["who"]) == (told["id"], "done", "operator"), row
+    assert row["duration_s"] > 0
 
 
 def test_the_last_command_wins_and_the_former_is_pre_empted(live: Live) -> None:

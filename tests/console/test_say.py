@@ -49,7 +49,7 @@ def test_a_voice_is_heard_where_it_is_and_what_it_says_is_judged(live: Live) -> 
     assert math.remainder(heard["azimuth_world_rad"] - towards, math.tau) == pytest.approx(0.0, abs=0.15)
     assert heard["sd_heard_rad"] > 0
     one = live.until(lambda: [told for told in utterances(live) if told["id"] not in known])[0]
-    assert not one["accepted"]
+    assert not one["accepted"], one
     assert one["reason"]
     assert one["azimuth_rad"] == pytest.approx(heard["azimuth_rad"], abs=0.3)
     newest = live.ask("GET", "/api/commands/history?limit=1", token=live.viewer).json["commands"][0]

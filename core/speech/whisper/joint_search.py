@@ -41,6 +41,11 @@ class Found:
     spellings: tuple[ScoredText, ...]  # of commands, the best first
     free: tuple[ScoredText, ...]  # of anything, the best first
 
+    @property
+    def free_text(self) -> str:
+        """The likeliest text of all; "" where nothing was said."""
+        return self.free[0].text if self.free else ""
+
 
 @dataclass(frozen=True)
 class _Row:

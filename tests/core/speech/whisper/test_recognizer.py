@@ -126,10 +126,18 @@ def test_a_small_lead_over_other_numbers_is_rejected_or_confirmed(lead, verdict)
 )
 def test_a_number_that_would_be_rejected_is_read_once_more_in_slower_speech_and_confirmed(slower, verdict):
     heard = utterance(np.ones(RATE))
-    spellings = {"continue 1.5 meters": -1.0, "continue 2.5 meters": -1.2}
+    spellings = {"continue 2.5 meters": -1.0, "continue 1.5 meters": -1.2}
     told = Searched(spellings, {}, slower).decide(heard)
     assert told.verdict == verdict
     assert told.command is None or told.echo == "continue 2.5 meters"
+
+
+def test_two_readings_that_differ_move_nothing():
+    slower = {"continue 2.5 meters": -1.0, "continue 1.5 meters": -6.0}
+    told = Searched({"continue 1.5 meters": -1.0, "continue 2.5 meters": -1.2}, {}, slower).decide(
+        utterance(np.ones(RATE))
+    )
+    assert told.verdict == "reject" and set(told.did_you_mean) == {"continue 2.5 meters", "continue 1.5 meters"}
 
 
 def test_what_is_clear_is_read_only_once():
@@ -167,6 +175,39 @@ def test_a_number_below_one_is_doubted_where_its_whole_part_may_not_have_been_he
     assert (told.echo, told.verdict) == (echo, verdict)
 
 
+@pytest.mark.parametrize(
+    ("spellings", "echo", "verdict"),
+    [
+        ({"continue 1.5 meters": -2.9, "continue 1.25 meters": -4.0}, "", "reject"),
+        ({"continue 1.2 meters": -2.9, "continue 1.25 meters": -6.0}, "continue 1.2 meters", "confirm"),
+        ({"continue 1.2 meters": -2.9, "continue 1.25 meters": -7.1}, "continue 1.2 meters", "accept"),
+        ({"continue 1.25 meters": -2.9, "continue 1.5 meters": -4.2}, "continue 1.25 meters", "confirm"),
+        ({"continue 0.7 meters": -2.9, "continue 0.77 meters": -4.2}, "continue 0.7 meters", "accept"),
+        ({"continue 0.7 meters": -2.9, "continue 0.07 meters": -4.2}, "continue 0.7 meters", "accept"),
+        ({"continue 1.3 meters": -2.9, "continue 1.25 meters": -5.0}, "continue 1.3 meters", "accept"),
+    ],
+)
+def test_a_decimal_is_doubted_where_a_second_one_may_not_have_been_heard(spellings, echo, verdict):
+    told = decided(spellings, {})
+    assert told.verdict == verdict
+    assert told.command is None or told.echo == echo
+
+
+@pytest.mark.parametrize(
+    ("free", "moves"),
+    [
+        ({"Stop at 1 and 9 3.": -3.3}, False),  # "one and minus three" among other talk
+        ({"Stop at 1 and 9 3.": -4.6}, False),
+        ({"Stop at 1 and 9 3.": -5.0}, True),
+        ({"Stop at one and three there.": -3.3}, True),
+        ({"Stop at 1.0 and 3": -3.3}, True),  # the same in other words
+    ],
+)
+def test_numbers_with_fewer_digits_than_the_free_text_move_nothing(free, moves):
+    told = decided({"Stop at 1 and 3.": -3.75, "Stop": -10.6}, free)
+    assert told.stops is not moves and (told.echo == "stop at 1 and 3") is moves
+
+
 def test_a_number_below_one_that_is_little_likelier_than_one_above_only_stops():
     """As a voice from the West Midlands says "stop at 0.8 and 2.4"."""
     assert decided({"stop at 0.8 and 0.4": -4.4, "stop at 0.8 and 2.4": -8.8}, {}).stops
@@ -181,11 +222,12 @@ def test_digits_that_are_written_often_are_no_likelier_for_it():
     assert found[0].by_chance == 0.0
 
 
-def test_a_last_zero_and_a_second_decimal_are_doubted_beside_a_number_without():
+def test_zeros_behind_the_point_and_repeated_decimals_are_doubted():
     assert decided({"continue 3.2 meters": -2.4, "continue 3.0 meters": -2.9}, {}).verdict == "confirm"
     assert decided({"continue 3.0 meters": -2.4, "continue 3.2 meters": -6.0}, {}).echo == "continue 3 meters"
     assert decided({"continue 0.77 meters": -2.4, "continue 0.7 meters": -2.9}, {}).verdict == "reject"
     assert decided({"continue 0.77 meters": -2.4, "continue 0.7 meters": -6.0}, {}).echo == "continue 0.77 meters"
+    assert decided({"continue 1.05 meters": -2.4, "continue 1.25 meters": -2.9}, {}).verdict == "reject"
 
 
 def test_a_word_that_is_written_for_another_is_confirmed():

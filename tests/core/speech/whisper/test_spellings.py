@@ -8,7 +8,7 @@ import pytest
 
 from core.commands import VOCABULARY
 from core.speech.whisper.recognizer import key_of
-from core.speech.whisper.spellings import Spellings, lacks_whole_part, seldom_said
+from core.speech.whisper.spellings import Spellings, count_digits, lacks_whole_part, seldom_said
 
 
 def by_letters(text: str) -> tuple[int, ...]:
@@ -108,6 +108,24 @@ def test_a_number_without_its_whole_part_is_known(words, lacks):
 
 
 @pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        ("Stop at 1 and 9 3.", 3),
+        ("stop at one and minus 3", 2),
+        ("Continue twelve meters", 2),
+        ("twenty two of one hundred", 5),
+        ("2 point 5", 2),
+        ("Stop at 1.5 and 2.2.5", 5),
+        ("continue 1.2-8 meter", 3),
+        ("someone, tenfold", 0),
+        ("", 0),
+    ],
+)
+def test_digits_are_counted_however_they_are_written(text, count):
+    assert count_digits(text) == count
+
+
+@pytest.mark.parametrize(
     ("words", "seldom"),
     [
         ("continue 3.0 meters", True),
@@ -116,11 +134,14 @@ def test_a_number_without_its_whole_part_is_known(words, lacks):
         ("continue 0.77 meters", True),
         ("continue three point zero two meters", True),
         ("stop at 1 and minus point seven seven", True),
+        ("continue 1.05 meters", True),
+        ("continue 1.25 meters", False),
+        ("continue one point two five meters", False),
         ("continue 3.2 meters", False),
         ("stop at two point two and minus 0.7", False),
         ("continue 10 meters", False),
         ("continue zero point five meters", False),
     ],
 )
-def test_last_zeros_and_second_decimals_are_known(words, seldom):
+def test_zeros_behind_the_point_and_repeated_decimals_are_known(words, seldom):
     assert seldom_said(words) is seldom
