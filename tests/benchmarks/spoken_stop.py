@@ -97,7 +97,8 @@ FIGURES = ("seconds", "way_m", "understood_s")
 
 
 def spread(values: list[float]) -> dict[str, float]:
-    return {"p50": round(float(np.median(values)), 3), "worst": round(max(values), 3)}
+    p50, p95 = np.percentile(values, (50, 95))
+    return {"p50": round(float(p50), 3), "p95": round(float(p95), 3), "worst": round(max(values), 3)}
 
 
 def main() -> None:

@@ -28,37 +28,38 @@ def voices() -> None:
         pytest.fail(why) if os.environ.get("BECKON_REQUIRE_VOICES") else pytest.skip(why)
 
 
-@pytest.fixture(scope="module")
-def lived_in(voices: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    """A console as it is started without options: Ann and Bob are there."""
-    with Running(tmp_path_factory.mktemp("near"), people=True) as running:
+@pytest.fixture
+def newly_started(voices: None, tmp_path: Path) -> Iterator[Running]:
+    """A console as it is started without options: Ann and Bob are there, and the robot can show everything."""
+    with Running(tmp_path, people=True) as running:
         yield running
 
 
-def test_within_the_first_minute_someone_calls_and_the_robot_comes(visit: Open, lived_in: Running) -> None:
+def test_within_the_first_minute_someone_calls_and_the_robot_comes(visit: Open, newly_started: Running) -> None:
     here = visit(
-        console=lived_in, before=lambda page: page.add_init_script("localStorage.setItem('beckon.map', 'flat')")
+        console=newly_started, before=lambda page: page.add_init_script("localStorage.setItem('beckon.map', 'flat')")
     )
     expect(here.find(".person-chip")).to_have_count(2)
     expect(here.find('[data-command="come_here"] .chip-note')).to_have_text("heard nobody yet")
-    begun = lived_in.ask("api/state")["stamp_s"]
+    begun = newly_started.ask("api/state")["stamp_s"]
     here.find('[data-command="come_here"]').click()
     expect(here.find("command-status")).to_contain_text("I heard nobody")
     expect(here.find(".record").first.get_by_role("button", name="Let Ann call")).to_be_visible()
     call = here.find("command-status").get_by_role("button", name="Let Ann call")
     for _ in range(4):  # a busy computer may understand too late, and says so; then she calls again
-        before = lived_in.newest()["id"]
+        before = newly_started.newest()["id"]
         (call if call.is_visible() else press_her(here)).click()
-        here.until(lambda before=before: lived_in.newest()["id"] > before, "she was heard", LONG)
-        if lived_in.newest()["state"] != "refused":
+        here.until(lambda before=before: newly_started.newest()["id"] > before, "she was heard", LONG)
+        if newly_started.newest()["state"] != "refused":
             break
     expect(here.find('.chain-step[data-step="heard"][data-lit]')).to_be_visible(timeout=30_000)
-    here.until(lambda: with_words(lived_in)["state"] != "running", "it came", LONG)
-    row = with_words(lived_in)
+    here.until(lambda: with_words(newly_started)["state"] != "running", "it came", LONG)
+    row = with_words(newly_started)
     assert (row["name"], row["state"], row["source"]) == ("come_here", "done", "ears"), row
-    assert lived_in.ask("api/state")["stamp_s"] - begun < MINUTE
-    x, y, _ = lived_in.truth()
-    away = {one["id"]: math.hypot(one["x_m"] - x, one["y_m"] - y) for one in lived_in.ask("api/sim/people")["people"]}
+    assert newly_started.ask("api/state")["stamp_s"] - begun < MINUTE
+    x, y, _ = newly_started.truth()
+    people = newly_started.ask("api/sim/people")["people"]
+    away = {one["id"]: math.hypot(one["x_m"] - x, one["y_m"] - y) for one in people}
     assert away["Ann"] == pytest.approx(0.5, abs=0.1) and away["Bob"] > 1.0
     expect(here.find('[data-command="come_here"] .chip-note')).to_contain_text("voice")
     expect(here.find("command-chain")).to_be_hidden()
@@ -106,13 +107,6 @@ def looks_through_windows(here: Visit, step: str) -> list[tuple[int, int]]:
             break
         seen.append((width, height))
     return seen
-
-
-@pytest.fixture
-def newly_started(voices: None, tmp_path: Path) -> Iterator[Running]:
-    """A robot that stands where it can show everything: the tour begins with a person in its picture."""
-    with Running(tmp_path, people=True) as running:
-        yield running
 
 
 def test_the_tours_card_leaves_free_what_it_shows_in_every_window(visit: Open, newly_started: Running) -> None:
