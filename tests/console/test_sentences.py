@@ -70,6 +70,7 @@ COMPOSED = {
     "words.bounds": "“{}” takes {} from {} to {} {}{}.",
     "words.bounds_spoken": "“{}” takes {} from {} to {} {}{}.",
     "words.longer": "{} I heard “{}”; say it again.",
+    "words.more_digits": "{} I heard “{}”; say it again.",
     "words.not_sure": "{} I heard “{}”; say it again.",
     "words.not_whole_number": "{} I heard “{}”; say it again.",
 }
