@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import replace
 
+from core.commands.stop_moving import START
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.recognition.endpointing import Endpointer, Held
@@ -112,8 +113,8 @@ class Transcriber:
 
 
 def _is_whole(decision: Decision) -> bool:
-    """Return whether words are a whole command: "stop at two" stops, but may go on."""
-    return decision.command is not None and not decision.command.remark
+    """Return whether words are a whole command. "Stop at two" stops, but may go on; "start" may be a half "stop"."""
+    return decision.command is not None and not decision.command.remark and decision.command.name != START.name
 
 
 def _is_complete(decision: Decision) -> bool:

@@ -150,6 +150,7 @@ def test_a_stop_that_is_read_in_a_pause_is_told_at_once(decision, early):
         ("continue 2 meters", 0.3),
         ("stop at 1 and 2", 0.45),  # point five
         ("stop", 0.45),  # at one and two
+        ("start", 0.8),  # the first half of "stop moving" beside motors
         ("", 0.8),
     ],
 )
@@ -164,6 +165,27 @@ def test_a_sentence_that_cannot_go_on_is_over_sooner(words, silence):
     ]
     (one, when) = told[0]
     assert silence < when - one.end < silence + 0.1
+
+
+class HearsLater(HearsCommand):
+    """Reads another command where less than `silence` [s] follows the voice."""
+
+    def __init__(self, decision: Decision, before: Decision, silence: float) -> None:
+        super().__init__(decision)
+        self._before, self._silence = before, silence
+
+    def decide(self, utterance: Utterance) -> Decision:
+        left = utterance.sound.stamp + utterance.sound.duration - utterance.end
+        return self._before if left < self._silence else self._decision
+
+
+@pytest.mark.parametrize(("first", "last"), [("start", "stop moving"), ("turn left", "turn left")])
+def test_start_is_read_again_with_all_that_follows(first, last):
+    """Beside motors "start" is often the first half of "stop moving"; of other words the first reading counts."""
+    reads = HearsLater(sure("stop moving"), sure(first), 0.25)
+    spoken = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
+    told = listened(Transcriber(recognizer=reads, spotter=HearsNothing()), padded(spoken, tail=1.5))
+    assert [one.decision.words for one in told if one.final] == [last]
 
 
 @pytest.mark.real_data
