@@ -24,6 +24,7 @@ from tests.benchmarks.running_console import console
 
 MOUTH = (1.2, 0.9)  # [m] where they stand
 LOADED = 8.0  # [s] until the recognizer is loaded
+TALKS = 3.9  # [s] a sentence lasts, and a breath
 TALK = "the weather was rather nice yesterday and we went to the lake"
 WORDS = ("turn left", "continue 1 meter", "turn right", "continue 1 meter", "turn right")
 
@@ -73,12 +74,14 @@ def campaign(viewers: int, seconds: float, talk: str) -> dict[str, object]:
         for process in processes.values():
             process.cpu_percent()
         ends, late, steps = time.monotonic() + seconds, [], []
+        silent = 0.0  # from when on [s] nobody talks
         while time.monotonic() < ends - 3.0:
             if running.get("/api/state")["command"] is None or turn == 0:
                 running.post("/api/commands", {"text": WORDS[turn % len(WORDS)]})
                 turn += 1
-            if talk:
+            if talk and time.monotonic() > silent:
                 running.post("/api/sim/say", {"text": TALK, "id": "Ann"})
+                silent = time.monotonic() + TALKS
             time.sleep(2.0)
             health = running.get("/api/health")
             late.append(health["pilot_late_ms"]["p99"])
