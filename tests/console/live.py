@@ -8,7 +8,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from console.app import create_app
 from console.runtime import Runtime
 from console.serve import Server, configured
 from core.pilot import Pilot
+from core.robots.requests import SetListening
 from tests.console.in_process import InProcessRobot
 
 
@@ -113,6 +114,8 @@ class Live:
                 runtime.dispatcher.forget(runtime.lease.holder)
 
         self.on_loop(act)
+        if self.robot.profile.microphones is not None:  # it listens for a minute after somebody spoke
+            self.robot.ask(SetListening(on=False))
 
     # HTTP
 
@@ -198,3 +201,10 @@ def hear(line: Connection, kind: str, *, seconds: float = 10.0, true: Callable[[
 def say(line: Connection, **message: Any) -> None:
     """One message up."""
     line.send(json.dumps(message))
+
+
+def say_at_once(line: ClientConnection, texts: Iterable[str]) -> None:
+    """Many messages up in one write: however slow this machine is, they arrive together."""
+    for text in texts:
+        line.protocol.send_text(text.encode())
+    line.socket.sendall(b"".join(line.protocol.data_to_send()))

@@ -58,7 +58,8 @@ def test_turn_left_turns_by_ninety_degrees_and_the_history_says_so(live: Live) -
     time.sleep(0.3)
     turned = math.remainder(truth(live)["heading_rad"] - before["heading_rad"] - math.pi / 2, math.tau)
     assert abs(math.degrees(turned)) < 2
-    row = live.ask("GET", "/api/commands/history", token=live.viewer).json["commands"][0]
+    rows = live.ask("GET", "/api/commands/history", token=live.viewer).json["commands"]
+    row = next(one for one in rows if one["source"] != "ears")  # it may still hear what was said in its room
     assert (row["id"], row["state"], row["who"]) == (told["id"], "done", "operator"), row
     assert row["duration_s"] > 0
 

@@ -23,12 +23,12 @@ def beamform(sound: Sound, array: MicrophoneArray, towards: Array, speech_from: 
     "delay-and-sum", w = d / M. Raises BadInput when the sound does not fit the array.
     """
     samples = array.heard(sound)
-    spectra = analyse(samples, sound.rate)  # (K, T, M)
+    spectra = analyse(samples, sound.rate, np.complex64)  # (K, T, M)
     frequencies = np.fft.rfftfreq(size_of(sound.rate), 1 / sound.rate)
     ahead = (array.positions - array.positions.mean(0)) @ towards / array.speed  # [s]
     steering = np.exp(2j * np.pi * np.outer(frequencies, ahead))  # (K, M)
     before = max(round((speech_from - sound.stamp) * sound.rate), 0)
-    noise = spectra[:, quiet(spectra.shape[1], before, sound.rate)]
+    noise = spectra[:, quiet(spectra.shape[1], before, sound.rate)].astype(complex)
     enough = noise.shape[1] >= LEAST_FRAMES * samples.shape[1]
     weights = _mvdr(steering, noise) if how == "mvdr" and enough else steering / samples.shape[1]
     voice = np.einsum("km,ktm->kt", weights.conj(), spectra)

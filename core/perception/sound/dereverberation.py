@@ -24,9 +24,10 @@ SILENT = 1e-12  # power of rounding
 
 def without_late_echoes(samples: Array, rate: int) -> Array:
     """Samples (N, M) of all microphones → the same (N, M) with less of the room in them."""
-    spectra = analyse(samples, rate).astype(np.complex64)  # (K, T, M)
-    dry = np.concatenate([_dry(spectra[k : k + BANDS]) for k in range(0, len(spectra), BANDS)])
-    return np.stack([synthesise(one, rate, len(samples)) for one in dry.transpose(2, 0, 1)], axis=1)
+    spectra = analyse(samples, rate, np.complex64)  # (K, T, M)
+    for k in range(0, len(spectra), BANDS):
+        spectra[k : k + BANDS] = _dry(spectra[k : k + BANDS])
+    return np.stack([synthesise(one, rate, len(samples)) for one in spectra.transpose(2, 0, 1)], axis=1)
 
 
 def _dry(spectra: Array) -> Array:

@@ -15,6 +15,7 @@ from core.errors import BadInput
 from core.message import Array, message
 from core.perception.sound.settings import DirectionFindingSettings
 
+BINS = 32  # at a time
 SILENT = 1e-14  # power below which nothing but rounding is left
 
 
@@ -65,10 +66,12 @@ def framed(samples: Array, rate: int, settings: DirectionFindingSettings) -> Spe
     band = (frequencies >= settings.lowest) & (frequencies <= min(settings.highest, 0.47 * rate))
     window = np.sin(np.pi * (np.arange(size) + 0.5) / size) ** 2
     frames = sliding_window_view(samples, size, axis=0)[::hop]  # (T, M, N)
-    values = np.fft.rfft(frames * window, axis=2)[:, :, band]
+    values = np.empty((np.count_nonzero(band), frames.shape[1], len(frames)), complex)
+    for channel in range(frames.shape[1]):  # one after the other: all frames together take much memory
+        values[:, channel] = np.fft.rfft(frames[:, channel] * window)[:, band].T
     times = (hop * np.arange(len(frames)) + size / 2) / rate
     return Spectra(
-        values=np.ascontiguousarray(values.transpose(2, 1, 0)),
+        values=values,
         frequencies=frequencies[band],
         times=times,
         size=size,
@@ -108,7 +111,8 @@ def noise_from(cross: Array, settings: DirectionFindingSettings) -> Noise:
 
 def over_noise(seen: Spectra, noise: Noise) -> Array:
     """(K, T): power of every cell in units of the noise; a steady fan counts as little from its own direction."""
-    return np.mean(np.abs(noise.whitener @ seen.values) ** 2, axis=1)
+    white = (np.abs(noise.whitener[k] @ seen.values[k]) ** 2 for k in _parts(seen))
+    return np.concatenate([one.mean(axis=1) for one in white])
 
 
 def cell_weights(power: Array, seen: Spectra, settings: DirectionFindingSettings) -> Array:
@@ -126,5 +130,10 @@ def cell_weights(power: Array, seen: Spectra, settings: DirectionFindingSettings
 
 def cross_spectra(seen: Spectra, weights: Array, noise: Noise) -> Array:
     """Weights (K, T) → cross spectra (K, M, M) of the counting cells, freed from the noise."""
-    weighted = seen.values * weights[:, None, :]
-    return weighted @ seen.values.conj().swapaxes(1, 2) - weights.sum(1)[:, None, None] * noise.cross
+    own = [(seen.values[k] * weights[k, None, :]) @ seen.values[k].conj().swapaxes(1, 2) for k in _parts(seen)]
+    return np.concatenate(own) - weights.sum(1)[:, None, None] * noise.cross
+
+
+def _parts(seen: Spectra) -> list[slice]:
+    """All bins, a few at a time: what is computed of them is as large as they are."""
+    return [slice(k, k + BINS) for k in range(0, len(seen.values), BINS)]

@@ -15,7 +15,7 @@ from websockets.sync.client import ClientConnection
 from console.api.state_socket import FLOOD, MOST_PER_SECOND
 from console.control.stop import RECORDED
 from console.http.timeouts import TimeoutSocket
-from tests.console.live import Live, hear, say
+from tests.console.live import Live, hear, say, say_at_once
 
 
 def closed(line: ClientConnection, seconds: float = 10.0) -> tuple[int, str]:
@@ -245,11 +245,7 @@ def test_a_stop_is_heard_even_from_one_who_floods(live: Live) -> None:
 def test_a_flood_of_stops_ends_the_socket_and_writes_little(live: Live) -> None:
     newest = stops(live)
     with live.open() as flood:
-        for _ in range(FLOOD + 500):
-            try:
-                say(flood, kind="stop")
-            except ConnectionClosed:
-                break
+        say_at_once(flood, ['{"kind":"stop"}'] * (FLOOD + 500))
         assert closed(flood) == (1008, f"More than {FLOOD} messages a second.")
     assert stops(live) - newest <= 5 * RECORDED
 

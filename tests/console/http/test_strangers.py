@@ -29,7 +29,7 @@ from console.http.incremental_parsing import PIECE, IncrementalProtocol
 from console.http.timeouts import MOST_PINGS, SHORT, TimeoutHttp
 from console.logging_setup import MOST_ALIKE, RepeatFilter
 from tests.benchmarks.loop_share import watched
-from tests.console.live import Live, hear, say
+from tests.console.live import Live, hear, say, say_at_once
 from tests.console.test_tls import certificate, openssl
 
 HALF = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n"
@@ -211,10 +211,7 @@ def test_a_flood_of_bytes_ends_the_socket_and_a_stop_in_it_is_heard(live: Live) 
     newest = max((entry.id for entry in live.runtime.history.newest_first(commands_only=False)), default=0)
     with live.open(token=live.viewer) as line:
         hear(line, "hello")
-        for _ in range(MOST_BYTES // 10_000 + 1):
-            line.protocol.send_text(text.encode())
-        line.protocol.send_text(json.dumps({"kind": "stop"}).encode())
-        line.socket.sendall(b"".join(line.protocol.data_to_send()))  # at once: the answer may close it in between
+        say_at_once(line, [text] * (MOST_BYTES // 10_000 + 1) + [json.dumps({"kind": "stop"})])
         with pytest.raises(ConnectionClosed) as closed:
             while True:
                 line.recv(timeout=5)
