@@ -83,11 +83,13 @@ def for_words(sound: Sound, channel: int = 0) -> Sound:
 
 
 def at_16_khz(sound: Sound) -> Sound:
-    """All channels of a sound, resampled where that is needed. Raises BadInput where it has too few samples."""
+    """All channels of a sound, resampled where that is needed. Raises BadInput where that cannot be."""
     if sound.rate < LOWEST_RATE:
         raise BadInput(f"Words need sound of at least {LOWEST_RATE} Hz; this has {sound.rate} Hz. Record it again.")
     if sound.rate == RATE:
         return sound
+    if not usable(sound.samples):
+        raise BadInput(NO_NUMBERS)
     return Sound(stamp=sound.stamp, rate=RATE, samples=resampled(sound.samples, sound.rate, RATE))
 
 

@@ -44,6 +44,15 @@ def in_a_row(lengths: list[int], channels: int) -> list[Sound]:
     return [murmur(count, channels, at / RATE) for count, at in zip(lengths, begins, strict=False)]
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("number", NUMBERS)
+def test_what_is_no_number_is_refused_before_it_is_resampled(number: float) -> None:
+    samples = murmur(480, 2, rate=48_000).samples.copy()
+    samples[7, 1] = number
+    with pytest.raises(BadInput):
+        at_16_khz(Sound(stamp=0.0, rate=48_000, samples=samples))
+
+
 @given(st.integers(0, 5_000), st.integers(1, 200_000), st.floats(1e-6, 5.0), st.floats(-1e6, 1e9))
 def test_a_sound_in_pieces_is_that_sound(count: int, rate: int, longest: float, stamp: float) -> None:
     whole = Sound(stamp=stamp, rate=rate, samples=np.arange(float(count))[:, None])
