@@ -15,7 +15,7 @@ from core.errors import BadInput
 from core.message import Array, message
 from core.perception.sound.settings import DirectionFindingSettings
 
-BINS = 32  # at a time
+BINS = 32  # computed at a time, to spare memory
 SILENT = 1e-14  # power below which nothing but rounding is left
 
 
