@@ -364,7 +364,7 @@ TRIALS = {
         "within 10 cm of the place", "m", partial(_before_a_goal, "stop at {x} and {y}"), _stop_at
     ),
     "follow_wall": CommandTrial(
-        "RMS of its 0.5 m below 3 cm along at least 5 m of straight wall, within 5 minutes",
+        f"RMS of its 0.5 m below 3 cm along at least 5 m of straight wall, within {FOLLOWING / 60:g} minutes",
         "m",
         partial(_beside_a_wall, "follow wall"),
         _follow_wall,

@@ -55,6 +55,7 @@ def _touching(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
 NOTHING = np.empty((0, 2))
 APART = 0.5  # [m] between places at the walls that can be gone to
 SECTOR = math.radians(2.0)  # of the sight, in which the newest scan replaces what was remembered
+NEAR_END, WALL_AT_END = 0.35, 0.2  # [m] around the end of an opening, in which so much of a wall must be
 RIGHT = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the right-hand side
 
 
@@ -239,6 +240,12 @@ def _near(path: Array, place: Array, reach: float) -> bool:
     return float(np.hypot(*(path - place).T).min()) < reach
 
 
+def _goes_on(cells: Array, end: Array) -> bool:
+    """Return whether a wall goes on at its end (2,) [m]; a table's leg does not."""
+    gone = np.hypot(*(cells - end).T)
+    return float(gone[gone < NEAR_END].max()) >= WALL_AT_END
+
+
 def _openings(pose: Pose, cells: Array, settings: WallSettings) -> list[tuple[Array, Array]]:
     """Find openings of at most `gap` in the wall on the right: the two ends of each (2,) [m]."""
     local = pose.inverse().apply(cells)
@@ -251,8 +258,8 @@ def _openings(pose: Pose, cells: Array, settings: WallSettings) -> list[tuple[Ar
     for last in np.flatnonzero((steps > 0.2) & (bearing[:-1] < 0) & (away[:-1] < settings.sight - 0.5)):
         end = cells[last]
         before = cells[: last + 1]
-        wall = before[(gone := np.hypot(*(before - end).T)) < 0.35]
-        if len(wall) < 5 or gone[gone < 0.35].max() < 0.2:
+        wall = before[np.hypot(*(before - end).T) < NEAR_END]
+        if len(wall) < 5 or not _goes_on(before, end):
             continue
         along = (end - wall.mean(axis=0)) / math.dist(end, wall.mean(axis=0))
         beyond = cells[last + 1 :]
@@ -260,6 +267,7 @@ def _openings(pose: Pose, cells: Array, settings: WallSettings) -> list[tuple[Ar
         wide = np.hypot(*across.T)
         aside = np.arctan2(along[0] * across[:, 1] - along[1] * across[:, 0], across @ along)
         good = (wide > 0.2) & (wide < settings.gap) & (np.abs(aside) < settings.aslant)
+        good[good] = [_goes_on(beyond, one) for one in beyond[good]]
         if not good.any():
             continue
         far = int(np.where(good, aside, -np.inf).argmax())

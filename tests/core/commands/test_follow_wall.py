@@ -119,6 +119,19 @@ def test_a_table_leg_at_hand_is_not_what_is_followed() -> None:
     assert alone.line(here, 0.5) is None
 
 
+def test_a_table_leg_behind_the_end_of_a_wall_is_not_what_follows_an_opening() -> None:
+    """Else the robot would go round the leg for ever."""
+    legs = [
+        0.03 * np.array([(math.cos(a), math.sin(a)) for a in np.linspace(0.0, 6.2, 20)]) + (x, -0.55)
+        for x in (2.0, 2.9)
+    ]
+    stage = SightedStage(Pose(0.0, 0.0, 0.0))
+    stage.walls = np.vstack((wall((-2.0, -0.5), (1.2, -0.5), (1.2, -0.8), (-2.0, -0.8)), *legs))
+    track = follow(stage, 40.0)
+    assert track[:, 0].max() < 1.9
+    assert track[-1, 1] == pytest.approx(-1.3, abs=0.03)
+
+
 def test_someone_who_stands_there_is_no_wall_to_go_to() -> None:
     stage = SightedStage(Pose(0.0, 0.0, 0.0))
     stage.walls = np.vstack((wall((0.0, -1.0), (0.12, -1.0)), wall((0.2, -1.0), (0.32, -1.0))))  # two shins
