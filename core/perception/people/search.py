@@ -43,7 +43,8 @@ class Search:
             self._strangers |= one.stranger
             if not one.stranger:
                 self._found.append(one)
-        if not self._rest or (self._found and self._hinted == 0):
+        bodies = any(one.shown >= self._settings.enough for one in self._found)  # feet alone may be a table's legs
+        if not self._rest or (bodies and self._hinted == 0):
             return apart(self._found, self._settings)
         return None
 

@@ -13,7 +13,7 @@ from core.experiments.drawn_people import ROBOTS, WEBCAM, Stage
 from core.geometry import Pose
 from core.message import Array
 from core.perception.people.brightness import levelled
-from core.perception.people.detector import find_people
+from core.perception.people.detector import Rectangle, find_people
 from core.perception.people.edge_orientation import edge_cells
 from core.perception.people.enrollment import contour_of, enrol, person_image
 from core.perception.people.fusion import Ray, along, fuse
@@ -157,6 +157,25 @@ def test_a_picture_is_looked_through_a_few_planes_at_a_time(webcam: SimulatedCam
     assert told[:5] == [None] * 5
     assert told[5] is not None
     assert told[5][0].distance == pytest.approx(3.0, rel=0.15)
+
+
+def test_feet_at_what_may_be_legs_do_not_end_the_search(
+    webcam: SimulatedCamera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those may be a table's, and the person stands behind it."""
+    boards = VerticalPlanes(picture(webcam, person(3.0, 0.0)), WEBCAM)
+    body = find_people(boards, 0.0, 0.05, SETTINGS)[0]
+    feet = dataclasses.replace(body, distance=1.0, shown=0.08, value=0.55, rank=0.2, bearing=0.2)
+
+    def seen(_boards: object, _towards: object, planes: list[float], *_: object) -> list[Rectangle]:
+        return [one for one in (feet, body) if any(abs(far - one.distance) < 0.04 * far for far in planes)]
+
+    monkeypatch.setattr("core.perception.people.search.everybody", seen)
+    search = Search(boards, (0.0, 0.05), [1.0], SETTINGS, None)
+    told = None
+    while told is None:
+        told = search.go_on()
+    assert told[0].distance == body.distance
 
 
 def test_edges_are_counted_in_the_direction_in_which_they_change() -> None:
