@@ -78,7 +78,7 @@ class VoiceCommands:
         if not self.at_console and self._dispatcher.busy_above(SPOKEN):
             return HIGHER
         try:
-            command = replace(command, call=call, said=(said.t0_s, said.t1_s))
+            command = replace(command, call=call, said=decision.said or (said.t0_s, said.t1_s))
             self._pending_commands.take(replace(decision, command=command), SOURCE, who, when)
         except Problem as problem:
             self._notifications.tell("warning", problem.detail)

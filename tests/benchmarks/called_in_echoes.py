@@ -3,8 +3,9 @@
 Someone calls in sim:lab or sim:floor, at a random place in sight; one wall of the room, drawn for every run, sends
 back 95 % of the pressure (the others have an RT60 of 0.3 s). Bob, who stands elsewhere in the room, a metre or more
 from her and as loud, talks too: half of the time he is about to end as she begins, else he begins in the second half
-of her words or up to a second later. Success: the robot stands 0.5 ± 0.1 m from who called. With `--plain` there is
-neither. The words are read (`--typed`: they are taken as read, with the same voices). Every run prints a row.
+of her words or up to a second later. He does not hide her: the robot comes to whom it can see. Success: the robot
+stands 0.5 ± 0.1 m from who called. With `--plain` there is neither. The words are read (`--typed`: they are taken as
+read, with the same voices). Every run prints a row.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ import numpy as np
 
 from core.errors import BadInput, Refused
 from core.experiments.side_by_side import side_by_side
-from core.experiments.spoken_room import SentenceOutcome, SpokenRoom, length_of_words
+from core.experiments.spoken_room import BODY, SEEN, SentenceOutcome, SpokenRoom, length_of_words
 from core.experiments.table_2_trials import NEAR, PLACES, TRIES, anywhere
-from core.geometry import wrap
+from core.geometry import Pose, wrap
 from core.robots.requests import Speak
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound
@@ -45,6 +46,7 @@ TALK = (
     "I have not seen him for weeks",
 )
 APART = 1.0  # [m] between the two
+HALF = 0.25  # [m] half the width of a body with its arms
 ENDS, BEGINS = (0.0, 0.4), (0.5, 1.0)  # [s] of her words before he ends; share of her words, and [s] after them
 
 
@@ -131,7 +133,7 @@ def beside(room: SpokenRoom, x: float, y: float) -> tuple[float, float]:
     for _ in range(10_000):
         away, angle = room.chance.uniform(1.0, 3.8), room.chance.uniform(-math.pi, math.pi)
         u, v = float(here.x + away * math.cos(angle)), float(here.y + away * math.sin(angle))
-        if math.hypot(u - x, v - y) < APART or room.hidden(here, u, v):
+        if math.hypot(u - x, v - y) < APART or room.hidden(here, u, v) or hides(here, (u, v), (x, y)):
             continue
         try:
             room.put(BOB, clothes="white/green", x_m=u, y_m=v)
@@ -139,6 +141,15 @@ def beside(room: SpokenRoom, x: float, y: float) -> tuple[float, float]:
             continue
         return u, v
     raise Refused("There is no room for a second person.")
+
+
+def hides(here: Pose, nearer: tuple[float, float], person: tuple[float, float]) -> bool:
+    """Return whether someone hides more of a person from here than walls and things may."""
+    near, far = here.distance_to(*nearer), here.distance_to(*person)
+    if near > far:
+        return False
+    aside = here.bearing_to(*person) + np.arctan(BODY[:, 0] / far) - here.bearing_to(*nearer)
+    return float(np.mean(np.abs([wrap(one) for one in aside]) > math.atan(HALF / near))) < SEEN
 
 
 def interrupt(room: SpokenRoom, at: list[float], request: Speak, frame: SensorFrame) -> None:

@@ -38,6 +38,7 @@ class Decision:
     reason: str = ""  # a sentence: why it is rejected
     suggestions: tuple[str, ...] = ()  # words that the grammar would understand instead of rejected ones
     heard: str = ""  # what was said instead of a command, in any words, where the engine writes that down
+    said: tuple[float, float] | None = None  # [s] sound's clock: from when to when, where others talked besides
 
     @property
     def waits(self) -> bool:
@@ -92,6 +93,11 @@ class RecognizedUtterance:
     end: float  # [s]
     decision: Decision
     final: bool = True  # False: STOP, heard before the sentence was over
+
+    @property
+    def said(self) -> tuple[float, float]:
+        """From when to when [s] its words were said; others may have talked in the utterance."""
+        return self.decision.said or (self.begin, self.end)
 
 
 class Sentence:

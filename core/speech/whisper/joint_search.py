@@ -32,6 +32,7 @@ class ScoredText:
 
     text: str
     nats: float
+    columns: tuple[int, ...] = ()  # of its tokens
 
 
 @message
@@ -105,6 +106,17 @@ class JointSearch:
             scores = decoding.advance(parents, tokens)
         return beam.found()
 
+    def attention(self, heard: Array, text: ScoredText) -> Array:
+        """What the encoder heard (T, width), and a text → attention (W, T) to the sound while it is written.
+
+        W: its tokens with letters or digits.
+        """
+        columns = self._columns
+        attention = self._decoder.begin(heard).alignment((*columns.begin, *text.columns))
+        before = len(columns.begin) - 1  # the token before writes the next
+        words = [n + before for n, one in enumerate(text.columns) if any(map(str.isalnum, columns.text((one,))))]
+        return attention[words]
+
 
 def _logarithms(scores: Array) -> Array:
     """Scores (rows, V) → logarithmic probabilities (rows, V)."""
@@ -143,7 +155,7 @@ class _Beam:
         return Found(spellings=_ranked(self._spelled), free=_ranked(said))
 
     def _whole(self, row: _Row, nats: float) -> ScoredText:
-        return ScoredText(text=self._columns.text(row.columns), nats=nats)
+        return ScoredText(text=self._columns.text(row.columns), nats=nats, columns=row.columns)
 
     def _extended_free(self, likely: Array) -> list[_Row]:
         rows: list[_Row] = []

@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,7 @@ from core.speech.whisper.spellings import (
 )
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder, Encoder
+from core.speech.whisper.word_times import FRAME, spans_of
 
 LONGEST = 26  # [s] of sound that are read: its end, where it is longer
 SHORTEST = 0.1  # [s] of sound below which nothing was said
@@ -79,6 +81,9 @@ NAME_STOP = frozenset(
     kind.name for kind in VOCABULARY if kind is not STOP_MOVING and any(STOP_WORD.search(one) for one in kind.words)
 )
 """Commands with the word stop in them that go somewhere."""
+TO_PERSON = frozenset(kind.name for kind in VOCABULARY if kind.target == "person")
+LONG = 1.2  # [s] of an utterance from which more was said in it than the words of such a command
+MOST_SPANS = 2  # of the times at which they may have been said that are read
 
 Key = tuple[str, tuple[tuple[str, float], ...], bool]
 """A command's name and numbers, and whether a number lacks its whole part."""
@@ -153,7 +158,36 @@ class WhisperRecognizer:
         words = found.free_text.lower()
         if (STOP_WORD.search(words) or STOP_MISHEARD in words) and not goes and not decision.stops:
             return stop(found.free_text, remark=decision.reason)
-        return decision
+        return self._timed(decision, utterance, samples, found)
+
+    def _timed(self, decision: Decision, utterance: Utterance, samples: Array, found: Found) -> Decision:
+        """A command to a person in a long utterance with when its words were said: others may have talked in it."""
+        command = decision.command
+        if command is None or command.name not in TO_PERSON or utterance.end - utterance.begin < LONG:
+            return decision
+        said = self._said(command.name, samples, found)
+        if said is None:
+            return decision
+        first = utterance.sound.stamp + (len(utterance.samples) - len(samples)) / RATE  # [s] of the samples
+        return replace(decision, said=(max(utterance.begin, first + said[0]), first + said[1]))
+
+    def _said(self, name: str, samples: Array, found: Found) -> tuple[float, float] | None:
+        """From when to when [s] of the samples the words of a command were said; None where that cannot be told.
+
+        Who talks before or after them is not the one who gave it.
+        """
+        keys = ((one, key_of(one.text, self._own)) for one in found.spellings)
+        text = next((one for one, key in keys if key is not None and key[0] == name), None)
+        if text is None:
+            return None
+        attention = self._search.attention(self.encode(log_mel(samples)), text)
+        for begin, end in islice(spans_of(attention[:, : round(len(samples) / RATE / FRAME)]), MOST_SPANS):
+            part = samples[max(round((begin - BEFORE) * RATE), 0) : round(end * RATE)]
+            read = self.search(part)
+            decision = self._decided(self.meanings(read), read, "")
+            if decision.command is not None and decision.command.name == name:
+                return begin, end
+        return None
 
     def _weighed(self, samples: Array, found: Found, rejected: Iterable[str]) -> tuple[list[Meaning], bool]:
         """The meanings, after a second reading where it is hard to tell the best; False: the two do not agree."""

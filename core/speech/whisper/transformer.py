@@ -18,6 +18,11 @@ HEAD = 64  # values of an attention head
 CONTEXT = 1500  # frames of 20 ms that the encoder knows
 LONGEST = 448  # tokens that the decoder knows
 TOKENS = 51_864  # tokens of English-only models
+ALIGNED = {
+    4: ((1, 0), (2, 0), (2, 5), (3, 0), (3, 1), (3, 2), (3, 3), (3, 4)),  # tiny.en
+    6: ((3, 3), (4, 7), (5, 1), (5, 5), (5, 7)),  # base.en
+}
+"""Layers and heads that look at the word which is written, by the number of layers (published with the models)."""
 EPSILON = 1e-5
 CACHED = 65_536  # values of which a core's cache holds several arrays
 ROOT_HALF = np.float32(math.sqrt(0.5))
@@ -135,10 +140,15 @@ def joined(x: Array) -> Array:
     return swapped.reshape(*swapped.shape[:-2], -1)
 
 
+def attention(query: Array, key: Array, mask: Array | None = None) -> Array:
+    """Queries (…, H, Q, 64), keys (…, H, K, 64), mask (Q, K) that is added → weights (…, H, Q, K)."""
+    scores = query @ np.swapaxes(key, -1, -2) * np.float32(HEAD**-0.5)
+    return softmax(scores if mask is None else scores + mask)
+
+
 def attend(query: Array, key: Array, value: Array, mask: Array | None = None) -> Array:
     """Queries (…, H, Q, 64), keys and values (…, H, K, 64), mask (Q, K) that is added → (…, H, Q, 64)."""
-    scores = query @ np.swapaxes(key, -1, -2) * np.float32(HEAD**-0.5)
-    return softmax(scores if mask is None else scores + mask) @ value
+    return attention(query, key, mask) @ value
 
 
 class Encoder:
@@ -197,6 +207,7 @@ class Decoding:
         ]
         self._caches: list[tuple[Array, Array]] = []
         self._length = 0
+        self._looks: list[Array] | None = None  # (H, tokens, T) of every layer, where they are wanted
 
     def prefill(self, tokens: tuple[int, ...]) -> Array:
         """Write the first tokens of a single row → scores of what follows them, (1, V)."""
@@ -206,6 +217,14 @@ class Decoding:
         """Each new row continues the row `parents[i]` with `tokens[i]` → scores of what follows, (rows, V)."""
         self._caches = [(key[parents], value[parents]) for key, value in self._caches]
         return self._step(np.array(tokens)[:, None])
+
+    def alignment(self, tokens: tuple[int, ...]) -> Array:
+        """Write the tokens of a single row → attention (tokens, T) to the sound, from which each is followed."""
+        self._looks = []
+        self._step(np.array([tokens]))
+        looks, self._looks = self._looks, None
+        every = [(layer, head) for layer in range(len(looks) // 2, len(looks)) for head in range(len(looks[layer]))]
+        return np.mean([looks[layer][head] for layer, head in ALIGNED.get(len(looks), every)], axis=0)
 
     @property
     def full(self) -> bool:
@@ -229,7 +248,11 @@ class Decoding:
             caches.append((key, value))
             x = x + layer.attention.out(joined(attend(query, key, value, mask)).reshape(x.shape))
             query = heads(layer.cross.query(layer.cross.norm(x)))
-            x = x + layer.cross.out(joined(attend(query, *self._sound[i])))
+            key, value = self._sound[i]
+            looks = attention(query, key)
+            if self._looks is not None:
+                self._looks.append(looks)
+            x = x + layer.cross.out(joined(looks @ value))
             x = x + layer.feed(x)
         self._caches = caches
         return decoder.norm(x[count - 1 :: count]) @ decoder.embeddings.T

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -30,15 +31,19 @@ def decision(words: str) -> Decision:
     return within_bounds(Decision(verdict="accept", command=heard, words=words))
 
 
-def said(live: Live, words: str, age: float = 0.0) -> str:
-    """The ears understand words that are said from now on, or were `age` [s] ago → why nothing is done about it."""
+def said(live: Live, words: str, age: float = 0.0, own: tuple[float, float] | None = None) -> str:
+    """The ears understand words that are said from now on, or were `age` [s] ago → why nothing is done about it.
+
+    `own`: from when to when [s] the words were said, where others talked too.
+    """
     ears = live.runtime.ears
     begin = ears.stamp + 0.1
     live.until(lambda: ears.stamp > begin + 0.1)
     end = ears.stamp - age
     one = RoomUtterance(1, end - 0.1, end, words, True, words, "", 0.0, 0.05, "accept", 1.0)
+    heard = replace(decision(words), said=own)
     call = VoiceBearing(stamp=end, azimuth=0.0, sd=0.05, x=0.0, y=0.0)
-    return live.on_loop(lambda: NOT_OBEYED if ears.obey is None else ears.obey(decision(words), one, call))
+    return live.on_loop(lambda: NOT_OBEYED if ears.obey is None else ears.obey(heard, one, call))
 
 
 def newest(live: Live) -> dict[str, Any]:
@@ -83,9 +88,10 @@ def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
     monkeypatch.setattr(pending_commands, "delay", 600.0)
     assert listen(live, True).status == 200
     before = newest(live)["id"]
-    assert said(live, "come here") == ""
+    assert said(live, "come here", own=(1.25, 1.5)) == ""  # someone else talked in the same utterance
     waiting = pending_commands.waiting
     assert waiting is not None and waiting.source == "ears" and waiting.command.call is not None
+    assert waiting.command.said == (1.25, 1.5)
     live.ask("POST", "/api/stop", token=live.viewer)
     pending_commands.delay = 0.2
     assert said(live, "follow me") == ""

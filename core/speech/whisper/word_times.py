@@ -1,0 +1,48 @@
+"""When words were said in an utterance: where the decoder looks in the sound while it writes them.
+
+Another talker in the same utterance is told apart by that. The frames of a text are a chain through the attention of
+its tokens in which every token follows the one before soon. Of a talker who was there first the beginning attracts
+the first token, so that a second chain is sought behind the first; whoever asks reads the sound of each to choose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from core.message import Array
+
+FRAME = 0.02  # [s]
+SOON = 0.5  # [s] between two tokens of a sentence, at most
+FIRST, LAST = (
+    0.4,
+    0.2,
+)  # [s] from the begin of the words to the first token's frame, and from the last one's to the end
+FAINT = 1e-6  # attention below which there is none
+
+
+def spans_of(attention: Array) -> Iterator[tuple[float, float]]:
+    """Attention (W, T) of the tokens of words → from when to when [s] they may have been said, likeliest first."""
+    since = 0
+    while len(attention) and attention.shape[1] > since + len(attention):
+        frames = _chain(np.log(attention[:, since:] + FAINT))
+        first, last = since + frames[0], since + frames[-1]
+        yield first * FRAME - FIRST, last * FRAME + LAST
+        since = last + round(LAST / FRAME)
+
+
+def _chain(likely: Array) -> list[int]:
+    """Logarithms of attention (W, T) → the frame of each token: the chain of the greatest sum."""
+    reach = round(SOON / FRAME) + 1
+    best, came = likely[0], list[Array]()
+    for row in likely[1:]:
+        padded = np.concatenate((np.full(reach - 1, -np.inf), best))
+        windows = np.lib.stride_tricks.sliding_window_view(padded, reach)  # (T, reach): every frame and those before
+        from_which = windows.argmax(axis=1)
+        came.append(from_which + np.arange(len(best)) - reach + 1)
+        best = windows.max(axis=1) + row
+    frames = [int(best.argmax())]
+    for back in reversed(came):
+        frames.append(int(back[frames[-1]]))
+    return frames[::-1]

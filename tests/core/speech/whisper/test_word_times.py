@@ -1,0 +1,85 @@
+"""When words were said: chains through attention, and commands beside which someone else talks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from core.message import Array
+from core.speech.recognition.recognizer import Utterance, for_words
+from core.speech.settings import RATE
+from core.speech.synthesis import VoiceSettings, speak
+from core.speech.whisper.word_times import FIRST, FRAME, LAST, spans_of
+from tests.core.speech.ears import mono, whisper
+
+
+def attention(*frames: tuple[int, ...], length: int = 200) -> Array:
+    """A row for every token, that looks at these frames, at the first a little more than at the next."""
+    looks = np.full((len(frames), length), 1e-4)
+    for row, chosen in zip(looks, frames, strict=True):
+        row[list(chosen)] = 0.5 - 0.05 * np.arange(len(chosen))
+    return looks
+
+
+def test_words_last_from_before_their_first_token_to_behind_their_last() -> None:
+    begin, end = next(iter(spans_of(attention((40,), (55,)))))
+    assert (begin, end) == pytest.approx((40 * FRAME - FIRST, 55 * FRAME + LAST))
+
+
+def test_a_token_follows_the_one_before_soon() -> None:
+    begin, _ = next(iter(spans_of(attention((10, 120), (135,)))))
+    assert begin == pytest.approx(120 * FRAME - FIRST)
+
+
+def test_the_next_span_lies_behind_the_first() -> None:
+    spans = list(spans_of(attention((20, 120), (30, 130))))
+    assert [begin for begin, _ in spans[:2]] == pytest.approx([20 * FRAME - FIRST, 120 * FRAME - FIRST])
+    assert all(end > before for (_, before), (_, end) in pairwise(spans))
+
+
+@pytest.mark.parametrize("shape", [(0, 50), (2, 0), (3, 3)])
+def test_without_words_or_without_sound_there_are_no_spans(shape: tuple[int, int]) -> None:
+    assert list(spans_of(np.full(shape, 0.1))) == []
+
+
+def said(words: str, voice: str) -> Array:
+    """Samples of a synthetic voice, as loud as others."""
+    samples = for_words(speak(words, VoiceSettings(voice=voice))).samples[:, 0]
+    loud = np.flatnonzero(np.abs(samples) > 0.02 * np.abs(samples).max())
+    return 0.1 * samples[loud[0] : loud[-1]] / np.std(samples)
+
+
+def heard(samples: Array, begin: float) -> Utterance:
+    """All of it is one utterance, which begins so many seconds from its own beginning, at 100 s."""
+    end = 100.0 + len(samples) / RATE
+    return Utterance(sound=mono(samples, 100.0), begin=100.0 + begin, end=end)
+
+
+@pytest.mark.parametrize(
+    ("command", "at"), [("come here", 0.8), ("come here", 1.0), ("come here", 1.3), ("follow me", 0.8)]
+)
+def test_the_words_of_a_command_end_before_those_of_another_talker(command: str, at: float) -> None:
+    """Who is fainter, as in a beam, and begins `at` so much of them."""
+    quiet = 0.001 * np.random.default_rng(0).normal(size=round(4.0 * RATE))
+    words, talk = said(command, "en-us"), said("the meeting begins at nine", "en-gb-x-rp")
+    begin = 0.4 + at * len(words) / RATE
+    quiet[round(0.4 * RATE) :][: len(words)] += words
+    quiet[round(begin * RATE) :][: len(talk)] += 0.2 * talk
+    decision = whisper().decide(heard(quiet[: round(begin * RATE) + len(talk)], 0.35))
+    assert decision.command is not None
+    assert decision.command.heard_as == command
+    assert decision.said is not None
+    assert decision.said[0] == pytest.approx(100.4, abs=0.25)
+    assert decision.said[1] == pytest.approx(100.4 + len(words) / RATE, abs=0.4)
+
+
+def test_words_that_fill_their_utterance_and_words_to_nobody_are_not_sought() -> None:
+    quiet = np.zeros(round(0.3 * RATE))
+    for words in ("come here", "stop at 1.5 and 2.5"):
+        alone = heard(np.concatenate((quiet, said(words, "en-us"), quiet)), 0.3)
+        decision = whisper().decide(replace(alone, end=alone.end - 0.3))
+        assert decision.command is not None
+        assert decision.said is None
