@@ -247,7 +247,7 @@ class RoomTranscriber:
             self._tell(utterance.decision, None, time.monotonic())
         if not utterance.final:
             return
-        voice = voice_between(self._voices, *utterance.said)
+        voice = voice_between(self._voices, utterance.begin, utterance.end)
         one = self._utterance(stopped(utterance) if heard != "words" else utterance, voice)
         self.utterances.append(one)
         if heard != "words":

@@ -166,7 +166,7 @@ class SpokenRoom:
             if said is None or said.decision.command is None:
                 why = "not understood"
                 continue
-            call = call_of(voices, *said.said)
+            call = call_of(voices, said.begin, said.end)
             decision, command, now = said.decision, said.decision.command, self.robot.snapshot.stamp
             if not decision.stops and now - said.end > OBEYED_WITHIN:
                 why = f"understood {now - said.end:.1f} s after it was said"

@@ -55,7 +55,7 @@ def _touching(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
 NOTHING = np.empty((0, 2))
 APART = 0.5  # [m] between places at the walls that can be gone to
 SECTOR = math.radians(2.0)  # of the sight, in which the newest scan replaces what was remembered
-NEAR_END, WALL_AT_END = 0.35, 0.2  # [m] around the end of an opening, in which so much of a wall must be
+NEAR_END, WALL_AT_END = 0.35, 0.2  # [m] around the end of an opening, and to where its wall is seen there at least
 RIGHT = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the right-hand side
 
 
@@ -259,7 +259,7 @@ def _openings(pose: Pose, cells: Array, settings: WallSettings) -> list[tuple[Ar
         end = cells[last]
         before = cells[: last + 1]
         wall = before[np.hypot(*(before - end).T) < NEAR_END]
-        if len(wall) < 5 or not _goes_on(before, end):
+        if len(wall) < 5 or not _goes_on(wall, end):
             continue
         along = (end - wall.mean(axis=0)) / math.dist(end, wall.mean(axis=0))
         beyond = cells[last + 1 :]
@@ -267,10 +267,10 @@ def _openings(pose: Pose, cells: Array, settings: WallSettings) -> list[tuple[Ar
         wide = np.hypot(*across.T)
         aside = np.arctan2(along[0] * across[:, 1] - along[1] * across[:, 0], across @ along)
         good = (wide > 0.2) & (wide < settings.gap) & (np.abs(aside) < settings.aslant)
-        good[good] = [_goes_on(beyond, one) for one in beyond[good]]
-        if not good.any():
+        leftmost = np.flatnonzero(good)[np.argsort(-aside[good], kind="stable")]
+        far = next((int(one) for one in leftmost if _goes_on(beyond, beyond[one])), None)
+        if far is None:
             continue
-        far = int(np.where(good, aside, -np.inf).argmax())
         side = across[far] / wide[far]
         depths = across[:far] @ (side[1], -side[0])
         if not len(depths) or float(depths.max()) > settings.deep:

@@ -213,7 +213,8 @@ class Pilot:
         heard = tuple(one for one in self._hearing.heard_in(*command.said) if one.sd <= sure)
         if not heard:
             return accepted
-        call = replace(likeliest(heard)[0], strength=1.0)
+        newest = command.said[1] if command.call is None else max(command.said[1], command.call.stamp)
+        call = replace(likeliest(heard)[0], strength=1.0, stamp=newest)  # as old as the voice: others may talk on
         return replace(accepted, command=replace(command, call=call, others=heard))
 
     def _begin_again_after_a_seek(self, stamp: float) -> None:

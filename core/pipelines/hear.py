@@ -200,7 +200,8 @@ def _direction(one: Direction, array: MicrophoneArray | None) -> HeardDirection:
 
 
 def _utterance(said: RecognizedUtterance, found: Sequence[Direction]) -> HeardUtterance:
-    near = [one for one in found if said.begin - AROUND <= one.stamp <= said.end + AROUND]
+    begin, end = said.said
+    near = [one for one in found if begin - AROUND <= one.stamp <= end + AROUND]
     best = max(near, key=lambda one: one.strength, default=None)
     decision, command = said.decision, said.decision.command
     return {

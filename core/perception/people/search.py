@@ -43,10 +43,14 @@ class Search:
             self._strangers |= one.stranger
             if not one.stranger:
                 self._found.append(one)
-        bodies = any(one.shown >= self._settings.enough for one in self._found)  # feet alone may be a table's legs
-        if not self._rest or (bodies and self._hinted == 0):
+        if not self._rest or (self._hinted == 0 and any(map(self._is_enough, self._found))):
             return apart(self._found, self._settings)
         return None
+
+    def _is_enough(self, rectangle: Rectangle) -> bool:
+        """Return whether it is a body, or surely its feet: what resembles feet may be a table's legs."""
+        settings = self._settings
+        return rectangle.shown >= settings.enough or rectangle.value >= settings.threshold_of_feet
 
     @property
     def strangers(self) -> bool:

@@ -83,6 +83,7 @@ NAME_STOP = frozenset(
 """Commands with the word stop in them that go somewhere."""
 TO_PERSON = frozenset(kind.name for kind in VOCABULARY if kind.target == "person")
 LONG = 1.2  # [s] of an utterance from which more was said in it than the words of such a command
+EXACT = 0.3  # [s] to which the times of words are known
 MOST_SPANS = 2  # of the times at which they may have been said that are read
 
 Key = tuple[str, tuple[tuple[str, float], ...], bool]
@@ -149,7 +150,7 @@ class WhisperRecognizer:
 
     def decide(self, utterance: Utterance) -> Decision:
         """Compare the best meaning with free text and with the second meaning."""
-        samples = utterance.samples[max(len(utterance.before) - round(BEFORE * RATE), 0) :]
+        samples = utterance.samples[max(len(utterance.before) - round(BEFORE * RATE), 0) :][-LONGEST * RATE :]
         found = self.search(samples)
         meanings, agreed = self._weighed(samples, found, utterance.rejected)
         objection = TOO_LONG if utterance.cut else "" if agreed else NOT_SURE
@@ -169,7 +170,11 @@ class WhisperRecognizer:
         if said is None:
             return decision
         first = utterance.sound.stamp + (len(utterance.samples) - len(samples)) / RATE  # [s] of the samples
-        return replace(decision, said=(max(utterance.begin, first + said[0]), first + said[1]))
+        begin, end = first + said[0], min(first + said[1], utterance.end)
+        if begin < utterance.begin + EXACT:
+            begin = utterance.begin
+        alone = begin == utterance.begin and end > utterance.end - EXACT
+        return decision if alone else replace(decision, said=(begin, end))
 
     def _said(self, name: str, samples: Array, found: Found) -> tuple[float, float] | None:
         """From when to when [s] of the samples the words of a command were said; None where that cannot be told.

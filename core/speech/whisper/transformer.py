@@ -19,10 +19,10 @@ CONTEXT = 1500  # frames of 20 ms that the encoder knows
 LONGEST = 448  # tokens that the decoder knows
 TOKENS = 51_864  # tokens of English-only models
 ALIGNED = {
-    4: ((1, 0), (2, 0), (2, 5), (3, 0), (3, 1), (3, 2), (3, 3), (3, 4)),  # tiny.en
-    6: ((3, 3), (4, 7), (5, 1), (5, 5), (5, 7)),  # base.en
+    (4, 6): ((1, 0), (2, 0), (2, 5), (3, 0), (3, 1), (3, 2), (3, 3), (3, 4)),  # tiny.en
+    (6, 8): ((3, 3), (4, 7), (5, 1), (5, 5), (5, 7)),  # base.en
 }
-"""Layers and heads that look at the word which is written, by the number of layers (published with the models)."""
+"""Layers and heads that look at the word which is written, by how many there are (published with the models)."""
 EPSILON = 1e-5
 CACHED = 65_536  # values of which a core's cache holds several arrays
 ROOT_HALF = np.float32(math.sqrt(0.5))
@@ -219,12 +219,13 @@ class Decoding:
         return self._step(np.array(tokens)[:, None])
 
     def alignment(self, tokens: tuple[int, ...]) -> Array:
-        """Write the tokens of a single row → attention (tokens, T) to the sound, from which each is followed."""
+        """Write the tokens of a single row → attention (tokens, T) to the sound: while the next token is written."""
         self._looks = []
         self._step(np.array([tokens]))
-        looks, self._looks = self._looks, None
-        every = [(layer, head) for layer in range(len(looks) // 2, len(looks)) for head in range(len(looks[layer]))]
-        return np.mean([looks[layer][head] for layer, head in ALIGNED.get(len(looks), every)], axis=0)
+        looks, self._looks = np.array(self._looks), None  # (layers, H, tokens, T)
+        layers, count = looks.shape[:2]
+        half = [(layer, head) for layer in range(layers // 2, layers) for head in range(count)]
+        return np.mean([looks[place] for place in ALIGNED.get((layers, count), half)], axis=0)
 
     @property
     def full(self) -> bool:

@@ -2,7 +2,7 @@
 
 Another talker in the same utterance is told apart by that. The frames of a text are a chain through the attention of
 its tokens in which every token follows the one before soon. Of a talker who was there first the beginning attracts
-the first token, so that a second chain is sought behind the first; whoever asks reads the sound of each to choose.
+the first token, so that more chains are sought, each behind the one before; whoever asks reads their sound to choose.
 """
 
 from __future__ import annotations
@@ -15,10 +15,8 @@ from core.message import Array
 
 FRAME = 0.02  # [s]
 SOON = 0.5  # [s] between two tokens of a sentence, at most
-FIRST, LAST = (
-    0.4,
-    0.2,
-)  # [s] from the begin of the words to the first token's frame, and from the last one's to the end
+FIRST = 0.4  # [s] from the begin of words to the frame of their first token, at most
+LAST = 0.2  # [s] from the frame of their last token to their end
 FAINT = 1e-6  # attention below which there is none
 
 

@@ -362,3 +362,20 @@ def test_a_voice_is_known_to_the_decision_of_the_frame_that_it_is_heard_in(monke
     pilot.tell(1, command("come here"), "chip", "anna")
     snapshot = pilot.step(lab.read())
     assert snapshot.active_command is not None and snapshot.setpoint.w > 0
+
+
+def test_words_into_which_others_talked_on_are_as_old_as_the_voice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They were understood when all of it was over: their own end alone would make them too old."""
+    lab = robot(camera=True)
+    pilot = started(lab)
+    for _ in range(240):
+        pilot.step(lab.read())
+    now = pilot._stamp
+    fresh = Settings().person_following.spoken_fresh
+    heard = VoiceBearing(stamp=now - fresh - 1, azimuth=1.0, sd=0.05, x=0.0, y=0.0)
+    monkeypatch.setattr(pilot._hearing, "heard_in", lambda *_: (heard,))
+    other = VoiceBearing(stamp=now - 1, azimuth=-2.0, sd=0.05, x=0.0, y=0.0)
+    words = replace(command("come here"), call=other, said=(now - fresh - 2, now - fresh - 1))
+    pilot.tell(1, words, "ears", "anna")
+    snapshot = pilot.step(lab.read())
+    assert snapshot.active_command is not None and snapshot.setpoint.w > 0
