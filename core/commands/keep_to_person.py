@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from core.commands.command import Progress
 from core.commands.turn_to_voice import TurnToVoice
 from core.navigation.control_context import ControlContext
@@ -12,6 +14,7 @@ from core.perception.people.tracking import PersonTrack
 WAITING = 0.5  # [s] without a picture, after which the robot stands …
 BLIND = 1.0  # [s] … and after which nobody is followed any more
 PICTURED = 1.5  # [s] for which a picture that showed more than legs counts
+BERTH = 0.35  # [m] from the body to the middle of who walks by, within which the robot stands
 ONLY_LEGS = "I see only legs; the laser keeps you."
 
 
@@ -44,6 +47,9 @@ class KeepToPerson:
             return Progress(finished="failed", remark="No picture comes from the camera any more; I stay here.")
         if silent > WAITING:
             return Progress(remark="No picture comes from the camera; I wait.", person=person)
+        own = np.array([here.pose.x, here.pose.y])
+        if self.track.passed_by(own, here.stamp, here.body.radius + BERTH):
+            return Progress(remark="Someone passes close by; I wait.", person=person)
         return person
 
 

@@ -45,6 +45,11 @@ class LegTrack:
     def __post_init__(self) -> None:
         self._began, self.since = self.place, self.stamp
 
+    @property
+    def speed(self) -> float:
+        """[m/s]."""
+        return float(np.hypot(*self.velocity))
+
     def predicted(self, stamp: float) -> tuple[Array, Array]:
         """Predict the place (2,) at `stamp`, and the covariance (2, 2) [m²]."""
         passed = stamp - self.stamp

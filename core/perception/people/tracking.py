@@ -44,6 +44,7 @@ MISTAKEN = 0.3  # [m] sd that is added where a picture shows that the legs at th
 HIDDEN = 0.5  # [s] without a measurement, after which the person may have stopped, or be elsewhere
 REMEMBERED = 1.0  # [s] for which it counts how much a picture showed the person at their place
 NEWEST = 0.3  # share of the newest picture in that
+WALKING = 0.15  # [m/s] from which someone else is walking now
 STEADY = 0.5  # [s] for which a person's acceleration lasts
 
 
@@ -96,6 +97,11 @@ class PersonTrack:
     def apart_from(self, place: Array) -> float:
         """Distance [m] of the person from a place (2,) [m], world."""
         return float(np.hypot(*(self._state[:2] - place)))
+
+    def passed_by(self, place: Array, stamp: float, within: float) -> bool:
+        """Return whether someone else walks within that distance [m] of a place (2,) [m], world."""
+        others = self._others.near(place, stamp, walking=True)
+        return any(one.speed > WALKING and np.hypot(*(one.place - place)) < within for one in others)
 
     def lost(self, stamp: float) -> bool:
         """True when the person has been hidden for too long."""

@@ -334,6 +334,30 @@ def test_it_follows_through_someone_who_crosses_close_before_the_person_and_keep
     assert 0.7 < stage.to("Ann") < 1.8
 
 
+def test_it_stands_while_someone_walks_by_close_to_it_and_goes_on_behind_them() -> None:
+    """Their feet swing, and the guard knows only where they are now."""
+    stage = Company()
+    stage.stands("Ann", 3.0, 0.0, "red/blue")
+    stage.stands("Bob", 1.0, -1.3, "white/green")
+    stage.speaks("Ann")
+    action = stage.begin("follow me")
+    near: list[Progress] = []
+    bob = stage.people["Bob"]
+    while bob.pose.y < 1.3:
+        told = stage.step(action)
+        if told.person is not None:
+            ann = stage.people["Ann"]
+            stage.people["Ann"] = dataclasses.replace(ann, pose=Pose(ann.pose.x + 0.1 * STEP, 0.0, 0.0))
+            stage.people["Bob"] = bob = dataclasses.replace(bob, pose=Pose(1.0, bob.pose.y + 0.5 * STEP, 1.57))
+        if stage.to("Bob") < 0.45:
+            near.append(told)
+    assert stage.to("Bob") > 1.0
+    standing = [one for one in near if not one.twist.moves]
+    assert len(standing) > 0.6 * len(near) > 0
+    assert any(one.remark == "Someone passes close by; I wait." for one in standing)
+    assert stage.step(action).twist.moves
+
+
 def test_where_two_who_met_were_mixed_up_it_knows_the_person_again_by_their_looks() -> None:
     stage = Company()
     stage.stands("Ann", 1.9, 0.4, "red/blue")
