@@ -107,9 +107,9 @@ class JointSearch:
         return beam.found()
 
     def attention(self, heard: Array, text: ScoredText) -> Array:
-        """What the encoder heard (T, width), and a text → attention (W, T) to the sound while it is written.
+        """Attention (W, T) to what the encoder heard (T, width), while a text is written that was found in it.
 
-        W: its tokens with letters or digits.
+        W: the text's tokens with letters or digits.
         """
         columns = self._columns
         attention = self._decoder.begin(heard).alignment((*columns.begin, *text.columns))

@@ -177,7 +177,7 @@ class WhisperRecognizer:
         return decision if alone else replace(decision, said=(begin, end))
 
     def _said(self, name: str, samples: Array, found: Found) -> tuple[float, float] | None:
-        """From when to when [s] of the samples the words of a command were said; None where that cannot be told.
+        """From when to when [s] of the samples the words of a command were said; None where that is not known.
 
         Who talks before or after them is not the one who gave it.
         """

@@ -1,8 +1,8 @@
 """When words were said in an utterance: where the decoder looks in the sound while it writes them.
 
-Another talker in the same utterance is told apart by that. The frames of a text are a chain through the attention of
-its tokens in which every token follows the one before soon. Of a talker who was there first the beginning attracts
-the first token, so that more chains are sought, each behind the one before; whoever asks reads their sound to choose.
+This separates them from another talker in the same utterance. The frames of a text are a chain through the attention
+of its tokens in which every token follows the one before soon. Another talker who was there first attracts the first
+token, so that more chains are sought, each behind the one before; the sound of each has to be read to choose.
 """
 
 from __future__ import annotations
