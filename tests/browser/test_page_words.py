@@ -271,6 +271,20 @@ def test_the_first_hints_do_not_cover_why_a_command_was_refused(visit: Open) -> 
     assert box["y"] + box["height"] <= why["y"] or why["y"] + why["height"] <= box["y"]
 
 
+def test_the_first_hints_do_not_cover_a_notice(visit: Open) -> None:
+    line = Doctored()
+    line.change = {"notices": []}
+    here = visit(hints=True, before=line.lie_between)
+    hint, toast = here.find(".coach"), here.find(".toast")
+    expect(hint).to_contain_text("Turn the robot")
+    line.change = {"notices": [notice("warning", "Its time runs at 85 %.")]}
+    expect(toast).to_contain_text("85 %")
+    here.wait(0.5)
+    box, said = hint.bounding_box(), toast.bounding_box()
+    assert box and said
+    assert box["y"] + box["height"] <= said["y"]
+
+
 @pytest.mark.campaign
 def test_the_first_hints_wait_while_someone_else_drives(visit: Open, console: Running) -> None:
     here = visit(hints=True)

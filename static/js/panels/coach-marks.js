@@ -180,16 +180,16 @@ export class CoachMarks extends Panel {
     const stop = document.querySelector(".stop");
     if (!at || !stop) return;
     const target = at.getBoundingClientRect();
-    const status = document.querySelector("command-status")?.getBoundingClientRect() ?? target;
-    const key = [this.#step, target.left, target.top, target.width, status.top, innerWidth, innerHeight].join();
+    const now = document.querySelector(".now")?.getBoundingClientRect() ?? target; // what is understood, and notices
+    const key = [this.#step, target.left, target.top, target.width, now.top, innerWidth, innerHeight].join();
     if (key === this.#placedFor) return;
     this.#placedFor = key;
     const inMap = at.classList.contains("stage");
     const { width, height } = this.#card.getBoundingClientRect();
     const space = { width: innerWidth, height: innerHeight };
     const { left: from, right: to, bottom } = target;
-    const free = { left: from, right: to, bottom, top: Math.min(target.top, status.top) }; // what is understood stays in sight
-    const beside = placed(free, { width, height }, space, stop.getBoundingClientRect(), status);
+    const free = { left: from, right: to, bottom, top: Math.min(target.top, now.top) };
+    const beside = placed(free, { width, height }, space, stop.getBoundingClientRect(), now);
     const { left, top, side } = inMap
       ? { left: (target.left + target.right - width) / 2, top: target.top + EDGE, side: "" }
       : beside;
