@@ -180,7 +180,7 @@ export class CoachMarks extends Panel {
     const stop = document.querySelector(".stop");
     if (!at || !stop) return;
     const target = at.getBoundingClientRect();
-    const now = document.querySelector(".now")?.getBoundingClientRect() ?? target; // what is understood, and notices
+    const now = document.querySelector(".now")?.getBoundingClientRect() ?? target; // status and notices
     const key = [this.#step, target.left, target.top, target.width, now.top, innerWidth, innerHeight].join();
     if (key === this.#placedFor) return;
     this.#placedFor = key;
