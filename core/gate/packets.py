@@ -55,6 +55,8 @@ def take_packets(end: socket.socket) -> tuple[list[Packet], bool]:
             raw = end.recv(LARGEST)
         except (BlockingIOError, InterruptedError):
             return packets, True
+        except ConnectionResetError:  # said once, before its last packets, of an end that left some of ours unread
+            continue
         except OSError:
             return packets, False
         if not raw:

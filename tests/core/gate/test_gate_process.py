@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -372,6 +373,18 @@ def test_a_halt_is_on_disk_before_it_is_told_and_outlives_the_gate(tmp_path: Pat
     second.tell("leave")
     assert second.end() == 0
     assert check(read_trace(second.trace), Limits()) == []
+
+
+def test_a_halt_is_kept_where_the_console_ends_right_after_it_with_statuses_unread(tmp_path: Path) -> None:
+    played = Played(tmp_path)
+    played.until(lambda: bool(played.status))
+    assert select.select([played.console], [], [], 2.0)[0], "a status, which stays unread"
+    played.process.send_signal(signal.SIGSTOP)
+    played.tell("halt", number=1)
+    played.console.close()
+    played.process.send_signal(signal.SIGCONT)
+    assert played.end() == 0
+    assert Latch(tmp_path).is_set
 
 
 def test_killed_around_the_write_of_a_halt_it_never_forgets_one_that_it_told(tmp_path: Path) -> None:

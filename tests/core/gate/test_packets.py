@@ -24,6 +24,15 @@ def test_the_end_of_the_other_side_is_seen_after_its_last_words() -> None:
         assert take_packets(there) == ([{"n": 1}], False)
 
 
+def test_an_end_that_left_packets_unread_is_heard_to_its_last_words() -> None:
+    here, there = packet_pair()
+    with there:
+        send_packet(there, {"unread": True})
+        send_packet(here, {"n": 1})
+        here.close()
+        assert take_packets(there) == ([{"n": 1}], False)
+
+
 def test_a_full_pipe_drops_and_does_not_wait() -> None:
     here, there = packet_pair()
     with here, there:
