@@ -24,6 +24,7 @@ from console.runtime import Runtime
 from console.sentences import static_folder
 from core.commands import VOCABULARY
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile
+from core.sensors.checks import CHECKS
 
 NOTE = "<!-- Written by `python -m console.reference`; a test keeps it equal to the code. Do not edit. -->"
 
@@ -38,6 +39,7 @@ def reference_pages() -> dict[str, str]:
         "socket.md": socket_page(),
         "socket.schema.json": json.dumps(socket_schema(), indent=1, ensure_ascii=False) + "\n",
         "commands.md": commands_page(),
+        "checks.md": checks_page(),
     }
 
 
@@ -282,6 +284,34 @@ def commands_page() -> str:
         "Table 2 of the chapter. Only a whole sentence that matches moves the robot; *stop* in any sentence stops it."
     )
     return page("Commands", intro, table(("name", "words", "numbers", "does"), rows))
+
+
+# the checks of readings
+
+
+def checks_page() -> str:
+    """Every check of a reading, with the sentence that it says."""
+    intro = (
+        "Beckon uses no reading that cannot be true. Live drivers, recordings and the commands that read files share "
+        "these checks. What was found is shown by `beckon robot check`, on *Connect*, among the notices, and as "
+        "`warnings` and `faults` of `--json`, with its code."
+    )
+    stages = (
+        ("form", "shape, finite numbers, units"),
+        ("time", "age, order, clock"),
+        ("limits", "what the robot itself can do"),
+        ("agreement", "between senses"),
+    )
+    parts = [
+        f"## {stage[:1].upper()}{stage[1:]}: {meaning}\n\n"
+        + table(
+            ("code", "compared", "sentence"),
+            [(f"`{one.code}`", one.compared, one.sentence) for one in CHECKS.values() if one.stage == stage],
+        )
+        for stage, meaning in stages
+        if any(one.stage == stage for one in CHECKS.values())
+    ]
+    return page("Checks of readings", intro, *parts)
 
 
 if __name__ == "__main__":

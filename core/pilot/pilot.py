@@ -318,6 +318,8 @@ class Pilot:
             self._notices.add(frame.stamp, "warning", remark)
         if not self._profile.simulated:  # there the clock waits, and the page shows how fast it runs
             self._notices.watch_pace(frame.stamp, frame.pace)
+        for one in frame.faults:
+            self._notices.add(frame.stamp, "warning", one.sentence, cause=f"{one.code} {one.sensor}")
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
 

@@ -48,6 +48,7 @@ class SlamFigures(TypedDict):
     skipped: int
     declared: int | None
     warnings: list[str]
+    faults: list[dict[str, str]]  # code and sentence of what the checks of the readings found
     processing_s: NotRequired[float]  # as the caller measured it
 
 
@@ -93,6 +94,7 @@ class SlamResult:
             "skipped": report.skipped,
             "declared": report.declared,
             "warnings": list(report.warnings),
+            "faults": [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in report.faults],
         }
 
     def _row(self, mark: Landmark) -> LandmarkFigures:

@@ -6,6 +6,7 @@ from collections import Counter
 from pathlib import Path
 
 from core.recording.recording import RecordingReport
+from core.sensors.checks import Fault, distinct, fault
 
 
 class BadRecord(Exception):
@@ -23,6 +24,7 @@ class ReadReport:
         self._skipped: Counter[str] = Counter()
         self._first: dict[str, str] = {}
         self._warnings: dict[str, None] = {}
+        self._faults: list[Fault] = []
 
     @property
     def skipped(self) -> int:
@@ -45,6 +47,11 @@ class ReadReport:
         if len(self._warnings) < 20:
             self._warnings[sentence] = None
 
+    def fault(self, code: str, sensor: str = "", *, used: bool = False, **values: object) -> None:
+        """Add what a check of the readings found; its sentence is a warning, too."""
+        self._faults.append(fault(code, sensor, used=used, **values))
+        self.warn(self._faults[-1].sentence)
+
     def report(self, form: str) -> RecordingReport:
         """Everything counted, as sentences."""
         warnings = list(self._warnings)
@@ -59,6 +66,7 @@ class ReadReport:
             declared=self.declared,
             topics=tuple(self.topics),
             warnings=tuple(warnings),
+            faults=distinct(self._faults),
         )
 
     def reasons(self) -> str:

@@ -14,7 +14,7 @@ from core.message import message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording.odometry_track import OdometryTrack
 from core.recording.recorded_picture import RecordedPicture
-from core.sensors import Camera, Laser, Scan, SensorFrame, Wheels
+from core.sensors import Camera, Fault, Laser, Scan, SensorFrame, Wheels
 from core.setting import Meta, Section
 from core.slam.motion import Increment
 
@@ -72,7 +72,8 @@ class RecordingReport:
     skipped: int  # records that should have been and could not be
     declared: int | None = None  # records the file says it holds
     topics: tuple[str, ...] = ()  # what was used: "/scan: laser", "/odom: odometry"
-    warnings: tuple[str, ...] = ()  # sentences
+    warnings: tuple[str, ...] = ()  # sentences, those of the faults among them
+    faults: tuple[Fault, ...] = ()
 
 
 @message

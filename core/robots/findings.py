@@ -6,6 +6,8 @@ from typing import Literal
 
 import msgspec
 
+from core.sensors.checks import Fault
+
 Role = Literal[
     "odometry", "scan", "image", "camera_info", "sound", "cmd_vel", "battery", "map", "pose", "frames", "description"
 ]
@@ -51,4 +53,5 @@ class Findings(msgspec.Struct, frozen=True, kw_only=True):
     roles: tuple[TopicRole, ...] = ()  # () for a device without topics
     placed: tuple[str, ...] = ()  # the device's own names of the sensors whose mounting it knows
     clocks: tuple[ClockOffset, ...] = ()
+    faults: tuple[Fault, ...] = ()  # what the checks of its readings found
     remarks: tuple[str, ...] = ()  # sentences: ambiguities, and what is missing

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from core.sensors import SensorFrame
+from core.sensors.checks import distinct
 from core.sensors.microphones import joined
 
 LENGTH = struct.Struct("<Q")
@@ -31,6 +32,7 @@ def merged(older: SensorFrame, newer: SensorFrame) -> SensorFrame:
         image=newer.image or older.image,
         sound=joined(older.sound, newer.sound, LONGEST_SOUND),
         contact=newer.contact or older.contact,
+        faults=distinct((*older.faults, *newer.faults)),
         note=" ".join(filter(None, (older.note, newer.note))),
     )
 

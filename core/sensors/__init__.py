@@ -5,11 +5,12 @@ from __future__ import annotations
 from core.geometry import Pose
 from core.message import message
 from core.sensors.camera import Camera, Image
+from core.sensors.checks import Fault
 from core.sensors.laser import Laser, Scan
 from core.sensors.microphones import Sound
 from core.sensors.wheels import Wheels
 
-__all__ = ["Camera", "Image", "Laser", "Scan", "SensorFrame", "Sound", "Wheels"]
+__all__ = ["Camera", "Fault", "Image", "Laser", "Scan", "SensorFrame", "Sound", "Wheels"]
 
 
 @message
@@ -27,6 +28,7 @@ class SensorFrame:
     battery: float | None = None  # 0..1; None: not known
     truth: Pose | None = None  # simulator only: the true pose in the world frame. For scoring, never for an estimator
     trouble: str = ""  # why the base cannot be driven now, a sentence; what is under way ends with it
+    faults: tuple[Fault, ...] = ()  # what the checks of readings found since the last frame
     note: str = ""  # what the driver wants the operator to know: "the recording ends here"
     pace: float = 1.0  # share of real time at which the robot's clock runs; less: its computer is too slow for it
     running: bool = True  # False: the driver is paused or at its end; time does not advance
