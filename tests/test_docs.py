@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from console.cli import build_parser
 from console.reference import reference_pages
+from core.models import MODELS
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "static/docs"
@@ -51,10 +53,44 @@ def test_every_command_is_understood_by_the_command_line(page: str, line: str) -
 
 
 @pytest.mark.parametrize(
-    "name", ["cli.md", "settings.md", "robot-file.md", "rest.md", "socket.md", "socket.schema.json", "commands.md"]
+    "name",
+    [
+        "cli.md",
+        "settings.md",
+        "robot-file.md",
+        "rest.md",
+        "socket.md",
+        "socket.schema.json",
+        "commands.md",
+        "checks.md",
+    ],
 )
 def test_the_reference_is_that_of_the_code(name: str) -> None:
     assert (DOCS / "reference" / name).read_text() == reference_pages()[name], "run: python -m console.reference"
+
+
+def test_every_package_and_model_stands_among_the_licences() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    lists = [
+        project["dependencies"],
+        *(of for extra, of in project["optional-dependencies"].items() if extra != "test"),
+    ]
+    packages = {re.split(r"[^A-Za-z0-9-]", line)[0] for lines in lists for line in lines}
+    listed = set(re.findall(r"^\| ([a-z0-9-]+) \|", (DOCS / "reference/licences.md").read_text(), re.M))
+    assert packages <= listed and listed - packages == {"package", "model"} & listed
+    assert all(f"models get {name}`" in (DOCS / "reference/licences.md").read_text() for name in MODELS)
+
+
+@pytest.mark.parametrize("room", ["README.md", "CONTRIBUTING.md", "core", "console", "static"])
+def test_nothing_tells_to_install_what_an_index_holds_under_the_name_of_the_command(room: str) -> None:
+    place = ROOT / room
+    files = (
+        [place]
+        if place.is_file()
+        else [one for one in place.rglob("*") if one.suffix in (".py", ".md", ".js", ".json")]
+    )
+    named = re.compile(r"pip (install|download)[^\n`\"]* '?beckon(\[|'|`|\"|\s|$)")
+    assert [str(one.relative_to(ROOT)) for one in files if named.search(one.read_text())] == []
 
 
 @pytest.mark.parametrize("room", ["core", "console"])

@@ -8,8 +8,7 @@ import shutil
 import socket
 import sys
 import threading
-import tomllib
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +17,15 @@ from console.data_folder import home_folder
 from core.errors import Unavailable, Unwritable
 from core.files import check_folder
 from core.gate.scheduling import CONSOLE, come_first
+from core.install import install_extra, install_packages, requirements
 from core.message import message
 from core.models import MODEL, MODELS, find
 
 PORT = 8420
-CHECKOUT = Path(__file__).resolve().parents[2]
 PACKAGE = re.compile(r"[A-Za-z0-9._-]+")
 PYTHONS = re.compile(r"python_version\s*==\s*['\"]([0-9.]+)['\"]")  # the only condition that Beckon sets
-EXTRA = re.compile(r"extra\s*==\s*['\"]([^'\"]+)['\"]")
 HERE = f"{sys.version_info.major}.{sys.version_info.minor}"
+OTHER_OPENCV = ("opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless")
 WELL = "All that is needed is here."
 MISSING = "Something that is needed is missing; see the arrows above."
 FAILED = "The self-test found something that is not as it should be; the lines marked FAILED say what."
@@ -107,6 +106,8 @@ def examine() -> list[CheckResult]:
         *map(package, needed()),
         human_voices(),
         words(),
+        people(),
+        one_opencv(),
         voice(),
         microphones(),
         figures(),
@@ -118,25 +119,15 @@ def examine() -> list[CheckResult]:
     ]
 
 
-def declared(extra: str = "") -> list[str]:
-    """Return the requirements of Beckon, or of one of its extras, a line each with its conditions."""
-    try:
-        lines: list[str] = requires("beckon") or []
-    except PackageNotFoundError:  # a bare checkout
-        project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
-        return project["optional-dependencies"].get(extra, []) if extra else project["dependencies"]
-    return [line for line in lines if extra == next(iter(EXTRA.findall(line)), "")]
-
-
 def missing_packages(extra: str) -> list[str]:
     """The packages of an extra that are not installed."""
-    names = [name[0] for line in declared(extra) if (name := PACKAGE.match(line))]
+    names = [name[0] for line in requirements(extra) if (name := PACKAGE.match(line))]
     return [name for name in names if not package(name).good]
 
 
 def needed(python: str = HERE) -> list[str]:
     """The packages that Beckon needs on this Python ("3.11")."""
-    wanted = (line for line in declared() if python in PYTHONS.findall(line) or not PYTHONS.search(line))
+    wanted = (line for line in requirements() if python in PYTHONS.findall(line) or not PYTHONS.search(line))
     return [name[0] for line in wanted if (name := PACKAGE.match(line))]
 
 
@@ -156,17 +147,18 @@ def package(name: str) -> CheckResult:
     try:
         return CheckResult(name=name, good=True, found=version(name))
     except PackageNotFoundError:
-        return CheckResult(name=name, good=False, found="not installed", remedy=f"pip install {name}")
+        return CheckResult(name=name, good=False, found="not installed", remedy=install_packages(name))
 
 
 def human_voices() -> CheckResult:
     """Check the model of the recognizer that understands people."""
     there = find(MODEL) is not None
+    without = "people are understood less well" if package("pocketsphinx").good else "nobody is understood"
     return CheckResult(
         name="words (Whisper)",
         good=there,
         needed=False,
-        found=MODEL if there else "its model is not here: people are understood less well",
+        found=MODEL if there else f"its model is not here: {without}",
         remedy=f"beckon models get {MODEL} ({MODELS[MODEL].megabytes} MB)",
     )
 
@@ -178,12 +170,37 @@ def words(python: str = HERE) -> CheckResult:
         return CheckResult(name=name, good=True, needed=False, found=version("pocketsphinx"))
     except PackageNotFoundError:
         without = "Whisper spots STOP too, later" if human_voices().good else "the robot hears where, not what"
-        found, remedy = f"not installed: {without}", "pip install 'beckon[speech]'"
-        ready = [one for line in declared() if line.startswith("pocketsphinx") for one in PYTHONS.findall(line)]
+        found, remedy = f"not installed: {without}", install_extra("speech")
+        ready = [one for line in requirements() if line.startswith("pocketsphinx") for one in PYTHONS.findall(line)]
         if ready and python not in ready:
             found += f" (there is no ready-made package for Python {python})"
             remedy += f" with a C compiler and CMake, or run Beckon on Python {' or '.join(ready)}"
         return CheckResult(name=name, good=False, needed=False, found=found, remedy=remedy)
+
+
+def people() -> CheckResult:
+    """Check the networks that see real people."""
+    there = find("people") is not None
+    return CheckResult(
+        name="people (networks)",
+        good=there,
+        needed=False,
+        found="see real people" if there else "not here: only the simulator's drawn figures are seen",
+        remedy=f"beckon models get people ({MODELS['people'].megabytes} MB)",
+    )
+
+
+def one_opencv() -> CheckResult:
+    """Check that no other package brings the same `cv2` over Beckon's."""
+    others = [name for name in OTHER_OPENCV if package(name).good]
+    return CheckResult(
+        name="one OpenCV",
+        good=not others,
+        needed=False,
+        found=f"{' and '.join(others)} too: whichever was installed last is used" if others else "yes",
+        remedy=f"{sys.executable} -m pip uninstall {' '.join(others)}, then "
+        f"{install_packages('--force-reinstall', '--no-deps', 'opencv-python-headless')}",
+    )
 
 
 def voice() -> CheckResult:
@@ -196,7 +213,7 @@ def voice() -> CheckResult:
         good=there,
         needed=False,
         found="speaks" if there else "not installed: text is not spoken",
-        remedy="pip install 'beckon[voice]' · Debian: apt install espeak-ng",
+        remedy=f"{install_extra('voice')} · Debian: apt install espeak-ng",
     )
 
 
@@ -223,7 +240,7 @@ def figures() -> CheckResult:
             good=False,
             needed=False,
             found="not installed: experiments write their numbers, but no figures",
-            remedy="pip install 'beckon[figures]'",
+            remedy=install_extra("figures"),
         )
 
 

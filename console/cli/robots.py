@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from console.cli.answer import add_json, write, write_json
 from console.cli.doctor import missing_packages
+from core.install import install_extra
 from core.robots.connect import OWN, SCHEMES, brought
 
 HEAD = ("example", "what", "has", "needs")
@@ -32,7 +33,7 @@ class SchemeRow(NamedTuple):
         """Packages to install, for people."""
         if not self.extra:
             return self.package
-        return f"pip install 'beckon[{self.extra}]'" if self.missing else f"{self.extra} (installed)"
+        return install_extra(self.extra) if self.missing else f"{self.extra} (installed)"
 
     @property
     def fields(self) -> dict[str, object]:

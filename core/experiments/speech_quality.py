@@ -25,6 +25,7 @@ from core.experiments.drawn_voices import best_and_worst, by_voice
 from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.experiments.speech_loop import LoopResult, padded, read, run_loop, save_loop, track_of
+from core.install import install_extra
 from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.sensors.resampling import resampled
@@ -76,7 +77,7 @@ ROOM = ShoeboxRoom((7.0, 5.5, 2.7), 0.3)
 EAR = np.array([1.2, 1.4, 0.3])  # [m] in the room
 PERSON_NOISE = 1e-3  # of the voice's power: a headset
 LEVEL = 0.05  # RMS of the voice
-NOTHING_SPEAKS = "Nothing here speaks, so that only recordings are compared: pip install 'beckon[voice]'"
+NOTHING_SPEAKS = f"Nothing here speaks, so that only recordings are compared: {install_extra('voice')}"
 
 
 @message

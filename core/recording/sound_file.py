@@ -9,6 +9,7 @@ import numpy as np
 
 from core.errors import BadInput, Unavailable
 from core.files import write_atomic
+from core.install import install_packages
 from core.message import Array
 from core.recording.source import open_file
 from core.sensors.microphones import Sound, usable
@@ -121,7 +122,7 @@ def _compressed(path: Path, kind: str) -> tuple[int, Array]:
         import soundfile
     except (ImportError, OSError):
         raise Unavailable(
-            f"{kind} files need the package soundfile: pip install soundfile (WAV works without)."
+            f"{kind} files need the package soundfile: {install_packages('soundfile')} (WAV works without)."
         ) from None
     try:
         with soundfile.SoundFile(path) as file:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 from urllib.parse import parse_qsl, unquote, urlsplit
 
 from core.errors import BadInput, Unavailable
+from core.install import install_extra
 from core.message import message
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ CHUNK = 65536  # bytes that are read at once, at most
 CONNECTING = 3.0  # [s] until a TCP connection stands
 POLLING = 0.05  # [s] for which a serial port waits at a time
 WRITING = 0.05  # [s] after which what cannot be written is a lost link
-HARDWARE = "Serial ports need the package pyserial of the extra hardware: pip install 'beckon[hardware]'"
+HARDWARE = f"Serial ports need the package pyserial of the extra hardware: {install_extra('hardware')}"
 WINDOWS_PORT = re.compile(r"com\d+$", re.I)  # a serial port, not a host
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from core.errors import BadInput, Unavailable
+from core.install import install_extra, install_packages
 from core.message import message
 from core.robots.byte_link import ByteLink, LinkAddress, drain, link_address, open_link
 from core.robots.device import Device, Equipment
@@ -26,7 +27,7 @@ from core.sensors import Laser, Scan
 
 EXAMPLE = "lds:///dev/ttyUSB0?model=rplidar-a1"
 TCP_PORT = 2000
-MISSING = "Lidars on a serial port need the package lds2d of the extra hardware: pip install 'beckon[hardware]'"
+MISSING = f"Lidars on a serial port need the package lds2d of the extra hardware: {install_extra('hardware')}"
 WAITING = 0.2  # [s] for which bytes are waited for at a time
 LOST_AFTER = 3.0  # [s] without a whole turn
 OPENING = 5.0  # [s] until the first point: the motor has to start
@@ -230,7 +231,7 @@ def _driver_class(name: str) -> tuple[Any, int]:
         raise Unavailable(f"{MISSING}.") from None
     found: Any = core.driver_for(name)
     if found is None:
-        raise Unavailable(f"This version of lds2d does not know the {name}: pip install -U 'beckon[hardware]'.")
+        raise Unavailable(f"This version of lds2d does not know the {name}: {install_packages('-U', 'lds2d')}")
     return found, int(found.DEFAULT_BAUD)
 
 

@@ -16,6 +16,7 @@ from typing import Any
 from core.errors import BadInput, Unavailable
 from core.gate import Twist
 from core.geometry import Pose
+from core.install import install_extra
 from core.recording.ros import ros2_name
 from core.robots.device import Device
 from core.robots.ros.bridge import RosSensors
@@ -223,7 +224,7 @@ def _cbor() -> Callable[[bytes], Any]:
         from cbor2 import loads
     except ModuleNotFoundError:
         raise Unavailable(
-            "rosbridge needs the extra rosbridge: pip install 'beckon[rosbridge]'. "
+            f"rosbridge needs the extra rosbridge: {install_extra('rosbridge')}. "
             "Without it, add ?encoding=json to the address."
         ) from None
     return loads

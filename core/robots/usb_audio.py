@@ -13,6 +13,7 @@ from urllib.parse import parse_qsl, unquote
 import numpy as np
 
 from core.errors import BadInput, Unavailable
+from core.install import install_extra
 from core.message import Array
 from core.recording.sound_file import read_sound
 from core.robots.device import Device, Equipment
@@ -25,7 +26,7 @@ BLOCK = 0.02  # [s] of sound that are handed on at once
 WAITING = 100  # blocks that may wait
 SILENCE = 2.0  # [s] without a block after which the device is lost
 RESPEAKER = {"channels": 6, "rate": 16_000, "first": 1}  # 6-channel firmware: processed, four raw, playback
-NEEDS = "Microphones of this computer need the extra hardware: pip install 'beckon[hardware]'."
+NEEDS = f"Microphones of this computer need the extra hardware: {install_extra('hardware')}"
 LIBRARY = "sounddevice finds no PortAudio; on Debian: sudo apt install libportaudio2."
 
 

@@ -23,6 +23,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from core.errors import BadInput, Unavailable
+from core.install import install_extra
 from core.sensors.microphones import Sound
 from core.setting import Meta, Section
 
@@ -44,7 +45,7 @@ PERSONS_VOICE = "en-us+f5"  # of simulated people: not the robot's own, and the 
 LONGEST = 500  # characters of a text
 PATIENCE = 10.0  # [s] for the program
 NO_VOICE = (
-    "Text cannot be spoken here: install the extra voice (pip install 'beckon[voice]') "
+    f"Text cannot be spoken here: install the extra voice ({install_extra('voice')}) "
     "or the program espeak-ng (Debian: apt install espeak-ng)."
 )
 

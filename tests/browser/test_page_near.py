@@ -24,7 +24,7 @@ LONG = 150.0  # [s] of a busy machine's
 def voices() -> None:
     """The recognizer of human voices."""
     if find(MODEL) is None:
-        why = "The model of human voices is not here: pip install 'beckon[voices]', or beckon models get."
+        why = "The model of human voices is not here: beckon models get whisper-tiny.en."
         pytest.fail(why) if os.environ.get("BECKON_REQUIRE_VOICES") else pytest.skip(why)
 
 

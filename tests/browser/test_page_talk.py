@@ -40,7 +40,7 @@ NOTE_THE_TIMES = """() => {
 def chromium_flags(tmp_path_factory: pytest.TempPathFactory, shared_data: Path) -> list[str]:
     """A microphone that hears the command and some talk, one after the other."""
     if find(MODEL) is None:
-        why = "The model of human voices is not here: pip install 'beckon[voices]', or beckon models get."
+        why = "The model of human voices is not here: beckon models get whisper-tiny.en."
         pytest.fail(why) if os.environ.get("BECKON_REQUIRE_VOICES") else pytest.skip(why)
     rng = np.random.default_rng(0)
     sound = 2e-4 * rng.normal(size=round((LEAD + 2 * EVERY) * RATE))

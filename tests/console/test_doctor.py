@@ -12,6 +12,7 @@ import pytest
 
 from console.__main__ import main
 from console.cli import doctor, self_test
+from core.install import install_extra, install_packages
 from core.models import InstalledModel
 
 ROOT = Path(__file__).parents[2]
@@ -60,7 +61,7 @@ def test_without_a_voice_all_is_well_and_the_remedy_is_told(
     monkeypatch.setattr("core.speech.synthesis.can_speak", lambda: False)
     assert main(["doctor"]) == 0
     told = capsys.readouterr().out
-    assert re.search(r"^absent  voice \(espeak-ng\)", told, re.M) and "→ pip install 'beckon[voice]'" in told
+    assert re.search(r"^absent  voice \(espeak-ng\)", told, re.M) and f"→ {install_extra('voice')}" in told
 
 
 def test_without_matplotlib_all_is_well_and_the_extra_is_named(
@@ -74,7 +75,7 @@ def test_without_matplotlib_all_is_well_and_the_extra_is_named(
     monkeypatch.setattr(doctor, "version", installed)
     assert main(["doctor"]) == 0
     told = capsys.readouterr().out
-    assert re.search(r"^absent  figures \(matplotlib\)", told, re.M) and "→ pip install 'beckon[figures]'" in told
+    assert re.search(r"^absent  figures \(matplotlib\)", told, re.M) and f"→ {install_extra('figures')}" in told
 
 
 def test_what_is_missing_comes_with_an_arrow(
@@ -83,7 +84,7 @@ def test_what_is_missing_comes_with_an_arrow(
     monkeypatch.setattr(doctor, "needed", lambda: ["numpy", "no-such-package"])
     assert main(["doctor"]) == 1
     told = capsys.readouterr().out
-    assert "MISSING no-such-package" in told and "→ pip install no-such-package" in told
+    assert "MISSING no-such-package" in told and f"→ {install_packages('no-such-package')}" in told
     assert doctor.MISSING in told and doctor.FAILED not in told and doctor.WELL not in told
 
 

@@ -44,7 +44,7 @@ def spoken_from(azimuth: float, words: str) -> Sound:
     return Sound(stamp=0.0, rate=RATE, samples=heard + noise)
 
 
-@pytest.mark.skipif(not can_speak(), reason="the sentence needs a voice: pip install 'beckon[voice]'")
+@pytest.mark.skipif(not can_speak(), reason="the sentence needs the extra voice")
 def test_a_console_obeys_what_another_program_hears(live: Live, tmp_path: Path) -> None:
     write_wav(tmp_path / "said.wav", spoken_from(AZIMUTH, "turn left"))
     runtime, files = live.runtime, TextFileReader(tmp_path)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from core.install import install_extra
 from core.speech.practice_voice import practice_voice
 from core.speech.synthesis import can_speak, speak
 from tests.console.live import Live
@@ -73,7 +74,7 @@ def test_where_nothing_speaks_a_sentence_says_what_to_install(live: Live, monkey
     monkeypatch.setattr("console.api.simulation.speak", partial(speak, speakers=()))
     told = say(live, text="turn left")
     assert told.status == 503
-    assert "pip install 'beckon[voice]'" in told.json["detail"]
+    assert install_extra("voice") in told.json["detail"]
 
 
 @pytest.mark.parametrize(

@@ -24,10 +24,12 @@ from websockets.sync.client import connect
 from console.access.browser import written
 from console.access.guard import Access
 from console.data_folder import locked
-from console.serve import Options, announce, check, hosts_of
+from console.serve import Options, announce, check, hosts_of, warn_without_words
 from core.errors import BadInput
 from core.gate import Limits, read_trace
 from core.gate import check as check_trace
+from core.speech.recognition import engines
+from core.speech.settings import SpeechSettings
 
 REPOSITORY = Path(__file__).parents[2]
 CAMPAIGN = pytest.mark.campaign
@@ -36,6 +38,16 @@ CAMPAIGN = pytest.mark.campaign
 def heed_closed_terminals() -> None:
     """Whoever runs the tests may ignore a closed terminal, as under nohup; the console would then do so, too."""
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+def test_where_nothing_reads_words_the_start_says_so_and_what_to_do(monkeypatch, capsys):
+    monkeypatch.setattr(engines, "find", lambda _: None)
+    monkeypatch.setattr(engines, "has_sphinx", lambda: False)
+    warn_without_words(SpeechSettings())
+    assert "beckon models get whisper-tiny.en" in capsys.readouterr().err
+    monkeypatch.setattr(engines, "has_sphinx", lambda: True)
+    warn_without_words(SpeechSettings())
+    assert capsys.readouterr().err == ""
 
 
 class Started:

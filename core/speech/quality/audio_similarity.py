@@ -9,6 +9,7 @@ from typing import TypedDict
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from core.install import install_packages
 from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.speech.quality.stoi import si_sdr, stoi
@@ -98,7 +99,7 @@ def _pesq(matched: AlignedRecordings) -> tuple[float | None, str]:
     try:
         package = import_module("pesq")
     except ImportError:
-        return None, "PESQ is not installed; it compiles where a C compiler is: pip install pesq"
+        return None, f"PESQ is not installed; it compiles where a C compiler is: {install_packages('pesq')}"
     try:
         return float(package.pesq(PESQ_RATE, matched.original, matched.received, "wb")), ""
     except (package.PesqError, ValueError):

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from core.errors import BadInput, Unavailable
+from core.install import install_extra
 from core.models import MODEL, MODELS, checked_folder, find
 from core.speech.recognition.recognizer import Dictation, KeywordSpotter, Recognizer
 from core.speech.settings import SpeechSettings
@@ -131,7 +132,7 @@ def _model_and_phrases(settings: SpeechSettings) -> tuple[Path, OwnPhrases]:
 def _whole_settings(settings: SpeechSettings) -> tuple[SpeechSettings]:
     """Return the settings of pocketsphinx, which brings its model. Raises Unavailable where it is not installed."""
     if not has_sphinx():
-        raise Unavailable(f"pocketsphinx is not installed: pip install pocketsphinx. Or better: {how_to_get()}")
+        raise Unavailable(f"pocketsphinx is not installed: {install_extra('speech')}. Or better: {how_to_get()}")
     return (settings,)
 
 

@@ -13,13 +13,15 @@ from typing import Any
 
 from core.commands import VOCABULARY
 from core.errors import Unavailable
+from core.install import install_packages
 from core.message import Array
 from core.speech.recognition.recognizer import pcm
 from core.speech.sphinx.fsg import automaton
 from core.speech.sphinx.garbage_model import PHONE_WORD, choose, phones_of, read_dictionary
 
 MISSING = (
-    "Recognising words needs the package pocketsphinx, which brings its model: pip install 'pocketsphinx>=5.1.1'"
+    "Recognising words needs the package pocketsphinx, which brings its model: "
+    f"{install_packages('pocketsphinx>=5.1.1')}"
 )
 MODEL = "en-us"
 FRAME = 0.01  # [s] in which it counts
@@ -101,6 +103,7 @@ def _file(name: str) -> Path:
     path = Path(_package().get_model_path(MODEL)) / name
     if not path.is_file():
         raise Unavailable(
-            f"pocketsphinx came without its model ({name}). Install its wheel: pip install -U pocketsphinx"
+            f"pocketsphinx came without its model ({name}). Install its wheel: "
+            f"{install_packages('-U', 'pocketsphinx')}"
         )
     return path

@@ -7,6 +7,7 @@ import cv2
 import pytest
 
 from core.experiments.camera_table import PRINTED, run
+from core.install import install_extra
 from core.optics import TABLE_3
 
 
@@ -30,7 +31,7 @@ def test_without_matplotlib_the_table_is_made_and_the_extra_named(
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     told = run(runs=1, out=tmp_path)
     assert len(told["table"]) == 8 and set(told["files"]) == {"runs"}
-    assert "pip install 'beckon[figures]'" in told["not_drawn"]
+    assert install_extra("figures") in told["not_drawn"]
 
 
 @pytest.mark.campaign

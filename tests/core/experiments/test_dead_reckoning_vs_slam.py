@@ -19,6 +19,7 @@ from core.experiments.course_draws import FIELDS, Draws
 from core.experiments.course_traces import mapped, reckoned
 from core.experiments.dead_reckoning_vs_slam import run
 from core.experiments.paper_course import EVERY, STEPS, paper_course
+from core.install import install_extra
 from core.settings import read
 from core.slam.ekf_slam import EkfSettings
 
@@ -108,7 +109,7 @@ def test_without_matplotlib_all_but_the_figure_is_written_and_the_extra_named(
     told = run(runs=1, out=tmp_path)
     assert set(told["files"]) == {"csv", "json", "runs"}
     assert all(Path(each).is_file() for each in told["files"].values())
-    assert "pip install 'beckon[figures]'" in told["not_drawn"]
+    assert install_extra("figures") in told["not_drawn"]
 
 
 def frozen_file(path: Path, **changes: Any) -> Path:

@@ -14,9 +14,9 @@ from core.experiments.printed_and_ours import COLUMNS, Column, SpokenCommands, r
 from core.experiments.table_2_trials import TRIALS
 from core.speech.synthesis import can_speak
 
-speaking = pytest.mark.skipif(not can_speak(), reason="needs beckon[voice]")
+speaking = pytest.mark.skipif(not can_speak(), reason="needs the extra voice")
 understands = pytest.mark.skipif(
-    importlib.util.find_spec("pocketsphinx") is None or not can_speak(), reason="needs beckon[speech,voice]"
+    importlib.util.find_spec("pocketsphinx") is None or not can_speak(), reason="needs the extra speech and voice"
 )
 
 

@@ -110,7 +110,7 @@ class Echo:
 
 def test_the_sentences_of_figure_17_are_spoken_and_read_by_a_recognizer_of_any_words() -> None:
     if not can_speak() or find(MODEL) is None:
-        pytest.skip("needs beckon[voice] and beckon models get whisper-tiny.en")
+        pytest.skip("needs the extra voice and beckon models get whisper-tiny.en")
     result = figure_17(open_free_dictation(SpeechSettings()), 0, FIGURE_17_PHRASES[:3])
     assert result.quality.person.phrases == 3
     assert result.quality.person.errors < result.quality.person.words

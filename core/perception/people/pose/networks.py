@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 
 from core.errors import BadInput, Unavailable
+from core.install import install_extra
 from core.message import Array
 
 LANDMARK_SIDE, DETECTOR_SIDE = 256, 224  # [pixel] of what goes in
@@ -70,7 +71,7 @@ class OpenCvNetworks:
 
     def faces(self, square: Array) -> tuple[Array, Array]:
         """There is no detector here."""
-        raise Unavailable("OpenCV does not run the detector network: pip install ai-edge-litert")
+        raise Unavailable(f"OpenCV does not run the detector network: {install_extra('people')}")
 
 
 class LiteRtNetworks:
@@ -82,7 +83,7 @@ class LiteRtNetworks:
     def __init__(self, folder: Path) -> None:
         """Raises Unavailable without the package, BadInput where a file is damaged."""
         if not has_litert():
-            raise Unavailable("LiteRT is not installed: pip install ai-edge-litert")
+            raise Unavailable(f"LiteRT is not installed: {install_extra('people')}")
         self._landmarks = _LiteRtNetwork(folder / LANDMARK_FILE)
         self._faces = _LiteRtNetwork(folder / DETECTOR_FILE)
 
