@@ -1,7 +1,7 @@
 """The commands that install what is missing into the environment that runs Beckon.
 
 An extra is named by the checkout or by its packages, never by the name of a distribution: what an index holds under
-that name may be somebody else's.
+that name may be another program.
 """
 
 from __future__ import annotations
