@@ -60,7 +60,36 @@ PICTURES: tuple[Check, ...] = ()
 
 SOUND: tuple[Check, ...] = ()
 
-FILES: tuple[Check, ...] = ()
+FILES = (
+    Check(
+        "camera.other_model",
+        "form",
+        "the model that a camera file names with plumb_bob",
+        "The file is for the camera model '{model}', whose numbers mean something else; Beckon reads "
+        "plumb_bob (k1 k2 p1 p2 k3). Calibrate the camera with Beckon, or export it as plumb_bob.",
+    ),
+    Check(
+        "camera.unnamed_model",
+        "form",
+        "four distortion numbers with the models that have four: plumb_bob and fisheye",
+        "The file holds four distortion numbers and does not name their model: plumb_bob (k1 k2 p1 p2) and "
+        "fisheye (k1 k2 k3 k4) both have four. Write distortion_model: plumb_bob if that is what they are.",
+    ),
+    Check(
+        "camera.rational",
+        "form",
+        "distortion numbers from the sixth on with zero",
+        "The file holds distortion beyond k1 k2 p1 p2 k3 (the rational model's k4 k5 k6 or more), which "
+        "Beckon does not read. Calibrate the camera with Beckon, or export it as plumb_bob.",
+    ),
+    Check(
+        "camera.binned",
+        "limits",
+        "principal point with the picture's middle",
+        "The camera matrix is for pictures about {times} times smaller than {width}x{height}, the size in "
+        "the file: binned or scaled. Write the size of the pictures that the matrix is for.",
+    ),
+)
 
 CHECKS: dict[str, Check] = {
     check.code: check

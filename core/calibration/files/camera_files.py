@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypedDict
@@ -16,9 +17,34 @@ from core.calibration.lens_check import check_lens
 from core.errors import BadInput
 from core.message import Array
 from core.optics import CameraModel
+from core.sensors.checks import fault
 
 MOST_BYTES = 2**20
-PLUMB_BOB = ("plumb_bob", "radtan", "opencv", "brown_conrady", "")
+PLUMB_BOB = ("plumb_bob", "radtan", "opencv", "opencv4", "opencv5", "brown_conrady", "none")
+RATIONAL = ("rational_polynomial", "rational", "opencv8", "opencv12")  # with zeros from k4 on it is plumb_bob
+PINHOLE = ("pinhole", "")
+MODEL_NAMES = (
+    "camera_model",
+    "camera_type",
+    "distortion_model",
+    "model_type",
+    "lensmodel",
+    "Camera.type",
+    "projection",
+)
+MATRICES = ("camera_matrix", "K", "k", "cameraIntrinsics", "cameraMatrix")
+DISTORTIONS = (
+    "distortion_coefficients",
+    "D",
+    "d",
+    "dist",
+    "distCoeffs",
+    "cameraExtrinsics",  # PhotonVision's name for them in older files
+    "distortion_coeffs",
+    "dist_coeffs",
+)
+SIZES = ("image_size", "resolution", "img_size", "imageSize")
+SMALLER, SAME_SHARE = 1.6, 1.25  # the picture's middle over the principal point: alike across and down, it is binning
 
 
 class CameraEntry(TypedDict):
@@ -101,19 +127,29 @@ def read_camera(path: Path) -> CameraModel:
 
 
 def parse_camera(text: str) -> CameraModel:
-    """The text of a camera file → the camera. Raises BadInput."""
-    document = read_json(text) if text.lstrip().startswith("{") else read_yaml(text)
-    if isinstance(document.get("camera"), dict):
-        document = document["camera"]
-    if isinstance(document.get("cam0"), dict):
-        return _from_kalibr(document["cam0"])
-    if "camera_matrix" in document:
-        return _from_matrices(document)
-    if "K" in document:
-        return _model(document.get("image_size"), document["K"], document.get("dist"), document.get("dist_model"))
+    """The text of a camera file → the camera. Raises BadInput.
+
+    Read are ROS camera_info (also from `topic echo`), OpenCV in YAML and XML, Kalibr, PhotonVision and our own.
+    """
+    begins = text.lstrip("\ufeff \t\r\n")
+    if begins.startswith("#") and "ocam_model" in text:
+        raise _other_model("ocam_model (Scaramuzza's OCamCalib)")
+    if begins.startswith("<"):
+        document = _read_xml(begins)
+    else:
+        document = read_json(begins) if begins.startswith("{") else read_yaml(_first_document(text))
+    for wrapping in ("camera", "cam0"):
+        if isinstance(document.get(wrapping), dict):
+            document = document[wrapping]
     if "fx" in document:
         return _from_names(document)
-    raise BadInput("It holds no camera: expected ROS camera_info, OpenCV, Kalibr or Beckon's own JSON.")
+    if not any(name in document for name in (*MATRICES, "intrinsics")):
+        named = _named_model(document)
+        if named:
+            raise _other_model(named)
+        raise BadInput("It holds no camera: expected ROS camera_info, OpenCV, Kalibr or Beckon's own JSON.")
+    matrix = _first(document, MATRICES) or _kalibr_matrix(document)
+    return _model(_size(document), matrix, _first(document, DISTORTIONS), _kind(document))
 
 
 def read_json(text: str) -> dict[str, Any]:
@@ -157,46 +193,128 @@ def _opencv_matrix(name: str, matrix: Array) -> list[str]:
     return [f"{name}: !!opencv-matrix", f"   rows: {rows}", f"   cols: {columns}", "   dt: d", f"   data: [ {data} ]"]
 
 
-def _from_matrices(document: dict[str, Any]) -> CameraModel:
-    """ROS camera_info and OpenCV's form share their names."""
-    size = [document.get("image_width"), document.get("image_height")]
-    kind = document.get("distortion_model", document.get("camera_model", ""))
-    distortion = document.get("distortion_coefficients")
-    return _model(size, _matrix(document["camera_matrix"]), None if distortion is None else _matrix(distortion), kind)
+def _first_document(text: str) -> str:
+    """The first of several YAML documents: `topic echo` ends each with a line of three dashes."""
+    lines = text.splitlines(keepends=True)
+    ends = [number for number, line in enumerate(lines) if line.rstrip() in ("---", "...")]
+    begun = next((number for number, line in enumerate(lines) if line.strip() and line[0] not in "%#-"), len(lines))
+    return "".join(lines[: next((number for number in ends if number > begun), len(lines))])
 
 
-def _from_kalibr(camera: dict[str, Any]) -> CameraModel:
-    if camera.get("camera_model") != "pinhole":
-        raise BadInput("Only Kalibr's pinhole cameras are read.")
-    numbers = _numbers(camera.get("intrinsics"), "intrinsics", (4,))
-    matrix = [[numbers[0], 0, numbers[2]], [0, numbers[1], numbers[3]], [0, 0, 1]]
-    return _model(camera.get("resolution"), matrix, camera.get("distortion_coeffs"), camera.get("distortion_model"))
+def _read_xml(text: str) -> dict[str, Any]:
+    """OpenCV's FileStorage as XML → its top mapping. Raises BadInput."""
+    if "<!" in text.replace("<!--", ""):
+        raise BadInput("its XML declares entities; OpenCV's camera files hold none")
+    try:
+        root = ElementTree.fromstring(text)
+    except ElementTree.ParseError as wrong:
+        raise BadInput(f"it is not valid XML (line {wrong.position[0]})") from None
+    return {node.tag: _xml_value(node) for node in root}
+
+
+def _xml_value(node: ElementTree.Element) -> Any:
+    """A node → a mapping, numbers, a number or a text."""
+    if len(node):
+        return {child.tag: _xml_value(child) for child in node}
+    words = (node.text or "").split()
+    try:
+        numbers: list[Any] = [json.loads(_whole_number(word)) for word in words]
+    except ValueError:
+        return " ".join(words)
+    return numbers[0] if len(numbers) == 1 and node.tag != "data" else numbers
+
+
+def _whole_number(word: str) -> str:
+    """Write '520.' as OpenCV does → '520.0'."""
+    return re.sub(r"\.(?=$|[eE])", ".0", word)
+
+
+def _first(document: dict[str, Any], names: Sequence[str]) -> Any:
+    """The first entry that is there. A matrix is a list, or a mapping of rows, cols and data. Raises BadInput."""
+    name = next((each for each in names if document.get(each) is not None), "")
+    entry = document.get(name)
+    if not isinstance(entry, dict):
+        return entry
+    data, rows, columns = entry.get("data"), entry.get("rows"), entry.get("cols")
+    if isinstance(data, list) and isinstance(rows, int) and isinstance(columns, int) and rows * columns != len(data):
+        raise BadInput(
+            f"{name} announces {rows} x {columns} numbers and holds {len(data)}; which are meant is unclear"
+        )
+    return data
+
+
+def _kalibr_matrix(document: dict[str, Any]) -> Any:
+    """Kalibr's four intrinsics as a matrix; None where there are none."""
+    if "intrinsics" not in document:
+        return None
+    _kind(document)  # other projections have more numbers
+    fx, fy, cx, cy = _numbers(document["intrinsics"], "intrinsics", (4,))
+    return [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
+
+
+def _size(document: dict[str, Any]) -> Any:
+    """Width and height under any of their names."""
+    for width, height in (("image_width", "image_height"), ("width", "height"), ("img_width", "img_height")):
+        if width in document or height in document:
+            return [document.get(width), document.get(height)]
+    entry = next((document[name] for name in SIZES if document.get(name) is not None), None)
+    return [entry.get("width"), entry.get("height")] if isinstance(entry, dict) else entry
+
+
+def _kind(document: dict[str, Any]) -> str:
+    """The distortion's model as the file names it, "" where it does not. Raises BadInput for another projection."""
+    if "fisheye_model" in document:
+        return "fisheye" if document["fisheye_model"] else "plumb_bob"
+    camera = _lower(document.get("camera_model", document.get("lensmodel")))
+    named = _lower(document.get("distortion_model", document.get("dist_model")))
+    if camera not in (*PINHOLE, *PLUMB_BOB, *RATIONAL):
+        raise _other_model(camera)  # Kalibr names the projection too: omni, ds, eucm
+    return named or ("" if camera in PINHOLE else camera)
+
+
+def _lower(entry: Any) -> str:
+    return str(entry or "").strip().lower().removeprefix("lensmodel_")
+
+
+def _named_model(document: Any) -> str:
+    """The camera model that a file of another form names, or ''."""
+    if isinstance(document, list):
+        return next(filter(None, (_named_model(each) for each in document)), "")
+    if not isinstance(document, dict):
+        return ""
+    for name, entry in document.items():
+        if name in MODEL_NAMES and isinstance(entry, str) and _lower(entry) not in (*PLUMB_BOB, *PINHOLE):
+            return entry[:30]
+        if isinstance(entry, dict | list) and (found := _named_model(entry)):
+            return found
+    return ""
+
+
+def _other_model(named: str) -> BadInput:
+    return BadInput(fault("camera.other_model", model=named[:40]).sentence)
 
 
 def _from_names(document: dict[str, Any]) -> CameraModel:
     """Read the output of `calibrate camera --json`."""
     fx, fy, cx, cy = (document.get(name) for name in ("fx", "fy", "cx", "cy"))
     coefficients = [document.get(name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3")]
-    return _model(document.get("image_size"), [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]], coefficients, "")
+    return _model(_size(document), [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]], coefficients, _kind(document))
 
 
-def _model(size: Any, matrix: Any, distortion: Any, kind: Any) -> CameraModel:
+def _model(size: Any, matrix: Any, distortion: Any, kind: str) -> CameraModel:
     """Check and assemble."""
     width, height = _numbers(size, "image size", (2,))
     if width != int(width) or height != int(height) or not (16 <= width <= 20000 and 16 <= height <= 20000):
         raise BadInput("the image size must be two whole numbers of pixels")
-    camera = np.array(_numbers(matrix, "camera matrix", (9,))).reshape(3, 3)
-    if not np.array_equal(camera[2], [0, 0, 1]) or camera[1, 0] != 0 or camera[0, 1] != 0:
-        raise BadInput("the camera matrix must read [fx 0 cx; 0 fy cy; 0 0 1]")
-    if str(kind or "").lower() not in PLUMB_BOB:
-        raise BadInput(f"the distortion model '{str(kind)[:30]}' is not read; plumb_bob (k1 k2 p1 p2 k3) is")
-    terms = _numbers(distortion, "distortion", (0, 4, 5, 8, 12, 14)) if distortion is not None else []
-    if any(terms[5:]):
-        raise BadInput("distortion beyond k1 k2 p1 p2 k3 is not read")
+    fx, fy, cx, cy = _pinhole(matrix)
+    terms = _terms(distortion, kind)
     k1, k2, p1, p2, k3 = (list(terms[:5]) + [0.0] * 5)[:5]
-    fx, fy, cx, cy = (float(camera[place]) for place in ((0, 0), (1, 1), (0, 2), (1, 2)))
     if not (fx > 0 and fy > 0 and 0 < cx < width and 0 < cy < height):
         raise BadInput("focal lengths must be positive and the principal point must lie in the picture")
+    smaller = (width / (2 * cx), height / (2 * cy))
+    if min(smaller) > SMALLER and max(smaller) < SAME_SHARE * min(smaller):
+        times = f"{sum(smaller) / 2:.1f}"
+        raise BadInput(fault("camera.binned", width=int(width), height=int(height), times=times).sentence)
     model = CameraModel(
         width=int(width), height=int(height), fx=fx, fy=fy, cx=cx, cy=cy, k1=k1, k2=k2, p1=p1, p2=p2, k3=k3
     )
@@ -204,9 +322,24 @@ def _model(size: Any, matrix: Any, distortion: Any, kind: Any) -> CameraModel:
     return model
 
 
-def _matrix(entry: Any) -> Any:
-    """ROS's and OpenCV's matrices are mappings with `data`."""
-    return entry.get("data") if isinstance(entry, dict) else entry
+def _pinhole(matrix: Any) -> tuple[float, float, float, float]:
+    """A camera matrix → fx, fy, cx, cy."""
+    camera = np.array(_numbers(matrix, "camera matrix", (9,))).reshape(3, 3)
+    if not np.array_equal(camera[2], [0, 0, 1]) or camera[1, 0] != 0 or camera[0, 1] != 0:
+        raise BadInput("the camera matrix must read [fx 0 cx; 0 fy cy; 0 0 1]")
+    return float(camera[0, 0]), float(camera[1, 1]), float(camera[0, 2]), float(camera[1, 2])
+
+
+def _terms(distortion: Any, kind: str) -> list[float]:
+    """The distortion's numbers, if they are plumb_bob's or the same lens under another name. Raises BadInput."""
+    if kind not in (*PLUMB_BOB, *RATIONAL, ""):
+        raise _other_model(kind)
+    terms = _numbers(distortion, "distortion", (0, 4, 5, 8, 12, 14)) if distortion is not None else []
+    if not kind and len(terms) == 4 and any(terms):
+        raise BadInput(fault("camera.unnamed_model").sentence)
+    if any(terms[5:]):
+        raise BadInput(fault("camera.rational").sentence)
+    return terms
 
 
 def _numbers(entry: Any, what: str, counts: tuple[int, ...]) -> list[float]:

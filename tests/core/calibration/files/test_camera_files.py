@@ -35,6 +35,7 @@ from core.calibration.projection import exponential, vector_of
 from core.errors import BadInput
 from core.geometry import Transform
 from core.optics import TABLE_3, CameraModel
+from core.sensors.checks import CHECKS
 
 WITH_K3 = CameraModel(
     width=640, height=480, fx=519.26845842, fy=518.89359517, cx=331.1, cy=229.4, k1=0.11, k3=-1.0954
@@ -170,9 +171,106 @@ def test_a_camera_file_that_makes_no_sense_is_refused_in_words(change: dict[str,
         parse_camera(json.dumps(GOOD | change))
 
 
+LENS = {"fx": 520.0, "fy": 520.0, "cx": 322.0, "cy": 236.0, "k1": -0.25, "k2": 0.09, "p1": 5e-4, "p2": -4e-4}
+TERMS, ROW = [-0.25, 0.09, 5e-4, -4e-4], [520.0, 0.0, 322.0, 0.0, 520.0, 236.0, 0.0, 0.0, 1.0]
+ECHO = {"height": 480, "width": 640, "distortion_model": "plumb_bob", "D": [*TERMS, 0.0], "K": ROW}
+ROS = {
+    "image_width": 640,
+    "image_height": 480,
+    "camera_matrix": {"rows": 3, "cols": 3, "data": ROW},
+    "distortion_model": "plumb_bob",
+    "distortion_coefficients": {"rows": 1, "cols": 8, "data": [*TERMS, 0.0, 0.0, 0.0, 0.0]},
+}
+KALIBR = {
+    "camera_model": "pinhole",
+    "intrinsics": [520.0, 520.0, 322.0, 236.0],
+    "distortion_model": "radtan",
+    "distortion_coeffs": TERMS,
+    "resolution": [640, 480],
+}
+PHOTONVISION = {
+    "resolution": {"width": 640.0, "height": 480.0},
+    "cameraIntrinsics": {"rows": 3, "cols": 3, "type": 6, "data": ROW},
+    "distCoeffs": {"rows": 1, "cols": 8, "type": 6, "data": [*TERMS, 0.0, 0.0, 0.0, 0.0]},
+    "lensmodel": "LENSMODEL_OPENCV",
+}
+LIMELIGHT = {
+    "img_size": [640, 480],
+    "camera_matrix": [ROW[:3], ROW[3:6], ROW[6:]],
+    "distortion_coefficients": [TERMS],
+}
+XML = """<?xml version="1.0"?>
+<opencv_storage>
+<!-- flags: +fix_aspectRatio -->
+<image_width>640</image_width> <image_height>480</image_height> <fisheye_model>{fisheye}</fisheye_model>
+<camera_matrix type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt>
+<data> 520. 0. 322. 0. 5.2000000000000000e+02 236. 0. 0. 1.</data></camera_matrix>
+<distortion_coefficients type_id="opencv-matrix"><rows>4</rows><cols>1</cols><dt>d</dt>
+<data> -2.5e-01 9.e-02 5.0e-04 -4e-04</data></distortion_coefficients>
+</opencv_storage>"""
+OCAM = "#polynomial coefficients for the DIRECT mapping function (ocam_model.ss in MATLAB)\n5 -200.0 0.0 1e-3"
+
+
 @pytest.mark.parametrize(
     "text",
     [
+        json.dumps(ECHO),
+        "\n".join(f"{name.lower()}: {json.dumps(entry)}" for name, entry in ECHO.items()) + "\n---\n",
+        "\n".join(f"{name}: {json.dumps(entry)}" for name, entry in ECHO.items()) + "\n---\nheight: 2\n---\n",
+        json.dumps(ROS),
+        json.dumps(ROS | {"distortion_model": "rational_polynomial"}),
+        json.dumps({"cam0": KALIBR}),
+        json.dumps(PHOTONVISION),
+        json.dumps(LIMELIGHT | {"distortion_coefficients": [[*TERMS, 0.0]]}),
+        XML.format(fisheye=0),
+    ],
+)
+def test_the_same_lens_is_read_from_what_other_programs_write(text: str) -> None:
+    model = parse_camera(text)
+    assert (model.width, model.height, model.k3) == (640, 480, 0.0)
+    assert {name: getattr(model, name) for name in LENS} == LENS
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "values"),
+    [
+        (opencv_yaml(TABLE_3) + "fisheye_model: 1\n", "camera.other_model", {"model": "fisheye"}),
+        (XML.format(fisheye=1), "camera.other_model", {"model": "fisheye"}),
+        (
+            json.dumps({"cam0": KALIBR | {"distortion_model": "equidistant"}}),
+            "camera.other_model",
+            {"model": "equidis"},
+        ),
+        (json.dumps({"cam0": KALIBR | {"camera_model": "omni"}}), "camera.other_model", {"model": "omni"}),
+        (
+            json.dumps({"cam0": KALIBR | {"camera_model": "ds", "intrinsics": [1, 2, 3, 4, 5, 6]}}),
+            "camera.other_model",
+            {},
+        ),
+        (json.dumps({"value0": {"intrinsics": [{"camera_type": "kb4"}]}}), "camera.other_model", {"model": "kb4"}),
+        (OCAM, "camera.other_model", {"model": "Scaramuzza"}),
+        (json.dumps({"cam0": KALIBR | {"distortion_model": None}}), "camera.unnamed_model", {}),
+        (json.dumps(ECHO | {"distortion_model": "", "D": TERMS}), "camera.unnamed_model", {}),
+        (json.dumps(LIMELIGHT), "camera.unnamed_model", {}),
+        (json.dumps(ECHO | {"D": [*TERMS, 0.0, 0.1, 0.0, 0.0]}), "camera.rational", {}),
+        (json.dumps(ECHO | {"width": 2560, "height": 1920}), "camera.binned", {"width": "2560x1920"}),
+    ],
+)
+def test_a_file_for_another_lens_model_or_size_is_refused_by_its_name(
+    text: str, code: str, values: dict[str, str]
+) -> None:
+    with pytest.raises(BadInput) as told:
+        parse_camera(text)
+    assert CHECKS[code].sentence.split("{")[0] in str(told.value)
+    assert all(value in str(told.value) for value in values.values())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        json.dumps(ROS | {"distortion_coefficients": {"rows": 1, "cols": 5, "data": [*TERMS, 0.0, 0.0, 0.0, 0.0]}}),
+        '<?xml version="1.0"?><!DOCTYPE l [<!ENTITY a "b">]><opencv_storage><cols>&a;</cols></opencv_storage>',
+        "<opencv_storage><camera_matrix>",
         '{"image_size":[640,480],"K":[[NaN,0,320],[0,500,240],[0,0,1]]}',
         '{"image_size":[640,480],"K":[[Infinity,0,320],[0,500,240],[0,0,1]]}',
         "image_width: 640\nimage_height: 480\ncamera_matrix: {data: [.nan, 0, 1, 0, 1, 1, 0, 0, 1]}",
