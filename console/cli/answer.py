@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import signal
 import sys
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -49,12 +51,54 @@ def plain(value: Any) -> Any:
 
 def write_json(value: Mapping[str, object]) -> None:
     """Print one JSON object."""
-    sys.stdout.write(json.dumps(plain(value), ensure_ascii=False, allow_nan=False) + "\n")
+    sys.stdout.write(_json(value) + "\n")
+
+
+class GrowingJson:
+    """One JSON object on standard output, of which one member grows: each entry is printed as soon as it is known.
+
+    A command that is ended before its last entry (Ctrl+C, SIGTERM) leaves a whole object with those that were ready.
+    """
+
+    def __init__(self, member: str, head: Mapping[str, object] | None = None, *, named: bool = True) -> None:
+        """`member` is an object whose entries have names, or else a list; `head` has what stands before it."""
+        self._member, self._head, self._ends = member, head or {}, "{}" if named else "[]"
+        self._named, self._count = named, 0
+        self.tail: dict[str, object] = {}  # what stands after the member
+
+    def __enter__(self) -> GrowingJson:
+        begin = {**self._head, self._member: None}
+        self._print(_json(begin).removesuffix("null}") + self._ends[0])
+        self._before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+        return self
+
+    def add(self, entry: Mapping[str, object], name: str = "") -> None:
+        """Print an entry of the member; a second one of the same name would be lost on who reads it."""
+        begin = f"{_json(name)}: " if self._named else ""
+        self._print((", " if self._count else "") + begin + _json(entry))
+        self._count += 1
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
+    ) -> None:
+        signal.signal(signal.SIGTERM, self._before)
+        if kind is None or not issubclass(kind, BrokenPipeError):
+            self._print(self._ends[1] + "".join(f", {_json(key)}: {_json(one)}" for key, one in self.tail.items()))
+            self._print("}\n")
+
+    def _print(self, text: str) -> None:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+
+
+def _json(value: object) -> str:
+    return json.dumps(plain(value), ensure_ascii=False, allow_nan=False)
 
 
 def write(text: str) -> None:
-    """Print a line for people."""
+    """Print a line for people, at once: what was said stays said when the rest is interrupted."""
     sys.stdout.write(text + "\n")
+    sys.stdout.flush()
 
 
 def tell(text: str) -> None:

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, tell, write, write_json
+from console.cli.answer import GrowingJson, add_json, tell, write, write_json
 
 if TYPE_CHECKING:
     from core.pipelines.hear import HeardRecording, HeardUtterance, UnreadRecording
@@ -35,25 +35,43 @@ def add(places: Any) -> None:
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Listen and tell. Of several files, those that cannot be read are named; exit code 1 when none could be."""
-    from core.pipelines.hear import hear  # scipy and the recognizer take a moment: only where they are needed
+    """Listen, and tell of each file when it was heard. Those that cannot be read are named; exit code 1 when none
+    could be.
+    """
+    from core.pipelines.hear import hear_each  # scipy and the recognizer take a moment: only where they are needed
     from core.sensors.microphones import load_array
     from core.settings import load
 
     settings = load(chosen.settings)
     array = None if chosen.array is None else load_array(chosen.array)
-    report = hear(chosen.sounds, settings, array, chosen.channel)
-    files = report["files"] if "files" in report else {chosen.sounds[0].name: report}
-    if chosen.json:
-        for name, one in files.items():
-            for warning in [one["error"]] if "error" in one else one["warnings"]:
-                tell(f"{name}: {warning}")
-        write_json(report)
-    else:
-        for name, one in files.items():
-            for line in sentences(name, one):
-                write(line)
-    return 1 if all("error" in one for one in files.values()) else 0
+    heard = hear_each(chosen.sounds, settings, array, chosen.channel)
+    if not chosen.json:
+        read = [_written(name, one) for name, one in heard]
+        return 0 if any(read) else 1
+    if len(chosen.sounds) == 1:
+        ((name, one),) = heard
+        _warn(name, one)
+        write_json(one)
+        return 0
+    read = False
+    with GrowingJson("files") as answer:
+        for name, one in heard:
+            _warn(name, one)
+            answer.add(one, name)
+            read |= "error" not in one
+    return 0 if read else 1
+
+
+def _written(name: str, report: HeardRecording | UnreadRecording) -> bool:
+    """Print one file's answer for people; return whether it could be read."""
+    for line in sentences(name, report):
+        write(line)
+    return "error" not in report
+
+
+def _warn(name: str, report: HeardRecording | UnreadRecording) -> None:
+    for warning in [report["error"]] if "error" in report else report["warnings"]:
+        tell(f"{name}: {warning}")
 
 
 def sentences(name: str, report: HeardRecording | UnreadRecording) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TypedDict
 
@@ -89,12 +89,6 @@ class UnreadRecording(TypedDict):
     processing_s: None
 
 
-class HeardRecordings(TypedDict):
-    """Several recordings by name, as JSON."""
-
-    files: dict[str, HeardRecording | UnreadRecording]
-
-
 class RecordingTranscriber:
     """Hears one recording after another with the same ears."""
 
@@ -160,22 +154,24 @@ class RecordingTranscriber:
         return [said for said in heard if said.final], [said for said in heard if not said.final]
 
 
-def hear(
+def hear_each(
     paths: Sequence[Path], settings: Settings, array: MicrophoneArray | None = None, channel: int | None = None
-) -> HeardRecording | HeardRecordings:
-    """One file → its answer; several → one answer per name. Raises BadInput and Unavailable with a sentence."""
+) -> Iterator[tuple[str, HeardRecording | UnreadRecording]]:
+    """Hear recordings one after another → the name of each, and its answer as soon as it is known.
+
+    Raises Unavailable, and of a single recording that cannot be read BadInput, with a sentence.
+    """
     hearer = RecordingTranscriber(settings, array)
-    if len(paths) == 1:
-        return hearer.hear(paths[0], channel)
-    names = [path.name for path in paths]
-    files: dict[str, HeardRecording | UnreadRecording] = {}
-    for path, name in zip(paths, names, strict=True):
+    distinct = list(dict.fromkeys(paths))
+    names = [path.name for path in distinct]
+    for path in distinct:
         try:
             found = hearer.hear(path, channel)
         except BadInput as refusal:
+            if len(paths) == 1:
+                raise
             found = UnreadRecording(error=str(refusal), directions=[], utterances=[], audio_s=None, processing_s=None)
-        files[name if names.count(name) == 1 else str(path)] = found
-    return {"files": files}
+        yield path.name if names.count(path.name) == 1 else str(path), found
 
 
 def first_heard(sound: Sound) -> int:

@@ -6,7 +6,9 @@ import importlib.util
 import json
 import math
 import re
+import signal
 import struct
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ import pytest
 
 from console.__main__ import main
 from console.cli.hear import in_words
-from core.pipelines.hear import first_heard
+from core.pipelines.hear import HeardRecording, RecordingTranscriber, first_heard
 from core.recording.sound_file import write_wav
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
 from core.simulation.acoustics.shoebox import plane_waves
@@ -81,6 +83,35 @@ def test_several_files_are_one_object_and_a_bad_one_does_not_spoil_the_rest(
     assert list(told) == ["a.wav", "b.wav"]
     assert told["a.wav"]["directions"]
     assert "no samples" in told["b.wav"]["error"]
+
+
+@pytest.mark.parametrize("interrupt", [KeyboardInterrupt, lambda: signal.raise_signal(signal.SIGTERM)])
+def test_each_file_is_told_when_it_was_heard_and_an_interrupted_batch_keeps_what_was_done(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    interrupt: Callable[[], object],
+) -> None:
+    printed: list[str] = []
+    files = [recorded(tmp_path / f"{name}.wav") for name in "ab"]
+
+    def hear_one(self: RecordingTranscriber, path: Path, channel: int | None = None) -> HeardRecording:
+        printed.append(capsys.readouterr().out)
+        if len(printed) == 2:
+            error = interrupt()
+            if isinstance(error, BaseException):
+                raise error
+        return heard(self, path, channel)
+
+    heard = RecordingTranscriber.hear
+    monkeypatch.setattr(RecordingTranscriber, "hear", hear_one)
+    assert locate(*files, "--json") == 130
+    assert '"a.wav": {"directions"' in printed[1]
+    told = json.loads("".join((*printed, capsys.readouterr().out)))["files"]
+    assert list(told) == ["a.wav"] and told["a.wav"]["audio_s"] == pytest.approx(2.2)
+    printed.clear()
+    if interrupt is KeyboardInterrupt:
+        assert locate(*files) == 130 and printed[1].startswith("a.wav: 2.2 s")
 
 
 def test_an_array_profile_from_a_file_is_used(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
