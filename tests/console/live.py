@@ -105,14 +105,18 @@ class Live:
     def calm(self) -> None:
         """As it was at the start: nobody drives, nothing is latched, nothing is under way."""
 
+        async def end_runs() -> None:
+            for run in self.runtime.quality.runs.values():
+                await self.runtime.quality.cancel(run)
+
         def act() -> None:
             runtime = self.runtime
-            runtime.quality.give_up()
             if self.robot.status().state == "halted":
                 self.robot.reset()
             if runtime.lease.holder is not None:
                 runtime.dispatcher.forget(runtime.lease.holder)
 
+        asyncio.run_coroutine_threadsafe(end_runs(), self.loop).result(10)
         self.on_loop(act)
         if self.robot.profile.microphones is not None:  # it listens for a minute after somebody spoke
             self.robot.ask(SetListening(on=False))
