@@ -13,10 +13,9 @@ from core.recording.odometry_track import OdometryTrack
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording
 from core.sensors import Laser, Scan
+from core.sensors.laser import MAX_STAMP_S, MAX_SWEEP_S, beams_malformation
 
-MOST_BEAMS = 20_000
 AT_THE_ORIGIN = Pose()
-LATEST = 1e11  # [s] of a stamp
 DEFAULT_RANGE = 100.0  # [m] taken for range_max where a log does not give it
 
 
@@ -44,15 +43,11 @@ def make_scan(
     angle_min, angle_step = angles
     low, high = limits
     beams = len(ranges)
-    if abs(stamp) > LATEST:
+    if abs(stamp) > MAX_STAMP_S:
         raise BadRecord("its time cannot be")
-    if not 2 <= beams <= MOST_BEAMS:
-        raise BadRecord("it has no beams" if beams == 0 else f"it has {beams} beams")
-    if not (math.isfinite(angle_min) and math.isfinite(angle_step)) or angle_step == 0:
-        raise BadRecord("its angles are no numbers")
-    if abs(angle_step) * (beams - 1) > 2 * math.pi + 0.1 or abs(angle_min) > 4 * math.pi:
-        raise BadRecord("its beams go round more than once")
-    if not math.isfinite(time_step) or not 0 <= time_step * beams < 2:
+    if why := beams_malformation(beams, angle_min, angle_step):
+        raise BadRecord(why)
+    if not math.isfinite(time_step) or not 0 <= time_step * beams < MAX_SWEEP_S:
         time_step = 0.0
     limited = high is not None and 0 < high < 10_000
     top = high if high is not None and limited else DEFAULT_RANGE

@@ -22,6 +22,7 @@ from core.robots.readings import Names, Readings
 from core.robots.requests import AnswerT, ListeningState, Requests, RobotRequest, SetListening, not_taken
 from core.robots.robot_file import RobotFile
 from core.sensors import Camera, Laser, SensorFrame
+from core.sensors.checks import distinct
 from core.sensors.microphones import MicrophoneArray
 
 Sensor = TypeVar("Sensor", Laser, Camera, MicrophoneArray)
@@ -98,6 +99,7 @@ class DeviceLink:
                 findings,
                 placed=tuple(own.get(name, name) for name in findings.placed),
                 clocks=tuple(map(self._dated, findings.clocks)),
+                faults=distinct((*findings.faults, *self._readings.faults)),
             ),
         )
 

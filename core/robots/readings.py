@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections import deque
@@ -11,7 +10,8 @@ from copy import copy
 from dataclasses import dataclass, field, replace
 
 from core.geometry import Pose
-from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
+from core.sensors import Camera, Fault, Image, Laser, Scan, SensorFrame, Sound, Wheels
+from core.sensors.checks import are_finite, distinct, fault
 from core.sensors.microphones import joined
 
 SILENT = 0.5  # [s] over which a reading of the wheels is carried on to the frame; then nothing is known of them
@@ -20,6 +20,7 @@ JUMP, FASTEST = 0.5, 5.0  # [m], [m/s] beyond which the wheels were not rolled: 
 COUNTED = 3.0  # [s] over which readings of the wheels are counted for their rate …
 LONG_ENOUGH = 2.0  # [s] … once they have come for so long: a few that waited on the way come all at once
 LONGEST_SOUND = 3.0  # [s] that may wait for a frame
+FAULT_AGAIN_S = 5.0  # [s] after which a fault that lasts is said again
 
 
 Names = dict[tuple[type, str], str]
@@ -38,18 +39,23 @@ class Waiting:
     undecoded: Callable[[], Image | None] | None = None  # a newer picture than that
     sound: Sound | None = None
     notes: list[str] = field(default_factory=list[str])
+    faults: list[Fault] = field(default_factory=list[Fault])  # since the last frame
     contact: bool = False
     touched: bool = False  # since the last frame
     battery: float | None = None  # 0..1
 
 
 class Readings:
-    """Filled by the devices' threads, emptied by the driver's. Stamps are on the robot's clock, see `now`."""
+    """Filled by the devices' threads, emptied by the driver's. Stamps are on the robot's clock, see `now`.
+
+    The one way of every device's readings: what is malformed is left out, and its fault said.
+    """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock, self._start = clock, clock()
         self._lock, self._here = threading.Lock(), Waiting()
         self._names: Names = {}
+        self._found: dict[tuple[str, str], tuple[float, Fault]] = {}  # of one device, with when it was last said [s]
 
     def renaming(self, names: Names) -> Readings:
         """The same readings for a device whose sensors are called otherwise on the robot.
@@ -57,7 +63,7 @@ class Readings:
         `names`: by kind and the device's own name; it may be filled later.
         """
         other = copy(self)
-        other._names = names
+        other._names, other._found = names, {}
         return other
 
     def now(self) -> float:
@@ -69,10 +75,11 @@ class Readings:
 
         A base that was restarted, or jumps, goes on from where it was.
         """
-        if not all(map(math.isfinite, (odometry.x, odometry.y, odometry.heading, speed, turn_rate))):
+        stamp = self.now() if stamp is None else stamp
+        if not are_finite(odometry.x, odometry.y, odometry.heading, speed, turn_rate, stamp):
+            self._leave_out("odometry.malformed", "", "a value is no finite number")
             return
         with self._lock:
-            stamp = self.now() if stamp is None else stamp
             place = self._here.anchor @ odometry
             if self._here.wheels is None or _jumped(self._here.place, place, stamp - self._here.wheels[0]):
                 self._here.anchor = self._here.place @ odometry.inverse()
@@ -83,13 +90,21 @@ class Readings:
 
     def scan(self, scan: Scan) -> None:
         """A turn of a laser's mirror."""
+        name = self._names.get((Laser, scan.laser), scan.laser)
+        if scan.malformation:
+            self._leave_out("scan.malformed", name or "the laser", scan.malformation)
+            return
         with self._lock:
-            self._here.scans.append(replace(scan, laser=self._names.get((Laser, scan.laser), scan.laser)))
+            self._here.scans.append(replace(scan, laser=name))
 
     def image(self, image: Image) -> None:
         """A picture."""
+        name = self._names.get((Camera, image.camera), image.camera)
+        if image.malformation:
+            self._leave_out("picture.malformed", name or "the camera", image.malformation)
+            return
         with self._lock:
-            self._here.image = replace(image, camera=self._names.get((Camera, image.camera), image.camera))
+            self._here.image = replace(image, camera=name)
             self._here.undecoded = None
 
     def undecoded(self, decode: Callable[[], Image | None]) -> None:
@@ -108,6 +123,9 @@ class Readings:
 
     def sound(self, sound: Sound) -> None:
         """Samples that follow those before."""
+        if sound.malformation:
+            self._leave_out("sound.malformed", "", sound.malformation)
+            return
         with self._lock:
             self._here.sound = joined(self._here.sound, sound, LONGEST_SOUND)
 
@@ -119,6 +137,9 @@ class Readings:
 
     def battery(self, share: float) -> None:
         """How full the battery is, 0..1."""
+        if not are_finite(share) or not 0.0 <= share <= 1.0:
+            self._leave_out("battery.malformed", "", f"{share}")
+            return
         with self._lock:
             self._here.battery = share
 
@@ -126,6 +147,12 @@ class Readings:
         """A sentence for the operator."""
         with self._lock:
             self._here.notes.append(sentence)
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """The newest fault of each kind and sensor since the start; of this device alone."""
+        with self._lock:
+            return tuple(one for _, one in self._found.values())
 
     def forget_wheels(self) -> None:
         """The base is gone; when it is back it goes on from where it was."""
@@ -150,11 +177,21 @@ class Readings:
                 sound=self._here.sound,
                 contact=self._here.contact or self._here.touched,
                 battery=self._here.battery,
+                faults=distinct(self._here.faults),
                 note=" ".join(self._here.notes),
             )
             self._here.image = self._here.sound = None
-            self._here.notes, self._here.touched = [], False
+            self._here.notes, self._here.faults, self._here.touched = [], [], False
             return frame
+
+    def _leave_out(self, code: str, sensor: str, what: str) -> None:
+        """Say why a reading is left out: the first time, and again now and then while it lasts."""
+        with self._lock:
+            now, said = self.now(), self._found.get((code, sensor))
+            if said is None or now - said[0] >= FAULT_AGAIN_S:
+                found = fault(code, sensor, what=what)
+                self._found[code, sensor] = now, found
+                self._here.faults.append(found)
 
     def _carried(self, stamp: float) -> Wheels | None:
         """The wheels as they stand by now, if they went on as they were."""

@@ -7,6 +7,9 @@ import numpy as np
 from core.geometry import OPTICAL, Transform
 from core.message import Array, message
 from core.optics import TABLE_3, CameraModel
+from core.sensors.checks import are_finite, is_array
+
+MAX_PIXELS = 100_000_000  # of a picture
 
 
 @message
@@ -26,3 +29,12 @@ class Image:
     stamp: float  # [s]
     camera: str = ""  # name of the camera that took it; "": of the only one
     pixels: Array  # (H, W, 3) uint8, blue-green-red
+
+    @property
+    def malformation(self) -> str:
+        """What is wrong with the form of this picture, in words; "" where nothing is."""
+        if not is_array(self.pixels, 3, "u") or self.pixels.itemsize != 1:
+            return "its pixels are no rows of bytes in three colours"
+        if self.pixels.shape[2] != 3 or not 0 < self.pixels.size <= 3 * MAX_PIXELS:
+            return f"its shape is {'x'.join(map(str, self.pixels.shape))}"
+        return "" if are_finite(self.stamp) else "its time cannot be"

@@ -8,11 +8,13 @@ Checks that compare senses run where both are known (`core.pilot`, `core.pipelin
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
 import msgspec
+import numpy as np
 
 Stage = Literal["form", "time", "limits", "agreement"]
 """form: shape, finite, units; time: age, order, clock; limits: the robot's own; agreement: between senses."""
@@ -44,21 +46,105 @@ SCANS = (
         "number of beams, step between beams, stamp: two beams at least, finite numbers",
         "A scan of {sensor} is malformed ({what}); it is left out. Check the driver of the laser.",
     ),
+    Check(
+        "scan.late",
+        "time",
+        "the stamp of a scan's last beam with the time at which it came: 0.3 s at most",
+        "Scans of {sensor} are {age} s late, so they do not steer the robot. Look for a slow link, a queue on the "
+        "way or a clock that was set; stamp a scan when it is measured.",
+    ),
+    Check(
+        "scan.future",
+        "time",
+        "the stamp of a scan's first beam with the time at which it came: 0.1 s ahead at most",
+        "Scans of {sensor} are stamped {lead} s in the future, so they do not steer the robot. Check the clock that "
+        "the driver of the laser stamps them by.",
+    ),
 )
 
-ODOMETRY: tuple[Check, ...] = ()
+ODOMETRY = (
+    Check(
+        "odometry.malformed",
+        "form",
+        "position, heading, speeds and stamp of the odometry: finite numbers",
+        "A reading of the odometry is malformed ({what}); it is left out. Check the driver of the base.",
+    ),
+    Check(
+        "odometry.late",
+        "time",
+        "the stamp of the odometry with the time at which it came: 0.3 s at most",
+        "The odometry is {age} s late, so no command is driven by it. Look for a slow link, a queue on the way or a "
+        "clock that was set.",
+    ),
+    Check(
+        "odometry.future",
+        "time",
+        "the stamp of the odometry with the time at which it came: 0.1 s ahead at most",
+        "The odometry is stamped {lead} s in the future, so no command is driven by it. Check the clock that the "
+        "driver of the base stamps it by.",
+    ),
+)
 
 CLOCKS: tuple[Check, ...] = ()
 
-ROBOTS: tuple[Check, ...] = ()
+ROBOTS = (
+    Check(
+        "battery.malformed",
+        "form",
+        "the charge of the battery: a share from 0 to 1",
+        "The charge of the battery is malformed ({what}); it is left out. Check the driver of the base.",
+    ),
+)
 
 MOUNTINGS: tuple[Check, ...] = ()
 
 AGREEMENT: tuple[Check, ...] = ()
 
-PICTURES: tuple[Check, ...] = ()
+PICTURES = (
+    Check(
+        "picture.malformed",
+        "form",
+        "shape, kind of numbers and stamp of a picture: height x width x 3 bytes, a finite stamp",
+        "A picture of {sensor} is malformed ({what}); it is left out. Check the driver of the camera.",
+    ),
+    Check(
+        "picture.late",
+        "time",
+        "the stamp of a picture with the time at which it came: 0.3 s at most",
+        "Pictures of {sensor} are {age} s late, so nobody is followed by them. Look for a slow link, a queue on the "
+        "way or a clock that was set.",
+    ),
+    Check(
+        "picture.future",
+        "time",
+        "the stamp of a picture with the time at which it came: 0.1 s ahead at most",
+        "Pictures of {sensor} are stamped {lead} s in the future, so nobody is followed by them. Check the clock "
+        "that the driver of the camera stamps them by.",
+    ),
+)
 
-SOUND: tuple[Check, ...] = ()
+SOUND = (
+    Check(
+        "sound.malformed",
+        "form",
+        "shape, kind of numbers and stamp of a piece of sound: samples x channels, a finite stamp",
+        "A piece of sound is malformed ({what}); it is left out. Check the driver of the microphones.",
+    ),
+    Check(
+        "sound.late",
+        "time",
+        "the end of a piece of sound with the time at which it came: 0.3 s at most",
+        "The sound is {age} s late, so the robot does not turn to it. Look for a slow link, a queue on the way or a "
+        "clock that was set.",
+    ),
+    Check(
+        "sound.future",
+        "time",
+        "the end of a piece of sound with the time at which it came: 0.1 s ahead at most",
+        "The sound is stamped {lead} s in the future, so the robot does not turn to it. Check the clock that the "
+        "driver of the microphones stamps it by.",
+    ),
+)
 
 FILES = (
     Check(
@@ -113,3 +199,16 @@ def distinct(faults: Iterable[Fault]) -> tuple[Fault, ...]:
     for one in faults:
         newest[one.code, one.sensor] = one
     return tuple(newest.values())
+
+
+def are_finite(*values: object) -> bool:
+    """Return whether all of these, of which nothing is known yet, are finite numbers; a bool is none."""
+    return all(
+        isinstance(value, int | float | np.floating | np.integer) and type(value) is not bool and math.isfinite(value)
+        for value in values
+    )
+
+
+def is_array(value: object, dimensions: int, kinds: str) -> bool:
+    """Return whether a value, of which nothing is known yet, is an array of such numbers (numpy's `kinds`)."""
+    return isinstance(value, np.ndarray) and value.ndim == dimensions and value.dtype.kind in kinds

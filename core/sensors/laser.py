@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from core.geometry import Pose
 from core.message import Array, message
+from core.sensors.checks import are_finite, is_array
+
+MIN_BEAMS, MAX_BEAMS = 2, 20_000  # of a scan
+MAX_SWEEP_S = 2.0  # [s] from the first beam of a scan to its last
+MAX_STAMP_S = 1e11  # [s]
 
 
 @message
@@ -52,3 +59,37 @@ class Scan:
     def times(self) -> Array:
         """(N,) [s]: when each beam was measured, on the robot's clock."""
         return self.stamp + self.time_step * np.arange(len(self.ranges))
+
+    @property
+    def newest(self) -> float:
+        """When its last beam was measured [s], on the robot's clock."""
+        return self.stamp + max(self.time_step, 0.0) * (len(self.ranges) - 1)
+
+    @property
+    def malformation(self) -> str:
+        """What is wrong with the form of this scan, in words; "" where nothing is.
+
+        Whatever a driver put into the fields is answered, not raised.
+        """
+        if not is_array(self.ranges, 1, "fiu"):
+            return "its ranges are no row of numbers"
+        if not are_finite(self.stamp) or abs(self.stamp) > MAX_STAMP_S:
+            return "its time cannot be"
+        if found := beams_malformation(len(self.ranges), self.angle_min, self.angle_step):
+            return found
+        if not are_finite(self.time_step) or abs(self.time_step) * len(self.ranges) > MAX_SWEEP_S:
+            return "the time between its beams cannot be"
+        if not are_finite(self.range_min) or not self.range_min < self.range_max:
+            return "its limits of range leave nothing between them"
+        return ""
+
+
+def beams_malformation(beams: int, angle_min: float, angle_step: float) -> str:
+    """What is wrong with the number of beams of a scan or their angles [rad], in words; "" where nothing is."""
+    if not MIN_BEAMS <= beams <= MAX_BEAMS:
+        return "it has no beams" if beams == 0 else f"it has {beams} beam{'s' * (beams > 1)}"
+    if not are_finite(angle_min, angle_step) or angle_step == 0:
+        return "its angles are no numbers"
+    if abs(angle_step) * (beams - 1) > 2 * math.pi + 0.1 or abs(angle_min) > 4 * math.pi:
+        return "its beams go round more than once"
+    return ""

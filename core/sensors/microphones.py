@@ -12,10 +12,12 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array, message
+from core.sensors.checks import are_finite
 
 LARGEST = 100_000  # bytes of an array profile
 KEYS = ("name", "positions_m", "channels", "sample_rate_hz", "speed_of_sound_m_s", "position_sd_m")
 FEWEST, MOST = 2, 256  # microphones
+MAX_RATE_HZ = 1_000_000  # of samples
 FARTHEST = 5.0  # [m] of a microphone from the frame's origin
 LOUDEST = 1e6  # times full scale: files of floats in whole-number units have 3e4; the square of more says nothing
 HUGE = 1e300  # beyond, a number of a profile counts as not finite
@@ -41,9 +43,23 @@ class Sound:
             raise BadInput("A sound needs a positive sample rate and a finite time.")
 
     @property
+    def malformation(self) -> str:
+        """What is wrong with the form of this sound, in words, beyond what no sound can be made of; "": nothing."""
+        if self.samples.dtype.kind not in "fiu":
+            return "its samples are no numbers"
+        if not are_finite(self.stamp, self.rate) or self.rate > MAX_RATE_HZ:
+            return "its rate or its time cannot be"
+        return "" if self.channels <= MOST else f"it has {self.channels} channels"
+
+    @property
     def duration(self) -> float:
         """[s]."""
         return len(self.samples) / self.rate
+
+    @property
+    def newest(self) -> float:
+        """When its last sample was taken [s]."""
+        return self.stamp + self.duration
 
     @property
     def channels(self) -> int:

@@ -1,0 +1,138 @@
+"""What a driver hands on: the form of every reading is checked where all of them pass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.geometry import Pose
+from core.pilot import Pilot
+from core.robots import Profile
+from core.robots.nearness import NearField
+from core.robots.readings import FAULT_AGAIN_S, Readings
+from core.sensors import Image, Laser, Scan, Sound
+
+NAN, INF = float("nan"), float("inf")
+LASER = Laser(beams=360, angle_min=-np.pi, angle_step=np.pi / 180)
+GOOD = Scan(stamp=0.0, ranges=np.full(360, 2.0), angle_min=-np.pi, angle_step=np.pi / 180)
+PICTURE = Image(stamp=0.0, pixels=np.zeros((4, 6, 3), np.uint8))
+
+MALFORMED: list[tuple[str, Callable[[Readings], object]]] = [
+    *(
+        ("scan.malformed", lambda readings, odd=odd: readings.scan(replace(GOOD, **odd)))
+        for odd in (
+            {"ranges": np.zeros(0)},
+            {"ranges": np.ones(1)},
+            {"ranges": np.ones(1_000_000)},
+            {"ranges": np.ones((4, 90))},
+            {"ranges": [1.0, 2.0]},
+            {"ranges": np.array(["1", "2"])},
+            {"stamp": NAN},
+            {"stamp": INF},
+            {"stamp": None},
+            {"angle_step": 0.0},
+            {"angle_step": NAN},
+            {"angle_min": INF},
+            {"time_step": NAN},
+            {"time_step": 1.0},
+            {"range_max": NAN},
+            {"range_min": 6.0},
+        )
+    ),
+    *(
+        ("odometry.malformed", lambda readings, odd=odd: readings.wheels(Pose(odd, 0.0, 0.0), 0.0, 0.0))
+        for odd in (NAN, INF)
+    ),
+    ("odometry.malformed", lambda readings: readings.wheels(Pose(), 0.0, 0.0, stamp=NAN)),
+    *(
+        (
+            "picture.malformed",
+            lambda readings, odd=odd: readings.image(replace(PICTURE, **odd)),
+        )
+        for odd in (
+            {"pixels": PICTURE.pixels[:, :, 0]},
+            {"pixels": PICTURE.pixels[:0]},
+            {"pixels": PICTURE.pixels.astype(float)},
+            {"stamp": NAN},
+        )
+    ),
+    (
+        "sound.malformed",
+        lambda readings: readings.sound(Sound(stamp=0.0, rate=16_000, samples=np.array([["a", "b"]]))),
+    ),
+    ("battery.malformed", lambda readings: readings.battery(NAN)),
+    ("battery.malformed", lambda readings: readings.battery(120)),
+]
+
+
+@pytest.mark.parametrize(("code", "hand_on"), MALFORMED)
+def test_a_malformed_reading_is_left_out_with_a_fault(code: str, hand_on: Callable[[Readings], object]) -> None:
+    readings = Readings()
+    hand_on(readings)
+    frame = readings.frame()
+    assert (frame.scan, frame.wheels, frame.image, frame.sound, frame.battery) == (None,) * 5
+    assert [one.code for one in frame.faults] == [code] and frame.faults == readings.faults
+
+
+def test_a_fault_that_lasts_is_said_now_and_then() -> None:
+    now = 0.0
+    readings = Readings(lambda: now)
+    said = list[float]()
+    for number in range(120):
+        now = 0.1 * number
+        readings.scan(replace(GOOD, ranges=np.zeros(0)))
+        said += [now] * len(readings.frame().faults)
+    assert said == pytest.approx([0.0, FAULT_AGAIN_S, 2 * FAULT_AGAIN_S])
+
+
+def test_a_fault_is_that_of_the_device_that_has_it() -> None:
+    base = Readings()
+    laser = base.renaming({})
+    laser.scan(replace(GOOD, ranges=np.zeros(0)))
+    assert laser.faults and not base.faults and base.frame().faults
+
+
+ODD_NUMBERS = st.one_of(st.floats(), st.integers(-3, 3), st.none(), st.booleans())
+RANGES = st.one_of(
+    st.integers(0, 400).map(lambda beams: np.full(beams, 1.0)),
+    st.lists(st.floats(), max_size=4).map(np.array),
+    st.sampled_from([np.ones((2, 2)), np.array(["a"]), np.array([None, 1.0]), None, "far", [1.0, 2.0]]),
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    ranges=RANGES,
+    stamp=ODD_NUMBERS,
+    angles=st.tuples(ODD_NUMBERS, ODD_NUMBERS),
+    limits=st.tuples(ODD_NUMBERS, ODD_NUMBERS),
+    time_step=ODD_NUMBERS,
+)
+def test_whatever_a_driver_calls_a_scan_neither_the_gates_points_nor_the_pilot_end(
+    ranges: object, stamp: object, angles: tuple[object, object], limits: tuple[object, object], time_step: object
+) -> None:
+    readings = Readings()
+    readings.wheels(Pose(), 0.1, 0.2)
+    readings.scan(
+        Scan(
+            stamp=stamp,  # type: ignore[arg-type]
+            ranges=ranges,  # type: ignore[arg-type]
+            angle_min=angles[0],  # type: ignore[arg-type]
+            angle_step=angles[1],  # type: ignore[arg-type]
+            range_min=limits[0],  # type: ignore[arg-type]
+            range_max=limits[1],  # type: ignore[arg-type]
+            time_step=time_step,  # type: ignore[arg-type]
+        )
+    )
+    frame = readings.frame()
+    assert (frame.scan is None) == bool(frame.faults)
+    NearField((LASER,)).see(frame, moving=True)
+    PILOT.step(frame)
+
+
+PILOT = Pilot(Profile(name="fuzzed", url="", lasers=(LASER,), capabilities=frozenset({"drive"})))
