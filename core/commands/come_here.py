@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from core.commands.command import Action, Command, CommandFacts, Parameter, Progress, Target
+from core.commands.command import Action, Command, CommandSpec, Progress, Target
 from core.commands.keep_to_person import KeepToPerson, aim_at, following_words, going
 from core.commands.locate_voice import LocateVoice
 from core.commands.turn_to_voice import TurnToVoice, call_for, heard_for
@@ -16,15 +16,13 @@ MISSED = 3.0  # [s] without a sight of the person, after which the robot says so
 
 
 @dataclass(frozen=True, kw_only=True)
-class ComeHere(CommandFacts):
+class ComeHere(CommandSpec):
     """Drive to the person who called."""
 
     name: str = "come_here"
     words: tuple[str, ...] = ("come here", "come")
-    numbers: tuple[Parameter, ...] = ()
     example: str = "come here"
     summary: str = "Turns to the voice, looks who spoke, comes and stops half a metre before them."
-    moves: bool = True
     target: Target = "person"
     already: str = "The robot is already coming."
     icon: str = "come_here"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
@@ -91,13 +92,19 @@ class CommandPreview:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CommandFacts:
-    """Facts about a command besides its words and its motion; its own file says what differs."""
+class CommandSpec(ABC):
+    """One row of Table 2; its own file says what differs from these defaults."""
 
+    name: str  # the row's key in JSON: "turn_left"
+    words: tuple[str, ...]  # patterns, the first is the canonical one; numbers as in "continue {distance_m} meters"
+    example: str  # words that are understood as they stand: "continue 1.5 meters"
+    summary: str  # a sentence for people: "Turns left 90 degrees on the spot."
+    numbers: tuple[Parameter, ...] = ()
+    moves: bool = True  # the robot
     target: Target = "none"  # where it goes
     endless: bool = False  # goes on until another command, and gives way to any
     needs_pose: bool = True  # is not obeyed while the robot does not know where it is
-    already: str = ""  # said when it is given again while it is under way
+    already: str = ""  # said when it is given again while it is under way; "": a common sentence
     icon: str = ""  # its drawing in static/img/icons.svg; "": a common one
     pronunciations: Mapping[str, str] = field(default_factory=dict[str, str])  # of its words, which dictionaries lack
     fixed: Mapping[str, str] = field(default_factory=dict[str, str])  # said in JSON beside its numbers
@@ -115,88 +122,6 @@ class CommandFacts:
         """Return what it would do from `pose`; `radius` [m] at which a turn is drawn."""
         return CommandPreview()
 
-
-class CommandSpec(Protocol):
-    """One row of Table 2. `CommandFacts` has the defaults of everything below `moves`."""
-
-    @property
-    def name(self) -> str:
-        """The row's key in JSON: "turn_left"."""
-        ...
-
-    @property
-    def words(self) -> tuple[str, ...]:
-        """Patterns; numbers stand as {distance_m}: "continue {distance_m} meters". The first is the canonical one."""
-        ...
-
-    @property
-    def numbers(self) -> tuple[Parameter, ...]:
-        """The parameters."""
-        ...
-
-    @property
-    def example(self) -> str:
-        """Words that are understood as they stand: "continue 1.5 meters"."""
-        ...
-
-    @property
-    def summary(self) -> str:
-        """A sentence for people: "Turns left 90 degrees on the spot."."""
-        ...
-
-    @property
-    def moves(self) -> bool:
-        """True if the command moves the robot."""
-        ...
-
-    @property
-    def target(self) -> Target:
-        """Its destination."""
-        ...
-
-    @property
-    def endless(self) -> bool:
-        """True where it goes on until another command."""
-        ...
-
-    @property
-    def needs_pose(self) -> bool:
-        """True where it is not obeyed while the robot does not know where it is."""
-        ...
-
-    @property
-    def idempotent(self) -> bool:
-        """True where the same command again, while it is active, asks for nothing new."""
-        ...
-
-    @property
-    def already(self) -> str:
-        """A sentence for one who gives it again while it is under way; "" for a common one."""
-        ...
-
-    @property
-    def icon(self) -> str:
-        """Its drawing in static/img/icons.svg."""
-        ...
-
-    @property
-    def pronunciations(self) -> Mapping[str, str]:
-        """Pronunciations of its words that the dictionary lacks."""
-        ...
-
-    @property
-    def fixed(self) -> Mapping[str, str]:
-        """Its JSON beside its numbers."""
-        ...
-
-    def needs_confirmation(self, numbers: Mapping[str, float]) -> bool:
-        """Return whether it waits for the confirmation delay."""
-        ...
-
-    def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:
-        """Return what it would do from `pose`."""
-        ...
-
+    @abstractmethod
     def begin(self, command: Command, here: ControlContext) -> Action:
         """Start the command. Raises Refused with a sentence when that is impossible from here."""
-        ...

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.commands.command import Action, Command, CommandFacts, CommandPreview, Parameter, Progress
+from core.commands.command import Action, Command, CommandPreview, CommandSpec, Parameter, Progress
 from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext
@@ -16,7 +16,7 @@ from core.navigation.steering import Arrival, StallDetector, hold_line
 
 
 @dataclass(frozen=True, kw_only=True)
-class Continue(CommandFacts):
+class Continue(CommandSpec):
     """Straight ahead for a distance."""
 
     name: str = "continue"
@@ -26,7 +26,6 @@ class Continue(CommandFacts):
     )
     example: str = "continue 1.5 meters"
     summary: str = "Drives straight ahead for that many metres."
-    moves: bool = True
     icon: str = "continue"
 
     def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:

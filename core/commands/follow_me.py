@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from core.commands.command import Action, Command, CommandFacts, Parameter, Progress, Target
+from core.commands.command import Action, Command, CommandSpec, Progress, Target
 from core.commands.keep_to_person import KeepToPerson, aim_at, following_words, going
 from core.commands.turn_to_voice import TurnToVoice, heard_for
 from core.navigation.control_context import ControlContext
@@ -12,15 +12,13 @@ from core.navigation.goal_controller import GoalController
 
 
 @dataclass(frozen=True, kw_only=True)
-class FollowMe(CommandFacts):
+class FollowMe(CommandSpec):
     """Follow the person who called, until another command."""
 
     name: str = "follow_me"
     words: tuple[str, ...] = ("follow me",)
-    numbers: tuple[Parameter, ...] = ()
     example: str = "follow me"
     summary: str = "Turns to the voice and follows who spoke, a metre behind, until another command."
-    moves: bool = True
     target: Target = "person"
     endless: bool = True
     already: str = "The robot is already following you."

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from core.commands.command import Action, Command, CommandFacts, Parameter, Progress
+from core.commands.command import Action, Command, CommandSpec, Parameter, Progress
 from core.errors import Refused
 from core.gate import Twist
 from core.message import Array
@@ -26,7 +26,7 @@ LOST = "The wall on my right is gone; I stopped. Send me to another one."
 
 
 @dataclass(frozen=True, kw_only=True)
-class FollowWall(CommandFacts):
+class FollowWall(CommandSpec):
     """Along the wall on the right, until another command."""
 
     name: str = "follow_wall"
@@ -36,7 +36,6 @@ class FollowWall(CommandFacts):
     )
     example: str = "follow wall"
     summary: str = "Drives along the wall on its right, half a metre away, until another command."
-    moves: bool = True
     endless: bool = True
     already: str = "The robot is already following the wall."
     icon: str = "follow_wall"

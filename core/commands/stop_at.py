@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.commands.command import Action, Command, CommandFacts, CommandPreview, Parameter, Progress, Target
+from core.commands.command import Action, Command, CommandPreview, CommandSpec, Parameter, Progress, Target
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalAim, GoalController
 
 
 @dataclass(frozen=True, kw_only=True)
-class StopAt(CommandFacts):
+class StopAt(CommandSpec):
     """To a place in the world frame."""
 
     name: str = "stop_at"
@@ -32,7 +32,6 @@ class StopAt(CommandFacts):
     )
     example: str = "stop at 1 and 0.5"
     summary: str = "Drives to the point (x, y) of the map and stops there."
-    moves: bool = True
     target: Target = "place"
     already: str = "The robot is already on its way there."
     icon: str = "stop_at"

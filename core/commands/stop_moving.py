@@ -4,25 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from core.commands.command import Action, Command, CommandFacts, Parameter, Progress
+from core.commands.command import Action, Command, CommandSpec, Progress
 from core.navigation.control_context import ControlContext
 
 
 @dataclass(frozen=True, kw_only=True)
-class StopMoving(CommandFacts):
+class StopMoving(CommandSpec):
     """Standing still, and that is all."""
 
-    name: str
-    words: tuple[str, ...]
-    summary: str
     remark: str
-    numbers: tuple[Parameter, ...] = ()
     moves: bool = False
-
-    @property
-    def example(self) -> str:
-        """Words that are understood as they stand."""
-        return self.words[0]
 
     def begin(self, command: Command, here: ControlContext) -> Action:
         """Stop at once; whatever ran before has been pre-empted."""
@@ -43,6 +34,7 @@ class StandingStill:
 STOP_MOVING = StopMoving(
     name="stop_moving",
     words=("stop moving", "stop"),
+    example="stop moving",
     summary="Stops moving at once. Any sentence with the word stop does.",
     remark="The robot stands still.",
     icon="stop_moving",
@@ -50,6 +42,7 @@ STOP_MOVING = StopMoving(
 START = StopMoving(
     name="start",
     words=("start",),
+    example="start",
     summary="Stands still and waits for a command.",
     remark="Ready for a command.",
 )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from core.commands.command import Action, Command, CommandFacts, CommandPreview, Parameter, Progress
+from core.commands.command import Action, Command, CommandPreview, CommandSpec, Parameter, Progress
 from core.gate import Twist
 from core.geometry import Pose, wrap
 from core.navigation.control_context import ControlContext
@@ -15,24 +15,15 @@ from core.navigation.steering import Arrival, StallDetector, spin
 
 
 @dataclass(frozen=True, kw_only=True)
-class Turn(CommandFacts):
+class Turn(CommandSpec):
     """A turn to one side."""
 
-    name: str
-    words: tuple[str, ...]
-    summary: str
     side: int  # +1 left, -1 right
-    moves: bool = True
     needs_pose: bool = False
     pronunciations: Mapping[str, str] = field(default_factory=lambda: {"turn": "T AH N"})  # without the R
     numbers: tuple[Parameter, ...] = (
         Parameter(name="angle_rad", says="90 degrees", unit="rad", low=0.0, high=2 * math.pi, default=math.pi / 2),
     )
-
-    @property
-    def example(self) -> str:
-        """Words that are understood as they stand."""
-        return self.words[0]
 
     def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:
         """Return the arc around the robot."""
@@ -74,6 +65,7 @@ class Turning:
 TURN_LEFT = Turn(
     name="turn_left",
     words=("turn left",),
+    example="turn left",
     summary="Turns left 90 degrees on the spot.",
     side=1,
     icon="turn_left",
@@ -81,6 +73,7 @@ TURN_LEFT = Turn(
 TURN_RIGHT = Turn(
     name="turn_right",
     words=("turn right",),
+    example="turn right",
     summary="Turns right 90 degrees on the spot.",
     side=-1,
     icon="turn_right",

@@ -22,20 +22,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from core.commands.command import Action, Command, CommandFacts, Parameter
+from core.commands.command import Action, Command, CommandSpec, Parameter
 from core.commands.turn import Turning
 from core.navigation.control_context import ControlContext
 
 
-@dataclass(frozen=True)
-class Dance(CommandFacts):
+@dataclass(frozen=True, kw_only=True)
+class Dance(CommandSpec):
     """A whole turn."""
 
     name: str = "dance"
     words: tuple[str, ...] = ("dance",)
     summary: str = "Turns once around on the spot."
-    numbers: tuple[Parameter, ...] = ()
-    moves: bool = True
     example: str = "dance"
 
     def begin(self, command: Command, here: ControlContext) -> Action:
