@@ -22,10 +22,19 @@ from core.calibration.mount import NAMES
 from core.calibration.printed import Equation44
 from core.geometry import OPTICAL
 from core.optics import CameraModel
+from core.sensors.checks import Fault
 
 FORMAT, VERSION = "beckon-calibration", 1
 Method = Literal["exact", "table-1"]
 TARGET_SHARE, TARGET_LEAST = 1 / 1000, 0.5  # of the picture's width, [pixel]: the 95 % uncertainty to be reached
+
+
+class FoundFault(TypedDict):
+    """A fault that a check found."""
+
+    code: str
+    sensor: str
+    sentence: str
 
 
 class RefusedPicture(TypedDict):
@@ -110,7 +119,8 @@ class CameraReport(CameraNumbers):
     covariance: list[list[float]]  # in the order of sd
     views: list[ViewFit]
     uncertainty: PictureUncertainty
-    warnings: list[str]
+    faults: list[FoundFault]
+    warnings: list[str]  # the faults' sentences among them
     eq_44: NotRequired[Equation44]  # by [chapter] mode = "printed"
 
 
@@ -252,8 +262,14 @@ def camera_report(calibration: Calibration) -> CameraReport:
             "target_px": target(model.width),
             "reached": enough,
         },
+        "faults": found_faults(calibration.faults),
         "warnings": doubts,
     }
+
+
+def found_faults(faults: Sequence[Fault]) -> list[FoundFault]:
+    """Faults as JSON keys."""
+    return [{"code": each.code, "sensor": each.sensor, "sentence": each.sentence} for each in faults]
 
 
 def camera_numbers(model: CameraModel, *, with_k3: bool = True) -> CameraNumbers:

@@ -64,6 +64,8 @@ def calibrate_camera(
             f"Only {len(views)} of {len(files)} pictures can be used; at least 3 are needed. {reasons}".strip()
         )
     calibration = calibrate(views, board, size)
+    if calibration.undecided:
+        raise BadInput(calibration.undecided)
     report = camera_report(calibration)
     files_written = {} if out is None else write_camera(calibration, report, out)
     dropped: list[RefusedPicture] = [

@@ -121,6 +121,34 @@ PICTURES = (
         "Pictures of {sensor} are stamped {lead} s in the future, so nobody is followed by them. Check the clock "
         "that the driver of the camera stamps them by.",
     ),
+    Check(
+        "camera.two_settings",
+        "agreement",
+        "one camera for all pictures with two cameras, each for a part of them",
+        "The pictures are of two camera settings: {others} fit one ({camera}), {odd} another "
+        "({odd_camera}); likely {cause}. Calibrate each setting by itself.",
+    ),
+    Check(
+        "camera.odd_part",
+        "agreement",
+        "one camera for all pictures with another one for a few of them",
+        "{odd} fit another camera setting ({odd_camera}) than {others} ({camera}) and are left out; likely {cause}.",
+    ),
+    Check(
+        "camera.focal_undecided",
+        "agreement",
+        "focal lengths that fit the pictures about as well as the best",
+        "The pictures do not decide the focal length: anything between {low} and {high} px fits them about "
+        "as well. Tilt the board by 20 to 50 degrees, to several sides.",
+    ),
+    Check(
+        "board.unequal_squares",
+        "agreement",
+        "height of the squares with their width, from all pictures",
+        "The board's squares are not square: {wide} mm wide and {high} mm high ({share} %), if the width "
+        "is as entered. The camera was solved with that; measure both sides with a ruler and print the "
+        "board at one scale.",
+    ),
 )
 
 SOUND = (

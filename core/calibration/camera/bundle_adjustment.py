@@ -156,9 +156,14 @@ def information(corners: Corners, solution: BundleSolution, free: tuple[int, ...
     return information_and_pull(corners, solution, free)[0]
 
 
-def information_and_pull(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> tuple[Array, Array]:
-    """`information` (M, P, P), and the gradient (M, P) of half of every view's cost with its pose following."""
-    gram, _ = _gram(corners, solution, free, None)
+def information_and_pull(
+    corners: Corners, solution: BundleSolution, free: tuple[int, ...], more: Array | None = None
+) -> tuple[Array, Array]:
+    """`information` (M, P, P), and the gradient (M, P) of half of every view's cost with its pose following.
+
+    `more` (M, 2N): derivatives by one more unknown of all views, which becomes the last of P.
+    """
+    gram, _ = _gram(corners, solution, free, None, more)
     pose = _damped(gram.pose, np.zeros(len(gram.pose)))  # a view without corners adds nothing and divides by nothing
     right = np.concatenate((np.swapaxes(gram.mixed, 1, 2), gram.pose_gradient[..., None]), axis=2)
     less = gram.mixed @ _solve(pose, right)
@@ -183,12 +188,14 @@ def noise(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> 
 
 
 def _gram(
-    corners: Corners, solution: BundleSolution, free: tuple[int, ...], soft: float | None
+    corners: Corners, solution: BundleSolution, free: tuple[int, ...], soft: float | None, more: Array | None = None
 ) -> tuple[Gram, float]:
     linear = linearise(solution.camera, solution.poses, corners.points)
     error, weights, cost = _weighted(corners, linear.pixels, soft)
-    count = len(free)
-    stacked = np.concatenate((linear.by_camera[..., list(free)], linear.by_pose, error[..., None]), axis=2)
+    by_camera = linear.by_camera[..., list(free)]
+    by_camera = by_camera if more is None else np.concatenate((by_camera, more[..., None]), axis=2)
+    count = by_camera.shape[2]
+    stacked = np.concatenate((by_camera, linear.by_pose, error[..., None]), axis=2)
     product = np.swapaxes(stacked * weights[..., None], 1, 2) @ stacked
     last = count + 6
     gram = Gram(

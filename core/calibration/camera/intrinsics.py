@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from core.calibration import homography
 from core.calibration.board.board import Board
-from core.calibration.camera import bundle_adjustment, influence
+from core.calibration.camera import bundle_adjustment, consistency, influence
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
+from core.calibration.camera.consistency import Aspect, Part
 from core.calibration.camera.influence import Figures
 from core.calibration.camera.suspects import accuse, odd_line
 from core.calibration.projection import PAPER, PARAMETERS, Poses, model_of
 from core.errors import BadInput
 from core.message import Array, message
 from core.optics import CameraModel
+from core.sensors.checks import Fault, fault
+
+MOST_NAMES = 4  # of pictures in a sentence
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,9 @@ class Calibration:
     corners: Corners  # as they were used
     poses: Poses  # of the board in every view, camera_from_board
     deciding: str = ""  # a sentence about the view that decides a figure by itself; empty: none does
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()  # the faults' sentences among them
+    faults: tuple[Fault, ...] = ()
+    undecided: str = ""  # why this camera must not be used; empty: it may be
 
     @property
     def sds(self) -> dict[str, float]:
@@ -107,21 +114,26 @@ def calibrate(
     if any(view.corners.shape != (board.count, 2) for view in views):
         raise BadInput(f"Every picture must have the {board.count} corners of the {board.name} board.")
     pixels = np.stack([view.corners for view in views])
-    everything = Corners(board.points, pixels, np.ones(pixels.shape[:2], bool))
-    corners, solution, focal_known = _solve_robustly(everything, size, settings)
+    found = _consistently(Corners(board.points, pixels, np.ones(pixels.shape[:2], bool)), size, settings)
+    everything, corners, solution = found.everything, found.corners, found.solution
     free = PAPER
     if _deserves_k3(corners, solution, settings):
         free = (*PAPER, PARAMETERS.index("k3"))
         solution = bundle_adjustment.refine(corners, solution, free)
     noise = bundle_adjustment.noise(corners, solution, free)
-    covariance = bundle_adjustment.covariance(
-        bundle_adjustment.information(corners, solution, free).sum(axis=0), noise
-    )
+    slope = None if found.aspect is None else consistency.by_aspect(corners, solution)
+    precision = bundle_adjustment.information_and_pull(corners, solution, free, slope)[0].sum(axis=0)
+    covariance = bundle_adjustment.covariance(precision, noise)[: len(free), : len(free)]
+    covariance, doubts = _with_focal_doubt(corners, solution, free, covariance)
     known = influence.figures(solution.camera, covariance)
     brought = influence.with_each(corners, solution, free)
     verdicts = _verdicts(views, corners, everything, solution, board, known, brought)
-    deciding = _deciding(views, influence.without_each(corners, solution, free, noise), known)
+    faults = (*_faults(found, views, board), *doubts)
+    undecided = next((each.sentence for each in faults if each.code in UNDECIDED), "")
+    others = {} if undecided else influence.without_each(corners, solution, free, noise)
+    deciding = _deciding(views, others, known)
     squares = np.sum(bundle_adjustment.errors(corners, solution) ** 2, axis=2)[corners.used]
+    sentences = tuple(each.sentence for each in faults)
     return Calibration(
         model=model_of(solution.camera, size),
         free=tuple(PARAMETERS[index] for index in free),
@@ -129,23 +141,130 @@ def calibrate(
         noise=noise,
         rms=float(np.sqrt(squares.mean())),
         board=board,
-        verdicts=verdicts,
+        verdicts=_with_odd_part(verdicts, found.part, faults),
         corners=corners,
         poses=solution.poses,
         deciding=deciding,
-        warnings=(*_warnings(corners, focal_known), *([deciding] if deciding else [])),
+        warnings=(*sentences, *_warnings(corners, found.focal_known), *([deciding] if deciding else [])),
+        faults=faults,
+        undecided=undecided,
+    )
+
+
+UNDECIDED = ("camera.two_settings", "camera.focal_undecided")
+
+
+class _Found(NamedTuple):
+    """The solution of views that agree with each other, and what did not agree."""
+
+    everything: Corners
+    corners: Corners  # as they are used
+    solution: BundleSolution
+    focal_known: bool
+    aspect: Aspect | None = None
+    part: Part | None = None
+
+
+def _consistently(everything: Corners, size: tuple[int, int], settings: IntrinsicsSettings) -> _Found:
+    """Solve; where two cameras, or squares that are not square, explain the pictures far better, take that up."""
+    found = _Found(everything, *_solve_robustly(everything, size, settings))
+    aspect = consistency.find_aspect(found.corners, found.solution)
+    if aspect is not None:
+        oblong = everything._replace(points=everything.points * (1.0, aspect.value, 1.0))
+        again = _Found(oblong, *_solve_robustly(oblong, size, settings), aspect=aspect)
+        if _part_of(again, size) is None:
+            return again
+    part = _part_of(found, size)
+    if part is None or not part.is_minority(len(everything.pixels)):
+        return found._replace(part=part)
+    others = ~np.isin(np.arange(len(everything.pixels)), part.views)
+    return _Found(everything, *_solve_robustly(everything, size, settings, others), part=part)
+
+
+def _part_of(found: _Found, size: tuple[int, int]) -> Part | None:
+    """The views that another camera explains, those among them that were left out."""
+    used = found.corners.used
+    return consistency.find_part(
+        found.corners._replace(used=used | ~found.corners.views_used[:, None]), found.solution, size
+    )
+
+
+def _with_focal_doubt(
+    corners: Corners, solution: BundleSolution, free: tuple[int, ...], covariance: Array
+) -> tuple[Array, tuple[Fault, ...]]:
+    """Widen the covariance to what the likelihood itself says of the focal length, where little is known of it."""
+    sd, focal = float(np.sqrt(covariance[0, 0])), float(solution.camera[0])
+    if sd < consistency.DOUBTFUL_FOCAL * focal:
+        return covariance, ()
+    around = consistency.focal_range(corners, solution, free, sd)
+    wide = max(around.high - focal, focal - around.low) / 2
+    if wide > consistency.WIDER * sd:
+        covariance = covariance * (wide / sd) ** 2
+    if 2 * wide < consistency.WIDEST_FOCAL * focal:
+        return covariance, ()
+    doubt = fault("camera.focal_undecided", low=f"{around.low:.0f}", high=f"{around.high:.0f}")
+    return covariance, (doubt,)
+
+
+def _faults(found: _Found, views: Sequence[ViewCorners], board: Board) -> tuple[Fault, ...]:
+    """What does not agree, in sentences."""
+    faults: list[Fault] = []
+    if found.aspect is not None:
+        wide, high = board.square * 1e3, board.square * 1e3 * found.aspect.value
+        values = {"wide": f"{wide:.1f}", "high": f"{high:.1f}", "share": f"{100 * (found.aspect.value - 1):+.2f}"}
+        faults.append(fault("board.unequal_squares", used=True, **values))
+    if found.part is not None:
+        part, count = found.part, len(views)
+        others = [number for number in range(count) if number not in part.views]
+        code = "camera.odd_part" if part.is_minority(count) else "camera.two_settings"
+        faults.append(
+            fault(
+                code,
+                odd=_names(views, part.views.tolist()),
+                others=_names(views, others),
+                odd_camera=_camera_words(part.camera),
+                camera=_camera_words(part.rest),
+                cause=part.cause,
+            )
+        )
+    return tuple(faults)
+
+
+def _names(views: Sequence[ViewCorners], numbers: Sequence[int]) -> str:
+    names = ", ".join(views[number].name for number in numbers[:MOST_NAMES])
+    return names if len(numbers) <= MOST_NAMES else f"{names} and {len(numbers) - MOST_NAMES} more"
+
+
+def _camera_words(camera: Array) -> str:
+    return f"f {camera[:2].mean():.1f} px, middle ({camera[2]:.1f}, {camera[3]:.1f})"
+
+
+def _with_odd_part(
+    verdicts: tuple[ViewVerdict, ...], part: Part | None, faults: tuple[Fault, ...]
+) -> tuple[ViewVerdict, ...]:
+    """The verdicts, with the cause for the views that another camera explains."""
+    if part is None or not any(each.code == "camera.odd_part" for each in faults):
+        return verdicts
+    reason = f"it fits another camera ({_camera_words(part.camera)}): {part.cause}"
+    return tuple(
+        replace(each, used=False, reason=reason) if number in part.views else each
+        for number, each in enumerate(verdicts)
     )
 
 
 def _solve_robustly(
-    everything: Corners, size: tuple[int, int], settings: IntrinsicsSettings
+    everything: Corners, size: tuple[int, int], settings: IntrinsicsSettings, open_views: Array | None = None
 ) -> tuple[Corners, BundleSolution, bool]:
-    """Soft loss first, then leave out what does not fit and finish with plain least squares."""
-    flat = _flat(everything, settings)
+    """Soft loss first, then leave out what does not fit and finish with plain least squares.
+
+    `open_views` (M,) bool: the only ones that may take part.
+    """
+    open_views = np.ones(len(everything.pixels), bool) if open_views is None else open_views
+    flat = _flat(everything, settings) & open_views
     part, focal_known = _from_scratch(everything.take(flat), size, settings.soft)
     begun = homography.board_poses(everything.points, everything.pixels, part.camera)
     solution = BundleSolution(part.camera, _all_poses(everything, part, flat, begun, settings.soft))
-    used = _fitting(everything, solution, settings)
+    used = _fitting(everything, solution, settings) & open_views[:, None]
     for _ in range(settings.rounds):
         kept = np.count_nonzero(used, axis=1) > 0
         some = Corners(everything.points, everything.pixels[kept], used[kept])
@@ -153,7 +272,7 @@ def _solve_robustly(
         if not used.all():
             part = _upright(some, part, None)
         solution = BundleSolution(part.camera, _all_poses(everything, part, kept, solution.poses, settings.soft))
-        again = _fitting(everything, solution, settings)
+        again = _fitting(everything, solution, settings) & open_views[:, None]
         if np.array_equal(again, used):
             break
         used = again

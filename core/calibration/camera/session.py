@@ -192,6 +192,8 @@ class CameraSession:
             words = f"{missing} more view{'s' * (missing > 1)} at least."
         elif p95 is None or self.stale:
             words = "Not solved yet."
+        elif self.calibration is not None and self.calibration.undecided:
+            words = self.calibration.undecided
         elif p95 > wanted:
             words = (
                 f"95 % of the picture is known to ±{p95:.2f} px; {wanted:.2f} px are wanted. Show the suggested view."
@@ -200,7 +202,8 @@ class CameraSession:
             words = f"Done: 95 % of the picture is known to ±{p95:.2f} px."
             if self.calibration is not None and self.calibration.deciding:
                 words += f" But {self.calibration.deciding}"
-        ready = missing <= 0 and p95 is not None and p95 <= wanted and not self.stale
+        decided = self.calibration is not None and not self.calibration.undecided
+        ready = missing <= 0 and p95 is not None and p95 <= wanted and not self.stale and decided
         spanned = bars([measures(corners, self.board, size) for corners in views])
         return SessionProgress(len(views), p95, wanted, ready, spanned, cells(views, size), words)
 

@@ -1,0 +1,351 @@
+"""Consistency of the model: could one camera, and one board of square squares, have made all the pictures?
+
+The solution of all views is compared with what explains them better: two cameras, each of its own part of the views
+(a mixture), squares that are longer one way, another focal length. Where a rival explains much more than noise can,
+the standard deviations of the single camera mean nothing, however small they are.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from core.calibration.camera import bundle_adjustment
+from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
+from core.calibration.projection import PAPER, Poses, project
+from core.message import Array, message
+
+LEAST_SHARE = 0.2  # of the squared errors that a rival must explain …
+LEAST_F = 30.0  # … and by how much more per unknown than noise does
+ASPECT_SDS, LEAST_ASPECT = 6.0, 0.002  # a square's height over its width differs from 1 by so many sds and by so much
+FITS = 2.0  # a part that another camera explains errs at most so many times more than the others
+FEWEST = 3  # views that determine a camera of their own
+TRIALS = 24  # beginnings of the mixture
+TURNS = 40  # of the mixture, at most
+MINORITY = 1 / 3  # share of the views up to which the others decide
+PRIOR = np.array(
+    [0.3, 0.3, 0.1, 0.1, 0.3, 0.5, 0.03, 0.03]
+)  # of f, f, width, width, k1, k2, p1, p2: another camera's
+SAME_FOCAL = 0.01  # share by which the focal lengths of one lens setting differ at most
+NEARER = 0.5  # a turned or mirrored picture's middle lies so much nearer to the other camera's than this camera's
+DOUBTFUL_FOCAL = 0.01  # share of f: standard deviations above this are checked by the likelihood itself
+WIDER = 1.25  # times the linear deviation: up to this it stays
+WIDEST_FOCAL = 0.25  # share of f by which it may be wrong (two sds) before it counts as not decided
+FARTHEST_FOCAL = 8.0  # times f: no farther focal length is tried
+TWO_SDS = 2.0  # root of the rise of the squared errors, in units of the noise
+
+
+@message
+class Part:
+    """Views that another camera explains far better than the one of the others."""
+
+    views: Array  # (K,) numbers
+    camera: Array  # (9,) that explains them
+    rest: Array  # (9,) the camera of the others
+    cause: str  # in words
+
+    def is_minority(self, count: int) -> bool:
+        """Return whether the others are so many of `count` views that they decide."""
+        return len(self.views) <= MINORITY * count
+
+
+@message
+class Aspect:
+    """Height of a square over its width, as the pictures say."""
+
+    value: float
+    sd: float
+
+
+class FocalRange(NamedTuple):
+    """Focal lengths that fit about as well as the best: two standard deviations either way."""
+
+    low: float  # [pixel]
+    high: float  # [pixel]
+
+
+class _Split(NamedTuple):
+    """Views in two parts and what explains each."""
+
+    labels: Array  # (M,) 0 or 1; 1 is the smaller part
+    solutions: tuple[BundleSolution, BundleSolution]  # of all views with each camera
+    costs: Array  # (2, M) [pixel²]
+    cause: str
+
+
+def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int]) -> Part | None:
+    """Find the smaller part of the views, if two cameras explain all of them much better than one does.
+
+    `corners`: of every view, those of views that were left out too. Views that no camera explains are passed over.
+    """
+    open_views = np.arange(len(corners.pixels))
+    while len(open_views) > FEWEST:
+        some = corners.take(open_views)
+        split = _split(some, BundleSolution(solution.camera, solution.poses.take(open_views)), size)
+        if split is None:
+            return None
+        noise = _noise(some, split, 0)
+        odd = split.labels == 1
+        if _noise(some, split, 1) <= FITS * noise:
+            return _significant(some, split, solution, open_views)
+        open_views = open_views[~odd]
+    return None
+
+
+def _significant(some: Corners, split: _Split, solution: BundleSolution, open_views: Array) -> Part | None:
+    """The part, if two cameras explain much more than noise would give them."""
+    pooled = bundle_adjustment.refine(
+        some, BundleSolution(split.solutions[0].camera, split.solutions[0].poses), PAPER
+    )
+    before = float(_costs(some, pooled).sum())
+    after = float(np.choose(split.labels, split.costs).sum())
+    if not _explains(some, before, after):
+        return None
+    return Part(
+        views=open_views[split.labels == 1],
+        camera=split.solutions[1].camera,
+        rest=split.solutions[0].camera,
+        cause=split.cause,
+    )
+
+
+def _explains(some: Corners, before: float, after: float) -> bool:
+    freedom = max(2 * np.count_nonzero(some.used) - 2 * len(PAPER) - 6 * len(some.pixels), 1)
+    gain = before - after
+    return gain > LEAST_SHARE * before and gain / len(PAPER) > LEAST_F * after / freedom
+
+
+def _split(some: Corners, solution: BundleSolution, size: tuple[int, int]) -> _Split | None:
+    """The two parts that two cameras explain best: by the quadratic costs first, then solved in full."""
+    solution = BundleSolution(solution.camera, bundle_adjustment.refine_poses(some, solution))
+    labels = _mixture(some, solution)
+    if labels is None:
+        return None
+    split = None
+    for _ in range(6):
+        split = _solved(some, solution, labels, size)
+        again = np.argmin(split.costs, axis=0)
+        if np.array_equal(again, split.labels) or not 0 < again.sum() <= len(again) / 2:
+            break
+        labels = again
+    return split
+
+
+def _mixture(some: Corners, solution: BundleSolution) -> Array | None:
+    """(M,) 0 or 1: the parts whose own cameras lower the cost most, to second order; None where none does much."""
+    precision, pull = bundle_adjustment.information_and_pull(some, solution, PAPER)
+    costs = _costs(some, solution)
+    noise = float(np.median(costs / np.maximum(2 * some.used.sum(axis=1) - 6, 1)))
+    scale = np.array([*solution.camera[:2], *[2 * solution.camera[2]] * 2, 1, 1, 1, 1])
+    prior = np.diag(noise / (PRIOR * scale) ** 2)
+    whole = _best_step(precision, pull, prior)
+    before = float((costs + _gains(precision, pull, whole)).sum())
+    lone = _gains(precision, pull, -np.linalg.solve(precision + prior, pull[..., None])[..., 0], own=True)
+    rng = np.random.default_rng(0)
+    begun = [np.arange(len(costs)) == number for number in np.argsort(lone)[: TRIALS // 2]]
+    begun += [rng.random(len(costs)) < 0.5 for _ in range(TRIALS // 2)]
+    tried = [_settled(precision, pull, prior, labels) for labels in begun]
+    least, labels = min(tried, key=lambda each: each[0])
+    after = float(costs.sum()) + least
+    return labels if _explains(some, before, max(after, 1e-12 * before)) else None
+
+
+def _settled(precision: Array, pull: Array, prior: Array, odd: Array) -> tuple[float, Array]:
+    """Assign views and solve parts in turn → the change of the cost, and (M,) 0 or 1, 1 the smaller part."""
+    change = np.zeros((2, len(pull)))
+    for _ in range(TURNS):
+        if odd.all() or not odd.any():
+            return 0.0, np.zeros(len(pull), int)
+        steps = [_best_step(precision[part], pull[part], prior) for part in (~odd, odd)]
+        change = np.stack([_gains(precision, pull, step) for step in steps])
+        again = change[1] < change[0]
+        if np.array_equal(again, odd):
+            break
+        odd = again
+    odd = odd if odd.sum() <= len(odd) / 2 else ~odd
+    return float(change.min(axis=0).sum()), odd.astype(int)
+
+
+def _best_step(precision: Array, pull: Array, prior: Array) -> Array:
+    return -np.linalg.solve(precision.sum(axis=0) + prior, pull.sum(axis=0))
+
+
+def _gains(precision: Array, pull: Array, step: Array, *, own: bool = False) -> Array:
+    """(M,): change of every view's cost by a step (P,) of the camera, or by its `own` step (M, P)."""
+    if own:
+        return np.einsum("mp,mpq,mq->m", step, precision, step) + 2 * np.sum(pull * step, axis=1)
+    return np.einsum("p,mpq,q->m", step, precision, step) + 2 * pull @ step
+
+
+def _solved(some: Corners, solution: BundleSolution, labels: Array, size: tuple[int, int]) -> _Split:
+    """Solve both parts; a part too small for a camera of its own gets the one that a cause would give it."""
+    odd = labels == 1
+    rest = _with_camera(some, solution, _refined(some, solution, ~odd))
+    few = some.take(odd)
+    tried = [
+        (_with_camera(few, BundleSolution(rest.camera, rest.poses.take(odd)), camera), cause)
+        for camera, cause in _other_settings(few, rest.camera, rest.poses.take(odd), size)
+    ]
+    best, cause = min(tried, key=lambda each: float(_costs(few, each[0]).sum()))
+    camera = best.camera
+    if odd.sum() >= FEWEST:
+        camera = _refined(some, solution, odd)
+        cause = _cause(camera, rest.camera, size)
+    other = _with_camera(some, rest, camera)
+    return _Split(labels, (rest, other), np.stack([_costs(some, each) for each in (rest, other)]), cause)
+
+
+def _refined(some: Corners, solution: BundleSolution, which: Array) -> Array:
+    """The camera (9,) of a part of the views."""
+    part = BundleSolution(solution.camera, solution.poses.take(which))
+    return bundle_adjustment.refine(some.take(which), part, PAPER).camera
+
+
+def _with_camera(some: Corners, solution: BundleSolution, camera: Array) -> BundleSolution:
+    """The views' poses fitted to another camera."""
+    moved = _zoomed(solution.poses, camera[0] / solution.camera[0])
+    return BundleSolution(camera, bundle_adjustment.refine_poses(some, BundleSolution(camera, moved), steps=30))
+
+
+def _zoomed(poses: Poses, factor: float) -> Poses:
+    """Boards as far away as a camera with `factor` times the focal length sees them alike."""
+    return Poses(poses.rotations, poses.translations * np.array([1.0, 1.0, factor]))
+
+
+def _other_settings(few: Corners, camera: Array, poses: Poses, size: tuple[int, int]) -> list[tuple[Array, str]]:
+    """The cameras that the pictures would have had if they had been turned, mirrored or zoomed."""
+    found = [(_moved(camera, focal, middle), cause) for focal, middle, cause in _turned(camera, size)]
+    zoomed = camera
+    for _ in range(8):  # Gauss-Newton in the logarithm of f
+        here = _with_camera(few, BundleSolution(camera, poses), zoomed)
+        precision, pull = bundle_adjustment.information_and_pull(few, here, (0, 1))
+        along = zoomed[:2]
+        step = -float(along @ pull.sum(axis=0)) / max(float(along @ precision.sum(axis=0) @ along), 1e-300)
+        zoomed = _moved(zoomed, zoomed[:2] * np.exp(np.clip(step, -0.3, 0.3)), zoomed[2:4])
+    return [*found, (zoomed, ZOOMED)]
+
+
+ZOOMED = "zoom or focus was moved"
+
+
+def _turned(camera: Array, size: tuple[int, int]) -> list[tuple[Array, Array, str]]:
+    """Focal lengths (2,), principal point (2,) and cause of pictures that were turned or mirrored."""
+    focal, middle = camera[:2], camera[2:4]
+    across, down = np.array(size) - 1 - middle
+    found = [
+        (focal, np.array([across, down]), "the pictures were turned by half a turn"),
+        (focal, np.array([across, middle[1]]), "the pictures were mirrored"),
+        (focal, np.array([middle[0], down]), "the pictures were mirrored upside down"),
+    ]
+    if size[0] == size[1]:
+        quarter = "the pictures were turned by a quarter"
+        found += [
+            (focal[::-1], np.array([down, middle[0]]), quarter),
+            (focal[::-1], np.array([middle[1], across]), quarter),
+        ]
+    return found
+
+
+def _moved(camera: Array, focal: Array, middle: Array) -> Array:
+    return np.concatenate((focal, middle, camera[4:]))
+
+
+def _cause(camera: Array, rest: Array, size: tuple[int, int]) -> str:
+    """What makes one camera of the other, in words."""
+    if abs(np.log(camera[:2].mean() / rest[:2].mean())) > SAME_FOCAL:
+        return ZOOMED
+    apart = float(np.linalg.norm(camera[2:4] - rest[2:4]))
+    away, cause = min(
+        (float(np.linalg.norm(middle - camera[2:4])), cause) for _, middle, cause in _turned(rest, size)
+    )
+    return cause if away < NEARER * apart else "another camera, or its lens was moved"
+
+
+def find_aspect(corners: Corners, solution: BundleSolution) -> Aspect | None:
+    """The squares' height over their width, if it is not 1 beyond doubt."""
+    noise = bundle_adjustment.noise(corners, solution, PAPER)
+    found, scaled, sd = 1.0, corners, 1.0
+    for turn in range(4):
+        slope = by_aspect(scaled, solution)
+        precision, pull = bundle_adjustment.information_and_pull(scaled, solution, PAPER, slope)
+        covariance = bundle_adjustment.covariance(precision.sum(axis=0), 1.0)
+        step, sd = float(-(covariance @ pull.sum(axis=0))[-1]), float(np.sqrt(covariance[-1, -1]))
+        if turn == 0 and abs(step) < max(LEAST_ASPECT / 2, ASPECT_SDS / 2 * sd * noise):
+            return None
+        found *= 1 + step
+        scaled = corners._replace(points=corners.points * (1.0, found, 1.0))
+        solution = bundle_adjustment.refine(scaled, solution, PAPER)
+    sd *= bundle_adjustment.noise(scaled, solution, PAPER)
+    if abs(found - 1) < max(ASPECT_SDS * sd, LEAST_ASPECT):
+        return None
+    return Aspect(value=found, sd=sd)
+
+
+def by_aspect(corners: Corners, solution: BundleSolution) -> Array:
+    """(M, 2N) [pixel]: motion of the corners with the squares' height."""
+    change = 1e-4
+    there = [
+        project(solution.camera, solution.poses, corners.points * (1.0, 1 + sign * change, 1.0)) for sign in (-1, 1)
+    ]
+    return ((there[1] - there[0]) / (2 * change)).reshape(len(corners.pixels), -1)
+
+
+def focal_range(corners: Corners, solution: BundleSolution, free: tuple[int, ...], sd: float) -> FocalRange:
+    """The focal lengths that fit the used views, by the likelihood: where little is known, it is no parabola.
+
+    `sd` [pixel]: the linear one, the first step.
+    """
+    kept = corners.views_used
+    some, here = corners.take(kept), BundleSolution(solution.camera, solution.poses.take(kept))
+    others = tuple(number for number in free if number != 0)
+    noise = bundle_adjustment.noise(some, here, free) ** 2
+    tried = [(float(here.camera[0]), float(_costs(some, here).sum()), here)]
+    for sign in (-1, 1):
+        tried = _walked(some, tried, others, noise, sign * max(sd / here.camera[0], DOUBTFUL_FOCAL))
+    tried.sort(key=lambda each: each[0])
+    focal = np.array([each[0] for each in tried])
+    rise = np.array([each[1] for each in tried])
+    rise = np.sqrt(np.maximum(rise - rise.min(), 0) / noise)
+    inside = np.flatnonzero(rise <= TWO_SDS)
+    low = np.interp(TWO_SDS, rise[inside[0] :: -1][:2], focal[inside[0] :: -1][:2])
+    high = np.interp(TWO_SDS, rise[inside[-1] :][:2], focal[inside[-1] :][:2])
+    return FocalRange(float(low), float(high))
+
+
+def _walked(
+    some: Corners,
+    tried: list[tuple[float, float, BundleSolution]],
+    others: tuple[int, ...],
+    noise: float,
+    step: float,
+) -> list[tuple[float, float, BundleSolution]]:
+    """Solve for other focal lengths, farther and farther, until they fit no more."""
+    first = tried[0][0]
+    focal, here = first, tried[0][2]
+    tried = list(tried)
+    while 1 / FARTHEST_FOCAL < focal / first < FARTHEST_FOCAL:
+        factor = float(np.exp(step))
+        camera = here.camera.copy()
+        camera[:2] *= factor
+        camera[4:6] *= (factor**2, factor**4)
+        here = _with_camera(some, here, camera)
+        here = bundle_adjustment.refine(some, here, others)
+        focal, cost = float(here.camera[0]), float(_costs(some, here).sum())
+        tried.append((focal, cost, here))
+        if cost > min(each[1] for each in tried) + 2 * TWO_SDS**2 * noise:
+            break
+        step *= 1.3
+    return tried
+
+
+def _costs(corners: Corners, solution: BundleSolution) -> Array:
+    """(M,) [pixel²] of every view."""
+    return np.sum(np.sum(bundle_adjustment.errors(corners, solution) ** 2, axis=2) * corners.used, axis=1)
+
+
+def _noise(some: Corners, split: _Split, part: int) -> float:
+    """[pixel] of a corner's coordinate in one part."""
+    which = split.labels == part
+    freedom = 2 * np.count_nonzero(some.used[which]) - 6 * which.sum()
+    return float(np.sqrt(split.costs[part][which].sum() / max(freedom, 1)))

@@ -1,0 +1,102 @@
+"""One camera and one board of square squares: what contradicts that is found, named, and never a narrow answer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.calibration.board.board import Board
+from core.calibration.camera.intrinsics import Calibration, calibrate
+from core.calibration.camera.session import CameraSession
+from core.calibration.practice import BoardPlacement, held, seen
+from core.calibration.projection import project, vector_of
+from core.errors import Refused
+from core.message import Array
+from core.optics import CameraModel
+from tests.core.calibration.seen_boards import views_of
+
+BOARD = Board(columns=9, rows=6, square=0.06)  # large, as a wall print: one view tells much
+LENS = CameraModel(width=640, height=640, fx=520, fy=520, cx=330, cy=308, k1=-0.25, k2=0.09)
+SIZE = (LENS.width, LENS.height)
+NOISE = 0.05  # [pixel]
+OTHERS = {
+    "zoom or focus was moved": {"fx": 600.0, "fy": 600.0},
+    "the pictures were turned by half a turn": {"cx": 639 - 330, "cy": 639 - 308},
+    "the pictures were mirrored": {"cx": 639 - 330, "cy": 308},
+    "the pictures were turned by a quarter": {"cx": 639 - 308, "cy": 330},
+    "another camera, or its lens was moved": {"cx": 345, "cy": 290},
+}
+
+
+def pictures(count: int, odd: tuple[int, ...] = (), seed: int = 0, noise: float = NOISE, **other: float) -> Array:
+    """Corners of `count` pictures, the odd ones of them by another camera."""
+    rng = np.random.default_rng(seed)
+    poses = held(rng, count, LENS, BOARD)
+    pixels = seen(rng, LENS, poses, BOARD, noise)
+    if odd:
+        pixels[list(odd)] = seen(rng, replace(LENS, **other), poses.take(np.array(odd)), BOARD, noise)
+    return pixels
+
+
+def off(found: Calibration, name: str) -> float:
+    """Standard deviations from the truth."""
+    return abs(getattr(found.model, name) - getattr(LENS, name)) / found.sds[name]
+
+
+@pytest.mark.parametrize("cause", OTHERS)
+def test_halves_of_two_settings_are_named_with_their_cause_and_not_pooled(cause: str) -> None:
+    found = calibrate(views_of(pictures(12, (1, 3, 5, 7, 9, 11), **OTHERS[cause])), BOARD, SIZE)
+    assert [each.code for each in found.faults] == ["camera.two_settings"]
+    assert cause in found.undecided and "view 1, view 3" in found.undecided and "view 0, view 2" in found.undecided
+
+
+@pytest.mark.parametrize("odd", [(4,), (4, 7), (2, 4, 7)])
+@pytest.mark.parametrize("cause", list(OTHERS)[:2])
+def test_few_pictures_of_another_setting_are_left_out_with_their_cause(odd: tuple[int, ...], cause: str) -> None:
+    found = calibrate(views_of(pictures(12, odd, **OTHERS[cause])), BOARD, SIZE)
+    assert [each.code for each in found.faults] == ["camera.odd_part"] and not found.undecided
+    assert [number for number, each in enumerate(found.verdicts) if not each.used] == list(odd)
+    assert all(cause in found.verdicts[number].reason for number in odd)
+    assert max(off(found, name) for name in ("fx", "fy", "cx", "cy")) < 3.5
+
+
+@pytest.mark.parametrize("height", [1.03, 0.985, 1.006])
+def test_squares_that_are_not_square_are_measured_and_taken_into_account(height: float) -> None:
+    rng = np.random.default_rng(3)
+    poses = held(rng, 12, LENS, BOARD)
+    pixels = project(vector_of(LENS), poses, BOARD.points * (1.0, height, 1.0))
+    found = calibrate(views_of(pixels + rng.normal(0, NOISE, pixels.shape)), BOARD, SIZE)
+    assert [each.code for each in found.faults] == ["board.unequal_squares"]
+    assert f"{60 * height:.1f} mm high" in found.faults[0].sentence
+    assert all(each.used for each in found.verdicts)
+    assert max(off(found, name) for name in ("fx", "fy", "cx", "cy")) < 3.5
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 2.0, 5.0, 10.0])
+def test_a_focal_length_that_is_hardly_decided_is_covered_by_its_deviation_or_refused(tilt_deg: float) -> None:
+    facing = BoardPlacement(nearest=0.8, farthest=1.2, most_tilt=float(np.deg2rad(tilt_deg)))
+    for seed in range(2):
+        poses = held(np.random.default_rng(seed), 12, LENS, BOARD, facing)
+        found = calibrate(views_of(seen(np.random.default_rng(seed), LENS, poses, BOARD, 0.1)), BOARD, SIZE)
+        assert off(found, "fx") < 2.5
+        assert found.undecided or tilt_deg > 0
+
+
+def test_a_session_does_not_accept_what_contradicts_itself() -> None:
+    session = CameraSession(BOARD)
+    session.size = SIZE
+    views = tuple(views_of(pictures(12, (1, 3, 5, 7, 9, 11), **OTHERS["zoom or focus was moved"])))
+    found = session.adopt(calibrate(views, BOARD, SIZE), ())
+    assert found.undecided
+    with pytest.raises(Refused):
+        session.accept()
+
+
+@pytest.mark.parametrize("noise", [0.03, 0.3])
+@pytest.mark.parametrize("count", [4, 7, 20])
+def test_sound_pictures_raise_no_fault(count: int, noise: float) -> None:
+    for seed in range(3):
+        found = calibrate(views_of(pictures(count, seed=10 + seed, noise=noise)), BOARD, SIZE)
+        assert found.faults == () and found.undecided == ""
