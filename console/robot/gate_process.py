@@ -28,8 +28,11 @@ class GateProcess:
         trace: Path | None,
         spent: Mapping[str, int],
         halted: bool = False,
+        simulated: float | None = None,
     ) -> None:
-        """`halted`: it begins halted, even if the latch in `home` is lifted."""
+        """`halted`: it begins halted, even if the latch in `home` is lifted. `simulated`: time [s] between
+        two frames of a simulated robot, by whose clock the gate lives; None: the robot is real.
+        """
         self.requests, theirs = packet_pair()
         with theirs, driver.gate_end() as driver_end:
             arguments = [
@@ -40,6 +43,7 @@ class GateProcess:
                 f"--spent={json.dumps(list(spent.items()))}",
                 *([f"--trace={trace.absolute()}"] if trace else []),
                 *(["--halted"] if halted else []),
+                *([f"--simulated={simulated}"] if simulated else []),
             ]
             self.child = ChildProcess("core.gate.process", arguments, (theirs, driver_end), bare=True)
         self.heard = time.monotonic()  # when it spoke last, or was started

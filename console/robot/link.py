@@ -71,6 +71,10 @@ class RobotLink(Protocol):
         """The console is alive."""
         ...
 
+    def reach(self, stamp: float | None) -> None:
+        """The pilot has worked on the frame of this stamp [s], for which a simulated robot waits; None: none does."""
+        ...
+
     def status(self) -> GateStatus:
         """The gate's newest status."""
         ...

@@ -132,9 +132,12 @@ class PilotThread:
                     frame = replace(frame, sound=None)
                 snapshot = self.pilot.step(frame)
                 self._setpoint_sender.follow(snapshot)
+                self._robot.reach(frame.stamp)
                 self._publish(snapshot, frame)
                 self.pace.note(frame.stamp, arrived, time.monotonic() - arrived)
         except Exception as fault:
             self._setpoint_sender.stop()
             log.exception("The pilot failed")
             self._failed(type(fault).__name__)
+        finally:
+            self._robot.reach(None)

@@ -137,6 +137,11 @@ class RobotSupervisor:
         """Report that the console is alive: call every 50 ms from the loop without which the robot must not move."""
         self._send({"kind": "beat"})
 
+    def reach(self, stamp: float | None) -> None:
+        """Let a simulated robot live on: the pilot has worked on its frame of this stamp [s]. None: no pilot does."""
+        if self.profile.simulated:
+            self._send({"kind": "reach", "stamp": stamp})
+
     def stop(self) -> None:
         """Zero at once; a new press may move."""
         self._insist("stop")
@@ -224,7 +229,15 @@ class RobotSupervisor:
                 raise Unavailable("The robot was let go.")
             limits = limits_of(self.profile, self._limits)
             spent, halted = self._presses, self._halt.asked
-            self._gate = GateProcess(self._driver, limits, self._home, trace=self._trace, spent=spent, halted=halted)
+            self._gate = GateProcess(
+                self._driver,
+                limits,
+                self._home,
+                trace=self._trace,
+                spent=spent,
+                halted=halted,
+                simulated=1 / self.profile.rate if self.profile.simulated else None,
+            )
 
     def _run(self) -> None:
         """Read messages and look after the processes, until the robot is closed."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import secrets
 import selectors
@@ -30,6 +31,7 @@ from core.gate.requests import (
     GateHalt,
     GateHeartbeat,
     GateLeave,
+    GateReach,
     GateRequest,
     GateReset,
     GateStop,
@@ -38,6 +40,7 @@ from core.gate.requests import (
 )
 from core.gate.scheduling import GATE, stay_first
 from core.gate.setpoint import Setpoint
+from core.gate.simulated_clock import SimulatedClock
 from core.gate.status import GateStatus
 from core.gate.suspend import SleepWatch, time_asleep
 from core.gate.trace import TraceWriter, open_trace
@@ -58,8 +61,11 @@ class GateLoop:
         console: socket.socket,
         driver: socket.socket,
         asleep: Callable[[], float] = time_asleep,
+        simulated: SimulatedClock | None = None,
     ) -> None:
+        """`simulated`: the clock of a simulated robot; None: the robot is real, and so is its time."""
         self._gate, self._latch = gate, latch
+        self._simulated = simulated
         self._sleep = SleepWatch(asleep)
         self._console, self._driver = console, driver
         self._ends_at: float | None = None
@@ -77,14 +83,14 @@ class GateLoop:
         parent, due, looked = os.getppid(), time.monotonic(), time.monotonic()
         try:
             while True:
-                wait = min(due, self._gate.expires) - time.monotonic()
+                wait = min(due, self._expires) - time.monotonic()
                 events = self._selector.select(max(0.0, wait))
                 self._look_for_sleep()
                 for key, _ in events:
                     key.data()
                 now = time.monotonic()
-                if now >= min(due, self._gate.expires):
-                    self._tick(now)
+                if now >= min(due, self._expires):
+                    self._tick(now if self._simulated is None else self._simulated.advance(now))
                 if now >= due:
                     due = due + TICK if now - due < TICK else now + TICK
                 if now - looked > ABSENT:
@@ -94,12 +100,22 @@ class GateLoop:
                 if self._ends_at is not None and now >= self._ends_at:
                     return
         finally:
-            self._gate.disarm(time.monotonic(), "the gate ends")
+            self._gate.disarm(self._now, "the gate ends")
             self._tell_driver()
+
+    @property
+    def _now(self) -> float:
+        """Time [s] by the gate's clock."""
+        return time.monotonic() if self._simulated is None else self._simulated.now
+
+    @property
+    def _expires(self) -> float:
+        """Real time [s] at which a tick is due for the setpoint's sake; a simulated clock stands between ticks."""
+        return self._gate.expires if self._simulated is None else math.inf
 
     def _look_for_sleep(self) -> None:
         if self._sleep.woke():
-            self._gate.wake(time.monotonic())
+            self._gate.wake(self._now)
             self._tell_driver()
             self._tell_console(always=True)
 
@@ -113,7 +129,7 @@ class GateLoop:
         packets, there = take_packets(self._console)
         for packet in packets:
             if (request := read_request(packet)) is not None:
-                self._answer(request, time.monotonic())
+                self._answer(request, self._now)
             if self._gate.twist != self._sent_twist and not self._gate.twist.moves:
                 self._tell_driver()
         if not there:
@@ -122,16 +138,18 @@ class GateLoop:
 
     def _hear_driver(self) -> None:
         packets, there = take_packets(self._driver)
-        now = time.monotonic()
+        now = self._now
         for packet in packets:
             report = read_report(packet)
+            if self._simulated is not None and report.stamp is not None:
+                self._simulated.report(report.stamp, time.monotonic())
             if report.points is not None:
                 self._gate.see(report.points, now, report.field)
             self._gate.touch(report.contact, now)
         if not there:
             self._selector.unregister(self._driver)
             self._gate.disarm(now, "the robot's driver is gone")
-            self._ends_at = now if self._ends_at is not None else None
+            self._ends_at = time.monotonic() if self._ends_at is not None else None
         if not self._gate.twist.moves and self._sent_twist.moves:
             self._tell_driver()
         self._tell_console(always=False)
@@ -140,8 +158,8 @@ class GateLoop:
         match request:
             case Setpoint():
                 self._gate.accept(request, now)
-            case GateHeartbeat():
-                self._gate.heartbeat(now)
+            case GateHeartbeat() | GateReach():
+                self._hear_sign(request, now)
             case GateStop():
                 self._gate.stop(now)
             case GateHalt(number):
@@ -154,6 +172,13 @@ class GateLoop:
                 self._gate.disarm(now)
             case GateLeave():
                 self._leave(now)
+
+    def _hear_sign(self, sign: GateHeartbeat | GateReach, now: float) -> None:
+        """The console is alive, or its pilot has come so far."""
+        if isinstance(sign, GateHeartbeat):
+            self._gate.heartbeat(now)
+        if self._simulated is not None:
+            self._simulated.hear(sign)
 
     def _halt(self, number: int, now: float) -> None:
         """Set zero first, then the latch on disk; only then tell the console that the robot is halted."""
@@ -180,19 +205,23 @@ class GateLoop:
     def _leave(self, now: float) -> None:
         self._gate.disarm(now, "the console ends")
         self._tell_driver()
-        self._ends_at = now
+        self._ends_at = time.monotonic()
 
     def _console_gone(self) -> None:
         if self._ends_at is None:
-            now = time.monotonic()
-            self._gate.disarm(now, "the console is gone")
+            self._gate.disarm(self._now, "the console is gone")
+            if self._simulated is not None:
+                self._simulated.hear(GateReach(None))
             self._tell_driver()
-            self._ends_at = now + FAREWELL
+            self._ends_at = time.monotonic() + FAREWELL
             self._selector.unregister(self._console)
 
     def _tell_driver(self) -> None:
         twist = self._sent_twist = self._gate.twist
-        send_packet(self._driver, {"v": twist.v, "w": twist.w, "nonce": self._gate.nonce})
+        packet: dict[str, object] = {"v": twist.v, "w": twist.w, "nonce": self._gate.nonce}
+        if self._simulated is not None and (until := self._simulated.until) is not None:
+            packet["until"] = until
+        send_packet(self._driver, packet)
 
     def _tell_console(self, *, always: bool) -> None:
         status, sent = replace(self._gate.status(), latched=self._latched), self._sent_status
@@ -222,6 +251,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--spent", default="[]", help="presses of an earlier gate, JSON")
     parser.add_argument("--halted", action="store_true", help="begin halted whatever the home folder remembers")
     parser.add_argument("--trace", type=Path, help="file for the trace")
+    parser.add_argument(
+        "--simulated", type=float, help="seconds between frames of a simulated robot, whose time counts"
+    )
     given = parser.parse_args(arguments)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
@@ -233,6 +265,7 @@ def main(arguments: list[str] | None = None) -> None:
     except (BadInput, ValueError, OSError) as trouble:
         raise SystemExit(f"The gate does not start: {trouble}") from None
     trace = TraceWriter(line_writer) if line_writer else None
+    simulated = SimulatedClock(given.simulated) if given.simulated else None
     gate = Gate(
         limits,
         halted=given.halted or latch.is_set,
@@ -241,9 +274,10 @@ def main(arguments: list[str] | None = None) -> None:
         spent=_spent(given.spent),
     )
     if trace is not None:
-        trace.write(gate.status(), 0, "boot", time.monotonic())
+        trace.write(gate.status(), 0, "boot", time.monotonic() if simulated is None else simulated.now)
     try:
-        GateLoop(gate, latch, packet_socket(given.console), packet_socket(given.driver)).run()
+        console, driver = packet_socket(given.console), packet_socket(given.driver)
+        GateLoop(gate, latch, console, driver, simulated=simulated).run()
     finally:
         if line_writer is not None:
             line_writer.close()

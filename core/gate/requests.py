@@ -53,11 +53,20 @@ class GateDisarm:
 
 
 @dataclass(frozen=True)
+class GateReach:
+    """The pilot has worked on the simulator's frame of this stamp [s]; None: there is no pilot."""
+
+    stamp: float | None
+
+
+@dataclass(frozen=True)
 class GateLeave:
     """The console ends."""
 
 
-GateRequest = Setpoint | GateHeartbeat | GateStop | GateHalt | GateReset | GateArm | GateDisarm | GateLeave
+GateRequest = (
+    Setpoint | GateHeartbeat | GateStop | GateHalt | GateReset | GateArm | GateDisarm | GateReach | GateLeave
+)
 
 
 @dataclass(frozen=True)
@@ -67,6 +76,7 @@ class DriverReport:
     contact: bool
     points: Sequence[Sequence[float]] | None  # (N, 2) [m], robot frame: near scan points; None: no new scan
     field: float  # [rad] to either side that the scan covers
+    stamp: float | None = None  # [s] of the frame, robot's clock; None: a real robot, whose clock is not looked at
 
 
 def read_request(packet: Packet) -> GateRequest | None:
@@ -81,17 +91,23 @@ def read_request(packet: Packet) -> GateRequest | None:
 
 def read_report(packet: Packet) -> DriverReport:
     """A packet of the driver → what it reports; a part that is not of its form counts as left out."""
-    points, field = packet.get("points"), packet.get("field")
+    points, field, stamp = packet.get("points"), packet.get("field"), packet.get("stamp")
     return DriverReport(
         contact=packet.get("contact") is True,
         points=points if isinstance(points, list) else None,
         field=float(field) if is_number(field) else math.pi,
+        stamp=float(stamp) if is_number(stamp) else None,
     )
 
 
 def _halt(fields: Packet) -> GateHalt:
     number = fields.get("number")
     return GateHalt(number if is_count(number) else 0)
+
+
+def _reach(fields: Packet) -> GateReach:
+    stamp = fields.get("stamp")
+    return GateReach(float(stamp) if is_number(stamp) else None)
 
 
 def _arm(fields: Packet) -> GateArm:
@@ -106,6 +122,7 @@ KINDS: dict[str, Callable[[Packet], GateRequest]] = {
     "reset": lambda _: GateReset(),
     "arm": _arm,
     "disarm": lambda _: GateDisarm(),
+    "reach": _reach,
     "leave": lambda _: GateLeave(),
 }
 """How each is read, by its `kind`. What stops the robot is understood whatever else the packet holds."""

@@ -2,13 +2,15 @@
 
 From the console: what to open, requests, and the pipe to a new gate when the old one is gone. From the gate: twists
 and nonces. To the console: the profile first, then frames. To the gate: what is near, and that the robot is alive.
-Whatever fails, the base stops: without a gate at once, without twists after 0.3 s.
+Whatever fails, the base stops: without a gate at once, without twists after 0.3 s. A simulated robot's time runs
+only as fast as gate and console keep up with it.
 """
 
 from __future__ import annotations
 
 import argparse
 import logging
+import math
 import os
 import pickle
 import selectors
@@ -42,6 +44,7 @@ from core.robots.requests import read_request
 from core.sensors import SensorFrame
 
 TIMEOUT = 0.3  # [s] watchdog over the gate: without a twist for so long the base is stopped
+SLOWEST = 40.0  # times slower than real a simulated robot lives while gate or console do not come to their work
 BEHIND = 0.1  # [s] that may be caught up; more is given up, and said when it goes on
 PACE_WINDOW = 10.0  # [s] over which the pace is measured
 CALM = 6  # windows without a delay after which the computer keeps up again: a busy one is quick now and then
@@ -58,6 +61,8 @@ class DriverLoop:
         self._twist, self._twist_at = ZERO, 0.0
         self._near_field = NearField(robot.profile.lasers)
         self._pace = DriverPace(1 / self._profile.rate)
+        self._stamp, self._stepped = 0.0, 0.0  # [s] of the newest frame by the robot's clock, and in real time
+        self._until = math.inf  # [s] by the robot's clock to which a simulated one may go on
         self._over = False
         self._parent = os.getppid()
         self._selector = selectors.DefaultSelector()
@@ -71,12 +76,20 @@ class DriverLoop:
         self._pace.start(time.monotonic())
         with self._selector:
             while not self._over:
-                wait = self._pace.due - time.monotonic()
+                wait = self._due - time.monotonic()
                 for key, _ in self._selector.select(max(0.0, wait)):
                     key.data()
-                if time.monotonic() >= self._pace.due:
+                if time.monotonic() >= self._due:
                     self._step()
         self._robot.drive(ZERO)
+
+    @property
+    def _due(self) -> float:
+        """Real time [s] of the next frame: a simulated robot waits for a gate and a console that are behind."""
+        period = 1 / self._profile.rate
+        if self._stamp + period <= self._until:
+            return self._pace.due
+        return max(self._pace.due, self._stepped + SLOWEST * period)
 
     def _step(self) -> None:
         now = time.monotonic()
@@ -84,6 +97,7 @@ class DriverLoop:
             self._drive(ZERO, now)
         nonce = self._nonce
         frame = replace(self._robot.read(), sensed=time.monotonic())
+        self._stamp, self._stepped = frame.stamp, frame.sensed
         self._tell_gate(frame)
         self._pace.step(time.monotonic())
         frame = replace(frame, nonce=nonce, pace=self._pace.share)
@@ -101,6 +115,8 @@ class DriverLoop:
 
     def _tell_gate(self, frame: SensorFrame) -> None:
         packet: dict[str, object] = {"contact": bool(frame.contact)}
+        if self._profile.simulated:
+            packet["stamp"] = frame.stamp
         near = self._near_field.see(frame, moving=self._twist.moves)
         if near is not None:
             packet |= {"points": near[0], "field": near[1]}
@@ -112,12 +128,14 @@ class DriverLoop:
         if packets:
             v, w, nonce = packets[-1].get("v"), packets[-1].get("w"), packets[-1].get("nonce")
             self._nonce = nonce if isinstance(nonce, int) else 0
+            until = packets[-1].get("until")
+            self._until = float(until) if is_number(until) else math.inf
             fit = is_number(v) and is_number(w)
             self._drive(Twist(float(v), float(w)) if fit else ZERO, time.monotonic())  # type: ignore[arg-type]
         if not there:
             self._selector.unregister(self._gate)
             self._gate.close()
-            self._has_gate = False
+            self._has_gate, self._until = False, math.inf
             self._drive(ZERO, time.monotonic())
 
     def _drive(self, twist: Twist, now: float) -> None:
@@ -153,7 +171,7 @@ class DriverLoop:
         self._drive(ZERO, time.monotonic())
         self._gate = packet_socket(descriptor)
         self._selector.register(self._gate, selectors.EVENT_READ, self._hear_gate)
-        self._has_gate = True
+        self._has_gate, self._until = True, math.inf
 
     def _answer(self, raw: bytes) -> bytes | DriverTrouble:
         try:

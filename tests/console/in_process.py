@@ -123,6 +123,8 @@ class InProcessRobot:
         with self._lock:
             self.gate.heartbeat(self._now)
 
+    def reach(self, stamp: float | None) -> None: ...
+
     def status(self) -> GateStatus:
         with self._lock:
             return self.gate.status()

@@ -60,9 +60,7 @@ class Fly(RobotRequest[Acknowledged], frozen=True, tag="fly"):
 
 class TinyRobot:
     def __init__(self, wish: str) -> None:
-        self.profile = Profile(
-            name="tiny", url=f"tiny:{wish}", capabilities=frozenset({"drive", "simulate"}), lasers=(LASER,)
-        )
+        self.profile = Profile(name="tiny", url=f"tiny:{wish}", capabilities=frozenset({"drive"}), lasers=(LASER,))
         self._wish, _, seconds = wish.partition("=")
         self._fate = float(seconds or "inf")
         self._frames = 0

@@ -1,6 +1,7 @@
 // Element <robot-badge>: name of the robot, and whether it is simulated, recorded or real, and whether the chapter's own forms run.
 
 import { icon, make, redraw, write } from "../ui/element.js";
+import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
@@ -27,7 +28,13 @@ class RobotBadge extends Panel {
     t("robot-badge.printed"),
   );
 
-  #pace = make("span", { class: "badge badge-words", "data-tone": "stale", hidden: true });
+  #share = make("span");
+  #pace = make(
+    "span",
+    { class: "badge badge-words", "data-tone": "stale", hidden: true },
+    this.#share,
+    make("span", { class: "badge-more" }, "\u00a0", t("robot-badge.real_time")),
+  );
 
   /** @override */
   build() {
@@ -54,9 +61,15 @@ class RobotBadge extends Panel {
     const pace = state?.robot.pace ?? 1;
     this.#pace.hidden = pace >= 1;
     if (pace >= 1) return;
-    const percent = Math.round(100 * pace);
-    write(this.#pace, `${percent} %`);
-    this.#pace.title = t("robot-badge.this_computer_is_busy_the_robot", { percent });
+    const share = fixed(pace, pace < 0.1 ? 2 : 1);
+    const simulated = state?.robot.kind === "SIM";
+    write(this.#share, `${share}\u00a0×`);
+    this.#pace.title = t(
+      simulated ? "robot-badge.the_simulator_runs_at" : "robot-badge.this_computer_is_busy_the_robot",
+      {
+        share,
+      },
+    );
   }
 }
 

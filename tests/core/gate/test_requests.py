@@ -13,6 +13,7 @@ from core.gate.requests import (
     GateHalt,
     GateHeartbeat,
     GateLeave,
+    GateReach,
     GateRequest,
     GateReset,
     GateStop,
@@ -34,6 +35,9 @@ SET: Packet = {"epoch": 1, "seq": 2, "source": "jog", "press": 3, "v": 0.1, "w":
         ({"kind": "arm", "epoch": 5, "owner": "x" * 300}, GateArm(5, "x" * 200)),
         ({"kind": "disarm"}, GateDisarm()),
         ({"kind": "leave"}, GateLeave()),
+        ({"kind": "reach", "stamp": 7.5}, GateReach(7.5)),
+        ({"kind": "reach", "stamp": None}, GateReach(None)),
+        ({"kind": "reach", "stamp": "soon"}, GateReach(None)),
     ],
 )
 def test_every_packet_of_the_console_has_its_request(packet: Packet, request_: GateRequest) -> None:
@@ -71,6 +75,7 @@ def test_a_packet_of_another_form_is_no_request(packet: Packet) -> None:
         ({"contact": 1, "points": {}, "field": "wide"}, DriverReport(False, None, math.pi)),
         ({"points": [[1, 2]], "field": 2}, DriverReport(False, [[1, 2]], 2.0)),
         ({"points": [], "field": True}, DriverReport(False, [], math.pi)),
+        ({"stamp": 7.5}, DriverReport(False, None, math.pi, 7.5)),
     ],
 )
 def test_a_part_of_a_report_that_is_not_of_its_form_counts_as_left_out(packet: Packet, report: DriverReport) -> None:

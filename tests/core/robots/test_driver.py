@@ -16,7 +16,7 @@ from core.gate import ZERO, Twist
 from core.gate.packets import packet_pair, send_packet, take_packets
 from core.robots import Profile
 from core.robots.frame_sender import FrameReceiver, FrameSender
-from core.robots.process import TIMEOUT, DriverLoop
+from core.robots.process import SLOWEST, TIMEOUT, DriverLoop
 from core.robots.requests import AnswerT, RobotRequest, not_taken
 from core.sensors import Laser, Scan, SensorFrame
 
@@ -38,9 +38,13 @@ class Obedient:
         self.twist = twist
         self.told.append((time.monotonic(), twist))
 
+    @property
+    def stamp(self) -> float:
+        return self._frames / self.profile.rate
+
     def read(self) -> SensorFrame:
         self._frames += 1
-        stamp = self._frames / self.profile.rate
+        stamp = self.stamp
         scan = None
         if self.scanning and self._frames % 4 == 0:
             scan = Scan(
@@ -180,3 +184,16 @@ def test_a_frame_tells_when_it_was_sensed_however_late_it_is_read(running: Runni
     while not frames:
         frames += inbox.feed(running.stream.recv(65536))
     assert begun - 1.0 < frames[0].sensed < now - 0.1
+
+
+def test_a_simulated_robot_lives_no_further_than_its_gate_lets_it_but_very_slowly(running: Running) -> None:
+    running.start_driving()
+    until = running.robot.stamp + 0.2
+    send_packet(running.gate, {"v": 0.0, "w": 0.0, "nonce": 2, "until": until})
+    running.until(lambda: running.robot.stamp > until - 0.03)
+    begun = time.monotonic()
+    time.sleep(0.2)
+    stamp, passed = running.robot.stamp, time.monotonic() - begun
+    assert stamp <= until + (1 + passed / (SLOWEST / 40)) / 40
+    send_packet(running.gate, {"v": 0.0, "w": 0.0, "nonce": 3})  # a gate of a real robot says no time
+    running.until(lambda: running.robot.stamp > until + 0.2)
