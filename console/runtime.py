@@ -40,7 +40,7 @@ from console.control.settings_in_use import SettingsInUse
 from console.control.state_times import StateTimes
 from console.data_folder import DataFolder
 from console.experiments.runs import ExperimentRuns
-from console.maps.service import MapService
+from console.maps.service import LAST_MAP, MapService
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
 from console.rest import StatePace
@@ -103,7 +103,7 @@ class Runtime:
         self.microphone = BrowserMicrophone(settings.speech)
         self.voice = RobotVoice(settings=settings.voice)
         self.settings_in_use = SettingsInUse(settings, settings_file or home / SETTINGS, self._adopt)
-        self.connection = ConnectionService(home, robot)
+        self.connection = ConnectionService(home, robot, settings.log)
         self.quality = QualityRuns(home, settings.simulation, settings.speech)
         self.experiments = ExperimentRuns(home)
         self.player = PlaybackController(robot, self.history, self.notifications)
@@ -225,6 +225,8 @@ class Runtime:
         await end(*self._tasks)
         with contextlib.suppress(BeckonError):
             await self.login_keeper.settle()
+        other = self.connection.other
+        await self.maps.keep_unsaved(f"before opening {other.rpartition('/')[2]}" if other else LAST_MAP)
         await self.pilots.close()
         self.look.close()
         parts = (

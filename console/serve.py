@@ -30,6 +30,7 @@ from console.access.logins import LINK_LIFE, Logins, new_token
 from console.access.records import AccessFile
 from console.access.token_file import read_token
 from console.app import create_app
+from console.connection.reach import Reach
 from console.control.settings_in_use import NAME as SETTINGS
 from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileReader
@@ -81,6 +82,7 @@ class Options:
     log: Path | None = None  # None: console.log in the data folder
     tls_cert: Path | None = None  # PEM; with it and its key it is HTTPS, which microphones of phones want
     tls_key: Path | None = None
+    connect: tuple[str, ...] = ()  # what operators may connect to, instead of private networks
     token_file: Path | None = None  # holds the operator's key; None: a new one with every start
     text_files: Path | None = None  # the folder of speech.txt and source.txt
     precedence: bool = False  # run before other programs with a simulated robot, too
@@ -215,6 +217,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
 
         server = Server(config, runtime, listening)
         runtime.connection.leave = server.leave
+        runtime.connection.reach = Reach(options.connect)
         recording = options.robot.removeprefix("log:")
         if recording != options.robot and Path(recording).exists():
             sys.stderr.write(f"Reading {recording}…\n")
@@ -290,7 +293,7 @@ def announce(options: Options, port: int, access: Access) -> None:
     if options.open_browser:
         scheme = address.partition(":")[0]
         here = f"{scheme}://127.0.0.1:{port}/" if is_wildcard(options.host) else address
-        once = "" if access.no_auth else f"#t={logins.issue('operator', 'operator', once=True, end=now + ONCE_LIFE)}"
+        once = "" if access.no_auth else f"#t={logins.issue('operator', 'admin', once=True, end=now + ONCE_LIFE)}"
         opening = (here + once, home_folder(options.data), ONCE_LIFE)
         threading.Thread(target=browse, args=opening, name="browser", daemon=True).start()
 
@@ -318,11 +321,14 @@ def exchange_text_files(options: Options, runtime: Runtime) -> None:
 
 
 def operator_key(options: Options, access: Access, now: float) -> str:
-    """The key of --token-file, else a new one; what such a file held before opens nothing more."""
+    """The operator's key of --token-file, else a new one of the administrator: who started the console has read it.
+
+    What such a file held before opens nothing more.
+    """
     if options.token_file is None:
         token = new_token()
         access.logins.supersede("file")
-        access.logins.admit(token, "operator", "operator", "start", now, end=now + LINK_LIFE)
+        access.logins.admit(token, "operator", "admin", "start", now, end=now + LINK_LIFE)
         return token
     token = read_token(options.token_file)
     access.logins.supersede("file", access.logins.admit(token, "operator", "operator", "file", now))
@@ -343,6 +349,7 @@ def check(options: Options) -> None:
     for name in options.allow_hosts:
         if not HOST_NAME.fullmatch(in_address(name)) or is_wildcard(name):
             raise BadInput("--allow-host takes a host's name or address as it stands in the browser, without a port.")
+    Reach(options.connect)
     _check_tls(options)
     if options.token_file is not None:
         read_token(options.token_file)

@@ -45,7 +45,7 @@ class Person:
         return RANK[self.role] >= RANK[role]
 
 
-ANYBODY = Person("local", "operator", "operator")
+ANYBODY = Person("local", "operator", "admin")
 """The person who acts where no login is asked for: on this machine, with the simulator."""
 
 

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from typing import Annotated, cast
 
 import msgspec
 from msgspec import structs
 from pydantic import Field
 
+from console.access.logins import Person
 from console.access.roles import needs
 from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, RobotConnection, router
+from console.connection.reach import masked
 from console.connection.service import LONGEST_URL, REAL_ONLY, WrittenFile
-from console.control.lease import OTHER_DRIVES
-from core.errors import Refused
+from console.control.history import History
+from console.http.problems import Problem
+from core.errors import BeckonError, Refused
 from core.robots.connection import FoundRobot
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile, converted
 from core.robots.robot_file_text import ChosenRole, TopicChoice
@@ -133,9 +137,12 @@ async def found(robot: RobotConnection) -> FoundConnection:
 @connection.post("/robot/probe")
 @needs("operator")
 async def probe(asked: ProbeRequest, robot: RobotConnection, who: Operator, history: HistoryInUse) -> FoundRobot:
-    """Connect to a robot, which may be another one, listen for two seconds and let go. Nothing is driven."""
-    history.add("look at robot", who, words=asked.url.partition("?")[0])
-    return await robot.look(asked.url, choices(asked))
+    """Connect to a robot, which may be another one, listen for two seconds and let go. Nothing is driven.
+
+    Operators name addresses in private networks, or those of `--connect`; administrators any.
+    """
+    with recorded(history, "look at robot", who, asked.url):
+        return await robot.look(asked.url, choices(asked), who)
 
 
 @connection.post("/robot/open", status_code=202)
@@ -143,11 +150,15 @@ async def probe(asked: ProbeRequest, robot: RobotConnection, who: Operator, hist
 async def open_instead(
     asked: OpenRobotRequest, robot: RobotConnection, lease: OperatorLease, who: Operator, history: HistoryInUse
 ) -> OpenedRobot:
-    """Open a recording or a simulated robot instead of this one. What drives is stopped; a real robot is kept."""
-    if lease.holder is not None and not lease.held_by(who):
-        raise Refused(OTHER_DRIVES.format(holder=lease.holder.name))
-    url = await robot.open_instead(asked.url)
-    history.add("open robot", who, words=url)
+    """Open a recording or a simulated robot instead of this one. What drives is stopped; a real robot is kept.
+
+    A recording is read first: one that cannot be used is a 422 with the reader's sentence, and nothing ends. A map
+    that is not saved is kept as “before opening …”.
+    """
+    with recorded(history, "open robot", who, asked.url):
+        url = await robot.readable(asked.url, who)
+        lease.check_not_anothers(who)  # control may have changed hands meanwhile
+        robot.open_instead(url)
     return OpenedRobot(url=url)
 
 
@@ -157,9 +168,27 @@ async def write(asked: RobotFileRequest, robot: RobotConnection, who: Operator, 
     """Write a robot file into the data folder, with which the console can be started again."""
     file = confirmed(await robot.chosen(asked.url, choices(asked)), asked)
     day = time.strftime("%Y-%m-%d %H:%M")
-    written = await robot.write(file, f"Written by {who.name}, {day}. Start it with:", replace=asked.replace)
-    history.add("robot file", who, words=written.name)
+    written = await robot.write(file, f"Written by {who.name}, {day}. Start it with:", who, replace=asked.replace)
+    history.add("robot file", who, words=written.name, remark=masked(asked.url))
     return written
+
+
+@contextmanager
+def recorded(history: History, what: str, who: Person, url: str) -> Generator[None]:
+    """An entry of the history with the whole URL, without its passwords, and with how it ended."""
+    entry = history.add(what, who, state="running", words=masked(url))
+    ended, remark = "failed", "It was broken off."
+    try:
+        yield
+        ended, remark = "done", ""
+    except Problem as problem:
+        ended, remark = "refused", problem.detail
+        raise
+    except BeckonError as error:
+        ended, remark = "refused" if isinstance(error, Refused) else "failed", str(error)
+        raise
+    finally:
+        history.end(entry.id, ended, remark)
 
 
 def choices(asked: ProbeRequest) -> list[TopicChoice]:

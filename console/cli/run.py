@@ -39,6 +39,14 @@ def add(places: Any) -> None:
         metavar="FILE",
         help="the operator's key, the same over restarts; a new one is written there when there is no such file",
     )
+    parser.add_argument(
+        "--connect",
+        action="append",
+        default=[],
+        metavar="ADDRESS",
+        help="what operators may look at on the page Connect: an address, a network or a name, with or without "
+        ":PORT, or a folder of recordings; may stand several times (default: private networks, never this computer)",
+    )
     parser.add_argument("--seed", type=int, default=0, help="the simulator's chance")
     parser.add_argument("--data", type=Path, default=None, metavar="DIR", help="where history and maps are kept")
     parser.add_argument(
@@ -85,6 +93,7 @@ def run(chosen: argparse.Namespace) -> int:
             tls_cert=chosen.tls_cert,
             tls_key=chosen.tls_key,
             token_file=chosen.token_file,
+            connect=tuple(chosen.connect),
             text_files=chosen.text_files,
             nobody=chosen.nobody,
             precedence=chosen.precedence,

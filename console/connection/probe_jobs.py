@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from console.workers.job import Job
+from core.recording import LogSettings
 from core.robots.connection import FoundRobot
 from core.robots.robot_file import RobotFile
 
@@ -13,6 +14,20 @@ class ProbeRobot(Job[FoundRobot], frozen=True):
     """Connect, listen for some seconds, let go; nothing is driven."""
 
     file: RobotFile  # with its URL
+    restrained: bool = False  # a camera on the network sends pictures from the address that was named, or nothing
+
+
+class OpenedRecording(msgspec.Struct, frozen=True):
+    """A recording that can be played."""
+
+    duration_s: float
+
+
+class CheckRecording(Job[OpenedRecording], frozen=True):
+    """Read a recording whole, as its replay does."""
+
+    path: str  # may end in #N
+    settings: LogSettings
 
 
 class CheckedFile(msgspec.Struct, frozen=True):

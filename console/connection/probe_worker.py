@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+import http.client
 import time
+from urllib.parse import urlsplit
 
-from console.connection.probe_jobs import CheckedFile, CheckRobotFile, ProbeRobot
+from console.connection.probe_jobs import (
+    CheckedFile,
+    CheckRecording,
+    CheckRobotFile,
+    OpenedRecording,
+    ProbeRobot,
+)
 from console.workers.job import Handler
-from core.robots.connect import devices_of, live
+from core.errors import Unavailable
+from core.robots.connect import devices_of, live, parts_of
 from core.robots.connection import FoundRobot, ReadConnection
+from core.robots.replayed import open_robot
 from core.robots.robot_file import parse_robot_file
 from core.robots.robot_file_text import toml_text
+from core.robots.usb_camera import VideoCamera
 
 LISTENING = 2.0  # [s], over which the rates are measured
 NAME = "The robot file"
+ANSWERING = 4.0  # [s] for a camera to say what it sends
+PICTURES = ("image/", "video/", "multipart/x-mixed-replace")
+NO_PICTURES = "{host} sends no pictures ({kind}); a camera sends images, a video or multipart/x-mixed-replace."
 
 
 class ProbeWorker:
@@ -21,10 +35,19 @@ class ProbeWorker:
     @property
     def handlers(self) -> tuple[Handler, ...]:
         """Every job it knows."""
-        return ProbeRobot.handled_by(self.probe), CheckRobotFile.handled_by(self.check)
+        return (
+            ProbeRobot.handled_by(self.probe),
+            CheckRobotFile.handled_by(self.check),
+            CheckRecording.handled_by(self.read),
+        )
 
     def probe(self, job: ProbeRobot) -> FoundRobot:
         """Return the findings on the robot. Raises BadInput, Unavailable."""
+        if job.restrained:
+            VideoCamera.restrained = True
+            for part in parts_of(job.file.url):
+                if part.startswith("camera://http/"):
+                    check_sends_pictures(f"http://{part.removeprefix('camera://http/')}")
         robot = live(job.file.url, job.file)
         try:
             time.sleep(LISTENING)
@@ -38,3 +61,26 @@ class ProbeWorker:
         read = parse_robot_file(text, NAME)
         devices_of(read.url, read)
         return CheckedFile(text)
+
+    def read(self, job: CheckRecording) -> OpenedRecording:
+        """Return what can be played. Raises BadInput with the reader's sentence."""
+        robot = open_robot(job.path, seed=0, settings=job.settings)
+        return OpenedRecording(robot.profile.duration or 0.0)
+
+
+def check_sends_pictures(url: str) -> None:
+    """Ask a camera what it sends, and follow it nowhere. Raises Unavailable."""
+    parts = urlsplit(url)
+    connection = http.client.HTTPConnection(parts.hostname or "", parts.port or 80, timeout=ANSWERING)
+    try:
+        connection.request("GET", f"{parts.path or '/'}{'?' if parts.query else ''}{parts.query}")
+        answer = connection.getresponse()
+        kind = (answer.getheader("content-type") or "no type").partition(";")[0].strip().lower()
+    except (OSError, http.client.HTTPException, ValueError) as trouble:
+        raise Unavailable(f"{parts.netloc} does not answer as a camera: {trouble}.") from None
+    finally:
+        connection.close()
+    if answer.status != 200 or not kind.startswith(PICTURES):
+        raise Unavailable(
+            NO_PICTURES.format(host=parts.netloc.rpartition("@")[2], kind=f"{answer.status}, {kind}"[:60])
+        )

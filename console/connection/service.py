@@ -11,12 +11,16 @@ from typing import TypeVar
 import msgspec
 from msgspec import structs
 
-from console.connection.probe_jobs import CheckRobotFile, ProbeRobot
+from console.access.logins import Person
+from console.connection.probe_jobs import CheckRecording, CheckRobotFile, ProbeRobot
+from console.connection.reach import Reach, inside
+from console.http.problems import Problem
 from console.maps.store import slug
 from console.robot.link import RobotLink
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, Refused, Unavailable
 from core.files import saving, write_atomic
+from core.recording import LogSettings
 from core.robots.connect import OWN, SCHEMES, parts_of, split
 from core.robots.connection import FoundRobot, ReadConnection, ReadRobotFile, describe
 from core.robots.robot_file import RobotFile
@@ -26,6 +30,7 @@ T = TypeVar("T")
 
 ANSWER = 0.2  # [s] in which the page gets its answer before the console starts again
 BUDGET = 10.0  # [s] of processor time of a probe
+READING = 60.0  # [s] of processor time in which a recording is read
 TOPICS = ("foxglove", "zenoh", "rosbridge")  # links to which a second client may connect
 LONGEST_URL = 2000
 FOLDER, RECORDINGS = "robots", "recordings"  # in the data folder
@@ -33,8 +38,14 @@ WORLDS = ("sim:lab", "sim:floor")
 KEEPS_REAL = (
     "This console drives a real robot and stays with it. Start another one: beckon run --port 0 --robot {url}"
 )
+ONLY_RECORDINGS = (
+    "Operators open recordings in {folder}; put it there. An administrator opens any: the one who opened the link "
+    "that was printed when Beckon started."
+)
 OPENED_HERE = "Only recordings and simulated robots are opened here: log:FILE, sim:lab or sim:floor."
 NO_RECORDING = "There is no recording {name} on the console's computer. Give its whole path, or put it into {folder}."
+ROBOT_LOST = "The robot could not be looked at: {lost}"
+RECORDING_LOST = "The recording could not be read: {lost}"
 REAL_ONLY = "The {kind} needs no robot file; a file describes a real robot. Type the URL of one."
 REAL_ONLY_START = REAL_ONLY + " Start Beckon with it: beckon run --robot {url}"
 
@@ -49,11 +60,13 @@ class WrittenFile(msgspec.Struct, frozen=True):
 
 
 class ConnectionService:
-    """Lives on the event loop; one robot is looked at at a time."""
+    """Lives on the event loop; one robot is looked at, or one recording read, at a time."""
 
-    def __init__(self, home: Path, robot: RobotLink) -> None:
+    def __init__(self, home: Path, robot: RobotLink, settings: LogSettings | None = None) -> None:
         self._folder, self._recordings = home / FOLDER, home / RECORDINGS
         self._robot = robot
+        self._settings = settings or LogSettings()
+        self.reach = Reach()  # of operators
         self.other = ""  # URL of the robot that is opened instead of this one
         self.leave: Callable[[], None] = lambda: None  # ends the console, so that the other robot is opened
         self._turn = asyncio.Lock()
@@ -82,36 +95,55 @@ class ConnectionService:
         names = await asyncio.to_thread(lambda: sorted(path.name for path in self._recordings.glob("[!.]*")))
         return [*WORLDS, *(f"log:{name}" for name in names)]
 
-    async def open_instead(self, url: str) -> str:
-        """Let go of this robot and open a recording or a simulated one at the same address → its whole URL.
+    async def readable(self, url: str, who: Person) -> str:
+        """Read a recording in a worker before anything is let go → its whole URL; a simulated robot as it is.
 
-        Raises BadInput, Refused on a real robot.
+        Raises BadInput with the reader's sentence, Problem 403, Refused on a real robot, Unavailable.
         """
         if self.real:
             raise Refused(KEEPS_REAL.format(url=shlex.quote(url)))
-        if url not in WORLDS:
-            url = await asyncio.to_thread(self._recording, url)
-        self.other = url
-        asyncio.get_running_loop().call_later(ANSWER, self.leave)
+        if url in WORLDS:
+            return url
+        url = await asyncio.to_thread(self._recording, url, who)
+        job = CheckRecording(url.removeprefix("log:"), self._settings)
+        await self._at_work(lambda worker: worker.ask(job, budget=READING), RECORDING_LOST)
         return url
 
-    def _recording(self, url: str) -> str:
-        """The whole URL of a recording. Raises BadInput."""
+    def open_instead(self, url: str) -> None:
+        """Let go of this robot, and open another one at the same address as soon as the answer is out."""
+        self.other = url
+        asyncio.get_running_loop().call_later(ANSWER, self.leave)
+
+    def _recording(self, url: str, who: Person) -> str:
+        """The whole URL of a recording. Raises BadInput, Problem 403."""
         scheme, _, rest = url.partition(":")
         if scheme != "log" or not rest or not url.isprintable():
             raise BadInput(OPENED_HERE)
         name, mark, run = rest.partition("#")  # FILE#N picks a run
         file = self._recordings / Path(name).expanduser()
-        if not file.exists():
+        if not self._is_free_for(who, url):
+            self._check_inside(file)
+        if not (file.is_file() or file.is_dir()):
             raise BadInput(NO_RECORDING.format(name=Path(name).name[:80], folder=self._recordings))
         return f"log:{file}{mark}{run}"
 
-    async def look(self, url: str, choices: Sequence[TopicChoice]) -> FoundRobot:
-        """Connect once more, or to another robot, and see what is there. Raises BadInput, Refused, Unavailable."""
+    def _check_inside(self, file: Path) -> None:
+        """Raises Problem 403 for a file outside the folders from which operators open recordings."""
+        if not inside(file, [self._recordings, *self.reach.folders]):
+            raise Problem(403, ONLY_RECORDINGS.format(folder=self._recordings))
+
+    async def look(self, url: str, choices: Sequence[TopicChoice], who: Person) -> FoundRobot:
+        """Connect once more, or to another robot, and see what is there.
+
+        Raises BadInput, Problem 403 for an address out of an operator's reach, Refused, Unavailable.
+        """
         chosen = await self.chosen(url, choices)
         self._check_free(chosen.url)
-        file = without_lock(chosen, parts_of(chosen.url))
-        found = await self._at_work(lambda worker: worker.ask(ProbeRobot(file), budget=BUDGET))
+        restrained = not self._is_free_for(who, url)
+        if restrained:
+            chosen = structs.replace(chosen, url=await asyncio.to_thread(self.reach.pinned, chosen.url))
+        job = ProbeRobot(without_lock(chosen, parts_of(chosen.url)), restrained)
+        found = await self._at_work(lambda worker: worker.ask(job, budget=BUDGET))
         return structs.replace(found, url=url)  # as it was asked for: a file is made of that robot's own one
 
     async def chosen(self, url: str, choices: Sequence[TopicChoice]) -> RobotFile:
@@ -119,8 +151,17 @@ class ConnectionService:
         base = await self._base(url)
         return with_topics(base, choices, parts_of(base.url))
 
-    async def write(self, file: RobotFile, comment: str, *, replace: bool) -> WrittenFile:
-        """Write a robot file that its drivers accept. Raises BadInput, Refused where it exists, Unwritable."""
+    def _is_free_for(self, who: Person, url: str) -> bool:
+        """Return whether a person may name this URL without a check: the robot's own, or as an administrator."""
+        return who.may("admin") or url == self._robot.profile.url
+
+    async def write(self, file: RobotFile, comment: str, who: Person, *, replace: bool) -> WrittenFile:
+        """Write a robot file that its drivers accept.
+
+        Raises BadInput, Problem 403 for an address out of an operator's reach, Refused where it exists, Unwritable.
+        """
+        if not self._is_free_for(who, file.url):
+            await asyncio.to_thread(self.reach.pinned, file.url)
         path = self._folder / f"{slug(file.name, 'robot')}.toml"
         command = f"beckon run --robot {shlex.quote(str(path))}"
         checked = await self._at_work(
@@ -158,7 +199,7 @@ class ConnectionService:
             if name not in TOPICS and (address in used or name == OWN):
                 raise Refused(f"{address} is in use by this console; what was found on it is shown here.")
 
-    async def _at_work(self, work: Callable[[Worker], Awaitable[T]]) -> T:
+    async def _at_work(self, work: Callable[[Worker], Awaitable[T]], sentence: str = ROBOT_LOST) -> T:
         """Do one thing in a worker of its own, which is gone afterwards. Raises Refused while another is done."""
         if self._turn.locked():
             raise Refused("A robot is being looked at already; wait some seconds.")
@@ -167,7 +208,7 @@ class ConnectionService:
             try:
                 return await work(worker)
             except WorkerLost as lost:
-                raise Unavailable(f"The robot could not be looked at: {lost}") from None
+                raise Unavailable(sentence.format(lost=lost)) from None
             finally:
                 worker.kill()
                 await worker.gone()

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import logging
+import math
+import re
 import time
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -14,21 +17,28 @@ from console.control.history import History
 from console.control.lease import Lease
 from console.http.problems import Problem
 from console.maps.export import FLOOR, PREVIEW, known_part, write_map
-from console.maps.store import MapInfo, MapStore, StoredMap, checked_name
+from console.maps.store import LONGEST, MapInfo, MapStore, StoredMap, checked_name
 from console.maps.trajectory import Trajectory
 from console.messages import MapState
 from console.robot.link import RobotLink
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import to_the_end
+from core.errors import BeckonError
+from core.geometry import Pose
 from core.pilot.pilot import Pilot
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import ClosureStatus
 from core.snapshot import Snapshot
 
+log = logging.getLogger(__name__)
+
 T = TypeVar("T")
 
 SAME = 1e-6  # [m] by which two resolutions may differ
+UNSAVED_M = 0.3  # that the robot moves before its map is worth a question
+LAST_MAP = "last map"  # what a console that ends keeps
+ITSELF = Person("console", "Beckon", "operator")
 PACKERS = 4  # who packs a map and those who wait for it
 
 
@@ -49,6 +59,8 @@ class MapService:
         self._turn = asyncio.Lock()
         self._packing = QueueLimit(PACKERS)
         self._clean = False
+        self._kept_at: Pose | None = None  # where the robot was when its map was begun, saved or loaded
+        self._unsaved = False
 
     # state
 
@@ -57,13 +69,18 @@ class MapService:
         if self._dispatcher.pilot is not self._pilot:
             self._pilot, self._name = self._dispatcher.pilot, None
             self.trajectory.forget()
+            self._stands_kept()
         self._newest = snapshot
+        if self._kept_at is None:
+            self._kept_at = snapshot.estimate.pose
+        moved = self._kept_at.inverse() @ snapshot.estimate.pose
+        self._unsaved |= self._robot.profile.drives and math.hypot(moved.x, moved.y) > UNSAVED_M
         self.trajectory.add(snapshot)
 
     @property
     def shown(self) -> MapState:
         """The state of the map that every viewer is sent."""
-        return MapState(self._name, self._revision)
+        return MapState(self._name, self._revision, self._unsaved)
 
     @property
     def snapshot(self) -> Snapshot:
@@ -109,8 +126,18 @@ class MapService:
 
         await self._on_disk(self._taking_turns(write))
         self._name = name
+        self._stands_kept()
         self._changed("save", name, who)
         return card
+
+    async def keep_unsaved(self, name: str) -> None:
+        """Save a map that would be lost, in the place of the one that was kept under this name before."""
+        if not self._unsaved:
+            return
+        try:
+            await self.save(" ".join(re.findall(r"[\w-]+", name))[:LONGEST].rstrip(" -"), ITSELF, replace=True)
+        except (BeckonError, Problem) as trouble:
+            log.warning("The map could not be kept as %s: %s", name, trouble)
 
     async def load(self, name: str, who: Person) -> None:
         """Go on in a saved map. Raises Problem 404, 409, 503, BadInput."""
@@ -129,6 +156,7 @@ class MapService:
         self._dispatcher.cancel("cancelled", "Another map was loaded.")
         self.trajectory.forget()
         self._name = card.name
+        self._stands_kept()
         self._changed("load", card.name, who)
 
     async def delete(self, name: str, who: Person) -> None:
@@ -189,6 +217,10 @@ class MapService:
         self._history.add("here", who, words=f"I am at {x:.2f} and {y:.2f}")
 
     # steps of the above
+
+    def _stands_kept(self) -> None:
+        """The map as it is now is on the disk, or is not worth it."""
+        self._kept_at, self._unsaved = None, False
 
     def _closure(self, number: int) -> ClosureStatus:
         found = next((closure for closure in self.snapshot.floor.closures if closure.id == number), None)

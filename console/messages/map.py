@@ -81,6 +81,7 @@ class MapState(Struct):
 
     name: str | None  # None: none, the map is only in memory
     revision: int  # of the list of saved maps
+    unsaved: bool  # the robot has moved since this map was begun, saved or loaded
 
 
 NEWEST = 20  # closures that are sent with every state; all of them stand under /api/slam/closures

@@ -22,12 +22,22 @@ EXAMPLE = "camera://0, camera://rtsp/192.168.0.7/stream, camera:///path/film.mp4
 KEYS = ("width", "height", "rate")
 OPENING = 8.0  # [s] for the first picture
 SILENCE = 3.0  # [s] without a picture after which the camera is lost
-NETWORK = ("http", "https", "rtsp")
+PROTOCOLS = {"http": "http,https,tls,tcp,crypto", "https": "http,https,tls,tcp,crypto", "rtsp": "rtsp,rtp,udp,tcp"}
+"""Of FFmpeg, by the way to a camera on the network: what a stream refers to may be fetched by these alone."""
+NETWORK = tuple(PROTOCOLS)
+FFMPEG = "OPENCV_FFMPEG_CAPTURE_OPTIONS"
+PICTURES_ONLY = (
+    "format_whitelist;mpjpeg,mjpeg,jpeg_pipe,png_pipe,image2,mov,matroska,mpegts,h264,hevc,rtsp|max_redirects;0"
+)
+"""For a URL that is not trusted: no playlists, no redirections."""
 FIELD = 1.05  # [rad] across the picture, until it is calibrated
+GIVEN = os.environ.get(FFMPEG, "")
 
 
 class VideoCamera(Device):
     """A camera or a film. Reading may wait for long, so a thread reads, and closing does not wait for it."""
+
+    restrained = False  # of a process in which cameras send pictures from where they are asked, or nothing
 
     def __init__(self, arguments: str = "") -> None:
         """`arguments`: what follows `camera:`. Raises BadInput."""
@@ -81,7 +91,7 @@ class VideoCamera(Device):
 
     def _grab(self, over: threading.Event) -> None:
         """Read pictures as they come; a film goes at its own pace, again and again."""
-        os.environ.setdefault("OPENCV_FFMPEG_CAPTURE_OPTIONS", "rtsp_transport;tcp|fflags;nobuffer")
+        os.environ[FFMPEG] = stream_options(self._source, restrained=self.restrained)
         capture: Any = cv2.VideoCapture(self._source)
         try:
             capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
@@ -104,6 +114,15 @@ class VideoCamera(Device):
                     self._condition.notify_all()
         finally:
             capture.release()
+
+
+def stream_options(source: int | str, *, restrained: bool = False) -> str:
+    """FFmpeg's options for what OpenCV opens; those of the environment where it has some."""
+    if GIVEN and not restrained:
+        return GIVEN
+    kind = source.partition("://")[0] if isinstance(source, str) else ""
+    usual = f"rtsp_transport;tcp|fflags;nobuffer|protocol_whitelist;{PROTOCOLS.get(kind, 'file')}"
+    return f"{usual}|{PICTURES_ONLY}" if restrained else usual
 
 
 def model_of(width: int, height: int) -> CameraModel:

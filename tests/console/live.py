@@ -8,7 +8,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Coroutine, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -52,9 +52,11 @@ class Live:
         tls: tuple[Path, Path] | None = None,
         pace: float = 1.0,
     ) -> None:
+        self.home = folder
         self.robot = InProcessRobot(url, pace=pace)
         logins = Logins()
         self.operator = logins.issue("operator", "operator")
+        self.admin = logins.issue("operator", "admin")
         self.viewer = logins.issue("viewer", "viewer")
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = int(self.listener.getsockname()[1])
@@ -101,6 +103,10 @@ class Live:
             return act()
 
         return asyncio.run_coroutine_threadsafe(acting(), self.loop).result(10)
+
+    def run(self, work: Coroutine[Any, Any, Any]) -> Any:
+        """Do something on the console's event loop that waits."""
+        return asyncio.run_coroutine_threadsafe(work, self.loop).result(10)
 
     def calm(self) -> None:
         """As it was at the start: nobody drives, nothing is latched, nothing is under way."""

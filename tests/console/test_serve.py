@@ -111,7 +111,7 @@ def test_it_tells_two_addresses_keeps_its_secrets_and_ends_promptly_with_sockets
     assert watching.partition("#t=")[0] == base and len(token) >= 43
     request = urllib.request.Request(base + "api/me", headers={"Authorization": f"Bearer {token}"})
     with urllib.request.urlopen(request, timeout=10) as answer:
-        assert json.load(answer)["role"] == "operator"
+        assert json.load(answer)["role"] == "admin"
     family = psutil.Process(console.process.pid).children(recursive=True)
     shown = " ".join(" ".join(one.cmdline()) for one in [psutil.Process(console.process.pid), *family])
     assert token not in shown

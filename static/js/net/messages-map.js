@@ -36,6 +36,7 @@
  * @typedef {object} MapState
  * @property {string | null} name
  * @property {number} revision
+ * @property {boolean} unsaved
  */
 
 /**

@@ -314,7 +314,7 @@ def test_two_credentials_are_malformed(live: Live) -> None:
 
 def test_without_login_host_and_origin_still_count(open_live: Live) -> None:
     own = f"http://127.0.0.1:{open_live.port}"
-    assert open_live.ask("GET", "/api/me").json["role"] == "operator"
+    assert open_live.ask("GET", "/api/me").json["role"] == "admin"
     assert open_live.ask("POST", "/api/stop", headers=BODYLESS).status == 200
     assert open_live.ask("POST", "/api/stop", headers={**BODYLESS, "Origin": own}).status == 200
     assert open_live.ask("POST", "/api/stop", headers={**BODYLESS, "Origin": "http://evil.example"}).status == 403

@@ -5,13 +5,17 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from console.access.logins import Person
+from console.connection.probe_worker import check_sends_pictures
+from core.errors import Unavailable
 from core.robots.robot_file import load_robot_file
+from core.robots.usb_camera import stream_options
 from tests.console.live import Live, Reply
 from tests.emulators.foxglove import FoxgloveEmulator
 from tests.emulators.world import World
@@ -87,7 +91,7 @@ def test_a_robot_on_zenoh_is_looked_at_too(live: Live) -> None:
     emulator.start()
     world.start()
     try:
-        answer = post(live, "probe", {"url": emulator.url})
+        answer = post(live, "probe", {"url": emulator.url}, live.admin)
     finally:
         world.stop()
         emulator.stop()
@@ -121,7 +125,7 @@ def test_a_robot_file_is_written_once_and_replaced_when_that_is_said(live: Live,
 @pytest.mark.parametrize(
     ("path", "body", "status", "words"),
     [
-        ("probe", {"url": "foxglove://127.0.0.1:1"}, 503, "No foxglove bridge at 127.0.0.1:1"),
+        ("probe", {"url": "foxglove://127.0.0.1:2"}, 503, "No foxglove bridge at 127.0.0.1:2"),
         ("probe", {"url": "nix://a"}, 422, "There is no robot of the kind 'nix'"),
         ("open", {"url": "log:walk.mcap"}, 409, "drives a real robot and stays with it"),
         ("probe", {"url": "sim:lab"}, 422, "needs no robot file"),
@@ -139,9 +143,44 @@ def test_a_robot_file_is_written_once_and_replaced_when_that_is_said(live: Live,
 def test_bad_input_gets_a_sentence(
     live: Live, home: Path, path: str, body: dict[str, Any], status: int, words: str
 ) -> None:
-    answer = post(live, path, body)
+    answer = post(live, path, body, live.admin)
     assert (answer.status, words in answer.json["detail"]) == (status, True), answer.json
     assert not (home / "robots" / "a.toml").exists()
+
+
+def test_an_operator_reaches_nothing_of_this_computer_and_what_was_asked_stands_in_the_history(live: Live) -> None:
+    asked = "camera://http/ann:word@127.0.0.1:1/admin?reboot=1"
+    answer = post(live, "probe", {"url": asked})
+    assert answer.status == 403 and "--connect 127.0.0.1" in answer.json["detail"]
+    refused = post(live, "file", {"name": "b", "url": "camera:///etc/hostname"})
+    assert refused.status == 403 and "files and devices" in refused.json["detail"]
+    row = next(one for one in live.runtime.history.newest_first(commands_only=False) if "look" in one.what)
+    assert row.words == asked.replace("word", "***")
+    assert row.state == "refused" and row.remark == answer.json["detail"]
+
+
+def test_a_camera_of_an_operator_sends_pictures_and_nothing_else() -> None:
+    heard: list[str] = []
+
+    class Page(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            heard.append(self.path)
+            self.send_response(302 if self.path == "/moved" else 200)
+            self.send_header("Location", "/elsewhere")
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+
+        def log_message(self, *_: object) -> None: ...
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Page) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        for path in ("/moved", "/page"):
+            with pytest.raises(Unavailable, match="sends no pictures"):
+                check_sends_pictures(f"http://127.0.0.1:{server.server_port}{path}")
+        server.shutdown()
+    assert heard == ["/moved", "/page"]
+    options = stream_options("http://10.0.0.1/a", restrained=True)
+    assert "max_redirects;0" in options and "hls" not in options and "file" not in options
 
 
 def test_who_watches_or_does_not_drive_writes_nothing(live: Live) -> None:
