@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -18,24 +19,72 @@ from core.commands.command import Command
 from core.commands.confirmation_delay import DELAY, LONGEST, OBEYED_WITHIN, ConfirmationDelay
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput, Refused
-from core.experiments.listening import TimedListening
 from core.experiments.rehearsal import Rehearsal
 from core.geometry import Pose, wrap
 from core.message import Array, message
 from core.perception.people.voice_bearing import VoiceBearing
 from core.robots.requests import PlaceThing, ReadPlan, SetListening, Speak
+from core.sensors import SensorFrame
+from core.sensors.microphones import Sound, joined
 from core.settings import Settings
 from core.simulation.world import World, world_named
 from core.snapshot import ActiveCommandStatus, Snapshot, VoiceDirection, voice_between
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import open_engine
-from core.speech.recognition.recognizer import Recognizer
-from core.speech.settings import RATE
+from core.speech.recognition.recognizer import Recognizer, StreamingRecognizer
+from core.speech.settings import MOST_WAITING, RATE
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from core.speech.synthesis import pcm as pcm_of
 from core.speech.transcription.array_transcriber import ArrayTranscriber
+from core.speech.transcription.piece_length import PieceLength
 from core.speech.understanding.grammar import Refusal, understand
+
+BEFORE = 1.0  # [s] of sound before listening starts that are read too: the noise before the words is known
+
+
+class TimedListening:
+    """Neither the robot nor the room is known here: a room that is left goes at once, with all that it heard."""
+
+    def __init__(self, recognizer: StreamingRecognizer) -> None:
+        self._recognizer = recognizer
+        self._waiting: Sound | None = None
+        self._piece = PieceLength()
+        self._pending: Sequence[RecognizedUtterance] = ()  # what will be known at the end of the newest reading
+        self._readings: list[tuple[float, float]] = []  # [s] robot's clock, from when to when
+
+    def keep(self, frame: SensorFrame) -> None:
+        """The sound of one frame; ears are never shut."""
+        if frame.sound is not None:
+            self._waiting = joined(self._waiting, frame.sound, MOST_WAITING)
+
+    def begin(self) -> None:
+        """Listen from now on; what was heard long before is forgotten."""
+        sound, self._readings, self._pending = self._waiting, self._readings[-1:], ()
+        if sound is not None:
+            now = sound.stamp + sound.duration
+            self._waiting = sound.part(now - BEFORE, now)
+
+    def heard(self, now: float, speaking: bool) -> tuple[RecognizedUtterance, ...]:
+        """Return the words that became known by `now` [s]; call it once for every frame.
+
+        `speaking`: the robot hears a voice.
+        """
+        self._piece.follow(now, speaking)
+        if self._readings and now < self._readings[-1][1]:
+            return ()
+        known, self._pending = self._pending, ()
+        sound = self._waiting
+        if sound is not None and sound.duration >= self._piece.seconds:
+            self._waiting, begun = None, time.process_time()
+            self._pending = self._recognizer.feed(sound)
+            self._readings.append((now, now + time.process_time() - begun))
+        return tuple(known)
+
+    def reading(self, begin: float, end: float) -> float:
+        """Time [s] that recognition was busy between two moments [s] since `begin`."""
+        return sum(max(min(end, until) - max(begin, since), 0.0) for since, until in self._readings)
+
 
 BODY = np.array([[aside, up] for aside in (-0.12, 0.0, 0.12) for up in (0.5, 0.9, 1.3)])
 """[m] (9, 2) points on a body, to the side of its middle and above the floor, that are checked for visibility."""

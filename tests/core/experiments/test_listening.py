@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.experiments.listening import BEFORE, TimedListening
-from core.experiments.spoken_room import length_of_words
+from core.experiments.spoken_room import BEFORE, TimedListening, length_of_words
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance, stop
@@ -38,7 +37,7 @@ class Slow:
 def passing(monkeypatch: pytest.MonkeyPatch) -> tuple[TimedListening, Slow, Callable[..., tuple[float, ...]]]:
     """Ears, their recognizer, and what lets a frame of 0.1 s pass → ends of what is known then."""
     clock = [0.0]
-    monkeypatch.setattr("core.experiments.listening.time.process_time", lambda: clock[0])
+    monkeypatch.setattr("core.experiments.spoken_room.time.process_time", lambda: clock[0])
     slow = Slow(clock)
     ears = TimedListening(slow)
 

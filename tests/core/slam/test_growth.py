@@ -17,9 +17,8 @@ from core.slam.loop_closure.loop_closer import LoopCloser
 from core.slam.map import map_graph as atlas_module
 from core.slam.map.closure import ClosureSettings, Constraint
 from core.slam.map.keyframe import keyframe
-from core.slam.map.map_graph import MapGraph
+from core.slam.map.map_graph import MapGraph, reweighted
 from core.slam.map.occupancy import OccupancyMap
-from core.slam.map.odometry_reweighting import reweighted
 from core.slam.map.pose_graph import EdgeTable, GraphEdge
 from core.slam.map.submap import Submap
 from core.slam.motion import Increment

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.slam.association.constellation import found_again
 from core.slam.association.joint_compatibility import Pairs
+from core.slam.association.merge_duplicates import found_again
 
 OLD = np.array([(0.0, 0.0), (7.0, 1.0), (3.0, 6.0), (11.0, 5.0), (-6.0, 4.0)])
 PLACED = 0.1  # [m] sd with which every landmark lies among its own

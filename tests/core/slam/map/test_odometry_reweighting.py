@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from core.geometry import Pose
-from core.slam.map.odometry_reweighting import reweighted
+from core.slam.map.map_graph import reweighted
 from core.slam.map.pose_graph import EdgeTable, GraphEdge, solve
 from tests.core.slam.map.test_pose_graph import whole
 
