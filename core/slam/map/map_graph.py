@@ -25,9 +25,9 @@ MAX_VARIANCE = 1.0  # [m²], [rad²]: what is less certain than that says nothin
 def reweighted(coarse: EdgeTable, fine: EdgeTable, headings: Array) -> EdgeTable:
     """Coarse edges, believed the less the more the fine ones tell of both their ends; world headings (N,) [rad].
 
-    C + ADDED_SD² I ADDED_SD², I the information that both ends have from the fine edges, where a way along these leads from
-    one end to the other. It goes direction by direction: along a bare corridor, where walls tell nothing, C remains.
-    What is systematic in the wheels (a laser that stands aside of where the robot turns) is in every coarse edge and
+    C + S I S with S = ADDED_SD², I the information that both ends have from the fine edges, where a way along these
+    leads from one end to the other. It goes direction by direction: along a bare corridor, where walls tell nothing,
+    C remains. What is systematic in the wheels (a laser that stands aside of where the robot turns) is in every coarse edge and
     does not average out, and the coarse edges may claim millimetres: weighed by that, they would bend the fine ones.
     """
     if not len(fine) or not len(coarse):
