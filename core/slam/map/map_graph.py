@@ -27,7 +27,7 @@ def reweighted(coarse: EdgeTable, fine: EdgeTable, headings: Array) -> EdgeTable
 
     C + S I S with S = ADDED_SD², I the information that both ends have from the fine edges, where a way along these
     leads from one end to the other. It goes direction by direction: along a bare corridor, where walls tell nothing,
-    C remains. What is systematic in the wheels (a laser that stands aside of where the robot turns) is in every coarse edge and
+    C remains. What is systematic in the wheels (a laser aside of where the robot turns) is in every coarse edge and
     does not average out, and the coarse edges may claim millimetres: weighed by that, they would bend the fine ones.
     """
     if not len(fine) or not len(coarse):
