@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import secrets
 import time
 from collections.abc import Callable, Coroutine
 from dataclasses import replace
@@ -84,6 +85,7 @@ class Runtime:
     ) -> None:
         """`settings_file`: where changed settings are saved; None: in the data folder."""
         settings = settings or Settings()
+        self.name = secrets.token_hex(4)  # of this run of the console
         self.robot = robot
         self.chapter: ChapterMode = settings.chapter.mode  # "printed": the chapter's own equations run
         self.access = access or Access()
@@ -258,7 +260,7 @@ class Runtime:
             speed=self.player.speed,
             gate=self.robot.status(),
             lease=self.lease,
-            viewers=len(self.broadcaster.viewers),
+            viewers=self.sockets.people,
             notices=tuple(self.notifications.shown),
             history_revision=self.history.revision,
             map=self.maps.shown,
@@ -380,7 +382,7 @@ class Runtime:
             lease.request,
             self.history.revision,
             self.notifications.shown,
-            len(self.broadcaster.viewers),
+            self.sockets.people,
             self.spoken.operator,
             waiting,
             self.robot.link()[0],

@@ -49,6 +49,11 @@ class OpenSockets:
         """Return whether this person has a socket open."""
         return any(other.id == person.id for other, _ in self._open.values())
 
+    @property
+    def people(self) -> int:
+        """How many people have sockets open, however many each has."""
+        return len({person.id for person, _ in self._open.values()})
+
     def close_all(self, code: int, reason: str) -> None:
         """Close every socket."""
         for _, close in list(self._open.values()):

@@ -71,6 +71,7 @@ class StateSocket:
                 you,
                 beckon_version(),
                 card(runtime.robot.profile),
+                runtime.name,
                 self._tab,
                 1000 * time.monotonic(),
                 runtime.chapter,

@@ -219,7 +219,7 @@ class State(Struct, tag_field="kind", tag="state"):
     robot: RobotState
     gate: GateState
     lease: LeaseState
-    viewers: int
+    viewers: int  # people with a page or a program that listens, this one among them
     notices: list[NoticeLine]
     history_revision: int
     truth: TruePose | None
@@ -258,6 +258,7 @@ class HelloMessage(Struct, tag_field="kind", tag="hello"):
     you: You
     version: str
     robot: RobotCard
+    console: str  # names this run of the console: another one knows nothing of what went before
     tab: str  # names this tab's 3-D scene: scene/ws/<tab>
     clock_ms: float  # of the console's steady clock now: the frames of a hand count on from it, over reloads
     chapter: Literal["ours", "printed"]  # printed: the chapter's own equations run in the place of our forms

@@ -43,6 +43,8 @@ export function startPage(begin) {
   begin(session, shell);
   redraw(session, panels, shell);
   addEventListener("hashchange", enterByLink);
+  addEventListener("pagehide", () => session.suspend());
+  addEventListener("pageshow", ({ persisted }) => persisted && void session.begin());
   const enters = enterByLink();
   void shell.begin();
   if (!enters) void session.begin();

@@ -140,3 +140,12 @@ test("who loses control reads it over the map, and may ask for it where someone 
   const nobody = { ...STATE, lease: { ...STATE.lease, holder: null, holder_id: null } };
   assert.match(told({ mine: false, state: nobody, lostControl: { to: null } })[0]?.text ?? "", /lost control/);
 });
+
+test("a console that began again says so, offers the last map, and blames nobody", () => {
+  const [banner, ...others] = told({ restarted: true });
+  assert.match(banner?.text ?? "", /restarted; the robot is at its start/);
+  assert.equal(banner?.offers, "load");
+  assert.deepEqual(others, []);
+  const viewer = { ...HELLO, you: { ...HELLO.you, role: /** @type {const} */ ("viewer") } };
+  assert.equal(told({ restarted: true, hello: viewer })[0]?.offers, "begun");
+});

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { confirmedTopics, fileOf } from "../../static/js/connect/connection-model.js";
+import { confirmedTopics, fileOf, mapName } from "../../static/js/connect/connection-model.js";
+import { nameTrouble } from "../../static/js/net/maps-api.js";
 
 /** @typedef {import("../../static/js/connect/connection-model.js").TopicRole} TopicRole */
 /** @typedef {import("../../static/js/connect/connection-model.js").Connection} Connection */
@@ -56,4 +57,10 @@ test("a battery is named only where it was a choice, and what is switched off st
 
 test("a file has a name that every file system takes", () => {
   assert.deepEqual(["Marvin 2", "Großes Büro", " – "].map(fileOf), ["marvin-2.toml", "groes-buro.toml", "robot.toml"]);
+});
+
+test("a map that is saved on the way out has a name that the console takes", () => {
+  const name = mapName(new Date(2026, 10, 8, 9, 5, 7));
+  assert.equal(name, "map 2026-11-08 09-05");
+  assert.equal(nameTrouble(name), "");
 });

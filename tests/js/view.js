@@ -27,6 +27,7 @@ export const HELLO = {
     duration_s: null,
     gaps_s: [],
   },
+  console: "c1",
   tab: "1",
 };
 
@@ -73,7 +74,7 @@ export const STATE = {
     slipping: false,
     graph_revision: 0,
   },
-  map: { name: null, revision: 0 },
+  map: { name: null, revision: 0, unsaved: false },
   direction: null,
   ears: null,
   person: null,
@@ -125,6 +126,7 @@ export const VIEW = {
   link: { is: "up", age_s: 0.05, round_trip_ms: 3, rate_hz: 20, again_s: 0, why: "" },
   up: true,
   lostControl: null,
+  restarted: false,
   mine: true,
   permission: { may: "yes", why: "" },
   secure: true,

@@ -33,6 +33,11 @@ class ConnectRobot extends Panel {
     t("connect-robot.back_to_this_console_s_robot"),
   );
   #status = make("p", { class: "note connect-status", role: "status" });
+  #ask = make("button", { type: "button", class: "button" }, t("connect-robot.ask_for_control"));
+  #take = make("button", { type: "button", class: "button" }, t("connect-robot.take_over"));
+  #driving = make("p", { role: "status" });
+  #control = make("div", { class: "connect-question" }, this.#driving, this.#ask, this.#take);
+  #question = make("div", { class: "connect-question", role: "group", hidden: true });
   #filled = "";
   #drawn = "";
 
@@ -63,9 +68,11 @@ class ConnectRobot extends Panel {
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       const url = this.#url.value.trim();
-      if (url) void (isOpened(url) ? this.#model?.open(url) : this.#model?.look(url));
+      if (url) isOpened(url) ? this.#request(url) : void this.#model?.look(url);
     });
     this.#url.addEventListener("input", () => this.#draw());
+    this.#ask.addEventListener("click", () => void this.session.lease("ask"));
+    this.#take.addEventListener("click", () => void this.session.lease("take"));
     this.#back.addEventListener("click", () => void this.#model?.back());
     this.append(
       make(
@@ -74,13 +81,44 @@ class ConnectRobot extends Panel {
         this.#title,
         make("p", { class: "connect-state" }, this.#state, this.#about),
         this.#failsafe,
+        this.#control,
         form,
         this.#others,
+        this.#question,
         this.#status,
         this.#back,
       ),
     );
     this.#draw();
+  }
+
+  /**
+   * Open something else; where the map is not saved, ask first.
+   * @param {string} url
+   */
+  #request(url) {
+    const model = this.#model;
+    if (!model?.unsaved) return void model?.open(url);
+    /** @param {string} words @param {() => void} then */
+    const choice = (words, then) => {
+      const button = make("button", { type: "button", class: "button" }, words);
+      button.addEventListener("click", () => {
+        this.#question.hidden = true;
+        then();
+      });
+      return button;
+    };
+    const sentence = t("connect-robot.your_map_is_not_saved", { url });
+    const save = choice(t("connect-robot.save_and_open"), () => void model.saveAndOpen(url));
+    mark(this.#question, "aria-label", sentence);
+    this.#question.replaceChildren(
+      make("p", {}, sentence),
+      save,
+      choice(t("connect-robot.open"), () => void model.open(url)),
+      choice(t("connect-robot.stay"), () => this.#url.focus()),
+    );
+    this.#question.hidden = false;
+    save.focus();
   }
 
   #draw() {
@@ -107,17 +145,20 @@ class ConnectRobot extends Panel {
     this.#back.hidden = !model.probed && !model.changed;
     const opens = isOpened(this.#url.value.trim());
     [this.#look.hidden, this.#open.hidden] = [opens, !opens];
-    this.#look.disabled = this.#open.disabled = Boolean(model.busy) || !model.may;
-    this.#drawOthers(model);
+    const disabled = Boolean(model.busy) || !model.may || model.driver !== "";
+    this.#look.disabled = this.#open.disabled = disabled;
+    this.#control.hidden = !model.may || !model.driver;
+    write(this.#driving, t("connect-robot.holder_drives_now", { holder: model.driver }));
+    this.#ask.disabled = model.asked;
+    this.#drawOthers(model, disabled);
     this.#url.disabled = !model.may;
     const why = model.may || !found ? "" : t("connect-robot.you_are_watching_only_an_operator");
     write(this.#status, model.busy || model.trouble || why);
     mark(this.#status, "data-tone", model.busy ? "busy" : model.trouble ? "fault" : null);
   }
 
-  /** @param {ConnectionModel} model */
-  #drawOthers(model) {
-    const disabled = Boolean(model.busy) || !model.may;
+  /** @param {ConnectionModel} model @param {boolean} disabled */
+  #drawOthers(model, disabled) {
     const urls = model.openedHere.filter((url) => url !== model.found?.url);
     const drawn = `${disabled} ${urls.join(" ")}`;
     if (drawn === this.#drawn) return;
@@ -125,7 +166,7 @@ class ConnectRobot extends Panel {
     const buttons = urls.map((url) => {
       const button = make("button", { type: "button", class: "button plain" }, icon("play"), url);
       button.disabled = disabled;
-      button.addEventListener("click", () => void model.open(url));
+      button.addEventListener("click", () => this.#request(url));
       return button;
     });
     this.#others.hidden = urls.length === 0;

@@ -1,6 +1,7 @@
 // Client model of the Connect page: what was found, the operator's choice of topics, and the robot file.
 
 import { call, post, sentenceOf } from "../net/api.js";
+import * as maps from "../net/maps-api.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
@@ -67,11 +68,14 @@ export class ConnectionModel {
   /** @type {Set<() => void>} */
   #listeners = new Set();
   #shown = false;
+  #watched = ""; // of the state, what this page shows
+  #driver = "";
 
   /** @param {Session} session */
   constructor(session) {
     this.session = session;
     session.on("hello", () => this.#look());
+    session.on("heard", () => this.#watch());
     setInterval(() => this.#look(), ASK_MS);
   }
 
@@ -94,6 +98,31 @@ export class ConnectionModel {
   /** True unless this user is a viewer. */
   get may() {
     return this.session.hello !== null && this.session.hello.you.role !== "viewer";
+  }
+
+  /** Who drives, where it is another one; "" otherwise. */
+  get driver() {
+    const { hello, state } = this.session;
+    const lease = state?.lease;
+    return lease?.holder && lease.holder_id !== hello?.you.id ? lease.holder : "";
+  }
+
+  /** True where this page has asked the driver for control. */
+  get asked() {
+    return this.session.state?.lease.asked_by_id === this.session.hello?.you.id;
+  }
+
+  /** True where the map would be lost. */
+  get unsaved() {
+    return this.session.state?.map.unsaved === true;
+  }
+
+  #watch() {
+    const watched = `${this.driver} ${this.asked} ${this.unsaved}`;
+    if (watched === this.#watched) return;
+    if (!watched.startsWith(`${this.#driver} `)) this.#failed = ""; // what another driver was the reason for
+    [this.#watched, this.#driver] = [watched, this.driver];
+    this.#tell();
   }
 
   /** True where what is shown is the robot that the console drives. */
@@ -160,17 +189,32 @@ export class ConnectionModel {
    * @param {string} url
    */
   async open(url) {
+    await this.#during(t("connection-model.opening_url", { url }), () => this.#open(url));
+  }
+
+  /**
+   * Save the map, then open something else.
+   * @param {string} url
+   */
+  async saveAndOpen(url) {
     await this.#during(t("connection-model.opening_url", { url }), async () => {
-      const opened = await post(`${ROOT}/open`, { url });
-      let ended = false;
-      this.session.on("lost", () => {
-        ended = true;
-      });
-      await new Promise((then) => this.session.on("hello", () => ended && then(true)));
-      if (this.session.hello?.robot.url !== opened.url)
-        throw new Error(t("connection-model.url_did_not_open", { url }));
-      location.assign("./");
+      const { name } = this.session.state?.map ?? { name: null };
+      await maps.save(name ?? mapName(new Date()), name !== null);
+      await this.#open(url);
     });
+  }
+
+  /** @param {string} url */
+  async #open(url) {
+    const opened = await post(`${ROOT}/open`, { url });
+    let again = false;
+    this.session.on("restarted", () => {
+      again = true;
+    });
+    await new Promise((then) => this.session.on("heard", () => again && then(true)));
+    if (this.session.hello?.robot.url === opened.url) return location.assign("./");
+    const why = this.session.state?.notices.findLast(({ level }) => level === "error")?.text;
+    throw new Error(why ?? t("connection-model.url_did_not_open", { url }));
   }
 
   /**
@@ -213,6 +257,9 @@ export class ConnectionModel {
     for (const listener of this.#listeners) listener();
   }
 }
+
+/** A name for a map that has none. @param {Date} now */
+export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).replace(":", "-")}`;
 
 /** Roles whose absence at the next start is no reason to refuse the robot: they are named only where several could be it. */
 const LOOSE = new Set(["camera_info", "battery", "map", "pose", "description"]);

@@ -121,6 +121,7 @@
  * @property {You} you
  * @property {string} version
  * @property {RobotCard} robot
+ * @property {string} console
  * @property {string} tab
  * @property {number} clock_ms
  * @property {'ours' | 'printed'} chapter

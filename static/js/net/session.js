@@ -26,6 +26,7 @@ import { Asking } from "./pending-answers.js";
  * @property {Permission} permission
  * @property {boolean} mine this page holds the lease
  * @property {LostControl | null} lostControl until it is dismissed or control is back
+ * @property {boolean} restarted the console began again while this page was open; until it is dismissed
  * @property {boolean} secure the connection is encrypted or local
  */
 
@@ -40,6 +41,7 @@ const SETTLE_MS = 600; // after a seek the recording takes that long to arrive
  * @property {Hello} hello
  * @property {View} heard a new state; dispatched at once, even while the page is not drawn
  * @property {null} lost
+ * @property {null} restarted the console began again, and knows nothing of what went before
  * @property {null} signed-out
  * @property {Picture} picture
  * @property {Calibration} calibration new state of the requested session
@@ -78,6 +80,7 @@ export class Session {
   #gaveAway = false; // this page released the lease itself
   /** @type {LostControl | null} */
   #lostControl = null;
+  #restarted = false;
   #steered = { plays: false, at: -Infinity }; // [ms] newest play or pause
   #stoppedAt = -Infinity; // [ms] newest STOP of this page
   #wantsCamera = true;
@@ -120,6 +123,7 @@ export class Session {
       up,
       mine,
       lostControl,
+      restarted: this.#restarted,
       permission: permission({ hello, state, up }),
       secure: isSecureContext,
     };
@@ -331,7 +335,9 @@ export class Session {
       if (message.ref === 0 && !message.ok) this.#dispatch("trouble", message.detail ?? t("session.that_was_refused")); // a click in the scene
       this.#asking.hear(message);
     } else if (message.kind === "hello") {
+      const before = this.hello;
       this.hello = message;
+      if (before && before.console !== message.console) this.#beginAgain(before);
       this.#revision = -1;
       if (!this.#wantsCamera) this.link.send({ kind: "want", camera: false });
       if (this.#wantsCalibration !== null) this.link.send({ kind: "want", calibration: this.#wantsCalibration });
@@ -348,6 +354,25 @@ export class Session {
       this.#dispatch("heard", this.view);
       if (message.history_revision !== this.#revision) void this.#fetchHistory(message.history_revision);
     }
+  }
+
+  /** @param {Hello} before of the console that has ended: nobody took control, and its map is gone */
+  #beginAgain({ robot }) {
+    this.#drove = false;
+    this.#lostControl = null;
+    this.#restarted = robot.url === this.hello?.robot.url && robot.drives;
+    this.#dispatch("restarted", null);
+  }
+
+  /** The sentence about the restart was read. */
+  dismissRestart() {
+    this.#restarted = false;
+  }
+
+  /** The page is left: others see it at once, and nobody waits for control that it does not use. */
+  suspend() {
+    if (this.view.mine && !this.state?.command) this.link.send({ kind: "lease", do: "release", ref: 0 });
+    this.link.close();
   }
 
   /** The sentence about lost control was read. */

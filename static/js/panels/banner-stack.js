@@ -1,5 +1,6 @@
 // Element <banner-stack>: banners over the map.
 
+import * as maps from "../net/maps-api.js";
 import { banners } from "../ui/banners.js";
 import { icon, make, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
@@ -25,6 +26,11 @@ const OFFERS = {
     [t("banner-stack.keep_it"), (session) => void session.lease("keep")],
   ],
   seen: [[t("banner-stack.dismiss"), (session) => session.dismissLostControl()]],
+  begun: [[t("banner-stack.dismiss"), (session) => session.dismissRestart()]],
+  load: [
+    [t("banner-stack.load_the_last_map"), (session) => void loadLast(session)],
+    [t("banner-stack.dismiss"), (session) => session.dismissRestart()],
+  ],
   regain: [
     [
       t("banner-stack.ask_for_control"),
@@ -33,6 +39,16 @@ const OFFERS = {
     [t("banner-stack.dismiss"), (session) => session.dismissLostControl()],
   ],
 };
+
+/** Go on in the map that was saved last. @param {Session} session */
+async function loadLast(session) {
+  const done = await session.attempt(async () => {
+    const [last] = await maps.list();
+    if (!last) throw new Error(t("banner-stack.no_map_is_saved"));
+    await maps.load(last.name);
+  });
+  if (done) session.dismissRestart();
+}
 
 class BannerStack extends Panel {
   /** @type {Map<string, HTMLElement>} */

@@ -95,6 +95,10 @@ class FlatMap extends Panel {
     this.#tools.append(this.#fit, this.#follow, this.#measure, layers);
     this.append(this.#canvas, this.#why, this.#tools, this.#text, this.#said);
     popover(this.#layersButton, this.#layersPanel);
+    this.session.on("restarted", () => {
+      [this.#plan, this.#scan] = [null, []]; // of a robot that stood elsewhere
+      this.#asked = { scan: -Infinity, plan: -Infinity, words: -Infinity };
+    });
     this.#follow.addEventListener("click", () => this.#look(this.#looks === "robot" ? "free" : "robot"));
     this.#fit.addEventListener("click", () => this.#look("whole"));
     this.#measure.addEventListener("click", () => {

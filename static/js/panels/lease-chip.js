@@ -52,7 +52,7 @@ class LeaseChip extends Panel {
     const { hello, state } = view;
     this.hidden = !state || !hello || onlyWatched(hello);
     if (!hello || !state || this.hidden) return;
-    const { text, sentence, act, action } = describe(view, hello, state);
+    const { text, sentence, act, action } = describe(hello, state);
     write(this.#text, text);
     mark(this.#button, "aria-label", t("lease-chip.control_text", { text }));
     mark(this.#button, "data-mine", view.mine);
@@ -70,12 +70,12 @@ class LeaseChip extends Panel {
 }
 
 /**
- * @param {View} view
  * @param {import("../net/messages.js").HelloMessage} hello
  * @param {import("../net/messages.js").State} state
  * @returns {{text: string, sentence: string, act: string, action: LeaseAction}}
  */
-function describe({ mine }, hello, { lease }) {
+function describe(hello, { lease }) {
+  const mine = lease.holder_id === hello.you.id; // without a link, too: the newest that is known
   const watching = hello.you.role === "viewer";
   if (hello.robot.dry_run && !watching && (mine || lease.holder === null)) {
     const sentence = t("lease-chip.nothing_here_drives_come_here_and");

@@ -10,7 +10,7 @@ import { t } from "./texts.js";
  * @property {"fault" | "stale" | "calm"} tone
  * @property {string} icon
  * @property {string} text
- * @property {"" | "reset" | "here" | "answer" | "regain" | "seen"} offers its buttons
+ * @property {"" | "reset" | "here" | "answer" | "regain" | "seen" | "load" | "begun"} offers its buttons
  */
 
 const STALE_S = 0.8;
@@ -34,6 +34,7 @@ export function banners(view) {
     robotLink(state),
     state.gate.state === "halted" ? halted(view) : null,
     request(view),
+    restarted(view),
     lostControl(view),
     state.floor.lost ? localization(state.floor.lost, view) : null,
     hello.robot.drives && state.floor.slipping
@@ -89,6 +90,17 @@ function request({ state, mine }) {
   const left = Math.ceil(state.lease.answer_within_s ?? 0);
   const text = t("banners.askedby_asks_for_control_left_s", { askedby: state.lease.asked_by, left });
   return { id: `asked ${state.lease.asked_by_id}`, tone: "stale", icon: "wheel", text, offers: "answer" };
+}
+
+/** @param {View} view @returns {Banner | null} */
+function restarted({ restarted, hello, state }) {
+  if (!restarted) return null;
+  const text =
+    state?.robot.kind === "SIM"
+      ? t("banners.beckon_was_restarted_at_start")
+      : t("banners.beckon_was_restarted_map_begins");
+  const offers = hello?.you.role === "viewer" ? "begun" : "load";
+  return { id: "restarted", tone: "calm", icon: "info", text, offers };
 }
 
 /** @param {View} view @returns {Banner | null} */

@@ -66,6 +66,7 @@ def test_viewers_at_the_drivers_address_leave_room_for_operators() -> None:
     others = [Person(f"viewer {number}", "", "viewer") for number in range(MOST)]
     assert [opened(one) for one in others].count(True) == MOST - RESERVED - MOST_OF_ONE
     assert [opened(DRIVER) for _ in range(RESERVED + 1)].count(True) == RESERVED
+    assert sockets.people == 2 + MOST - RESERVED - MOST_OF_ONE, "people are counted, not their sockets"
     assert sockets.are_open(DRIVER) and not sockets.are_open(OPERATOR)
     for room in rooms:
         room.__exit__(None, None, None)
