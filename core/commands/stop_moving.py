@@ -35,7 +35,7 @@ STOP_MOVING = StopMoving(
     name="stop_moving",
     words=("stop moving", "stop"),
     example="stop moving",
-    summary="Stops moving at once. Any sentence with the word stop does.",
+    summary="Stops moving at once. Any sentence with the word stop does, and so does a lone halt, wait, freeze, no …",
     remark="The robot stands still.",
     icon="stop_moving",
 )
@@ -46,3 +46,42 @@ START = StopMoving(
     summary="Stands still and waits for a command.",
     remark="Ready for a command.",
 )
+
+SOUGHT_STOP_PHRASES = ("abort", "brake", "cancel", "don't move", "freeze", "halt", "hold on", "wait")
+"""Those that a recognizer seeks beside the commands, so that an unclear one is found too."""
+STOP_PHRASES = (
+    *SOUGHT_STOP_PHRASES,
+    "abort it",
+    "abort that",
+    "break",  # as a recognizer writes brake
+    "brakes",
+    "cancel it",
+    "cancel that",
+    "cease",
+    "do not go",
+    "do not move",
+    "don't go",
+    "enough",
+    "estop",
+    "hold",
+    "hold it",
+    "hold still",
+    "no",
+    "nope",
+    "pause",
+    "quit",
+    "stand still",
+    "stay",
+    "stay there",
+    "stops",
+    "stopping",
+    "wait a minute",
+    "wait a moment",
+    "wait a second",
+    "whoa",
+)
+"""What stops the robot as a whole utterance, typed or spoken: one of these, several, or one again and again. In other
+sentences people say these words of something else; there only the word stop stops.
+"""
+AROUND_STOP = ("hey", "now", "ok", "okay", "oh", "please", "robot", "uh", "um")
+"""Words around such a phrase that do not change what it asks for."""

@@ -16,7 +16,7 @@ from core.commands import needs_confirmation
 from core.commands.command import Command
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import message
-from core.speech.understanding.grammar import STOP_WORD, OwnPhrases, Refusal, parse
+from core.speech.understanding.grammar import OwnPhrases, Refusal, parse, says_stop
 
 Verdict = Literal["accept", "confirm", "reject"]
 
@@ -181,7 +181,7 @@ def stop(words: str = "stop", *, confidence: float = 1.0, remark: str = "") -> D
 
 
 def _rejected(sentence: Sentence, confidence: float, objection: str, others: Iterable[Sentence]) -> Decision:
-    if STOP_WORD.search(sentence.words.lower()):
+    if says_stop(sentence.words):
         return stop(sentence.words, confidence=confidence, remark=objection)
     return Decision(
         verdict="reject",

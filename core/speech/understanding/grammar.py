@@ -1,7 +1,8 @@
 """Words → command or refusal: the one parser for all typed, clicked, sent or heard text (section 4.2, Table 2).
 
 Only a whole utterance that matches moves the robot. Whatever contains the word STOP and is no complete, bounded
-"stop at x and y" stops it. Nothing is guessed: a near miss is refused with suggestions.
+"stop at x and y" stops it, and so does a phrase of STOP_PHRASES by itself. Nothing is guessed: a near miss is refused
+with suggestions, which never change a number or its unit; after what may mean STOP, that is the suggestion.
 
 Recognizers and people punctuate. A comma or a colon may end a word or a whole number, and a sentence may end with any
 mark and stand in quotes. Within a number a comma says two things ("1,5"), behind STOP any mark ends the sentence,
@@ -14,14 +15,14 @@ import math
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from core.commands import VOCABULARY
 from core.commands.command import Command, CommandSpec, Parameter
 from core.commands.continue_straight import CONTINUE
-from core.commands.stop_moving import START, STOP_MOVING
-from core.speech.understanding.numbers import NUMBER, read_number, write_number
+from core.commands.stop_moving import AROUND_STOP, START, STOP_MOVING, STOP_PHRASES
+from core.speech.understanding.numbers import AMOUNT, NUMBER, VALUES, read_amount, write_number
 
 
 def nearest(text: str, phrases: Iterable[str], most: int = 3) -> tuple[str, ...]:
@@ -58,7 +59,13 @@ LONGEST = 120  # characters of an utterance that is read at all; the word stop i
 
 PAUSE = "(?: ?[,:])?"  # between the words of a sentence
 UNITS = ("meters", "meter", "metres", "metre")  # as people spell what stands as "meters" in the vocabulary
-UNIT = rf"(?:{PAUSE} |(?<=[0-9]))(?:{'|'.join(UNITS)}|m)"
+BEFORE_UNIT = "(?:(?: ?,)? |(?<=[0-9]))"  # no colon: "2: meters" may be a time
+UNIT = rf"{BEFORE_UNIT}(?:{'|'.join(UNITS)}|m)"
+HUNDREDTHS = ("centimeters", "centimeter", "centimetres", "centimetre")
+IN_HUNDREDTHS = rf"{BEFORE_UNIT}(?:{'|'.join(HUNDREDTHS)})"
+LENGTH = rf"{AMOUNT}(?:{UNIT}|{IN_HUNDREDTHS})"
+"""Regular expression of a distance: "2 meters", "two and a half meters", "50 centimeters"."""
+LENGTH_UNIT = re.compile(rf"(?:{UNIT}|({IN_HUNDREDTHS}| ?cm))$")
 ENDS = " .,;:!"  # what may stand behind a sentence
 NO_COMMAND_ENDINGS = {
     "?": "That is a question. Say it as a command.",
@@ -68,7 +75,8 @@ NO_COMMAND_ENDINGS = {
 QUOTED = re.compile(r"""(["'])(.*)\1""")
 TYPESET = str.maketrans("\u00a0\u2009\u202f\u2010\u2011\u2212‘’“”", "   ---''\"\"") | {ord("…"): "..."}
 """Spaces, hyphens, the minus sign, and quotes as printers write them → as keyboards do. A dash may be neither."""
-STOP_WORD = re.compile(r"(?<![^\W\d_])stop(?![^\W\d_])")
+STOP_WORD = re.compile(r"(?<![^\W\d_])(?:(?:s+t(?:o|ooo+)p+)+|s([-._ ])t\1o\1p)(?![^\W\d_])")
+"""STOP, stopp, stooop, stopstop, S.T.O.P."""
 
 OTHER_WORDS = {
     "go back": ("I do not drive backwards. Turn round first, then continue.", ("turn left", "continue 1 meters")),
@@ -77,15 +85,50 @@ OTHER_WORDS = {
 """Words of the paper (Table 2, Fig. 17) that do not move this robot: why, and what does."""
 
 
-AHEAD = re.compile(r"\b(?:ahead|advance|forwards?|straight|drive \d)")
+AHEAD = re.compile(r"\b(?:ahead|advance|forwards?|straight|drive)\b")
 """Words of people who mean CONTINUE."""
+OTHER_LENGTHS = "cm|mm|km|(centi|milli|kilo)met(er|re)s?|feet|foot|ft|inch(es)?|yards?|miles?|steps?"
+OTHER_UNITS = "seconds?|minutes?|degrees?|percent"
+NUMBER_WORDS = "hundred|thousand|half|quarters?|thirds?|dozen|couple|few|several|minus|negative"
+MENTIONS_NUMBER = re.compile(
+    rf"[0-9]|\b(?:{'|'.join(VALUES)}|{NUMBER_WORDS}|{OTHER_LENGTHS}|{OTHER_UNITS}|an? m(et(er|re)s?)?)\b"
+)
+"""Whether words speak of how many, or how far."""
+OFFERED_LENGTH = re.compile(
+    rf"(?<![\w.,/'-])(?:{LENGTH}|{AMOUNT} ?cm|(?!an? |half ){AMOUNT})(?![\w/'%°-]|[.,]\w| and a half| hundred)"
+)
+"""A number in words that are no command, with its unit, if any; nothing stands against it that may change it."""
+AROUND_NUMBERS = frozenset(
+    re.split(
+        " ",
+        "ahead advance and at continue drive for forward forwards go move on please robot stop straight the to x y",
+    )
+)
+"""Words around a number that do not change it."""
+STOP_OFFERED = STOP_MOVING.words[-1]
+NOT_WORDS = frozenset(("cannot", "dont", "never", "no", "nor", "not", "without"))
+"""Words with which people take something back."""
 
 
 def compiled(pattern: str) -> re.Pattern[str]:
-    """Return a pattern of words as a regular expression; "meters" may be spelt as people spell it."""
+    """Return a pattern of words as a regular expression; "meters" may be spelt as people spell it.
+
+    A lone distance may also be a half or in centimeters.
+    """
     plain = re.escape(pattern).replace(r"\ ", " ")
-    source = re.sub("(?<!stop) (?!meters)", f"{PAUSE} ", plain).replace(" meters", UNIT)
+    source = re.sub("(?<!stop) (?!meters)", f"{PAUSE} ", plain)
+    if plain.count(r"\{") == 1:
+        source = re.sub(r"\\\{(\w+)\\\} meters", rf"(?P<\1>{LENGTH})", source)
+    source = source.replace(" meters", UNIT)
     return re.compile(re.sub(r"\\\{(\w+)\\\}", lambda slot: f"(?P<{slot[1]}>{NUMBER})", source))
+
+
+def read_length(words: str) -> float:
+    """Convert a LENGTH to metres, and a lone number to itself. "50 centimeters" → 0.5."""
+    unit = LENGTH_UNIT.search(words)
+    if unit is None:
+        return read_amount(words)
+    return read_amount(words[: unit.start()]) / (100 if unit[1] else 1)
 
 
 READ = {pattern: compiled(pattern) for kind in VOCABULARY for pattern in kind.words}
@@ -127,10 +170,12 @@ class Parsed:
         if self.why_not:
             offered = (verdict.heard_as,) if isinstance(verdict, Command) else verdict.suggestions
             verdict = Refusal(self.why_not, offered)
-        if isinstance(verdict, Refusal) and STOP_WORD.search(_folded(self.words)):
+        if isinstance(verdict, Refusal) and says_stop(self.words):
             began = self.text is not None and _begins(_unpunctuated(self.text), "stop at")
             remark = f"“{self.words.strip()}” was not carried out: {verdict.reason}" if began else ""
             return Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
+        if isinstance(verdict, Refusal):
+            return replace(verdict, suggestions=faithful(verdict.suggestions, self.words))
         return verdict
 
 
@@ -154,6 +199,67 @@ def _folded(words: str) -> str:
     """Generously read: compatible forms of letters are one, invisible characters vanish. Only good for stopping."""
     plain = unicodedata.normalize("NFKC", words).casefold()
     return plain if plain.isascii() else "".join(c for c in plain if unicodedata.category(c) != "Cf")
+
+
+def says_stop(words: str) -> bool:
+    """Return whether words stop the robot: the word stop is in them, or they are a phrase that does, and no more."""
+    folded = _folded(words)
+    alone = _letters(folded) if len(folded) <= LONGEST else ""
+    return STOP_WORD.search(folded) is not None or STOP_UTTERANCE.fullmatch(alone) is not None
+
+
+def _letters(folded: str) -> str:
+    """Words without marks: "don't move!" → "dont move"."""
+    return " ".join(re.findall(r"[^\W_]+", re.sub("['’]", "", folded)))
+
+
+STOP_UTTERANCE = re.compile(
+    "(?:(?:{0}) )*(?:{1})(?: (?:{0}|{1}))*".format("|".join(AROUND_STOP), "|".join(map(_letters, STOP_PHRASES)))
+)
+STOP_LIKE = tuple(word for word in ("stop", *STOP_PHRASES) if " " not in word and len(word) > 3)
+"""Words that are near to one of these may be one, misspelt."""
+
+
+def may_mean_stop(words: str) -> bool:
+    """Return whether who said these words may have wanted the robot to stop: then nothing else is offered."""
+    said = _letters(_folded(words[:LONGEST])).split()
+    text = f" {' '.join(said)} "
+    few = said if len(said) <= 3 else []
+    return (
+        not NOT_WORDS.isdisjoint(said)
+        or any(f" {_letters(phrase)} " in text for phrase in STOP_PHRASES)
+        or any(word.startswith("stop") for word in said)
+        or any(nearest(word, STOP_LIKE) for word in few if len(word) > 2)
+    )
+
+
+def faithful(offers: Iterable[str], words: str) -> tuple[str, ...]:
+    """Those of the offers that change nothing in the words: no number, no unit, and no STOP into a motion."""
+    if may_mean_stop(words):
+        return (STOP_OFFERED,)
+    text = _tidy(words)[0] or ""
+    if not MENTIONS_NUMBER.search(text) and not any(map(str.isnumeric, words)):
+        return tuple(offers)
+    lengths = _lengths(text)
+    return tuple(one for one in offers if one in STOP_MOVING.words or (lengths and _numbers(one) == lengths))
+
+
+def _numbers(words: str) -> list[float]:
+    found = parse(words).found
+    return [] if isinstance(found, Refusal) else list(found[1].values())
+
+
+def _lengths(text: str) -> list[float] | None:
+    """The numbers of these words, of distances in metres; None where anything around them may change one."""
+    around = re.findall(r"[^\s(),:]+", OFFERED_LENGTH.sub(" ", text))
+    if any(word not in AROUND_NUMBERS and not _misspells(word) for word in around):
+        return None
+    return [read_length(found[0]) for found in OFFERED_LENGTH.finditer(text)]
+
+
+def _misspells(word: str) -> bool:
+    """Return whether a long word is one that may stand around numbers, misspelt."""
+    return len(word) > 4 and bool(nearest(word, (one for one in AROUND_NUMBERS if len(one) > 4)))
 
 
 def _tidy(words: str) -> tuple[str | None, str]:
@@ -197,7 +303,9 @@ def _matched(text: str, own: OwnPhrases) -> tuple[CommandSpec, dict[str, float]]
     for kind, read in (*patterns, *((phrase.kind, phrase.read) for phrase in own)):
         match = read.fullmatch(text)
         if match:
-            return kind, {name: read_number(value) for name, value in match.groupdict().items()}
+            return kind, {name: read_length(value) for name, value in match.groupdict().items()}
+    if STOP_UTTERANCE.fullmatch(_letters(text)):
+        return STOP_MOVING, {}
     if text in OTHER_WORDS:
         return Refusal(*OTHER_WORDS[text])
     return _near_miss(_unpunctuated(text))
@@ -223,10 +331,8 @@ def _bounded(kind: CommandSpec, heard: dict[str, float], spoken: bool) -> Comman
         low, high = bounds(number, spoken)
         if not low <= kept[number.name] <= high:
             by_voice = " by voice" if spoken else ""
-            too_far = len(kind.numbers) == 1 and kept[number.name] > high
             return Refusal(
-                f"“{_pattern_as_read(kind)}” takes {number.says} from {low:g} to {high:g} {_unit(number)}{by_voice}.",
-                (say(kind, {number.name: high}) if too_far else kind.example,),
+                f"“{_pattern_as_read(kind)}” takes {number.says} from {low:g} to {high:g} {_unit(number)}{by_voice}."
             )
     return Command(name=kind.name, numbers=kept, heard_as=say(kind, heard))
 
@@ -247,12 +353,12 @@ def _near_miss(text: str) -> Refusal:
         opening, kind = max(begun, key=lambda found: len(found[0]))
         return _badly_ended(kind, opening, text)
     if AHEAD.search(text):
-        return Refusal("I know no such command. Did you mean one of these?", (_filled(CONTINUE, text),))
-    close = nearest(text, _phrases())
+        return _to_be_whole(CONTINUE, text)
+    close = nearest(text, _phrases(text))
     if close and close[0] in OTHER_WORDS:
         why, instead = OTHER_WORDS[close[0]]
         return Refusal(f"Did you mean “{close[0]}”? {why}", instead)
-    understood = tuple(phrase for phrase in close if phrase not in OTHER_WORDS)
+    understood = faithful((phrase for phrase in close if phrase not in OTHER_WORDS), text)
     if understood:
         return Refusal("I know no such command. Did you mean one of these?", understood)
     return Refusal("I know no such command. These I know.", _examples())
@@ -270,28 +376,34 @@ def _badly_ended(kind: CommandSpec, opening: str, text: str) -> Refusal:
     """The right beginning with something missing or something too much."""
     if not kind.numbers or all(number.default is not None for number in kind.numbers):
         return Refusal(f"“{opening}” stands alone, with nothing before or behind it.", (kind.example,))
-    fits = _filled(kind, text) if re.search(rf"{NUMBER}\)*$", text) else kind.example
+    return _to_be_whole(kind, text)
+
+
+def _to_be_whole(kind: CommandSpec, text: str) -> Refusal:
+    fits = _filled(kind, text)
     return Refusal(f"Say it whole and with nothing else, like “{fits}”; distances are in metres.", (fits,))
 
 
 def _filled(kind: CommandSpec, text: str) -> str:
-    """A command with the numbers of these words; its example where they are too many, too few or out of bounds."""
-    numbers = re.findall(rf"(?<![a-z0-9.,]){NUMBER}(?![a-z0-9.,])", text)
-    if len(numbers) != len(kind.numbers):
+    """A command with the numbers of these words; its example where they do not fit."""
+    lengths = _lengths(text)
+    if not lengths or len(lengths) != len(kind.numbers):
         return kind.example
-    words = say(kind, {one.name: read_number(number) for one, number in zip(kind.numbers, numbers, strict=True)})
+    words = say(kind, {one.name: length for one, length in zip(kind.numbers, lengths, strict=True)})
     return words if isinstance(understand(words), Command) else kind.example
 
 
 @cache
 def _examples() -> tuple[str, ...]:
-    return tuple(kind.example for kind in VOCABULARY if kind is not START)  # it changes nothing: no useful example
+    """STOP first: it is never the wrong one."""
+    kinds = sorted(VOCABULARY, key=lambda kind: kind is not STOP_MOVING)
+    return tuple(kind.example for kind in kinds if kind is not START)  # it changes nothing: no useful example
 
 
-@cache
-def _phrases() -> tuple[str, ...]:
-    """All that people might have meant, with the numbers of the examples."""
-    return (*_examples(), "stop", "go to 1 and 0.5", *OTHER_WORDS)
+def _phrases(text: str) -> tuple[str, ...]:
+    """All that people might have meant, with the numbers of the text, or those of the examples."""
+    filled = tuple(_filled(kind, text) if kind.numbers else kind.example for kind in VOCABULARY if kind is not START)
+    return (*filled, *STOP_MOVING.words[1:], "go to 1 and 0.5", *OTHER_WORDS)
 
 
 def _pattern_as_read(kind: CommandSpec) -> str:

@@ -21,10 +21,10 @@ from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput
 from core.speech.understanding.grammar import (
     OTHER_WORDS,
-    STOP_WORD,
     OwnPhrase,
     OwnPhrases,
     compiled,
+    says_stop,
     slips,
 )
 
@@ -112,8 +112,8 @@ def _phrase(words: str, spec: CommandSpec) -> OwnPhrase:
     if Counter(SLOT.findall(words)) != needed:
         wanted = " and ".join(f"{{{name}}}" for name in needed) or "no number"
         raise BadInput(f"the phrase {shown} must hold {wanted}, once, as “{spec.words[0]}” does.")
-    if spec is not STOP_MOVING and STOP_WORD.search(words):
-        raise BadInput(f"the phrase {shown} has the word stop in it, which always stops the robot.")
+    if spec is not STOP_MOVING and says_stop(words):
+        raise BadInput(f"the phrase {shown} always stops the robot.")
     return OwnPhrase(words, spec, compiled(words))
 
 

@@ -35,7 +35,14 @@ from core.speech.recognition.decision import (
 )
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE
-from core.speech.understanding.grammar import STOP_WORD, OwnPhrases, Refusal, parse
+from core.speech.understanding.grammar import (
+    STOP_WORD,
+    OwnPhrases,
+    Refusal,
+    faithful,
+    parse,
+    says_stop,
+)
 from core.speech.whisper.chance import by_chance
 from core.speech.whisper.joint_search import Columns, Found, JointSearch
 from core.speech.whisper.log_mel import log_mel
@@ -156,8 +163,8 @@ class WhisperRecognizer:
         objection = TOO_LONG if utterance.cut else "" if agreed else NOT_SURE
         decision = self._decided(meanings, found, objection)
         goes = decision.command is not None and decision.command.name in NAME_STOP
-        words = found.free_text.lower()
-        if (STOP_WORD.search(words) or STOP_MISHEARD in words) and not goes and not decision.stops:
+        words = found.free_text
+        if (says_stop(words) or STOP_MISHEARD in words.lower()) and not goes and not decision.stops:
             return stop(found.free_text, remark=decision.reason)
         return self._timed(decision, utterance, samples, found)
 
@@ -382,8 +389,11 @@ def _not_understood(free_text: str, resembling: Iterable[Sentence], fits: float)
     """Nothing fits: say back what was heard, and offer what resembles it."""
     if NO_WORDS.fullmatch(free_text):
         return no_command()
-    offered = (one.spoken for one in resembling)
-    commands = tuple(one for one in offered if not isinstance(one, Refusal))[:MOST_OFFERED]
+    offered = [one.spoken for one in resembling]
+    unchanged = faithful((one.heard_as for one in offered if not isinstance(one, Refusal)), free_text)
+    commands = tuple(one for one in offered if not isinstance(one, Refusal) and one.heard_as in unchanged)[
+        :MOST_OFFERED
+    ]
     confidence = 0.5 + 0.5 * math.tanh(fits / 2)
     if not commands:
         return replace(no_command(confidence), heard=free_text)

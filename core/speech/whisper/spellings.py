@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from core.commands import VOCABULARY
+from core.commands.stop_moving import SOUGHT_STOP_PHRASES
 from core.message import Array
 from core.speech.understanding.grammar import UNITS
 from core.speech.understanding.numbers import DIGITS, NUMBER, TEENS, TENS, read_number, write_number
@@ -53,7 +54,12 @@ class _SpellingBuilder:
         self.free: list[set[int]] = []  # places that are reached without a token
         self.begin, self.end = self._new(), self._new()
         last = self._new()
-        for pattern in (*(words for kind in VOCABULARY for words in kind.words), *own, *MISSPELT):
+        for pattern in (
+            *(words for kind in VOCABULARY for words in kind.words),
+            *own,
+            *MISSPELT,
+            *SOUGHT_STOP_PHRASES,
+        ):
             self._write_sentence(pattern, self.begin, last)
         self._skip(last, self.end)
         for mark in ENDS:

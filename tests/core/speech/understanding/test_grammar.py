@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from core.commands import VOCABULARY, particulars, spec_of
@@ -127,6 +127,144 @@ def test_a_word_that_merely_resembles_stop_does_not_stop(words: str) -> None:
     assert isinstance(heard, Refusal) or heard.name == "start"
 
 
+STOPS = """stop|stopp|stoppp|stops|stopping|stopstop|stop stop|stop it|stooop|S.T.O.P.|s t o p|s-t-o-p
+e-stop|estop|STOP!!|please stop|emergency stop|halt|HALT!|halt halt|halt now|please halt|robot, halt|wait
+wait!|wait, wait|no wait|wait a second|wait please|freeze|Freeze!|hold|hold on|hold it|hold still|no|No!
+no, no, no|nope|no stop|oh no|cancel|cancel that|cancel it|abort|abort that|don't move|don’t move|dont move
+do not move|don't go|brake|brakes|break|pause|quit|enough|cease|stay|stay there|stand still|whoa|okay, hold on
+hey, wait|robot wait|ｈａｌｔ|“halt”|wait…"""
+
+
+@pytest.mark.parametrize("words", STOPS.replace("\n", "|").split("|"))
+@pytest.mark.parametrize("spoken", [False, True])
+def test_a_word_that_means_stop_stops(words: str, spoken: bool) -> None:
+    heard = understand(words, spoken=spoken)
+    assert isinstance(heard, Command) and heard.name == "stop_moving"
+
+
+ABOUT_STOPS = """wait for me|wait for the bus|the waiter waits|halt the robot|freeze right there|don't turn left
+no left|never turn left|robot, don't continue 2 meters|hold the door|cancel the meeting|stopped|unstoppable
+hault|frezze|cancle|wiat|stpo|sotp|shop|that's enough|whoa there|Wait, what?|not now|no problem"""
+
+
+@pytest.mark.parametrize("words", ABOUT_STOPS.replace("\n", "|").split("|"))
+def test_where_stop_may_be_meant_nothing_else_is_offered_and_talk_is_no_stop(words: str) -> None:
+    heard = understand(words)
+    if words == "unstoppable":
+        assert isinstance(heard, Refusal) and heard.suggestions[0] == "stop moving"
+    else:
+        assert isinstance(heard, Refusal) and heard.suggestions == ("stop",)
+
+
+def test_the_first_offer_for_unknown_words_is_stop() -> None:
+    for words in ("fly", "arrête", "nein", "basta", "", "x" * 200):
+        heard = understand(words)
+        assert isinstance(heard, Refusal) and heard.suggestions[0] == "stop moving"
+
+
+@pytest.mark.parametrize(
+    ("words", "metres"),
+    [
+        ("continue half a meter", 0.5),
+        ("continue a meter", 1.0),
+        ("continue two and a half meters", 2.5),
+        ("continue one and a half meter", 1.5),
+        ("continue 2 and a half m", 2.5),
+        ("continue 1,5 meters", 1.5),
+        ("continue 10,25m", 10.25),
+        ("continue 50 centimeters", 0.5),
+        ("continue fifty centimetres", 0.5),
+        ("continue two and a half centimeters", 0.025),
+        ("continue 29 centimeters", 0.29),
+    ],
+)
+def test_halves_commas_and_centimeters_are_read_exactly(words: str, metres: float) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Command) and heard.numbers == {"distance_m": metres}
+    again = understand(heard.heard_as)
+    assert isinstance(again, Command) and again.numbers == heard.numbers
+
+
+AMBIGUOUS = """three and a half hundred meters|continue three and a half hundred meters|continue 1,500 meters
+continue 1,000 meters|continue minus half a meter|continue -50 centimeters|continue half a meter and a half
+continue two and a half and a half meters|continue half two meters|continue a half two meters
+continue 1. 5 meters|continue 1, 5 meters|continue two point five, six meters|continue 2. meters
+continue 1.5 and a half meters|continue 2 cm|continue a hundred meters|continue −2 meters|continue –2 meters
+continue 2 feet|continue 2: meters|continue two half meters|continue 3000 centimeters
+continue half a centimeter|continue 99 metres|continue 2 millimeters|go to 30 and 1|go to 3,2|go to 3. and 2
+advance 50 meters|go straight for 10 seconds|drive 3 inches|drive 0.5 km|turn left 45 degrees
+turn left in 5 meters|go straight and turn left in 5 meters|drive 1-2 m|drive 2 to 3 meters|drive minus 2 m
+drive - 2 m|drive 1/2 m|drive 1'500 m|drive ½ m|drive 2½ m|drive 2 m 50 cm|drive 5 or 6 m
+drive two more kilometers|go to 3 - 2|continue one five|continue twenty two hundred|I want to drive 2 miles
+fly 2 meters|follow me 2 meters"""
+
+
+@pytest.mark.parametrize("words", AMBIGUOUS.replace("\n", "|").split("|"))
+def test_a_number_that_is_not_plainly_one_is_refused_and_no_offer_changes_it(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Refusal)
+    assert set(heard.suggestions) <= {"stop", "stop moving", "continue 0.02 meters", "stop at 2 and 3"}
+    assert "continue 0.02 meters" not in heard.suggestions or words == "continue 2 cm"
+
+
+NUMBERS_IN_WORDS = st.sampled_from(
+    ["2", "3.5", "1,5", "two", "two and a half", "half a", "a", "-1", "minus two", "1/2", "½"]
+)
+UNITS_IN_WORDS = st.sampled_from(
+    ["m", "meters", "cm", "centimeters", "mm", "km", "feet", "inches", "seconds", "percent", ""]
+)
+TURNS_OF_PHRASE = st.sampled_from(
+    [
+        "continue",
+        "contineu",
+        "drive",
+        "go forward",
+        "move ahead",
+        "go straight for",
+        "advance",
+        "turn left in",
+        "go to",
+    ]
+)
+ALL_METRES = {"2": 2, "3.5": 3.5, "1,5": 1.5, "two": 2, "two and a half": 2.5, "half a": 0.5, "a": 1}
+
+
+@given(
+    TURNS_OF_PHRASE,
+    NUMBERS_IN_WORDS,
+    UNITS_IN_WORDS,
+    st.sampled_from(["", " please", " back", " and 3", " more or less"]),
+)
+def test_what_moves_or_is_offered_has_the_number_of_the_words(
+    order: str, number: str, unit: str, behind: str
+) -> None:
+    assume(number != "a" or unit not in ("", "percent"))  # that is no number
+    heard = understand(f"{order} {number} {unit}{behind}")
+    offered = [understand(one) for one in heard.suggestions] if isinstance(heard, Refusal) else [heard]
+    for one in offered:
+        assert isinstance(one, Command)
+        if one.name == "continue":
+            value = ALL_METRES[number] / (100 if unit.startswith("c") else 1)
+            assert one.numbers["distance_m"] == pytest.approx(value, abs=1e-12)
+            assert unit in ("m", "meters", "cm", "centimeters", "") and not behind.startswith(
+                (" back", " and", " more")
+            )
+
+
+@pytest.mark.real_data
+def test_the_phrases_of_strangers_move_only_as_they_mean(shared_data: Path) -> None:
+    with (shared_data / "strangers/words/phr.tsv").open() as table:
+        rows = list(csv.reader(table, delimiter="\t"))
+    assert len(rows) > 200
+    for words, meant in rows:
+        heard = understand(words)
+        if isinstance(heard, Command) and heard.name != "stop_moving":
+            shown = f"{heard.name}({heard.numbers['distance_m']:g})" if "distance_m" in heard.numbers else heard.name
+            assert shown in meant.split("/"), words
+        else:
+            assert "reject" in meant.split("/"), words
+
+
 def test_a_goal_out_of_bounds_stops_and_says_why() -> None:
     heard = understand("stop at 99 and 1")
     assert isinstance(heard, Command)
@@ -150,7 +288,7 @@ def test_the_voice_has_tighter_bounds() -> None:
     assert heard.name == "stop_moving"
     refused = understand("continue seven meters", spoken=True)
     assert isinstance(refused, Refusal)
-    assert refused.suggestions == ("continue 5 meters",)
+    assert refused.suggestions == ()  # the nearest bound is another distance
 
 
 @pytest.mark.parametrize(
@@ -159,16 +297,13 @@ def test_the_voice_has_tighter_bounds() -> None:
         ("trun left", "turn left"),
         ("left turn", "turn left"),
         ("turn lef", "turn left"),
-        ("turn left 45 degrees", "turn left"),
-        ("stpo moving", "stop moving"),
-        ("continue 99 metres", "continue 20 meters"),
+        ("stpo moving", "stop"),
         ("continue 2", "continue 2 meters"),
-        ("continue 2 feet", "continue 1.5 meters"),
-        ("continue 1,5 meters", "continue 1.5 meters"),
-        ("continue -1 meters", "continue 1.5 meters"),
+        ("contineu 2 meters", "continue 2 meters"),
+        ("continue 1,5", "continue 1.5 meters"),
+        ("continue 50 cm", "continue 0.5 meters"),
         ("go back", "turn left"),
         ("go to", "stop at 1 and 0.5"),
-        ("go to 30 and 1", "stop at 1 and 0.5"),
         ("fly", "turn left"),
         ("", "turn left"),
     ],
@@ -187,7 +322,7 @@ def test_start_which_changes_nothing_is_never_suggested(words: str) -> None:
 
 
 def test_every_suggestion_is_understood() -> None:
-    for words in ["fly", "", "x" * 200, "turn", "continue", "continue 99 m", "go to 1", *OTHER_WORDS]:
+    for words in ["fly", "", "x" * 200, "turn", "continue", "continue 9", "go to 1 2", "wiat", *OTHER_WORDS]:
         heard = understand(words)
         assert isinstance(heard, Refusal)
         assert heard.suggestions
@@ -326,17 +461,8 @@ def test_stop_with_marks_that_leave_a_doubt_stops(words: str) -> None:
 @pytest.mark.parametrize(
     ("words", "suggestion"),
     [
-        ("continue 1,5 meters", "continue 1.5 meters"),
-        ("continue 1, 5 meters", "continue 1.5 meters"),
-        ("continue two point five, six meters", "continue 1.5 meters"),
-        ("continue 2. meters", "continue 1.5 meters"),
-        ("continue 1,000 meters", "continue 1.5 meters"),
-        ("continue \u22122 meters", "continue 1.5 meters"),
-        ("continue \u20132 meters", "turn left"),
         ("go to 3, 2", "stop at 3 and 2"),
         ("go to (3, 2)", "stop at 3 and 2"),
-        ("go to 3,2", "stop at 1 and 0.5"),
-        ("go to 3. and 2", "stop at 1 and 0.5"),
         ("turn left?", "turn left"),
         ("turn left...", "turn left"),
         ("“turn left…”", "turn left"),
@@ -366,6 +492,7 @@ def test_a_pause_at_the_end_of_a_word_never_changes_a_command(
     marked = " ".join(
         word + ("" if word == "stop" else pause) for word, pause in zip(words, pauses, strict=False)
     ).format(**written)
+    marked = re.sub(" ?:(?= m)", "", marked)  # "2: meters" may be a time
     heard, plain = understand(marked), understand(pattern.format(**written))
     assert isinstance(heard, Command) and isinstance(plain, Command)
     assert (heard.numbers, heard.heard_as) == (plain.numbers, plain.heard_as)
@@ -476,7 +603,8 @@ def test_what_people_really_said_never_moves_the_robot(shared_data: Path) -> Non
         ("go 2.5 meters straight ahead", "continue 2.5 meters"),
         ("drive 3 m", "continue 3 meters"),
         ("forward", "continue 1.5 meters"),
-        ("advance 50 meters", "continue 1.5 meters"),
+        ("go forward two and a half", "continue 2.5 meters"),
+        ("drive 2 cm", "continue 0.02 meters"),
     ],
 )
 def test_who_says_forward_is_offered_continue(words: str, offered: str) -> None:

@@ -52,7 +52,7 @@ def test_own_phrases_are_commands_with_the_bounds_of_commands(file):
     [
         ('turn_left = ["turn light"]', "turn right"),
         ('follow_me = ["come ear"]', "come here"),
-        ('continue = ["stop {distance_m} meters"]', "the word stop"),
+        ('continue = ["stop {distance_m} meters"]', "always stops"),
         ('come_here = ["over yonder"]\nfollow_me = ["over younger"]', "over yonder"),
         ('stop_moving = ["come"]', "“come” (come_here)"),
     ],
