@@ -56,7 +56,8 @@ class Gate:
         self._trips = 0
         self._ticked: float | None = None
         self._set_at = -math.inf  # when `_twist` was last set
-        self._seen = self._heard = -math.inf
+        self._seen = self._heard = -math.inf  # [s]: when what was seen was measured; when the robot was last heard of
+        self._age, self._untimely = 0.0, (0.0, -math.inf)  # [s] of the newest scan; of one left out for it, and when
         self._contact, self._contact_side, self._side = False, 0.0, 0.0
 
     # what is asked
@@ -113,10 +114,21 @@ class Gate:
 
     # what is known
 
-    def see(self, points: Sequence[Sequence[float]], now: float, field: float = math.pi) -> None:
-        """Take near scan points (x, y) [m], robot frame, up to `field` [rad] to either side; the scan is fresh."""
-        self._guard.see(points, field)
-        self._seen = self._heard = now
+    def see(self, points: Sequence[Sequence[float]], now: float, field: float = math.pi, age: float = 0.0) -> None:
+        """Take near scan points (x, y) [m], robot frame, up to `field` [rad] to either side, measured `age` [s] ago.
+
+        What is seen is dated by its measurement: it counts until `limits.scan_age` from then.
+        """
+        self._heard = now
+        if age > self.limits.scan_age:
+            self.see_untimely(age, now)
+            return
+        self._guard.see(points, field, age)
+        self._seen, self._age = max(self._seen, now - max(age, 0.0)), max(age, 0.0)
+
+    def see_untimely(self, age: float, now: float) -> None:
+        """Take that the newest scan is `age` [s] old, or stamped so far ahead (< 0): too much to drive by."""
+        self._untimely = age, now
 
     def touch(self, contact: bool, now: float) -> None:
         """Take the bumper's state; the robot is alive. A new contact trips; only the other direction leads out."""
@@ -185,9 +197,21 @@ class Gate:
             return GATE_LATE
         if silence := self._deadman.trouble(accepted.arrived, now):
             return silence
-        if now - self._last_sign > BLIND and math.isfinite(self._last_sign):
-            return "no scan comes" if self.limits.guard else "the robot is silent"
+        if self._untimely_age(now) > BLIND or BLIND < now - self._last_sign < math.inf:
+            return self._blindness(now) or "no scan comes" if self.limits.guard else "the robot is silent"
         return ""
+
+    def _untimely_age(self, now: float) -> float:
+        """Age [s] of the scans that come and are left out for it; 0: none is."""
+        age, at = self._untimely
+        return age if self._seen < at and now - at <= BLIND and self.limits.guard else 0.0
+
+    def _blindness(self, now: float) -> str:
+        """Why the scans that come are not driven by, in words; "" where none comes."""
+        age = self._untimely_age(now)
+        if age < 0.0:
+            return f"the laser's stamps lie {-age:.1f} s ahead"
+        return f"the laser is {age:.1f} s late" if age > 0.0 else ""
 
     @property
     def _last_sign(self) -> float:
@@ -199,14 +223,13 @@ class Gate:
         if self._accepted is None:
             return Permitted(ZERO)
         if now - self._last_sign > self.limits.scan_age:
-            return Permitted(
-                ZERO, 0.0, None, "waiting for a fresh scan" if self.limits.guard else "the robot is silent"
-            )
+            waits = self._blindness(now) or "waiting for a fresh scan"
+            return Permitted(ZERO, 0.0, None, waits if self.limits.guard else "the robot is silent")
         wanted = self._accepted.twist
         if self._contact and wanted.v * self._contact_side > 0.0:
             return Permitted(ZERO, 0.0, None, "the bumper touches something: drive away from it")
         limits = self.limits
-        cap = speed_cap(limits, self._accepted.age)
+        cap = speed_cap(limits, max(self._accepted.age, self._age))
         if limits.guard and wanted.v < 0.0:
             cap = min(cap, self._guard.backing_speed)
         wanted = wanted.clamped(cap, limits.max_turn_rate)

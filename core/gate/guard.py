@@ -10,7 +10,8 @@ from core.gate.limits import Limits, is_number
 from core.gate.twist import ZERO, Twist
 
 HORIZON = 1.5  # [m] up to which points are given; farther away, nothing is known to be free
-REACTION = 0.2  # [s] from a point's appearance to slower wheels: a turn of the laser, its way here, a tick
+REACTION = 0.2  # [s] from a point's appearance to slower wheels: a turn of the laser, its way here, a tick …
+ON_THE_WAY_S = 0.1  # [s] … of which its way here, at least; a scan that is older adds what it is older by
 TOUCH = 0.005  # [m] around the body that count as touching
 GRAZE_SPEED = 0.1  # [m/s] past something that is within the margin at the side
 CRAWL = 0.01  # [m/s] under which it is better to stand
@@ -44,14 +45,15 @@ class ObstacleGuard:
         self._moved = (0.0, 0.0, 0.0)  # x, y [m], heading [rad] since the points were seen
         self._rolled = 0.0  # [s]
         self._field = math.pi  # [rad]
+        self._reaction = REACTION  # [s]
 
     @property
     def backing_speed(self) -> float:
         """The most [m/s] that is good backwards: little where nothing looks that way."""
         return BACKING_SPEED if self._field < math.pi else math.inf
 
-    def see(self, points: Sequence[Sequence[float]], field: float = math.pi) -> None:
-        """New near points (x, y) [m], robot frame, by a laser that looks `field` [rad] to either side.
+    def see(self, points: Sequence[Sequence[float]], field: float = math.pi, age: float = 0.0) -> None:
+        """New near points (x, y) [m], robot frame, `age` [s] old, by a laser that looks `field` [rad] to either side.
 
         Anything but a pair of finite numbers is left out. A point that was seen before and is out of sight now still
         counts for a while.
@@ -66,6 +68,7 @@ class ObstacleGuard:
         self._points = (*seen, *(point for point, _ in kept))
         self._until = (*([self._rolled + MEMORY] * len(seen)), *(until for _, until in kept))
         self._moved, self._field = (0.0, 0.0, 0.0), field
+        self._reaction = REACTION + max(age - ON_THE_WAY_S, 0.0)
 
     def roll(self, twist: Twist, elapsed: float) -> None:
         """Move the points by `elapsed` seconds of this twist."""
@@ -122,7 +125,7 @@ class ObstacleGuard:
 
     def _stoppable(self, way: float) -> float:
         """The speed [m/s] that comes to rest within `way` [m]: v·T + v²/(2a) = way."""
-        reach = self._limits.max_acceleration * REACTION
+        reach = self._limits.max_acceleration * self._reaction
         return math.sqrt(reach * reach + 2 * self._limits.max_acceleration * max(way, 0.0)) - reach
 
 

@@ -144,7 +144,9 @@ class GateLoop:
             if self._simulated is not None and report.stamp is not None:
                 self._simulated.report(report.stamp, time.monotonic())
             if report.points is not None:
-                self._gate.see(report.points, now, report.field)
+                self._gate.see(report.points, now, report.field, report.age or 0.0)
+            elif report.age is not None:
+                self._gate.see_untimely(report.age, now)
             self._gate.touch(report.contact, now)
         if not there:
             self._selector.unregister(self._driver)

@@ -77,6 +77,7 @@ class DriverReport:
     points: Sequence[Sequence[float]] | None  # (N, 2) [m], robot frame: near scan points; None: no new scan
     field: float  # [rad] to either side that the scan covers
     stamp: float | None = None  # [s] of the frame, robot's clock; None: a real robot, whose clock is not looked at
+    age: float | None = None  # [s] of the scan by its stamp; without points: of one left out for it, < 0: ahead
 
 
 def read_request(packet: Packet) -> GateRequest | None:
@@ -91,12 +92,13 @@ def read_request(packet: Packet) -> GateRequest | None:
 
 def read_report(packet: Packet) -> DriverReport:
     """A packet of the driver → what it reports; a part that is not of its form counts as left out."""
-    points, field, stamp = packet.get("points"), packet.get("field"), packet.get("stamp")
+    points, field, stamp, age = (packet.get(name) for name in ("points", "field", "stamp", "age"))
     return DriverReport(
         contact=packet.get("contact") is True,
         points=points if isinstance(points, list) else None,
         field=float(field) if is_number(field) else math.pi,
         stamp=float(stamp) if is_number(stamp) else None,
+        age=float(age) if is_number(age) else None,
     )
 
 

@@ -46,6 +46,8 @@ AGAIN = "The robot was somewhere else than it believed, and knows its place agai
 BLIND = (
     "This robot has neither odometry nor a laser, so how far it goes cannot be known: it can be driven by hand alone."
 )
+NO_ODOMETRY = "No odometry comes in time from the base, so how far the robot goes is not known; it waits."
+MAX_WAIT_S = 2.0  # [s] that a command waits for odometry
 NOTHING_YET = "There is no map yet; drive a little first."
 
 
@@ -209,6 +211,8 @@ class Pilot:
         command = accepted.command
         if command.said is None or spec_of(command.name).target != "person":
             return accepted
+        if self._sensors.untimely("microphones"):
+            return replace(accepted, command=replace(command, call=None, others=()))
         sure = self._settings.person_following.sure
         heard = tuple(one for one in self._hearing.heard_in(*command.said) if one.sd <= sure)
         if not heard:
@@ -251,12 +255,23 @@ class Pilot:
         """Return the twist to ask of the gate."""
         if self._executor.active_command is None:
             return ZERO
+        if self._waits_for_odometry(frame.stamp):
+            return self._executor.only_turn(0.0, NO_ODOMETRY, frame.stamp - self._stamp)
         lost = self._mapper.lost
         if lost is not None and self._needs_a_place:
             return self._executor.only_turn(self._mapper.turn, lost.words, frame.stamp - self._stamp)
         waits = self._mapper.looking_around and self._profile.drives
         wait_for = LOOKING_AROUND if waits else ""
         return self._executor.drive(self._surroundings(frame, motion, pose), wait_for)
+
+    def _waits_for_odometry(self, stamp: float) -> bool:
+        """Return whether a command that moves waits for odometry; one that has waited for too long ends."""
+        doing, since = self._executor.active_command, self._sensors.blind_since
+        if since is None or doing is None or not spec_of(doing.name).moves:
+            return False
+        if stamp - since > MAX_WAIT_S:
+            self._executor.end("failed", NO_ODOMETRY)
+        return True
 
     @property
     def _needs_a_place(self) -> bool:
@@ -278,9 +293,9 @@ class Pilot:
             planner=self._planner,
             steering=self._settings.steering,
             wall=self._settings.wall,
-            image=frame.image,
+            image=None if self._sensors.untimely("camera") else frame.image,
             camera=self._vision.camera,
-            call=self._hearing.call,
+            call=None if self._sensors.untimely("microphones") else self._hearing.call,
             company=self._settings.person_following,
             people=self._settings.people,
             tracking=self._settings.tracking,
@@ -338,7 +353,7 @@ class Pilot:
             alone = sum(other.kind == status.kind for other in self._sensor_status) == 1
             cause = f"silent {status.kind} {status.name}"
             lost = status.state == "lost" and not self._repeats.hangs(status.kind, status.name)
-            trouble = loss(status, alone) if lost else ""
+            trouble = loss(status, alone) if lost else self._sensors.untimely(status.kind, status.name)
             self._notices.watch(frame.stamp, cause, trouble, "error", recovery(status, alone))
 
     def _publish(

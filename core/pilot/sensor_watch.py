@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 
 from core.robots import Profile
-from core.sensors import SensorFrame
+from core.sensors import Fault, SensorFrame
+from core.sensors.checks import MAX_AGE_S, time_fault
 from core.snapshot import SensorKind, SensorState, SensorStatus
 
 STALE, LOST = 3.0, 6.0  # periods without a reading …
 STALE_AT_LEAST, LOST_AT_LEAST = 0.25, 0.5  # [s] … and no sooner than this
+STEERING_PERIODS = 1.5  # of slow odometry, over which it is carried on before nothing is steered by it
 ANY_FRAME = 10.0  # [Hz] at which sound has to come, though it comes with every frame, and wheels of unknown rate
 
 
@@ -27,6 +29,15 @@ class SensorWatch:
                 self._rates |= {("microphones", array.name): ANY_FRAME for array in profile.arrays[:1]}
         self._newest = dict.fromkeys(self._rates, start)
         self._stamp = start
+        self._drives, self._has_odometry = profile.drives, profile.odometry
+        self._steered = False  # odometry has come
+        self._untimely: dict[SensorKind, dict[str, Fault]] = {}  # by name: whose newest reading was not of its time
+        self.blind_since: float | None = None  # [s] since when odometry that came before is too old to steer by
+
+    def untimely(self, kind: SensorKind, name: str | None = None) -> str:
+        """Why the newest reading of a sensor (None: of any of its kind) steers nothing, a sentence; "": it may."""
+        found = self._untimely.get(kind, {})
+        return next((fault.sentence for own, fault in found.items() if name in (None, own)), "")
 
     def update(self, frame: SensorFrame) -> tuple[SensorStatus, ...]:
         """Take one frame → the status of every sensor."""
@@ -43,11 +54,34 @@ class SensorWatch:
             if here[kind] in ("", name):
                 self._newest[kind, name] = frame.stamp
         self._update_wheels(frame)
+        if self._drives:
+            self._date(frame)
         return tuple(self._status(kind, name) for kind, name in self._rates)
+
+    def _date(self, frame: SensorFrame) -> None:
+        """Compare the stamps of what came with this frame's."""
+        scan, image, sound = frame.scan, frame.image, frame.sound
+        if scan is not None:
+            self._judge("laser", "scan", scan.laser, scan.oldest, scan.newest)
+        if image is not None:
+            self._judge("camera", "picture", image.camera, image.stamp, image.stamp)
+        if sound is not None:
+            self._judge("microphones", "sound", "", sound.newest, sound.newest)
+
+    def _judge(self, kind: SensorKind, subject: str, name: str, oldest: float, newest: float) -> None:
+        name = name or next((own for known, own in self._rates if known == kind), "")
+        found = time_fault(subject, name or f"the {kind}", self._stamp, oldest, newest)
+        self._untimely.setdefault(kind, {}).pop(name, None)
+        if found is not None:
+            self._untimely[kind][name] = found
 
     def _update_wheels(self, frame: SensorFrame) -> None:
         """Carried wheels are as old as their reading; the quickest they came is their rate."""
         wheels, known = frame.wheels, self._rates.get(("wheels", ""))
+        if self._has_odometry and self._steered:
+            old = wheels is None or wheels.age > max(MAX_AGE_S, STEERING_PERIODS / (wheels.rate or ANY_FRAME))
+            self.blind_since = None if not old else frame.stamp if self.blind_since is None else self.blind_since
+        self._steered = self._steered or wheels is not None
         if wheels is None or known is None:
             return
         self._newest["wheels", ""] = frame.stamp - wheels.age
@@ -59,7 +93,7 @@ class SensorWatch:
         state: SensorState = "live"
         if age > max(LOST / rate, LOST_AT_LEAST):
             state = "lost"
-        elif age > max(STALE / rate, STALE_AT_LEAST):
+        elif age > max(STALE / rate, STALE_AT_LEAST) or self.untimely(kind, name):
             state = "stale"
         return SensorStatus(kind=kind, name=name, state=state, age=age, rate=rate)
 

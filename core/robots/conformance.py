@@ -26,6 +26,7 @@ from core.robots.frame_sender import resting_rate
 from core.robots.process import TIMEOUT
 from core.robots.requests import SetListening
 from core.sensors import SensorFrame
+from core.sensors.checks import MAX_AGE_S
 
 SPEED, DRIVING = 0.02, 1.0  # [m/s], [s]: what the robot is asked to do
 STANDING = 0.25 * SPEED  # [m/s] below which it stands
@@ -35,7 +36,8 @@ READINGS = 12  # of the slowest sensor that are waited for
 LONGEST = 12.0  # [s] of measuring
 SLOWER, FASTER = 0.8, 1.25  # times the rate of the profile that a sensor may have
 FRAME_SHARE = 0.8  # of the frames that must come
-FUTURE, OLD = 0.010, 0.5  # [s] by which a stamp may lead, and which age a reading may have
+FUTURE = 0.010  # [s] by which a stamp may lead
+PUNCTUAL_SHARE = 0.9  # of the readings that must be there within `MAX_AGE_S` of their stamps
 STOPPING = 0.5  # [s] from a request to a base that stands
 LOST_WITHIN, BACK_WITHIN = 15.0, 30.0  # [s] after the link was cut, and after it was restored
 LETTING_GO = 2.0  # [s] that threads and sockets may take to end
@@ -209,12 +211,15 @@ class Suite:
         self._check_ages(one)
 
     def _check_ages(self, one: SensorSeries) -> None:
-        first, typical = min(one.ages), float(np.median(one.ages))
-        passed = first >= -FUTURE and typical <= OLD
+        first, typical = min(one.ages), float(np.quantile(one.ages, PUNCTUAL_SHARE))
+        passed = first >= -FUTURE and typical <= MAX_AGE_S
         ahead = (
             f"Stamps lie {-1000 * first:.0f} ms in the future; stamp every reading with readings.now() as it comes."
         )
-        late = f"Readings are {1000 * typical:.0f} ms old when they come; look for a slow link or a queue on the way."
+        late = (
+            f"Readings are {1000 * typical:.0f} ms old when they come, and nothing is driven by one older than "
+            f"{1000 * MAX_AGE_S:.0f} ms; look for a slow link, a queue on the way or a clock that was set."
+        )
         figure = typical if first >= -FUTURE else first
         self.add(f"{one.name} age", passed, 1000 * figure, "ms", late if first >= -FUTURE else ahead)
 
@@ -406,7 +411,7 @@ def series_of(read: Sequence[SensorFrame], profile: Profile) -> list[SensorSerie
     found: list[SensorSeries] = []
     for number, laser in enumerate(profile.lasers):
         mine = [(frame, scan) for frame, scan in scans if scan.laser == laser.name or not (scan.laser or number)]
-        ages = [frame.stamp - float(scan.times[-1]) for frame, scan in mine]
+        ages = [frame.stamp - scan.newest for frame, scan in mine]
         found.append(
             SensorSeries(laser.name, laser.rate, f"lasers.{laser.name}", [scan.stamp for _, scan in mine], ages)
         )

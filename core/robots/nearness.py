@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,13 +13,24 @@ from core.gate.guard import HORIZON
 from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks.deskew import deskew
-from core.sensors import Laser, Scan, SensorFrame
+from core.sensors import Laser, Scan, SensorFrame, Wheels
+from core.sensors.checks import MAX_AGE_S, MAX_LEAD_S
 
 SECTOR = math.radians(2.0)  # one point each
 READABLE = 0.1  # share of beams that must say something, even if it is "nothing there"
 REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs …
 RECENT = 0.2  # [s] for which what another laser saw counts
+PUNCTUAL_S = 0.05  # [s] of age until which the wheels' present twist says how far the robot went since a scan
+FORGOTTEN_S = 2.0  # [s] after which a laser that was late and is silent holds up the others no longer
 RESTED = 20  # … until another one comes, or it has stood for so many: the gate has given up by then
+
+
+class NearScan(NamedTuple):
+    """What the guard needs of a scan."""
+
+    points: list[tuple[float, float]]  # (x, y) [m], robot frame
+    field: float  # [rad] to either side of the front in which they are known
+    age: float  # [s] of the scan, by its stamp
 
 
 def near_points(scan: Scan, laser: Laser, frame: SensorFrame) -> list[tuple[float, float]]:
@@ -54,29 +68,79 @@ class NearField:
         self._first = lasers[0] if lasers else None
         self._freshness = {laser.name: Freshness() for laser in lasers}
         self._seen: dict[str, tuple[float, Pose, Array]] = {}  # stamp [s], odometry, points (N, 2) [m] of each laser
+        self._taken: dict[str, float] = {}  # when the newest scan of each laser was measured [s]
+        self._stamp = -math.inf  # [s] of the newest frame
+        self._rolled: deque[tuple[float, Pose]] = deque()  # stamp [s], odometry of the newest frames
+        self._untimely: dict[str, tuple[float, float]] = {}  # age [s] of a laser's newest scan, at this stamp [s]
 
-    def see(self, frame: SensorFrame, *, moving: bool) -> tuple[list[tuple[float, float]], float] | None:
-        """One frame → nearest points (x, y) [m] in the robot's frame and the field [rad] in which they are known.
+    @property
+    def untimely(self) -> float | None:
+        """The age [s] of the newest scan of a laser that is late; less than 0: it is stamped ahead; None: none is."""
+        return next((age for age, _ in self._untimely.values()), None)
+
+    def see(self, frame: SensorFrame, *, moving: bool) -> NearScan | None:
+        """One frame → nearest points (x, y) [m] in the robot's frame, the field in which they are known, their age.
 
         The newest scans of the other lasers count too, as far as they are recent. None: nothing new, or nothing that
-        can be believed.
+        can be believed: a laser that is blind, hangs or is late, and any other while one is late.
         """
+        self._roll(frame)
         scan = frame.scan
         if scan is None or self._first is None:
             return None
         laser = self._lasers.get(scan.laser, self._first)
-        if not self._freshness[laser.name].shows(scan, moving=moving):
+        timely = self._is_timely(scan, laser.name, frame.stamp)
+        if timely and scan.newest < self._taken.get(laser.name, -math.inf):
+            return None  # another overtook it
+        if not timely or not self._freshness[laser.name].shows(scan, moving=moving):
             self._seen.pop(laser.name, None)
             return None
+        self._taken[laser.name] = scan.newest
+        if self._untimely:
+            return None
         here = frame.wheels.odometry if frame.wheels is not None else Pose()
-        points = near_points(scan, laser, frame)
+        age = max(frame.stamp - scan.newest, 0.0)
+        seen = replace(scan, stamp=scan.stamp - max(scan.newest - frame.stamp, 0.0))
+        points = near_points(seen, laser, replace(frame, wheels=self._way(frame, age)))
         self._seen[laser.name] = frame.stamp, here, np.array(points).reshape(-1, 2)
         recent = {name: one for name, one in self._seen.items() if 0.0 <= frame.stamp - one[0] <= RECENT}
         for name, (_, there, others) in recent.items():
             if name != laser.name:
                 moved = (here.inverse() @ there).apply(others)
                 points += [(round(float(x), 4), round(float(y), 4)) for x, y in moved]
-        return points, field_of(*(self._lasers[name] for name in recent))
+        return NearScan(points, field_of(*(self._lasers[name] for name in recent)), age)
+
+    def _is_timely(self, scan: Scan, name: str, now: float) -> bool:
+        """Return whether a scan is neither older than a robot is driven by nor stamped ahead; NaN is neither."""
+        self._untimely.pop(name, None)
+        if scan.oldest - now <= MAX_LEAD_S and now - scan.newest <= MAX_AGE_S:
+            return True
+        if math.isfinite(scan.stamp):
+            self._untimely[name] = now - (scan.newest if scan.newest < now else scan.oldest), now
+        return False
+
+    def _roll(self, frame: SensorFrame) -> None:
+        """Note how far the wheels have rolled; a clock that ran backwards was reset."""
+        if frame.stamp < self._stamp:
+            self._rolled.clear()
+            self._taken.clear()
+        self._stamp = frame.stamp
+        if frame.wheels is not None:
+            self._rolled.append((frame.stamp, frame.wheels.odometry))
+        while self._rolled and frame.stamp - self._rolled[0][0] > MAX_AGE_S:
+            self._rolled.popleft()
+        for name, (_, at) in list(self._untimely.items()):
+            if not 0.0 <= frame.stamp - at <= FORGOTTEN_S:
+                del self._untimely[name]
+
+    def _way(self, frame: SensorFrame, age: float) -> Wheels | None:
+        """The wheels with the mean twist of the last `age` [s]: a robot that brakes came nearer than it now shows."""
+        then = next((one for one in self._rolled if one[0] >= frame.stamp - age), None)
+        if frame.wheels is None or then is None or age <= PUNCTUAL_S or frame.stamp <= then[0]:
+            return frame.wheels
+        elapsed, moved = frame.stamp - then[0], then[1].inverse() @ frame.wheels.odometry
+        speed = math.copysign(math.hypot(moved.x, moved.y), moved.x) / elapsed
+        return replace(frame.wheels, speed=speed, turn_rate=moved.heading / elapsed)
 
 
 class Freshness:

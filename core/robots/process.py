@@ -119,7 +119,9 @@ class DriverLoop:
             packet["stamp"] = frame.stamp
         near = self._near_field.see(frame, moving=self._twist.moves)
         if near is not None:
-            packet |= {"points": near[0], "field": near[1]}
+            packet |= near._asdict()
+        elif self._near_field.untimely is not None:
+            packet["age"] = self._near_field.untimely
         if self._has_gate and frame.running:
             send_packet(self._gate, packet)
 

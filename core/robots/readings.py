@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from core.geometry import Pose
 from core.sensors import Camera, Fault, Image, Laser, Scan, SensorFrame, Sound, Wheels
-from core.sensors.checks import are_finite, distinct, fault
+from core.sensors.checks import are_finite, distinct, fault, time_fault
 from core.sensors.microphones import joined
 
 SILENT = 0.5  # [s] over which a reading of the wheels is carried on to the frame; then nothing is known of them
@@ -79,7 +79,12 @@ class Readings:
         if not are_finite(odometry.x, odometry.y, odometry.heading, speed, turn_rate, stamp):
             self._leave_out("odometry.malformed", "", "a value is no finite number")
             return
+        if untimely := time_fault("odometry", "", self.now(), stamp, stamp):
+            self._find(untimely)
+            return
         with self._lock:
+            if self._here.wheels is not None and stamp < self._here.wheels[0]:
+                return  # another overtook it
             place = self._here.anchor @ odometry
             if self._here.wheels is None or _jumped(self._here.place, place, stamp - self._here.wheels[0]):
                 self._here.anchor = self._here.place @ odometry.inverse()
@@ -94,6 +99,8 @@ class Readings:
         if scan.malformation:
             self._leave_out("scan.malformed", name or "the laser", scan.malformation)
             return
+        if untimely := time_fault("scan", name or "the laser", self.now(), scan.oldest, scan.newest):
+            self._find(untimely, told=False)
         with self._lock:
             self._here.scans.append(replace(scan, laser=name))
 
@@ -185,13 +192,19 @@ class Readings:
             return frame
 
     def _leave_out(self, code: str, sensor: str, what: str) -> None:
-        """Say why a reading is left out: the first time, and again now and then while it lasts."""
+        """Say why a reading is left out."""
+        self._find(fault(code, sensor, what=what))
+
+    def _find(self, found: Fault, *, told: bool = True) -> None:
+        """Keep a fault; the operator is told the first time, and again now and then while it lasts.
+
+        Not `told`: the pilot tells by the frame.
+        """
         with self._lock:
-            now, said = self.now(), self._found.get((code, sensor))
+            now, said = self.now(), self._found.get((found.code, found.sensor))
             if said is None or now - said[0] >= FAULT_AGAIN_S:
-                found = fault(code, sensor, what=what)
-                self._found[code, sensor] = now, found
-                self._here.faults.append(found)
+                self._found[found.code, found.sensor] = now, found
+                self._here.faults += [found] * told
 
     def _carried(self, stamp: float) -> Wheels | None:
         """The wheels as they stand by now, if they went on as they were."""

@@ -31,7 +31,7 @@ from core.gate.twist import ZERO, Twist
 from core.geometry import Pose, arc
 from core.robots.byte_link import ByteLink, LinkAddress, link_address, open_link
 from core.robots.device import Base, Device, Equipment
-from core.robots.device_clock import DeviceClock
+from core.robots.device_clock import RESONATOR_DRIFT, DeviceClock
 from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
 
@@ -204,7 +204,7 @@ class SerialBase(Device):
         if self._equipment is None or self._equipment.base is None:
             return
         odometry = WheelOdometry(self._equipment.base.wheelbase or 0.1)
-        clock = self._clock = DeviceClock()
+        clock = self._clock = DeviceClock(RESONATOR_DRIFT)
         heard = time.monotonic()
         while time.monotonic() - heard < LOST_AFTER:
             for words in self._lines(LOST_AFTER / 10):

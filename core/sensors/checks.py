@@ -16,6 +16,9 @@ from typing import Literal
 import msgspec
 import numpy as np
 
+MAX_AGE_S = 0.3  # [s] of a reading by which a robot is driven; `Limits.scan_age` may be less
+MAX_LEAD_S = 0.1  # [s] by which its stamp may lie ahead
+
 Stage = Literal["form", "time", "limits", "agreement"]
 """form: shape, finite, units; time: age, order, clock; limits: the robot's own; agreement: between senses."""
 
@@ -227,6 +230,18 @@ def distinct(faults: Iterable[Fault]) -> tuple[Fault, ...]:
     for one in faults:
         newest[one.code, one.sensor] = one
     return tuple(newest.values())
+
+
+def time_fault(kind: str, sensor: str, now: float, oldest: float, newest: float) -> Fault | None:
+    """Return the fault of a reading taken from `oldest` to `newest` [s] that is there at `now`; None: it is timely.
+
+    `kind` is the subject of the codes: scan, odometry, picture, sound.
+    """
+    if oldest - now > MAX_LEAD_S:
+        return fault(f"{kind}.future", sensor, lead=f"{oldest - now:.1f}")
+    if now - newest > MAX_AGE_S:
+        return fault(f"{kind}.late", sensor, age=f"{now - newest:.1f}", used=True)
+    return None
 
 
 def are_finite(*values: object) -> bool:

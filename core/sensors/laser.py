@@ -61,8 +61,13 @@ class Scan:
         return self.stamp + self.time_step * np.arange(len(self.ranges))
 
     @property
+    def oldest(self) -> float:
+        """When the first of its beams was measured [s], on the robot's clock; it may be the leftmost one."""
+        return self.stamp + min(self.time_step, 0.0) * (len(self.ranges) - 1)
+
+    @property
     def newest(self) -> float:
-        """When its last beam was measured [s], on the robot's clock."""
+        """When the last of its beams was measured [s]."""
         return self.stamp + max(self.time_step, 0.0) * (len(self.ranges) - 1)
 
     @property

@@ -26,7 +26,7 @@ from core.recording.ros_frames import FrameTree, flat
 from core.recording.ros_pictures import VIEW, camera_model, raw_pixels
 from core.recording.scans import make_scan
 from core.robots.device import Base, Equipment
-from core.robots.device_clock import DeviceClock
+from core.robots.device_clock import SET_BACK_S, DeviceClock
 from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
 from core.robots.ros.findings import Traffic, roles_of
@@ -43,7 +43,7 @@ ZEROS = 5  # messages that say zero, then silence: someone else may drive
 ZERO_PERIOD = 0.02  # [s] between them
 LOCK_PERIOD = 0.1  # [s] of the lock's heartbeat
 
-SAME_CLOCK = 5.0  # [s] by which stamps of one clock differ at most
+SAME_CLOCK = 10.0  # [s] by which stamps of one clock differ at most: by more, no lag is told from another clock
 MOST_CLOCKS = 8
 AUDIO_RATE = 16_000  # [Hz] of audio that does not say it
 SOUND_GAP = 0.1  # [s] by which a block of sound may come early or late and still follow the one before
@@ -52,24 +52,35 @@ SCAN_PERIOD = 0.1  # [s] of a laser that does not say it
 
 
 class RosClocks:
-    """Stamps on the robot's computers' clocks → the console's. Topics whose stamps agree share one clock."""
+    """Stamps on the robot's computers' clocks → the console's. Topics whose stamps agree share one clock.
+
+    A topic stays with its clock, however late its messages come, until its stamps step back or leap ahead.
+    """
 
     def __init__(self) -> None:
         self._clocks: deque[DeviceClock] = deque(maxlen=MOST_CLOCKS)
         self._users: dict[str, DeviceClock] = {}  # topic → the clock of its newest stamp
+        self._newest: dict[str, tuple[float, float]] = {}  # topic → its newest stamp, and when that was received [s]
 
     def stamp(self, topic: str, own: float, received: float) -> float:
         """A message's own stamp [s], 0 for none, and when it came → when it was measured."""
         if own <= 0 or not math.isfinite(own):
             return received
+        last, came = self._newest.get(topic, (math.inf, received))
+        if topic in self._users and last - SET_BACK_S <= own <= last + received - came + SAME_CLOCK:
+            clock = self._users[topic]
+        else:
+            clock = self._users[topic] = self._agreeing(own, received)
+        self._newest[topic] = own, received
+        return clock.stamp(own, received, topic)
+
+    def _agreeing(self, own: float, received: float) -> DeviceClock:
+        """The clock that a stamp is most likely of, or a new one."""
         for clock in self._clocks:
             if clock.offset is not None and abs(received - own - clock.offset) < SAME_CLOCK:
-                break
-        else:
-            clock = DeviceClock()
-            self._clocks.appendleft(clock)
-        self._users[topic] = clock
-        return clock.stamp(own, received)
+                return clock
+        self._clocks.appendleft(DeviceClock())
+        return self._clocks[0]
 
     @property
     def offsets(self) -> tuple[ClockOffset, ...]:

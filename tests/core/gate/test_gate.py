@@ -10,6 +10,7 @@ import pytest
 
 from core.gate import Gate, Limits, Setpoint
 from core.gate.freshness import REMEMBERED, InputIds
+from core.gate.setpoint import Source
 from core.gate.status import EXPIRED, TOO_BUSY, GateStatus
 from core.gate.trace import motion_after
 from tests.core.gate.bench import Bench
@@ -474,3 +475,65 @@ def test_what_was_stopped_is_remembered_within_bounds() -> None:
 def test_an_expired_nonce_is_said_as_what_it_means_to_the_operator() -> None:
     assert GateStatus(refused=EXPIRED).refused_because == TOO_BUSY
     assert GateStatus(refused="The robot is halted.").refused_because == "The gate refuses: The robot is halted."
+
+
+def test_what_is_seen_is_dated_by_its_measurement_not_by_its_arrival() -> None:
+    bench = Bench()
+    bench.scans = False
+    for _ in range(100):
+        bench.gate.see([], bench.now, age=0.25)
+        bench.hold("jog", 0.2, seconds=0.04)
+    assert bench.speed == pytest.approx(0.2)
+    stood = bench.now
+    while bench.speed:
+        bench.hold("jog", 0.2, seconds=0.02)
+    assert bench.now - stood < bench.limits.scan_age - 0.25 + 0.05
+    assert bench.complaints() == []
+
+
+@pytest.mark.parametrize("source", ["jog", "goal"])
+@pytest.mark.parametrize(("age", "reason"), [(0.6, "the laser is 0.6 s late"), (-60.0, "stamps lie 60.0 s ahead")])
+def test_scans_that_are_late_or_stamped_ahead_let_nothing_move_and_say_so(
+    source: Source, age: float, reason: str
+) -> None:
+    bench = Bench()
+    bench.hold(source, 0.2, seconds=0.5)
+    assert bench.speed == pytest.approx(0.2)
+    bench.scans = False
+    for _ in range(10):
+        bench.gate.see_untimely(age, bench.now)
+        bench.hold(source, 0.2, seconds=0.08)
+    assert not bench.speed and reason in bench.gate.status().reason
+    assert bench.gate.status().trips == 0
+    bench.run(0.5)
+    bench.hold(source, 0.2, press=2, seconds=0.5)
+    assert not bench.speed
+
+
+@pytest.mark.parametrize("late_from_the_first", [True, False])
+def test_scans_that_are_more_than_a_second_late_trip_with_the_lateness(late_from_the_first: bool) -> None:
+    bench = Bench(armed=not late_from_the_first)
+    if late_from_the_first:
+        bench.gate = Gate(bench.limits, trace=bench.trace)
+        bench.gate.arm(1, "ann", bench.now)
+        bench.scans = False
+        bench.let_go()
+    bench.scans = False
+    for _ in range(15):
+        bench.gate.see_untimely(1.24, bench.now)
+        bench.hold("jog", 0.2, seconds=0.1)
+    status = bench.gate.status()
+    assert status.trips and not status.v
+    assert status.stopped_because == "The robot stopped by itself: the laser is 1.2 s late."
+
+
+def test_the_older_a_scan_the_farther_from_a_wall_the_robot_begins_to_brake() -> None:
+    speeds = list[float]()
+    for age in (0.0, 0.1, 0.2, 0.25):
+        bench = Bench()
+        bench.scans = False
+        for _ in range(50):
+            bench.gate.see([(0.24, 0.0)], bench.now, age=age)
+            bench.hold("jog", 0.3, seconds=0.02)
+        speeds.append(bench.speed)
+    assert speeds[0] == pytest.approx(speeds[1]) and speeds[1] > speeds[2] > speeds[3] > 0.05

@@ -72,10 +72,10 @@ def test_a_packet_of_another_form_is_no_request(packet: Packet) -> None:
     ("packet", "report"),
     [
         ({"contact": True}, DriverReport(True, None, math.pi)),
-        ({"contact": 1, "points": {}, "field": "wide"}, DriverReport(False, None, math.pi)),
-        ({"points": [[1, 2]], "field": 2}, DriverReport(False, [[1, 2]], 2.0)),
+        ({"contact": 1, "points": {}, "field": "wide", "age": "old"}, DriverReport(False, None, math.pi)),
+        ({"points": [[1, 2]], "field": 2, "age": 0}, DriverReport(False, [[1, 2]], 2.0, age=0.0)),
         ({"points": [], "field": True}, DriverReport(False, [], math.pi)),
-        ({"stamp": 7.5}, DriverReport(False, None, math.pi, 7.5)),
+        ({"stamp": 7.5, "age": -60.5}, DriverReport(False, None, math.pi, 7.5, -60.5)),
     ],
 )
 def test_a_part_of_a_report_that_is_not_of_its_form_counts_as_left_out(packet: Packet, report: DriverReport) -> None:

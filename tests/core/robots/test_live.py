@@ -15,7 +15,7 @@ from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.robots import Profile
 from core.robots.device import Base, Device, Equipment
-from core.robots.device_clock import DeviceClock
+from core.robots.device_clock import MAX_DRIFT, RESONATOR_DRIFT, DeviceClock
 from core.robots.live import LiveRobot
 from core.robots.readings import Readings
 from core.robots.requests import ReadTruth, SetListening
@@ -229,15 +229,31 @@ def test_a_clock_that_was_set_back_is_learnt_anew() -> None:
     assert clock.stamp(5.0, 2.0) == pytest.approx(2.0)
 
 
-def test_a_clock_that_was_held_up_is_followed_within_seconds() -> None:
+@pytest.mark.parametrize("growth", [1.0, 0.1, 0.003])
+def test_what_lags_behind_stays_late_however_slowly_it_came_to_it(growth: float) -> None:
+    rng, clock, late = np.random.default_rng(3), DeviceClock(), 0.0
+    for number in range(12_000):
+        received = 0.1 * number
+        lag = min(3.0, growth * max(received - 20.0, 0.0)) + float(rng.uniform(0.0, 0.05))
+        late = received - clock.stamp(1000.0 + received - lag, received)
+    assert 3.0 - 1200 * MAX_DRIFT - 0.05 < late < 3.06
+
+
+def test_a_clock_that_was_set_back_by_less_than_a_second_is_learnt_anew_at_once() -> None:
     rng, clock = np.random.default_rng(3), DeviceClock()
-    lag, late = 0.0, list[float]()
     for number in range(400):
         received = 0.1 * number
-        lag = 1.0 if received > 20 else 0.0  # the device's computer stood for a second
-        stamp = clock.stamp(received - lag - float(rng.uniform(0.0, 0.05)), received)
-        late.append(received - stamp)
-    assert max(late[:200]) < 0.06 and max(late[225:]) < 0.06
+        lag = 1.0 if received > 20 else 0.0
+        assert received - clock.stamp(received - lag - float(rng.uniform(0.0, 0.05)), received) < 0.06
+
+
+@pytest.mark.parametrize("drift", [-0.004, 0.004])
+def test_the_clock_of_a_microcontroller_is_followed(drift: float) -> None:
+    rng, clock = np.random.default_rng(3), DeviceClock(RESONATOR_DRIFT)
+    for number in range(2000):
+        true = 0.1 * number
+        stamp = clock.stamp(true * (1 + drift), true + float(rng.uniform(0.0, 0.02)))
+        assert abs(stamp - true) < 0.03
 
 
 @pytest.mark.parametrize("frozen", [3.0, 12.0])

@@ -10,8 +10,9 @@ import pytest
 
 from core.gate.guard import HORIZON
 from core.geometry import Pose
-from core.robots.nearness import RESTED, Freshness, NearField, field_of, near_points
+from core.robots.nearness import FORGOTTEN_S, RESTED, Freshness, NearField, field_of, near_points
 from core.sensors import Laser, Scan, SensorFrame, Wheels
+from core.sensors.checks import MAX_AGE_S, MAX_LEAD_S
 
 LASER = Laser()
 
@@ -135,7 +136,7 @@ def test_what_the_other_laser_saw_counts_for_a_moment_and_is_carried_along() -> 
         wheels = Wheels(odometry=Pose(x, 0.0, 0.0), speed=0.0, turn_rate=0.0)
         found = near.see(SensorFrame(stamp=stamp, scan=scan, wheels=wheels), moving=True)
         assert found is not None
-        return found
+        return found.points, found.field
 
     points, field = seen(BACK, 0.5, 0.0, 0.0)
     assert field == 0.0 and points == [(pytest.approx(-0.6, abs=0.002), pytest.approx(0.0, abs=0.002))]
@@ -144,3 +145,68 @@ def test_what_the_other_laser_saw_counts_for_a_moment_and_is_carried_along() -> 
     assert sorted(x for x, _ in points) == [pytest.approx(-0.62, abs=0.002), pytest.approx(0.9, abs=0.002)]
     points, field = seen(FRONT, 0.8, 0.3, 0.02)
     assert len(points) == 1 and field == pytest.approx(math.pi / 2, abs=0.01)
+
+
+AHEAD = Laser(beams=3, angle_min=-0.001, angle_step=0.001)
+
+
+def scan_ahead(distance: float, stamp: float, laser: str = "", noise: float = 0.0) -> Scan:
+    ranges = np.full(3, distance) + noise
+    return Scan(stamp=stamp, laser=laser, ranges=ranges, angle_min=-0.001, angle_step=0.001)
+
+
+@pytest.mark.parametrize("age", [0.0, 0.1, 0.29])
+def test_the_age_of_a_scan_goes_with_its_points(age: float) -> None:
+    near = NearField((AHEAD,)).see(SensorFrame(stamp=5.0, scan=scan_ahead(1.0, 5.0 - age)), moving=True)
+    assert near is not None and near.age == pytest.approx(age)
+
+
+@pytest.mark.parametrize("age", [MAX_AGE_S + 0.01, 1.2, 60.0, -MAX_LEAD_S - 0.01, -60.0])
+def test_a_scan_that_is_old_or_stamped_ahead_tells_nothing_but_its_age(age: float) -> None:
+    field = NearField((AHEAD,))
+    assert field.see(SensorFrame(stamp=100.0, scan=scan_ahead(1.0, 100.0 - age)), moving=True) is None
+    assert field.untimely == pytest.approx(age)
+    assert field.see(SensorFrame(stamp=100.1, scan=scan_ahead(1.0, 100.1, noise=0.01)), moving=True) is not None
+    assert field.untimely is None
+
+
+@pytest.mark.parametrize("stamp", [math.nan, math.inf, -math.inf])
+def test_a_scan_without_a_finite_stamp_tells_nothing(stamp: float) -> None:
+    assert NearField((AHEAD,)).see(SensorFrame(stamp=100.0, scan=scan_ahead(1.0, stamp)), moving=True) is None
+
+
+def test_a_scan_that_another_overtook_is_left_out_until_the_clock_is_reset() -> None:
+    field = NearField((AHEAD,))
+    assert field.see(SensorFrame(stamp=5.0, scan=scan_ahead(1.0, 4.95)), moving=True) is not None
+    assert field.see(SensorFrame(stamp=5.05, scan=scan_ahead(1.1, 4.9)), moving=True) is None
+    assert field.see(SensorFrame(stamp=0.1, scan=scan_ahead(1.2, 0.1)), moving=True) is not None
+
+
+@pytest.mark.parametrize("age", [0.1, 0.2, 0.29])
+def test_a_robot_that_brakes_is_nearer_than_its_late_scan_and_its_present_speed_say(age: float) -> None:
+    field, odometry, speed, seen = NearField((AHEAD,)), 0.0, 0.3, None
+    wall = 1.0
+    for tick in range(40):
+        stamp = 0.025 * tick
+        frame = SensorFrame(stamp=stamp, wheels=Wheels(odometry=Pose(odometry), speed=speed, turn_rate=0.0))
+        if stamp == pytest.approx(0.9):
+            then = 0.3 * min(stamp - age, 0.75)  # at full speed until 0.75 s, when it stood at once
+            seen = field.see(replace(frame, scan=scan_ahead(wall - then, stamp - age)), moving=True)
+        field.see(frame, moving=True)
+        speed = 0.3 if stamp < 0.75 - 1e-9 else 0.0
+        odometry += 0.025 * speed
+    assert seen is not None
+    assert min(x for x, _ in seen.points) == pytest.approx(wall - 0.3 * 0.75, abs=0.009)
+
+
+def test_while_one_of_two_lasers_is_late_nothing_is_known_until_it_is_silent_for_long() -> None:
+    rear = replace(AHEAD, name="rear", mounting=Pose(0.0, 0.0, math.pi))
+    field = NearField((AHEAD, rear))
+    known = list[float]()
+    for tick in range(60):
+        stamp, jitter = 0.1 * tick, 0.001 * tick
+        if tick < 20:
+            field.see(SensorFrame(stamp=stamp, scan=scan_ahead(1.0, stamp - 0.6, "laser", jitter)), moving=True)
+        if field.see(SensorFrame(stamp=stamp, scan=scan_ahead(1.0, stamp, "rear", jitter)), moving=True):
+            known.append(stamp)
+    assert known and min(known) == pytest.approx(1.9 + FORGOTTEN_S, abs=0.11)
