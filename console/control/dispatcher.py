@@ -337,7 +337,7 @@ class CommandDispatcher:
         tripped, self._trips = status.trips > self._trips, status.trips
         self._tripped = now if tripped else self._tripped
         older = [given for given in self._active.given() if now - given > SETTLED]
-        if not older or not status.refused:
+        if not older or not status.refused or status.holds:
             self._obeyed = now
         refuses = now - self._obeyed > SETTLED
         if (older and tripped) or (refuses and self._tripped > min(older)):

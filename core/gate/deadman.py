@@ -13,11 +13,17 @@ class Deadman:
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._beat = -math.inf
+        self._beat = self._steady_since = -math.inf
 
     def heartbeat(self, now: float) -> None:
         """Note that the console is alive."""
+        if self.console_silent(now):
+            self._steady_since = now
         self._beat = now
+
+    def steady_for(self, now: float) -> float:
+        """How long [s] the heartbeat has come without a break."""
+        return now - self._steady_since
 
     def expires(self, arrived: float) -> float:
         """Time [s] at which a setpoint that arrived then ends, unless a new one or a heartbeat comes."""

@@ -15,13 +15,15 @@ from core.gate.deadman import Deadman
 from core.gate.freshness import InputIds, Nonces
 from core.gate.guard import ObstacleGuard, Permitted
 from core.gate.limits import Limits, is_count, is_number, speed_cap
-from core.gate.setpoint import AcceptedSetpoint, Setpoint, Source
-from core.gate.status import EXPIRED, GATE_LATE, GateStatus, State
+from core.gate.setpoint import AcceptedSetpoint, HeldCommand, Setpoint, Source
+from core.gate.status import BUSY, EXPIRED, GATE_LATE, GateStatus, State
 from core.gate.trace import Event, TraceWriter
 from core.gate.twist import ZERO, Twist
 
 TICK = 0.02  # [s] between ticks
 LATE = 0.1  # [s] between ticks after which the gate does not trust itself
+HOLD_S = 2.0  # [s] for which a command waits that a busy computer does not steer
+STEADY_S = 0.2  # [s] of unbroken heartbeat before it goes on: a stop that waited in the console comes first
 BLIND = 1.0  # [s] without a scan after which standing becomes a trip
 
 
@@ -46,6 +48,7 @@ class Gate:
         self._remark = ""  # on the halt that is in force
         self._epoch, self._owner = 0, ""
         self._accepted: AcceptedSetpoint | None = None
+        self._held: HeldCommand | None = None
         self._twist = ZERO
         self._permitted = Permitted(ZERO)
         self._refused = ""
@@ -159,6 +162,7 @@ class Gate:
             blocked_by=permitted.point,
             need_neutral=self._need_neutral,
             trips=self._trips,
+            holds=self._held is not None,
             refused=self._refused,
         )
 
@@ -184,7 +188,12 @@ class Gate:
     def tick(self, now: float) -> Twist:
         """Advance by one tick, every 20 ms → the twist of the wheels."""
         if self._accepted is not None and (trouble := self._trouble(self._accepted, now)):
-            self._trip(trouble, now)
+            if self._accepted.source == "goal" and trouble in BUSY and now - (self._ticked or now) < HOLD_S:
+                self._hold(self._accepted.press, trouble, now)
+            else:
+                self._trip(trouble, now)
+        elif self._held is not None and now > self._held.until:
+            self._trip(self._held.reason, now)
         self._ticked = now
         self._set_twist(self._permit(min(max(now - self._set_at, 0.0), LATE), now), now)
         self._nonces.issue(now)
@@ -193,7 +202,9 @@ class Gate:
 
     def _trouble(self, accepted: AcceptedSetpoint, now: float) -> str:
         """Return why the setpoint in force must end, "" if it need not."""
-        if self._ticked is not None and not 0.0 <= now - self._ticked <= LATE:
+        if self._ticked is not None and now < self._ticked:
+            return "the gate's clock ran backwards"
+        if self._ticked is not None and now - self._ticked > LATE:
             return GATE_LATE
         if silence := self._deadman.trouble(accepted.arrived, now):
             return silence
@@ -265,7 +276,9 @@ class Gate:
         return self._obey(setpoint, age, now)
 
     def _rest(self, source: Source, after_stop: bool, now: float) -> str:
-        """Take a zero setpoint: no ramp, and the hand has let go."""
+        """Take a zero setpoint: no ramp, and the hand has let go; a command that was held is steered again."""
+        if source == "goal" and after_stop and self._may_resume(now):
+            self._held = None
         if source == "jog" and after_stop:
             self._need_neutral = False
         if self._accepted is not None and self._accepted.source == source:
@@ -292,9 +305,25 @@ class Gate:
             return over
         if source == "jog":
             self._presses.end("goal")
+        elif self._held is not None and self._held.press == press and not self._may_resume(now):
+            return "The console was silent: the command goes on when its heartbeat has come for a while."
+        self._held = None
         self._accepted = AcceptedSetpoint(Twist(setpoint.v, setpoint.w), source, press, now, age)
         self._reason = ""
         return ""
+
+    def _may_resume(self, now: float) -> bool:
+        """Return whether what was held may go on: whatever waited in the console, a stop too, was sent before."""
+        return self._deadman.steady_for(now) >= STEADY_S
+
+    def _hold(self, press: int, reason: str, now: float) -> None:
+        """Set zero; the command may go on with setpoints made from now on, unless anything else stops it."""
+        self._presses.end("jog")
+        self._held = HeldCommand(press, now + HOLD_S, reason)
+        self._accepted, self._need_neutral, self._reason = None, True, reason
+        self._set_twist(Permitted(ZERO), now)
+        self._nonces.mark(now)
+        self._write("hold", now)
 
     def _trip(self, reason: str, now: float) -> None:
         self._trips += 1
@@ -303,7 +332,7 @@ class Gate:
     def _stand(self, event: Event, reason: str, now: float) -> None:
         """Set zero; no earlier press moves the robot again; a new nonce separates later setpoints from earlier."""
         self._presses.end_all()
-        self._accepted = None
+        self._accepted = self._held = None
         self._set_twist(Permitted(ZERO), now)
         self._need_neutral = True
         self._reason = self._remark or "halted" if self._state == "halted" else reason

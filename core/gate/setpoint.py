@@ -40,3 +40,12 @@ class AcceptedSetpoint:
     press: int
     arrived: float  # [s]
     age: float  # [s] of its nonce when it arrived
+
+
+@dataclass(frozen=True)
+class HeldCommand:
+    """A command that stands because the computer was too busy to steer it, and may go on."""
+
+    press: int  # its id
+    until: float  # [s]
+    reason: str

@@ -37,6 +37,7 @@ class GateStatus:
     need_neutral: bool = False  # jogging begins with a zero setpoint
     trips: int = 0  # how often it stopped by itself
     latched: int = 0  # number of the newest halt that is on disk
+    holds: bool = False  # a command that a busy computer does not steer stands, and may go on
     refused: str = ""  # why the last setpoint was refused; "" when it was accepted
 
     @property

@@ -48,8 +48,8 @@ class LineWriter:
             self._file.close()
 
 
-Event = Literal["", "boot", "arm", "disarm", "stop", "halt", "reset", "trip"]
-EVENTS: tuple[Event, ...] = ("", "boot", "arm", "disarm", "stop", "halt", "reset", "trip")
+Event = Literal["", "boot", "arm", "disarm", "stop", "halt", "reset", "hold", "trip"]
+EVENTS: tuple[Event, ...] = ("", "boot", "arm", "disarm", "stop", "halt", "reset", "hold", "trip")
 QUIET = 500_000_000  # [ns] after which a row is written though nothing changed
 
 
@@ -132,8 +132,9 @@ def check(rows: Iterable[TraceRow], limits: Limits) -> list[str]:
     """A trace and the limits that were in force → what was wrong, in words; empty when everything was in order.
 
     Checks: speeds and their change within the limits; motion only while armed, under the armed lease, on the setpoint
-    of a hand or a command; none of a press that was stopped (stop, trip, halt, reset, arming, a restart) or, for a
-    command, overridden by a hand; a halt ends by a reset only; every event stands still; no gap while moving.
+    of a hand or a command; none of a press that was stopped (stop, trip, halt, reset, arming, a restart; by a hold
+    only a hand's) or, for a command, overridden by a hand; a halt ends by a reset only; every event stands still; no
+    gap while moving.
     """
     inspector = _Inspector(limits)
     for row in rows:
@@ -176,7 +177,7 @@ class _Inspector:
         elapsed = (row.t_mono_ns - last.t_mono_ns) * 1e-9 if last is not None else 0.0
         if elapsed < 0.0 and row.event != "boot":
             self._complain(row, "time ran backwards")
-        if elapsed > 1.2e-9 * QUIET and any(before) and row.event != "trip":
+        if elapsed > 1.2e-9 * QUIET and any(before) and row.event not in ("hold", "trip"):
             self._complain(row, f"nothing was noted for {elapsed:.2f} s while moving")
         for name, was, now, most in (
             ("speed", before[0], row.v, limits.max_acceleration),
@@ -192,8 +193,9 @@ class _Inspector:
             self._complain(row, f"it moves during {row.event!r}")
         if row.epoch < self._epoch and row.event != "boot":
             self._complain(row, "the epoch went back")
-        self._spent |= self._moved
-        self._moved.clear()
+        over = {moved for moved in self._moved if row.event != "hold" or moved[0] == "jog"}
+        self._spent |= over
+        self._moved -= over
         if row.event in ("disarm", "halt", "reset", "boot"):
             self._armed = None
         if row.event == "boot" and self._halted and row.state != "halted":

@@ -60,8 +60,9 @@ def test_silence_stops_within_the_deadman(bench: Bench, source: str) -> None:
     moving = motion_after(bench.rows, last)
     assert max(row.t_mono_ns for row in moving) * 1e-9 <= last + 0.25 + 1e-6
     status = bench.gate.status()
-    assert (status.trips, status.need_neutral) == (1, True)
+    assert (status.trips, status.holds, status.need_neutral) == (source == "jog", source == "goal", True)
     assert status.reason.startswith("silence")
+    bench.run(2.0)
     bench.hold(source, 0.3, seconds=0.5)  # type: ignore[arg-type]
     assert bench.speed == 0.0  # the press that was held through the trip is over
 
@@ -336,8 +337,7 @@ def test_a_late_tick_trips(bench: Bench) -> None:
 
 def test_a_command_that_a_busy_computer_ended_says_what_can_be_done(bench: Bench) -> None:
     bench.hold("goal", 0.3, seconds=0.5)
-    for _ in range(30):  # the console lives, and its orders do not come
-        bench.tick()
+    bench.run(2.5)  # the console lives, and its orders do not come
     status = bench.gate.status()
     assert status.trips == 1 and status.reason.startswith("silence")
     assert "too busy to steer" in status.stopped_because and "beckon doctor" in status.stopped_because
@@ -537,3 +537,88 @@ def test_the_older_a_scan_the_farther_from_a_wall_the_robot_begins_to_brake() ->
             bench.hold("jog", 0.3, seconds=0.02)
         speeds.append(bench.speed)
     assert speeds[0] == pytest.approx(speeds[1]) and speeds[1] > speeds[2] > speeds[3] > 0.05
+
+
+def held(bench: Bench, silent: float, *, beats: bool) -> None:
+    """A command under way, and a computer that does not come to steer it for so long [s]."""
+    bench.hold("goal", 0.2, press=7, seconds=1.0)
+    assert bench.speed == pytest.approx(0.2)
+    bench.beats = beats
+    bench.run(silent)
+    bench.beats = True
+    assert not bench.speed and not bench.gate.twist.moves
+
+
+@pytest.mark.parametrize("beats", [True, False])
+@pytest.mark.parametrize("silent", [0.3, 1.0, 1.9])
+def test_a_command_that_a_busy_computer_left_alone_goes_on_within_two_seconds(
+    bench: Bench, silent: float, beats: bool
+) -> None:
+    held(bench, silent, beats=beats)
+    assert bench.gate.status().holds and bench.gate.status().trips == 0
+    bench.hold("goal", 0.2, press=7, seconds=0.6)
+    assert bench.speed == pytest.approx(0.2) and not bench.gate.status().holds
+
+
+@pytest.mark.parametrize("beats", [True, False])
+def test_after_two_seconds_it_ends_with_the_sentence(bench: Bench, beats: bool) -> None:
+    held(bench, 2.6, beats=beats)
+    status = bench.gate.status()
+    assert (status.trips, status.holds, status.stopped_because) == (1, False, TOO_BUSY)
+    bench.hold("goal", 0.2, press=7, seconds=1.0)
+    assert not bench.speed
+
+
+STOPPED: list[Callable[[Bench], object]] = [
+    lambda bench: bench.gate.stop(bench.now),
+    lambda bench: bench.gate.halt(bench.now),
+    lambda bench: bench.gate.disarm(bench.now),
+    lambda bench: bench.gate.arm(2, "bob", bench.now),
+    lambda bench: bench.gate.wake(bench.now),
+    lambda bench: (bench.let_go(), bench.hold("jog", 0.1, press=1, seconds=0.2), bench.let_go()),
+    lambda bench: bench.hold("goal", 0.1, press=8, seconds=0.2),
+]
+
+
+@pytest.mark.parametrize("stopped", STOPPED)
+def test_a_command_that_waits_and_is_stopped_meanwhile_never_moves_again(
+    bench: Bench, stopped: Callable[[Bench], object]
+) -> None:
+    held(bench, 0.5, beats=True)
+    stopped(bench)
+    bench.run(0.1)
+    stood = bench.now
+    bench.hold("goal", 0.2, press=7, seconds=1.0)
+    assert not [row for row in motion_after(bench.rows, stood) if row.press == 7]
+
+
+def test_after_the_console_was_silent_a_stop_that_waited_in_it_comes_before_any_motion(bench: Bench) -> None:
+    held(bench, 1.0, beats=False)
+    thawed = bench.now
+    bench.hold("goal", 0.2, press=7, seconds=0.16)
+    bench.gate.stop(bench.now)
+    bench.hold("goal", 0.2, press=7, seconds=1.0)
+    assert motion_after(bench.rows, thawed) == []
+
+
+def test_a_setpoint_from_before_the_wait_does_not_end_it(bench: Bench) -> None:
+    bench.hold("goal", 0.2, press=7, seconds=1.0)
+    old = bench.order("goal", 0.2, 0.0, 7)
+    bench.run(0.3)
+    assert bench.gate.accept(old, bench.now) and bench.gate.status().holds
+
+
+def test_a_command_that_stands_by_itself_after_the_wait_does_not_fail(bench: Bench) -> None:
+    held(bench, 0.5, beats=True)
+    bench.hold("goal", 0.0, press=7, seconds=3.0)
+    assert bench.gate.status().trips == 0
+    bench.hold("goal", 0.2, press=7, seconds=0.6)
+    assert bench.speed == pytest.approx(0.2)
+
+
+def test_a_hand_never_goes_on_by_itself(bench: Bench) -> None:
+    bench.hold("jog", 0.2, seconds=1.0)
+    bench.run(0.3)
+    assert bench.gate.status().trips == 1
+    bench.hold("jog", 0.2, seconds=0.5)
+    assert not bench.speed

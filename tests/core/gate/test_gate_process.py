@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import os
@@ -18,7 +19,7 @@ from typing import Any
 
 import pytest
 
-from core.gate import Gate, Limits, Setpoint, check, read_trace
+from core.gate import Gate, Limits, Setpoint, check, process, read_trace
 from core.gate.latch import Latch
 from core.gate.packets import packet_pair, send_packet, take_packets
 from core.gate.process import GateLoop
@@ -188,6 +189,27 @@ def test_a_console_that_is_gone_is_answered_between_ticks(still: Still) -> None:
     still.hear()
     assert still.gate.status().reason == "the console is gone"
     assert [twist["v"] for twist in take_packets(still.body)[0]] == [0.0]
+
+
+@pytest.mark.parametrize("orphaned", [True, False])
+def test_a_gate_whose_parent_died_ends_though_another_holds_the_consoles_end_of_the_pipe(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, orphaned: bool
+) -> None:
+    parents = itertools.chain([7], itertools.repeat(1 if orphaned else 7))
+    monkeypatch.setattr(process, "ABSENT", 0.0)
+    monkeypatch.setattr(process, "FAREWELL", 0.0)
+    monkeypatch.setattr(process.os, "getppid", lambda: next(parents))
+    ends = *packet_pair(), *packet_pair()
+    gate = Gate(Limits())
+    thread = threading.Thread(target=GateLoop(gate, Latch(tmp_path), ends[1], ends[3]).run, daemon=True)
+    thread.start()
+    thread.join(5.0 if orphaned else 0.3)
+    assert thread.is_alive() is not orphaned
+    ends[0].close()
+    thread.join(5.0)
+    assert not thread.is_alive() and gate.status().reason == "the gate ends"
+    for end in ends[1:]:
+        end.close()
 
 
 def test_a_bump_is_answered_between_ticks(still: Still) -> None:

@@ -93,7 +93,7 @@ def test_a_part_that_does_not_come_back_stops_a_simulated_robot_within_its_own_t
     at.silent, moved = {part}, at.moved
     at.run(20.0)
     limits = Limits()
-    assert at.gate.status().trips == 1 and at.speed == 0.0
+    assert at.gate.status().holds and at.speed == 0.0
     assert at.moved - moved < 0.2 * (AHEAD + max(limits.deadman, limits.heartbeat) + 2 * PERIOD)
 
 
