@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import find_board
@@ -16,11 +19,12 @@ from core.calibration.files.mount_files import static_transform, urdf_joint
 from core.calibration.files.pictures import own_names, read_grey, size_words
 from core.calibration.files.scan_files import read_scans
 from core.calibration.files.written import write_all
-from core.calibration.laser import solve
-from core.calibration.laser.board_line import average
-from core.calibration.laser.planes import board_pose
+from core.calibration.laser import solve, suspicion
+from core.calibration.laser.board_line import MeanScan, average
+from core.calibration.laser.planes import BoardPose, board_pose
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.solve import LaserPose
+from core.calibration.laser.suspicion import Rival
 from core.calibration.mount import Mount
 from core.calibration.printed import equation_44
 from core.calibration.reports import (
@@ -36,10 +40,13 @@ from core.calibration.reports import (
 from core.errors import BadInput
 from core.message import Array
 from core.optics import CameraModel
+from core.sensors.checks import fault
 
 PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".pgm", ".ppm"}
 SCANS = {".pcd", ".csv"}
 MOST_FILES = 2000
+NUMBER, WORDS = re.compile(r"\d+"), re.compile(r"(\D*)(\d*)")
+SHIFTS = (-3, -2, -1, 1, 2, 3)  # places by which a list of scans may be off against the pictures
 
 Say = Callable[[str], None]
 
@@ -119,28 +126,79 @@ def calibrate_laser(
     say = say or _quiet
     model = read_camera(camera)
     board = board or board_in(camera)
-    pairs, background = _pairs(folder)
-    poses: list[LaserPose] = []
-    refused: list[RefusedPicture] = []
-    for picture, scans in pairs:
+    pairs, refused, background = _pairs(folder)
+    seen: list[tuple[int, BoardPose]] = []
+    scanned: list[MeanScan | None] = []
+    for number, (picture, scans) in enumerate(pairs):
         say(f"{picture.name}: looking for the board")
         try:
-            poses.append(laser_pose(picture.name, read_grey(picture)[0], *read_scans(scans), board, model))
+            scanned.append(average_scan(*read_scans(scans)))
+        except BadInput as wrong:
+            scanned.append(None)
+            refused.append({"image": picture.name, "reason": str(wrong)})
+            continue
+        try:
+            seen.append((number, _board_pose(read_grey(picture)[0], board, model)))
         except BadInput as wrong:
             refused.append({"image": picture.name, "reason": str(wrong)})
+    names = [picture.name for picture, _ in pairs]
+    poses = _paired(seen, names, scanned)
     empty = None if background is None or not poses else _background(background, poses)
     mount = None if height is None else Mount.measured(height)
     return mount_from(
-        poses, refused, board, model, empty, mount=mount, with_offset=with_offset, out=out, printed=printed
+        poses,
+        refused,
+        board,
+        model,
+        empty,
+        rivals=_other_pairings(seen, names, scanned, empty),
+        mount=mount,
+        with_offset=with_offset,
+        out=out,
+        printed=printed,
     )
 
 
-def laser_pose(name: str, grey: Array, bearings: Array, ranges: Array, board: Board, model: CameraModel) -> LaserPose:
-    """A picture (H, W) and scans (K, B) [m] at bearings (B,) [rad] of one still board. Raises BadInput."""
+def _paired(
+    seen: Sequence[tuple[int, BoardPose]], names: Sequence[str], scanned: Sequence[MeanScan | None]
+) -> list[LaserPose]:
+    """Boards seen in pictures, by number, with the scans (None: unreadable) of the same number."""
+    return [
+        LaserPose(name=names[number], board=pose, scan=scan)
+        for number, pose in seen
+        if (scan := scanned[number]) is not None
+    ]
+
+
+def _other_pairings(
+    seen: Sequence[tuple[int, BoardPose]],
+    names: Sequence[str],
+    scanned: Sequence[MeanScan | None],
+    background: Array | None,
+) -> list[Rival]:
+    """The same pictures with other scans: some earlier or later, or in reverse order."""
+    every = list(scanned)
+    shifted = [
+        (f"{abs(shift)} {'later' if shift > 0 else 'earlier'} in the list", every[shift:] + every[:shift])
+        for shift in SHIFTS
+        if abs(shift) < len(every) - 2
+    ]
+    return [
+        Rival("laser.other_pairing", what, tuple(_paired(seen, names, scans)), background)
+        for what, scans in (*shifted, ("at the same place from the end", every[::-1]))
+    ]
+
+
+def _board_pose(grey: Array, board: Board, model: CameraModel) -> BoardPose:
+    """A picture (H, W) of a board → its pose. Raises BadInput."""
     if grey.shape != (model.height, model.width):
         raise BadInput(f"it is {size_words(grey)}, the camera file is for {model.width}x{model.height}")
-    corners, _ = _corners(grey, board)
-    return LaserPose(name=name, board=board_pose(model, board, corners), scan=average(ranges, unit_rays(bearings)))
+    return board_pose(model, board, _corners(grey, board)[0])
+
+
+def average_scan(bearings: Array, ranges: Array) -> MeanScan:
+    """Scans (K, B) [m] of a still scene at bearings (B,) [rad] → their mean."""
+    return average(ranges, unit_rays(bearings))
 
 
 def mount_from(
@@ -150,18 +208,36 @@ def mount_from(
     model: CameraModel,
     background: Array | None = None,
     *,
+    rivals: Sequence[Rival] = (),
     mount: Mount | None = None,
     with_offset: bool = False,
     out: Path | None = None,
     printed: bool = False,
 ) -> LaserFilesReport:
-    """Poses from any source, the pairs refused so far, the empty room (B,) [m] → JSON keys and files."""
+    """Poses from any source, the pairs refused so far, the empty room (B,) [m] → JSON keys and files.
+
+    `rivals`: other ways in which the scans may belong to the boards. Raises BadInput, with the cause where one of
+    them, or another unit or sense of the scans, explains the poses far better.
+    """
     if len(poses) < 3:
         reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
         count = len(poses) + len(refused)
         raise BadInput(f"Only {len(poses)} of {count} pairs can be used; at least 3 are needed. {reasons}".strip())
     settings = solve.LaserSettings(as_printed=printed)
-    found = solve.calibrate_laser(poses, board, background, mount, with_offset=with_offset, settings=settings)
+    found, trouble = None, ""
+    try:
+        found = solve.calibrate_laser(poses, board, background, mount, with_offset=with_offset, settings=settings)
+    except BadInput as wrong:
+        trouble = str(wrong)
+    if suspicion.is_suspicious(found, len(poses)):
+        cause = suspicion.find_cause(found, poses, rivals, board, background, mount, settings)
+        if cause is not None:
+            seen = 0 if found is None else int(np.count_nonzero(found.used))
+            raise BadInput(
+                fault(cause[0].code, what=cause[0].what, fits=cause[1], count=len(poses), seen=seen).sentence
+            )
+    if found is None:
+        raise BadInput(trouble)
     report = laser_report(found, [pose.name for pose in poses], board, model)
     files: dict[str, str] = {}
     if out is not None:
@@ -238,22 +314,48 @@ def _corners(grey: Array, board: Board) -> tuple[Array, tuple[str, ...]]:
     return view.corners, quality.warnings
 
 
-def _pairs(folder: Path) -> tuple[list[tuple[Path, Path]], Path | None]:
-    """images/ next to scans/ or lasers/ → pairs in sorted order, and a file named background, if there is one."""
+def _pairs(folder: Path) -> tuple[list[tuple[Path, Path]], list[RefusedPicture], Path | None]:
+    """images/ next to scans/ or lasers/ → pairs, pictures without a scan, and a file named background, if any.
+
+    Files pair by the number in their names where one folder has all numbers of the other, else in natural order.
+    """
     if not folder.is_dir():
         raise BadInput(f"There is no folder {folder}.")
     if not (folder / "images").is_dir():
         raise BadInput(f"{folder.name} needs a folder images/ and next to it scans/ or lasers/.")
-    pictures = sorted(path for path in (folder / "images").iterdir() if path.suffix.lower() in PICTURES)
+    pictures = sorted_by_number(path for path in (folder / "images").iterdir() if path.suffix.lower() in PICTURES)
     places = [folder / name for name in ("scans", "lasers") if (folder / name).is_dir()]
-    scans = sorted(path for place in places for path in place.iterdir() if path.suffix.lower() in SCANS)
+    scans = sorted_by_number(path for place in places for path in place.iterdir() if path.suffix.lower() in SCANS)
     background = next((path for path in (*scans, *folder.glob("background.*")) if path.stem == "background"), None)
     scans = [path for path in scans if path.stem != "background"]
+    own, theirs = _numbered(pictures), _numbered(scans)
+    common = [number for number in own if number in theirs]
+    if common and len(common) == min(len(pictures), len(scans)):
+        refused: list[RefusedPicture] = [
+            {"image": path.name, "reason": "no scan has its number"}
+            for number, path in own.items()
+            if number not in theirs
+        ]
+        return [(own[number], theirs[number]) for number in common], refused, background
     if not pictures or len(pictures) != len(scans):
         raise BadInput(
             f"{folder.name} has {len(pictures)} pictures and {len(scans)} scans; they must pair up one to one."
         )
-    return list(zip(pictures, scans, strict=True)), background
+    return list(zip(pictures, scans, strict=True)), [], background
+
+
+def sorted_by_number(files: Iterable[Path]) -> list[Path]:
+    """Files in natural order: img2 before img10."""
+    return sorted(
+        files, key=lambda path: ([(word, int(digits or 0)) for word, digits in WORDS.findall(path.stem)], path.name)
+    )
+
+
+def _numbered(files: Sequence[Path]) -> dict[int, Path]:
+    """Files by the last number in their names; empty where one has none or two have the same."""
+    numbers = [NUMBER.findall(path.stem) for path in files]
+    found = {int(each[-1]): path for each, path in zip(numbers, files, strict=True) if each}
+    return found if len(found) == len(files) else {}
 
 
 def _background(path: Path, poses: Sequence[LaserPose]) -> Array:

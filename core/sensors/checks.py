@@ -206,6 +206,27 @@ FILES = (
         "The camera matrix is for pictures about {times} times smaller than {width}x{height}, the size in "
         "the file: binned or scaled. Write the size of the pictures that the matrix is for.",
     ),
+    Check(
+        "laser.degrees",
+        "form",
+        "span of a scan's angles with a full turn",
+        "{sensor}: the angles run from {first} to {last}, more than a full turn in radians: they are degrees, "
+        "or counted twice. Convert them, or name the column angle_deg.",
+    ),
+    Check(
+        "laser.other_form",
+        "agreement",
+        "camera's boards with the scans, as they are and in other units and senses",
+        "The scans do not show the boards that the camera sees: {seen} of {count} poses fit, but {fits} if "
+        "{what}. Check unit and angles of the scans: metres, radians, counter-clockwise, 0 ahead.",
+    ),
+    Check(
+        "laser.other_pairing",
+        "agreement",
+        "camera's boards with the scans of the same and of other pictures",
+        "The scans seem to belong to other pictures: {seen} of {count} poses fit, but {fits} if every "
+        "picture goes with the scan {what}. Give picture and scan of a pose the same number.",
+    ),
 )
 
 CHECKS: dict[str, Check] = {

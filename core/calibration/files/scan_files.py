@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import csv
+import math
+import re
 from pathlib import Path
 
 import numpy as np
 
 from core.errors import BadInput
 from core.message import Array
+from core.sensors.checks import fault
 
 MOST_BYTES = 32 * 2**20
 MOST_POINTS = 2_000_000
 SAME_BEAM = 1e-4  # [rad]: bearings closer than this belong to the same beam
+UNITS = {"rad": 1.0, "deg": math.pi / 180, "degrees": math.pi / 180, "m": 1.0, "cm": 0.01, "mm": 1e-3, "inch": 0.0254}
+WIDEST = 2 * math.pi + 0.1  # [rad] from the first to the last beam
 KINDS = {"F4": "<f4", "F8": "<f8", "I1": "<i1", "I2": "<i2", "I4": "<i4", "U1": "<u1", "U2": "<u2", "U4": "<u4"}
 
 
@@ -51,14 +56,20 @@ def _read_csv(path: Path) -> list[Array]:
     rows = [row for row in csv.reader(path.read_text(encoding="utf-8", errors="replace").splitlines()) if row]
     if len(rows) > MOST_POINTS:
         raise BadInput(f"{path.name} has more than {MOST_POINTS} lines; that is no scan.")
-    names = [] if not rows or _number(rows[0][0]) is not None else [_column(name) for name in rows.pop(0)]
-    names = names or ["angle", "range"]
+    columns = [] if not rows or _number(rows[0][0]) is not None else [_column(name) for name in rows.pop(0)]
+    columns = columns or [("angle", 1.0), ("range", 1.0)]
+    names = [name for name, _ in columns]
     table = np.array([[_number(cell) for cell in row[: len(names)]] for row in rows if len(row) >= len(names)], float)
     if not len(table):
         raise BadInput(f"{path.name} holds no numbers; columns angle [rad] and range [m], or x and y [m], are read.")
+    table = table * [unit for _, unit in columns]
     if {"angle", "range"} <= set(names):
         points = table[:, [names.index("angle"), names.index("range")]]
         breaks = np.flatnonzero(np.diff(points[:, 0]) < -0.1) + 1
+        angles = points[np.isfinite(points[:, 0]), 0]
+        if len(angles) and np.ptp(angles) > WIDEST:
+            first, last = f"{angles.min():.4g}", f"{angles.max():.4g}"
+            raise BadInput(fault("laser.degrees", path.name, first=first, last=last).sentence)
     elif {"x", "y"} <= set(names):
         points, breaks = polar(table[:, [names.index("x"), names.index("y")]]), np.empty(0, int)
     else:
@@ -68,12 +79,13 @@ def _read_csv(path: Path) -> list[Array]:
     return np.split(points, breaks)
 
 
-def _column(name: str) -> str:
-    """A column's heading, whatever its unit: 'angle_rad' → 'angle'."""
-    word = name.strip().lower().split("[")[0].strip().removesuffix("_rad").removesuffix("_m")
-    return {"theta": "angle", "bearing": "angle", "azimuth": "angle", "r": "range", "distance": "range"}.get(
-        word, word
-    )
+def _column(name: str) -> tuple[str, float]:
+    """A column's heading → its name and its unit [rad, m]: 'range_mm', 'Range [mm]' → 'range', 0.001."""
+    words = [word for word in re.split(r"[\s_\[\]()]+", name.strip().lower()) if word]
+    unit = UNITS.get(words[-1], 0.0) if len(words) > 1 else 0.0
+    word = "_".join(words[:-1] if unit else words)
+    names = {"theta": "angle", "bearing": "angle", "azimuth": "angle", "r": "range", "distance": "range"}
+    return names.get(word, word), unit or 1.0
 
 
 def _number(text: str) -> float | None:

@@ -8,7 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.laser.board_line import BoardLineSettings, MeanScan, find_lines, foreground, select_inside
+from core.calibration.laser.board_line import (
+    BeamRun,
+    BoardLineSettings,
+    MeanScan,
+    find_lines,
+    foreground,
+    select_inside,
+)
 from core.calibration.laser.extrinsics import ExtrinsicsSettings, Freedom, solve
 from core.calibration.laser.plane_pairs import Guess, PlanePair, disagreement
 from core.calibration.laser.planes import BoardPose, Plane
@@ -115,6 +122,24 @@ def calibrate_laser(
     )
 
 
+def lines_of(pose: LaserPose, board: Board, background: Array | None, settings: LaserSettings) -> tuple[BeamRun, ...]:
+    """The straight runs of a scan that may be the board, the longest first."""
+    background = background if pose.background is None else pose.background
+    return find_lines(pose.scan, foreground(pose.scan, background, settings.line), board, settings.line)
+
+
+def nearest_line(pose: LaserPose, lines: Sequence[BeamRun], mount: Mount) -> BeamRun | None:
+    """The run that fits the nominal mount best, if one fits it at all."""
+    if not lines:
+        return None
+    pairs = [_pair(pose, line.beams, pose.scan.sd) for line in lines]
+    nominal = Guess(mount.nominal.rotation, mount.nominal.translation)
+    doubt = np.diag([FIRST_TURN**2] * 3 + [FIRST_SHIFT**2] * 3)
+    chi2 = disagreement(pairs, nominal, doubt)
+    best = int(np.argmin(chi2))
+    return lines[best] if chi2[best] < SURE else None
+
+
 def range_residuals(pose: LaserPose, beams: Array, guess: Guess) -> Array:
     """Measured minus predicted range (K,) [m] of beams on the board, under a mount."""
     normal = guess.rotation @ pose.board.plane.normal
@@ -135,18 +160,12 @@ def _first_beams(
     pose: LaserPose, board: Board, background: Array | None, mount: Mount, settings: LaserSettings
 ) -> Array:
     """The run that fits the nominal mount best; if none does, the longest before the empty room; else no beam."""
-    background = background if pose.background is None else pose.background
-    lines = find_lines(pose.scan, foreground(pose.scan, background, settings.line), board, settings.line)
-    if not lines:
-        return np.empty(0, int)
-    pairs = [_pair(pose, line.beams, pose.scan.sd) for line in lines]
-    nominal = Guess(mount.nominal.rotation, mount.nominal.translation)
-    doubt = np.diag([FIRST_TURN**2] * 3 + [FIRST_SHIFT**2] * 3)
-    chi2 = disagreement(pairs, nominal, doubt)
-    best = int(np.argmin(chi2))
-    if chi2[best] < SURE:
-        return lines[best].beams
-    return lines[0].beams if background is not None else np.empty(0, int)
+    lines = lines_of(pose, board, background, settings)
+    nearest = nearest_line(pose, lines, mount)
+    if nearest is not None:
+        return nearest.beams
+    known = background is not None or pose.background is not None
+    return lines[0].beams if lines and known else np.empty(0, int)
 
 
 def _solve(

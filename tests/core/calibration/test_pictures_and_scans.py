@@ -156,3 +156,27 @@ def test_pcd_in_both_spellings_says_the_same(tmp_path: Path) -> None:
 def test_what_is_no_scan_is_refused_in_words(tmp_path: Path, name: str, text: str) -> None:
     with pytest.raises(BadInput):
         read_scans(write(tmp_path / name, text))
+
+
+@pytest.mark.parametrize(
+    ("heading", "angle", "distance"),
+    [
+        ("angle,range", 1.0, 1.0),
+        ("angle_deg,range_mm", 180 / np.pi, 1e3),
+        ("Angle [deg],Range [cm]", 180 / np.pi, 1e2),
+        ("bearing_rad,distance (m)", 1.0, 1.0),
+    ],
+)
+def test_a_scan_is_read_in_the_units_that_its_columns_name(
+    tmp_path: Path, heading: str, angle: float, distance: float
+) -> None:
+    rows = [f"{bearing * angle},{2.5 * distance}" for bearing in np.linspace(-2, 2, 41)]
+    (tmp_path / "scan.csv").write_text("\n".join([heading, *rows]))
+    bearings, ranges = read_scans(tmp_path / "scan.csv")
+    assert np.allclose(bearings, np.linspace(-2, 2, 41)) and np.allclose(ranges, 2.5)
+
+
+def test_degrees_that_no_column_names_are_refused_as_degrees(tmp_path: Path) -> None:
+    (tmp_path / "scan.csv").write_text("angle,range\n" + "\n".join(f"{bearing},2.5" for bearing in range(-135, 136)))
+    with pytest.raises(BadInput, match="from -135 to 135, more than a full turn"):
+        read_scans(tmp_path / "scan.csv")
