@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, tell, write, write_json
+from console.cli.answer import GrowingJson, add_json, tell, write, write_json
 from core.errors import BadSettings
 
 if TYPE_CHECKING:
-    from core.pipelines.look import LookedPicture, LookReport, PictureQuestion
+    from core.pipelines.look import LookedPicture, PictureQuestion
 
 
 def add(places: Any) -> None:
@@ -40,30 +42,62 @@ def add(places: Any) -> None:
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Look and tell. Of several pictures, those that cannot be read are named; exit code 1 when none could be."""
+    """Look, and tell of each picture when it was looked at. Those that cannot be read are named; exit code 1 when
+    none could be.
+    """
     if (chosen.ask is None) == (not chosen.pictures):
         raise BadSettings(
             "Give pictures, or a file with questions: beckon look PICTURE… or beckon look --ask FILE.json"
         )
     from core.files import check_folder
-    from core.pipelines.look import look
+    from core.perception.people.engines import engine_of, says
+    from core.pipelines.look import look_each
     from core.settings import load
 
     if chosen.draw is not None:
         check_folder(chosen.draw)
-    report = look(asked(chosen), load(chosen.settings).people, chosen.camera, chosen.draw)
-    if report["engine"] == "drawn":
-        tell(report["engine_says"])
-    for one in report["answers"]:
+    settings = load(chosen.settings).people
+    engine = {"engine": engine_of(settings), "engine_says": says(settings)}
+    questions = asked(chosen)
+    looked = _warned(look_each(questions, settings, chosen.camera, chosen.draw))
+    if chosen.json and chosen.ask is None and len(questions) == 1:
+        (one,) = answers = list(looked)
+        write_json({**one, **engine})
+    elif chosen.json:
+        answers = _in_json(looked, engine, alone=chosen.ask is None)
+    else:
+        answers = [_written(one) for one in looked]
+    if engine["engine"] == "drawn":
+        tell(engine["engine_says"])
+    return 1 if answers and all("error" in one for one in answers) else 0
+
+
+def _warned(looked: Iterator[LookedPicture]) -> Iterator[LookedPicture]:
+    """The same answers; what went wrong is told of each."""
+    for one in looked:
         if "error" in one:
             tell(f"{one['picture']}: {one['error']}")
-    if chosen.json:
-        write_json(in_json(report, alone=chosen.ask is None))
-    else:
-        for one in report["answers"]:
-            for line in sentences(one):
-                write(line)
-    return 1 if report["answers"] and all("error" in one for one in report["answers"]) else 0
+        yield one
+
+
+def _written(one: LookedPicture) -> LookedPicture:
+    for line in sentences(one):
+        write(line)
+    return one
+
+
+def _in_json(looked: Iterator[LookedPicture], engine: dict[str, str], *, alone: bool) -> list[LookedPicture]:
+    """Print the answers as one JSON object that grows; those about pictures `alone` also by their names."""
+    answers: list[LookedPicture] = []
+    first = next(looked, None)  # what forbids looking at all is raised before anything is printed
+    with GrowingJson("answers", named=False) as growing:
+        for one in () if first is None else chain((first,), looked):
+            answers.append(one)
+            growing.add(one)
+            growing.tail = {"processing_s": round(sum(each["processing_s"] for each in answers), 4), **engine}
+            if alone:
+                growing.tail["files"] = {each["picture"]: each for each in answers}
+    return answers
 
 
 def asked(chosen: argparse.Namespace) -> list[PictureQuestion]:
@@ -81,16 +115,6 @@ def asked(chosen: argparse.Namespace) -> list[PictureQuestion]:
         field=chosen.fov,
     )
     return questions_of(chosen.pictures, pattern)
-
-
-def in_json(report: LookReport, *, alone: bool) -> dict[str, object]:
-    """The answer in JSON: of a single picture its people at the top, of several named ones also by their names."""
-    answers = report["answers"]
-    if not alone:
-        return {**report}
-    if len(answers) == 1:
-        return {**answers[0], "engine": report["engine"], "engine_says": report["engine_says"]}
-    return {**report, "files": {one["picture"]: one for one in answers}}
 
 
 def sentences(answer: LookedPicture) -> list[str]:

@@ -289,16 +289,19 @@ def _views(
                 raise BadInput(f"it is the same picture as {twin}; every picture counts once")
             twins[corners.tobytes()] = name
         except BadInput as wrong:
+            say(f"{name}: {wrong}")
             refused.append({"image": name, "reason": str(wrong)})
             continue
         found.append((ViewCorners(name=name, corners=corners), (grey.shape[1], grey.shape[0])))
         warnings += [f"{name}: {each}" for each in (remark, *remarks) if each]
     if not found:
         return [], refused, warnings, (0, 0)
-    size = Counter(each for _, each in found).most_common(1)[0][0]
+    counts = Counter(each for _, each in found)
+    size = max(counts, key=lambda each: (counts[each], each[0] * each[1]))
     for view, own in found:
         if own != size:
-            reason = f"it is {own[0]}x{own[1]}, most pictures are {size[0]}x{size[1]}; one camera setting at a time"
+            many = "most" if counts[size] > counts[own] else "as many"
+            reason = f"it is {own[0]}x{own[1]}, {many} pictures are {size[0]}x{size[1]}; one camera setting at a time"
             refused.append({"image": view.name, "reason": reason})
     return [view for view, own in found if own == size], refused, warnings, size
 

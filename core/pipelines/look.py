@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -22,7 +22,7 @@ from core.geometry import OPTICAL, Transform
 from core.message import Array, message
 from core.optics import CameraModel
 from core.perception.people.detector import Rectangle
-from core.perception.people.engines import engine_of, open_detector, says
+from core.perception.people.engines import open_detector
 from core.perception.people.looking import ASKED_SD, LookQuestion, PersonDetector
 from core.perception.people.parts import PeopleSettings
 from core.sensors import Camera
@@ -76,15 +76,6 @@ class LookedPicture(TypedDict):
     error: NotRequired[str]  # why the picture was not looked at
 
 
-class LookReport(TypedDict):
-    """The answers to many questions."""
-
-    answers: list[LookedPicture]  # in the order of the questions
-    processing_s: float
-    engine: str
-    engine_says: str
-
-
 class QuestionRow(msgspec.Struct, frozen=True, kw_only=True):
     """A row of a file with questions."""
 
@@ -95,31 +86,25 @@ class QuestionRow(msgspec.Struct, frozen=True, kw_only=True):
     fov_rad: float | None = None
 
 
-def look(
+def look_each(
     questions: Sequence[PictureQuestion],
     settings: PeopleSettings,
     camera: Path | None = None,
     draw: Path | None = None,
-) -> LookReport:
-    """Answer questions about picture files. A picture that cannot be used has an error instead of people.
+) -> Iterator[LookedPicture]:
+    """Answer questions about picture files → each answer as soon as it is known.
 
-    `camera`: a calibration of all of them; `draw`: a folder for annotated pictures. Raises BadInput, Unavailable.
+    A picture that cannot be used has an error instead of people. `camera`: a calibration of all of them; `draw`: a
+    folder for annotated pictures. Raises BadInput and Unavailable, before the first answer where that can be known.
     """
     model = None if camera is None else read_camera(camera)
     for question in questions:
         _check(question)
     folder = None if draw is None else folder_at(draw)
     opened = cache(lambda: open_detector(settings))  # not before a picture could be read
-    answers: list[LookedPicture] = []
     for number, question in enumerate(questions):
         drawing = None if folder is None else folder / f"{question.picture.stem}_people_{number}.jpg"
-        answers.append(_answered(question, model, opened, drawing))
-    return {
-        "answers": answers,
-        "processing_s": round(sum(one["processing_s"] for one in answers), 4),
-        "engine": engine_of(settings),
-        "engine_says": says(settings),
-    }
+        yield _answered(question, model, opened, drawing)
 
 
 def read_questions(path: Path) -> list[PictureQuestion]:

@@ -138,3 +138,25 @@ def test_people_are_told_in_words(folder, capsys) -> None:
     lines = capsys.readouterr().out.splitlines()
     assert "to the right" in lines[0] and "K 0." in lines[0]
     assert lines[1] == "none.png: I see nobody there."
+
+
+def test_each_picture_is_told_when_it_was_looked_at_and_an_interrupted_batch_keeps_what_was_done(
+    folder, capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    printed: list[str] = []
+    answered = pipeline._answered
+
+    def interrupted(*given: object) -> pipeline.LookedPicture:
+        printed.append(capsys.readouterr().out)
+        if len(printed) == 2:
+            raise KeyboardInterrupt
+        return answered(*given)
+
+    monkeypatch.setattr(pipeline, "_answered", interrupted)
+    files = [str(folder / name) for name in ("one.png", "none.png")]
+    assert main(["look", *files, "--json"]) == 130
+    told = json.loads("".join((*printed, capsys.readouterr().out)))
+    assert [one["picture"] for one in told["answers"]] == list(told["files"]) == ["one.png"]
+    assert told["engine"] == "pose"
+    printed.clear()
+    assert main(["look", *files]) == 130 and printed[1].startswith("one.png: someone")
