@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from core.errors import BadInput
@@ -31,7 +32,7 @@ from core.recording.recording import (
 )
 from core.recording.ros import Envelope, RosMessages
 from core.recording.sightings import Ids
-from core.recording.source import TextLog
+from core.recording.source import TextLog, first_bytes, is_packed, unpacked_file
 
 __all__ = [
     "Ids",
@@ -52,6 +53,14 @@ ROS_FORMS: dict[str, tuple[str, Messages]] = {
     ".bag": ("ROS 1 bag", ros1_bag.messages),
     ".db3": ("ROS 2 bag", ros2_bag.messages),
 }
+"""By the end of a file's name, for one that does not begin as any of them: it may be damaged there."""
+MAGIC: dict[bytes, str] = {
+    mcap_file.MAGIC: ".mcap",
+    b"#ROSBAG V2.0": ".bag",
+    b"SQLite format 3\0": ".db3",
+    b"PK\x03\x04": ".npz",
+}
+"""How the forms begin; the name of a file may say anything: .bag.active, .db, nothing."""
 AS_LOGGED = LogSettings()
 FORMS = ".mcap, .bag, .db3 and bag folders, CARMEN text, .jsonl, .npz, MRCLAM folders, Victoria Park text"
 
@@ -73,7 +82,18 @@ def open_log(
     place, number, folder = _split(str(path))
     if folder:
         return _folder(place, number, ids, settings, pictures=pictures)
-    suffix = place.suffix.lower()
+    if is_packed(place):
+        with unpacked_file(place, settings.largest_file) as content:
+            return replace(_file(content, number, ids, still, settings, pictures=pictures), path=place)
+    return _file(place, number, ids, still, settings, pictures=pictures)
+
+
+def _file(
+    place: Path, number: int | None, ids: Ids, still: bool, settings: LogSettings, *, pictures: bool
+) -> Recording:
+    """One file that is not packed."""
+    head = first_bytes(place, 16)
+    suffix = next((form for magic, form in MAGIC.items() if head.startswith(magic)), place.suffix.lower())
     if suffix == ".npz":
         return _archive(place, number, ids, still, settings)
     if number is not None:
@@ -128,7 +148,7 @@ def _archive(path: Path, number: int | None, ids: Ids, still: bool, settings: Lo
 
 def _text(path: Path, ids: Ids, settings: LogSettings) -> Recording:
     """Read a text log; the first line that begins as a known form does decides which one it is."""
-    begun = False
+    begun, keys = False, set[str]()
     for number, line in TextLog(path, settings.largest_file):
         if "\0" in line:
             break
@@ -137,8 +157,14 @@ def _text(path: Path, ids: Ids, settings: LogSettings) -> Recording:
         begun = begun or bool(line)
         if line.startswith(("ODOMETRY ", "LANDMARK ")):
             return victoria_park.read(path, ids, settings)
-        if line.split(" ", 1)[0] in carmen.KNOWN:
+        if line.split(None, 1)[:1] and line.split(None, 1)[0] in carmen.KNOWN:
             return carmen.read(path, settings)
+        keys.add(line.partition(":")[0])
         if number >= 10_000:
             break
+    if {"image", "resolution", "origin"} <= keys:
+        raise BadInput(
+            f"{path.name} is a map of Nav2, not a recording: there is nothing in it to estimate from. "
+            "Give a recording of the drive."
+        )
     raise BadInput(f"{path.name} is no known form of log. Known are: {FORMS}.")

@@ -1,12 +1,15 @@
-"""CARMEN text logs: one record a line.
+"""CARMEN text logs: one record a line, its words apart by blanks or tabs.
 
 FLASER n r₁…rₙ  x y θ of the laser  x y θ of the robot  time host logger_time
+RAWLASER1 type start field step maximum accuracy remission n r₁…rₙ m e₁…eₘ  time host logger_time
 ROBOTLASER1 type start field step maximum accuracy remission n r₁…rₙ m e₁…eₘ  laser x y θ  robot x y θ  tv rv … time …
 ODOM x y θ tv rv acceleration time host logger_time. Metres, radians, seconds.
+PARAM laser_front_laser_fov (field of FLASER's beams), laser_front_laser_flipped and robot_frontlaser_offset count.
 """
 
 from __future__ import annotations
 
+import math
 from array import array
 from pathlib import Path
 
@@ -15,16 +18,18 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array
-from core.recording.odometry_track import OdometryTrack
+from core.recording.clocks import StampedStream, evenly_spread, settled_stamps
+from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
-from core.recording.recording import LogSettings, ScanRecording
+from core.recording.recording import LogSettings, ScanRecording, stamped
 from core.recording.scans import in_time_order, make_scan, scan_recording, spread
 from core.recording.source import TextLog
 from core.sensors import Scan
 
 NO_RETURN = 80.0  # [m]: readings from here on mean that nothing came back
 FORM = "CARMEN text"
-KNOWN = ("FLASER", "ROBOTLASER1", "ODOM")
+KNOWN = ("FLASER", "ROBOTLASER1", "RAWLASER1", "ODOM", "PARAM")
+BEARING_MARGIN_RAD = 0.02  # by which a field of a whole turn may be written too wide
 
 
 def read(path: Path, settings: LogSettings) -> ScanRecording:
@@ -33,7 +38,7 @@ def read(path: Path, settings: LogSettings) -> ScanRecording:
     text = TextLog(path, settings.largest_file)
     others = 0
     for number, line in text:
-        word = line.split(" ", 1)[0]
+        word = line.split(None, 1)[0] if line else ""
         if word not in KNOWN:
             others += bool(line) and not line.startswith("#")
             continue
@@ -44,7 +49,7 @@ def read(path: Path, settings: LogSettings) -> ScanRecording:
             break
         try:
             log.take(word, line.split())
-            tally.read += 1
+            tally.read += word != "PARAM"
         except (BadRecord, ValueError, IndexError, OverflowError) as problem:
             tally.skip(
                 str(problem) if isinstance(problem, BadRecord) else "it is cut or no numbers", f"line {number}"
@@ -60,39 +65,76 @@ class _Carmen:
     def __init__(self, settings: LogSettings):
         self._settings = settings
         self._scans: list[Scan] = []
-        self._beside = array("d")  # with every scan: laser x y θ, robot x y θ
-        self._odometry = array("d")  # time x y θ tv rv …
+        self._logged: list[float] = []  # [s] by the logger, of every scan
+        self._beside = array("d")  # with every scan: laser x y θ, robot x y θ; NaN where it carries none
+        self._odometry = array("d")  # time, logger's time, x y θ tv rv …
+        self._field: float | None = None  # [rad] of FLASER's beams, where the header says it
+        self._flipped = False  # the beams go from left to right
+        self._offset = 0.0  # [m] of the laser ahead of the robot's middle, for records without poses
         self.held = 0  # [bytes]
 
     def take(self, word: str, words: list[str]) -> None:
         """One line. Raises BadRecord, ValueError, IndexError."""
-        if word == "ODOM":
+        if word == "PARAM":
+            self._take_header(words)
+        elif word == "ODOM":
             x, y, heading, speed, turn_rate = (_finite(text) for text in words[1:6])
-            self._odometry.extend((_time(words, 7), x, y, heading, speed, turn_rate))
-            self.held += 48
+            self._odometry.extend((_time(words, 7), _finite(words[-1]), x, y, heading, speed, turn_rate))
+            self.held += 56
         elif word == "FLASER":
             beams = _count(words[1])
             after = 2 + beams
-            self._keep(
-                words[2:after], spread(max(beams, 1)), NO_RETURN, words[after : after + 6], _time(words, after + 6)
-            )
+            self._keep(words[2:after], self._spread(beams), NO_RETURN, words[after:], 6)
         else:
             start, step, maximum = _finite(words[2]), _finite(words[4]), _finite(words[5])
             beams = _count(words[8])
             after = 9 + beams
             after += 1 + _count(words[after])
-            poses = words[after : after + 6]
-            self._keep(words[9 : 9 + beams], (start, step), maximum, poses, _time(words, after + 11))
+            self._keep(
+                words[9 : 9 + beams], (start, step), maximum, words[after:], 11 if word == "ROBOTLASER1" else 0
+            )
+
+    def _take_header(self, words: list[str]) -> None:
+        """One entry of the header, which says what the records do not."""
+        if len(words) < 3:
+            return
+        name, value = words[1], words[2]
+        if name == "laser_front_laser_fov":
+            field = _finite(value)
+            self._field = math.radians(field) if field > math.tau + BEARING_MARGIN_RAD else field
+        elif name == "laser_front_laser_flipped":
+            self._flipped = value in ("1", "on", "true")
+        elif name == "robot_frontlaser_offset":
+            self._offset = _finite(value)
+
+    def _spread(self, beams: int) -> tuple[float, float]:
+        """Beams of a FLASER record → (angle_min, angle_step) [rad], by the header where it says their field."""
+        if self._field is None or beams < 2:
+            return spread(max(beams, 1))
+        around = self._field > math.tau - BEARING_MARGIN_RAD
+        half, apart = (
+            spread(beams)
+            if abs(self._field - math.pi) < BEARING_MARGIN_RAD
+            else (
+                -self._field / 2,
+                self._field / (beams if around else beams - 1),
+            )
+        )
+        return half, apart
 
     def _keep(
-        self, ranges: list[str], angles: tuple[float, float], maximum: float, poses: list[str], stamp: float
+        self, ranges: list[str], angles: tuple[float, float], maximum: float, rest: list[str], time_at: int
     ) -> None:
-        beside = [_finite(text) for text in poses]
+        """One scan; `rest`: the words behind its ranges, of which that at `time_at` is its time."""
+        beside = [_finite(text) for text in rest[:6]] if time_at else [math.nan] * 6
         if len(beside) < 6:
             raise BadRecord("it is cut or no numbers")
         maximum = self._settings.range_max or maximum
-        scan = make_scan(stamp, np.array(ranges, np.float64), angles, (0.0, maximum))
+        row = np.array(ranges, np.float64)
+        scan = make_scan(_time(rest, time_at), row[::-1] if self._flipped else row, angles, (0.0, maximum))
+        logged = _finite(rest[-1])
         self._scans.append(scan)
+        self._logged.append(logged)
         self._beside.extend(beside)
         self.held += 600 + scan.ranges.nbytes
 
@@ -101,22 +143,37 @@ class _Carmen:
         if not self._scans:
             reasons = f" What could not be read: {tally.reasons()}." if tally.skipped else ""
             raise BadInput(
-                f"{path.name} holds no FLASER or ROBOTLASER1 line, so it is no CARMEN log with scans.{reasons}"
+                f"{path.name} holds no FLASER, ROBOTLASER1 or RAWLASER1 line, so it is no CARMEN log with scans."
+                f"{reasons}"
             )
         beside = np.array(self._beside).reshape(-1, 6)
-        stamps = np.array([scan.stamp for scan in self._scans])
-        odometry = np.array(self._odometry).reshape(-1, 6)
+        odometry = np.array(self._odometry).reshape(-1, 7)
         lasers, robots = beside[:, :3], beside[:, 3:]
-        if np.ptp(robots, axis=0).max() > 0:
-            track, source = OdometryTrack.of(stamps, robots), "robot pose beside the scans: odometry"
+        posed = np.isfinite(robots).all(axis=1)
+        stamps = self._settled(
+            np.array([scan.stamp for scan in self._scans]), np.array(self._logged), "the laser", tally
+        )
+        if posed.any() and np.ptp(robots[posed], axis=0).max() > 0:
+            track = believable_track("the poses beside the scans", stamps[posed], robots[posed], None, tally)
+            source = "robot pose beside the scans: odometry"
         else:
-            track, source = OdometryTrack.of(odometry[:, 0], odometry[:, 1:4], odometry[:, 4:]), "ODOM: odometry"
-        tally.topics = ["FLASER, ROBOTLASER1: laser"] + ([source] if track is not None else [])
-        mounting = _mounting(robots, lasers, tally)
-        scans = in_time_order(self._scans, tally)
+            times = self._settled(odometry[:, 0], odometry[:, 1], "ODOM", tally)
+            track, source = (
+                believable_track("ODOM", times, odometry[:, 2:5], odometry[:, 5:], tally),
+                "ODOM: odometry",
+            )
+        tally.topics = ["FLASER, ROBOTLASER1, RAWLASER1: laser"] + ([source] if track is not None else [])
+        mounting = _mounting(robots[posed], lasers[posed], tally) if posed.any() else Pose(x=self._offset)
+        dated = [stamped(scan, float(stamp)) for scan, stamp in zip(self._scans, stamps, strict=True)]
+        scans = in_time_order(dated, tally)
         if others:
             tally.topics.append(f"{others} lines of other kinds are not used")
         return scan_recording(path, scans, track, tally, FORM, self._settings, mounting)
+
+    @staticmethod
+    def _settled(own: Array, logged: Array, name: str, tally: ReadReport) -> Array:
+        """Times in the records and by the logger (N,) [s] → those to use; where neither has a value, evenly."""
+        return evenly_spread(settled_stamps(StampedStream(name, own, logged), tally)[0].own, tally, name)
 
 
 def _mounting(robots: Array, lasers: Array, tally: ReadReport) -> Pose:

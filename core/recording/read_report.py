@@ -21,6 +21,7 @@ class ReadReport:
         self.read = 0
         self.declared: int | None = None
         self.topics: list[str] = []
+        self.files = 0  # that were begun, where a recording has several
         self._skipped: Counter[str] = Counter()
         self._first: dict[str, str] = {}
         self._warnings: dict[str, None] = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from array import array
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -15,17 +16,23 @@ from rosbags.typesys.store import Typestore
 
 from core.errors import BadInput
 from core.message import Array
+from core.recording.clocks import RecorderClock, StampedStream, evenly_spread, on_one_clock, settled_stamps
 from core.recording.json_scan import read_json_scan
+from core.recording.odometry_checks import believable_track
 from core.recording.odometry_track import OdometryTrack, heading_of
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording, logged_stamp, stamped
+from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
 from core.recording.ros_frames import FrameTree, Placed
 from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE, RosPictures
-from core.recording.scans import in_time_order, make_scan, scan_recording, settle_stamps
+from core.recording.scans import in_time_order, make_scan, scan_recording, unit_of
 from core.sensors import Scan
+from core.sensors.checks import fault
 
 LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 SAME_AS = {"tf/msg/tfMessage": TF}
+MIN_QUATERNION = 0.25  # squared length of one that says a heading
+TIMED = frozenset({LASER_SCAN, ODOMETRY, TF})
 
 
 @dataclass(frozen=True)
@@ -52,6 +59,20 @@ class _OdometryTopic:
     rows: array[float] = field(default_factory=lambda: array("d"))  # own stamp, logged, x, y, heading, v, w …
 
 
+@dataclass(frozen=True)
+class _ChosenOdometry:
+    label: str = ""  # for the report
+    name: str = ""
+    base: str = ""  # the robot's own frame
+    rows: Array = field(default_factory=lambda: np.zeros((0, 7)))  # as of _OdometryTopic
+
+
+def _is_of_wheels(name: str, topic: _OdometryTopic) -> bool:
+    """Return whether an odometry is that of the wheels by its name, and says a heading."""
+    headings = np.array(topic.rows).reshape(-1, 7)[:, 4]
+    return not OTHER_ODOMETRY.search(name) and bool(np.mean(np.isfinite(headings)) > 0.5)
+
+
 class RosMessages:
     """Takes messages one by one, keeps what matters, and makes the recording at the end."""
 
@@ -61,9 +82,11 @@ class RosMessages:
         self._settings = settings
         self._tally = tally
         self._scans: dict[str, _ScanTopic] = {}
+        self._units: dict[str, float] = {}  # metres per unit, by topic
         self._odometry: dict[str, _OdometryTopic] = {}
         self._tree = FrameTree()
         self._others: dict[str, tuple[str, int]] = {}  # topic → type, how many
+        self._clock, self._files = RecorderClock(), tally.files
         self._held = 0  # [bytes]
         self._passed = 0
 
@@ -82,6 +105,11 @@ class RosMessages:
     def _take(self, envelope: Envelope) -> None:
         kind = ros2_name(envelope.kind)
         kind = SAME_AS.get(kind, kind)
+        if kind in TIMED and not envelope.topic.endswith("tf_static"):
+            if self._tally.files != self._files:
+                self._files = self._tally.files
+                self._clock.begin_file()
+            envelope = replace(envelope, logged=self._clock.corrected(envelope.topic, envelope.logged))
         if envelope.encoding == "json":
             known = self._take_json
         elif kind in (LASER_SCAN, ODOMETRY, TF) and envelope.encoding in ("cdr", "ros1"):
@@ -100,14 +128,29 @@ class RosMessages:
 
     def _take_scan(self, envelope: Envelope, kind: str) -> bool:
         message = decode(envelope, kind)
+        scale = self._metres_per_unit(envelope.topic, message)
+        step = message.angle_increment
+        if step == 0 and len(message.ranges) > 1 and message.angle_max != message.angle_min:
+            step = (message.angle_max - message.angle_min) / (len(message.ranges) - 1)
+            self._tally.fault("scan.step_zero", envelope.topic, used=True)
         scan = make_scan(
             stamp_of(message.header),
-            message.ranges,
-            (message.angle_min, message.angle_increment),
-            (message.range_min, self._settings.range_max or message.range_max),
+            message.ranges if scale == 1.0 else message.ranges * np.float32(scale),
+            (message.angle_min, step),
+            (message.range_min * scale, self._settings.range_max or message.range_max * scale),
             message.time_increment,
         )
         return self._keep(envelope, scan, message.header.frame_id)
+
+    def _metres_per_unit(self, name: str, message: Any) -> float:
+        """The unit of a laser's ranges, by its first scan."""
+        if name not in self._units:
+            self._units[name], unit = unit_of(np.asarray(message.ranges), message.range_min)
+            if unit != "metres":
+                hits = message.ranges[np.isfinite(message.ranges)]
+                low, high = f"{hits.min():.4g}", f"{hits.max():.4g}"
+                self._tally.fault("scan.units", name, used=True, nearest=low, farthest=high, unit=unit)
+        return self._units[name]
 
     def _take_json(self, envelope: Envelope, kind: str) -> bool:
         scan = read_json_scan(envelope.content, self._settings.range_max)
@@ -127,7 +170,8 @@ class RosMessages:
         message = decode(envelope, kind)
         topic = self._odometry.setdefault(envelope.topic, _OdometryTopic(message.child_frame_id.strip("/")))
         place, q = message.pose.pose.position, message.pose.pose.orientation
-        heading = float(heading_of(q.x, q.y, q.z, q.w))
+        turned = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
+        heading = float(heading_of(q.x, q.y, q.z, q.w)) if turned > MIN_QUATERNION else math.nan
         twist = message.twist.twist
         topic.rows.extend(
             (stamp_of(message.header), envelope.logged, place.x, place.y, heading, twist.linear.x, twist.angular.z)
@@ -153,39 +197,57 @@ class RosMessages:
 
     def finish(self, path: Path, form: str) -> ScanRecording:
         """All that was taken → the recording. Raises BadInput when it holds no scans."""
-        name, topic = self._chosen_scans(path)
-        own, logged = np.array([logged_stamp(scan) for scan in topic.scans]), np.array(topic.logged)
-        stamps, good = settle_stamps(own, logged)
+        for jump in self._clock.jumps_s:
+            self._tally.fault("clock.recorder_set", used=True, jump=f"{jump:+.0f}")
+        robots = self._robots()
+        name, topic = self._chosen_scans(path, robots)
+        odometry = self._chosen_odometry(path, name, topic.frame, robots)
+        own = np.array([logged_stamp(scan) for scan in topic.scans])
+        laser, good = settled_stamps(StampedStream(name, own, np.array(topic.logged)), self._tally)
         self._tally.drop("its stamp lies far from those of the others", count=int((~good).sum()))
-        kept = [
-            scan if stamp == before else stamped(scan, float(stamp))
-            for scan, before, stamp, keep in zip(topic.scans, own, stamps, good, strict=True)
-            if keep
+        track, laser_shift = self._track(odometry, laser)
+        stamps = evenly_spread(laser.own[good] + laser_shift, self._tally, name)
+        kept = [scan for scan, keep in zip(topic.scans, good, strict=True) if keep]
+        scans = [
+            scan if stamp == logged_stamp(scan) else stamped(scan, float(stamp))
+            for scan, stamp in zip(kept, stamps, strict=True)
         ]
-        scans = in_time_order(kept, self._tally)
+        scans = in_time_order(scans, self._tally)
         if not scans:
             raise BadInput(f"{path.name} holds no scan with a usable time.")
-        track, base = self._chosen_odometry(path)
-        placed = self._tree.mounting(base, topic.frame)
-        if placed is None:
-            placed = Placed()
-            if topic.frame and self._tree.frames and topic.frame != base:
-                self._tally.warn(
-                    f"The log does not say how {topic.frame} is mounted on the robot; it is taken to stand at the "
-                    "robot's origin. Set log.mounting_x, mounting_y and mounting_heading to change that."
-                )
+        self._tally.topics.insert(0, f"{name}: laser")
+        placed = self._mounting(odometry, topic.frame, name)
         if placed.upside_down:
             scans = [turned_over(scan) for scan in scans]
-        self._tally.topics.insert(0, f"{name}: laser")
         self._compare_with_declared()
-        mounting, height = placed.pose, placed.height
         seen, camera = (), None
         if self._pictures is not None:
             seen, camera = self._pictures.finish(scans[0].stamp, scans[-1].stamp, self._tally)
-        recording = scan_recording(path, scans, track, self._tally, form, self._settings, mounting, height)
+        recording = scan_recording(path, scans, track, self._tally, form, self._settings, placed.pose, placed.height)
         return replace(recording, pictures=seen, camera=camera)
 
-    def _chosen_scans(self, path: Path) -> tuple[str, _ScanTopic]:
+    def _robots(self) -> tuple[str, ...]:
+        """The names of the robots in the log; () where it is one."""
+        return robots_in(self._odometry, self._tree.moving_frames)
+
+    def _mounting(self, odometry: _ChosenOdometry, frame: str, name: str) -> Placed:
+        """How the laser is mounted; where the log does not say it, at the origin, and that is said.
+
+        A laser alone, without odometry or frames, is the robot itself.
+        """
+        base, alone = odometry.base, not len(odometry.rows) and not self._tree.frames
+        placed = self._tree.mounting(base, frame)
+        given = self._settings.mounting_heading is not None
+        if placed is None or (given and not placed.level):
+            if not given and not alone and not (frame and frame == base):
+                self._tally.fault("mount.unknown", frame or name, used=True)
+            return Placed()
+        if not placed.level:
+            found = fault("mount.not_level", frame, tilt=f"{math.degrees(placed.tilt):.0f}")
+            raise BadInput(found.sentence)
+        return placed
+
+    def _chosen_scans(self, path: Path, robots: tuple[str, ...]) -> tuple[str, _ScanTopic]:
         wanted = self._settings.scan_topic
         if wanted:
             for name, topic in self._scans.items():
@@ -195,38 +257,69 @@ class RosMessages:
         if not self._scans:
             reasons = f" What could not be read: {self._tally.reasons()}." if self._tally.skipped else ""
             raise BadInput(f"{path.name} holds no laser scans (sensor_msgs/LaserScan). {self._contents()}{reasons}")
-        name = max(self._scans, key=lambda name: len(self._scans[name].scans))
-        if len(self._scans) > 1:
-            others = ", ".join(sorted(set(self._scans) - {name})[:5])
-            self._tally.warn(f"Of several lasers {name} is used; {others} is not. Set log.scan_topic to change that.")
+
+        def fitness(name: str) -> tuple[bool, int]:
+            placed = self._tree.mounting("", self._scans[name].frame)
+            return placed is None or placed.level, len(self._scans[name].scans)
+
+        name = max(self._scans, key=fitness)
+        others = sorted(set(self._scans) - {name})
+        if robots:
+            self._tally.fault("robots.several", name, used=True, robots=", ".join(robots[:5]))
+        elif others:
+            self._tally.warn(
+                f"Of several lasers {name} is used; {', '.join(others[:5])} is not. "
+                "Set log.scan_topic to change that."
+            )
         return name, self._scans[name]
 
-    def _chosen_odometry(self, path: Path) -> tuple[OdometryTrack | None, str]:
-        """The track (None: scans only) and the name of the robot's own frame."""
+    def _chosen_odometry(self, path: Path, scans: str, frame: str, robots: tuple[str, ...]) -> _ChosenOdometry:
+        """The odometry of the robot that has the laser `scans`, and the name of its own frame."""
         wanted, base = self._settings.odometry_topic.strip("/"), self._settings.base_frame.strip("/")
-        found = {name: topic for name, topic in self._odometry.items() if not wanted or name.strip("/") == wanted}
         if wanted == "none":
-            return None, base
-        if found:
-            name = max(found, key=lambda name: len(found[name].rows))
-            rows = np.array(found[name].rows).reshape(-1, 7)
-            stamps, good = settle_stamps(rows[:, 0], rows[:, 1])
-            rows[:, 0] = stamps
-            rows = rows[good]
-            twists = rows[:, 5:] if np.any(rows[:, 5:]) else None
-            track = OdometryTrack.of(rows[:, 0], rows[:, 2:5], twists)
-            if track is not None:
-                self._tally.topics.append(f"{name}: odometry")
-                return track, base or found[name].frame
+            return _ChosenOdometry(base=base)
+        found = {name: topic for name, topic in self._odometry.items() if not wanted or name.strip("/") == wanted}
+        robot = robot_of(scans, frame, robots)
+        ours = {
+            name: topic for name, topic in found.items() if wanted or self._is_of(robot, name, topic.frame, robots)
+        }
+        if ours:
+            name = max(ours, key=lambda name: (_is_of_wheels(name, ours[name]), len(ours[name].rows)))
+            if len(ours) > 1:
+                others = ", ".join(sorted(set(ours) - {name})[:5])
+                self._tally.fault("odometry.several", name, used=True, others=others)
+            rows = np.array(ours[name].rows).reshape(-1, 7)
+            return _ChosenOdometry(f"{name}: odometry", name, base or ours[name].frame, rows)
         if wanted and wanted not in ("tf", "/tf"):
             raise BadInput(f"{path.name} holds no odometry on {self._settings.odometry_topic}. {self._contents()}")
-        pair, rows = self._tree.moving(self._settings.odometry_frame.strip("/"), base)
-        stamps, good = settle_stamps(rows[:, 0], rows[:, 1])
-        rows[:, 0] = stamps
-        track = OdometryTrack.of(rows[good, 0], rows[good, 2:])
+        belongs = functools.partial(self._is_of, robot, "", robots=robots)
+        pair, rows = self._tree.moving(self._settings.odometry_frame.strip("/"), base, belongs)
+        if not len(rows):
+            if found or robots:
+                self._tally.fault("robots.other_odometry", scans, robots=", ".join(robots[:5]))
+            elif self._tree.moving_frames:
+                self._tally.fault("odometry.unknown", others=", ".join(sorted(self._tree.moving_frames)[:5]))
+            return _ChosenOdometry(base=base)
+        label = f"tf {pair[0]} → {pair[1]}"
+        return _ChosenOdometry(f"{label}: odometry", label, base or pair[1], np.pad(rows, ((0, 0), (0, 2))))
+
+    @staticmethod
+    def _is_of(robot: str | None, topic: str, frame: str, robots: tuple[str, ...]) -> bool:
+        """Return whether a topic or a frame belongs to this one of the robots; where there is one, all do."""
+        return not robots or robot_of(topic, frame, robots) == robot
+
+    def _track(self, odometry: _ChosenOdometry, laser: StampedStream) -> tuple[OdometryTrack | None, float]:
+        """The odometry on one clock with the laser, and the time [s] to add to the laser's stamps for that."""
+        if not len(odometry.rows):
+            return None, 0.0
+        rows = odometry.rows
+        wheels, good = settled_stamps(StampedStream(odometry.name, rows[:, 0], rows[:, 1]), self._tally)
+        laser_shift, wheels_shift = on_one_clock(laser, wheels, self._tally)
+        twists = rows[good, 5:] if np.any(rows[:, 5:]) else None
+        track = believable_track(odometry.name, wheels.own[good] + wheels_shift, rows[good, 2:5], twists, self._tally)
         if track is not None:
-            self._tally.topics.append(f"tf {pair[0]} → {pair[1]}: odometry")
-        return track, base or pair[1]
+            self._tally.topics.append(odometry.label)
+        return track, laser_shift
 
     def _compare_with_declared(self) -> None:
         declared = self._tally.declared

@@ -19,12 +19,16 @@ ZSTD = b"\x28\xb5\x2f\xfd"  # a message that was packed by itself begins so
 MOST_STEPS = 2_000  # of the progress callback, one every 100 000 instructions of the database
 COUNT = re.compile(r"^( *)message_count: *(\d+) *$", re.MULTILINE)
 TROUBLES = (sqlite3.Error, ValueError, OverflowError)  # even the words of a complaint may be damaged
+DIGITS = re.compile(r"(\d+)")
 PACKED = re.compile(r"compression_mode: *[\"']?file", re.IGNORECASE)
 
 
 def folder_messages(folder: Path, settings: LogSettings, tally: ReadReport) -> Iterator[Envelope]:
     """Every message of a bag's folder, file after file. Raises BadInput when there is none."""
-    files = sorted(path for path in folder.iterdir() if path.suffix in (".db3", ".mcap") and path.is_file())
+    found = (path for path in folder.iterdir() if path.suffix in (".db3", ".mcap") and path.is_file())
+    files = sorted(
+        found, key=lambda path: [int(part) if part.isdigit() else part for part in DIGITS.split(path.name)]
+    )
     text = _metadata(folder / "metadata.yaml")
     if not files:
         if PACKED.search(text) or any(path.suffix in (".zstd", ".zst") for path in folder.iterdir()):
@@ -33,6 +37,7 @@ def folder_messages(folder: Path, settings: LogSettings, tally: ReadReport) -> I
     declared = 0
     for path in files:
         tally.declared = None
+        tally.files += 1
         yield from (messages if path.suffix == ".db3" else mcap_file.messages)(path, settings, tally)
         declared += tally.declared or 0
     counts = [(len(indent), int(count)) for indent, count in COUNT.findall(text)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,11 @@ from core.geometry import Pose, Transform
 from core.message import Array, message
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
+from core.recording.robot_names import BASES, ODOMETRIES, known_frame
 
 MOST_PAIRS = 1000
 MOST_ROWS = 4_000_000  # numbers held per moving pair
-BASES = ("base_footprint", "base_link", "base", "base_frame", "robot")
-ODOMETRIES = ("odom", "odometry", "odom_combined", "wheel_odom")
+MAX_TILT = math.radians(20)  # of a laser whose plane is taken for level
 
 Pair = tuple[str, str]  # parent, child
 
@@ -29,6 +30,12 @@ class Placed:
     pose: Pose = Pose()  # robot_from_laser
     height: float = 0.12  # [m]
     upside_down: bool = False
+    tilt: float = 0.0  # [rad] of its plane from the floor's
+
+    @property
+    def level(self) -> bool:
+        """True where it sees what is around, not the floor and not a vertical slice."""
+        return self.tilt < MAX_TILT
 
 
 class FrameTree:
@@ -37,6 +44,11 @@ class FrameTree:
     def __init__(self) -> None:
         self._fixed: dict[Pair, Transform] = {}
         self._moving: dict[Pair, array[float]] = {}  # own stamp, logged, x, y, heading …
+
+    @property
+    def moving_frames(self) -> set[str]:
+        """The frames that move in another one."""
+        return {child for _, child in self._moving}
 
     @property
     def frames(self) -> set[str]:
@@ -62,16 +74,16 @@ class FrameTree:
         rows.extend((stamp, logged, t.x, t.y, float(heading_of(q.x, q.y, q.z, q.w))))
         return 40
 
-    def moving(self, odometry: str, base: str) -> tuple[Pair, Array]:
+    def moving(self, odometry: str, base: str, belongs: Callable[[str], bool]) -> tuple[Pair, Array]:
         """The pair that is the odometry and its rows (N, 5): own stamp, logged [s], x, y [m], heading [rad].
 
-        Named frames are taken at their word, "" is a guess; nothing fits: no rows.
+        Named frames are taken at their word, "" is a guess among those that `belongs` takes; nothing fits: no rows.
         """
         fits = [
             pair
             for pair in self._moving
-            if (pair[0] == odometry if odometry else _known(pair[0], ODOMETRIES))
-            and (pair[1] == base if base else _known(pair[1], BASES))
+            if (pair[0] == odometry if odometry else known_frame(pair[0], ODOMETRIES))
+            and (pair[1] == base if base else known_frame(pair[1], BASES) and belongs(pair[1]))
         ]
         if not fits:
             return ("", base), np.zeros((0, 5))
@@ -90,7 +102,7 @@ class FrameTree:
         """base_from_frame, where `base` is the robot's frame, or else one of its usual names; None: no chain."""
         if not frame:
             return None
-        usual = sorted(known for known in self.frames if _known(known, BASES))
+        usual = sorted(known for known in self.frames if known_frame(known, BASES))
         chains = (self._chain(name, frame) for name in [base, *usual])
         return next((found for found in chains if found is not None), None)
 
@@ -127,12 +139,8 @@ def flat(robot_from_laser: Transform) -> Placed:
         pose=Pose(x, y, math.atan2(float(forward[1]), float(forward[0]))),
         height=z,
         upside_down=bool(robot_from_laser.rotation[2, 2] < -0.5),
+        tilt=math.acos(min(1.0, abs(float(robot_from_laser.rotation[2, 2])))),
     )
-
-
-def _known(frame: str, names: tuple[str, ...]) -> bool:
-    """Return whether a frame is one of `names`, perhaps with the robot's name before it: "robot1/odom"."""
-    return frame.rpartition("/")[2] in names
 
 
 def _matrix(x: float, y: float, z: float, w: float) -> Array:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from core.errors import BadInput
+from core.recording.clocks import evenly_spread
 from core.recording.npz import Archive
-from core.recording.odometry_track import OdometryTrack
+from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
-from core.recording.recording import LogSettings, ScanRecording
+from core.recording.recording import LogSettings, ScanRecording, stamped
 from core.recording.scans import in_time_order, make_scan, scan_recording, spread
 from core.sensors import Scan
 
@@ -23,16 +24,20 @@ def read(archive: Archive, settings: LogSettings) -> ScanRecording:
     if ranges.nbytes > 2 * settings.most_readings:
         raise BadInput(f"{archive.path.name} holds more scans than log.most_readings_mb of the settings allows.")
     scans: list[Scan] = []
+    used: list[int] = []
     limits = (0.0, settings.range_max or FARTHEST)
     for number, (stamp, row) in enumerate(zip(times.tolist(), ranges, strict=True)):
         try:
             scans.append(make_scan(stamp, row, spread(max(1, ranges.shape[1])), limits))
+            used.append(number)
             tally.read += 1
         except BadRecord as problem:
             tally.skip(str(problem), f"row {number}")
-    scans = in_time_order(scans, tally)
     if not scans:
         raise BadInput(f"{archive.path.name} holds no scan that can be used. {tally.reasons()}")
-    track = None if poses is None or settings.odometry_topic == "none" else OdometryTrack.of(times, poses)
+    stamps = evenly_spread(times[used], tally, "t")
+    scans = in_time_order([stamped(scan, float(stamp)) for scan, stamp in zip(scans, stamps, strict=True)], tally)
+    wanted = poses is not None and settings.odometry_topic != "none"
+    track = believable_track("odo_raw", stamps, poses[used], None, tally) if wanted and poses is not None else None
     tally.topics = ["scan_cm: laser"] + (["odo_raw: odometry"] if track is not None else [])
     return scan_recording(archive.path, scans, track, tally, "scan set", settings)

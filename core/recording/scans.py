@@ -3,19 +3,32 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array
 from core.recording.odometry_track import OdometryTrack
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording
 from core.sensors import Laser, Scan
+from core.sensors.checks import fault
 from core.sensors.laser import MAX_STAMP_S, MAX_SWEEP_S, beams_malformation
 
 AT_THE_ORIGIN = Pose()
+MIN_SAMPLED_BEAMS = 2000
+MAX_SAMPLED_SCANS = 200  # of a log, by which its ranges are judged
+MAX_RANGE_MIN_M = 2.0  # from which the nearest range of a laser is no metres
+MAX_MEDIAN_M = 100.0
+MIN_MEDIAN_MM = 600.0  # between ranges in millimetres and in centimetres
+MARK_BAND = 0.01  # of the longest range, in which marks of nothing there lie, with their noise
+MARK_CROWDING = 4.0  # times as many beams as in the three such bands before it
+MIN_MARK_SHARE = 0.02  # of the beams
+MIN_MARK_RANGE = 0.8  # times the longest range, where such a mark lies
+MIN_KEPT_SHARE = 0.5  # of the scans that a log must have a time for
 DEFAULT_RANGE = 100.0  # [m] taken for range_max where a log does not give it
 
 
@@ -72,26 +85,50 @@ def make_scan(
     )
 
 
-def settle_stamps(own: Array, logged: Array) -> tuple[Array, Array]:
-    """Stamps in the records (N,) and stamps of the recorder (N,) [s] → (stamps to use (N,), good (N,) bool).
-
-    The records' own are used unless most are missing (NaN, zero) or repeat; records whose own stamp is more than
-    30 s away from what the others suggest are not good.
-    """
-    stamped = np.isfinite(own) & (own > 0)
-    if not stamped.any() or len(np.unique(own[stamped])) * 2 < len(own):
-        return logged, np.isfinite(logged)
-    late = own - logged
-    offset = np.median(late[stamped])
-    return own, stamped & (np.abs(late - offset) < 30.0)
-
-
 def in_time_order(scans: list[Scan], tally: ReadReport) -> list[Scan]:
-    """Scans in any order → rising stamps; what repeats a stamp is left out and counted."""
+    """Scans in any order → rising stamps; what repeats a stamp is left out and counted.
+
+    Raises BadInput where less than half of them are left.
+    """
     ordered = sorted(scans, key=lambda scan: scan.stamp)
     kept = [scan for index, scan in enumerate(ordered) if index == 0 or scan.stamp > ordered[index - 1].stamp]
     tally.drop("the stamp is that of another scan", count=len(ordered) - len(kept))
+    if len(kept) < MIN_KEPT_SHARE * len(scans):
+        raise BadInput(fault("clock.few_left", kept=len(kept), all=len(scans)).sentence)
     return kept
+
+
+def without_walls_at_the_end(scans: list[Scan], tally: ReadReport, settings: LogSettings) -> list[Scan]:
+    """Scans of one laser → the same without walls that are a mark for nothing there."""
+    sample = scans[:: max(1, len(scans) // MAX_SAMPLED_SCANS)]
+    ranges = np.concatenate([scan.ranges for scan in sample])
+    hits = ranges[np.isfinite(ranges)]
+    typical = scans[len(scans) // 2]
+    if len(hits) < MIN_SAMPLED_BEAMS:
+        return scans
+    top = float(hits.max())
+    marked = hits > (1 - MARK_BAND) * top
+    below = ~marked & (hits > (1 - 4 * MARK_BAND) * top)
+    share = float(np.count_nonzero(marked)) / len(ranges)
+    crowded = np.count_nonzero(marked) > MARK_CROWDING * np.count_nonzero(below)
+    if share > MIN_MARK_SHARE and crowded and top > MIN_MARK_RANGE * typical.range_max and not settings.range_max:
+        tally.fault("scan.no_return_mark", "the laser", used=True, share=f"{100 * share:.0f}", range=f"{top:.2f}")
+        scans = [_without_mark(scan, (1 - MARK_BAND) * top) for scan in scans]
+    return scans
+
+
+def unit_of(ranges: Array, range_min: float) -> tuple[float, str]:
+    """Ranges (N,) as logged and the nearest one that the laser measures → metres per unit, and the unit."""
+    hits = ranges[np.isfinite(ranges) & (ranges > 0)]
+    median = float(np.median(hits)) if len(hits) else 0.0
+    if median <= (MAX_MEDIAN_M if range_min <= MAX_RANGE_MIN_M else MAX_RANGE_MIN_M):
+        return 1.0, "metres"
+    return (0.001, "millimetres") if median > MIN_MEDIAN_MM else (0.01, "centimetres")
+
+
+def _without_mark(scan: Scan, top: float) -> Scan:
+    """The scan with nothing there from the range `top` [m] on."""
+    return replace(scan, ranges=np.where(scan.ranges > top, np.float32(np.inf), scan.ranges), range_max=top)
 
 
 def laser_of(scans: list[Scan], mounting: Pose, height: float, settings: LogSettings) -> Laser:
@@ -122,6 +159,10 @@ def scan_recording(
     height: float = Laser.height,
 ) -> ScanRecording:
     """Scans in time order (at least one) and odometry → the recording."""
+    scans = without_walls_at_the_end(scans, tally, settings)
+    if track is not None and not (scans[0].stamp < track.times[-1] and track.times[0] < scans[-1].stamp):
+        tally.fault("clock.apart", scans=f"{scans[0].stamp:.0f}", odometry=f"{track.times[0]:.0f}")
+        track, tally.topics = None, [topic for topic in tally.topics if not topic.endswith("odometry")]
     if track is not None and (scans[0].stamp < track.times[0] - 1 or scans[-1].stamp > track.times[-1] + 1):
         tally.warn("Some scans lie outside the time of the odometry; the wheels are taken to stand still there.")
     return ScanRecording(

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import bz2
+import contextlib
 import gzip
 import io
 import re
+import tempfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import lz4.frame
 import zstandard
@@ -114,6 +116,60 @@ def _unpacked(packed: bytes, compression: str, limit: int) -> Iterator[bytes]:
             piece = unpacker.decompress(b"", max_length=STEP)
     except (zstandard.ZstdError, RuntimeError, OSError, EOFError, ValueError):
         return
+
+
+BINARY = re.compile(rb"\x89MCAP|#ROSBAG|SQLite format|PK\x03\x04")  # how a log begins that is no text
+PACKERS: dict[bytes, Callable[[BinaryIO], Any]] = {
+    b"\x1f\x8b": lambda raw: gzip.GzipFile(fileobj=raw),
+    b"BZh": lambda raw: bz2.BZ2File(raw),
+    b"\x28\xb5\x2f\xfd": lambda raw: zstandard.ZstdDecompressor().stream_reader(raw, read_across_frames=True),
+}
+"""How a packed file begins, and what reads it."""
+
+
+def first_bytes(path: Path, count: int) -> bytes:
+    """How a file begins; b"" where that cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return file.read(count)
+    except (OSError, ValueError):
+        return b""
+
+
+def is_packed(path: Path) -> bool:
+    """Return whether a file is packed as a whole; text that is gzip'ed is read as it is."""
+    head = first_bytes(path, 4)
+    if not head.startswith(b"\x1f\x8b"):
+        return any(head.startswith(magic) for magic in PACKERS)
+    try:
+        with gzip.open(path) as file:
+            return bool(BINARY.match(file.read(16)))
+    except (OSError, EOFError, zlib.error):
+        return False
+
+
+@contextlib.contextmanager
+def unpacked_file(path: Path, largest: int) -> Generator[Path]:
+    """The content of a packed file, in a temporary one that is gone afterwards; what is cut stays as far as it goes.
+
+    Raises BadInput where it has more than `largest` bytes or nothing of it can be unpacked.
+    """
+    head = first_bytes(path, 4)
+    pack = next(open_pack for magic, open_pack in PACKERS.items() if head.startswith(magic))
+    with tempfile.TemporaryDirectory(prefix="beckon-log-") as folder, open_file(path, largest) as raw:
+        content = Path(folder) / path.stem
+        with content.open("wb") as out, contextlib.suppress(EOFError, ValueError, zlib.error, zstandard.ZstdError):
+            source = pack(raw)
+            while piece := source.read(STEP):
+                if out.tell() + len(piece) > largest:
+                    raise BadInput(
+                        f"{path.name} unpacks to more than {largest / 1e9:.1f} GB. Cut it into parts, or raise "
+                        "log.largest_file_mb in the settings."
+                    )
+                out.write(piece)
+        if content.stat().st_size == 0:
+            raise BadInput(f"{path.name} is packed and damaged: nothing of it can be unpacked.")
+        yield content
 
 
 class TextLog:

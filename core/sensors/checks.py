@@ -63,6 +63,27 @@ SCANS = (
         "Scans of {sensor} are stamped {lead} s in the future, so they do not steer the robot. Check the clock that "
         "the driver of the laser stamps them by.",
     ),
+    Check(
+        "scan.units",
+        "limits",
+        "the ranges of a laser with what a laser can measure: from below 2 m, to 500 m at most",
+        "The ranges of {sensor} are not in metres (from {nearest} to {farthest}); they are taken for {unit}. Let the "
+        "driver publish metres.",
+    ),
+    Check(
+        "scan.no_return_mark",
+        "limits",
+        "how many beams end within 1 % of the longest range with how many end just before that",
+        "{share} % of the beams of {sensor} end at {range} m: a mark for nothing there, not a wall. They are "
+        "taken for that. Set the longest range of the driver below its mark.",
+    ),
+    Check(
+        "scan.step_zero",
+        "form",
+        "the step between the beams with the angles of the first and the last one",
+        "Scans of {sensor} say a step of zero between their beams; it is taken from the angles of the first and the "
+        "last one. Correct angle_increment in the driver.",
+    ),
 )
 
 ODOMETRY = (
@@ -88,9 +109,116 @@ ODOMETRY = (
     ),
 )
 
-CLOCKS: tuple[Check, ...] = ()
+RECORDED_ODOMETRY = (
+    Check(
+        "odometry.no_heading",
+        "form",
+        "the orientation of the odometry: a quaternion of length 1",
+        "The odometry of {sensor} has no heading (its quaternion is zero); {instead}. Let the base publish its "
+        "orientation.",
+    ),
+    Check(
+        "odometry.stands",
+        "agreement",
+        "the way of the odometry's place with the way of its own speeds",
+        "The place of {sensor} never moves although its speeds do; the speeds are used. Let the base publish where "
+        "it is.",
+    ),
+    Check(
+        "odometry.too_fast",
+        "limits",
+        "speed by the odometry's places with that of any robot that maps rooms: 6 m/s",
+        "The odometry of {sensor} moves at {speed} m/s, which no robot does: is it in centimetres or millimetres? It "
+        "is not used; scans alone are.",
+    ),
+    Check(
+        "odometry.restarted",
+        "limits",
+        "each step of the odometry with what the base can do in that time",
+        "The odometry of {sensor} jumps {count} times (first {at} s after its start), as when a base is restarted; "
+        "it goes on from where it was.",
+    ),
+    Check(
+        "odometry.several",
+        "form",
+        "how many topics carry odometry",
+        "Of several odometries {sensor} is used; {others} is not. Set log.odometry_topic to change that.",
+    ),
+    Check(
+        "odometry.unknown",
+        "form",
+        "frames that move with the usual names of odometry and robot",
+        "Frames move in this log ({others}), but none is the odometry of the robot by its name; scans alone are "
+        "used. Set log.odometry_frame and log.base_frame.",
+    ),
+)
+
+CLOCKS = (
+    Check(
+        "clock.set",
+        "time",
+        "steps of a device's stamps with the time that passed meanwhile for the recorder",
+        "The clock of {sensor} was set by {jump} s while it recorded; its readings go on as they were recorded. Let "
+        "clocks be set (NTP) before a recording begins.",
+    ),
+    Check(
+        "clock.recorder_set",
+        "time",
+        "steps of the recorder's time in the order of the file: 1 s back, 10 minutes ahead at most",
+        "The recorder's clock was set by {jump} s in the middle; what follows is taken to come at once after what "
+        "was before. Let clocks be set (NTP) before a recording begins.",
+    ),
+    Check(
+        "clock.differs",
+        "time",
+        "stamps of two devices with the times at which they were recorded: 1 s at most",
+        "The stamps of {sensor} are {difference} those of {other}: two clocks. They are put on one by the times at "
+        "which both were recorded, which is less exact. Synchronize the clocks (chrony, NTP).",
+    ),
+    Check(
+        "clock.apart",
+        "time",
+        "the time of the scans with the time of the odometry",
+        "The scans and the odometry are of different times by their stamps ({scans} s and {odometry} s), and nothing "
+        "in the file says how their clocks differ; the odometry is not used. Synchronize the clocks.",
+    ),
+    Check(
+        "clock.none",
+        "time",
+        "stamps of readings with each other",
+        "The readings of {sensor} carry no times: they are taken in the order of the file, {rate} a second. "
+        "Durations and speeds mean nothing.",
+    ),
+    Check(
+        "clock.rounded",
+        "time",
+        "stamps of readings with each other: one in ten may repeat",
+        "{share} % of the stamps of {sensor} repeat the one before (rounded, or without a value): the readings are "
+        "spread evenly, in the order of the file.",
+    ),
+    Check(
+        "clock.few_left",
+        "time",
+        "how many scans have a time of their own",
+        "Only {kept} of {all} scans have a usable time, so the log cannot be used. Check what stamps the scans.",
+    ),
+)
 
 ROBOTS = (
+    Check(
+        "robots.several",
+        "form",
+        "the names before the topics and frames of odometry",
+        "There are several robots here ({robots}); only what belongs to {sensor} is used. Set log.scan_topic to "
+        "choose another one.",
+    ),
+    Check(
+        "robots.other_odometry",
+        "form",
+        "the robot of the odometry with the robot of the laser",
+        "Only another robot than that of {sensor} has odometry here ({robots}), so none is used; scans alone are. "
+        "Set log.odometry_topic if they are one robot.",
+    ),
     Check(
         "battery.malformed",
         "form",
@@ -99,7 +227,23 @@ ROBOTS = (
     ),
 )
 
-MOUNTINGS: tuple[Check, ...] = ()
+MOUNTINGS = (
+    Check(
+        "mount.unknown",
+        "form",
+        "the frame of the scans with the transforms of the log",
+        "The log does not say how {sensor} is mounted on the robot; it is taken to stand at the robot's origin and "
+        "to look ahead. Set log.mounting_x, mounting_y and mounting_heading to change that.",
+    ),
+    Check(
+        "mount.not_level",
+        "limits",
+        "the plane of the laser with the floor's: 20° at most",
+        "The plane of {sensor} is tilted by {tilt}° (it looks at the floor or is mounted on its side), so it does "
+        "not show what is around the robot. Mount it level, or correct the transform of its frame; "
+        "log.mounting_heading takes it for level all the same.",
+    ),
+)
 
 AGREEMENT: tuple[Check, ...] = ()
 
@@ -231,7 +375,7 @@ FILES = (
 
 CHECKS: dict[str, Check] = {
     check.code: check
-    for table in (SCANS, ODOMETRY, CLOCKS, ROBOTS, MOUNTINGS, AGREEMENT, PICTURES, SOUND, FILES)
+    for table in (SCANS, ODOMETRY, RECORDED_ODOMETRY, CLOCKS, ROBOTS, MOUNTINGS, AGREEMENT, PICTURES, SOUND, FILES)
     for check in table
 }
 

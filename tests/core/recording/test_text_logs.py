@@ -109,7 +109,7 @@ def test_packed_text_is_read_as_it_is(tmp_path):
 
 
 def test_lines_without_scans_are_refused(tmp_path):
-    with pytest.raises(BadInput, match="no FLASER or ROBOTLASER1"):
+    with pytest.raises(BadInput, match="no FLASER, ROBOTLASER1 or RAWLASER1"):
         open_log(write(tmp_path / "robot.log", [line for line in carmen_lines() if "ODOM" in line]))
 
 

@@ -1,0 +1,159 @@
+"""Times of a recording: which clock each reading was stamped by, and one clock for all of them.
+
+A record carries the stamp of its device and, mostly, the time at which the recorder had it. The device's is the
+better one as long as it can be true: devices with clocks of their own, clocks that are set while a recording runs
+and stamps without a value are found by comparing both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.message import Array
+from core.recording.read_report import ReadReport
+
+MAX_BACKWARD_S = 1.0  # by which the recorder's time may go back within a file: writers buffer
+MAX_PAUSE_S = 600.0  # of a recording that was paused; after more its clock was set
+MAX_CLOCK_DIFFERENCE_S = 1.0  # between the clocks of two devices
+MAX_LATENCY_SPREAD_S = 0.5  # (median deviation) of the way to a recorder whose times can be compared
+MAX_OUTLIER_S = 30.0  # of a single stamp from what the others suggest
+MIN_JUMP_S = 1.0  # of a device's clock that was set, beyond the time that passed for the recorder
+MAX_REPEATED = 3  # stamps that repeat the one before in a short log
+MAX_REPEATED_SHARE = 0.1  # of stamps that repeat the one before: beyond it they are rounded or have no value
+DEFAULT_PERIOD_S = 0.1  # between scans that carry no times at all
+
+
+class RecorderClock:
+    """The recorder's time, message by message in the order of the file: a clock that was set leaves no gap.
+
+    A jump is one of every topic: files may hold one topic after the other, each from the beginning.
+    """
+
+    def __init__(self) -> None:
+        self._newest: float | None = None  # [s] of the message before, of any topic
+        self._seen: dict[str, tuple[float, int]] = {}  # topic → time of its newest message [s], jumps until then
+        self._shift_s = 0.0
+        self.jumps_s: list[float] = []  # by which it was set
+
+    def begin_file(self) -> None:
+        """Begin with another file, whose times may lie before those of the last one."""
+        self._newest, self._shift_s = None, 0.0
+        self._seen.clear()
+
+    def corrected(self, topic: str, logged: float) -> float:
+        """Return the time [s] of the next message as if the clock had never been set."""
+        last, jumps = self._seen.get(topic, (logged, 0))
+        step = logged - last
+        if self._newest is not None and jumps == len(self.jumps_s) and not -MAX_BACKWARD_S <= step <= MAX_PAUSE_S:
+            self.jumps_s.append(logged - self._newest)
+            self._shift_s -= logged - self._newest
+        self._newest = logged
+        self._seen[topic] = logged, len(self.jumps_s)
+        return logged + self._shift_s
+
+
+@dataclass
+class StampedStream:
+    """The times of one topic's records, in the order of the file."""
+
+    name: str
+    own: Array  # (N,) [s] stamps in the records; NaN or 0 where they carry none
+    logged: Array  # (N,) [s] by the recorder
+
+    @property
+    def latency(self) -> float:
+        """Time [s] from the stamp to the recorder, the median; minus the difference of their clocks."""
+        return float(np.median(self.logged - self.own))
+
+    @property
+    def comparable(self) -> bool:
+        """True where the way to the recorder takes about the same time always."""
+        late = self.logged - self.own
+        return bool(np.median(np.abs(late - np.median(late))) < MAX_LATENCY_SPREAD_S)
+
+
+def settled_stamps(stream: StampedStream, report: ReadReport) -> tuple[StampedStream, Array]:
+    """Find the stamps to use of one topic → the stream with them as its own, and which are good (N,) bool.
+
+    The records' own are used unless most are missing (NaN, zero) or repeat; where their clock was set, they go on as
+    the recorder's time did.
+    """
+    own, logged = stream.own, stream.logged
+    stamped = np.isfinite(own) & (own > 0)
+    if not stamped.any() or len(np.unique(own[stamped])) * 2 < len(own):
+        return StampedStream(stream.name, logged.copy(), logged), np.isfinite(logged)
+    own = own.copy()
+    rows = np.flatnonzero(stamped)
+    passed, stepped = np.diff(logged[rows]), np.diff(own[rows])
+    jumped = (np.abs(stepped - passed) > MIN_JUMP_S) & (np.abs(passed) < MIN_JUMP_S)
+    jumped &= ~_comes_back(stepped - passed)
+    if jumped.any():
+        own[rows[1:]] -= np.cumsum(np.where(jumped, stepped - passed, 0.0))
+        largest = float(stepped[jumped][np.argmax(np.abs(stepped[jumped]))])
+        report.fault("clock.set", stream.name, used=True, jump=f"{largest:+.0f}")
+    late = own - logged
+    good = stamped & (np.abs(late - np.median(late[stamped])) < MAX_OUTLIER_S)
+    return StampedStream(stream.name, own, logged), good
+
+
+def _comes_back(steps: Array) -> Array:
+    """Return which of the steps (N,) [s] of a clock a neighbour takes back: a single wrong stamp, no clock."""
+    after = np.append(np.abs(steps[:-1] + steps[1:]) < MIN_JUMP_S, False)
+    return after | np.append(False, after[:-1])
+
+
+def on_one_clock(laser: StampedStream, wheels: StampedStream, report: ReadReport) -> tuple[float, float]:
+    """Return the times [s] to add to the stamps of the laser and to those of the odometry, so that both fit.
+
+    Where their devices' clocks differ, the times at which the recorder had them are what they have in common; the one
+    that is nearer to the recorder's stays.
+    """
+    if not len(laser.own) or not len(wheels.own):
+        return 0.0, 0.0
+    apart = laser.latency - wheels.latency
+    if abs(apart) <= MAX_CLOCK_DIFFERENCE_S or not (laser.comparable and wheels.comparable):
+        return 0.0, 0.0
+    moved, other = (wheels, laser) if abs(laser.latency) < abs(wheels.latency) else (laser, wheels)
+    difference = _spoken(other.latency - moved.latency)
+    report.fault("clock.differs", moved.name, used=True, difference=difference, other=other.name)
+    return (apart, 0.0) if moved is laser else (0.0, -apart)
+
+
+def _spoken(seconds: float) -> str:
+    """A difference of clocks for people: "4.0 s behind"."""
+    size = abs(seconds)
+    words = f"{size:.1f} s" if size < 600 else f"{size / 3600:.1f} h" if size < 2e5 else f"{size / 86400:.0f} days"
+    return f"{words} {'ahead of' if seconds > 0 else 'behind'}"
+
+
+def evenly_spread(stamps: Array, report: ReadReport, sensor: str) -> Array:
+    """Stamps (N,) [s] in the order of the file → the same, and those that repeat spread over the time to the next.
+
+    A few that repeat stay: they are readings that were written twice. Where all are the same, the readings are taken
+    at 10 a second.
+    """
+    rows = len(stamps)
+    if rows < 2 or not np.isfinite(stamps).all():
+        return stamps
+    repeats = np.diff(stamps) == 0
+    if np.count_nonzero(repeats) <= max(MAX_REPEATED, MAX_REPEATED_SHARE * (rows - 1)):
+        return stamps
+    firsts = np.flatnonzero(np.append(True, ~repeats))
+    if len(firsts) < 2:
+        report.fault("clock.none", sensor, used=True, rate=f"{1 / DEFAULT_PERIOD_S:g}")
+        return stamps[0] + DEFAULT_PERIOD_S * np.arange(rows)
+    report.fault("clock.rounded", sensor, used=True, share=f"{100 * np.mean(repeats):.0f}")
+    lengths = np.diff(np.append(firsts, rows))
+    whole = np.arange(len(firsts)) > 0  # the first run may have begun before the file did
+    period = np.median(np.diff(stamps[firsts])[whole[:-1]] / lengths[:-1][whole[:-1]]) if len(firsts) > 2 else None
+    spread = stamps.astype(float).copy()
+    for index, (first, length) in enumerate(zip(firsts, lengths, strict=True)):
+        last = index == len(firsts) - 1
+        span = stamps[firsts[index + 1]] - stamps[first] if not last else (period or DEFAULT_PERIOD_S) * length
+        if index == 0 and period is not None and not last:
+            spread[:length] = stamps[firsts[1]] - period * np.arange(length, 0, -1)
+        else:
+            spread[first : first + length] = stamps[first] + span * np.arange(length) / length
+    return spread
