@@ -55,6 +55,7 @@ def test_the_thresholds_that_are_named_exist() -> None:
     assert relocalization.__doc__ and dereverberation.__doc__ and identity.__doc__ and leg_tracks.__doc__
     assert array_transcriber.READINGS and spellings.MISHEARD_FOR
     assert all(
-        hasattr(recognizer, name) for name in ("NUMBERS", "COMMON", "RARE", "STOP", "DECIMALS_BY_CHANCE", "SLOWER")
+        hasattr(recognizer, name)
+        for name in ("NUMBERS", "COMMON", "RARE", "STOP", "DECIMALS_BY_CHANCE", "SLOWER", "NUMBER_ODDS")
     )
     assert {"gate", "fresh"} <= {field.name for field in dataclasses.fields(Settings().ekf)}

@@ -38,6 +38,11 @@ def needs_confirmation(command: Command) -> bool:
     return spec_of(command.name).needs_confirmation(command.numbers)
 
 
+def has_said_numbers(command: Command) -> bool:
+    """Return whether its words hold numbers, rather than numbers that are always the same."""
+    return any(number.default is None for number in spec_of(command.name).numbers)
+
+
 def particulars(name: str, numbers: Mapping[str, float]) -> dict[str, float | str]:
     """Return what JSON says of a command besides its name: its numbers, and its fixed parameters."""
     return {**numbers, **spec_of(name).fixed}

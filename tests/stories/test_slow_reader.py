@@ -57,10 +57,10 @@ def rows(story: Story) -> list[tuple[str, str, str]]:
 def test_words_that_were_read_late_move_nothing(tmp_path: Path, source: str, frozen: float) -> None:
     async def tell(story: Story) -> None:
         story.frozen = story.now + frozen
-        await say(story, source, "continue 0.5 meters")
+        await say(story, source, "turn left")
 
     story = told(tmp_path, tell)
-    assert [words for _, words in story.seen.motions] == ([] if frozen else ["continue 0.5 meters"])
+    assert [words for _, words in story.seen.motions] == ([] if frozen else ["turn left"])
     if frozen:
         assert rows(story)[-1][1] == "refused" and "too late to act on them" in rows(story)[-1][2]
 
@@ -87,16 +87,16 @@ async def closed(story: Story) -> None:
 def test_whatever_comes_after_the_words_makes_them_void(tmp_path: Path, source: str, what: Any) -> None:
     async def tell(story: Story) -> None:
         story.frozen = story.now + 1.8
-        await say(story, source, "continue 0.5 meters")
+        await say(story, source, "turn left")
         await what(story)
 
-    assert "continue 0.5 meters" not in [words for _, words in told(tmp_path, tell).seen.motions]
+    assert "turn left" not in [words for _, words in told(tmp_path, tell).seen.motions]
 
 
 @pytest.mark.parametrize("source", ["voice", "ears"])
 def test_the_rest_of_a_sentence_with_stop_is_neither_obeyed_nor_offered(tmp_path: Path, source: str) -> None:
     async def tell(story: Story) -> None:
-        for words in ("continue 0.5 meters", "start"):
+        for words in ("turn left", "start"):
             await say(story, source, words, stop=True)
             await asyncio.sleep(1.0)
 
@@ -141,7 +141,7 @@ def test_what_waited_in_the_sockets_of_a_console_that_stood_still_is_not_obeyed(
 
     async def tell(story: Story) -> None:
         story.dispatcher.tick(story.now + 4.0)
-        await say(story, source, "continue 0.5 meters")
+        await say(story, source, "turn left")
 
     story = told(tmp_path, tell)
     assert story.seen.motions == [] and "stood still for 4." in rows(story)[-1][2]
@@ -154,7 +154,7 @@ def test_sound_of_a_link_that_held_it_up_is_as_old_as_the_state_that_its_page_ha
     async def tell(story: Story) -> None:
         story.states.note(7, story.now - held_up)
         story.pages["a"].seen = 7
-        await say(story, "voice", "continue 0.5 meters")
+        await say(story, "voice", "turn left")
 
     story = told(tmp_path, tell)
     assert bool(story.seen.motions) == (held_up == 0.0)

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Literal
 
-from core.commands import needs_confirmation
+from core.commands import has_said_numbers, needs_confirmation
 from core.commands.command import Command
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import message
@@ -32,7 +32,7 @@ class Decision:
 
     verdict: Verdict
     command: Command | None = None  # None exactly where it is rejected
-    confidence: float = 0.0  # 0 to 1 that the words are right; comparable within one engine, not calibrated
+    confidence: float = 0.0  # 0 to 1 that the words are right; calibrated for the numbers that Whisper hears
     alternatives: tuple[Command, ...] = ()  # that may have been said instead, the likeliest first; never carried out
     words: str = ""  # as they were heard; "" where no command was
     reason: str = ""  # a sentence: why it is rejected
@@ -42,10 +42,12 @@ class Decision:
 
     @property
     def waits(self) -> bool:
-        """True where the command waits for the confirmation delay: uncertain words, or a far way. STOP never does."""
+        """True where the command is said back and waits for the confirmation delay: uncertain words, a far way, and
+        every number, because no voice is so sure that it is never another. STOP never does.
+        """
         if self.command is None or self.stops:
             return False
-        return self.verdict == "confirm" or needs_confirmation(self.command)
+        return self.verdict == "confirm" or has_said_numbers(self.command) or needs_confirmation(self.command)
 
     @property
     def stops(self) -> bool:

@@ -38,9 +38,9 @@ NUMBER = f"(?:minus (?:{_TYPED}|{_SPOKEN})|-?{_TYPED}|{_SPOKEN})"
 """Regular expression of one number, for lower-case text with single spaces."""
 
 DECIMAL_COMMA = "[0-9]{1,9},[0-9]{1,2}"  # with three digits behind it "1,500" may be a thousand and a half
-AND_A_HALF = " and a half"
+HALF, AND_A_HALF = "half a", " and a half"
 _HALVES = f"(?:[0-9]{{1,9}}|{_BELOW_100}){AND_A_HALF}"
-AMOUNT = f"(?:{_HALVES}|{DECIMAL_COMMA}|half an?|an?|{NUMBER})"
+AMOUNT = f"(?:{_HALVES}|{DECIMAL_COMMA}|{HALF}n?|an?|{NUMBER})"
 """Regular expression of how many units a length has: a number, "half a", "two and a half", "1,5"."""
 
 
@@ -48,7 +48,7 @@ def read_amount(words: str) -> float:
     """Convert text that matched AMOUNT to its value. "two and a half" → 2.5."""
     if words in ("a", "an"):
         return 1.0
-    if words in ("half a", "half an"):
+    if words in (HALF, f"{HALF}n"):
         return 0.5
     whole, half, _ = words.partition(AND_A_HALF)
     return read_number(whole.replace(",", ".")) + (0.5 if half else 0.0)

@@ -29,6 +29,7 @@ from core.speech.recognition.decision import (
     Sentence,
     Thresholds,
     decide,
+    log_odds,
     no_command,
     not_a_command,
     stop,
@@ -67,8 +68,14 @@ MORE_DIGITS = "I may have missed a part of the numbers."
 RIVALS = 4  # meanings of which the best is chosen
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
 UNREAD = 1.0  # [nats] below the last of the second reading, for those that it lacks
-SLOWER = 1.1  # times as long the sound lasts in the second reading of what would be rejected as doubtful
-REJECTED_BEFORE = 3.0  # [nats] by which a command is less likely that was rejected just before
+NUMBER_ODDS = (
+    1.35  # [nats] of log odds that a number is right, per nat of its lead (`tests.benchmarks.voices --odds`)
+)
+LEAST_RIGHT = 0.9  # probability that a number is right, below which it is rejected
+MOST_LEAD = 4.0  # [nats] beyond which a lead says no more: one number in 300 is wrong however far it is ahead
+NUMBER_THRESHOLDS = Thresholds(reject=log_odds(LEAST_RIGHT) / NUMBER_ODDS, accept=2.0, scale=1 / NUMBER_ODDS)
+SLOWER = 1.1  # times as long the sound lasts in the second reading of what is doubtful
+REJECTED_BEFORE = 4.0  # [nats] by which a command is less likely that was rejected just before
 OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
 BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
 DOUBTED = 4.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written where the whole part was not heard …
@@ -204,7 +211,8 @@ class WhisperRecognizer:
     def _weighed(self, samples: Array, found: Found, rejected: Iterable[str]) -> tuple[list[Meaning], bool]:
         """The meanings, after a second reading where it is hard to tell the best; False: the two do not agree."""
         meanings = self.meanings(found, rejected)
-        if len(meanings) < 2 or _best(meanings)[1] >= THRESHOLDS.reject:
+        best, lead = _best(meanings) if meanings else (None, 0.0)
+        if best is None or lead >= (NUMBER_THRESHOLDS.accept if best.key[1] else THRESHOLDS.reject):
             return meanings, True
         again = self._again(samples, rejected)
         both = _read_twice(meanings, again)
@@ -260,9 +268,11 @@ class WhisperRecognizer:
         ):
             lead = min(lead, THRESHOLDS.accept)  # confirmed first
         sentences = [self._sentence(one) for one in (best, *(one for one in meanings[:3] if one is not best))]
-        scores = Scores(sentence=best.nats, over_free_text=fits, over_second_best=lead)
+        scores, thresholds = Scores(sentence=best.nats, over_free_text=fits, over_second_best=lead), THRESHOLDS
+        if best.key[1]:  # free text says nothing more about a number that fits
+            scores, thresholds = Scores(sentence=best.nats, over_second_best=min(lead, MOST_LEAD)), NUMBER_THRESHOLDS
         objection = objection or self._objection(best, found)
-        return decide(sentences[0], scores, THRESHOLDS, objection=objection, others=sentences[1:])
+        return decide(sentences[0], scores, thresholds, objection=objection, others=sentences[1:])
 
     def _objection(self, best: Meaning, found: Found) -> str:
         """Why these numbers must not move the robot; "": they may."""

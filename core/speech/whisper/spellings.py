@@ -16,8 +16,8 @@ import numpy as np
 from core.commands import VOCABULARY
 from core.commands.stop_moving import SOUGHT_STOP_PHRASES
 from core.message import Array
-from core.speech.understanding.grammar import UNITS
-from core.speech.understanding.numbers import DIGITS, NUMBER, TEENS, TENS, read_number, write_number
+from core.speech.understanding.grammar import HUNDREDTHS, UNITS
+from core.speech.understanding.numbers import AND_A_HALF, DIGITS, HALF, NUMBER, TEENS, TENS, read_number, write_number
 
 HIGHEST = 100  # numbers beyond the bounds of speech compete too: else "seven" would be read as the nearest below
 DECIMALS = 2  # behind the point
@@ -86,11 +86,14 @@ class _SpellingBuilder:
         """Add "stop at {x_m} and {y_m} meters": its first word small or capital."""
         words = pattern.split(" ")
         places = [begin, *(self._new() for _ in words[1:]), end]
+        alone = len(SLOT.findall(pattern)) == 1
         for i, (word, source, target) in enumerate(zip(words, places, places[1:], strict=False)):
             if SLOT.fullmatch(word):
                 self._write_number(source, target)
+                if alone:
+                    self._write_half(source, target)
             elif word == UNITS[0]:
-                for unit in UNITS:
+                for unit in (*UNITS, *HUNDREDTHS) if alone else UNITS:
                     self._write(f" {unit}", source, target)
             else:
                 if i > 0 and SLOT.fullmatch(words[i - 1]):
@@ -99,6 +102,13 @@ class _SpellingBuilder:
                     self._write(f" {word}", comma, target)
                 for spelling in {word, word.capitalize() if i == 0 else word}:
                     self._write(f" {spelling}", source, target)
+
+    def _write_half(self, source: int, target: int) -> None:
+        """Add "half a" and "two and a half"."""
+        self._write(f" {HALF}", source, target)
+        whole = self._new()
+        self._write_whole(source, whole, whole)
+        self._write(AND_A_HALF, whole, target)
 
     def _write_number(self, source: int, target: int) -> None:
         """Add a number up to 100, in digits or in words."""

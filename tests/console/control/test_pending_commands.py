@@ -145,7 +145,7 @@ def test_an_order_that_another_one_replaced_was_not_held_back(
 
 def test_what_is_exact_and_near_begins_at_once(live: Live, pending_commands: PendingCommands) -> None:
     who = person(live, live.operator)
-    entry = live.on_loop(lambda: pending_commands.take(sure("continue 0.5 meters"), "voice", who, Spoken.now()))
+    entry = live.on_loop(lambda: pending_commands.take(sure("turn left"), "voice", who, Spoken.now()))
     assert newest(live)["id"] == entry.id and shown(live) is None
 
 
@@ -197,7 +197,10 @@ def test_an_order_waits_on_while_someone_speaks(live: Live, pending_commands: Pe
     assert pending_commands.waiting is None
 
 
-def test_the_driver_begins_it_at_once_and_nobody_else(live: Live, pending_commands: PendingCommands) -> None:
+def test_the_driver_begins_it_at_once_and_nobody_else(
+    live: Live, pending_commands: PendingCommands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pending_commands, "delay", 30.0)  # longer than the questions take on a busy machine
     number = speak(live, "stop at 1 and 0.5")
     assert ask(live, "begin", number, live.viewer).status == 403
     other = live.runtime.access.logins.issue("other", "operator")

@@ -129,7 +129,9 @@ def test_a_place_that_is_objected_to_still_stops():
 @pytest.mark.parametrize(
     ("decision", "waits"),
     [
-        (sure("continue one meters"), False),
+        (sure("continue one meters"), True),
+        (sure("turn left"), False),
+        (sure("follow wall"), False),
         (sure("continue three meters"), True),
         (sure("come here"), True),
         (confirming("continue one meters"), True),
