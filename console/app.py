@@ -22,7 +22,7 @@ from console.api.calibration import calibration
 from console.api.calibration_files import calibration_files
 from console.api.commands import commands
 from console.api.connection import connection
-from console.api.documentation import ApiDescription, DescribedApp, documentation
+from console.api.documentation import STEPS, ApiDescription, DescribedApp, documentation
 from console.api.experiments import experiments
 from console.api.hearing import hearing
 from console.api.help import help_pages
@@ -105,7 +105,7 @@ def create_app(runtime: Runtime) -> FastAPI:
     app = DescribedApp(
         title="Beckon",
         version=beckon_version(),
-        description=__doc__ or "",
+        description=STEPS,
         lifespan=life,
         docs_url=None,
         redoc_url=None,

@@ -219,10 +219,20 @@ def rest_page() -> str:
 def socket_page() -> str:
     """Every message of `/ws`."""
     intro = (
-        "`/ws` carries JSON both ways, distinguished by `kind`, and the camera as binary: a header of 16 bytes (kind "
-        "1, sequence number, stamp in seconds) and a JPEG, the newest only. `/ws/audio` carries 16 kHz mono 16-bit "
-        "PCM up and transcripts down. The same as JSON Schema: [socket.schema.json](socket.schema.json), and "
-        "`/api/socket.json` on a running console."
+        "`/ws` carries JSON both ways, distinguished by `kind`, and the camera as binary: a header of 16 bytes "
+        "(kind 1, sequence number, stamp in seconds) and a JPEG, the newest only. `/ws/audio` carries 16 kHz mono "
+        "16-bit PCM up and transcripts down. The same as JSON Schema: [socket.schema.json](socket.schema.json), "
+        "and `/api/socket.json` on a running console.\n\n"
+        "Sign in as for REST: send `Authorization: Bearer KEY` with the handshake, or, from a page of the console "
+        "itself, the cookie of `POST /api/login`. A key in the address is not taken. `hello` comes first, then "
+        "`state` again and again.\n\n"
+        "Numbers keep old messages from moving the robot. `seq` of `drive` rises with every frame, from "
+        "`clock_ms` of `hello` on: a frame that comes after a newer one is dropped. `nonce` is that of `gate` in "
+        "the newest `state`; after a stop it is another one, and frames from before are refused. `epoch` is that "
+        "of `lease`, which rises when control changes hands. `press` is another number for every press of a key: "
+        "one that was held through a stop stays dead. `seen` of `command` is `seq` of the newest `state`, by "
+        "which words that were held up are refused. `ref` comes back in the `answer`. Who drives sends something "
+        "at least every five seconds, such as `echo`."
     )
     unions = (("Up", "From the browser"), ("Down", "To the browser"))
     parts = [f"## {title}\n\n" + "\n\n".join(map(shape, get_args(getattr(messages, name)))) for name, title in unions]

@@ -30,8 +30,9 @@ class BodyLimit:
 JSON = BodyLimit(("application/json",), 65_536)
 KEY = BodyLimit(("application/json",), 2048)
 SOUND = BodyLimit(("application/json",), 1_000_000)
-TEXT = BodyLimit(("text/plain",), 1_000_000)
-PICTURE = BodyLimit(("image/jpeg", "image/png"), 20_000_000, 6.0)
+ANY_FILE = "application/octet-stream"  # by which programs send what they read from a disk
+TEXT = BodyLimit(("text/plain", ANY_FILE), 1_000_000)
+PICTURE = BodyLimit(("image/jpeg", "image/png", ANY_FILE), 20_000_000, 6.0)
 
 
 @dataclass(frozen=True)

@@ -39,13 +39,12 @@ SENTENCES = {
     401: "Nobody is signed in, or the token is not valid.",
     403: "This person, page or host may not do this.",
     404: "There is no such thing.",
-    405: "The path does not take this method.",
     408: "The body came too slowly.",
     409: "Not now: someone else drives, the robot is halted, or it is of another kind.",
     413: "The body is too large.",
-    415: "The body is not declared as JSON.",
+    415: "The body is not declared as one of the types that are taken.",
     422: "Not understood, or out of bounds.",
-    429: "Too many wrong tokens.",
+    429: "Too many at once, or too many wrong tokens; try again later.",
     503: "The robot cannot be reached now.",
     507: "The disk does not take what was to be saved; the sentence says why.",
 }
@@ -59,6 +58,17 @@ PROBLEM = {
         "detail": {"type": "string", "description": "A sentence to act on."},
         "code": {"type": "string", "description": "Of this sentence, where it has one: it keeps its meaning."},
         "values": {"type": "object", "description": "In the sentence, by their names."},
+        "reason": {"type": "string", "description": "Of words: why they are no command."},
+        "suggestions": {"type": "array", "items": {"type": "string"}, "description": "Of words: what is understood."},
+        "errors": {
+            "type": "array",
+            "description": "Of a body: what is wrong with which field.",
+            "items": {
+                "type": "object",
+                "required": ["field", "wrong"],
+                "properties": {"field": {"type": "string"}, "wrong": {"type": "string"}},
+            },
+        },
     },
 }
 PROBLEMS: Responses = {
@@ -76,9 +86,17 @@ class RequestBody(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 
 
-def router(topic: str) -> APIRouter:
-    """A router whose endpoints may answer with a struct, and all answer problems alike."""
-    return APIRouter(prefix="/api", tags=[topic], responses=PROBLEMS, route_class=TypedRoute)
+def problems(*errors: int) -> Responses:
+    """The refusals of these statuses, for the description."""
+    return {status: PROBLEMS[status] for status in errors}
+
+
+def router(topic: str, *errors: int) -> APIRouter:
+    """A router whose endpoints may answer with a struct.
+
+    `errors`: problems of its topic; those that follow from the role, the path and the body are described with them.
+    """
+    return APIRouter(prefix="/api", tags=[topic], responses=problems(*errors), route_class=TypedRoute)
 
 
 async def runtime_of(request: Request) -> Runtime:

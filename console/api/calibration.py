@@ -35,7 +35,7 @@ from console.messages.calibration import (
 from console.workers.job import Job
 from core.errors import BeckonError
 
-calibration = router("calibration")
+calibration = router("calibration", 404, 409, 429, 503, 507)
 
 LARGEST_FRAME = 2_000_000  # [bytes] of a webcam's picture
 NAMELESS = "picture"
@@ -43,7 +43,7 @@ LONGEST_NAME = 80
 PICTURES: dict[str, Any] = {
     "requestBody": {
         "required": True,
-        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in ("image/jpeg", "image/png")},
+        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in PICTURE.types},
     }
 }
 

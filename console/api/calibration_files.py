@@ -24,14 +24,14 @@ from core.calibration.board.printing import board_svg
 from core.errors import Unwritable
 from core.files import saving
 
-calibration_files = router("calibration")
+calibration_files = router("calibration", 404, 409, 429, 503, 507)
 
 Form = Annotated[str, Path(max_length=40)]
 MEDIA = {"json": "application/json", "xml": "application/xml", "yaml": "application/yaml", "yml": "application/yaml"}
 FILE: dict[str, Any] = {
     "requestBody": {
         "required": True,
-        "content": {"text/plain": {"schema": {"type": "string", "maxLength": 1_000_000}}},
+        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in TEXT.types},
     }
 }
 

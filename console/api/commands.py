@@ -19,7 +19,7 @@ from core.geometry import wrap
 from core.perception.people.voice_bearing import VoiceBearing
 from core.snapshot import Snapshot
 
-commands = router("commands")
+commands = router("commands", 409, 503)
 
 POINTED = 0.1  # [rad] sd of a direction that an operator gives
 

@@ -24,7 +24,7 @@ from core.robots.connection import FoundRobot
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile, converted
 from core.robots.robot_file_text import ChosenRole, TopicChoice
 
-connection = router("connection")
+connection = router("connection", 409, 503, 507)
 
 Url = Annotated[str, Field(min_length=3, max_length=LONGEST_URL, examples=["foxglove://192.168.0.7:8765"])]
 Name = Annotated[str, Field(min_length=1, max_length=60)]

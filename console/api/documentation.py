@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 from dataclasses import dataclass
 from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request, Response
 
 from console.access.roles import FORGOTTEN, declared, needs
-from console.api import PROBLEM
+from console.api import PROBLEM, PROBLEMS
 from console.api.help import as_page
 from console.api.typed_route import REF, OpenApi, TypedRoute, schemas_of
 from console.messages.json_schema import socket_schema
@@ -37,6 +38,18 @@ The description is in [openapi.json](openapi.json), that of the messages on `/ws
 [api/socket.json](api/socket.json)."""
 
 
+STEPS = """Three steps to a robot that moves:
+
+1. **A key**: `beckon token add NAME --role operator` prints one; send it as `Authorization: Bearer KEY`.
+2. **A command**: `POST /api/commands` with `{"text": "turn left"}` takes control where nobody has it and answers 202
+   with an `id`; `GET /api/commands/{number}` tells how it ends.
+3. **The lease**: one person drives at a time. `POST /api/lease` takes, asks for or gives back control;
+   `POST /api/stop` stops the robot whoever drives.
+
+Errors are `application/problem+json` with a sentence in `detail` to act on. The messages of the sockets `/ws` and
+`/ws/audio` are described in `/api/socket.json`."""
+
+
 class DescribedApp(FastAPI):
     """An application whose description names the form of every answer, and says who may ask."""
 
@@ -48,6 +61,8 @@ class DescribedApp(FastAPI):
         components = description.setdefault("components", {})
         schemas = components.setdefault("schemas", {})
         schemas |= {"Problem": PROBLEM, **FILES}
+        for unused in ("HTTPValidationError", "ValidationError"):  # FastAPI's own 422
+            schemas.pop(unused, None)
         routes = [route for route in self.routes if isinstance(route, TypedRoute)]
         add_schemas(schemas, schemas_of(kind for route in routes for kind in route.structs))
         for route in routes:
@@ -67,14 +82,42 @@ def add_schemas(schemas: OpenApi, more: OpenApi) -> None:
             raise RuntimeError(f"Two structs of the interface are called {name}; rename one.")
 
 
+def problems_of(route: TypedRoute, operation: OpenApi) -> set[int]:
+    """The refusals that follow from the form of a call: its role, its path, its body."""
+    need = declared(route) or FORGOTTEN
+    found = {403} if need.role == "public" else {401, 403}  # 403 for a foreign origin, too
+    if "{" in route.path:
+        found.add(404)
+    if "requestBody" in operation:
+        found |= {400, 408, 413, 415, 422} | ({429} if need.body.patience > 1 else set())
+    return found | ({422} if operation.get("parameters") else set())
+
+
+def describe_problems(method: str, route: TypedRoute, operation: OpenApi) -> None:
+    """Keep the refusals that occur: what only reads stands in nobody's way and saves nothing."""
+    responses = operation["responses"]
+    for status in ("422", "409", "507") if method == "get" else ("422",):
+        responses.pop(status, None)
+    for status in sorted(problems_of(route, operation)):
+        responses[str(status)] = PROBLEMS[status]
+
+
+def operation_id(method: str, path: str) -> str:
+    """A name for a call: `get_maps`, `post_maps_by_name_load`."""
+    words = re.sub(r"\{(\w+)\}", r"by_\1", path.removeprefix("/api"))
+    return method + re.sub(r"[^0-9a-z]+", "_", words.lower())
+
+
 def describe_operations(operations: OpenApi, route: TypedRoute) -> None:
-    """Describe who may ask for each operation, and the form of files."""
+    """Describe who may ask for each operation, what it is called, its refusals, and the form of files."""
     role = (declared(route) or FORGOTTEN).role
     for method, operation in operations.items():
         if method.upper() not in (route.methods or ()):
             continue
         operation["security"] = [] if role == "public" else [{"key": []}, {"login": []}]
         operation["x-role"] = role
+        operation["operationId"] = operation_id(method, route.path)
+        describe_problems(method, route, operation)
         for answer in operation["responses"].values():
             for kind, content in answer.get("content", {}).items():
                 if not content.get("schema"):

@@ -16,7 +16,7 @@ from console.experiments.catalogue import ExperimentEntry
 from console.experiments.runs import ExperimentRunState
 from console.http.downloads import named
 
-experiments = router("experiments")
+experiments = router("experiments", 404, 409, 503, 507)
 
 Id = Annotated[str, Path(max_length=40)]
 MOST_RUNS = 10_000

@@ -10,7 +10,7 @@ from console.http.problems import Problem
 from console.speech.room_transcription import RoomUtterance
 from core.robots.requests import SetListening
 
-hearing = router("hearing")
+hearing = router("hearing", 404, 409, 503)
 
 
 class Listening(msgspec.Struct, frozen=True, kw_only=True):

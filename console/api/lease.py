@@ -10,7 +10,7 @@ from console.control.dispatcher import LeaseAction
 from console.messages import LeaseState
 from console.state_view import lease as lease_state
 
-lease = router("lease")
+lease = router("lease", 409)
 
 
 class LeaseRequest(RequestBody):

@@ -12,11 +12,11 @@ from pydantic import Field
 
 from console.access.logins import ANYBODY, BY_KEY, LIFE, Person
 from console.access.roles import KEY, needs
-from console.api import AccessRules, Dispatcher, HistoryInUse, RequestBody, Sockets, Who, router
+from console.api import AccessRules, Dispatcher, HistoryInUse, RequestBody, Sockets, Who, problems, router
 from console.http.problems import Problem
 from console.people.store import LONGEST, name_of
 
-login = router("login")
+login = router("login", 507)
 
 
 class LoginRequest(RequestBody):
@@ -43,7 +43,7 @@ class SignedOut(msgspec.Struct, frozen=True):
 OURS = re.compile(r"(operator|viewer|admin|local|console)[\s\d()]*")  # what those are called who say no name
 
 
-@login.post("/login")
+@login.post("/login", responses=problems(401, 429))
 @needs("public", body=KEY)
 async def sign_in(
     shown: LoginRequest,
@@ -81,7 +81,7 @@ async def sign_in(
     return person_row(person)
 
 
-@login.post("/logout")
+@login.post("/logout", responses=problems(409))
 @needs("viewer")
 async def sign_out(
     dispatcher: Dispatcher,

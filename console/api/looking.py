@@ -15,7 +15,7 @@ from core.models import MODELS, find, get
 from core.perception.people.engines import MODEL
 
 log = logging.getLogger(__name__)
-looking = router("looking")
+looking = router("looking", 503, 507)
 fetching = asyncio.Lock()
 
 

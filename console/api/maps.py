@@ -24,7 +24,7 @@ from core.pipelines.nav2_map import map_pixels, nav2_map
 from core.pipelines.slam_files import landmarks_csv, trajectory_tum
 from core.slam.map.occupancy import OccupancyGrid
 
-maps = router("map")
+maps = router("map", 409, 429, 503, 507)
 
 Name = Annotated[str, Path(min_length=1, max_length=4 * LONGEST)]
 

@@ -11,7 +11,7 @@ from console.access.roles import needs
 from console.api import ArrayCalibration, HistoryInUse, Operator, RequestBody, router
 from console.calibration.microphones import ArrayCheck, MicrophonesState
 
-microphones = router("microphones")
+microphones = router("microphones", 404, 409, 503, 507)
 
 Number = Annotated[int, Path(ge=0, le=1000)]
 

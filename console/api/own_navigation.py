@@ -14,7 +14,7 @@ from console.http.problems import Problem
 from core.geometry import Pose
 from core.robots.requests import PlanarPose
 
-own_navigation = router("own navigation")
+own_navigation = router("own navigation", 404, 409, 503)
 
 Number = Annotated[float, Field(ge=-10_000, le=10_000)]
 

@@ -8,7 +8,7 @@ from pydantic import Field
 from console.access.roles import needs
 from console.api import Pending, RequestBody, Who, router
 
-pending_command = router("pending_command")
+pending_command = router("pending_command", 404, 409)
 
 
 class PendingCommandRequest(RequestBody):

@@ -9,7 +9,7 @@ from fastapi import Path, Request, Response
 from pydantic import Field
 
 from console.access.roles import PICTURE, needs
-from console.api import HistoryInUse, Operator, OperatorLease, PeopleEnrolled, RequestBody, Who, router
+from console.api import HistoryInUse, Operator, OperatorLease, PeopleEnrolled, RequestBody, Who, problems, router
 from console.api.typed_route import OpenApi
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentState
@@ -17,12 +17,12 @@ from console.people.service import PeopleState
 from console.people.store import LONGEST
 from console.workers.pictures import UploadedPicture
 
-people = router("people")
+people = router("people", 409, 503, 507)
 
 PICTURES: OpenApi = {
     "requestBody": {
         "required": True,
-        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in ("image/jpeg", "image/png")},
+        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in PICTURE.types},
     }
 }
 
@@ -77,7 +77,7 @@ async def begin(people: PeopleEnrolled, who: Who) -> EnrollmentState:
     return people.begin(who).shown
 
 
-@people.put("/people/chosen")
+@people.put("/people/chosen", responses=problems(404))
 @needs("operator")
 async def choose(asked: ChoiceRequest, people: PeopleEnrolled, history: HistoryInUse, who: Operator) -> PeopleState:
     """Come to and follow only this person, or anybody; it outlasts a restart. Other commands are obeyed as before."""
@@ -86,7 +86,7 @@ async def choose(asked: ChoiceRequest, people: PeopleEnrolled, history: HistoryI
     return people.shown
 
 
-@people.delete("/people/demo", status_code=204)
+@people.delete("/people/demo", responses=problems(404), status_code=204)
 @needs("operator")
 async def send_away(people: PeopleEnrolled) -> Response:
     """Send the person who showed the gestures out of the simulated room."""

@@ -8,7 +8,7 @@ from console.access.roles import needs
 from console.api import Playback, RequestBody, Who, router
 from console.control.playback import PlaybackAction
 
-playback = router("playback")
+playback = router("playback", 409, 503)
 
 
 class PlaybackRequest(RequestBody):

@@ -16,7 +16,7 @@ from core.speech.recognition.engines import chosen
 from core.speech.settings import SpeechSettings
 
 log = logging.getLogger(__name__)
-recognizer = router("recognizer")
+recognizer = router("recognizer", 503, 507)
 fetching = asyncio.Lock()
 
 

@@ -19,7 +19,7 @@ from console.http import qr
 from console.http.problems import Problem
 from console.people.store import LONGEST
 
-sessions = router("sessions")
+sessions = router("sessions", 507)
 
 HERE = ("127.0.0.1", "localhost", "[::1]")
 ALONE = (

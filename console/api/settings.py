@@ -10,7 +10,7 @@ from console.access.roles import needs
 from console.api import CommonSettings, HistoryInUse, Operator, RequestBody, router
 from console.control.settings_in_use import ChangedSetting, SettingsState
 
-settings = router("settings")
+settings = router("settings", 409, 507)
 
 Word = Annotated[str, Path(max_length=40)]
 

@@ -34,7 +34,7 @@ from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, pcm, speak
 PCM = 900_000  # characters of base64, 21 s at 16 kHz
 PIECE = 75_000  # [bytes] of samples that go through the driver's pipe at once; an even number
 
-simulation = router("simulation")
+simulation = router("simulation", 404, 409, 503)
 
 
 Place = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=2, max_length=2)]  # x, y [m]

@@ -14,7 +14,7 @@ from console.api import RequestBody, SavedMaps, Who, router
 from console.messages.map import ClosureRow, closure
 from core.message import Array
 
-slam = router("slam")
+slam = router("slam", 409, 503)
 
 Number = Annotated[int, Path(ge=0, le=2**53)]
 

@@ -19,7 +19,7 @@ from console.speech.quality_runs import QualityRunState, QualitySetup
 from core.robots.requests import ReadPlan, ReadTruth
 from core.speech.quality.report import STYLE
 
-speech_quality = router("speech quality")
+speech_quality = router("speech quality", 409, 503, 507)
 
 Id = Annotated[str, Path(max_length=40)]
 Distance = Annotated[float, Field(ge=0.3, le=12)]

@@ -13,7 +13,7 @@ from console.control.link_monitor import HANGS
 from console.http.problems import Problem
 from console.runtime import Runtime
 
-state = router("state")
+state = router("state", 503)
 
 
 class Percentiles(msgspec.Struct, frozen=True):

@@ -8,7 +8,7 @@ from console.access.roles import needs
 from console.api import Dispatcher, NotificationsInUse, RobotInUse, Who, router
 from console.control.stop import latched
 
-stop = router("stop")
+stop = router("stop", 409, 503, 507)
 
 
 class Stopped(msgspec.Struct, frozen=True):

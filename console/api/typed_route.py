@@ -44,6 +44,7 @@ class TypedRoute(APIRoute):
     """A route whose endpoint may say that it returns a struct, or one of several; all else is as in any route."""
 
     def __init__(self, path: str, endpoint: Endpoint, **options: Any) -> None:
+        options["summary"] = options.get("summary") or first_sentence(endpoint)
         signature = inspect.signature(endpoint, eval_str=True)
         own = getattr(endpoint, DECLARED, None)
         structs = structs_of(signature.return_annotation if own is None else own)
@@ -58,6 +59,12 @@ class TypedRoute(APIRoute):
                 options["response_class"] = JsonAnswer
                 endpoint = in_plain_values(endpoint, signature)
         super().__init__(path, endpoint, **options)
+
+
+def first_sentence(endpoint: Endpoint) -> str:
+    """What an endpoint does, as its first sentence has it, without the full stop."""
+    words = " ".join((inspect.getdoc(endpoint) or endpoint.__name__).split())
+    return words.partition(". ")[0].removesuffix(".")
 
 
 def structs_of(hint: Any) -> tuple[type[msgspec.Struct], ...]:
@@ -80,7 +87,7 @@ def schemas_of(structs: Iterable[type[msgspec.Struct]]) -> OpenApi:
 
 
 def with_plain_tuples(schema: Any) -> Any:
-    """Describe tuples of one kind as arrays of a fixed length: not every tool reads `prefixItems`."""
+    """Describe tuples as every tool reads them: alike ones without `prefixItems`, others without `items: false`."""
     if isinstance(schema, list):
         return [with_plain_tuples(part) for part in cast(list[Any], schema)]
     if not isinstance(schema, dict):
@@ -90,6 +97,8 @@ def with_plain_tuples(schema: Any) -> Any:
     if first is not None and all(other == first for other in others):
         del plain["prefixItems"]
         plain["items"] = first
+    elif plain.get("items") is False:  # minItems and maxItems say it already, and generators want a schema
+        del plain["items"]
     return plain
 
 

@@ -23,7 +23,7 @@ ABOVE = 0.35  # [m] of the simulated robot's loudspeaker above its microphones
 NAME = "robot"
 LAG = 1.5  # [s] until the simulated room has worked out its first echo
 
-voice = router("voice")
+voice = router("voice", 409, 503)
 
 
 class SpeechRequest(RequestBody):

@@ -44,7 +44,6 @@ export function startPage(begin) {
   redraw(session, panels, shell);
   addEventListener("hashchange", enterByLink);
   addEventListener("pagehide", () => session.suspend());
-  addEventListener("pageshow", ({ persisted }) => persisted && void session.begin());
   const enters = enterByLink();
   void shell.begin();
   if (!enters) void session.begin();

@@ -31,6 +31,7 @@ import { Asking } from "./pending-answers.js";
  */
 
 const STOPS = "stop moving";
+const BACK_MS = 500; // after which a page that was left and is there again connects
 const SETTLE_MS = 600; // after a seek the recording takes that long to arrive
 
 /** @typedef {{text: string, words: string, event: string}} Offer a sentence and a button that dispatches the event */
@@ -369,10 +370,11 @@ export class Session {
     this.#restarted = false;
   }
 
-  /** The page is left: others see it at once, and nobody waits for control that it does not use. */
+  /** The page is left: others see it at once, and nobody waits for control that it does not use. It may come back. */
   suspend() {
     if (this.view.mine && !this.state?.command) this.link.send({ kind: "lease", do: "release", ref: 0 });
     this.link.close();
+    setTimeout(() => void this.begin(), BACK_MS);
   }
 
   /** The sentence about lost control was read. */
