@@ -209,8 +209,8 @@ def section(method: str, path: str, operation: OpenApi, schemas: OpenApi) -> str
             row(name, what, "body", name in shape.get("required", ()))
             for name, what in shape.get("properties", {}).items()
         ]
-        rows += fields or [f"| `{kind}` | body | | |"]
-    table = ["| takes | in | type | |", "| --- | --- | --- | --- |", *rows] if rows else []
+        rows += fields or [f"| `{kind}` | body | file | yes |"]
+    table = ["| takes | in | type | needed |", "| --- | --- | --- | --- |", *rows] if rows else []
     about = operation.get("description") or operation.get("summary") or ""
     who = "Anybody." if operation["x-role"] == "public" else f"Role: {operation['x-role']}."
     example = f"```sh\n{curl(method, path, operation, schemas)}\n```"
@@ -261,4 +261,4 @@ def row(name: str, shape: OpenApi, place: str, required: bool) -> str:
     """One parameter, or one key of a body."""
     kinds = [part.get("type") or part.get("$ref", "").rpartition("/")[2] for part in shape.get("anyOf", [shape])]
     words = ", ".join(f"`{value}`" for value in shape.get("enum", ())) or " or ".join(filter(None, kinds))
-    return f"| `{name}` | {place} | {words} | {'' if required else 'optional'} |"
+    return f"| `{name}` | {place} | {words} | {'required' if required else 'optional'} |"

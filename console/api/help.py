@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import html
+import re
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse
 from markdown_it import MarkdownIt
+from markdown_it.token import Token
 
 from console.access.roles import needs
 from console.api.page_files import NO_CACHE
@@ -30,12 +33,15 @@ PAGE = """<!doctype html>
 </head>
 <body>
 <nav><a href="{root}static/docs/index.md">Documentation</a> <a href="{root}">Console</a></nav>
-<main class="docs">
+{contents}<main class="docs">
 {body}
 </main>
 </body>
 </html>
 """
+
+CONTENTS = '<nav class="contents" aria-label="Contents"><ul>{entries}</ul></nav>\n'
+MIN_CHAPTERS = 4  # of a page that has a table of contents
 
 
 @help_pages.get("/static/docs/{path:path}", include_in_schema=False)
@@ -58,8 +64,45 @@ def rendered(file: Path, _changed: int, root: str) -> str:
     return as_page(file.read_text(encoding="utf-8"), root)
 
 
+def reader() -> MarkdownIt:
+    """Markdown with tables, and with code that the keyboard can scroll."""
+    made = MarkdownIt("commonmark").enable("table")
+    for block in ("fence", "code_block"):
+        made.add_render_rule(block, scrolled_code)
+    return made
+
+
 def as_page(text: str, root: str) -> str:
     """Markdown → a page of the documentation; `root` leads to the console."""
     title = next((line[2:] for line in text.splitlines() if line.startswith("# ")), "Documentation")
-    body = MarkdownIt("commonmark").enable("table").render(text)
-    return PAGE.format(title=html.escape(title), root=root, body=body)
+    markdown = reader()
+    tokens = markdown.parse(text)
+    chapters = numbered(tokens)
+    entries = "".join(f'<li><a href="#{anchor}">{html.escape(name)}</a></li>' for anchor, name in chapters)
+    contents = CONTENTS.format(entries=entries) if len(chapters) >= MIN_CHAPTERS else ""
+    body = markdown.renderer.render(tokens, markdown.options, {})
+    return PAGE.format(title=html.escape(title), root=root, body=body, contents=contents)
+
+
+def numbered(tokens: Sequence[Token]) -> list[tuple[str, str]]:
+    """Give chapters an anchor, blocks that scroll a place in the order of Tab, and no column an empty head.
+
+    The chapters: anchor and name.
+    """
+    chapters: dict[str, str] = {}
+    for token, inside, end in zip(tokens, tokens[1:], tokens[2:], strict=False):
+        if token.type == "heading_open" and token.tag == "h2":
+            anchor = re.sub(r"\W+", "-", inside.content.lower()).strip("-")
+            anchor += "-" * (anchor in chapters)
+            token.attrSet("id", anchor)
+            chapters[anchor] = inside.content.replace("`", "")
+        elif token.type == "th_open" and not inside.content:
+            token.tag = end.tag = "td"
+        elif token.type == "table_open":
+            token.attrSet("tabindex", "0")
+    return list(chapters.items())
+
+
+def scrolled_code(_: object, tokens: Sequence[Token], number: int, _options: object, _env: object) -> str:
+    """A block of code that the keyboard can scroll."""
+    return f'<pre tabindex="0"><code>{html.escape(tokens[number].content)}</code></pre>\n'

@@ -44,10 +44,22 @@ test("a hint stands off the line of words where there is room, and off STOP firs
   const words = { left: 16, top: 600, right: 374, bottom: 656 };
   const target = { left: 16, top: 664, right: 110, bottom: 700 };
   assert.ok(overlap(box(placed(target, HINT, space, stop)), words) > 0);
-  const at = placed(target, HINT, space, stop, words);
+  const at = placed(target, HINT, space, stop, [words]);
   assert.equal(overlap(box(at), words) + overlap(box(at), stop) + overlap(box(at), target), 0);
   const everything = { left: 0, top: 0, right: 390, bottom: 844 };
-  assert.equal(overlap(box(placed(target, HINT, space, stop, everything)), stop), 0);
+  assert.equal(overlap(box(placed(target, HINT, space, stop, [everything])), stop), 0);
+});
+
+test("the hint for the stick stands right of it, over the map, and not over the rail", () => {
+  const [stick, rail] = [
+    { left: 115, top: 729, right: 259, bottom: 873 },
+    { left: 0, top: 64, right: 88, bottom: 900 },
+  ];
+  const status = { left: 112, top: 604, right: 1030, bottom: 650 };
+  const deck = { left: 100, top: 714, right: 1042, bottom: 888 };
+  const stop = { left: 1280, top: 0, right: 1440, bottom: 64 };
+  const at = placed(stick, HINT, { width: 1440, height: 900 }, stop, [status, rail, deck]);
+  assert.ok(at.left > stick.right && at.top + HINT.height < status.top);
 });
 
 test("near is bright, far is dark, and the ramp ends where it ends", () => {

@@ -3,19 +3,20 @@
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
-import { costOf } from "./runs-model.js";
+import { costOf, figure } from "./runs-model.js";
 
 /** @typedef {import("./runs-model.js").ExperimentRuns} ExperimentRuns */
 /** @typedef {import("./runs-model.js").Experiment} Experiment */
 
 const MOST_RUNS = 10_000;
+const SKELETONS = 4; // cards without words, until the experiments were read
 
 class ExperimentList extends Panel {
   /** @type {ExperimentRuns | null} */
   #runs = null;
   #list = make("ul", { class: "experiments" });
   #status = make("p", { class: "note", role: "status" }, t("experiment-list.reading_what_experiments_there_are"));
-  /** @type {Map<string, {button: HTMLButtonElement, why: HTMLElement}>} */
+  /** @type {Map<string, {button: HTMLButtonElement, last: HTMLElement}>} */
   #starts = new Map();
 
   /** @param {ExperimentRuns} runs */
@@ -27,6 +28,7 @@ class ExperimentList extends Panel {
   /** @override */
   build() {
     this.append(this.#status, this.#list);
+    this.#list.replaceChildren(...Array.from({ length: SKELETONS }, skeleton));
   }
 
   #draw() {
@@ -46,7 +48,10 @@ class ExperimentList extends Panel {
     );
     if (!experiments && !trouble) write(this.#status, t("experiment-list.reading_what_experiments_there_are"));
     this.#status.hidden = this.#status.textContent === "";
-    for (const { button } of this.#starts.values()) button.disabled = !may || running !== null;
+    for (const [name, { button, last }] of this.#starts) {
+      button.disabled = !may || running !== null;
+      write(last, lastOf(runs.runs.find(({ experiment }) => experiment === name)));
+    }
   }
 
   /** @param {Experiment} one */
@@ -54,6 +59,7 @@ class ExperimentList extends Panel {
     const count = number(`runs-${one.name}`, one.runs, 1, MOST_RUNS);
     const seed = number(`seed-${one.name}`, 0, 0, 10 ** 9);
     const cost = make("span", { class: "note" });
+    const last = make("p", { class: "note" });
     const button = make(
       "button",
       { type: "submit", class: "button primary", "aria-label": t("experiment-list.run_title", { title: one.title }) },
@@ -89,6 +95,7 @@ class ExperimentList extends Panel {
       make("h2", {}, one.title),
       one.reproduces && make("p", {}, one.reproduces),
       form,
+      last,
       make(
         "p",
         { class: "note" },
@@ -97,10 +104,26 @@ class ExperimentList extends Panel {
       ),
     );
     mark(row, "data-experiment", one.name);
-    this.#starts.set(one.name, { button, why: cost });
+    this.#starts.set(one.name, { button, last });
     return row;
   }
 }
+
+/** The newest run of an experiment in one line. @param {import("./runs-model.js").ExperimentRun | undefined} run */
+function lastOf(run) {
+  if (!run) return t("experiment-list.not_run_yet");
+  const first = run.compared.find(({ ours }) => ours !== null);
+  const result = first ? `${first.name} ${figure(first.ours, first.unit)}` : run.reason || run.state;
+  return t("experiment-list.last_result", { day: new Date(run.at_s * 1000).toLocaleDateString(), result });
+}
+
+/** A card whose words are still to come. */
+const skeleton = () =>
+  make(
+    "li",
+    { class: "card experiment experiment-skeleton", "aria-hidden": "true" },
+    ...[40, 85, 60].map((width) => make("span", { style: `width: ${width}%` })),
+  );
 
 /** @param {string} id @param {number} value @param {number} min @param {number} max */
 const number = (id, value, min, max) =>

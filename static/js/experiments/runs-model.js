@@ -94,7 +94,7 @@ export class ExperimentRuns {
     const before = this.running;
     try {
       const answer = await call(ROOT);
-      [this.experiments, this.runs, this.trouble] = [answer.experiments, answer.runs, ""];
+      [this.experiments, this.runs, this.trouble] = [shortestFirst(answer.experiments), answer.runs, ""];
     } catch (refusal) {
       this.trouble = refusal instanceof Error ? refusal.message : "";
     }
@@ -137,6 +137,16 @@ export function inWords(seconds) {
   if (seconds < 90) return `${Math.max(1, Math.round(seconds))} s`;
   if (seconds < 5400) return `${Math.round(seconds / 60)} min`;
   return `${(seconds / 3600).toFixed(1)} h`;
+}
+
+/**
+ * What takes least stands first; what is not known, last.
+ * @param {Experiment[] | null} experiments
+ */
+export function shortestFirst(experiments) {
+  /** @param {Experiment} one */
+  const seconds = ({ base_s, run_s, runs }) => base_s + run_s * runs || Infinity;
+  return experiments && [...experiments].sort((one, other) => seconds(one) - seconds(other) || 0);
 }
 
 /**

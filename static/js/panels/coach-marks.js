@@ -189,7 +189,10 @@ export class CoachMarks extends Panel {
     const space = { width: innerWidth, height: innerHeight };
     const { left: from, right: to, bottom } = target;
     const free = { left: from, right: to, bottom, top: Math.min(target.top, now.top) };
-    const beside = placed(free, { width, height }, space, stop.getBoundingClientRect(), now);
+    const rail = document.querySelector(".pages:not(.popover)")?.getBoundingClientRect();
+    const deck = document.querySelector(".deck")?.getBoundingClientRect();
+    const rather = [now, ...(rail?.height ? [rail] : []), ...(deck ? [deck] : [])];
+    const beside = placed(free, { width, height }, space, stop.getBoundingClientRect(), rather);
     const { left, top, side } = inMap
       ? { left: (target.left + target.right - width) / 2, top: target.top + EDGE, side: "" }
       : beside;

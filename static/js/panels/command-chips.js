@@ -23,6 +23,9 @@ const ORDER = [
   "stop_moving",
 ];
 
+const MIN_ROOM = 240; // [px] above the line of words in which all chips stand
+const OVER = 12; // [px] from the line of words to all chips
+
 class CommandChips extends Panel {
   #chips = make("div", { class: "chips", role: "group", "aria-label": t("command-chips.commands") });
   #more = make(
@@ -59,7 +62,13 @@ class CommandChips extends Panel {
    */
   #spread(all) {
     if (all === this.hasAttribute("data-spread")) return;
-    mark(this, "data-spread", all);
+    const line = document.querySelector("command-line");
+    const { top } = this.getBoundingClientRect();
+    const words = Math.min(top, line?.getBoundingClientRect().top ?? top);
+    const down = words < MIN_ROOM;
+    this.style.setProperty("--above", `${top - words + OVER}px`); // over the map, so that one can still type
+    this.style.setProperty("--room", `${down ? innerHeight - top : words - 2 * OVER}px`);
+    mark(this, "data-spread", all && (down ? "down" : "up"));
     mark(this.#more, "aria-expanded", String(all));
     this.#fit();
     const over = /** @type {HTMLElement | null} */ (this.#chips.querySelector("[data-over]"));

@@ -74,7 +74,13 @@ class TourGuide extends Panel {
       .join();
     if (key === this.#placedFor) return;
     this.#placedFor = key;
-    const { left, top } = placed(shown, { width, height }, { width: innerWidth, height: innerHeight }, stop, camera);
+    const { left, top } = placed(
+      shown,
+      { width, height },
+      { width: innerWidth, height: innerHeight },
+      stop,
+      camera ? [camera] : [],
+    );
     this.#card.style.left = `${left}px`;
     this.#card.style.top = `${top}px`;
   }

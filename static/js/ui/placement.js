@@ -5,16 +5,17 @@
 
 const GAP = 14;
 const EDGE = 8;
+const NEAR = 40; // [px] by which one place is nearer than another before that counts
 
 /**
  * @param {Box} target
  * @param {{width: number, height: number}} size of the hint
  * @param {{width: number, height: number}} space of the window
  * @param {Box} never what it may not cover
- * @param {Box | undefined} rather what else it had better not cover
+ * @param {readonly Box[]} rather what else it had better not cover
  * @returns {{left: number, top: number, side: Side}}
  */
-export function placed(target, size, space, never, rather = undefined) {
+export function placed(target, size, space, never, rather = []) {
   const [x, y] = [(target.left + target.right) / 2, (target.top + target.bottom) / 2];
   /** @type {Array<{left: number, top: number, side: Side}>} */
   const ways = [
@@ -24,7 +25,7 @@ export function placed(target, size, space, never, rather = undefined) {
     { side: "left", left: target.left - GAP - size.width, top: y - size.height / 2 },
   ];
   const aside = ways.flatMap((way) =>
-    (rather ? [never, rather] : [never]).flatMap((free) => [
+    [never, ...rather].flatMap((free) => [
       { ...way, left: free.left - GAP - size.width },
       { ...way, top: free.top - GAP - size.height },
       { ...way, top: free.bottom + GAP },
@@ -38,10 +39,14 @@ export function placed(target, size, space, never, rather = undefined) {
   /** @param {{left: number, top: number}} at */
   const box = (at) => ({ left: at.left, top: at.top, right: at.left + size.width, bottom: at.top + size.height });
   /** @param {{left: number, top: number}} at */
-  const covered = (at) => overlap(box(at), target) + (rather ? overlap(box(at), rather) : 0);
+  const covered = (at) => [target, ...rather].reduce((sum, other) => sum + overlap(box(at), other), 0);
   const clear = inside.filter((way) => overlap(box(way), never) === 0);
   const candidates = clear.length ? clear : inside;
-  return candidates.reduce((best, way) => (covered(way) < covered(best) ? way : best));
+  /** @param {{left: number, top: number}} at */
+  const far = (at) => Math.hypot(at.left + size.width / 2 - x, at.top + size.height / 2 - y);
+  /** @param {{left: number, top: number}} one @param {{left: number, top: number}} other */
+  const better = (one, other) => covered(one) - covered(other) || Math.round((far(one) - far(other)) / NEAR);
+  return candidates.reduce((best, way) => (better(way, best) < 0 ? way : best));
 }
 
 /**

@@ -27,8 +27,16 @@ def test_every_page_of_the_shell_is_the_same_document_under_its_old_addresses_to
 
 def test_a_page_has_its_tables_and_its_way_back(live: Live) -> None:
     page = live.ask("GET", "/static/docs/explanation/safety.md").body.decode()
-    assert "<table>" in page and "<script" not in page
+    assert '<table tabindex="0">' in page and "<script" not in page
+    assert 'href="#who-may-reach-what"' not in page, "a short page has no table of contents"
     assert re.findall(r'href="((?:\.\./)+)static/css/docs.css"', page) == ["../../../"]
+
+
+def test_a_long_page_has_its_chapters_at_its_side_and_all_that_scrolls_can_be_reached_by_keys(live: Live) -> None:
+    page = live.ask("GET", "/docs", token=live.viewer).body.decode()
+    chapters = re.findall(r'<li><a href="#([\w-]+)">', page)
+    assert len(chapters) > 15 and chapters == re.findall(r'<h2 id="([\w-]+)">', page)
+    assert "<pre>" not in page and "<table>" not in page and "<th></th>" not in page
 
 
 def test_nothing_but_the_documentation_is_served(live: Live) -> None:

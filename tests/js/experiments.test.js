@@ -1,0 +1,18 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { shortestFirst } from "../../static/js/experiments/runs-model.js";
+
+/** @param {string} name @param {number} base_s @param {number} run_s @param {number} runs */
+const one = (name, base_s, run_s, runs) => ({
+  ...{ name, title: name, reproduces: "", counts: "runs", chapter: [] },
+  ...{ base_s, run_s, runs },
+});
+
+test("what takes least stands first, and what nobody knows the time of stands last", () => {
+  const given = [one("long", 5, 60, 40), one("unknown", 0, 0, 1), one("short", 30, 0.1, 40)];
+  assert.deepEqual(
+    shortestFirst(given)?.map(({ name }) => name),
+    ["short", "long", "unknown"],
+  );
+  assert.equal(shortestFirst(null), null);
+});
