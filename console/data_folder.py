@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from console.control.notices import Notifications
 
 OURS = re.compile(
-    r"history\.sqlite.*|console\.log.*|halt\..*|lock|access\..*|maps|calibration|people|robots|speech_quality|experiments|settings\.toml|models|"
+    r"history\.sqlite.*|console\.log.*|halt\..*|lock|access\..*|maps|calibration|people|robots|speech_quality|experiments|recordings|settings\.toml|models|"
     r"\..*\.new"
 )
 LOOK, LOOK_AGAIN = 10.0, 2.0  # [s] between looks while all is well, and while it is not

@@ -136,6 +136,7 @@ class Runtime:
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
+        self.failure = ""  # of a part that ended, a sentence
         self.beside: list[Callable[[], Coroutine[Any, Any, None]]] = []  # tasks that run while it is open
         self._make_pilot = make_pilot
         self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.notifications)
@@ -293,9 +294,8 @@ class Runtime:
         self._tasks.discard(task)
         if not task.cancelled() and (fault := task.exception()) is not None:
             log.error("A part of the console failed", exc_info=fault)
-            self.notifications.tell(
-                "error", f"A part of the console failed ({type(fault).__name__}). Restart the console."
-            )
+            self.failure = f"A part of the console failed ({type(fault).__name__}). Restart the console."
+            self.notifications.tell("error", self.failure)
 
     # the pilot
 

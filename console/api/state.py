@@ -68,8 +68,7 @@ def troubles(behind: Runtime) -> list[str]:
     sentences: list[str] = []
     if link != "live":
         sentences.append(behind.robot.trouble or f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
-    if behind.folder.trouble:
-        sentences.append(behind.folder.trouble)
+    sentences += filter(None, (behind.failure, behind.folder.trouble))
     if behind.pilots.trouble:
         sentences.append(behind.pilots.trouble)
     elif behind.pilots.hangs:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import secrets
 import time
 from typing import Any
@@ -33,6 +34,10 @@ GONE = CloseSocket(1000, "The browser left.")
 SEND_TIME = 10.0  # [s] for one message; a browser that takes longer is disconnected
 MOST_PER_SECOND = 200  # messages; a stop is heard nevertheless
 FLOOD = 5 * MOST_PER_SECOND  # messages a second, stops among them, that end the socket
+STALLED_S = (
+    0.5  # [s] without a message after which those that come now may have waited: the console stood, or the link …
+)
+MAX_STALL_S = 10.0  # [s] … for which they are excused, at most
 MOST_BYTES = 65536  # a second; a hand and its echoes take 5,000
 MAX_STOP_MESSAGE = 512  # characters of a stop or a halt
 
@@ -48,6 +53,8 @@ class StateSocket:
         self._tab = secrets.token_hex(8)
         self._session: str | None = None  # of a calibration, the one this page looks at
         self._tally, self._volume = RateCounter(), RateCounter()
+        self._heard_at = time.monotonic()  # when the newest message came [s]
+        self._stall = -math.inf, 0.0  # when the newest long silence of this socket ended, and how long it was [s]
         self._press: int | None = None  # of the key that this socket's hand holds down
 
     async def run(self) -> None:
@@ -134,7 +141,7 @@ class StateSocket:
 
     def _take(self, text: str) -> None:
         ref, now = 0, time.monotonic()
-        heard = self._tally.add(now)
+        heard = self._tally.add(now) - self._waited(now)
         if self._volume.add(now, len(text)) > MOST_BYTES:
             self._viewer.close(1008, f"More than {MOST_BYTES} bytes a second.")
         if self._viewer.closing is not None and len(text) > MAX_STOP_MESSAGE:
@@ -167,7 +174,15 @@ class StateSocket:
         await self._runtime.history.settled()
         self._tell(answer)
 
-    def _bound(self, heard: int, most: int) -> bool:
+    def _waited(self, now: float) -> float:
+        """How many messages of this second may have waited while nothing came, at the rate that is allowed."""
+        gap, self._heard_at = now - self._heard_at, now
+        if gap > STALLED_S:
+            self._stall = now, min(gap, MAX_STALL_S)
+        ended, lasted = self._stall
+        return MOST_PER_SECOND * lasted if now - ended < 1.0 else 0.0
+
+    def _bound(self, heard: float, most: int) -> bool:
         """Return whether to act on a message when `heard` came within a second; too many close the socket."""
         if heard > most:
             self._viewer.close(1008, f"More than {most} messages a second.")

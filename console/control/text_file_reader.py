@@ -73,6 +73,8 @@ class TextFileReader:
         """Return where the words came from, at `now` [s] of the wall clock. Raises BadInput with a sentence."""
         try:
             with open(os.open(self._source, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+                if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                    raise BadInput(f"{SOURCE} is no plain file.")
                 words = file.read(MOST).decode("ascii", "replace").replace(",", " ").split()
                 age = now - os.fstat(file.fileno()).st_mtime
         except OSError as error:
@@ -94,6 +96,9 @@ class TextFileReader:
 
     def _read(self, file: int, now: float) -> TextFileCommand | None:
         mark = mark_of(file)
+        if os.fstat(file).st_nlink > 1:
+            trouble = f"{SPEECH} has another name as well (a hard link), so it is neither read nor emptied."
+            return self._once(f"linked {mark[2]}", "", trouble)
         self.writer_lives, self._dated = mark[2] != self._dated, mark[2]
         whole, self._seen = mark == self._seen, mark
         if not mark[1] or not whole:

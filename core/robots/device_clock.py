@@ -6,7 +6,8 @@ import math
 
 MAX_DRIFT = 500e-6  # by which a computer's clock runs slow against ours, at most; a resonator's: `RESONATOR_DRIFT`
 RESONATOR_DRIFT = 5e-3  # of a microcontroller without a crystal
-SET_BACK_S = 0.2  # [s] by which the stamps of one source step back when its clock was set
+STEP_S = 0.2  # [s] by which the stamps of a source step back, or come before their time, when its clock was set
+ACTIVE_S = 2.0  # [s] since its last message for which a source has a say in that
 
 
 class DeviceClock:
@@ -20,7 +21,8 @@ class DeviceClock:
     def __init__(self, drift: float = MAX_DRIFT) -> None:
         """`drift`: share by which the device's clock may run slow."""
         self._drift = drift
-        self._last: dict[str, float] = {}  # source → its newest stamp [s]
+        self._last: dict[str, tuple[float, float]] = {}  # source → its newest stamp, and when that was received [s]
+        self._stepped: set[str] = set()  # sources whose stamps stepped and have not come back
         self._received = -math.inf  # [s]
         self.offset: float | None = None  # robot's clock minus the device's [s]; None before the first message
 
@@ -29,12 +31,24 @@ class DeviceClock:
 
         `source`: which of the sensors that are stamped by this clock; the stamps of each rise.
         """
-        if device < self._last.get(source, device) - SET_BACK_S:
-            self._last.clear()
-            self.offset = None
-        self._last[source] = device
+        known, self._last[source] = self._last.get(source), (device, received)
         difference = received - device
-        if self.offset is not None:
-            difference = min(difference, self.offset + self._drift * max(received - self._received, 0.0))
-        self.offset, self._received = difference, received
-        return device + difference
+        if self.offset is None:
+            self.offset = difference
+        elif known is not None and self._steps(source, device - known[0], difference - self.offset):
+            if any(received - at < ACTIVE_S for one, (_, at) in self._last.items() if one not in self._stepped):
+                return device + self.offset
+            self._last, self.offset = {source: (device, received)}, difference
+            self._stepped.clear()
+        else:
+            self.offset = min(difference, self.offset + self._drift * max(received - self._received, 0.0))
+        self._received = received
+        return device + self.offset
+
+    def _steps(self, source: str, passed: float, late: float) -> bool:
+        """Return whether a source's stamps stepped: by what passed [s] between its last two, or by being early."""
+        if passed < -STEP_S or late < -STEP_S:
+            self._stepped.add(source)
+        elif late <= STEP_S:
+            self._stepped.discard(source)
+        return source in self._stepped

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
 import json
 import math
@@ -380,6 +381,22 @@ def plan(live: Live) -> dict[str, Any]:
 def test_a_robot_that_is_no_recording_is_not_played(live: Live) -> None:
     refused = live.ask("POST", "/api/playback", {"do": "pause"}, token=live.operator)
     assert refused.status == 409 and "recording" in refused.json["detail"]
+
+
+def test_a_part_of_the_console_that_ended_is_a_reason_of_health(live: Live) -> None:
+    settled(live)
+    live.until(lambda: live.ask("GET", "/api/health").status == 200)
+
+    async def failing() -> None:
+        raise AttributeError
+
+    live.on_loop(lambda: live.runtime.keep(asyncio.create_task(failing())))
+    try:
+        live.until(lambda: live.ask("GET", "/api/health").status == 503)
+        reasons = live.ask("GET", "/api/health").json["reasons"]
+        assert reasons == ["A part of the console failed (AttributeError). Restart the console."]
+    finally:
+        live.runtime.failure = ""
 
 
 def test_a_robot_that_is_gone_takes_no_orders_and_health_says_so(live: Live) -> None:

@@ -26,7 +26,7 @@ from core.recording.ros_frames import FrameTree, flat
 from core.recording.ros_pictures import VIEW, camera_model, raw_pixels
 from core.recording.scans import make_scan
 from core.robots.device import Base, Equipment
-from core.robots.device_clock import SET_BACK_S, DeviceClock
+from core.robots.device_clock import DeviceClock
 from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
 from core.robots.ros.findings import Traffic, roles_of
@@ -54,25 +54,25 @@ SCAN_PERIOD = 0.1  # [s] of a laser that does not say it
 class RosClocks:
     """Stamps on the robot's computers' clocks → the console's. Topics whose stamps agree share one clock.
 
-    A topic stays with its clock, however late its messages come, until its stamps step back or leap ahead.
+    A topic stays with its clock, however late its messages come and wherever their stamps go: where it alone steps
+    or leaps, the others of its clock show that it does.
     """
 
     def __init__(self) -> None:
         self._clocks: deque[DeviceClock] = deque(maxlen=MOST_CLOCKS)
-        self._users: dict[str, DeviceClock] = {}  # topic → the clock of its newest stamp
-        self._newest: dict[str, tuple[float, float]] = {}  # topic → its newest stamp, and when that was received [s]
+        self._users: dict[str, DeviceClock] = {}  # topic → the clock of its stamps
+        self._newest: dict[str, float] = {}  # topic → when its newest message was measured [s]
 
     def stamp(self, topic: str, own: float, received: float) -> float:
-        """A message's own stamp [s], 0 for none, and when it came → when it was measured."""
+        """A message's own stamp [s], 0 for none, and when it came → when it was measured.
+
+        One without a stamp on a topic that had some is as old as the one before.
+        """
         if own <= 0 or not math.isfinite(own):
-            return received
-        last, came = self._newest.get(topic, (math.inf, received))
-        if topic in self._users and last - SET_BACK_S <= own <= last + received - came + SAME_CLOCK:
-            clock = self._users[topic]
-        else:
-            clock = self._users[topic] = self._agreeing(own, received)
-        self._newest[topic] = own, received
-        return clock.stamp(own, received, topic)
+            return self._newest.get(topic, received)
+        clock = self._users[topic] = self._users.get(topic) or self._agreeing(own, received)
+        self._newest[topic] = clock.stamp(own, received, topic)
+        return self._newest[topic]
 
     def _agreeing(self, own: float, received: float) -> DeviceClock:
         """The clock that a stamp is most likely of, or a new one."""
@@ -272,7 +272,7 @@ class RosSensors:
         self._lasers.setdefault(topic, (content.header.frame_id.strip("/"), _laser_of(scan, content.scan_time)))
         if self._readings is None or scan.stamp <= self._last.get(topic, -math.inf):
             return
-        self._last[topic] = scan.stamp
+        self._last[topic] = min(scan.stamp, received)  # one that is stamped far ahead holds up none that follow
         seen = turned_over(scan) if topic in self._turned else scan
         self._readings.scan(replace(seen, laser=laser_name(topic, self.topics)))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 import struct
+import threading
 import time
 from unittest.mock import Mock
 
@@ -224,6 +225,23 @@ def test_a_flood_ends_with_1008_and_others_do_not_notice(live: Live) -> None:
         assert closed(flood)[0] == 1008
         say(other, kind="echo", t=1)
         hear(other, "echo")
+
+
+def test_messages_that_waited_while_the_console_stood_are_no_flood(live: Live) -> None:
+    with live.open(max_queue=None) as line:
+        hear(line, "hello")
+        say(line, kind="echo", t=0)
+        stalled = threading.Event()
+
+        def stall() -> None:
+            stalled.set()
+            time.sleep(1.5)  # the event loop stands, as in a frozen process
+
+        live.loop.call_soon_threadsafe(stall)
+        assert stalled.wait(5.0)
+        for number in range(MOST_PER_SECOND + 50):
+            say(line, kind="echo", t=number)
+        hear(line, "echo", true=lambda told: told["t"] == MOST_PER_SECOND + 49)
 
 
 def test_a_stop_is_heard_even_from_one_who_floods(live: Live) -> None:

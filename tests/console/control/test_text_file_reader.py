@@ -129,8 +129,20 @@ def test_a_direction_of_another_time_is_refused_with_its_age(tmp_path: Path, age
 
 def test_a_pipe_of_that_name_blocks_nothing_and_is_no_direction(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / SOURCE)
-    with pytest.raises(BadInput, match="one direction in degrees"):
-        TextFileReader(tmp_path).source(time.time())
+    writer = os.open(tmp_path / SOURCE, os.O_RDWR)  # one that says nothing
+    for _ in range(2):
+        with pytest.raises(BadInput, match="no plain file"):
+            TextFileReader(tmp_path).source(time.time())
+        os.write(writer, b"90")
+    os.close(writer)
+
+
+def test_a_file_of_another_name_is_not_emptied_through_a_hard_link(tmp_path: Path) -> None:
+    files, other = TextFileReader(tmp_path), tmp_path / "letter.txt"
+    other.write_text("come here")
+    (tmp_path / SPEECH).hardlink_to(other)
+    told = [files.look(1000.0 + 0.1 * number) for number in range(4)]
+    assert [one.words for one in told if one is not None] == [""] and other.read_text() == "come here"
 
 
 def test_words_and_directions_come_with_their_age(tmp_path: Path) -> None:

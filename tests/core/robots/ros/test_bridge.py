@@ -267,6 +267,27 @@ def test_a_topic_that_was_always_late_is_known_by_the_others_of_its_clock(late: 
     assert 10.0 - clocks.stamp("/scan", 1010.0 - late, 10.0) == pytest.approx(late, abs=0.01)
 
 
+@pytest.mark.parametrize("step", [-3600.0, -60.0, -1.0, 1.0, 60.0])
+def test_a_topic_that_steps_alone_does_not_make_the_clock_and_is_believed_when_it_is_back(step: float) -> None:
+    clocks = RosClocks()
+    for number in range(300):
+        received = 0.1 * number
+        leap = step if 10.0 < received < 20.0 else 0.0
+        assert clocks.stamp("/scan", START + received + leap, received) - received == pytest.approx(leap, abs=0.01)
+        assert clocks.stamp("/odom", START + received, received) == pytest.approx(received, abs=0.01)
+
+
+def test_a_clock_that_is_set_for_all_its_topics_is_followed_at_once() -> None:
+    clocks, off = RosClocks(), list[float]()
+    for number in range(600):
+        received = 0.1 * number
+        set_by = (0.0, 3600.0, -7200.0)[number // 200]
+        for topic, delay in (("/scan", 0.02), ("/odom", 0.0), ("/image", 0.05)):
+            off.append(clocks.stamp(topic, START + received + set_by - delay, received) - received)
+    late = [one for one in off if abs(one) > 0.1]
+    assert len(late) <= 4
+
+
 def test_a_clock_that_was_set_is_learnt_anew_by_the_stamps_that_step() -> None:
     clocks = RosClocks()
     for number in range(300):

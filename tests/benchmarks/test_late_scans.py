@@ -1,0 +1,25 @@
+"""A slice of the table of late scans: nothing is touched, whatever the scans say of their time."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.benchmarks.late_scans import DRIVERS, LIES, drive
+
+STANDS_S = 0.4  # [s] from the first lie to zero: the age at which scans end to count, and a tick or two
+
+
+@pytest.mark.parametrize("lie", LIES)
+@pytest.mark.parametrize("driver", DRIVERS)
+def test_scans_that_fall_behind_or_lie_about_their_time_end_in_no_contact(driver: str, lie: str) -> None:
+    found = drive(DRIVERS[driver](), 2.0, 0.5, LIES[lie])
+    assert found.gap > 0.0
+    assert found.zero is not None and found.zero < STANDS_S
+    assert found.reason
+
+
+@pytest.mark.parametrize("driver", DRIVERS)
+@pytest.mark.parametrize("late", [0.0, 0.1])
+def test_a_punctual_robot_comes_to_its_wall_and_stands_at_its_margin(driver: str, late: float) -> None:
+    found = drive(DRIVERS[driver](), late, 0.3, LIES["honest"], always=True)
+    assert 0.02 < found.gap < 0.06 and found.reason == "something is in the way"
