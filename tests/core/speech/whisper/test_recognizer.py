@@ -268,10 +268,21 @@ def test_a_command_that_was_rejected_just_before_is_less_likely():
         ({"stop at 2 and 1": -30.0}, "stop at home", True),
         ({"stop at 9 and 1": -1.0}, "stop at nine and one", True),
         ({}, "nonstop flights", False),
+        ({}, "Wait, wait!", True),
+        ({"come here": -2.5}, "No.", True),
+        ({"halt": -3.0}, "Alt.", True),
+        ({}, "Wait for the bus.", False),
     ],
 )
 def test_the_word_stop_in_free_text_stops_unless_a_whole_place_was_understood(spellings, free, stops):
     assert decided(spellings, {free: -2.0}).stops is stops
+
+
+def test_what_is_offered_for_words_keeps_their_number_and_is_stop_where_that_may_be_meant():
+    heard = {"continue 3 meters": -6.5}
+    assert decided(heard, {"Continue 3 inches.": -1.0}).did_you_mean == ()
+    assert decided(heard, {"Continue to 3 meters.": -1.0}).did_you_mean == ("continue 3 meters",)
+    assert decided({"turn left": -6.5}, {"Don't turn left.": -1.0}).did_you_mean == ()
 
 
 @pytest.mark.parametrize("sound", ["(wind howling)", "[Music]", " (coughs) (laughs).", "*sighs*", "♪ ♪", "..."])
