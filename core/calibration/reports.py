@@ -42,6 +42,7 @@ class RefusedPicture(TypedDict):
 
     image: str
     reason: str
+    seen: NotRequired[str]  # another board that is in the picture, as in "10x10"
 
 
 class ViewFit(TypedDict):

@@ -12,7 +12,7 @@ import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import find_board
-from core.calibration.board.quality import judge, why_none
+from core.calibration.board.quality import BoardNotSeen, judge, miscount_words, why_none
 from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
 from core.calibration.files.camera_files import kalibr_yaml, opencv_yaml, plain_name, read_camera, read_json, ros_yaml
 from core.calibration.files.mount_files import static_transform, urdf_joint
@@ -66,6 +66,12 @@ def calibrate_camera(
     """
     views, refused, warnings, size = _views(files, board, say or _quiet)
     if len(views) < 3:
+        seen = Counter(each["seen"] for each in refused if "seen" in each)
+        if seen and max(seen.values()) > len(files) / 2:
+            name, count = seen.most_common(1)[0]
+            what = miscount_words(Board.parse(name, board.square), board)
+            sentence = fault("board.use_other", seen=name, entered=board.name, count=count, all=len(files), what=what)
+            raise BadInput(sentence.sentence)
         reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
         raise BadInput(
             f"Only {len(views)} of {len(files)} pictures can be used; at least 3 are needed. {reasons}".strip()
@@ -291,6 +297,8 @@ def _views(
         except BadInput as wrong:
             say(f"{name}: {wrong}")
             refused.append({"image": name, "reason": str(wrong)})
+            if isinstance(wrong, BoardNotSeen) and wrong.seen:
+                refused[-1]["seen"] = wrong.seen
             continue
         found.append((ViewCorners(name=name, corners=corners), (grey.shape[1], grey.shape[0])))
         warnings += [f"{name}: {each}" for each in (remark, *remarks) if each]
@@ -310,7 +318,7 @@ def _corners(grey: Array, board: Board) -> tuple[Array, tuple[str, ...]]:
     """A grey picture → corners (N, 2) and remarks. Raises BadInput with the reason to refuse it."""
     view = find_board(grey, board)
     if view is None:
-        raise BadInput(why_none(grey, board))
+        raise why_none(grey, board)
     quality = judge(grey, view, board)
     if quality.refusals:
         raise BadInput(quality.refusals[0])

@@ -296,6 +296,34 @@ PICTURES = (
         "is as entered. The camera was solved with that; measure both sides with a ruler and print the "
         "board at one scale.",
     ),
+    Check(
+        "board.other_count",
+        "form",
+        "inner corners of the board in a picture with those entered",
+        "I see a board with {seen} inner corners, not {entered}: you may have counted {what}. This looks "
+        "like {seen}, use it. Count the points where four squares meet.",
+    ),
+    Check(
+        "board.use_other",
+        "form",
+        "inner corners of the board in most pictures with those entered",
+        "This looks like a {seen} board, not {entered}, in {count} of {all} pictures: use {seen}. You may have "
+        "counted {what}; count the points where four squares meet.",
+    ),
+    Check(
+        "board.inverted",
+        "form",
+        "a board in the picture with one in its negative",
+        "I see the board only in the negative of the picture: its squares are light on dark. Print dark "
+        "squares on white, with a white rim around them.",
+    ),
+    Check(
+        "board.separate_squares",
+        "form",
+        "squares that stand apart with squares that touch at their corners",
+        "This is not a chessboard: the squares stand apart, and those of a chessboard touch at their "
+        "corners. Print a chessboard (beckon calibrate board).",
+    ),
 )
 
 SOUND = (

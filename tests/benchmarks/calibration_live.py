@@ -99,7 +99,7 @@ def hostile() -> list[dict[str, Any]]:
         noise = rng.integers(0, 256, (height, width), dtype=np.uint8)
         begun = time.process_time()
         found = find_board(noise, BOARD)
-        words = why_none(noise, BOARD)
+        words = str(why_none(noise, BOARD))
         told.append(
             {
                 "size": f"{width}x{height}",

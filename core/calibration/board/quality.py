@@ -11,10 +11,22 @@ from core.calibration.board.board import Board
 from core.calibration.board.chessboard import QUICK, BoardView, sample, search
 from core.calibration.homography import homographies
 from core.calibration.levenberg_marquardt import minimise
+from core.errors import BadInput
 from core.message import Array, message
+from core.sensors.checks import fault
 
 MISCOUNTS = ((-1, -1), (-1, 0), (0, -1), (1, 0), (0, 1), (1, 1))
 """How people miscount, the likeliest first: squares instead of inner corners."""
+ANY_SIZE = cv2.CALIB_CB_LARGER | cv2.CALIB_CB_NORMALIZE_IMAGE
+LONE_MOST = 0.5  # of all dark patches so large that are such squares: noise has patches of any form
+LONE_CONTRAST = 60.0  # grey levels between such squares and the paper
+LEAST_SEARCHED = 60  # [pixel] of a picture's side
+LEAST_COUNT = 12  # corners of a board that is believed
+LEAST_LONE, LONE_SHARE = 12, 3e-4  # squares that stand apart; share of the picture that one fills …
+LONE_FULL, LONE_ROUND = (
+    0.9,
+    0.75,
+)  # … and of its outline's area; area of a square over that of its perimeter's, at least
 
 
 @dataclass(frozen=True)
@@ -80,11 +92,81 @@ def judge(grey: Array, view: BoardView, board: Board, settings: ViewQualitySetti
     return ViewQuality(sharpness=sharpness, misplaced=misplaced, refusals=tuple(refusals), warnings=tuple(warnings))
 
 
-def why_none(grey: Array, board: Board) -> str:
-    """A grey picture in which the board was not found → the likely reason, and what to do."""
-    return next(
-        filter(None, (miscounted(grey, board, which, 640) for which in range(len(MISCOUNTS)))), None
-    ) or unseen(grey, board)
+class BoardNotSeen(BadInput):
+    """No board of this kind in a picture; the sentence says what is there instead."""
+
+    def __init__(self, words: str, seen: str = "") -> None:
+        super().__init__(words)
+        self.seen = seen  # another board that is there, as in "10x10"
+
+
+def why_none(grey: Array, board: Board, longest: int = 640) -> BoardNotSeen:
+    """A grey picture in which the board was not found → the likely reason, and what to do.
+
+    Looks at a copy whose longest side is `longest` [pixel].
+    """
+    scale = min(2.0, longest / max(grey.shape))
+    how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=how)
+    other = _another_board(small, board)
+    if other is not None:
+        what = miscount_words(other, board)
+        return BoardNotSeen(
+            fault("board.other_count", seen=other.name, entered=board.name, what=what).sentence, other.name
+        )
+    if search(255 - small, board, QUICK) is not None:
+        return BoardNotSeen(fault("board.inverted").sentence)
+    if _lone_squares(small) >= LEAST_LONE:
+        return BoardNotSeen(fault("board.separate_squares").sentence)
+    return BoardNotSeen(unseen(grey, board))
+
+
+def miscount_words(seen: Board, board: Board) -> str:
+    """What was counted instead of the inner corners of the board that is seen."""
+    squares = (seen.columns, seen.rows) == (board.columns - 1, board.rows - 1)
+    return "squares instead of inner corners" if squares else "the wrong number of corners"
+
+
+def _another_board(grey: Array, board: Board) -> Board | None:
+    """The board of another size that is in a small picture, whole; named as the entered one lies."""
+    if min(grey.shape) < LEAST_SEARCHED:
+        return None
+    found, corners, meta = cv2.findChessboardCornersSBWithMeta(grey, (3, 3), ANY_SIZE)
+    if not found:
+        return None
+    rows, columns = meta.shape[:2]
+    if not (min(rows, columns) >= 3 and max(rows, columns) <= 40 and rows * columns >= LEAST_COUNT):
+        return None
+    seen = Board(columns=columns, rows=rows, square=board.square)
+    if {columns, rows} == {board.columns, board.rows} or search(grey, seen, QUICK) is None:
+        return None  # the other detector sees boards in noise as well
+    if continues(grey, corners.reshape(-1, 2).astype(float), seen, ViewQualitySettings.saddle):
+        return None
+    wide = (columns >= rows) == (board.columns >= board.rows)
+    return seen if wide else Board(columns=rows, rows=columns, square=board.square)
+
+
+def _lone_squares(grey: Array) -> int:
+    """Count the dark quadrilaterals of about one size that stand apart: those of a chessboard touch at corners."""
+    _, dark = cv2.threshold(grey, 0, 255, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)
+    inked = dark > 0
+    if not 0 < inked.mean() < 1 or grey[~inked].mean() - grey[inked].mean() < LONE_CONTRAST:
+        return 0
+    areas: list[float] = []
+    large = 0
+    for contour in cv2.findContours(dark, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)[0]:
+        area = float(cv2.contourArea(contour))
+        if area < LONE_SHARE * grey.size:
+            continue
+        large += 1
+        edges = cv2.arcLength(contour, closed=True)
+        outline = cv2.approxPolyDP(contour, 0.06 * edges, closed=True)
+        full = max(LONE_FULL * float(cv2.contourArea(outline)), LONE_ROUND * (edges / 4) ** 2)
+        if area > full and len(outline) == 4 and cv2.isContourConvex(outline):
+            areas.append(area)
+    middle = float(np.median(areas)) if areas else 0.0
+    alike = sum(middle / 2 < area < 2 * middle for area in areas)
+    return alike if alike > LONE_MOST * large else 0
 
 
 def miscounted(grey: Array, board: Board, which: int, longest: int) -> str:

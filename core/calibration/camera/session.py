@@ -29,6 +29,7 @@ class SessionSettings:
     still: float = 0.5  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
     still_for: float = 0.25  # [s]
     new: float = 0.05  # share of the width that the corners have moved, on average, from every view taken
+    distinct: float = 0.001  # the same for a picture from a file, which cannot be shown again
     least_views: int = 6  # before the camera can count as calibrated
     solve_from: int = 4  # views
     explain_every: float = 1.0  # [s] between looks for the reason why no board is seen; they are slow
@@ -122,8 +123,8 @@ class CameraSession:
         self._check_size(grey)
         view = find_board(grey, self.board)
         if view is None:
-            return PictureVerdict(kind="nothing", words=why_none(grey, self.board))
-        return self._judged(grey, view) or self._take(name, view)
+            return PictureVerdict(kind="nothing", words=str(why_none(grey, self.board)))
+        return self._judged(grey, view, given=True) or self._take(name, view)
 
     def drop(self, name: str) -> None:
         """Leave a view out of the next solution. Raises BadInput when there is none of that name."""
@@ -240,24 +241,23 @@ class CameraSession:
             self._advice, self._still_since, self._watcher = None, None, Watcher(self.board)
         self.size = size
 
-    def _judged(self, grey: Array, view: BoardView) -> PictureVerdict | None:
-        """The reason against taking a view, or None."""
+    def _judged(self, grey: Array, view: BoardView, *, given: bool = False) -> PictureVerdict | None:
+        """The reason against taking a view, or None; one that is `given` counts unless it is the same picture."""
         quality = judge(grey, view, self.board)
         if quality.refusals:
             words = quality.refusals[0]
             return PictureVerdict(kind="refused", words=words, corners=view.corners, sharpness=quality.sharpness)
-        same = self._same(view.corners)
+        same = self._same(view.corners, self.settings.distinct if given else self.settings.new)
         if same:
-            return PictureVerdict(
-                kind="same", words=f"Same as {same}; move on to the suggested view.", corners=view.corners
-            )
+            words = "every picture counts once" if given else "move on to the suggested view"
+            return PictureVerdict(kind="same", words=f"Same as {same}; {words}.", corners=view.corners)
         return None
 
-    def _same(self, corners: Array) -> str:
-        """The name of the view that this one repeats, or ''."""
+    def _same(self, corners: Array, new: float) -> str:
+        """The name of the view that this one repeats but for the share `new` of the width, or ''."""
         width = self.size[0] if self.size else 1
         for each in self.taken:
-            if not each.dropped and np.linalg.norm(each.corners - corners, axis=1).mean() < self.settings.new * width:
+            if not each.dropped and np.linalg.norm(each.corners - corners, axis=1).mean() < new * width:
                 return each.name
         return ""
 

@@ -18,6 +18,10 @@ FACING = Poses(np.eye(3)[None], np.array([[-0.12, -0.075, 0.42]]))
 WIDE = CameraModel(width=640, height=480, fx=560, fy=560, cx=320, cy=240, k1=-0.25, k2=0.08)
 
 
+def reason_of(grey: np.ndarray, board: Board) -> str:
+    return str(why_none(grey, board))
+
+
 def shot(poses: Poses = FACING, board: Board = BOARD, exposure: ImageExposure | None = None, seed: int = 0) -> Array:
     return picture(np.random.default_rng(seed), TABLE_3, poses, board, exposure)
 
@@ -67,7 +71,7 @@ def test_no_board_is_seen_where_there_is_none() -> None:
     for grey in (clutter, np.full((256, 320), 128, np.uint8), rng.integers(0, 255, (256, 320)).astype(np.uint8)):
         assert find_board(grey, BOARD) is None
         assert glimpse(grey, BOARD) is None
-        assert "I see no 9x6 board" in why_none(grey, BOARD) or "contrast" in why_none(grey, BOARD)
+        assert "I see no 9x6 board" in reason_of(grey, BOARD) or "contrast" in reason_of(grey, BOARD)
 
 
 def test_a_large_picture_is_searched_small_and_refined_at_full_size() -> None:
@@ -85,7 +89,7 @@ def test_the_window_never_reaches_the_next_corner() -> None:
 
 
 def test_squares_counted_for_corners_are_noticed() -> None:
-    reason = why_none(shot(), Board(columns=10, rows=7, square=0.03))
+    reason = reason_of(shot(), Board(columns=10, rows=7, square=0.03))
     assert "9x6 inner corners" in reason and "squares instead" in reason
 
 
@@ -95,7 +99,7 @@ def test_one_corner_too_few_or_too_many_is_noticed(entered: str) -> None:
     grey = shot()
     view = find_board(grey, board)
     if view is None:
-        assert "9x6 inner corners" in why_none(grey, board)
+        assert "9x6 inner corners" in reason_of(grey, board)
     else:
         assert "more inner corners than entered" in judge(grey, view, board).refusals[0]
 
@@ -139,8 +143,8 @@ def test_lens_distortion_alone_is_smooth() -> None:
 
 
 def test_darkness_and_flatness_are_told_apart() -> None:
-    assert "too dark" in why_none(np.full((256, 320), 20, np.uint8), BOARD)
-    assert "no contrast" in why_none(np.full((256, 320), 200, np.uint8), BOARD)
+    assert "too dark" in reason_of(np.full((256, 320), 20, np.uint8), BOARD)
+    assert "no contrast" in reason_of(np.full((256, 320), 200, np.uint8), BOARD)
 
 
 def test_sampling_interpolates_and_ends_at_the_rim() -> None:
@@ -159,3 +163,17 @@ def test_a_board_that_makes_no_sense_is_refused(text: str) -> None:
 def test_a_square_that_makes_no_sense_is_refused(square: float) -> None:
     with pytest.raises(BadInput):
         Board.parse("9x6", square)
+
+
+@pytest.mark.parametrize("entered", [(7, 7), (5, 4), (12, 9)])
+def test_a_board_of_any_other_size_is_named(entered: tuple[int, int]) -> None:
+    told = why_none(shot(), Board(columns=entered[0], rows=entered[1], square=0.03))
+    assert told.seen == "9x6" and "This looks like 9x6, use it" in str(told)
+
+
+def test_a_negative_board_and_squares_that_stand_apart_are_named() -> None:
+    assert "light on dark" in reason_of(255 - shot(), BOARD)
+    apart = np.full((480, 640), 225, np.uint8)
+    for row, column in np.ndindex(7, 8):
+        apart[60 + 50 * row : 60 + 50 * row + 28, 110 + 52 * column : 110 + 52 * column + 28] = 30
+    assert "touch at their corners" in reason_of(apart, BOARD)
