@@ -49,7 +49,7 @@ def test_what_is_held_back_twice_is_remembered_with_what_was_heard_instead():
     [
         (heard(GO, 10.0), heard("stop", 10.0 + OBJECTED)),  # it was under way already
         (heard(GO, 10.0, decided=unsure), heard("stop", 12.0)),  # it was not obeyed
-        (heard("continue one meters", 10.0), heard("stop", 12.0)),  # it began at once: that ended it
+        (heard("turn right", 10.0), heard("stop", 12.0)),  # it began at once: that ended it
         (heard(GO, 8.0), heard("turn left", 10.0), heard("stop", 12.0)),
         (heard(GO, 10.0), heard("nonsense", 11.0)),
         (heard("stop", 10.0), heard("stop", 11.0)),
