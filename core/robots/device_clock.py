@@ -7,20 +7,25 @@ import math
 MAX_DRIFT = 500e-6  # by which a computer's clock runs slow against ours, at most; a resonator's: `RESONATOR_DRIFT`
 RESONATOR_DRIFT = 5e-3  # of a microcontroller without a crystal
 STEP_S = 0.2  # [s] by which the stamps of a source step back, or come before their time, when its clock was set
+FELL_BEHIND_S = 0.15  # [s] by which a message is later than the quickest …
+HELD_UP_S = 2.0  # [s] … and, when all of all sources have been so late for so long, the clock was held up
 ACTIVE_S = 2.0  # [s] since its last message for which a source has a say in that
 
 
 class DeviceClock:
     """Minimum filter of receive minus device time: what is late by the link's jitter does not count.
 
-    Messages that are late for longer stay late: by their stamps, a link that lags cannot be told from a clock that
-    was held up, and what is driven by old readings touches what it does not see. So the difference grows by no more
-    than a clock's drift, until the stamps of a source step back or the device is connected again.
+    A source that is late while another is not stays late, however long: what is driven by old readings touches what
+    it does not see. By stamps alone, a link that lags as a whole cannot be told from a clock that was held up, as a
+    simulator's is: where all sources are late for `HELD_UP_S`, over which nothing is driven by them, the clock
+    follows, unless told not to. Of several sources one whose stamps step alone is not believed.
     """
 
-    def __init__(self, drift: float = MAX_DRIFT) -> None:
-        """`drift`: share by which the device's clock may run slow."""
-        self._drift = drift
+    def __init__(self, drift: float = MAX_DRIFT, *, follows: bool = True) -> None:
+        """`drift`: share by which the device's clock may run slow; `follows`: also one that was held up."""
+        self._drift, self._follows = drift, follows
+        self._late: set[str] = set()  # sources whose newest message was late …
+        self._late_since: float | None = None  # … and since when all are [s]
         self._last: dict[str, tuple[float, float]] = {}  # source → its newest stamp, and when that was received [s]
         self._stepped: set[str] = set()  # sources whose stamps stepped and have not come back
         self._received = -math.inf  # [s]
@@ -40,10 +45,28 @@ class DeviceClock:
                 return device + self.offset
             self._last, self.offset = {source: (device, received)}, difference
             self._stepped.clear()
+        elif self._is_held_up(source, difference - self.offset, received):
+            self.offset = difference
         else:
             self.offset = min(difference, self.offset + self._drift * max(received - self._received, 0.0))
         self._received = received
         return device + self.offset
+
+    def _is_held_up(self, source: str, late: float, received: float) -> bool:
+        """Return whether all sources have been late for long; what waited for a frozen reader comes at once."""
+        if late <= FELL_BEHIND_S:
+            self._late.discard(source)
+        else:
+            self._late.add(source)
+        if not self._follows or not self._late.issuperset(self._last):
+            self._late_since = None
+        elif self._late_since is None:
+            self._late_since = received
+        elif received - self._late_since > HELD_UP_S:
+            self._late_since = None
+            self._late.clear()
+            return True
+        return False
 
     def _steps(self, source: str, passed: float, late: float) -> bool:
         """Return whether a source's stamps stepped: by what passed [s] between its last two, or by being early."""

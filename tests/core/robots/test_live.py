@@ -231,12 +231,20 @@ def test_a_clock_that_was_set_back_is_learnt_anew() -> None:
 
 @pytest.mark.parametrize("growth", [1.0, 0.1, 0.003])
 def test_what_lags_behind_stays_late_however_slowly_it_came_to_it(growth: float) -> None:
-    rng, clock, late = np.random.default_rng(3), DeviceClock(), 0.0
+    rng, clock, late = np.random.default_rng(3), DeviceClock(follows=False), 0.0
     for number in range(12_000):
         received = 0.1 * number
         lag = min(3.0, growth * max(received - 20.0, 0.0)) + float(rng.uniform(0.0, 0.05))
         late = received - clock.stamp(1000.0 + received - lag, received)
     assert 3.0 - 1200 * MAX_DRIFT - 0.05 < late < 3.06
+
+
+def test_a_clock_that_was_held_up_is_followed_when_all_that_it_stamps_is_late() -> None:
+    clock, late = DeviceClock(), list[float]()
+    for number in range(600):
+        received, lag = 0.1 * number, min(max(0.1 * number - 20.0, 0.0), 1.5)
+        late += [received - clock.stamp(received - lag, received, source) for source in ("scan", "odometry")]
+    assert max(late) > 1.4 and max(late[-400:]) < 0.2
 
 
 def test_a_clock_that_was_set_back_by_less_than_a_second_is_learnt_anew_at_once() -> None:
