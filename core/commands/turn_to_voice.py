@@ -30,6 +30,8 @@ MOST_VOICES = 4  # that are looked at
 
 def call_for(command: Command, here: ControlContext) -> VoiceBearing:
     """Return the voice bearing of the person who gave a command. Raises Refused when it is unknown, old or vague."""
+    if here.misheard:
+        raise Refused(f"I heard you, but cannot tell from where. {here.misheard}")
     call, company = command.call or here.call, here.company
     if call is None:
         raise Refused("I do not know where you are: I heard nobody. Speak to me, and I hear from where.")

@@ -46,6 +46,7 @@ class ControlContext:
     image: Image | None = None  # the picture that came with this frame
     camera: Camera | None = None
     call: VoiceBearing | None = None  # the voice that was heard last
+    misheard: str = ""  # why no direction of a voice can be believed
     company: PersonFollowingSettings = PersonFollowingSettings()
     people: PeopleSettings = PeopleSettings()
     tracking: TrackSettings = TrackSettings()

@@ -324,6 +324,8 @@ class Pilot:
         self._notices.watch(frame.stamp, "camera", self._vision.trouble, "warning", "The pictures can be used again.")
         sound = self._hearing.trouble
         self._notices.watch(frame.stamp, "microphones", sound, "warning", "The sound can be used again.")
+        contradiction = self._hearing.contradiction
+        self._notices.watch(frame.stamp, "array", contradiction, "warning", "The microphones agree again.")
         self._notices.watch(
             frame.stamp, "picture", self._vision.poor, "warning", "The camera sees well enough again."
         )

@@ -13,6 +13,7 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.perception.landmarks.frame_perception import BearingSet
 from core.perception.people.voice_bearing import VoiceBearing
+from core.perception.sound.array_diagnostics import contradiction
 from core.perception.sound.direction import Direction
 from core.perception.sound.doa_stream import DoaStream, HeardDirections
 from core.perception.sound.locate import sure
@@ -28,6 +29,7 @@ from core.snapshot import Hearing, VoiceDirection
 
 REMEMBERED = 10.0  # [s] of headings: an utterance is judged once more when it is over
 SILENCE_DB = -120.0
+UTTERANCES = 5  # by which the array is judged
 FADE = 0.15  # [s] over which the level falls
 VAGUE = 0.5  # [rad] sd from which an elevation is not shown
 
@@ -48,12 +50,16 @@ class SoundPerception:
         self._power = 0.0
         self.trouble = ""  # why the sound is of no use
         self.call: VoiceBearing | None = None  # the voice that was heard last, as it was heard
+        self._utterances: deque[tuple[Direction, ...]] = deque(maxlen=UTTERANCES)
+        self.contradiction = ""  # what the microphones contradict each other in, so that no voice is gone to
 
     def hear_with(self, array: MicrophoneArray | None) -> None:
         """Hear with this array from now on: its orientation was found."""
         if array is not self._array:
             self._array = array
             self._listener = None if array is None else DoaStream(array, self._settings)
+            self._utterances.clear()
+            self.contradiction = ""
 
     def hear(self, sound: Sound | None, stamp: float, estimate: Estimate) -> Hearing | None:
         """The sound up to `stamp` [s] → what is heard and where; None on a robot without microphones."""
@@ -71,6 +77,7 @@ class SoundPerception:
                 self.trouble = ""
             except BadInput as trouble:
                 self.trouble = str(trouble)
+        self._judge_array(heard)
         voices = self._follow(heard, stamp, estimate)
         return Hearing(
             listening=sound is not None,
@@ -126,6 +133,16 @@ class SoundPerception:
     def _measure(self, sound: Sound) -> None:
         power = float(np.mean(np.asarray(sound.samples, float) ** 2)) if usable(sound.samples) else 0.0
         self._power = max(power, self._power * math.exp(-sound.duration / FADE))
+
+    def _judge_array(self, heard: tuple[HeardDirections, ...]) -> None:
+        """Ask at the end of utterances whether the newest ones fit the array."""
+        over = [one.directions for one in heard if one.end is not None and one.directions]
+        if not over or self._array is None:
+            return
+        self._utterances.extend(over)
+        found = [one for each in self._utterances for one in each]
+        told = contradiction(found, self._array, self._settings)
+        self.contradiction = "" if told is None else told.sentence
 
     def _follow(self, heard: tuple[HeardDirections, ...], stamp: float, estimate: Estimate) -> tuple[Voice, ...]:
         """Directions of one frame → the voices, seen from the world."""

@@ -9,15 +9,18 @@ from typing import TypedDict
 
 import numpy as np
 
+from core.calibration.reports import FoundFault, found_faults
 from core.errors import BadInput, Unavailable
 from core.geometry import wrap
 from core.perception.sound.array_diagnostics import check
 from core.perception.sound.direction import Direction
 from core.perception.sound.locate import sure
+from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.utterances import directions
 from core.pipelines.listen import WordReader
 from core.recording.sound_file import read_sound
-from core.sensors.microphones import MicrophoneArray, Sound
+from core.sensors.checks import CHECKS, Fault, fault
+from core.sensors.microphones import LOUDEST, MicrophoneArray, Sound
 from core.settings import Settings
 from core.speech.recognition.decision import RecognizedUtterance, Verdict
 from core.speech.recognition.engines import ActiveEngine, open_engine
@@ -25,6 +28,7 @@ from core.speech.recognition.engines import ActiveEngine, open_engine
 PIECE = 0.5  # [s] of sound that are recognised at once
 AROUND = 0.3  # [s] by which a direction may lie outside the utterance that it belongs to
 FAINTER = 20.0  # [dB] below the loudest channel, from which on one is taken to be unused
+BEYOND = 8.0  # times full scale, from which samples are taken for whole numbers written as fractions
 VAGUE = 0.5  # [rad] sd beyond which an elevation is not reported
 
 
@@ -73,6 +77,7 @@ class HeardRecording(TypedDict):
     engine: str  # which recognizer read the words, and why that one
     words_from: str
     warnings: list[str]
+    faults: list[FoundFault]  # their sentences are among the warnings
     channels: int
     sample_rate_hz: int
     audio_s: float
@@ -112,15 +117,16 @@ class RecordingTranscriber:
         Raises BadInput with a sentence.
         """
         began = time.perf_counter()
-        sound = read_sound(path)
+        sound, faults = in_full_scale(read_sound(path))
         found: tuple[Direction, ...] = ()
-        warnings: list[str] = []
-        beam = False
+        warnings = [one.sentence for one in faults]
+        beam, finding = False, self._settings.direction_finding
         if self._array is not None:
-            found = directions(sound, self._array, self._settings.direction_finding)
-            faults = check(sound, self._array, self._settings.direction_finding)
-            warnings += [fault.sentence for fault in faults]
-            beam = channel is None and self._array.dimensions >= 2 and not any(fault.serious for fault in faults)
+            found = directions(sound, self._array, finding)
+            told = check(sound, self._array, finding, found)
+            warnings += [one.sentence for one in told]
+            faults += [one.fault for one in told if one.fault.code in CHECKS]
+            beam = channel is None and self._array.dimensions >= 2 and all(one.used for one in faults)
         words = channel
         if words is None:
             words = self._array.channels[0] if self._array is not None else first_heard(sound)
@@ -128,12 +134,15 @@ class RecordingTranscriber:
         if self.wordless:
             warnings.append(self.wordless)
         return {
-            "directions": [_direction(one, self._array) for one in found],
+            "directions": [
+                _direction(one, self._array, finding, believed=all(each.used for each in faults)) for one in found
+            ],
             "utterances": [_utterance(one, found) for one in said],
             "stops": [{"t0_s": one.begin, "t1_s": one.end} for one in stops],
             "engine": self.wordless or (self._engine.why if self._engine is not None else ""),
             "words_from": "beam" if beam else f"channel {words}",
             "warnings": warnings,
+            "faults": found_faults(faults),
             "channels": sound.channels,
             "sample_rate_hz": sound.rate,
             "audio_s": sound.duration,
@@ -182,7 +191,19 @@ def first_heard(sound: Sound) -> int:
     return int(np.argmax(power >= power.max() * 10 ** (-FAINTER / 10)))
 
 
-def _direction(one: Direction, array: MicrophoneArray | None) -> HeardDirection:
+def in_full_scale(sound: Sound) -> tuple[Sound, list[Fault]]:
+    """A sound whose samples are numbers of 16, 24 or 32 bits → the same within ±1, and what is said about it."""
+    peak = float(np.abs(sound.samples).max(initial=0.0))
+    if not BEYOND < peak <= LOUDEST:  # more is no sound, and refused
+        return sound, []
+    full = next(2.0 ** (bits - 1) for bits in (16, 24, 32) if peak <= 2.0 ** (bits - 1))
+    told = fault("sound.units", used=True, peak=f"{peak:.0f}", full=f"{full:.0f}")
+    return Sound(stamp=sound.stamp, rate=sound.rate, samples=sound.samples / full), [told]
+
+
+def _direction(
+    one: Direction, array: MicrophoneArray | None, settings: DirectionFindingSettings, *, believed: bool
+) -> HeardDirection:
     return {
         "t_s": one.stamp,
         "azimuth_rad": wrap(one.azimuth),
@@ -191,7 +212,7 @@ def _direction(one: Direction, array: MicrophoneArray | None) -> HeardDirection:
         "ambiguity": one.ambiguity if array is not None else "",
         "sd_rad": one.azimuth_sd,
         "strength": one.strength,
-        "sure": sure(one),
+        "sure": believed and sure(one, settings),
     }
 
 

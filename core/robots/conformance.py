@@ -19,6 +19,7 @@ import numpy as np
 from core.errors import BadInput, Unavailable
 from core.gate.twist import ZERO, Twist
 from core.message import message
+from core.perception.sound.array_diagnostics import check
 from core.robots import Profile
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
@@ -27,6 +28,7 @@ from core.robots.process import TIMEOUT
 from core.robots.requests import SetListening
 from core.sensors import SensorFrame
 from core.sensors.checks import MAX_AGE_S
+from core.sensors.microphones import MicrophoneArray, Sound, joined
 
 SPEED, DRIVING = 0.02, 1.0  # [m/s], [s]: what the robot is asked to do
 STANDING = 0.25 * SPEED  # [m/s] below which it stands
@@ -179,7 +181,7 @@ class Suite:
         for series in series_of(read, profile):
             self._check_series(series)
         for array in profile.arrays[:1]:
-            self._check_sound(array.name, read, seconds)
+            self._check_sound(array, read, seconds)
         if profile.drives and all(frame.wheels is None for frame in read):
             self.skip("The base sends no odometry.", "odometry")
 
@@ -223,10 +225,21 @@ class Suite:
         figure = typical if first >= -FUTURE else first
         self.add(f"{one.name} age", passed, 1000 * figure, "ms", late if first >= -FUTURE else ahead)
 
-    def _check_sound(self, name: str, read: Sequence[SensorFrame], seconds: float) -> None:
+    def _check_sound(self, array: MicrophoneArray, read: Sequence[SensorFrame], seconds: float) -> None:
         share = sum(frame.sound.duration for frame in read if frame.sound is not None) / seconds
         advice = "of the sound comes; samples are lost on the way, or the rate of the array is another one."
-        self.add(f"{name} sound", SLOWER <= share <= FASTER, 100 * share, "%", f"{100 * share:.0f} % {advice}")
+        self.add(f"{array.name} sound", SLOWER <= share <= FASTER, 100 * share, "%", f"{100 * share:.0f} % {advice}")
+        heard: Sound | None = None
+        for frame in read:
+            heard = joined(heard, frame.sound, seconds)
+        if heard is None or array.dimensions < 2 or not np.any(heard.samples):
+            self.skip("Nothing was heard; speak while it is measured.", f"{array.name} channels")
+            return
+        try:
+            faults = [one.sentence for one in check(heard, array) if one.serious]
+        except BadInput as unfit:
+            faults = [str(unfit)]
+        self.add(f"{array.name} channels", not faults, advice=" ".join(faults))
 
     # what moves
 

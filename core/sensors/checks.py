@@ -347,6 +347,93 @@ SOUND = (
         "The sound is stamped {lead} s in the future, so the robot does not turn to it. Check the clock that the "
         "driver of the microphones stamps it by.",
     ),
+    Check(
+        "array.dead",
+        "form",
+        "level of a channel with that of no sound at all",
+        "Channel {channels} is dead: it holds no sound. Is the microphone connected, the channel right?",
+    ),
+    Check(
+        "array.faint",
+        "form",
+        "level of a channel with the others'",
+        "Channel {channels} is {times} times fainter than the others; is its microphone covered?",
+    ),
+    Check(
+        "array.clipped",
+        "limits",
+        "samples at a channel's limit, in runs",
+        "Channel {channels} is clipped: {share} % at its limit. Lower the gain.",
+    ),
+    Check(
+        "array.identical",
+        "agreement",
+        "channels with each other at the same moment",
+        "Channels {channels} are identical: one microphone is recorded more than once.",
+    ),
+    Check(
+        "array.line",
+        "form",
+        "places of the microphones: not all in a line",
+        "All microphones lie in a line; a direction needs at least three that do not.",
+    ),
+    Check(
+        "array.inverted",
+        "agreement",
+        "the sign of a channel with the others'",
+        "Channel {channels} has its wires crossed: it swings against all others.",
+    ),
+    Check(
+        "array.foreign",
+        "agreement",
+        "what a channel shares with the others within the time that sound takes between them",
+        "Channel {channels} shares no sound with the others in time: a noisy, processed or playback channel, or "
+        "another device's clock. Directions are not sure; name the microphones' own channels in the array "
+        "profile.",
+    ),
+    Check(
+        "array.processed",
+        "agreement",
+        "the times and the noise of a channel with those of a sum of all microphones",
+        "Channel {channels} seems to be processed, a sum of the microphones{also}: directions are not sure. Name "
+        "the microphones' own channels in the array profile (a ReSpeaker's six-channel sound has them in channels"
+        " 2 to 5).",
+    ),
+    Check(
+        "array.swapped",
+        "agreement",
+        "the times of all microphones with a plane wave, in the profile's order and with two exchanged",
+        "Channels {channels} seem to be exchanged{also}: no direction fits this order, so directions are not "
+        "sure. Find the order with two utterances from known directions.",
+    ),
+    Check(
+        "array.late",
+        "agreement",
+        "the times of all microphones with a plane wave, and with one or two that are late",
+        "Sound comes {late} ms late on channel {channels}{also}, as it seems: directions are not sure. Record all "
+        "channels with one clock and one driver.",
+    ),
+    Check(
+        "array.scale",
+        "limits",
+        "the times of all microphones with the array's size",
+        "Every voice seems to come from nearly straight above; are positions_m of the array profile in metres? "
+        "Voices at the robot's side would fit an array {times} times smaller.",
+    ),
+    Check(
+        "array.misfit",
+        "agreement",
+        "the times of all microphones with a plane wave",
+        "The microphones contradict each other: no direction explains their times, so directions are not sure. "
+        "Likely some channels are late or in another order, or the profile is another board's.",
+    ),
+    Check(
+        "sound.units",
+        "form",
+        "the loudest sample of a file with full scale: 8 times at most",
+        "The samples reach {peak} times full scale; they are taken for whole numbers of which {full} is full scale. "
+        "Write fractions within ±1.",
+    ),
 )
 
 FILES = (

@@ -11,7 +11,8 @@ import numpy as np
 
 from core.errors import BadInput
 from core.message import Array, message
-from core.perception.sound.channel_order import better_order
+from core.perception.sound.contradiction import Cause, likely_causes
+from core.perception.sound.direction import Direction
 from core.perception.sound.locate import DEFAULT, whitened
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import (
@@ -24,30 +25,46 @@ from core.perception.sound.spectra import (
     spectra,
 )
 from core.perception.sound.srp import FINER, Correlation
-from core.perception.sound.tdoa import pair_lags
+from core.perception.sound.utterances import directions, utterances
+from core.sensors.checks import CHECKS, Fault, fault
 from core.sensors.microphones import MicrophoneArray, Sound
 
 DEAD = 1e-5  # level of full scale, below which a channel is dead
 FAINT = 0.05  # of the others' level
 IDENTICAL = 0.99999  # correlation at lag 0
 CLIPPED_SHARE = 1e-4  # of the samples in runs at the channel's limit
-COHERENT = 0.25  # mean coherence that a microphone has with at least one other
+COMMON = 0.25  # mean coherence of the noise of a processed channel with each other one, at least
+FEWEST_BINS = 8  # of the spectrum, from which that is told
+VALLEY = 0.3  # of all that two channels share, from which they swing against each other
+ABOVE = 0.4  # cosine of the elevation below which a voice is nearly straight above
+CONTRADICTED = 1 / 3  # of all utterances, from which the array is at fault
 
 
 @message
 class ArrayFault:
     """One thing that is wrong, or worth knowing."""
 
-    kind: str  # dead | faint | identical | same place | clipped | foreign | inverted | swapped | flat | line | short
+    kind: str  # one of the table of checks is "array.KIND" there; others: same place, flat, short
     channels: tuple[int, ...]  # of the sound, counted from 0
     sentence: str
     serious: bool = True  # directions cannot be trusted; False: a limit that one should know
 
+    @property
+    def fault(self) -> Fault:
+        """The same with its code."""
+        return Fault(code=f"array.{self.kind}", sentence=self.sentence, used=not self.serious)
+
 
 def check(
-    sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT
+    sound: Sound,
+    array: MicrophoneArray,
+    settings: DirectionFindingSettings = DEFAULT,
+    found: Sequence[Direction] | None = None,
 ) -> tuple[ArrayFault, ...]:
-    """A sound with some speech in it → everything that looks wrong. Raises BadInput where they do not fit."""
+    """A sound with some speech in it → everything that looks wrong; `found`: its directions, where they are known.
+
+    Raises BadInput where they do not fit.
+    """
     samples = array.heard(sound)
     try:
         seen = spectra(samples, sound.rate, settings)
@@ -55,14 +72,63 @@ def check(
         short = ArrayFault(kind="short", channels=array.channels, sentence=str(trouble), serious=False)
         return (*_geometry(array), short)
     faults = [*_geometry(array), *_levels(samples, array), *_clipped(samples, array), *_identical(samples, array)]
-    if any(fault.serious for fault in faults) or array.dimensions < 2:
+    if any(one.serious for one in faults) or array.dimensions < 2:
         return tuple(faults)
-    return (*faults, *_together(seen, array, settings))
+    together = _together(seen, array, settings)
+    if not together:
+        if found is None:
+            found = directions(sound, array, settings) if utterances(sound, array, settings) else ()
+        told = contradiction(found, array, settings)
+        together = _scale(found, array) if told is None else [told]
+    return (*faults, *together)
+
+
+def contradiction(
+    found: Sequence[Direction], array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT
+) -> ArrayFault | None:
+    """Directions of utterances → the likely cause, where a third of them or more contradict a plane wave."""
+    fits = [one.fit for one in found if one.fit is not None]
+    wrong = [one for one in fits if one.misfit > settings.declared_misfit]
+    if not wrong or len(wrong) < CONTRADICTED * len(fits):
+        return None
+    causes = likely_causes(wrong, array)
+    kind = causes[0].kind
+    same = [one for one in causes if one.kind == kind]
+    channels = tuple(sorted({array.channels[number] for one in same for number in one.microphones}))
+    others = [_in_words(one, array) for one in causes if one.kind != kind][:2]
+    values = {
+        "channels": " or ".join(_named([array.channels[number] for number in one.microphones]) for one in same[:3]),
+        "also": f" (or {', or '.join(others)})" if others else "",
+        "late": f"{1e3 * float(np.median([one.late for one in same])):.2f}",
+    }
+    return _wrong(kind, channels, **values)
+
+
+def _scale(found: Sequence[Direction], array: MicrophoneArray) -> list[ArrayFault]:
+    """A flat array that hears every voice from nearly straight above is likely smaller than its profile says."""
+    lengths = [float(np.linalg.norm(one.fit.within)) for one in found if one.fit is not None]
+    if not lengths or array.dimensions > 2 or max(lengths) > ABOVE:
+        return []
+    sentence = fault("array.scale", times=f"{1 / max(float(np.median(lengths)), 1e-3):.0f}").sentence
+    return [ArrayFault(kind="scale", channels=array.channels, sentence=sentence, serious=False)]
+
+
+def _in_words(cause: Cause, array: MicrophoneArray) -> str:
+    channels = _named([array.channels[number] for number in cause.microphones])
+    if cause.kind == "late":
+        return f"channel {channels} {1e3 * cause.late:.2f} ms late"
+    return f"channel {channels} processed" if cause.kind == "processed" else f"channels {channels} exchanged"
+
+
+def _wrong(kind: str, at: tuple[int, ...], **values: str) -> ArrayFault:
+    """A fault of the table of checks at some channels."""
+    named = {"channels": _named(at), "also": "", **values}
+    return ArrayFault(kind=kind, channels=at, sentence=CHECKS[f"array.{kind}"].sentence.format(**named))
 
 
 def _named(channels: Sequence[int]) -> str:
     words = [str(channel + 1) for channel in channels]
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    return f"{', '.join(words[:-1])} and {words[-1]}" if len(words) > 1 else "".join(words)
 
 
 def _geometry(array: MicrophoneArray) -> list[ArrayFault]:
@@ -83,8 +149,7 @@ def _geometry(array: MicrophoneArray) -> list[ArrayFault]:
             words = "All microphones lie in a plane: azimuths are good, elevations are ± and rough near the horizon."
         faults.append(ArrayFault(kind="flat", channels=array.channels, sentence=words, serious=False))
     if array.dimensions < 2:
-        words = "All microphones lie in a line; a direction needs at least three that do not."
-        faults.append(ArrayFault(kind="line", channels=array.channels, sentence=words))
+        faults.append(_wrong("line", array.channels))
     return faults
 
 
@@ -94,14 +159,9 @@ def _levels(samples: Array, array: MicrophoneArray) -> list[ArrayFault]:
     faults: list[ArrayFault] = []
     for channel, here in zip(array.channels, level, strict=True):
         if here < DEAD:
-            words = (
-                f"Channel {channel + 1} is dead: it holds no sound. Is the microphone connected, the channel right?"
-            )
-            faults.append(ArrayFault(kind="dead", channels=(channel,), sentence=words))
+            faults.append(_wrong("dead", (channel,)))
         elif here < FAINT * usual:
-            times = usual / here
-            words = f"Channel {channel + 1} is {times:.0f} times fainter than the others; is its microphone covered?"
-            faults.append(ArrayFault(kind="faint", channels=(channel,), sentence=words))
+            faults.append(_wrong("faint", (channel,), times=f"{usual / here:.0f}"))
     return faults
 
 
@@ -112,8 +172,8 @@ def _clipped(samples: Array, array: MicrophoneArray) -> list[ArrayFault]:
         at_limit = np.abs(heard) >= 0.999 * limit
         runs = at_limit[2:] & at_limit[1:-1] & at_limit[:-2]
         if limit > 0.01 and np.mean(runs) > CLIPPED_SHARE:
-            words = f"Channel {channel + 1} is clipped: {100 * np.mean(at_limit):.1f} % at its limit. Lower the gain."
-            faults.append(ArrayFault(kind="clipped", channels=(channel,), sentence=words))
+            share = f"{100 * np.mean(at_limit):.1f}"
+            faults.append(_wrong("clipped", (channel,), share=share))
     return faults
 
 
@@ -129,43 +189,44 @@ def _identical(samples: Array, array: MicrophoneArray) -> list[ArrayFault]:
         left = [number for number in left if number not in group]
         if len(group) > 1:
             channels = tuple(array.channels[number] for number in group)
-            words = f"Channels {_named(channels)} are identical: one microphone is recorded more than once."
-            faults.append(ArrayFault(kind="identical", channels=channels, sentence=words))
+            faults.append(_wrong("identical", channels))
     return faults
 
 
 def _together(seen: Spectra, array: MicrophoneArray, settings: DirectionFindingSettings) -> list[ArrayFault]:
-    """Faults that only the channels together show: a foreign one, one with its wires crossed, two exchanged."""
+    """Faults that only the channels together show: one that holds the others' noise, one with its wires crossed."""
     noise = noise_of(seen, quiet_frames(seen, settings), settings)
+    summed = _summed(noise.cross, seen.frequencies, array)
+    if summed:
+        return summed
     cross = cross_spectra(seen, cell_weights(over_noise(seen, noise), seen, settings), noise)
-    foreign = _foreign(cross, array)
-    if foreign:
-        return foreign
-    correlation = whitened(cross, seen, array, settings)
-    inverted = _inverted(correlation, array)
-    if inverted:
-        return inverted
-    return _swapped(correlation, array)
+    return _inverted(whitened(cross, seen, array, settings), array)
 
 
-def _foreign(cross: Array, array: MicrophoneArray) -> list[ArrayFault]:
-    """Channels that share no sound with any other: a playback or a processed channel."""
-    power = np.real(np.diagonal(cross, axis1=1, axis2=2))
-    power = np.maximum(power, 1e-12 * power.max() + 1e-150)
-    smooth = np.abs(cross.sum(0)) / np.sqrt(np.outer(power.sum(0), power.sum(0)))
-    fine = np.mean(np.abs(cross) / np.sqrt(power[:, :, None] * power[:, None, :]), axis=0)
-    shared = np.maximum(smooth, np.minimum(fine, 1.0)) * (1 - np.eye(len(smooth)))
-    faults: list[ArrayFault] = []
-    for channel, most in zip(array.channels, shared.max(1), strict=True):
-        if most < COHERENT:
-            words = f"Channel {channel + 1} shares no sound with the others; is it a playback or processed channel?"
-            faults.append(ArrayFault(kind="foreign", channels=(channel,), sentence=words))
-    return faults
+def _summed(noise: Array, frequencies: Array, array: MicrophoneArray) -> list[ArrayFault]:
+    """A channel in which the noise of all others is: a sum of the microphones, as a processed channel is.
+
+    Where sound is shorter than twice the way between microphones, diffuse noise has nothing in common at them, and
+    their own noise never has.
+    """
+    apart = float(np.linalg.norm(array.baselines, axis=1).min())
+    high = noise[frequencies > array.speed / (2 * max(apart, 1e-6))]
+    if len(high) < FEWEST_BINS or len(array.positions) < 3:
+        return []
+    power = np.real(np.diagonal(high, axis1=1, axis2=2))
+    common = np.mean(np.real(high) / np.sqrt(power[:, :, None] * power[:, None, :] + 1e-300), axis=0)
+    for number in range(len(common)):
+        others = np.delete(np.arange(len(common)), number)
+        rest = common[np.ix_(others, others)][np.triu_indices(len(others), 1)]
+        if common[number, others].min() > COMMON and rest.max() < COMMON / 2:
+            channel = array.channels[number]
+            return [_wrong("processed", (channel,))]
+    return []
 
 
 def _inverted(correlation: Correlation, array: MicrophoneArray) -> list[ArrayFault]:
     """Channels of opposite sign: their correlations with most others have a deep valley where a top belongs."""
-    tables = correlation.tables()
+    tables = correlation.tables() / np.maximum(np.abs(correlation.values).sum(0), 1e-300)
     reach = np.linalg.norm(array.baselines, axis=1) / array.speed * correlation.rate * FINER
     lags = np.minimum(np.arange(len(tables)), len(tables) - np.arange(len(tables)))
     inside = lags[:, None] <= reach + FINER
@@ -174,26 +235,7 @@ def _inverted(correlation: Correlation, array: MicrophoneArray) -> list[ArrayFau
     count = len(array.positions)
     opposite = np.zeros((count, count))
     first, second = array.pairs.T
-    opposite[first, second] = opposite[second, first] = np.where(valley > 1.3 * top, 1.0, 0.0)
+    deep = (valley > 1.3 * top) & (valley > VALLEY)
+    opposite[first, second] = opposite[second, first] = np.where(deep, 1.0, 0.0)
     wrong = [number for number in range(count) if opposite[number].sum() > (count - 1) / 2]
-    return [
-        ArrayFault(
-            kind="inverted",
-            channels=(array.channels[number],),
-            sentence=f"Channel {array.channels[number] + 1} has its wires crossed: it swings against all others.",
-        )
-        for number in wrong[:1]
-    ]
-
-
-def _swapped(correlation: Correlation, array: MicrophoneArray) -> list[ArrayFault]:
-    """Another order of the channels that fits one talker much better."""
-    order = better_order(correlation, array, pair_lags(correlation, array))
-    if order is None:
-        return []
-    moved = tuple(array.channels[number] for number in range(len(order)) if order[number] != number)
-    words = (
-        f"Channels {_named(moved)} seem to be exchanged: no direction fits this order. "
-        "Find the order with two utterances from known directions."
-    )
-    return [ArrayFault(kind="swapped", channels=moved, sentence=words)]
+    return [_wrong("inverted", (array.channels[number],)) for number in wrong[:1]]

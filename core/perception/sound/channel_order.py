@@ -29,7 +29,6 @@ MOUTH, MOUTH_SD = 0.3, 0.35  # [rad] elevation of a mouth above the array
 WEIGHT = 60.0  # of the share of sound that an order explains, against misses of the known directions
 CLEAR = 3.0  # by which the best order's score must exceed the next
 GRID = 1500  # directions over the sphere
-PLAUSIBLE = 1.1  # by which another order must beat the given one, to doubt it without known directions
 
 
 @message
@@ -102,21 +101,3 @@ def _directions(array: MicrophoneArray, count: int) -> Array:
     """Directions (G, 3) over the sphere; of a flat array's, the half above its plane."""
     grid = sphere(count)
     return grid if array.dimensions == 3 else grid[grid @ array.normal >= 0]
-
-
-def better_order(correlation: Correlation, array: MicrophoneArray, lags: Array) -> tuple[int, ...] | None:
-    """An order that fits one talker anywhere much better than the given one; None when the given one is plausible.
-
-    Orders that only turn or mirror the array fit equally well and are not found. `lags` (P,) [s] must not all be 0.
-    """
-    count = len(array.positions)
-    if not 4 <= count <= MOST or not np.any(lags):
-        return None
-    orders = np.array(list(itertools.permutations(range(count))))
-    scores = _agreements(correlation, array, orders, _directions(array, 300)).max(1)
-    best = int(np.argmax(scores))
-    if scores[best] < PLAUSIBLE * max(float(scores[0]), 1e-300):
-        return None
-    closest = np.nonzero(scores > 0.98 * scores[best])[0]
-    moved = [int(np.count_nonzero(orders[one] != np.arange(count))) for one in closest]
-    return tuple(int(channel) for channel in orders[closest[int(np.argmin(moved))]])

@@ -11,6 +11,7 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import rotation, wrap
 from core.message import Array, message
+from core.perception.sound.plane_wave import PlaneWaveFit
 
 WIDEST = math.pi / math.sqrt(3)  # [rad] the standard deviation of an azimuth of which nothing is known
 AHEAD = 0.15  # [rad] to either side of straight ahead, or behind, that counts as that in words
@@ -27,6 +28,7 @@ class Direction:
     )
     strength: float  # 0..1, how much of the sound came from there
     mirror: Array | None = None  # (3,) the direction that a flat array cannot tell from `towards`; None: it can
+    fit: PlaneWaveFit | None = None  # of the microphones' times; None: not known
 
     @property
     def azimuth(self) -> float:
@@ -48,6 +50,11 @@ class Direction:
     def elevation_sd(self) -> float:
         """Standard deviation of the elevation [rad]."""
         return min(WIDEST, math.sqrt(self.covariance[1, 1]))
+
+    @property
+    def misfit(self) -> float:
+        """What no plane wave explains of the microphones' times, of what is expected; 0 where that is not known."""
+        return 0.0 if self.fit is None else self.fit.misfit
 
     @property
     def ambiguity(self) -> str:

@@ -11,6 +11,7 @@ from core.message import Array
 from core.perception.sound.direction import Direction
 from core.perception.sound.least_squares import axes_of, fit_lags, lift, mirrored, on_sphere, placement
 from core.perception.sound.paper import locate_as_printed
+from core.perception.sound.plane_wave import PlaneWaveFit
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import (
     Noise,
@@ -23,7 +24,7 @@ from core.perception.sound.spectra import (
     spectra,
 )
 from core.perception.sound.srp import Correlation, Peak, find_peak, grid_of
-from core.perception.sound.tdoa import pair_lags
+from core.perception.sound.tdoa import fit_plane_wave, pair_lags
 from core.sensors.microphones import MicrophoneArray, Sound
 
 DEFAULT = DirectionFindingSettings()
@@ -71,8 +72,11 @@ def direction_of(
     if not correlation.total > 0:
         return None
     grid = grid_of(array, seen.rate, seen.size, settings.grid)
-    peak = find_peak(correlation, array, grid, seeds(correlation, array), settings.bands)
-    return _declared(peak, array, stamp + float(amount @ seen.times / amount.sum()), settings)
+    lags = pair_lags(correlation, array)
+    peak = find_peak(correlation, array, grid, _seeds(lags, array), settings.bands)
+    steered = array.baselines @ axes_of(array).T / array.speed @ peak.within
+    fit = fit_plane_wave(correlation, array, np.stack((steered, lags)))
+    return _declared(peak, fit, array, stamp + float(amount @ seen.times / amount.sum()), settings)
 
 
 def whitened(cross: Array, seen: Spectra, array: MicrophoneArray, settings: DirectionFindingSettings) -> Correlation:
@@ -88,22 +92,25 @@ def whitened(cross: Array, seen: Spectra, array: MicrophoneArray, settings: Dire
     )
 
 
-def seeds(correlation: Correlation, array: MicrophoneArray) -> Array:
-    """The robust least-squares direction of all pairs' lags, as a place to begin, (S, D)."""
+def _seeds(lags: Array, array: MicrophoneArray) -> Array:
+    """The robust least-squares direction of all pairs' lags (P,) [s], as a place to begin, (S, D)."""
     axes = axes_of(array)
     try:
-        fit = fit_lags(array, array.pairs, pair_lags(correlation, array))
+        fit = fit_lags(array, array.pairs, lags)
     except BadInput:
         return np.zeros((0, len(axes)))
     return (fit.towards @ axes.T)[None]
 
 
-def _declared(peak: Peak, array: MicrophoneArray, stamp: float, settings: DirectionFindingSettings) -> Direction:
+def _declared(
+    peak: Peak, fit: PlaneWaveFit, array: MicrophoneArray, stamp: float, settings: DirectionFindingSettings
+) -> Direction:
     """The peak as a direction, with everything that makes it uncertain."""
     axes = axes_of(array)
     towards = lift(array, axes, peak.within)
     strength = min(1.0, max(0.0, peak.power))
     within = settings.spread**2 * peak.covariance + placement(array, axes)
+    within += np.diag(fit.excess / array.axes[1][: len(axes)] ** 2)  # by least squares
     leaning = math.hypot(settings.speed_sd, settings.lean_sd * (1 - strength))
     on = on_sphere(array, axes, towards, within, leaning)
     least = settings.floor**2 + (settings.echo_sd * (1 - strength)) ** 2
@@ -113,10 +120,12 @@ def _declared(peak: Peak, array: MicrophoneArray, stamp: float, settings: Direct
         covariance=on + least * np.eye(2),
         strength=strength,
         mirror=mirrored(array, towards),
+        fit=fit,
     )
 
 
 def sure(direction: Direction, settings: DirectionFindingSettings = DEFAULT) -> bool:
     """Return whether a direction is good enough to act on; the printed form knows no strength to judge it by."""
     strong = settings.form == "paper" or direction.strength >= settings.declared_strength
-    return strong and direction.azimuth_sd <= settings.declared_sd
+    agreed = direction.misfit <= settings.declared_misfit
+    return strong and agreed and direction.azimuth_sd <= settings.declared_sd

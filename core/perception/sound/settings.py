@@ -49,6 +49,9 @@ class DirectionFindingSettings(Section):
     ] = 0.6
     declared_sd: Annotated[float, Meta("rad", 0.01, 3, "sd of a declared direction, at most")] = 0.26
     declared_strength: Annotated[float, Meta("", 0, 1, "correlation of a declared direction, at least")] = 0.25
+    declared_misfit: Annotated[
+        float, Meta("", 1, 100, "what no plane wave explains of a declared direction, of what is expected, at most")
+    ] = 2.5
     glimpse: Annotated[int, Meta("frames", 2, 64, "length analysed together where several may talk at once")] = 8
     glimpse_strength: Annotated[
         float, Meta("", 0, 1, "a weaker glimpse holds two voices or an echo, and is not counted")

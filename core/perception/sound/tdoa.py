@@ -4,13 +4,19 @@ what the array allows.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from core.message import Array
+from core.perception.sound.least_squares import axes_of
+from core.perception.sound.plane_wave import ECHO_SD, LAG_SD, PlaneWaveFit, explain
 from core.perception.sound.srp import FINER, Correlation
 from core.sensors.microphones import MicrophoneArray
 
 SLACK = 0.5  # [samples] beyond the way between two microphones that a peak may lie
+ROUNDS = 10
+CLOSE = 1e-7  # [s] a step of a time that is no longer worth making
 
 
 def pair_lags(correlation: Correlation, array: MicrophoneArray) -> Array:
@@ -29,3 +35,67 @@ def pair_lags(correlation: Correlation, array: MicrophoneArray) -> Array:
     shift = np.where(bend < 0, (before - after) / np.where(bend < 0, 2 * bend, 1.0), 0.0)
     best = (lags[top] + np.clip(shift, -1, 1)) / FINER
     return np.clip(best, -reach, reach) / correlation.rate
+
+
+def fit_plane_wave(correlation: Correlation, array: MicrophoneArray, starts: Array) -> PlaneWaveFit:
+    """Correlation of all pairs, and the pairs' lags (S, P) [s] at which to begin → the microphones' times that agree
+    best, and the plane wave through them. Raises BadInput where the microphones lie in a line.
+    """
+    axes = axes_of(array)
+    power, leads = max(
+        (_climb(correlation, array, _times_of(array, lags)) for lags in starts), key=lambda one: one[0]
+    )
+    strength = min(1.0, max(0.0, power / max(correlation.total, 1e-300)))
+    within, residuals, freedom = explain(array.positions @ axes.T, array.speed * leads[:, None])
+    agreement = np.real(_turned(correlation, array, leads)).sum(0)
+    shared = np.full((len(leads), len(leads)), -1.0)
+    first, second = array.pairs.T
+    shared[first, second] = agreement / np.maximum(np.abs(correlation.values).sum(0), 1e-300)
+    return PlaneWaveFit(
+        times=leads * array.speed,
+        within=within[:, 0],
+        residuals=residuals[:, 0],
+        freedom=int(freedom[0]),
+        expected_sd=math.hypot(array.position_sd, LAG_SD, ECHO_SD * (1 - strength)),
+        shared=np.maximum(shared, shared.T).max(1),
+    )
+
+
+def _times_of(array: MicrophoneArray, lags: Array) -> Array:
+    """Lags (P,) [s] of the pairs → leads (M,) [s] that agree with them best, 0 on the average."""
+    return np.linalg.lstsq(_differences(array), lags, rcond=None)[0]
+
+
+def _differences(array: MicrophoneArray) -> Array:
+    """(P, M): leads of the microphones → lags of the pairs."""
+    one = np.eye(len(array.positions))
+    return one[array.pairs[:, 1]] - one[array.pairs[:, 0]]
+
+
+def _turned(correlation: Correlation, array: MicrophoneArray, leads: Array) -> Array:
+    """Correlations (K, P) as they are where the microphones hear with these leads (M,) [s]."""
+    first, second = array.pairs.T
+    return correlation.values * np.exp(1j * np.outer(correlation.omega, leads[second] - leads[first]))
+
+
+def _climb(correlation: Correlation, array: MicrophoneArray, leads: Array) -> tuple[float, Array]:
+    """Newton's steps uphill from leads (M,) [s] → the power where they end, and the leads."""
+    differences, omega = _differences(array), correlation.omega[:, None]
+    turned = _turned(correlation, array, leads)
+    power = float(np.real(turned).sum())
+    for _ in range(ROUNDS):
+        slope = -(omega * np.imag(turned)).sum(0)
+        bend = np.abs((omega**2 * np.real(turned)).sum(0))
+        bend = np.maximum(bend, 1e-3 * bend.max() + 1e-300)
+        hessian = (differences * bend[:, None]).T @ differences
+        step = np.linalg.lstsq(hessian, differences.T @ slope, rcond=None)[0]
+        while np.abs(step).max() > CLOSE:
+            there = _turned(correlation, array, leads + step)
+            higher = float(np.real(there).sum())
+            if higher > power:
+                leads, power, turned = leads + step, higher, there
+                break
+            step = step / 2
+        else:
+            break
+    return power, leads - leads.mean()

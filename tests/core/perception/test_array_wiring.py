@@ -15,8 +15,10 @@ from core.perception.sound.array_diagnostics import ArrayFault, check
 from core.perception.sound.array_orientation import Orientation, OrientationWizard
 from core.perception.sound.channel_order import find_order
 from core.perception.sound.direction import Direction, unit
+from core.perception.sound.locate import locate, sure
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, ring, tetrahedron
 from core.simulation.acoustics.shoebox import ShoeboxRoom
+from tests.benchmarks.array_faults import late
 from tests.core.perception.voices import far_voice, voice_in_room
 
 ARRAYS = [RESPEAKER_ODAS, tetrahedron()]
@@ -58,6 +60,38 @@ def test_a_foreign_an_inverted_and_two_exchanged_channels_are_named(samples):
     inverted = samples * [1, 1, -1, 1]
     assert faults_of(inverted)["inverted"].channels == (2,)
     assert "exchanged" in faults_of(samples[:, [1, 0, 2, 3]])["swapped"].sentence
+
+
+@pytest.mark.parametrize(
+    ("change", "kind"),
+    [
+        (lambda one: np.column_stack((one.mean(1), one[:, :3])), "processed"),
+        (lambda one: np.column_stack((late(one.mean(1), 256), one[:, :3])), "foreign"),
+        (lambda one: np.column_stack((one[:, 0], late(one[:, 1], 1), one[:, 2:])), "late"),
+        (lambda one: np.column_stack((one[:, :3], np.random.default_rng(1).normal(size=len(one)) * 0.05)), "foreign"),
+        (lambda one: one[:, [0, 2, 1, 3]], "swapped"),
+    ],
+)
+@pytest.mark.parametrize("azimuth", [0.6, -1.1, 2.9])
+def test_a_direction_that_the_microphones_contradict_is_not_sure_and_the_cause_is_named(change, kind, azimuth):
+    sound = far_voice(RESPEAKER_ODAS, azimuth, 0.2)
+    own_noise = 1e-3 * np.random.default_rng(2).normal(size=sound.samples.shape)
+    right = locate(sound, RESPEAKER_ODAS, speech_from=0.5)
+    assert right is not None and sure(right) and right.misfit < 1
+    wrong = change(sound.samples + own_noise)
+    found = locate(replace(sound, samples=wrong), RESPEAKER_ODAS, speech_from=0.5)
+    told = faults_of(wrong)
+    assert found is not None and (not sure(found) or told)
+    words = " ".join(one.sentence for one in told.values() if one.serious)
+    assert {"foreign": "shares no sound", "late": "late on channel", "processed": "processed"}.get(
+        kind, "exchanged"
+    ) in words
+
+
+def test_an_array_that_hears_everything_above_it_is_asked_for_metres():
+    sound = far_voice(RESPEAKER_ODAS, 0.6, 0.2)
+    feet = MicrophoneArray(positions=RESPEAKER_ODAS.positions * 3.28)
+    assert "in metres" in faults_of(sound.samples, feet)["scale"].sentence
 
 
 def test_a_profile_with_two_microphones_in_one_place_and_one_in_a_line_are_told():

@@ -1,0 +1,254 @@
+"""Faults of microphone arrays in rooms: is a direction off by more than it says, and sure all the same?
+
+`python -m tests.benchmarks.array_faults --faults 200`. Every array hears a voice in rooms of every reverberation, in
+diffuse noise or beside a fan; then the same sound with a fault. Orders of channels that only turn or mirror an array
+are no faults here: nothing in the sound shows them (`beckon calibrate array` does). `before` is what the estimate
+said without asking whether the microphones contradict it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.experiments.direction_of_arrival import REVERBERATION
+from core.experiments.talk_in_rooms import PRE_ROLL, RATE, make_scene
+from core.geometry import wrap
+from core.message import Array
+from core.perception.sound.array_diagnostics import check
+from core.perception.sound.direction import Direction
+from core.perception.sound.least_squares import axes_of, on_sphere
+from core.perception.sound.locate import locate, sure
+from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, ring, tetrahedron
+from core.speech.practice_voice import practice_voice
+
+SPEECH = 1.2  # [s]
+NOISES = (("diffuse", 20.0), ("diffuse", 10.0), ("fan", 10.0))  # [dB]
+PROCESSED_LATE = 0.016  # [s]
+MOVED = 0.01  # [m]
+UNEVEN = MicrophoneArray(
+    name="four unevenly", positions=np.array([[0.05, 0.01, 0], [-0.03, 0.04, 0], [-0.02, -0.05, 0], [0.03, -0.03, 0]])
+)
+ARRAYS = {
+    "square": RESPEAKER_ODAS,
+    "ring of 6": ring("six on a circle", 0.0463, 0.0, math.pi / 3, 6),
+    "uneven": UNEVEN,
+    "tetrahedron": tetrahedron(),
+    "triangle": ring("three on a circle", 0.04, 0.3, 2 * math.pi / 3, 3),
+}
+NOT_SEEN = ("triangle",)  # as many microphones as unknowns: any times fit some direction
+
+
+def late(samples: Array, by: float) -> Array:
+    """One channel (N,) later by a number of samples."""
+    padded = len(samples) + 64 + math.ceil(by)
+    turn = np.exp(-2j * np.pi * np.fft.rfftfreq(padded) * by)
+    return np.fft.irfft(np.fft.rfft(samples, padded) * turn, padded)[: len(samples)]
+
+
+def compressed(samples: Array) -> Array:
+    """A channel (N,) whose quiet parts are raised, as an automatic gain does."""
+    level = np.sqrt(np.convolve(samples**2, np.ones(160) / 160, "same")) + 1e-4
+    return samples * (level.max() / level) ** 0.6
+
+
+def _late_channels(by: float, count: int) -> Callable[[Array, np.random.Generator], Array]:
+    def fault(samples: Array, rng: np.random.Generator) -> Array:
+        first = int(rng.integers(samples.shape[1]))
+        wrong = samples.copy()
+        for channel in range(first, first + count):
+            at = channel % samples.shape[1]
+            wrong[:, at] = late(samples[:, at], by)
+        return wrong
+
+    return fault
+
+
+def _processed(
+    by: float, make: Callable[[Array], Array], shifted: bool
+) -> Callable[[Array, np.random.Generator], Array]:
+    def fault(samples: Array, rng: np.random.Generator) -> Array:
+        total = late(make(samples.mean(1)), by * RATE)
+        if shifted:
+            return np.column_stack((total, samples[:, :-1]))
+        wrong = samples.copy()
+        wrong[:, int(rng.integers(samples.shape[1]))] = total
+        return wrong
+
+    return fault
+
+
+def _noise(samples: Array, rng: np.random.Generator) -> Array:
+    wrong = samples.copy()
+    wrong[:, int(rng.integers(samples.shape[1]))] = np.std(samples) * rng.normal(size=len(samples))
+    return wrong
+
+
+FAULTS: dict[str, Callable[[Array, np.random.Generator], Array]] = {
+    "late by 0.5 samples": _late_channels(0.5, 1),
+    "late by 1 sample": _late_channels(1.0, 1),
+    "late by 2 samples": _late_channels(2.0, 1),
+    "late by 3 samples": _late_channels(3.0, 1),
+    "two late by 1 sample": _late_channels(1.0, 2),
+    "processed": _processed(0.0, np.array, shifted=False),
+    "processed first": _processed(0.0, np.array, shifted=True),
+    "processed first, gain": _processed(0.0, compressed, shifted=True),
+    "processed first, 16 ms late": _processed(PROCESSED_LATE, compressed, shifted=True),
+    "noise": _noise,
+}
+
+
+def orders(array: MicrophoneArray) -> dict[str, tuple[int, ...]]:
+    """Orders of an array's channels in which the sound differs from that of the array turned or mirrored."""
+    count = len(array.positions)
+    some = {
+        "two swapped": (1, 0, *range(2, count)),
+        "two pairs swapped": (1, 0, 3, 2, *range(4, count)),
+        "order turned": (*range(1, count), 0),
+    }
+    apart = _distances(array.positions)
+    return {
+        name: order
+        for name, order in some.items()
+        if len(order) == count and not np.allclose(_distances(array.positions[list(order)]), apart, atol=1e-4)
+    }
+
+
+def _distances(positions: Array) -> Array:
+    return np.linalg.norm(positions[:, None] - positions, axis=2)
+
+
+@dataclass(frozen=True)
+class FaultTrial:
+    """One sound and what was said of it."""
+
+    array: str
+    fault: str  # "": none
+    error: float  # [rad]
+    sd: float  # [rad]
+    is_sure: bool
+    sd_before: float  # [rad]
+    sure_before: bool
+    named: tuple[str, ...]  # kinds of faults that were told
+
+    @property
+    def misleads(self) -> bool:
+        """Sure, and off by more than twice its standard deviation."""
+        return self.is_sure and self.error > 2 * self.sd
+
+    @property
+    def misled_before(self) -> bool:
+        """The same without asking whether the microphones contradict each other."""
+        return self.sure_before and self.error > 2 * self.sd_before
+
+
+def before(found: Direction, array: MicrophoneArray) -> Direction:
+    """The direction as it would be if nobody asked whether the microphones contradict it."""
+    assert found.fit is not None
+    axes = axes_of(array)
+    added = np.diag(found.fit.excess / array.axes[1][: len(axes)] ** 2)
+    inflated = on_sphere(array, axes, found.towards, added) - 1e-12 * np.eye(2)
+    return replace(found, covariance=np.maximum(found.covariance - inflated, 1e-6 * np.eye(2)), fit=None)
+
+
+def trial(array_name: str, fault: str, samples: Array, truth: float) -> FaultTrial | None:
+    """One sound → what is said of it; None where nothing is heard."""
+    array, sound = ARRAYS[array_name], Sound(stamp=0.0, rate=RATE, samples=samples)
+    found = locate(sound, array, speech_from=PRE_ROLL)
+    if found is None:
+        return None
+    told = tuple(one.kind for one in check(sound, array, found=[found]) if one.serious)
+    older = before(found, array)
+    return FaultTrial(
+        array=array_name,
+        fault=fault,
+        error=abs(wrap(found.azimuth - truth)),
+        sd=found.azimuth_sd,
+        is_sure=sure(found) and not told,
+        sd_before=older.azimuth_sd,
+        sure_before=sure(older),
+        named=told,
+    )
+
+
+def faulty(name: str, samples: Array, moved: Array, rng: np.random.Generator) -> Iterator[tuple[str, Array]]:
+    """The array's sound (N, M), and that with a microphone moved → every fault's."""
+    for fault, make in FAULTS.items():
+        yield fault, make(samples, rng)
+    for fault, order in orders(ARRAYS[name]).items():
+        yield fault, samples[:, list(order)]
+    yield "moved by 1 cm", moved
+
+
+def campaign(
+    rooms: int, seed: int, names: Sequence[str] = tuple(ARRAYS), most: int | None = None
+) -> list[FaultTrial]:
+    """All arrays in so many rooms: sound, and with `most` faults drawn (all of them without)."""
+    done: list[FaultTrial | None] = []
+    for number in range(rooms):
+        rng = np.random.default_rng([seed, number])
+        voice = practice_voice(rng, SPEECH, RATE)
+        both = [one for name in names for one in (ARRAYS[name], _one_moved(ARRAYS[name], rng))]
+        scene = make_scene(rng, REVERBERATION[number % len(REVERBERATION)], voice, both)
+        truth = math.atan2(scene.towards[1], scene.towards[0])
+        noise = NOISES[number // len(REVERBERATION) % len(NOISES)]
+        for place, name in enumerate(names):
+            samples = scene.sound(2 * place, *noise).samples
+            done.append(trial(name, "", samples, truth))
+            faults = list(faulty(name, samples, scene.sound(2 * place + 1, *noise).samples, rng))
+            chosen = range(len(faults)) if most is None else rng.permutation(len(faults))[:most]
+            done += [trial(name, *faults[one], truth) for one in chosen]
+    return [one for one in done if one is not None]
+
+
+def _one_moved(array: MicrophoneArray, rng: np.random.Generator) -> MicrophoneArray:
+    positions, angle = array.positions.copy(), rng.uniform(-math.pi, math.pi)
+    positions[int(rng.integers(len(positions)))] += MOVED * np.array([math.cos(angle), math.sin(angle), 0.0])
+    return replace(array, positions=positions)
+
+
+def figures(some: Sequence[FaultTrial]) -> dict[str, float]:
+    """How often directions mislead, and how often they are sure."""
+    return {
+        "sounds": len(some),
+        "covered_or_not_sure": float(np.mean([not one.misleads for one in some])),
+        "before": float(np.mean([not one.misled_before for one in some])),
+        "sure": float(np.mean([one.is_sure for one in some])),
+        "sure_before": float(np.mean([one.sure_before for one in some])),
+        "told": float(np.mean([bool(one.named) for one in some])),
+    }
+
+
+def main() -> None:
+    """Measure and say the figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--faults", type=int, default=200, help="at least, of arrays with more microphones than unknowns"
+    )
+    parser.add_argument("--seed", type=int, default=40)
+    chosen = parser.parse_args()
+    each = 4
+    rooms = math.ceil(chosen.faults / (each * (len(ARRAYS) - len(NOT_SEEN))))
+    done = campaign(rooms, chosen.seed, most=each)
+    seen = [one for one in done if one.array not in NOT_SEEN]
+    rows = {"faults": [one for one in seen if one.fault], "sound arrays": [one for one in done if not one.fault]}
+    for name, fault in itertools.product(ARRAYS, ("", "any fault")):
+        rows[f"{name}, {fault or 'sound'}"] = [
+            one for one in done if one.array == name and bool(one.fault) == bool(fault)
+        ]
+    for fault in dict.fromkeys(one.fault for one in seen if one.fault):
+        rows[fault] = [one for one in seen if one.fault == fault]
+    for row, some in rows.items():
+        if some:
+            sys.stdout.write(f"{row}: {json.dumps({key: round(value, 3) for key, value in figures(some).items()})}\n")
+
+
+if __name__ == "__main__":
+    main()
