@@ -189,7 +189,7 @@ def test_without_webgl_the_map_is_flat_pressed_measured_and_read_aloud(visit: Op
 
 def test_a_3d_map_that_keeps_the_page_from_driving_gives_way_to_the_flat_one(visit: Open) -> None:
     here = visit()
-    expect(here.find("flat-map")).to_be_hidden()
+    expect(here.find("flat-map")).to_be_visible()  # until the other one draws
     here.page.evaluate("dispatchEvent(new CustomEvent('page-busy'))")  # as the deadman says it
     expect(here.find(".flat-why")).to_contain_text("too busy to drive")
     here.page.reload()

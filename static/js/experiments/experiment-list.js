@@ -122,7 +122,7 @@ const skeleton = () =>
   make(
     "li",
     { class: "card experiment experiment-skeleton", "aria-hidden": "true" },
-    ...[40, 85, 60].map((width) => make("span", { style: `width: ${width}%` })),
+    ...[make("span"), make("span"), make("span")],
   );
 
 /** @param {string} id @param {number} value @param {number} min @param {number} max */

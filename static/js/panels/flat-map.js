@@ -7,7 +7,7 @@ import { apart, drawFlat } from "../ui/flat-drawing.js";
 import { FloorView } from "../ui/floor-view.js";
 import { fixed, metres } from "../ui/format.js";
 import { remember, remembered } from "../ui/local-storage.js";
-import { mapKind, onMapKind, whyFlat } from "../ui/map-choice.js";
+import { mapShown, onMapKind, whyFlat } from "../ui/map-choice.js";
 import { mapInWords } from "../ui/map-text.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
@@ -128,7 +128,7 @@ class FlatMap extends Panel {
     onTheme(() => requestAnimationFrame(() => this.#draw()));
     let said = 0; // timer
     const chosen = () => {
-      this.hidden = mapKind() !== "flat";
+      this.hidden = mapShown() !== "flat";
       this.#why.hidden = !whyFlat();
       write(this.#why, whyFlat());
       clearTimeout(said);

@@ -3,15 +3,17 @@
 import { address, socketAddress } from "../net/api.js";
 import { icon, make } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
-import { fallBack, isChosen, mapKind, onMapKind } from "../ui/map-choice.js";
+import { fallBack, isChosen, mapKind, mapShown, onMapKind, prove } from "../ui/map-choice.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { isDark, onTheme } from "../ui/theme.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
-const DRAWN_MS = 15_000; // after which the frame is shown in any case
+const DRAWN_MS = 15_000; // after which the frame is shown in any case where it was chosen
 const SLOW_HZ = 8; // pictures a second below which the flat map serves better
+const PROOF_PICTURES = 3; // in a row that have to come as fast before the 3-D map is shown
+const PROOF_MS = 2000; // in which they have to
 const TRIAL_MS = 5000; // over which they are counted, after as long to come to rest, and when the robot first moves
 const TOUCH = matchMedia("(pointer: coarse)").matches;
 const LAYERS = [
@@ -56,6 +58,7 @@ export class SceneView extends Panel {
   #goes = false;
   #loadedAt = Infinity; // [ms]
   #byKeys = false;
+  #proving = false;
   #moved = false; // since it was loaded: it draws more then, and is tried once more
   /** @type {(inner: Window) => void} */
   #then = () => undefined;
@@ -65,6 +68,7 @@ export class SceneView extends Panel {
     this.#legend.open = remembered("legend", "shut") === "open";
     this.#legend.addEventListener("toggle", () => remember("legend", this.#legend.open ? "open" : "shut"));
     this.hidden = mapKind() !== "3-D";
+    this.classList.toggle("is-behind", mapShown() !== "3-D");
     this.append(this.#frame, this.#legend, this.#hint);
     this.#frame.addEventListener("load", () => this.#loaded());
     this.addEventListener("pointerenter", () => this.#hint.classList.toggle("is-shown", this.#goes));
@@ -139,16 +143,46 @@ export class SceneView extends Panel {
     this.#count(inner, performance.now(), 0);
   }
 
-  /** Show the frame once it draws: until then it is white in every theme. */
+  /** Show the frame once it draws, and fast enough where nobody chose it: until then the flat map stands there. */
   #reveal3d() {
     if (this.classList.contains("is-drawn")) return;
+    const inner = this.#frame.contentWindow;
     const drawn = this.#frame.contentDocument?.querySelector("canvas") ?? null;
     const late = performance.now() - this.#loadedAt > DRAWN_MS;
-    this.classList.toggle("is-drawn", drawn !== null || late);
+    if (isChosen() && (drawn || late)) this.#unveil();
+    else if (drawn && inner && !this.#proving) {
+      this.#proving = true;
+      const now = performance.now();
+      inner.requestAnimationFrame(() => this.#prove(inner, now, [now]));
+    }
+  }
+
+  #unveil() {
+    this.classList.add("is-drawn");
+    prove();
+  }
+
+  /**
+   * Wait for some pictures in a row that come fast enough, and give up the 3-D map when they do not come in time.
+   * @param {Window} inner of the frame that was loaded
+   * @param {number} since [ms]
+   * @param {readonly number[]} pictures when they came [ms]
+   */
+  #prove(inner, since, pictures) {
+    const now = performance.now();
+    const came = [...pictures, now].slice(-PROOF_PICTURES - 1);
+    const fast = came.length > PROOF_PICTURES && now - (came[0] ?? 0) < (1000 * PROOF_PICTURES) / SLOW_HZ;
+    const unseen = document.hidden || this.hidden || this.clientWidth === 0;
+    if (unseen)
+      this.#proving = false; // nothing is drawn that nobody sees: again later
+    else if (fast || isChosen()) this.#unveil();
+    else if (now - since > PROOF_MS) fallBack(tooSlow(1000 / (now - (came.at(-2) ?? since))));
+    else inner.requestAnimationFrame(() => this.#prove(inner, since, came));
   }
 
   #load() {
     this.hidden = mapKind() !== "3-D";
+    this.classList.toggle("is-behind", mapShown() !== "3-D");
     if (this.hidden && this.#frame.src) this.#frame.src = "about:blank"; // it draws nothing that nobody sees
     if (!this.#tab || this.hidden) return;
     const query = new URLSearchParams({ websocket: socketAddress(`scene/ws/${this.#tab}`) });
@@ -156,6 +190,7 @@ export class SceneView extends Panel {
     const url = `${address("scene/").href}?${query}`;
     if (this.#frame.src === url) return;
     this.classList.remove("is-drawn");
+    this.#proving = false;
     this.#frame.src = url;
   }
 

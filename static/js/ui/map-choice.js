@@ -27,8 +27,20 @@ export function suitable(drawable, chosen, better) {
   return better ? "flat" : "3-D";
 }
 
+let proven = false; // the 3-D map draws
+
 /** @returns {MapKind} */
 export const mapKind = () => kind;
+
+/** @returns {MapKind} what is drawn now: the flat map, too, until the 3-D one has shown that it draws */
+export const mapShown = () => (kind === "3-D" && (proven || isChosen()) ? "3-D" : "flat");
+
+/** The 3-D map draws, and takes the flat one's place. */
+export function prove() {
+  if (proven) return;
+  proven = true;
+  for (const listener of listeners) listener();
+}
 
 /** @returns {string} a sentence: why the map is flat though nobody chose it; "" for none */
 export const whyFlat = () => why;
