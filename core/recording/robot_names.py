@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterable
+from itertools import combinations
 
 BASES = ("base_footprint", "base_link", "base", "base_frame", "robot")
 ODOMETRIES = ("odom", "odometry", "odom_combined", "wheel_odom")
@@ -12,21 +13,27 @@ OTHER_ODOMETRY = re.compile(r"visual|vo(?![a-z])|rf2o|icp|gps|imu|global|ground_
 """Topics with a pose that is not that of the wheels."""
 
 
-def robots_in(topics: Iterable[str], frames: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the names of the robots that have `topics` of odometry or speeds, or `frames`; () where it is one.
+def robots_in(odometry: Iterable[str], others: Iterable[str], frames: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return the names of the robots that topics of `odometry`, of lasers and speeds, or `frames` belong to.
 
-    Two namespaces are two robots where the same topic, or the same frame of a robot, stands in both; sensors of one
-    robot that have namespaces of their own (/front/scan, /rear/scan) have no odometry and no speeds in them.
+    () where it is one. Two namespaces are two robots where both have the same topic of odometry or the same frame of
+    a robot, or two other topics alike. Sensors and sources of speeds of one robot have namespaces, too (/front/scan
+    and /rear/scan, /joy/cmd_vel and /nav/cmd_vel), and what a controller has once more stands beside what has none.
     """
-    spaces: dict[str, set[str]] = defaultdict(set)
-    for topic in topics:
-        space, _, leaf = topic.strip("/").rpartition("/")
-        spaces[leaf].add(space)
+    leaves: dict[str, dict[str, float]] = defaultdict(dict)  # namespace → leaf → what it counts
+    for weight, topics in ((2.0, odometry), (1.0, others)):
+        for topic in topics:
+            space, _, leaf = topic.strip("/").rpartition("/")
+            leaves[space][leaf] = weight
     for frame in frames:
         if known := known_frame(frame, (*BASES, *ODOMETRIES)):
-            spaces[f"frame {known}"].add(frame.strip("/")[: -len(known)].strip("/_"))
-    found = {space for named in spaces.values() if len(named) > 1 for space in named}
-    return tuple(sorted(found)) if len(found) > 1 else ()
+            leaves[frame.strip("/")[: -len(known)].strip("/_")][f"frame {known}"] = 2.0
+    found: set[str] = set()
+    for one, other in combinations(leaves, 2):
+        alike = sum(weight for leaf, weight in leaves[one].items() if leaf in leaves[other])
+        if alike >= (2.0 if one and other else 4.0):
+            found |= {one, other}
+    return tuple(sorted(found))
 
 
 def robot_of(topic: str, frame: str, robots: Iterable[str]) -> str | None:

@@ -228,7 +228,7 @@ class RosMessages:
 
     def _robots(self) -> tuple[str, ...]:
         """The names of the robots in the log; () where it is one."""
-        return robots_in(self._odometry, self._tree.moving_frames)
+        return robots_in(self._odometry, self._scans, self._tree.moving_frames)
 
     def _mounting(self, odometry: _ChosenOdometry, frame: str, name: str) -> Placed:
         """How the laser is mounted; where the log does not say it, at the origin, and that is said.

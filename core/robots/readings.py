@@ -13,10 +13,10 @@ from core.geometry import Pose
 from core.sensors import Camera, Fault, Image, Laser, Scan, SensorFrame, Sound, Wheels
 from core.sensors.checks import are_finite, distinct, fault, time_fault
 from core.sensors.microphones import joined
+from core.sensors.wheels import is_restart
 
 SILENT = 0.5  # [s] over which a reading of the wheels is carried on to the frame; then nothing is known of them
 WAITING = 4  # scans that may wait for a frame
-JUMP, FASTEST = 0.5, 5.0  # [m], [m/s] beyond which the wheels were not rolled: the base was restarted
 COUNTED = 3.0  # [s] over which readings of the wheels are counted for their rate …
 LONG_ENOUGH = 2.0  # [s] … once they have come for so long: a few that waited on the way come all at once
 LONGEST_SOUND = 3.0  # [s] that may wait for a frame
@@ -86,9 +86,15 @@ class Readings:
             if self._here.wheels is not None and stamp < self._here.wheels[0]:
                 return  # another overtook it
             place = self._here.anchor @ odometry
-            if self._here.wheels is None or _jumped(self._here.place, place, stamp - self._here.wheels[0]):
+            last = self._here.wheels[0] if self._here.wheels is not None else None
+            raw = self._here.anchor.inverse() @ self._here.place  # as the base had it
+            restarted = last is not None and is_restart(raw, odometry, stamp - last)
+            if restarted or last is None:
                 self._here.anchor = self._here.place @ odometry.inverse()
                 place = self._here.place
+            if restarted:
+                at = f"{stamp:.1f}"
+                self._here.faults.append(fault("odometry.restarted", "the base", used=True, count=1, at=at))
             self._here.place = place
             self._here.wheels = (stamp, Wheels(odometry=place, speed=speed, turn_rate=turn_rate))
             self._count(self.now())
@@ -227,8 +233,3 @@ class Readings:
         came = self._here.rolled
         spread = came[-1] - came[0] if came else 0.0
         return (len(came) - 1) / spread if spread >= LONG_ENOUGH else None
-
-
-def _jumped(last: Pose, now: Pose, elapsed: float) -> bool:
-    """Return whether no robot can have come from one place to the other in that time [s]."""
-    return last.distance_to(now.x, now.y) > JUMP + FASTEST * max(elapsed, 0.0)

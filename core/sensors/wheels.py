@@ -4,10 +4,33 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from core.geometry import Pose, arc
+from core.geometry import Pose, arc, wrap
 from core.message import message
 
 MOVING = 0.02  # [m/s], [rad/s] from which a robot moves noticeably
+
+
+MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S = 5.0, 7.0  # of a base, with a margin
+MAX_STEP_M, MAX_STEP_RAD = 0.5, 0.6  # by which a reading may jump beyond that
+ORIGIN_M, ORIGIN_RAD = 0.02, 0.035  # from where a base counts after its start …
+AWAY_M, AWAY_RAD = 0.1, 0.17  # … and from where it was away before
+BOOT_S = 0.4  # without a reading, that a base needs at least to start again
+
+
+def is_restart(before: Pose, after: Pose, elapsed: float) -> bool:
+    """Return whether a base was restarted between two readings of its odometry, `elapsed` seconds apart.
+
+    No base comes so far or turns so much in that time, or it counts from its origin again after a silence. Seen from
+    the base itself, so places as they were read.
+    """
+    turned = abs(wrap(after.heading - before.heading))
+    if before.distance_to(after.x, after.y) > MAX_STEP_M + MAX_SPEED_M_S * max(elapsed, 0.0):
+        return True
+    if turned > MAX_STEP_RAD + MAX_TURN_RATE_RAD_S * max(elapsed, 0.0):
+        return True
+    was_away = before.distance_to(0.0, 0.0) > AWAY_M or abs(wrap(before.heading)) > AWAY_RAD
+    is_at_origin = after.distance_to(0.0, 0.0) < ORIGIN_M and abs(wrap(after.heading)) < ORIGIN_RAD
+    return elapsed > BOOT_S and was_away and is_at_origin
 
 
 @message

@@ -230,7 +230,11 @@ class RosSensors:
             self._tree.add(transform, stamp_of(transform.header), received, fixed=True)
 
     def _take_moving_frames(self, topic: str, content: Any, received: float) -> None:
+        """Transforms on /tf; until the robot is known, those that stay as they are count as fixed ones."""
         self.navigation.take_frames(content)
+        if self._readings is None:
+            for transform in content.transforms:
+                self._tree.add(transform, stamp_of(transform.header), received, fixed=False)
 
     def _take_map(self, topic: str, content: Any, received: float) -> None:
         why_not = self.navigation.take_map(content)
@@ -257,7 +261,7 @@ class RosSensors:
         """robot_from_frame by the robot's transforms, or else by its description; None: neither says it."""
         placed = self._tree.transform(self._base_frame, frame)
         if placed is None and self.body is not None:
-            placed = self.body.links.get(frame)
+            placed = self.body.links.get(frame) or self.body.links.get(f"/{frame}")
         return placed
 
     def _take_scan(self, topic: str, content: Any, received: float) -> None:
@@ -339,8 +343,11 @@ class RosSensors:
         frame, laser = self._lasers[topic]
         found = self._placed_at(frame)
         if found is None:
+            moves = frame in self._tree.moving_frames
             self.notices.append(
-                f"The robot does not say where {frame or topic} is mounted; it is taken to be central."
+                f"The mounting of {frame} is on /tf and moves; it is taken to be central."
+                if moves
+                else f"The robot does not say where {frame or topic} is mounted; it is taken to be central."
             )
             return replace(laser, name=laser_name(topic, self.topics))
         placed = flat(found)

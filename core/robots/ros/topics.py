@@ -9,6 +9,7 @@ from typing import Any
 
 from core.errors import BadInput, Unavailable
 from core.message import message
+from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
 from core.recording.ros import ros2_name
 from core.robots.ros.typestore import AUDIO_DATA, GOAL, RAW_AUDIO, STRING, TF, TWIST, TWIST_STAMPED
 from core.sensors.microphones import load_array
@@ -48,7 +49,6 @@ SECOND_RATE = re.compile(r"filter|throttle|merged|matched|multi|virtual|raw_?sca
 NOT_SEEN = re.compile(
     r"depth|disparity|infra|(?<![a-z])ir\d?(?![a-z])|mask|debug|thermal|costmap|confidence|rect|overlay"
 )
-OTHER_ODOMETRY = re.compile(r"visual|vo(?![a-z])|rf2o|icp|gps|imu|global|ground_truth|rtabmap|laser")
 
 
 @message
@@ -147,6 +147,37 @@ class _Chooser:
             self._types.setdefault(topic, []).append(ros2_name(kind))
         self._chosen: dict[str, str] = {}
         self._notices: list[str] = []
+        self._robots: tuple[str, ...] = ()
+        self._robot: str | None = None  # of several; None: there is one
+        if not settings.namespace:
+            self._choose_robot()
+
+    def _choose_robot(self) -> None:
+        """Find out whether several robots are there; only the topics of one are used, and nothing is driven then."""
+        speeds = [topic for topic in (*self._of("cmd_vel"), *(self._listeners or ())) if "vel" in topic]
+        self._robots = robots_in(self._of("odometry"), [*self._of("scan"), *set(speeds)])
+        if not self._robots:
+            return
+        named = self._settings.cmd_vel or self._settings.odometry
+        robot = robot_of(named, "", self._robots) if named else self._robots[0]
+        self._robot = self._robots[0] if robot is None else robot
+        if not self._settings.cmd_vel:
+            names = ", ".join(name or "one without a namespace" for name in self._robots[:6])
+            first = next(name for name in self._robots if name)
+            self._notices.append(
+                f"There are several robots here ({names}), so nothing is driven. Choose one: set namespace in "
+                f"*Connect*, or add ?namespace={first} to the address."
+            )
+
+    def _home(self) -> str:
+        """The namespace of the robot's own topics, between slashes: that of its odometry or its laser."""
+        if self._settings.namespace or self._robot is not None:
+            return self._space if self._settings.namespace or not self._robot else f"/{self._robot}/"
+        spaces = [topic.rpartition("/")[0].split("/")[1:] for topic in self._chosen if topic.count("/") > 1]
+        if not spaces or len(spaces) < len(self._chosen):
+            return self._space
+        shared = [parts[0] for parts in zip(*spaces, strict=False) if len(set(parts)) == 1]
+        return "/".join(("", *shared, "")) if shared else self._space
 
     def topics(self) -> RosTopics:
         scans = self._scans()
@@ -166,7 +197,7 @@ class _Chooser:
             pose=own_pose,
             frames=self._frames("tf_static"),
             description=self._description(),
-            moving_frames=self._frames("tf") if own_map or own_pose else "",
+            moving_frames=self._frames("tf"),
             goal=self._goal(navigates=bool(own_map or own_pose)),
             cmd_vel=cmd_vel,
             cmd_vel_type=cmd_vel_type,
@@ -184,6 +215,7 @@ class _Chooser:
             topic
             for topic, types in self._types.items()
             if topic.startswith(self._space)
+            and (self._robot is None or robot_of(topic, "", self._robots) == self._robot)
             and any(kind in kinds for kind in types)
             and (role != "description" or topic.endswith(DESCRIPTION))  # of all the texts that a robot sends
         ]
@@ -265,8 +297,10 @@ class _Chooser:
         possible = [topic for topic in self._of("cmd_vel") if "cmd_vel" in topic or "cmd" in topic.rpartition("/")[2]]
         if self._listeners is not None:
             possible = [topic for topic in possible if topic in self._listeners]
+        if self._robot is not None:
+            return ""  # of which robot is not said
         if not possible:
-            return f"{self._space}cmd_vel"
+            return f"{self._home()}cmd_vel"
         best = min(possible, key=lambda topic: (not topic.endswith("/cmd_vel"), topic.count("/"), len(topic), topic))
         if len(possible) > 1:
             self._notices.append(f"Speeds are sent to {best}; the robot also has {', '.join(sorted(possible)[:6])}.")
@@ -282,7 +316,7 @@ class _Chooser:
         known = [topic for topic in self._of("goal") if topic.endswith(GOALS)]
         if known:
             return min(known, key=lambda topic: (topic.count("/"), topic))
-        return f"{self._space}{GOALS[1] if self._ros1 else GOALS[0]}" if navigates else ""
+        return f"{self._home()}{GOALS[1] if self._ros1 else GOALS[0]}" if navigates else ""
 
     def _description(self) -> str:
         """Choose the topic of the robot's URDF, in its namespace or beside it."""
@@ -293,7 +327,7 @@ class _Chooser:
         return self._take("description", found or beside[0]) if found or beside else ""
 
     def _frames(self, name: str) -> str:
-        for topic in (f"{self._space}{name}", f"/{name}"):
+        for topic in (f"{self._home()}{name}", f"{self._space}{name}", f"/{name}"):
             if TF in (types := self._types.get(topic, [])) or "tf/msg/tfMessage" in types:
                 self._chosen[topic] = TF
                 return topic

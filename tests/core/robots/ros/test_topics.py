@@ -97,3 +97,49 @@ def test_a_robot_in_a_namespace_is_left_in_it() -> None:
 def test_settings_that_are_none_are_refused_in_words(fields: dict[str, object], words: str) -> None:
     with pytest.raises(BadInput, match=words):
         RosSettings.of(fields)
+
+
+def several(*spaces: str, leaves: tuple[str, ...] = ("scan", "odom", "cmd_vel")) -> list[tuple[str, str]]:
+    kinds = {"scan": "sensor_msgs/msg/LaserScan", "odom": "nav_msgs/msg/Odometry", "cmd_vel": TWIST}
+    return [(f"{space}/{leaf}", kinds[leaf]) for space in spaces for leaf in leaves]
+
+
+@pytest.mark.parametrize(
+    ("found", "listeners"),
+    [
+        (several("/robot1", "/robot2"), None),
+        (several("/robot1", "/robot2"), {"/robot2/cmd_vel"}),
+        (several("/lab/a", "/lab/b", "/lab/c"), None),
+        (several("", "/robot2"), None),
+        (several("/one", "/two", leaves=("scan", "cmd_vel")), None),
+        (several("/robot1", "/robot2", leaves=("scan", "odom")), {"/robot1/cmd_vel", "/robot2/cmd_vel"}),
+    ],
+)
+def test_with_several_robots_nothing_is_driven_and_all_that_is_read_is_of_one(found, listeners) -> None:
+    topics = choose_topics(found, RosSettings(), listeners)
+    assert topics.cmd_vel == "" and "several robots" in topics.notices[0] and "?namespace=" in topics.notices[0]
+    spaces = {topic.rpartition("/")[0] for topic in (*topics.scans, topics.odometry) if topic}
+    assert len(spaces) == 1
+    chosen = next(space for space in {topic.rpartition("/")[0] for topic, _ in found} if space)
+    named = choose_topics(found, RosSettings(namespace=chosen), listeners)
+    assert named.cmd_vel == f"{chosen}/cmd_vel" and all(topic.startswith(chosen) for topic in named.scans)
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        several("", leaves=("odom", "cmd_vel")) + several("/front", "/rear", leaves=("scan",)),
+        several("", leaves=("odom", "scan")) + several("/joy", "/nav", leaves=("cmd_vel",)),
+        several("") + several("/diff_drive_controller", leaves=("odom", "cmd_vel")),
+        several("/tb4"),
+    ],
+)
+def test_sensors_and_controllers_of_one_robot_in_namespaces_are_no_other_robots(found) -> None:
+    topics = choose_topics(found, RosSettings())
+    assert topics.cmd_vel and not any("several robots" in one for one in topics.notices)
+
+
+def test_frames_and_goals_are_looked_for_beside_the_topics_of_the_one_robot() -> None:
+    found = [*several("/tb4"), ("/tb4/tf_static", "tf2_msgs/msg/TFMessage"), ("/tb4/tf", "tf2_msgs/msg/TFMessage")]
+    topics = choose_topics([*found, ("/tb4/map", "nav_msgs/msg/OccupancyGrid")], RosSettings())
+    assert (topics.frames, topics.moving_frames, topics.goal) == ("/tb4/tf_static", "/tb4/tf", "/tb4/goal_pose")
