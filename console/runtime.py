@@ -197,6 +197,8 @@ class Runtime:
             self.people.open(),
             self.experiments.open(),
         )
+        self.ears.keep_up = partial(self.robot.reach, part="ears")
+        self.dispatcher.words.time.simulated = self.robot.profile.simulated
         self.pilots.start()
         for task in (
             self._beat,
@@ -269,6 +271,7 @@ class Runtime:
             voice_control=self.spoken.operator is not None,
             words=self.ears.words,
             pending_command=self.pending_commands.waiting,
+            late_command=self.pending_commands.late,
             comes_to="" if self.people.chosen is None else self.people.chosen.name,
             now=now,
         )
@@ -385,6 +388,8 @@ class Runtime:
             self.sockets.people,
             self.spoken.operator,
             waiting,
+            self.pending_commands.late,
+            self.ears.words.starting,
             self.robot.link()[0],
         )
 

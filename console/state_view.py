@@ -11,7 +11,7 @@ import numpy as np
 from console import messages
 from console.control.command_preview import caller, preview
 from console.control.lease import Lease
-from console.control.pending_commands import PendingCommand
+from console.control.pending_commands import LateCommand, PendingCommand
 from console.messages import hearing, person, picture
 from console.messages.map import accuracy, floor
 from console.sentences import code_of
@@ -46,6 +46,7 @@ class StateContext:
     muted: bool = False  # the robot speaks: nobody is listened to
     voice_control: bool = False  # an operator has taken the words of the room on
     pending_command: PendingCommand | None = None  # a spoken command that waits
+    late_command: LateCommand | None = None  # one that came too late
     comes_to: str = ""  # name of the taught person to whom alone the robot comes; "": to anybody
     now: float = 0.0  # [s] on the monotonic clock
 
@@ -76,6 +77,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int) -> message
         path=[(x, y) for x, y in rounded(snapshot.path, 3)],
         command=None if snapshot.active_command is None else command(snapshot.active_command),
         pending_command=pending_command(around.pending_command, snapshot, around.profile.radius, around.now),
+        late_command=late_command(around.late_command),
         camera=None if snapshot.view is None else camera(snapshot.view),
         calibration_drift=picture.drift(snapshot.drift),
         robot=robot(snapshot, around),
@@ -252,6 +254,11 @@ def card(profile: Profile) -> messages.RobotCard:
 
 
 DIGITS = 3
+
+
+def late_command(late: LateCommand | None) -> messages.LateCommandState | None:
+    """The command that a person may confirm."""
+    return None if late is None else messages.LateCommandState(late.id, late.command.heard_as)
 
 
 def pending_command(

@@ -78,7 +78,7 @@ class AudioSocket:
             with self._runtime.sockets.room_for(self._person, self._close):
                 await self._socket.accept()
                 if self._simulated:
-                    self._runtime.ears.warm()
+                    self._runtime.ears.warm(self._runtime.robot.profile.microphones)
                 else:
                     self._runtime.microphone.warm()
                 events = self._events
@@ -199,6 +199,7 @@ class AudioSocket:
             self._page,
             partial(self._runtime.lease.rank, self._person),
             lambda words: self._tell(audio.PartialTranscript(words)),
+            lambda: self._tell(audio.AllRead()),
         )
         try:
             self._runtime.microphone.begin(turn)
@@ -221,7 +222,7 @@ class AudioSocket:
         except Problem as refusal:
             self._tell(audio.ListeningMessage(False, refusal.detail))
             return
-        self._mouth = RoomMouth(wanted, runtime.ask, runtime.spoken, self._mouth_trouble)
+        self._mouth = RoomMouth(wanted, runtime.ask, runtime.ears, runtime.spoken, self._mouth_trouble)
         runtime.ears.when_so_far.append(self._so_far)
         self._tell(audio.ListeningMessage(True))
 
@@ -233,7 +234,7 @@ class AudioSocket:
 
     def _mouth_trouble(self, why: str) -> None:
         self._end_mouth()
-        self._tell(audio.ListeningMessage(False, why))
+        self._tell(audio.ListeningMessage(False, why) if why else audio.AllRead())
 
     def _cancelled(self, _: Ending, why: str, objected: bool) -> None:
         """Stopped: what was said in the room and did not sound yet is not said."""

@@ -2,7 +2,8 @@
 
 Words older than `OBEYED_WITHIN` come too late. A stop by anyone, a hand on the keys, a newer command by any source, a
 change of who drives, and the closing of the speaker's page make everything that was heard before void. All times are
-of the console's monotonic clock; where a client's clock takes part, it only ever makes words older.
+of the console's monotonic clock; where a client's clock takes part, it only ever makes words older. How old words are
+is counted by the clock of a simulated robot, which waits for a slow computer.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ from dataclasses import dataclass, replace
 
 from console.access.logins import Person
 from console.control.lease import Lease
+from console.control.robot_time import RobotTime
 from core.commands.confirmation_delay import OBEYED_WITHIN
 
-SPOKEN = ("ears", "voice")  # sources of words that a person said aloud
+EARS = "ears"  # source of words that the robot itself heard, and dated
+SPOKEN = (EARS, "voice")  # sources of words that a person said aloud
 READ = (*SPOKEN, "file")  # sources whose words were there before the console knew them
 TOO_LATE = "The words were understood {:.1f} s after they were spoken, which is too late to act on them."
 ON_ITS_WAY = "This command was {:.1f} s on its way, which is too late to act on it. Give it again."
@@ -54,7 +57,9 @@ class CommandFreshness:
     """Knows the newest event of each kind that makes words void. Lives on the event loop."""
 
     def __init__(self, lease: Lease) -> None:
+        self.time = RobotTime()
         self._lease = lease
+        self._stood, self._why_stood = -math.inf, ""  # [s] until when the console stood still
         self._stops: deque[_StopEvent] = deque(maxlen=3)
         self._since, self._why = -math.inf, ""  # [s] until when words are void for other reasons, and the newest one
         self._left: dict[str, float] = {}  # [s] when a page of this person closed
@@ -66,6 +71,10 @@ class CommandFreshness:
             self._stops.append(_StopEvent(moment, why))
         elif moment >= self._since:
             self._since, self._why = moment, why
+
+    def stood_still(self, seconds: float, until: float) -> None:
+        """The console did not run for so long [s]: what came by its sockets by `until` [s] looks newer than it is."""
+        self._stood, self._why_stood = until, f"The console stood still for {seconds:.1f} s."
 
     def stopped_by(self, utterance: object) -> None:
         """The newest stop was part of this utterance."""
@@ -79,14 +88,19 @@ class CommandFreshness:
         now = time.monotonic()
         self._left = {person: at for person, at in self._left.items() if now - at < 60.0} | {who.id: now}
 
+    def why_late(self, said: Spoken, source: str) -> str:
+        """Why words of this age are not obeyed, a sentence; "" when they may be."""
+        age = self.time.elapsed(said.ended, time.monotonic() if said.taken is None else said.taken)
+        return (TOO_LATE if source in READ else ON_ITS_WAY).format(age) if age > OBEYED_WITHIN else ""
+
     def why_not(self, said: Spoken, source: str, who: Person) -> str:
         """Why these words do not move the robot, a sentence; "" when they may."""
-        now = time.monotonic()
-        age = (now if said.taken is None else said.taken) - said.ended
-        if age > OBEYED_WITHIN:
-            return (TOO_LATE if source in READ else ON_ITS_WAY).format(age)
+        if late := self.why_late(said, source):
+            return late
         if source not in READ:
             return ""
+        if source != EARS and said.ended < self._stood:
+            return VOID.format(self._why_stood)
         others = (
             one for one in reversed(self._stops) if one.utterance is None or one.utterance is not said.utterance
         )

@@ -255,7 +255,7 @@ class CommandDispatcher:
     def tick(self, now: float) -> None:
         """Twenty times a second: leases that lapse, presses that end, a gate that stopped by itself."""
         if now - self._ticked > STALLED:  # sound that waited in the sockets looks as if it came just now
-            self.words.void(f"The console stood still for {now - self._ticked:.1f} s.", at=now + STALLED)
+            self.words.stood_still(now - self._ticked, now + STALLED)
         self._ticked = now
         if self._jog and now - self._jog.seen > LET_GO:
             self._history.end(self._jog.entry, "done", "")
@@ -336,10 +336,11 @@ class CommandDispatcher:
             return
         tripped, self._trips = status.trips > self._trips, status.trips
         self._tripped = now if tripped else self._tripped
-        older = [given for given in self._active.given() if now - given > SETTLED]
+        elapsed = self.words.time.elapsed  # a simulated robot's clock waits for who is to be heard
+        older = [given for given in self._active.given() if elapsed(given, now) > SETTLED]
         if not older or not status.refused or status.holds:
             self._obeyed = now
-        refuses = now - self._obeyed > SETTLED
+        refuses = elapsed(self._obeyed, now) > SETTLED
         if (older and tripped) or (refuses and self._tripped > min(older)):
             self.cancel("failed", status.stopped_because)
         elif refuses:

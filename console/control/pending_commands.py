@@ -45,6 +45,17 @@ class PendingCommand:
         return self.command.heard_as
 
 
+@dataclass(frozen=True)
+class LateCommand:
+    """A spoken command that was refused for nothing but its age: it begins where a person confirms it."""
+
+    id: int
+    source: str
+    command: Command
+    until: float  # [s] monotonic, until which it is offered
+
+
+OFFERED = 20.0  # [s] for which a late command is offered
 GONE = "No such command waits: it has begun, or it was dropped."
 
 
@@ -58,6 +69,7 @@ class PendingCommands:
         self.waiting: PendingCommand | None = None
         self._dispatcher, self._lease, self._history, self._notifications = dispatcher, lease, history, notifications
         self._newest = 0
+        self._late: LateCommand | None = None
         self._alarm: asyncio.TimerHandle | None = None
         self.when_rejected: list[
             Callable[[PendingCommand], None]
@@ -69,6 +81,18 @@ class PendingCommands:
         """The command that waits; from any thread."""
         return None if self.waiting is None else self.waiting.command
 
+    @property
+    def late(self) -> LateCommand | None:
+        """The command that came too late and may be confirmed; nothing else began or was stopped since."""
+        if self._late is not None and time.monotonic() > self._late.until:
+            self._late = None
+        return self._late
+
+    def offer_late(self, command: Command, source: str) -> None:
+        """Offer a command that is refused because it came too late."""
+        self._newest += 1
+        self._late = LateCommand(self._newest, source, command, time.monotonic() + OFFERED)
+
     def take(self, decision: Decision, source: str, who: Person, said: Spoken) -> HistoryEntry | PendingCommand:
         """Take what was decided about spoken words → the active command's entry, or the pending command; `said`: when
         it was spoken. Raises Problem 403 to 503, 422 for rejected words.
@@ -76,6 +100,8 @@ class PendingCommands:
         command = decision.command
         if command is None:
             raise Problem(422, decision.reason)
+        if self._dispatcher.words.why_late(said, source):
+            self.offer_late(command, source)
         if not decision.waits:
             return self._dispatcher.dispatch(command, source, who, said)
         words = command.heard_as
@@ -107,10 +133,14 @@ class PendingCommands:
         self._alarm = asyncio.get_running_loop().call_later(left, self._begin_by_itself)
 
     def begin(self, number: int, who: Person) -> HistoryEntry:
-        """Begin at once instead of waiting on; the operator only. Raises Problem 403 to 503."""
-        pending_command = self._find(number)
+        """Begin at once what waits or came too late; the operator only. Raises Problem 403 to 503."""
         if not who.may("operator"):
             raise Problem(403, "Viewers watch and may stop the robot; the operator in control begins a command.")
+        late = self.late
+        if late is not None and late.id == number:
+            self._late = None
+            return self._dispatcher.dispatch(late.command, late.source, who, Spoken.now())
+        pending_command = self._find(number)
         if not self._lease.held_by(who):
             raise Problem(409, "Only who drives may begin this command; you may drop it.")
         return self._begin(pending_command)
@@ -130,6 +160,7 @@ class PendingCommands:
     def left(self, who: Person) -> None:
         """A page of this person closed: nothing that they said before begins."""
         self._dispatcher.words.left(who)
+        self._late = None
         if self.waiting is not None and self.waiting.person.id == who.id:
             self._end("cancelled", f"{who.name} closed the page.")
 
@@ -154,7 +185,7 @@ class PendingCommands:
 
     def _ended(self, state: Ending, why: str, objected: bool) -> None:
         """The pending command ended with the active command, or alone; `objected`: a person did not want it."""
-        pending_command = self.waiting
+        pending_command, self._late = self.waiting, None
         self._end(state, why)
         if pending_command is not None and objected:
             for tell in self.when_rejected:

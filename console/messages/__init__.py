@@ -42,7 +42,7 @@ from console.messages.map import (
     SubmapRow,
     SubmapsState,
 )
-from console.messages.pending_command import CommandPayload, PendingCommandState
+from console.messages.pending_command import CommandPayload, LateCommandState, PendingCommandState
 from console.messages.person import BodyPart, PersonState, SensedBearing
 from console.messages.picture import CalibrationDriftState, PictureQualityState
 from console.messages.state import (
@@ -110,6 +110,7 @@ __all__ = [
     "JogMessage",
     "LandmarkRow",
     "LaserTiming",
+    "LateCommandState",
     "LeaseMessage",
     "LeaseState",
     "Link",

@@ -72,4 +72,8 @@ class PartialTranscript(Struct, tag_field="kind", tag="partial"):
     words: str
 
 
-AudioDown = ListeningMessage | PartialTranscript | Transcript
+class AllRead(Struct, tag_field="kind", tag="read"):
+    """All that was said in a turn has been read: no words of it come any more."""
+
+
+AudioDown = ListeningMessage | PartialTranscript | Transcript | AllRead

@@ -33,3 +33,10 @@ class PendingCommandState(CommandPayload):
     heading_rad: float | None  # to which it would turn; world
     bearing_rad: float | None  # of who spoke, in the robot's frame as it stands now
     bearing_sd_rad: float | None
+
+
+class LateCommandState(Struct):
+    """A spoken command that was refused because it came too late; it begins as a pending command does."""
+
+    id: int
+    heard_as: str

@@ -13,7 +13,7 @@ import msgspec
 from console.messages.calibration import CalibrationNews
 from console.messages.hearing import HearingState, VoiceHeard
 from console.messages.map import MapState, SubmapsState
-from console.messages.pending_command import CommandPayload, PendingCommandState
+from console.messages.pending_command import CommandPayload, LateCommandState, PendingCommandState
 from console.messages.person import PersonState
 from console.messages.picture import CalibrationDriftState, PictureQualityState
 from core.robots import Capability, RobotKind
@@ -214,6 +214,7 @@ class State(Struct, tag_field="kind", tag="state"):
     path: list[tuple[float, float]]
     command: CommandState | None
     pending_command: PendingCommandState | None  # a spoken command that waits for its moment
+    late_command: LateCommandState | None  # a spoken command that came too late, which a person may confirm
     camera: CameraOverlay | None
     calibration_drift: CalibrationDriftState | None
     robot: RobotState

@@ -19,7 +19,8 @@ from core.snapshot import Snapshot
 log = logging.getLogger(__name__)
 
 PATIENCE = 0.1  # [s] to wait for a frame before looking whether it is over
-HUNG = 2.0  # [s] without a turn after which the pilot hangs; the gate has the base stand long before
+HUNG = 2.0  # [s] without a turn after which the pilot hangs; the gate has the base stand long before …
+HUNG_SIMULATED = 20.0  # [s] … or the time of a simulated robot stands meanwhile
 REMEMBERED = 400  # steps, ten seconds of them
 NEWEST = 8  # steps; at 40 Hz at least one of them has a scan
 
@@ -106,7 +107,8 @@ class PilotThread:
     @property
     def steps(self) -> bool:
         """True while it goes on, rather than being caught in a step."""
-        return self.alive and time.monotonic() - self._turned < HUNG
+        hung = HUNG_SIMULATED if self._robot.profile.simulated else HUNG
+        return self.alive and time.monotonic() - self._turned < hung
 
     def start(self) -> None:
         """Begin."""

@@ -26,6 +26,7 @@ from console.robot.restarts import Restarts
 from core.errors import BeckonError, Unavailable
 from core.gate import GateStatus, Limits, Setpoint
 from core.gate.limits import is_number
+from core.gate.requests import Part
 from core.gate.suspend import SleepWatch, time_asleep
 from core.robots import Profile
 from core.robots.connect import excerpt
@@ -42,6 +43,9 @@ GATE_STARTING = 5.0  # [s] that a new gate may take to say its first
 DRIVER_FROZEN = 10.0  # [s] without a frame, then the driver is replaced
 AWAKENING = 2.0  # [s] after a sleep of the machine in which a death is nobody's fault
 STALE, LOST = 0.5, 3.0  # [s], age of the newest frame
+WAITING = (
+    6.0  # times as long a simulated robot may keep silent, and its gate: its time stands until others come along
+)
 ENDING = 0.4  # [s] to end when asked
 
 
@@ -137,10 +141,13 @@ class RobotSupervisor:
         """Report that the console is alive: call every 50 ms from the loop without which the robot must not move."""
         self._send({"kind": "beat"})
 
-    def reach(self, stamp: float | None) -> None:
-        """Let a simulated robot live on: the pilot has worked on its frame of this stamp [s]. None: no pilot does."""
-        if self.profile.simulated:
-            self._send({"kind": "reach", "stamp": stamp})
+    def reach(self, stamp: float | None, part: Part = "pilot") -> None:
+        """Let a simulated robot live on: this part of the console has worked on what it sensed up to this stamp [s].
+
+        None: the robot need not wait for it.
+        """
+        if self.profile.simulated and self._gate is not None and self._gate.started:
+            self._send({"kind": "reach", "stamp": stamp, "part": part})
 
     def stop(self) -> None:
         """Zero at once; a new press may move."""
@@ -186,9 +193,14 @@ class RobotSupervisor:
         if frame_at is None:
             return ("lost" if self.trouble else "connecting"), 0.0
         age = time.monotonic() - frame_at
-        if self.trouble or age > LOST:
+        patience = self._patience
+        if self.trouble or age > patience * LOST:
             return "lost", age
-        return ("live" if age <= STALE else "stale"), age
+        return ("live" if age <= patience * STALE else "stale"), age
+
+    @property
+    def _patience(self) -> float:
+        return WAITING if self._profile is not None and self._profile.simulated else 1.0
 
     def ask(self, request: RobotRequest[AnswerT], timeout: float = 2.0) -> AnswerT:
         """A request to the driver → its answer. Raises BadInput, Refused or Unavailable with a sentence."""
@@ -304,11 +316,15 @@ class RobotSupervisor:
     def _look_after(self, now: float) -> None:
         """Replace frozen or ended processes. A console that was frozen itself does not judge others by that time."""
         if (gate := self._gate) is not None:
-            patience = GATE_FROZEN if gate.started else GATE_STARTING
+            patience = self._patience * GATE_FROZEN if gate.started else GATE_STARTING
             if now - max(gate.heard, self._woke_at) > patience:
                 self._bury("The gate did not answer any more.", driver=False)
         frame_at = self._frame_at
-        if self._driver is not None and frame_at is not None and now - max(frame_at, self._woke_at) > DRIVER_FROZEN:
+        if (
+            self._driver is not None
+            and frame_at is not None
+            and now - max(frame_at, self._woke_at) > self._patience * DRIVER_FROZEN
+        ):
             self._bury("The robot's driver did not answer any more.", driver=True)
         if self._gate is None and self._restarts.due(now):
             try:

@@ -43,15 +43,16 @@ class TalkTurn:
         page: int = 0,
         rank: Callable[[], int] = lambda: 0,
         show: Callable[[str], None] = lambda _: None,
+        read: Callable[[], None] = lambda: None,
     ) -> None:
         """`hear`: words, and how long after their sound they came [s]; `say`: a sentence, and whether it goes on;
         `page`: one number for all turns at the same browser's page; `rank`: now, the higher takes the microphone
-        from the lower; `show`: the words so far, while the button is held.
+        from the lower; `show`: the words so far, while the button is held; `read`: all of it was read.
         """
         self.mode: ListenMode = mode
         self.page = page
         self.rank = rank
-        self.hear, self.say, self.show = hear, say, show
+        self.hear, self.say, self.show, self.read = hear, say, show, read
         self.partial_from = 0.0  # [s] from when on the words so far are read again
         self.over = False  # nothing more will be said
         self.news = asyncio.Event()
@@ -193,6 +194,7 @@ class BrowserMicrophone:
             turn.say(str(trouble), False)
         finally:
             self._used = time.monotonic()
+            turn.read()
             if self._turn is turn:
                 self._turn = None
 

@@ -10,10 +10,12 @@ import asyncio
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from console.messages.audio import AUDIO_RATE
+from console.speech.room_transcription import ROOM, RoomTranscriber
 from console.speech.voice_commands import VoiceCommands
 from core.errors import BeckonError, Refused
 from core.message import Array
@@ -34,23 +36,27 @@ PIECE = 4096  # [bytes] of sound that are handed on at once, 0.13 s
 MOST = 64_000  # [bytes] of one request to the driver
 SILENCE = bytes(320)  # 10 ms: begins and ends a turn
 NOBODY = "Nobody stands in the simulated room in whose voice you could speak. Choose another voice at the microphone."
-AWAITED = 12.0  # [s] after the button was released in which words are still this turn's
+HEARD_OUT = 2.0  # [s] of the room's sound after the words, robot's clock, with which they have been read
+AWAITED = 60.0  # [s] after the button was released in which words are still this turn's, at most
+LOOK = 0.1  # [s] between looks how far the room's sound is read
 
 
 class RoomMouth:
     """One turn to speak, from the press until its words were heard. Lives on the event loop."""
 
-    def __init__(self, wanted: str, ask: Ask, spoken: VoiceCommands, trouble: Callable[[str], None]) -> None:
-        """`wanted`: who speaks, or NEAREST; `trouble`: called with a sentence when they cannot, with ""
-        when their words do not come.
+    def __init__(
+        self, wanted: str, ask: Ask, ears: RoomTranscriber, spoken: VoiceCommands, trouble: Callable[[str], None]
+    ) -> None:
+        """`wanted`: who speaks, or NEAREST; `trouble`: called with a sentence when they cannot, with "" when all that
+        was said has been read.
         """
+        self._ears = ears
         self.over = False  # the button was released
         self._wanted, self._ask, self._spoken, self._trouble = wanted, ask, spoken, trouble
         self._waiting = bytearray(SILENCE)  # at once, so that the room's echo is known when words come
         self._news = asyncio.Event()
         self._news.set()
         self._hushed = False
-        self._patience: asyncio.TimerHandle | None = None
         self._ended = math.inf  # [s] when the button was released
         self._task = asyncio.get_running_loop().create_task(self._speak())
         spoken.at_console = True
@@ -72,7 +78,6 @@ class RoomMouth:
         if not self.over:
             self.over, self._ended = True, time.monotonic()
             self._news.set()
-            self._patience = asyncio.get_running_loop().call_later(AWAITED, self._trouble, "")
 
     def hush(self) -> None:
         """Stopped: nothing that was said before sounds any more."""
@@ -82,15 +87,16 @@ class RoomMouth:
     def close(self) -> None:
         """The turn is over, and nothing of it is awaited."""
         self.rest()
-        if self._patience is not None:
-            self._patience.cancel()
         self._ended = -math.inf
+        self._ears.speaker = ROOM
         self._spoken.at_console = False
 
     async def _speak(self) -> None:
         """Hand the sound on to the room as it comes."""
         try:
             name = await speaker_in_room(self._ask, self._wanted)
+            if (who := self._spoken.operator) is not None:
+                self._ears.speaker = replace(who, name=f"{who.name}, through {name}'s mouth")
             await self._ask(SetListening(on=True))
             while True:
                 await self._news.wait()
@@ -100,14 +106,22 @@ class RoomMouth:
                     return
                 sound, self._waiting = bytes(self._waiting[:MOST]), self._waiting[MOST:]
                 over = self.over and not self._waiting
-                await self._ask(Speak(id=name, pcm=sound or SILENCE, rate_hz=AUDIO_RATE, more=not over))
+                said = await self._ask(Speak(id=name, pcm=sound or SILENCE, rate_hz=AUDIO_RATE, more=not over))
                 if over:
+                    await self._read_out(self._ears.stamp + said.seconds)
                     return
                 if self._waiting:
                     self._news.set()
         except BeckonError as refusal:
             if not self._hushed:
                 self._trouble(str(refusal))
+
+    async def _read_out(self, end: float) -> None:
+        """Wait until the room's sound is read up to well after the words, which end at `end` [s], robot's clock."""
+        while self.awaits_words and self._ears.read_to < end + HEARD_OUT and not self._ears.trouble:
+            await asyncio.sleep(LOOK)
+        if self._ended > -math.inf:
+            self._trouble("")
 
 
 async def speaker_in_room(ask: Ask, wanted: str) -> str:

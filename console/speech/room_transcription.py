@@ -63,7 +63,7 @@ OFFERED = 15.0  # [s] that commands are offered that rejected words most likely 
 CREEPS = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
 PARTIAL_EVERY = 0.4  # [s] between two readings of a sentence under way, at least
 PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
-KNOWN = 30.0  # [s] for which the robot's clock is known in ours
+MAY_WAIT = 0.5  # [s] of sound that may wait unread before a simulated robot's clock waits for it
 ROOM = Person("room", "a voice in the room", "viewer")
 NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
 
@@ -108,6 +108,12 @@ class RoomTranscriber:
         self.when_heard: list[Callable[[Decision, RoomUtterance, str], None]] = []
         """Called with every utterance, and why it was not obeyed; "": it was."""
         self.when_so_far: list[Callable[[str], None]] = []  # called with the words of the sentence under way
+        self.keep_up: Callable[[float | None], None] = lambda _: None
+        """Called with the stamp [s] up to which words are read, while sound waits for it; None: none waits."""
+        self.speaker = ROOM  # in whose name words are shown that nobody obeys
+        self.read_to = -np.inf  # [s] robot clock, up to which words were read
+        self._reading: float | None = None  # [s] robot clock, begin of the sound that is being read
+        self._kept_up: float | None = None  # with which `keep_up` was called last
         self._so_far_at = 0.0  # [s] from when on they are read again
         self._dispatcher, self._history, self._notifications = dispatcher, history, notifications
         self._worker = TranscriptionClient()
@@ -117,7 +123,6 @@ class RoomTranscriber:
         self._voices: tuple[VoiceDirection, ...] = ()
         self._task: asyncio.Task[None] | None = None
         self._stops = SpokenStops()
-        self._moments: deque[tuple[float, float]] = deque()  # [s] by the robot's clock, and by ours
         self._newest = 0
         self._drove = (-np.inf, -np.inf)  # [s] from when to when the robot moved last
         self._unrecognized = UnrecognizedSpeechLog(history)
@@ -133,12 +138,10 @@ class RoomTranscriber:
         if snapshot.stamp < self.stamp:  # another clock: the robot was started again
             self._drove = (-np.inf, -np.inf)
             self._stops.another_clock()
-            self._moments.clear()
+            self.read_to = -np.inf
         self.stamp = snapshot.stamp
         self._piece.follow(self.stamp, snapshot.hearing is not None and snapshot.hearing.speaking)
-        self._moments.append((self.stamp, sensed or time.monotonic()))
-        while self._moments[0][0] < self.stamp - KNOWN:
-            self._moments.popleft()
+        self._dispatcher.words.time.note(self.stamp, sensed or time.monotonic())
         if abs(snapshot.velocity.v) > CREEPS or abs(snapshot.velocity.w) > CREEPS:
             since, until = self._drove
             self._drove = (since if self.stamp - until < VOICE_AFTER else self.stamp, self.stamp)
@@ -156,11 +159,23 @@ class RoomTranscriber:
         self._waiting = joined(self._waiting, one, MOST_WAITING)
         if self._task is None and self._waiting is not None and self._waiting.duration >= self._piece.seconds:
             self._task = asyncio.get_running_loop().create_task(self._read())
+        self._tell_behind()
 
-    def warm(self) -> None:
-        """Start the worker: someone is about to speak."""
-        if self._task is None and not self.trouble and not self._worker.alive:
+    def warm(self, array: MicrophoneArray | None) -> None:
+        """Start what reads the words, and load its model: someone is about to speak to this array."""
+        if array is not None and self._task is None and not self.trouble and not self._worker.ready:
+            self._array = array if array.dimensions >= 2 else None
             self._task = asyncio.get_running_loop().create_task(self._read())
+
+    def _tell_behind(self) -> None:
+        """Have a simulated robot wait while its sound waits to be read."""
+        oldest = self._reading
+        if oldest is None and self._task is not None and self._waiting is not None:
+            oldest = self._waiting.stamp
+        behind = None if oldest is None else oldest + MAY_WAIT
+        if behind != self._kept_up:
+            self._kept_up = behind
+            self.keep_up(behind)
 
     def reject(self, pending_command: PendingCommand) -> None:
         """A command from here waited and was rejected."""
@@ -169,8 +184,7 @@ class RoomTranscriber:
 
     def said(self, one: RoomUtterance) -> Spoken:
         """When an utterance was said, by our own clock."""
-        at, sensed = next((known for known in self._moments if known[0] >= one.t1_s), self._moments[-1])
-        ended = sensed - max(at - one.t1_s, 0.0)
+        ended = self._dispatcher.words.time.ours(one.t1_s)
         return self._stops.said(one.t0_s, Spoken(ended - (one.t1_s - one.t0_s), ended))
 
     async def close(self) -> None:
@@ -198,12 +212,15 @@ class RoomTranscriber:
 
     async def _read(self) -> None:
         try:
-            await self._worker.begun()
+            await self._begin()
             while self._waiting is not None and self._waiting.duration >= self._piece.seconds:
                 sound, self._waiting = self._waiting, None
+                self._reading = sound.stamp
                 for utterance in await self._words(sound):
                     self._hear(utterance)
                 self._losses = 0
+                self._reading, self.read_to = None, sound.stamp + sound.duration
+                self._tell_behind()
                 await self._read_so_far()
         except WorkerLost as lost:
             log.warning("The worker that reads words was lost: %s", lost)
@@ -213,12 +230,20 @@ class RoomTranscriber:
         except BeckonError as refusal:
             self._give_up(str(refusal))
         finally:
-            self._task = None
+            self._task = self._reading = None
+            self._tell_behind()
+
+    async def _begin(self) -> None:
+        """A worker that was started again first learns how to listen."""
+        if not await self._worker.begun():
+            await self._worker.begin(self.settings, array=self._array)
+            log.info("%s", self._worker.engine)
 
     async def _read_so_far(self) -> None:
         """Show the words of the sentence under way to those who want them, where no sound waits for it."""
         begun = time.monotonic()
-        late = self._waiting is not None and self._waiting.duration > PIECE
+        waits = self._dispatcher.words.time.simulated  # then the robot's clock does, and no word is late by this
+        late = not waits and self._waiting is not None and self._waiting.duration > PIECE
         if not self.when_so_far or begun < self._so_far_at or late:
             return
         words = await self._worker.words_so_far()
@@ -232,14 +257,13 @@ class RoomTranscriber:
         self._notifications.tell("warning", f"The robot's ears hear no words: {why}")
 
     async def _words(self, sound: Sound) -> list[RecognizedUtterance]:
-        """Send one piece to the worker; a worker that was started again first learns how to listen."""
-        if not await self._worker.begun():
-            await self._worker.begin(self.settings, array=self._array)
-            log.info("%s", self._worker.engine)
+        """Send one piece to the worker."""
+        await self._begin()
         return await self._worker.feed(sound.samples, sound.rate, sound.stamp)
 
     def _hear(self, utterance: RecognizedUtterance) -> None:
         """One utterance, or a STOP within one that is not over."""
+        speaker = self.speaker
         heard = self._stops.hear(utterance)
         if heard == "stop":
             self._dispatcher.stop(ROOM, "ears")
@@ -256,7 +280,7 @@ class RoomTranscriber:
         self._tell(utterance.decision, voice, self.said(one).ended)
         if not one.words:
             if not self._motors(one):
-                self._unrecognized.tell(ROOM, source="ears", remark=one.reason)
+                self._unrecognized.tell(speaker, source="ears", remark=one.reason)
                 self._tell_heard(utterance.decision, one, one.reason)
             return
         reason = NOT_OBEYED if one.accepted else one.reason
@@ -267,7 +291,7 @@ class RoomTranscriber:
             return
         self._history.add(
             "command",
-            ROOM,
+            speaker,
             state="refused",
             source="ears",
             words=one.words,

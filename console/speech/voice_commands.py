@@ -73,12 +73,15 @@ class VoiceCommands:
             return NOT_YOURS
         when = self._ears.said(said)
         late = self._dispatcher.words.why_not(when, SOURCE, who)
+        if command is not None:
+            command = replace(command, call=call, said=decision.said or (said.t0_s, said.t1_s))
         if late or command is None:
+            if command is not None and self._dispatcher.words.why_late(when, SOURCE):
+                self._pending_commands.offer_late(command, SOURCE)
             return late or decision.reason
         if not self.at_console and self._dispatcher.busy_above(SPOKEN):
             return HIGHER
         try:
-            command = replace(command, call=call, said=decision.said or (said.t0_s, said.t1_s))
             self._pending_commands.take(replace(decision, command=command), SOURCE, who, when)
         except Problem as problem:
             self._notifications.tell("warning", problem.detail)

@@ -212,8 +212,6 @@ class GateLoop:
     def _console_gone(self) -> None:
         if self._ends_at is None:
             self._gate.disarm(self._now, "the console is gone")
-            if self._simulated is not None:
-                self._simulated.hear(GateReach(None))
             self._tell_driver()
             self._ends_at = time.monotonic() + FAREWELL
             self._selector.unregister(self._console)

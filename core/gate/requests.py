@@ -9,11 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from core.gate.limits import is_count, is_number
 from core.gate.packets import Packet, construct
 from core.gate.setpoint import Setpoint
 
+Part = Literal["pilot", "ears"]
 MOST_LETTERS = 200  # of an owner's name
 
 
@@ -54,9 +56,10 @@ class GateDisarm:
 
 @dataclass(frozen=True)
 class GateReach:
-    """The pilot has worked on the simulator's frame of this stamp [s]; None: there is no pilot."""
+    """A part of the console has worked on what a simulator sensed until then [s]; None: nobody need wait for it."""
 
     stamp: float | None
+    part: Part = "pilot"
 
 
 @dataclass(frozen=True)
@@ -109,7 +112,7 @@ def _halt(fields: Packet) -> GateHalt:
 
 def _reach(fields: Packet) -> GateReach:
     stamp = fields.get("stamp")
-    return GateReach(float(stamp) if is_number(stamp) else None)
+    return GateReach(float(stamp) if is_number(stamp) else None, "ears" if fields.get("part") == "ears" else "pilot")
 
 
 def _arm(fields: Packet) -> GateArm:

@@ -7,9 +7,9 @@ A gate before a real robot has the computer's clock and nothing of this.
 
 from __future__ import annotations
 
-from core.gate.requests import GateHeartbeat, GateReach
+from core.gate.requests import GateHeartbeat, GateReach, Part
 
-AHEAD = 0.1  # [s] that the simulator may be ahead of the gate, of the pilot's newest step, and of the heartbeat
+AHEAD = 0.1  # [s] that the simulator may be ahead of the gate, of each part of the console, and of the heartbeat
 STEP = 0.04  # [s] that the clock advances at a tick, at most: two ticks
 
 
@@ -23,9 +23,7 @@ class SimulatedClock:
         self._first: float | None = None  # [s] robot's clock, of the first frame
         self._frame, self._came = 0.0, 0.0  # [s] newest frame by this clock, and when it came in real time
         self._ticked: float | None = None  # [s] real time
-        self._reached: float | None = (
-            None  # [s] of the frame of the pilot's newest step; None: no pilot is waited for
-        )
+        self._reached: dict[Part, float] = {}  # [s] robot's clock, of each part that is waited for
         self._beat = 0.0  # [s] of the newest heartbeat
 
     def report(self, stamp: float, real: float) -> None:
@@ -35,11 +33,13 @@ class SimulatedClock:
         self._frame, self._came = stamp - self._first, real
 
     def hear(self, sign: GateHeartbeat | GateReach) -> None:
-        """Note that the console is alive, or which frame its pilot has worked on."""
-        if isinstance(sign, GateReach):
-            self._reached = sign.stamp
-        else:
+        """Note that the console is alive, or how far a part of it has come."""
+        if isinstance(sign, GateHeartbeat):
             self._beat = self.now
+        elif sign.stamp is None:
+            self._reached.pop(sign.part, None)
+        else:
+            self._reached[sign.part] = sign.stamp
 
     def advance(self, real: float) -> float:
         """Tick at this real time [s] → the time [s]."""
@@ -54,7 +54,5 @@ class SimulatedClock:
         """Time [s] by the robot's clock up to which the simulator may go on; None: no frame has come."""
         if self._first is None:
             return None
-        known = self.now + self._first
-        if self._reached is not None:
-            known = min(known, self._reached, self._beat + self._first)
-        return known + AHEAD
+        beat = [self._beat + self._first] if "pilot" in self._reached else []
+        return min([self.now + self._first, *beat, *self._reached.values()]) + AHEAD

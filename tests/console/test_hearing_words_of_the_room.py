@@ -11,7 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from console.control.command_freshness import CommandFreshness
 from console.control.history import History
+from console.control.lease import Lease
+from console.control.robot_time import RobotTime
 from console.speech.room_transcription import ROOM, RoomTranscriber, RoomUtterance
 from core.gate import Twist
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
@@ -64,7 +67,7 @@ def test_stop_is_obeyed_when_the_robot_was_started_anew_and_its_clock_with_it(
 ) -> None:
     worker, stops = Reads(), list[str]()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
-    words = SimpleNamespace(stopped_by=lambda _: None)
+    words = SimpleNamespace(stopped_by=lambda _: None, time=RobotTime())
     dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source), words=words)
     ears = RoomTranscriber(dispatcher, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
     told = list[str]()
@@ -78,7 +81,7 @@ def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: 
     worker = Reads()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
     history = History(tmp_path, lambda _: None)
-    ears = RoomTranscriber(SimpleNamespace(), history, SimpleNamespace())  # type: ignore[arg-type]
+    ears = RoomTranscriber(SimpleNamespace(words=CommandFreshness(Lease())), history, SimpleNamespace())  # type: ignore[arg-type]
 
     history.open()
     hear([NOTHING, NOTHING, NOTHING, TURN, NOTHING, NOTHING], [0.2 * n for n in range(6)], ears, worker)
@@ -101,7 +104,8 @@ def test_a_piece_that_is_no_numbers_is_a_gap_and_not_the_end_of_all_words(
 ) -> None:
     worker, stops = Reads(), list[str]()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
-    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source))
+    words = CommandFreshness(Lease())
+    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source), words=words)
     ears = RoomTranscriber(dispatcher, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
     piece = Sound(stamp=1.0, rate=16_000, samples=np.full((3200, 4), broken))
     snapshot: Any = SimpleNamespace(stamp=1.0, hearing=None, velocity=Twist(0.0, 0.0))
@@ -113,7 +117,9 @@ def test_a_piece_that_is_no_numbers_is_a_gap_and_not_the_end_of_all_words(
 
 def test_words_are_as_old_as_their_sound_whenever_the_console_takes_it(tmp_path: Path) -> None:
     """Sensed at 1000 s of our clock, taken by the console ten seconds late."""
-    ears = RoomTranscriber(SimpleNamespace(), History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    ears = RoomTranscriber(
+        SimpleNamespace(words=CommandFreshness(Lease())), History(tmp_path, lambda _: None), SimpleNamespace()
+    )  # type: ignore[arg-type]
     for stamp in (4.0, 5.0, 6.0):
         snapshot: Any = SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.0, 0.0))
         ears.took(snapshot, None, None, 1000.0 + 1.5 * (stamp - 5.0))  # the robot's clock is slow

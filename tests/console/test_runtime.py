@@ -102,7 +102,10 @@ class Slow(Pilot):
         return super().step(frame)
 
 
-def test_a_pilot_that_hangs_is_noticed_and_the_gate_hears_no_heartbeat(tmp_path: Path) -> None:
+def test_a_pilot_that_hangs_is_noticed_and_the_gate_hears_no_heartbeat(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("console.robot.pilot_thread.HUNG_SIMULATED", HUNG)  # as before a real robot
     live = Live(tmp_path, make_pilot=lambda: Slow(live.robot.profile))
     with live:
         live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { ASKS_MS, GIVE_UP_MS, SLOW_MS, STAYS_MS, StatusLog } from "../../static/js/ui/status.js";
+import { ASKS_MS, RESULT_MS, SLOW_MS, STAYS_MS, StatusLog } from "../../static/js/ui/status.js";
 import { STATE, VIEW } from "./view.js";
 
 /** @typedef {import("../../static/js/net/session.js").View} View */
@@ -74,6 +74,30 @@ test("a command runs, is done, and fades", () => {
   log.ended([row(7, "done")], 2000, 2010);
   assert.equal(shown(log, IDLE, 2020), "turn left | done");
   assert.equal(shown(log, IDLE, 2010 + STAYS_MS + 1), "Ready | Type.");
+});
+
+test("the line of a command stays until its result came, or does not come", () => {
+  const log = fresh();
+  assert.equal(shown(log, RUNS, 200), "turn left");
+  assert.equal(shown(log, IDLE, 2000), "turn left");
+  log.ended([row(7, "done")], 3000, 3000);
+  assert.equal(shown(log, IDLE, 3010), "turn left | done");
+  assert.equal(shown(log, RUNS, 20_000), "turn left");
+  assert.equal(shown(log, IDLE, 20_000 + RESULT_MS + 1), "Ready | Type.");
+});
+
+test("while the button is held it says what it hears, and its words have one verdict", () => {
+  const log = fresh();
+  log.listens("", 1000);
+  assert.equal(shown(log, IDLE, 1100), "Listening…");
+  log.listens("turn", 1500);
+  assert.equal(shown(log, IDLE, 1600), "“turn …”");
+  log.listens(null, 2000);
+  log.reads(2000, "turn left");
+  assert.match(shown(log, IDLE, 2100), /^Reading what you said… . “turn left …”/);
+  log.heard({ ...REFUSED, accepted: true, heard_as: "turn left" }, 11_000);
+  log.wasRead(11_500);
+  assert.equal(shown(log, IDLE, 11_600), "Ready | Type.");
 });
 
 test("STOP overtakes every result, also one whose row comes late", () => {
@@ -217,7 +241,9 @@ test("between the spoken words and their result it says that it reads, that this
   log.reads(1000);
   assert.match(shown(log, IDLE, 1500), /^Reading what you said… \| 0\.5 s/);
   assert.match(shown(log, IDLE, 1000 + SLOW_MS), /slow on this computer; type, or wait/);
-  assert.match(shown(log, IDLE, 1000 + GIVE_UP_MS), /^Not understood/);
+  assert.match(shown(log, IDLE, 15_000), /^Reading what you said…/); // no verdict before all of it was read
+  log.wasRead(15_100);
+  assert.match(shown(log, IDLE, 15_110), /^Not understood/);
   log.reads(20_000);
   log.heard({ ...REFUSED, words: "", reason: "" }, 20_500);
   assert.match(shown(log, IDLE, 20_510), /^Not understood/);

@@ -13,6 +13,7 @@ const driving = (at, x, change = {}) =>
     ...STATE,
     stamp_s: at,
     pose: { ...STATE.pose, x_m: x, y_m: 0 },
+    velocity: { v_m_s: 0.2, w_rad_s: 0 },
     path: [],
     goal: { x_m: 2, y_m: 0 },
     command: { ...STATE.command, id: 7, state: "running", progress: x / 2, remark: "" },
@@ -24,6 +25,18 @@ test("metres at once, seconds when the pace is known", () => {
   assert.equal(toGo.saw(driving(10, 0)).join(), "2.0 m");
   assert.equal(toGo.saw(driving(12, 0.4)).join(), "1.6 m,8 s");
   assert.equal(toGo.saw(driving(14, 1.9)).join(), "0.1 m,1 s");
+});
+
+test("until it has moved for a second, the seconds are those at the speed that is set", () => {
+  const toGo = new ToGo();
+  const stands = { velocity: { v_m_s: 0, w_rad_s: 0 } };
+  assert.equal(toGo.saw(driving(10, 0, stands), 0.2).join(), "2.0 m,10 s");
+  assert.equal(toGo.saw(driving(18, 0, stands), 0.2).join(), "2.0 m,10 s"); // looking around first
+  assert.equal(toGo.saw(driving(18.5, 0), 0.2).join(), "2.0 m,10 s");
+  assert.equal(toGo.saw(driving(19, 0.05), 0.2).join(), "1.9 m,10 s");
+  assert.equal(toGo.saw(driving(20.5, 0.4), 0.2).join(), "1.6 m,8 s");
+  for (const at of [22, 23, 24]) toGo.saw(driving(at, 0.4, stands), 0.2); // something is in the way
+  assert.equal(toGo.saw(driving(25, 0.4, stands), 0.2).join(), "1.6 m");
 });
 
 test("round a corner the way counts, not the straight line", () => {

@@ -82,6 +82,7 @@ export const STATE = {
   path: [],
   command: null,
   pending_command: null,
+  late_command: null,
   camera: null,
   calibration_drift: null,
   robot: {

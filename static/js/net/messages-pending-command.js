@@ -12,6 +12,13 @@
  */
 
 /**
+ * A spoken command that was refused because it came too late; it begins as a pending command does.
+ * @typedef {object} LateCommandState
+ * @property {number} id
+ * @property {string} heard_as
+ */
+
+/**
  * A spoken command that was understood and has not begun, and its preview as the robot stands now.
  * @typedef {object} PendingCommandState
  * @property {number} id

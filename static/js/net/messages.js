@@ -31,6 +31,7 @@
 /** @typedef {import("./messages-map.js").SubmapRow} SubmapRow */
 /** @typedef {import("./messages-map.js").SubmapsState} SubmapsState */
 /** @typedef {import("./messages-pending-command.js").CommandPayload} CommandPayload */
+/** @typedef {import("./messages-pending-command.js").LateCommandState} LateCommandState */
 /** @typedef {import("./messages-pending-command.js").PendingCommandState} PendingCommandState */
 /** @typedef {import("./messages-person.js").BodyPart} BodyPart */
 /** @typedef {import("./messages-person.js").PersonState} PersonState */
@@ -272,6 +273,7 @@
  * @property {[number, number][]} path
  * @property {CommandState | null} command
  * @property {PendingCommandState | null} pending_command
+ * @property {LateCommandState | null} late_command
  * @property {CameraOverlay | null} camera
  * @property {CalibrationDriftState | null} calibration_drift
  * @property {RobotState} robot

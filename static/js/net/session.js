@@ -34,6 +34,7 @@ const STOPS = "stop moving";
 const BACK_MS = 500; // after which a page that was left and is there again connects
 const SETTLE_MS = 600; // after a seek the recording takes that long to arrive
 
+/** @typedef {{words: string, level: number}} Hearing words so far, and how loud it is, 0..1 */
 /** @typedef {{text: string, words: string, event: string}} Offer a sentence and a button that dispatches the event */
 
 /**
@@ -55,6 +56,8 @@ const SETTLE_MS = 600; // after a seek the recording takes that long to arrive
  * @property {import("../voice/audio-socket.js").Transcript} transcript transcript of the microphone of this browser
  * @property {string} reading the button was released; the transcript is pending, and these are the words so far
  * @property {string} so-far more words of what is pending
+ * @property {null} read all that was said has been read: no words of it come any more
+ * @property {Hearing | null} hearing while the talk button is held
  * @property {boolean} speaking true while this browser plays the robot's voice
  * @property {null} interrupt speech output has to stop: a person speaks
  * @property {string} announcement a sentence for screen readers
@@ -270,6 +273,16 @@ export class Session {
   /** @param {string} words so far of what is pending */
   readsSoFar(words) {
     this.#dispatch("so-far", words);
+  }
+
+  /** All that was said has been read. */
+  wasRead() {
+    this.#dispatch("read", null);
+  }
+
+  /** @param {Hearing | null} hearing what is heard while the talk button is held; null: it was released */
+  hears(hearing) {
+    this.#dispatch("hearing", hearing);
   }
 
   /** @param {boolean} speaking true while this browser plays the robot's voice */

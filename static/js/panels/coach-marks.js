@@ -7,12 +7,14 @@ import { apart, placed } from "../ui/placement.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
 /**
  * @typedef {object} Hint
  * @property {string} at selector of its target
  * @property {string} title
  * @property {string} text
- * @property {(view: View) => boolean} done
+ * @property {(view: View) => boolean} [done]
+ * @property {(row: HistoryRow) => boolean} [ended] a command that has ended since it was shown
  * @property {boolean} [optional] left out where its target is not on the page
  * @property {string} [opens] view or tab that shows its target
  */
@@ -28,7 +30,7 @@ const HINTS = [
     at: '[data-command="turn_left"]',
     title: t("coach-marks.turn_the_robot"),
     text: t("coach-marks.press_turn_left_you_see_what"),
-    done: ({ state }) => state?.command?.name.startsWith("turn_") === true,
+    ended: ({ name, state }) => name.startsWith("turn_") && state === "done",
   },
   {
     at: ".stick",
@@ -41,14 +43,14 @@ const HINTS = [
     opens: "map",
     title: touch ? t("coach-marks.tap_the_floor") : t("coach-marks.click_the_floor"),
     text: t("coach-marks.the_robot_plans_a_way_there"),
-    done: ({ state }) => state?.command?.source === "click",
+    ended: ({ source, state }) => source === "click" && state === "done",
   },
   {
     at: ".person-chip",
     opens: "hearing",
     title: t("coach-marks.let_someone_call_you"),
     text: touch ? t("coach-marks.press_a_name_then_come_here") : t("coach-marks.press_a_name_then_come_here_2"),
-    done: ({ state }) => state?.command?.name === "come_here" && state.command.state === "running",
+    ended: ({ name, state }) => name === "come_here" && state === "done",
     optional: true,
   },
   {
@@ -57,8 +59,7 @@ const HINTS = [
     title: t("coach-marks.stop_at_any_time"),
     text: touch
       ? t("coach-marks.press_stop_everything_is_cancelled_and")
-      : t("coach-marks.press_stop_or_esc_anywhere_everything"),
-    done: () => false, // ends with the "stopped" event
+      : t("coach-marks.press_stop_or_esc_anywhere_everything"), // ends with the "stopped" event
   },
 ];
 
@@ -87,6 +88,8 @@ export class CoachMarks extends Panel {
     make("span", { class: "coach-tip" }),
   );
   #asked = false;
+  /** @type {Set<number>} commands that had ended when the hint was shown */
+  #old = new Set();
   #placedFor = "";
   #leaving = 0; // timer
 
@@ -100,6 +103,10 @@ export class CoachMarks extends Panel {
     });
     this.#shut.addEventListener("click", () => this.#end());
     this.session.on("stopped", () => this.#step === this.#hints.length - 1 && this.#go(this.#hints.length));
+    this.session.on("history", (rows) => {
+      const ended = this.#hints[this.#step]?.ended;
+      if (ended && rows.some((row) => !this.#old.has(row.id) && ended(row))) this.#go(this.#step + 1);
+    });
     addEventListener("resize", () => (this.#placedFor = ""));
   }
 
@@ -125,7 +132,7 @@ export class CoachMarks extends Panel {
     )
       this.begin();
     const hint = this.#hints[this.#step];
-    if (hint?.done(view)) this.#go(this.#step + 1);
+    if (hint?.done?.(view)) this.#go(this.#step + 1);
     else if (hint && fitting().length > this.#hints.length) this.#go(fitting().indexOf(hint)); // people came in
     this.#tour.hidden = this.#step > 0 || document.querySelector(".person-chip") === null;
     if (!this.#card.hidden) this.#place();
@@ -137,6 +144,7 @@ export class CoachMarks extends Panel {
   #go(step) {
     this.#hints = fitting();
     this.#step = step;
+    this.#old = new Set(this.session.history.filter(({ state }) => state !== "running").map(({ id }) => id));
     this.#placedFor = "";
     const hint = this.#hints[step];
     this.#point(hint);

@@ -24,12 +24,14 @@ const READY = {
   suggestions: [],
 };
 const OFFERED = 3;
+const GETTING_READY = t("command-status.getting_the_ears_ready");
 
 class CommandStatus extends Panel {
   #icon = icon("command");
   #words = make("span", { class: "status-words" });
   #remark = make("span", { class: "status-remark" });
   #left = make("span", { class: "status-left" });
+  #level = make("span", { class: "status-level", "aria-hidden": "true", hidden: true });
   #suggestions = make("div", { class: "suggested", role: "group", "aria-label": t("command-status.did_you_mean") });
   #bar = make("div", { class: "bar-fill" });
   #progress = make(
@@ -52,6 +54,7 @@ class CommandStatus extends Panel {
     this.append(
       this.#icon,
       make("p", { class: "status-text" }, this.#words, this.#remark),
+      this.#level,
       this.#suggestions,
       this.#progress,
       this.#left,
@@ -62,6 +65,12 @@ class CommandStatus extends Panel {
     this.session.on("transcript", (transcript) => this.#log.heard(transcript, performance.now()));
     this.session.on("reading", (words) => this.#log.reads(performance.now(), words));
     this.session.on("so-far", (words) => this.#log.readsSoFar(words));
+    this.session.on("read", () => this.#log.wasRead(performance.now()));
+    this.session.on("hearing", (hearing) => {
+      this.#log.listens(hearing?.words ?? null, performance.now());
+      this.#level.hidden = hearing === null;
+      this.#level.style.setProperty("--level", String(hearing?.level ?? 0));
+    });
     this.session.on("stopped", (sent) => this.#log.stopped(sent, performance.now()));
     this.session.on("heard", (view) => this.#log.saw(view, performance.now()));
     this.session.on("history", (rows) => this.#ended(rows));
@@ -79,7 +88,7 @@ class CommandStatus extends Panel {
     this.#cancel.hidden = !command;
     this.#progress.hidden = !command || command.progress === null;
     this.#cancel.disabled = !up;
-    const left = state ? this.#toGo.saw(state) : [];
+    const left = state ? this.#toGo.saw(state, view.hello?.robot.cruise_m_s ?? 0) : [];
     this.#left.hidden = left.length === 0;
     if (left.length) write(this.#left, t("command-status.join_to_go", { join: left.join(", ") }));
     if (command) {
@@ -87,10 +96,12 @@ class CommandStatus extends Panel {
       this.#bar.style.width = `${percent}%`;
       mark(this.#progress, "aria-valuenow", String(percent));
     }
-    const line = this.#log.line(view, now, READY);
+    const line = this.#log.line(view, now, state?.ears?.starting ? { ...READY, remark: GETTING_READY } : READY);
     const offered = (line.room && state?.ears?.suggested_commands) || line.suggestions;
     const refused = line.state === "" || line.state === "refused";
-    if (permission.held && refused && !offered.length) this.#offerControl(line, state?.lease.asked_by ?? "");
+    const late = line.state === "refused" ? (state?.late_command ?? null) : null;
+    if (late && permission.may !== "no") this.#offerLate(line, late);
+    else if (permission.held && refused && !offered.length) this.#offerControl(line, state?.lease.asked_by ?? "");
     else this.#show({ ...line, suggestions: offered });
   }
 
@@ -115,6 +126,25 @@ class CommandStatus extends Panel {
     write(this.#words, line.words);
     write(this.#remark, line.remark);
     mark(this, "data-state", line.state || null);
+  }
+
+  /**
+   * Offer to begin what was refused only because it came late.
+   * @param {StatusLine} line
+   * @param {import("../net/messages.js").LateCommandState} late
+   */
+  #offerLate(line, late) {
+    this.#write(line);
+    const key = `late ${late.id}`;
+    this.#suggestions.hidden = false;
+    if (this.#suggestions.dataset["suggested"] === key) return;
+    this.#suggestions.dataset["suggested"] = key;
+    const now = make("button", { type: "button", class: "chip" }, icon("again"), t("command-status.do_it_now"));
+    now.addEventListener("click", () => {
+      now.disabled = true;
+      void this.session.beginPendingCommand(late.id).finally(() => (now.disabled = false));
+    });
+    this.#suggestions.replaceChildren(now);
   }
 
   /** @param {StatusLine} line @param {string} asked who asks for control already */

@@ -12,6 +12,7 @@ import { t } from "../ui/texts.js";
 /** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
 
 const [MOST, OFFERED] = [60, 3];
+const [THROUGH, MOUTH] = [", through ", "'s mouth"];
 const SOURCES = {
   typed: t("history-list.typed"),
   chip: t("history-list.button"),
@@ -120,12 +121,19 @@ class HistoryList extends Panel {
           icon(row.source in SOURCES ? row.source : "rest"),
           source,
           dot(),
-          row.who,
+          this.#who(row.who),
           ...[amounts, took].filter(Boolean).flatMap((text) => [dot(), text]),
         ),
       ),
       again,
     );
+  }
+
+  /** @param {string} who as the console names them: "operator 1, through Ann's mouth" @returns {string} */
+  #who(who) {
+    const [person, mouth] = who.split(THROUGH);
+    if (mouth === undefined || person !== this.session.hello?.you.name) return who;
+    return t("history-list.you_through", { mouth: mouth.slice(0, -MOUTH.length) });
   }
 
   /** @param {string} words of a refused command @param {boolean} newest */

@@ -84,6 +84,8 @@ export class VoiceButton extends Panel {
   #listening = false;
   #stopped = false; // STOP was pressed since the button was
   #why = "";
+  #shown = false; // this microphone's sound is shown in the status line
+  #starting = false; // what reads the words is being started
   #soFar = ""; // words of the sentence under way
   #until = 0; // [ms] when an open microphone closes
   #used = 0; // [ms]
@@ -116,6 +118,7 @@ export class VoiceButton extends Panel {
       if (remark) this.session.complain(remark);
       this.#draw();
     };
+    this.#talk.wasRead = () => this.session.wasRead();
     this.#talk.heard = (transcript) => this.session.transcribe({ ...transcript, held: this.#mode === "held" });
     this.#talk.heardSoFar = (words) => {
       this.#soFar = words.replace(/[.,!?\s]+$/, "");
@@ -162,7 +165,12 @@ export class VoiceButton extends Panel {
    * @override
    * @param {View} view
    */
-  show({ hello, up }) {
+  show({ hello, state, up }) {
+    const starting = state?.ears?.starting === true && this.#people.length > 0;
+    if (starting !== this.#starting) {
+      this.#starting = starting;
+      this.#draw();
+    }
     this.hidden = onlyWatched(hello);
     this.#button.disabled = !up;
     if (!up && this.#held) this.hold(false);
@@ -289,6 +297,14 @@ export class VoiceButton extends Panel {
     const part = Math.max(0, Math.min(1, 1 - decibel / FLOOR_DB));
     this.#ring.style.setProperty("--level", part.toFixed(3));
     mark(this.#button, "data-clipped", this.#microphone.peak > 0.99);
+    this.#tellHearing(part);
+  }
+
+  /** @param {number} level 0..1 */
+  #tellHearing(level) {
+    const shown = this.#held;
+    if (shown || this.#shown) this.session.hears(shown ? { words: this.#soFar, level } : null);
+    this.#shown = shown;
   }
 
   #draw() {
@@ -299,6 +315,7 @@ export class VoiceButton extends Panel {
     mark(this.#button, "aria-pressed", String(speaking));
     redraw(this.#icon, state === "refused" ? "muted" : "microphone");
     if (!speaking) this.#ring.style.setProperty("--level", "0");
+    if (!this.#held && this.#shown) this.#tellHearing(0);
     const hint =
       state === "asking" ? t("voice-button.allow_the_microphone_in_the_browser") : t("voice-button.starting");
     const words = speaking
@@ -309,7 +326,9 @@ export class VoiceButton extends Panel {
             ? t("voice-button.open_say_a_command")
             : this.#soFar
               ? `“${this.#soFar} …”`
-              : t("voice-button.listening")
+              : this.#starting
+                ? t("voice-button.getting_the_ears_ready")
+                : t("voice-button.listening")
         : hint
       : "";
     write(this.#says, this.#why || words);

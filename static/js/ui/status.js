@@ -20,10 +20,12 @@ import { t } from "./texts.js";
 /** @typedef {{at: number, until: number, line: StatusLine}} Fact `at`, `until` [ms]: when it happened, and until when it is shown */
 /** @typedef {{words: string, why: string, at: number, suggestions: readonly string[]}} Refusal a refusal whose history row has not arrived yet */
 
+/** @typedef {"lost" | "halted" | "hand" | "listening" | "reading" | "running"} Ongoing */
+
 export const STAYS_MS = 8000; // for a result; the history keeps it
 export const ASKS_MS = 20000; // a refusal with suggestions: time to read and press one
 export const SLOW_MS = 3000; // of waiting for a transcript, after which the line mentions it
-export const GIVE_UP_MS = 8000;
+export const RESULT_MS = 5000; // that the result of a command which is no longer under way is waited for
 const MOST = 50; // remembered rows
 const STILL = 0.005; // [m/s], [rad/s]
 const STOPS = "stop_moving";
@@ -54,11 +56,13 @@ const UNHEARD = line("refused", t("status.not_understood"), t("status.say_it_aga
 export class StatusLog {
   /** @type {Fact | null} newest event */
   #event = null;
-  /** @type {Map<"lost" | "halted" | "hand" | "reading" | "running", number>} ongoing states and their start [ms] */
+  /** @type {Map<Ongoing, number>} ongoing states and their start [ms] */
   #since = new Map();
   #me = ""; // name of who is at this page
   #soFar = ""; // words of what is being read
   #running = 0; // id of the running command
+  /** @type {{id: number, words: string, until: number} | null} the command that runs, or whose result is to come */
+  #order = null;
   #stoppedAt = -Infinity; // [ms] newest stop or halt: results of commands that began before are not shown
   /** @type {Map<number, number>} start of commands [ms], where known */
   #began = new Map();
@@ -81,17 +85,35 @@ export class StatusLog {
       if (halted && !this.#since.has("halted")) this.#stoppedAt = now;
       this.#goes("halted", halted, now);
     }
-    const command = up && state?.command?.state === "running" ? state.command.id : 0;
+    const running = up && state?.command?.state === "running" ? state.command : null;
+    const command = running?.id ?? 0;
     if (command !== this.#running) this.#since.delete("running");
     this.#running = command;
     if (command) this.#remember(command, now);
-    this.#goes("running", command !== 0, this.#began.get(command) ?? now);
+    if (running) this.#order = { id: command, words: running.heard_as, until: now + RESULT_MS };
+    else if (!up || (this.#order && now > this.#order.until)) this.#order = null;
+    const order = this.#order?.id ?? 0; // keeps its line until its result came
+    this.#goes("running", order !== 0, this.#began.get(order) ?? now);
     this.#goes("hand", up && state?.gate.source === "jog", now);
     if (!up) this.#since.delete("reading");
-    if (now - (this.#since.get("reading") ?? now) >= GIVE_UP_MS) {
-      this.#since.delete("reading");
-      this.#happen(now, UNHEARD);
-    }
+  }
+
+  /**
+   * The talk button is held: these are the words so far; or it is not.
+   * @param {string | null} words
+   * @param {number} now [ms]
+   */
+  listens(words, now) {
+    this.#soFar = words ?? this.#soFar;
+    this.#goes("listening", words !== null, now);
+  }
+
+  /**
+   * All that was said has been read: no words come any more.
+   * @param {number} now [ms]
+   */
+  wasRead(now) {
+    if (this.#since.delete("reading")) this.#happen(now, UNHEARD);
   }
 
   /**
@@ -101,6 +123,7 @@ export class StatusLog {
    */
   stopped(sent, now) {
     this.#since.delete("reading"); // STOP discards it
+    this.#order = null;
     this.#stoppedAt = now;
     this.#happen(now, sent ? STOPPED : UNSENT);
   }
@@ -177,6 +200,10 @@ export class StatusLog {
    * @param {number} now [ms]
    */
   #end(row, at, now) {
+    if (row.id === this.#order?.id) {
+      this.#order = null;
+      this.#since.delete("running");
+    }
     const answered = row.state === "refused" ? this.#takeRefusal(row) : null;
     if (row.state === "refused" && row.source !== "ears" && row.who !== this.#me) return; // another operator's
     const began = this.#began.get(row.id) ?? answered?.at ?? at;
@@ -210,7 +237,7 @@ export class StatusLog {
   }
 
   /**
-   * @param {"lost" | "halted" | "hand" | "reading" | "running"} what
+   * @param {Ongoing} what
    * @param {View} view
    * @param {number} elapsed [ms]
    * @returns {StatusLine}
@@ -218,6 +245,8 @@ export class StatusLog {
   #ongoing(what, { state, mine }, elapsed) {
     if (what === "lost" || !state) return LOST;
     if (what === "halted") return HALTED;
+    if (what === "listening")
+      return line("microphone", this.#soFar ? `“${this.#soFar} …”` : t("status.listening"), "", "listening");
     if (what === "reading") {
       const slow = t("status.speech_recognition_is_slow_on_this");
       const words = this.#soFar && `“${this.#soFar} …” `;
@@ -232,11 +261,12 @@ export class StatusLog {
           : t("status.holder_drives_by_hand", { holder: state.lease.holder });
       return line("wheel", who, Math.abs(v) < STILL && Math.abs(w) > STILL ? turnRate(w) : speed(v), "hand");
     }
-    return line("running", state.command?.heard_as ?? "", state.command?.remark ?? "", "running");
+    const remark = (this.#running && state.command?.remark) || "";
+    return line("running", this.#order?.words ?? "", remark, "running");
   }
 
   /**
-   * @param {"lost" | "halted" | "hand" | "reading" | "running"} what
+   * @param {Ongoing} what
    * @param {boolean} on
    * @param {number} at [ms]
    */

@@ -24,6 +24,7 @@ import { t, translate } from "../ui/texts.js";
  * @property {boolean} [overtaken] a STOP came after these words began: nothing of them is offered
  */
 /** @typedef {{kind: "listening", on: boolean, why: string}} Listening */
+/** @typedef {{kind: "read"}} AllRead no words of a turn come any more */
 /** @typedef {{kind: "partial", words: string}} Partial words so far of a sentence under way */
 
 const HEADER_BYTES = 16;
@@ -38,6 +39,8 @@ export class Talk {
   heardSoFar = () => undefined;
   /** @type {(why: string) => void} reason of the end; "" when it was requested */
   ended = () => undefined;
+  /** @type {() => void} all that was said has been read: no words of it come any more */
+  wasRead = () => undefined;
   /** @type {(on: boolean, remark: string) => void} */
   turned = () => undefined;
   /** @type {WebSocket | null} */
@@ -62,6 +65,7 @@ export class Talk {
       this.#socket = null;
       const lost = this.#speaking;
       this.#speaking = false;
+      this.wasRead();
       this.ended(reason || (lost || !wasClean ? t("audio-socket.the_link_for_sound_was_lost") : ""));
     });
   }
@@ -135,16 +139,18 @@ export class Talk {
     socket.send(message);
   }
 
-  /** @param {Transcript | Listening | Partial} message */
+  /** @param {Transcript | Listening | Partial | AllRead} message */
   #hear(message) {
     if (message.kind === "transcript") {
       translate(message, "reason");
       this.heard(message);
     } else if (message.kind === "partial") this.heardSoFar(message.words);
+    else if (message.kind === "read") this.wasRead();
     else {
       this.turned(message.on, message.on ? message.why : "");
       if (!message.on && message.why) {
         this.#speaking = false;
+        this.wasRead();
         this.ended(message.why);
       }
     }

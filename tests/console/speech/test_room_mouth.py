@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable, Coroutine
 from types import SimpleNamespace
 from typing import Any
@@ -39,10 +40,11 @@ class Room:
 def spoken(room: Room, act: Callable[[RoomMouth], Coroutine[Any, Any, None]]) -> tuple[list[str], Any]:
     """One turn to speak → the sentences of trouble, and the voice commands."""
     troubles: list[str] = []
-    commands: Any = SimpleNamespace(at_console=False)
+    commands: Any = SimpleNamespace(at_console=False, operator=None)
+    ears: Any = SimpleNamespace(stamp=0.0, read_to=-math.inf, trouble="", speaker=None)
 
     async def turn() -> None:
-        mouth = RoomMouth(NEAREST, room.ask, commands, troubles.append)
+        mouth = RoomMouth(NEAREST, room.ask, ears, commands, troubles.append)
         await act(mouth)
         for _ in range(20):
             await asyncio.sleep(0.01)

@@ -80,6 +80,30 @@ def test_late_words_and_those_below_a_hand_are_not_obeyed(live: Live, spoken: Vo
     assert said(live, "turn left") == HIGHER
 
 
+def test_what_came_too_late_begins_when_a_person_confirms_it_and_a_stop_takes_the_offer_away(
+    live: Live, spoken: VoiceCommands
+) -> None:
+    def offered() -> Any:
+        return live.ask("GET", "/api/state", token=live.viewer).json["late_command"]
+
+    def confirm(number: int, token: str) -> int:
+        return live.ask("POST", "/api/pending-command/begin", {"id": number}, token=token).status
+
+    listen(live, True)
+    assert offered() is None
+    assert "too late" in said(live, "turn left", age=4.0)
+    late = live.until(offered)
+    assert late["heard_as"] == "turn left" and confirm(late["id"], live.viewer) == 403
+    assert confirm(late["id"], live.operator) == 202
+    row = live.until(lambda: newest(live) if newest(live)["name"] == "turn_left" else None)
+    assert (row["source"], row["state"]) == ("ears", "running")
+    assert offered() is None and confirm(late["id"], live.operator) == 404
+    assert "too late" in said(live, "turn right", age=4.0)
+    late = live.until(offered)
+    live.ask("POST", "/api/stop", token=live.operator)
+    assert live.until(lambda: offered() is None) and confirm(late["id"], live.operator) == 404
+
+
 def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
     live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch
 ) -> None:

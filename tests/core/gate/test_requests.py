@@ -36,7 +36,7 @@ SET: Packet = {"epoch": 1, "seq": 2, "source": "jog", "press": 3, "v": 0.1, "w":
         ({"kind": "disarm"}, GateDisarm()),
         ({"kind": "leave"}, GateLeave()),
         ({"kind": "reach", "stamp": 7.5}, GateReach(7.5)),
-        ({"kind": "reach", "stamp": None}, GateReach(None)),
+        ({"kind": "reach", "stamp": None, "part": "ears"}, GateReach(None, "ears")),
         ({"kind": "reach", "stamp": "soon"}, GateReach(None)),
     ],
 )

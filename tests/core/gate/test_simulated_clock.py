@@ -86,6 +86,23 @@ def test_no_stall_of_gate_or_pilot_or_console_ends_a_command_of_a_simulated_robo
     assert at.moved == pytest.approx(0.2 * (at.stamp - 100.0), abs=0.06)  # … and nothing else
 
 
+def test_ears_that_are_busy_hold_the_time_until_they_are_not() -> None:
+    at = LoadedComputer(lambda _: 0.0)
+    assert at.clock.until is None
+    at.silent = {"pilot", "beat"}
+    at.run(2.0)
+    assert at.stamp - 100.0 == pytest.approx(2.0, abs=0.2)  # nobody is waited for who has not come yet
+    at.silent = set()
+    at.run(2.0)
+    heard = at.stamp
+    at.clock.hear(GateReach(heard, "ears"))
+    at.run(8.0)
+    assert at.stamp - heard < AHEAD + 8.0 / SLOWEST + 2 * PERIOD and at.gate.status().trips == 0
+    at.clock.hear(GateReach(None, "ears"))
+    at.run(2.0)
+    assert at.stamp - heard > 1.8
+
+
 @pytest.mark.parametrize("part", ["pilot", "beat"])
 def test_a_part_that_does_not_come_back_stops_a_simulated_robot_within_its_own_time(part: str) -> None:
     at = LoadedComputer(lambda _: 0.002)
