@@ -32,7 +32,7 @@ def new_run_id() -> str:
     return secrets.token_hex(6)
 
 
-class Run(msgspec.Struct, kw_only=True):
+class StoredRun(msgspec.Struct, kw_only=True):
     """One run, as it is kept; a kind of run adds what it measures."""
 
     id: str = msgspec.field(default_factory=new_run_id)
@@ -50,7 +50,7 @@ class Run(msgspec.Struct, kw_only=True):
         return time.time() - self.at_s if self.state == "running" else self.took_s
 
 
-RunT = TypeVar("RunT", bound=Run)
+RunT = TypeVar("RunT", bound=StoredRun)
 
 
 class RunStore(Generic[RunT]):
@@ -105,7 +105,7 @@ class RunStore(Generic[RunT]):
                 await to_the_end(lambda: self._remove(run.id))
 
     def files_folder(self, run: RunT) -> Path:
-        """Return the folder of the files that a run writes; it is made by whoever writes the first."""
+        """Return the folder of the files that a run writes; its first writer makes it."""
         return self._folder / run.id / "files"
 
     async def keep(self, run: RunT) -> None:

@@ -90,7 +90,13 @@ RETIRED = re.compile(
     r"|sitters?|sittings?|lessons?|school|surveyors?|atlas|mosaic|telling|bonds?|vouch(?:es|ed)?|astray|oddness|ballots?"
     r"|rivalry|likeness|prattle|journeys?|mailbox|outbox|scribe|anew|whoever|assistants?|waking|wish(?:es)?|somebody)(?![a-zà-ÿ])"
 )
-STORED = ('= "bonds"', 'TABLE = "deeds"', 'name="wish"', "orientation: portrait")  # names on disk and of CSS
+STORED = (
+    '"brakes",',
+    '= "bonds"',
+    'TABLE = "deeds"',
+    'name="wish"',
+    "orientation: portrait",
+)  # names on disk, of CSS, and what people say
 PRODUCT = [
     path
     for pattern in (

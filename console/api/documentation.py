@@ -44,7 +44,7 @@ STEPS = """Three steps to a robot that moves:
 2. **A command**: `POST /api/commands` with `{"text": "turn left"}` takes control where nobody has it and answers 202
    with an `id`; `GET /api/commands/{number}` tells how it ends.
 3. **The lease**: one person drives at a time. `POST /api/lease` takes, asks for or gives back control;
-   `POST /api/stop` stops the robot whoever drives.
+   `POST /api/stop` stops the robot, no matter who drives.
 
 Errors are `application/problem+json` with a sentence in `detail` to act on. The messages of the sockets `/ws` and
 `/ws/audio` are described in `/api/socket.json`."""

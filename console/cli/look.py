@@ -73,7 +73,7 @@ def run(chosen: argparse.Namespace) -> int:
 
 
 def _warned(looked: Iterator[LookedPicture]) -> Iterator[LookedPicture]:
-    """The same answers; what went wrong is told of each."""
+    """The same answers; each says what went wrong."""
     for one in looked:
         if "error" in one:
             tell(f"{one['picture']}: {one['error']}")

@@ -13,7 +13,7 @@ from console.access.logins import Person
 from console.experiments.catalogue import Catalogue, ExperimentEntry
 from console.experiments.process import ExperimentProcess
 from console.http.problems import Problem
-from console.run_store import Run, RunState, RunStore
+from console.run_store import RunState, RunStore, StoredRun
 from console.workers.tasks import to_the_end
 from core.experiments.about import figure_at
 from core.experiments.result import as_text
@@ -62,7 +62,7 @@ class ExperimentRunState(msgspec.Struct, frozen=True, kw_only=True):
     files: list[ResultFile]
 
 
-class ExperimentRun(Run, kw_only=True):
+class ExperimentRun(StoredRun, kw_only=True):
     """One run, as it is kept."""
 
     entry: ExperimentEntry

@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 from console.access.logins import Person
-from console.run_store import Run, RunState, RunStore
+from console.run_store import RunState, RunStore, StoredRun
 from console.speech.quality_jobs import BeginQuality, ListenClose, MeasureQuality, QualityRow, QualitySetup
 from console.workers.worker import Worker, WorkerLost
 from core.errors import Unavailable
@@ -43,7 +43,7 @@ class QualityRunState(msgspec.Struct, frozen=True, kw_only=True):
     summary: str
 
 
-class QualityRun(Run, kw_only=True):
+class QualityRun(StoredRun, kw_only=True):
     """One run, as it is kept."""
 
     setup: QualitySetup = msgspec.field(name="wish")  # in files that exist

@@ -141,8 +141,8 @@ class SoundPerception:
             return
         self._utterances.extend(over)
         found = [one for each in self._utterances for one in each]
-        told = contradiction(found, self._array, self._settings)
-        self.contradiction = "" if told is None else told.sentence
+        fault = contradiction(found, self._array, self._settings)
+        self.contradiction = "" if fault is None else fault.sentence
 
     def _follow(self, heard: tuple[HeardDirections, ...], stamp: float, estimate: Estimate) -> tuple[Voice, ...]:
         """Directions of one frame → the voices, seen from the world."""

@@ -9,7 +9,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from core.calibration.reports import FoundFault, found_faults
+from core.calibration.reports import FoundFault
 from core.errors import BadInput, Unavailable
 from core.geometry import wrap
 from core.perception.sound.array_diagnostics import check
@@ -123,9 +123,9 @@ class RecordingTranscriber:
         beam, finding = False, self._settings.direction_finding
         if self._array is not None:
             found = directions(sound, self._array, finding)
-            told = check(sound, self._array, finding, found)
-            warnings += [one.sentence for one in told]
-            faults += [one.fault for one in told if one.fault.code in CHECKS]
+            found_faults = check(sound, self._array, finding, found)
+            warnings += [one.sentence for one in found_faults]
+            faults += [one.fault for one in found_faults if one.fault.code in CHECKS]
             beam = channel is None and self._array.dimensions >= 2 and all(one.used for one in faults)
         words = channel
         if words is None:
@@ -197,8 +197,8 @@ def in_full_scale(sound: Sound) -> tuple[Sound, list[Fault]]:
     if not BEYOND < peak <= LOUDEST:  # more is no sound, and refused
         return sound, []
     full = next(2.0 ** (bits - 1) for bits in (16, 24, 32) if peak <= 2.0 ** (bits - 1))
-    told = fault("sound.units", used=True, peak=f"{peak:.0f}", full=f"{full:.0f}")
-    return Sound(stamp=sound.stamp, rate=sound.rate, samples=sound.samples / full), [told]
+    units = fault("sound.units", used=True, peak=f"{peak:.0f}", full=f"{full:.0f}")
+    return Sound(stamp=sound.stamp, rate=sound.rate, samples=sound.samples / full), [units]
 
 
 def _direction(

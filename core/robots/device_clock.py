@@ -16,9 +16,9 @@ class DeviceClock:
     """Minimum filter of receive minus device time: what is late by the link's jitter does not count.
 
     A source that is late while another is not stays late, however long: what is driven by old readings touches what
-    it does not see. By stamps alone, a link that lags as a whole cannot be told from a clock that was held up, as a
+    it does not see. By stamps alone, a link that lags as a whole looks like a clock that was held up, as a
     simulator's is: where all sources are late for `HELD_UP_S`, over which nothing is driven by them, the clock
-    follows, unless told not to. Of several sources one whose stamps step alone is not believed.
+    follows, unless asked not to. Of several sources one whose stamps step alone is not believed.
     """
 
     def __init__(self, drift: float = MAX_DRIFT, *, follows: bool = True) -> None:

@@ -134,7 +134,7 @@ class NearField:
                 del self._untimely[name]
 
     def _way(self, frame: SensorFrame, age: float) -> Wheels | None:
-        """The wheels with the mean twist of the last `age` [s]: a robot that brakes came nearer than it now shows."""
+        """The wheels with the mean twist of the last `age` [s]: a robot that slows down came nearer."""
         then = next((one for one in self._rolled if one[0] >= frame.stamp - age), None)
         if frame.wheels is None or then is None or age <= PUNCTUAL_S or frame.stamp <= then[0]:
             return frame.wheels

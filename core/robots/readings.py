@@ -106,7 +106,7 @@ class Readings:
             self._leave_out("scan.malformed", name or "the laser", scan.malformation)
             return
         if untimely := time_fault("scan", name or "the laser", self.now(), scan.oldest, scan.newest):
-            self._find(untimely, told=False)
+            self._find(untimely, said=False)
         with self._lock:
             self._here.scans.append(replace(scan, laser=name))
 
@@ -201,16 +201,16 @@ class Readings:
         """Say why a reading is left out."""
         self._find(fault(code, sensor, what=what))
 
-    def _find(self, found: Fault, *, told: bool = True) -> None:
-        """Keep a fault; the operator is told the first time, and again now and then while it lasts.
+    def _find(self, found: Fault, *, said: bool = True) -> None:
+        """Keep a fault; the operator reads it the first time, and again now and then while it lasts.
 
-        Not `told`: the pilot tells by the frame.
+        Not `said`: the pilot says it by the frame.
         """
         with self._lock:
-            now, said = self.now(), self._found.get((found.code, found.sensor))
-            if said is None or now - said[0] >= FAULT_AGAIN_S:
+            now, last = self.now(), self._found.get((found.code, found.sensor))
+            if last is None or now - last[0] >= FAULT_AGAIN_S:
                 self._found[found.code, found.sensor] = now, found
-                self._here.faults += [found] * told
+                self._here.faults += [found] * said
 
     def _carried(self, stamp: float) -> Wheels | None:
         """The wheels as they stand by now, if they went on as they were."""

@@ -24,7 +24,7 @@ Stage = Literal["form", "time", "limits", "agreement"]
 
 
 @dataclass(frozen=True)
-class Check:
+class ReadingCheck:
     """One check of a kind of reading."""
 
     code: str  # "scan.late": the subject, then the fault; it keeps its meaning
@@ -43,41 +43,41 @@ class Fault(msgspec.Struct, frozen=True, kw_only=True):
 
 
 SCANS = (
-    Check(
+    ReadingCheck(
         "scan.malformed",
         "form",
         "number of beams, step between beams, stamp: two beams at least, finite numbers",
         "A scan of {sensor} is malformed ({what}); it is left out. Check the driver of the laser.",
     ),
-    Check(
+    ReadingCheck(
         "scan.late",
         "time",
         "the stamp of a scan's last beam with the time at which it came: 0.3 s at most",
         "Scans of {sensor} are {age} s late, so they do not steer the robot. Look for a slow link, a queue on the "
         "way or a clock that was set; stamp a scan when it is measured.",
     ),
-    Check(
+    ReadingCheck(
         "scan.future",
         "time",
         "the stamp of a scan's first beam with the time at which it came: 0.1 s ahead at most",
         "Scans of {sensor} are stamped {lead} s in the future, so they do not steer the robot. Check the clock that "
         "the driver of the laser stamps them by.",
     ),
-    Check(
+    ReadingCheck(
         "scan.units",
         "limits",
         "the ranges of a laser with what a laser can measure: from below 2 m, to 500 m at most",
         "The ranges of {sensor} are not in metres (from {nearest} to {farthest}); they are taken for {unit}. Let the "
         "driver publish metres.",
     ),
-    Check(
+    ReadingCheck(
         "scan.no_return_mark",
         "limits",
         "how many beams end within 1 % of the longest range with how many end just before that",
         "{share} % of the beams of {sensor} end at {range} m: a mark for nothing there, not a wall. They are "
         "taken for that. Set the longest range of the driver below its mark.",
     ),
-    Check(
+    ReadingCheck(
         "scan.step_zero",
         "form",
         "the step between the beams with the angles of the first and the last one",
@@ -87,20 +87,20 @@ SCANS = (
 )
 
 ODOMETRY = (
-    Check(
+    ReadingCheck(
         "odometry.malformed",
         "form",
         "position, heading, speeds and stamp of the odometry: finite numbers",
         "A reading of the odometry is malformed ({what}); it is left out. Check the driver of the base.",
     ),
-    Check(
+    ReadingCheck(
         "odometry.late",
         "time",
         "the stamp of the odometry with the time at which it came: 0.3 s at most",
         "The odometry is {age} s late, so no command is driven by it. Look for a slow link, a queue on the way or a "
         "clock that was set.",
     ),
-    Check(
+    ReadingCheck(
         "odometry.future",
         "time",
         "the stamp of the odometry with the time at which it came: 0.1 s ahead at most",
@@ -110,41 +110,41 @@ ODOMETRY = (
 )
 
 RECORDED_ODOMETRY = (
-    Check(
+    ReadingCheck(
         "odometry.no_heading",
         "form",
         "the orientation of the odometry: a quaternion of length 1",
         "The odometry of {sensor} has no heading (its quaternion is zero); {instead}. Let the base publish its "
         "orientation.",
     ),
-    Check(
+    ReadingCheck(
         "odometry.stands",
         "agreement",
         "the way of the odometry's place with the way of its own speeds",
         "The place of {sensor} never moves although its speeds do; the speeds are used. Let the base publish where "
         "it is.",
     ),
-    Check(
+    ReadingCheck(
         "odometry.too_fast",
         "limits",
         "speed by the odometry's places with that of any robot that maps rooms: 6 m/s",
         "The odometry of {sensor} moves at {speed} m/s, which no robot does: is it in centimetres or millimetres? It "
         "is not used; scans alone are.",
     ),
-    Check(
+    ReadingCheck(
         "odometry.restarted",
         "limits",
         "each step of the odometry with what the base can do in that time",
         "The odometry of {sensor} jumps {count} times (first {at} s after its start), as when a base is restarted; "
         "it goes on from where it was.",
     ),
-    Check(
+    ReadingCheck(
         "odometry.several",
         "form",
         "how many topics carry odometry",
         "Of several odometries {sensor} is used; {others} is not. Set log.odometry_topic to change that.",
     ),
-    Check(
+    ReadingCheck(
         "odometry.unknown",
         "form",
         "frames that move with the usual names of odometry and robot",
@@ -154,49 +154,49 @@ RECORDED_ODOMETRY = (
 )
 
 CLOCKS = (
-    Check(
+    ReadingCheck(
         "clock.set",
         "time",
         "steps of a device's stamps with the time that passed meanwhile for the recorder",
         "The clock of {sensor} was set by {jump} s while it recorded; its readings go on as they were recorded. Let "
         "clocks be set (NTP) before a recording begins.",
     ),
-    Check(
+    ReadingCheck(
         "clock.recorder_set",
         "time",
         "steps of the recorder's time in the order of the file: 1 s back, 10 minutes ahead at most",
         "The recorder's clock was set by {jump} s in the middle; what follows is taken to come at once after what "
         "was before. Let clocks be set (NTP) before a recording begins.",
     ),
-    Check(
+    ReadingCheck(
         "clock.differs",
         "time",
         "stamps of two devices with the times at which they were recorded: 1 s at most",
         "The stamps of {sensor} are {difference} those of {other}: two clocks. They are put on one by the times at "
         "which both were recorded, which is less exact. Synchronize the clocks (chrony, NTP).",
     ),
-    Check(
+    ReadingCheck(
         "clock.apart",
         "time",
         "the time of the scans with the time of the odometry",
         "The scans and the odometry are of different times by their stamps ({scans} s and {odometry} s), and nothing "
         "in the file says how their clocks differ; the odometry is not used. Synchronize the clocks.",
     ),
-    Check(
+    ReadingCheck(
         "clock.none",
         "time",
         "stamps of readings with each other",
         "The readings of {sensor} carry no times: they are taken in the order of the file, {rate} a second. "
         "Durations and speeds mean nothing.",
     ),
-    Check(
+    ReadingCheck(
         "clock.rounded",
         "time",
         "stamps of readings with each other: one in ten may repeat",
         "{share} % of the stamps of {sensor} repeat the one before (rounded, or without a value): the readings are "
         "spread evenly, in the order of the file.",
     ),
-    Check(
+    ReadingCheck(
         "clock.few_left",
         "time",
         "how many scans have a time of their own",
@@ -205,21 +205,21 @@ CLOCKS = (
 )
 
 ROBOTS = (
-    Check(
+    ReadingCheck(
         "robots.several",
         "form",
         "the names before the topics and frames of odometry",
         "There are several robots here ({robots}); only what belongs to {sensor} is used. Set log.scan_topic to "
         "choose another one.",
     ),
-    Check(
+    ReadingCheck(
         "robots.other_odometry",
         "form",
         "the robot of the odometry with the robot of the laser",
         "Only another robot than that of {sensor} has odometry here ({robots}), so none is used; scans alone are. "
         "Set log.odometry_topic if they are one robot.",
     ),
-    Check(
+    ReadingCheck(
         "battery.malformed",
         "form",
         "the charge of the battery: a share from 0 to 1",
@@ -228,14 +228,14 @@ ROBOTS = (
 )
 
 MOUNTINGS = (
-    Check(
+    ReadingCheck(
         "mount.unknown",
         "form",
         "the frame of the scans with the transforms of the log",
         "The log does not say how {sensor} is mounted on the robot; it is taken to stand at the robot's origin and "
         "to look ahead. Set log.mounting_x, mounting_y and mounting_heading to change that.",
     ),
-    Check(
+    ReadingCheck(
         "mount.not_level",
         "limits",
         "the plane of the laser with the floor's: 20° at most",
@@ -245,50 +245,50 @@ MOUNTINGS = (
     ),
 )
 
-AGREEMENT: tuple[Check, ...] = ()
+AGREEMENT: tuple[ReadingCheck, ...] = ()
 
 PICTURES = (
-    Check(
+    ReadingCheck(
         "picture.malformed",
         "form",
         "shape, kind of numbers and stamp of a picture: height x width x 3 bytes, a finite stamp",
         "A picture of {sensor} is malformed ({what}); it is left out. Check the driver of the camera.",
     ),
-    Check(
+    ReadingCheck(
         "picture.late",
         "time",
         "the stamp of a picture with the time at which it came: 0.3 s at most",
         "Pictures of {sensor} are {age} s late, so nobody is followed by them. Look for a slow link, a queue on the "
         "way or a clock that was set.",
     ),
-    Check(
+    ReadingCheck(
         "picture.future",
         "time",
         "the stamp of a picture with the time at which it came: 0.1 s ahead at most",
         "Pictures of {sensor} are stamped {lead} s in the future, so nobody is followed by them. Check the clock "
         "that the driver of the camera stamps them by.",
     ),
-    Check(
+    ReadingCheck(
         "camera.two_settings",
         "agreement",
         "one camera for all pictures with two cameras, each for a part of them",
         "The pictures are of two camera settings: {others} fit one ({camera}), {odd} another "
         "({odd_camera}); likely {cause}. Calibrate each setting by itself.",
     ),
-    Check(
+    ReadingCheck(
         "camera.odd_part",
         "agreement",
         "one camera for all pictures with another one for a few of them",
         "{odd} fit another camera setting ({odd_camera}) than {others} ({camera}) and are left out; likely {cause}.",
     ),
-    Check(
+    ReadingCheck(
         "camera.focal_undecided",
         "agreement",
         "focal lengths that fit the pictures about as well as the best",
         "The pictures do not decide the focal length: anything between {low} and {high} px fits them about "
         "as well. Tilt the board by 20 to 50 degrees, to several sides.",
     ),
-    Check(
+    ReadingCheck(
         "board.unequal_squares",
         "agreement",
         "height of the squares with their width, from all pictures",
@@ -296,28 +296,28 @@ PICTURES = (
         "is as entered. The camera was solved with that; measure both sides with a ruler and print the "
         "board at one scale.",
     ),
-    Check(
+    ReadingCheck(
         "board.other_count",
         "form",
         "inner corners of the board in a picture with those entered",
         "I see a board with {seen} inner corners, not {entered}: you may have counted {what}. This looks "
         "like {seen}, use it. Count the points where four squares meet.",
     ),
-    Check(
+    ReadingCheck(
         "board.use_other",
         "form",
         "inner corners of the board in most pictures with those entered",
         "This looks like a {seen} board, not {entered}, in {count} of {all} pictures: use {seen}. You may have "
         "counted {what}; count the points where four squares meet.",
     ),
-    Check(
+    ReadingCheck(
         "board.inverted",
         "form",
         "a board in the picture with one in its negative",
         "I see the board only in the negative of the picture: its squares are light on dark. Print dark "
         "squares on white, with a white rim around them.",
     ),
-    Check(
+    ReadingCheck(
         "board.separate_squares",
         "form",
         "squares that stand apart with squares that touch at their corners",
@@ -327,63 +327,63 @@ PICTURES = (
 )
 
 SOUND = (
-    Check(
+    ReadingCheck(
         "sound.malformed",
         "form",
         "shape, kind of numbers and stamp of a piece of sound: samples x channels, a finite stamp",
         "A piece of sound is malformed ({what}); it is left out. Check the driver of the microphones.",
     ),
-    Check(
+    ReadingCheck(
         "sound.late",
         "time",
         "the end of a piece of sound with the time at which it came: 0.3 s at most",
         "The sound is {age} s late, so the robot does not turn to it. Look for a slow link, a queue on the way or a "
         "clock that was set.",
     ),
-    Check(
+    ReadingCheck(
         "sound.future",
         "time",
         "the end of a piece of sound with the time at which it came: 0.1 s ahead at most",
         "The sound is stamped {lead} s in the future, so the robot does not turn to it. Check the clock that the "
         "driver of the microphones stamps it by.",
     ),
-    Check(
+    ReadingCheck(
         "array.dead",
         "form",
         "level of a channel with that of no sound at all",
         "Channel {channels} is dead: it holds no sound. Is the microphone connected, the channel right?",
     ),
-    Check(
+    ReadingCheck(
         "array.faint",
         "form",
         "level of a channel with the others'",
         "Channel {channels} is {times} times fainter than the others; is its microphone covered?",
     ),
-    Check(
+    ReadingCheck(
         "array.clipped",
         "limits",
         "samples at a channel's limit, in runs",
         "Channel {channels} is clipped: {share} % at its limit. Lower the gain.",
     ),
-    Check(
+    ReadingCheck(
         "array.identical",
         "agreement",
         "channels with each other at the same moment",
         "Channels {channels} are identical: one microphone is recorded more than once.",
     ),
-    Check(
+    ReadingCheck(
         "array.line",
         "form",
         "places of the microphones: not all in a line",
         "All microphones lie in a line; a direction needs at least three that do not.",
     ),
-    Check(
+    ReadingCheck(
         "array.inverted",
         "agreement",
         "the sign of a channel with the others'",
         "Channel {channels} has its wires crossed: it swings against all others.",
     ),
-    Check(
+    ReadingCheck(
         "array.foreign",
         "agreement",
         "what a channel shares with the others within the time that sound takes between them",
@@ -391,7 +391,7 @@ SOUND = (
         "another device's clock. Directions are not sure; name the microphones' own channels in the array "
         "profile.",
     ),
-    Check(
+    ReadingCheck(
         "array.processed",
         "agreement",
         "the times and the noise of a channel with those of a sum of all microphones",
@@ -399,35 +399,35 @@ SOUND = (
         "the microphones' own channels in the array profile (a ReSpeaker's six-channel sound has them in channels"
         " 2 to 5).",
     ),
-    Check(
+    ReadingCheck(
         "array.swapped",
         "agreement",
         "the times of all microphones with a plane wave, in the profile's order and with two exchanged",
         "Channels {channels} seem to be exchanged{also}: no direction fits this order, so directions are not "
         "sure. Find the order with two utterances from known directions.",
     ),
-    Check(
+    ReadingCheck(
         "array.late",
         "agreement",
         "the times of all microphones with a plane wave, and with one or two that are late",
         "Sound comes {late} ms late on channel {channels}{also}, as it seems: directions are not sure. Record all "
         "channels with one clock and one driver.",
     ),
-    Check(
+    ReadingCheck(
         "array.scale",
         "limits",
         "the times of all microphones with the array's size",
         "Every voice seems to come from nearly straight above; are positions_m of the array profile in metres? "
         "Voices at the robot's side would fit an array {times} times smaller.",
     ),
-    Check(
+    ReadingCheck(
         "array.misfit",
         "agreement",
         "the times of all microphones with a plane wave",
         "The microphones contradict each other: no direction explains their times, so directions are not sure. "
         "Likely some channels are late or in another order, or the profile is another board's.",
     ),
-    Check(
+    ReadingCheck(
         "sound.units",
         "form",
         "the loudest sample of a file with full scale: 8 times at most",
@@ -437,49 +437,49 @@ SOUND = (
 )
 
 FILES = (
-    Check(
+    ReadingCheck(
         "camera.other_model",
         "form",
         "the model that a camera file names with plumb_bob",
         "The file is for the camera model '{model}', whose numbers mean something else; Beckon reads "
         "plumb_bob (k1 k2 p1 p2 k3). Calibrate the camera with Beckon, or export it as plumb_bob.",
     ),
-    Check(
+    ReadingCheck(
         "camera.unnamed_model",
         "form",
         "four distortion numbers with the models that have four: plumb_bob and fisheye",
         "The file holds four distortion numbers and does not name their model: plumb_bob (k1 k2 p1 p2) and "
         "fisheye (k1 k2 k3 k4) both have four. Write distortion_model: plumb_bob if that is what they are.",
     ),
-    Check(
+    ReadingCheck(
         "camera.rational",
         "form",
         "distortion numbers from the sixth on with zero",
         "The file holds distortion beyond k1 k2 p1 p2 k3 (the rational model's k4 k5 k6 or more), which "
         "Beckon does not read. Calibrate the camera with Beckon, or export it as plumb_bob.",
     ),
-    Check(
+    ReadingCheck(
         "camera.binned",
         "limits",
         "principal point with the picture's middle",
         "The camera matrix is for pictures about {times} times smaller than {width}x{height}, the size in "
         "the file: binned or scaled. Write the size of the pictures that the matrix is for.",
     ),
-    Check(
+    ReadingCheck(
         "laser.degrees",
         "form",
         "span of a scan's angles with a full turn",
         "{sensor}: the angles run from {first} to {last}, more than a full turn in radians: they are degrees, "
         "or counted twice. Convert them, or name the column angle_deg.",
     ),
-    Check(
+    ReadingCheck(
         "laser.other_form",
         "agreement",
         "camera's boards with the scans, as they are and in other units and senses",
         "The scans do not show the boards that the camera sees: {seen} of {count} poses fit, but {fits} if "
-        "{what}. Check unit and angles of the scans: metres, radians, counter-clockwise, 0 ahead.",
+        "{what}. ReadingCheck unit and angles of the scans: metres, radians, counter-clockwise, 0 ahead.",
     ),
-    Check(
+    ReadingCheck(
         "laser.other_pairing",
         "agreement",
         "camera's boards with the scans of the same and of other pictures",
@@ -488,7 +488,7 @@ FILES = (
     ),
 )
 
-CHECKS: dict[str, Check] = {
+CHECKS: dict[str, ReadingCheck] = {
     check.code: check
     for table in (SCANS, ODOMETRY, RECORDED_ODOMETRY, CLOCKS, ROBOTS, MOUNTINGS, AGREEMENT, PICTURES, SOUND, FILES)
     for check in table

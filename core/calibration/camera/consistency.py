@@ -37,7 +37,7 @@ TWO_SDS = 2.0  # root of the rise of the squared errors, in units of the noise
 
 
 @message
-class Part:
+class PictureGroup:
     """Views that another camera explains far better than the one of the others."""
 
     views: Array  # (K,) numbers
@@ -74,7 +74,7 @@ class _Split(NamedTuple):
     cause: str
 
 
-def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int]) -> Part | None:
+def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int]) -> PictureGroup | None:
     """Find the smaller part of the views, if two cameras explain all of them much better than one does.
 
     `corners`: of every view, those of views that were left out too. Views that no camera explains are passed over.
@@ -93,7 +93,7 @@ def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int])
     return None
 
 
-def _significant(some: Corners, split: _Split, solution: BundleSolution, open_views: Array) -> Part | None:
+def _significant(some: Corners, split: _Split, solution: BundleSolution, open_views: Array) -> PictureGroup | None:
     """The part, if two cameras explain much more than noise would give them."""
     pooled = bundle_adjustment.refine(
         some, BundleSolution(split.solutions[0].camera, split.solutions[0].poses), PAPER
@@ -102,7 +102,7 @@ def _significant(some: Corners, split: _Split, solution: BundleSolution, open_vi
     after = float(np.choose(split.labels, split.costs).sum())
     if not _explains(some, before, after):
         return None
-    return Part(
+    return PictureGroup(
         views=open_views[split.labels == 1],
         camera=split.solutions[1].camera,
         rest=split.solutions[0].camera,

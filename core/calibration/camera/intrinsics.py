@@ -12,7 +12,7 @@ from core.calibration import homography
 from core.calibration.board.board import Board
 from core.calibration.camera import bundle_adjustment, consistency, influence
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
-from core.calibration.camera.consistency import Aspect, Part
+from core.calibration.camera.consistency import Aspect, PictureGroup
 from core.calibration.camera.influence import Figures
 from core.calibration.camera.suspects import accuse, odd_line
 from core.calibration.projection import PAPER, PARAMETERS, Poses, model_of
@@ -162,7 +162,7 @@ class _Found(NamedTuple):
     solution: BundleSolution
     focal_known: bool
     aspect: Aspect | None = None
-    part: Part | None = None
+    part: PictureGroup | None = None
 
 
 def _consistently(everything: Corners, size: tuple[int, int], settings: IntrinsicsSettings) -> _Found:
@@ -181,7 +181,7 @@ def _consistently(everything: Corners, size: tuple[int, int], settings: Intrinsi
     return _Found(everything, *_solve_robustly(everything, size, settings, others), part=part)
 
 
-def _part_of(found: _Found, size: tuple[int, int]) -> Part | None:
+def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | None:
     """The views that another camera explains, those among them that were left out."""
     used = found.corners.used
     return consistency.find_part(
@@ -240,7 +240,7 @@ def _camera_words(camera: Array) -> str:
 
 
 def _with_odd_part(
-    verdicts: tuple[ViewVerdict, ...], part: Part | None, faults: tuple[Fault, ...]
+    verdicts: tuple[ViewVerdict, ...], part: PictureGroup | None, faults: tuple[Fault, ...]
 ) -> tuple[ViewVerdict, ...]:
     """The verdicts, with the cause for the views that another camera explains."""
     if part is None or not any(each.code == "camera.odd_part" for each in faults):

@@ -34,7 +34,7 @@ FAINT = 0.05  # of the others' level
 IDENTICAL = 0.99999  # correlation at lag 0
 CLIPPED_SHARE = 1e-4  # of the samples in runs at the channel's limit
 COMMON = 0.25  # mean coherence of the noise of a processed channel with each other one, at least
-FEWEST_BINS = 8  # of the spectrum, from which that is told
+FEWEST_BINS = 8  # of the spectrum, from which that is known
 VALLEY = 0.3  # of all that two channels share, from which they swing against each other
 ABOVE = 0.4  # cosine of the elevation below which a voice is nearly straight above
 CONTRADICTED = 1 / 3  # of all utterances, from which the array is at fault
@@ -78,8 +78,8 @@ def check(
     if not together:
         if found is None:
             found = directions(sound, array, settings) if utterances(sound, array, settings) else ()
-        told = contradiction(found, array, settings)
-        together = _scale(found, array) if told is None else [told]
+        contradicted = contradiction(found, array, settings)
+        together = _scale(found, array) if contradicted is None else [contradicted]
     return (*faults, *together)
 
 

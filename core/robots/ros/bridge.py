@@ -43,7 +43,7 @@ ZEROS = 5  # messages that say zero, then silence: someone else may drive
 ZERO_PERIOD = 0.02  # [s] between them
 LOCK_PERIOD = 0.1  # [s] of the lock's heartbeat
 
-SAME_CLOCK = 10.0  # [s] by which stamps of one clock differ at most: by more, no lag is told from another clock
+SAME_CLOCK = 10.0  # [s] by which stamps of one clock differ at most; a longer lag looks like another clock
 MOST_CLOCKS = 8
 AUDIO_RATE = 16_000  # [Hz] of audio that does not say it
 SOUND_GAP = 0.1  # [s] by which a block of sound may come early or late and still follow the one before
