@@ -61,5 +61,6 @@ def _pattern(text: str) -> re.Pattern[str]:
     literal, *rest = HOLE.split(text)
     parts = [re.escape(literal)]
     for name, then in zip(rest[::2], rest[1::2], strict=True):
-        parts.append(f"(?P<{name}>.+?){re.escape(then)}")
+        hole = f"(?P={name})" if any(f"(?P<{name}>" in part for part in parts) else f"(?P<{name}>.+?)"
+        parts.append(hole + re.escape(then))
     return re.compile("".join(parts), re.DOTALL)

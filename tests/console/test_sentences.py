@@ -13,7 +13,7 @@ import pytest
 
 from console.control.lease import OTHER_DRIVES
 from console.http.problems import Problem, problem_of, refused
-from console.sentences import KEY, code_of, static_folder
+from console.sentences import KEY, _pattern, code_of, static_folder
 from core.errors import Refused
 
 ROOT = Path(__file__).parents[2]
@@ -112,6 +112,14 @@ def modules(*parts: str) -> list[Path]:
 def catalogue() -> dict[str, str]:
     texts: dict[str, str] = json.loads((static_folder() / "i18n" / "en.json").read_text())
     return {key: text for key, text in texts.items() if key.startswith(KEY)}
+
+
+def test_a_value_that_stands_twice_in_a_sentence_is_the_same_twice() -> None:
+    sentence = "I see {0} corners, not {1}: this looks like {0}, use it."
+    pattern = _pattern("I see {seen} corners, not {entered}: this looks like {seen}, use it.")
+    found = pattern.fullmatch(sentence.format("10x10", "9x6"))
+    assert found is not None and found.groupdict() == {"seen": "10x10", "entered": "9x6"}
+    assert pattern.fullmatch("I see 10x10 corners, not 9x6: this looks like 8x8, use it.") is None
 
 
 def test_every_sentence_that_operators_commonly_see_has_a_code(catalogue: dict[str, str]) -> None:
