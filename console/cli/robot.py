@@ -49,7 +49,18 @@ def run_check(chosen: argparse.Namespace) -> int:
             for one in report.checks
         ]
         skipped = [one._asdict() for one in report.not_checked]
-        write_json({"robot": chosen.robot, "passed": report.passed, "checks": checks, "not_checked": skipped})
+        write_json(
+            {
+                "robot": chosen.robot,
+                "passed": report.passed,
+                "checks": checks,
+                "not_checked": skipped,
+                "remarks": list(report.remarks),
+                "faults": [
+                    {"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in report.faults
+                ],
+            }
+        )
         return 0 if report.passed else 1
     width = 2 + max(len(one.name) for one in (*report.checks, *report.not_checked))
     for one in report.checks:
@@ -59,6 +70,10 @@ def run_check(chosen: argparse.Namespace) -> int:
             write(f"{'':{width}}→ {one.advice}")
     for skipped in report.not_checked:
         write(f"{skipped.name:{width}}not checked  {skipped.reason}")
+    for remark in report.remarks:
+        write(f"remark: {remark}")
+    for fault in report.faults:
+        write(f"fault {fault.code}: {fault.sentence}")
     failed, asked_for = sum(not one.passed for one in report.checks), len(report.checks)
     left_out = f" {len(report.not_checked)} were not made." if report.not_checked else ""
     write(f"{failed} of {asked_for} checks failed." if failed else f"All {asked_for} checks passed.{left_out}")

@@ -12,7 +12,7 @@ from core.snapshot import SensorKind, SensorState, SensorStatus
 STALE, LOST = 3.0, 6.0  # periods without a reading …
 STALE_AT_LEAST, LOST_AT_LEAST = 0.25, 0.5  # [s] … and no sooner than this
 STEERING_PERIODS = 1.5  # of slow odometry, over which it is carried on before nothing is steered by it
-ANY_FRAME = 10.0  # [Hz] at which sound has to come, though it comes with every frame, and wheels of unknown rate
+ANY_FRAME = 10.0  # [Hz] at which sound has to come, though it comes with every frame, and what has no known rate
 
 
 class SensorWatch:
@@ -23,8 +23,8 @@ class SensorWatch:
         if profile.drives:
             if profile.odometry:
                 self._rates["wheels", ""] = ANY_FRAME
-            self._rates |= {("laser", laser.name): laser.rate for laser in profile.lasers}
-            self._rates |= {("camera", camera.name): camera.rate for camera in profile.cameras}
+            self._rates |= {("laser", laser.name): laser.rate or ANY_FRAME for laser in profile.lasers}
+            self._rates |= {("camera", camera.name): camera.rate or ANY_FRAME for camera in profile.cameras}
             if not profile.simulated:  # whose ears may be closed on purpose
                 self._rates |= {("microphones", array.name): ANY_FRAME for array in profile.arrays[:1]}
         self._newest = dict.fromkeys(self._rates, start)

@@ -22,12 +22,13 @@ from core.message import message
 from core.perception.sound.array_diagnostics import check
 from core.robots import Profile
 from core.robots.connect import connect
+from core.robots.connection import ReadConnection
 from core.robots.driver_session import DriverSession
 from core.robots.frame_sender import resting_rate
 from core.robots.process import TIMEOUT
 from core.robots.requests import SetListening
 from core.sensors import SensorFrame
-from core.sensors.checks import MAX_AGE_S
+from core.sensors.checks import MAX_AGE_S, Fault, distinct
 from core.sensors.microphones import MicrophoneArray, Sound, joined
 
 SPEED, DRIVING = 0.02, 1.0  # [m/s], [s]: what the robot is asked to do
@@ -36,6 +37,7 @@ SENSOR_START = 10.0  # [s] in which every sensor has to deliver for the first ti
 MEASURING = 3.0  # [s] at least
 READINGS = 12  # of the slowest sensor that are waited for
 LONGEST = 12.0  # [s] of measuring
+UNKNOWN_RATE_HZ = 4.0  # of a sensor whose rate is not told: how long it is measured
 SLOWER, FASTER = 0.8, 1.25  # times the rate of the profile that a sensor may have
 FRAME_SHARE = 0.8  # of the frames that must come
 FUTURE = 0.010  # [s] by which a stamp may lead
@@ -69,6 +71,8 @@ class ConformanceReport:
 
     checks: tuple[ConformanceCheck, ...]
     not_checked: tuple[SkippedCheck, ...] = ()
+    remarks: tuple[str, ...] = ()  # sentences of the devices: ambiguities, and what is missing
+    faults: tuple[Fault, ...] = ()  # what the checks of the readings found
 
     @property
     def passed(self) -> bool:
@@ -87,7 +91,7 @@ class SensorSeries(NamedTuple):
     """Readings of one sensor while it was watched."""
 
     name: str
-    rate: float  # [Hz] of the profile
+    rate: float | None  # [Hz] of the profile; None: the robot does not say it
     entry: str  # of robot.toml that describes it
     stamps: list[float]  # [s] of its readings
     ages: list[float]  # [s] of its readings in the frames that carried them
@@ -126,10 +130,17 @@ def check_robot(
         suite.check_streams()
         suite.check_driving(allowed=drive)
         suite.check_reconnecting(interruption, drive=drive)
+        asks = ReadConnection in robot.requests
+        found = [part.findings for part in robot.ask(ReadConnection()).parts] if asks else []
     finally:
         suite.session.close()
     suite.check_holdings(before, lambda: connect(url).close())
-    return ConformanceReport(checks=tuple(suite.checks), not_checked=tuple(suite.not_checked))
+    return ConformanceReport(
+        checks=tuple(suite.checks),
+        not_checked=tuple(suite.not_checked),
+        remarks=tuple(dict.fromkeys(remark for one in found for remark in one.remarks)),
+        faults=distinct([fault for one in found for fault in one.faults]),
+    )
 
 
 class Suite:
@@ -163,7 +174,7 @@ class Suite:
 
         self._say(f"waiting for {', '.join(missing) or 'the first frame'}")
         self.session.frames(SENSOR_START, until=all_there)
-        slowest = min((one.rate for one in series_of([], profile)), default=profile.rate)
+        slowest = min((one.rate or UNKNOWN_RATE_HZ for one in series_of([], profile)), default=profile.rate)
         seconds = min(max(MEASURING, READINGS / slowest), LONGEST)
         self._say(f"measuring for {seconds:.0f} s")
         read, rate = self._measure(seconds)
@@ -192,8 +203,8 @@ class Suite:
         return read, len(read) / (time.monotonic() - began)
 
     def _check_series(self, one: SensorSeries) -> None:
-        expected = min(one.rate, self.session.profile.rate)
-        fits = SLOWER * expected <= one.measured <= FASTER * expected
+        expected = min(one.rate or one.measured, self.session.profile.rate)
+        fits = SLOWER * expected <= one.measured <= FASTER * expected and one.measured > 0
         nothing = f"Nothing came within {SENSOR_START:g} s; is it switched on and connected?"
         other = (
             f"The profile says {expected:g} Hz; write rate = {one.measured:.3g} under [{one.entry}] of robot.toml."

@@ -47,7 +47,7 @@ class FoundLaser(msgspec.Struct, frozen=True, kw_only=True):
     mounting: Origin
     beams: int
     range_max_m: float
-    rate_hz: float
+    rate_hz: float | None  # None: the robot does not say it
     time_offset_s: float  # that is configured
 
 
@@ -64,7 +64,7 @@ class FoundCamera(msgspec.Struct, frozen=True, kw_only=True):
     mounting: Origin
     width: int
     height: int
-    rate_hz: float
+    rate_hz: float | None  # None: the robot does not say it
 
 
 class FoundMicrophones(msgspec.Struct, frozen=True, kw_only=True):
@@ -187,7 +187,7 @@ def _laser(laser: Laser, origin: Origin) -> FoundLaser:
         mounting=origin,
         beams=laser.beams,
         range_max_m=laser.range_max,
-        rate_hz=round(laser.rate, 2),
+        rate_hz=None if laser.rate is None else round(laser.rate, 2),
         time_offset_s=laser.time_offset,
     )
 
@@ -206,7 +206,7 @@ def _camera(camera: Camera, origin: Origin) -> FoundCamera:
         mounting=origin,
         width=camera.model.width,
         height=camera.model.height,
-        rate_hz=round(camera.rate, 2),
+        rate_hz=None if camera.rate is None else round(camera.rate, 2),
     )
 
 

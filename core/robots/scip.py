@@ -233,7 +233,7 @@ class ScipLaser(Device):
         clock = self._clock = SensorTime(self._ask_time(readings), late)
         command = f"MD{parameters.first:04}{parameters.last:04}{self._cluster:02}{self._skip}00".encode()
         self._write(command + b"\n")
-        patience = max(LOST_AFTER, 16 / laser.rate)
+        patience = max(LOST_AFTER, 16 * (self._skip + 1) * 60 / parameters.rpm)
         good = time.monotonic()
         while time.monotonic() - good < patience:
             for lines in self._replies(readings, patience / 8):

@@ -19,7 +19,7 @@ class Camera:
     name: str = "camera"
     model: CameraModel = TABLE_3
     mounting: Transform = Transform(rotation=OPTICAL, translation=np.array([0.04, 0.0, 0.16]))  # robot_from_camera
-    rate: float = 10.0  # [Hz]
+    rate: float | None = 10.0  # [Hz]; None: not known
 
 
 @message

@@ -27,7 +27,7 @@ class Laser:
     angle_step: float = 2 * np.pi / 1024  # [rad]
     range_min: float = 0.02  # [m]
     range_max: float = 5.6  # [m]
-    rate: float = 10.0  # [Hz]
+    rate: float | None = 10.0  # [Hz]; None: not known
     time_step: float = 0.1 / 1024  # [s] between neighbouring beams
     time_offset: float = 0.0  # [s] to add to the scans' stamps, to be on the odometry's clock
 

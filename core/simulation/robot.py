@@ -231,6 +231,7 @@ class SimulatedRobot:
     def _scan(self, stamp: float) -> Scan | None:
         """The newest scan whose last beam has come back, if it was not delivered yet."""
         laser = self._laser.laser
+        assert laser.rate is not None
         done = math.floor((stamp - self._laser.duration) * laser.rate + 1e-9) + 1
         if done <= self._scans:
             return None
@@ -242,7 +243,9 @@ class SimulatedRobot:
         """Render the picture that is due. It waits where a scan comes with the frame, to spread the load."""
         if self._camera is None:
             return None
-        due = math.floor(stamp * self._camera.camera.rate - 0.25 + 1e-9) + 1
+        rate = self._camera.camera.rate
+        assert rate is not None
+        due = math.floor(stamp * rate - 0.25 + 1e-9) + 1
         if due <= self._images:
             return None
         self._images = due

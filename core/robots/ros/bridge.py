@@ -48,7 +48,6 @@ MOST_CLOCKS = 8
 AUDIO_RATE = 16_000  # [Hz] of audio that does not say it
 SOUND_GAP = 0.1  # [s] by which a block of sound may come early or late and still follow the one before
 MOST_CHANNELS = 32
-SCAN_PERIOD = 0.1  # [s] of a laser that does not say it
 
 
 class RosClocks:
@@ -379,9 +378,9 @@ class RosSensors:
         found = self._placed_at(frame)
         if found is None:
             self.notices.append(f"The robot does not say where {frame or self.topics.image} is mounted.")
-            return Camera(model=model)
+            return Camera(model=model, rate=None)
         self._placed.add(Camera.name)
-        return Camera(model=model, mounting=_optical(found, frame))
+        return Camera(model=model, mounting=_optical(found, frame), rate=None)
 
 
 def _no_goal(frame: str, goal: Pose) -> None:
@@ -402,14 +401,14 @@ def _optical(robot_from_frame: Transform, frame: str) -> Transform:
 
 def _laser_of(scan: Scan, period: float) -> Laser:
     """A scan and the time [s] between two of them → the laser, at the robot's origin."""
-    period = period if math.isfinite(period) and 0.005 < period < 2 else SCAN_PERIOD
+    is_told = math.isfinite(period) and 0.005 < period < 2
     return Laser(
         beams=len(scan.ranges),
         angle_min=scan.angle_min,
         angle_step=scan.angle_step,
         range_min=scan.range_min,
         range_max=scan.range_max,
-        rate=1 / period,
+        rate=1 / period if is_told else None,
         time_step=scan.time_step,
     )
 

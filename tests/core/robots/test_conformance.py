@@ -10,6 +10,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,7 +18,15 @@ import pytest
 
 from core.errors import BadInput
 from core.gate import ZERO, Twist
-from core.robots.conformance import ConformanceReport, Holdings, Interruption, check_robot, left_behind
+from core.robots.conformance import (
+    ConformanceReport,
+    Holdings,
+    Interruption,
+    SensorSeries,
+    Suite,
+    check_robot,
+    left_behind,
+)
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
 from core.robots.process import TIMEOUT
@@ -400,3 +409,15 @@ def test_a_recording_has_no_driver(tmp_path: Path) -> None:
     log.write_text("".join(f"FLASER 3 1.0 1.0 1.0 0 0 0 0 0 0 {t} host {t}\n" for t in (1.0, 1.1, 1.2)))
     with pytest.raises(BadInput, match="has no driver"):
         check_robot(f"log:{log}")
+
+
+@pytest.mark.parametrize(("told", "passed"), [(None, True), (20.0, True), (10.0, False)])
+def test_a_rate_that_the_robot_does_not_say_is_reported_and_never_failed(told: float | None, passed: bool) -> None:
+    """Readings come at 20 Hz."""
+    suite = Suite.__new__(Suite)
+    suite.session = SimpleNamespace(profile=SimpleNamespace(rate=40.0))  # pyright: ignore
+    suite.checks, suite.not_checked = [], []
+    stamps = [0.05 * number for number in range(20)]
+    suite._check_series(SensorSeries("laser", told, "lasers.laser", stamps, [0.0] * 20))  # pyright: ignore
+    rate = suite.checks[0]
+    assert (rate.name, rate.passed, rate.figure) == ("laser rate", passed, pytest.approx(20.0))
