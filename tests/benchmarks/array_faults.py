@@ -152,6 +152,8 @@ class FaultTrial:
 def before(found: Direction, array: MicrophoneArray) -> Direction:
     """The direction as it would be if nobody asked whether the microphones contradict it."""
     assert found.fit is not None
+    if not found.fit.excess:
+        return replace(found, fit=None)
     axes = axes_of(array)
     added = np.diag(found.fit.excess / array.axes[1][: len(axes)] ** 2)
     inflated = on_sphere(array, axes, found.towards, added) - 1e-12 * np.eye(2)
