@@ -25,6 +25,8 @@ TOWARDS = 0.06  # [rad] within which the robot looks at the voice
 BY_CHANCE = 0.2  # [rad] within which it need not turn
 SETTLED = 0.15  # [s] at rest before pictures count
 RIVAL = 0.4  # of a voice's strength, from which another one may be the caller's as well
+MIN_LOOKS = 3  # pictures that have to be judged before nobody is there
+MAX_WAITS = 5.0  # times the time of a search that they may take on a slow computer
 MOST_VOICES = 4  # that are looked at
 
 
@@ -93,7 +95,7 @@ class TurnToVoice:
             self._found.append(self._track)
             self._coordinates.add_person(person)
             self._best = max(self._best, self.call.strength)
-        elif here.stamp - self._since <= here.company.look_for + SETTLED:
+        elif self._is_looking(here):
             return Progress(remark="I look who spoke.")
         self._strangers |= self._track.strangers
         following = self._following()
@@ -101,6 +103,12 @@ class TurnToVoice:
             self._next(following, here)
             return Progress(remark="I heard a voice from elsewhere, too, and look there.")
         return self._chosen(here)
+
+    def _is_looking(self, here: ControlContext) -> bool:
+        """Return whether the search goes on: for its time, on a slow computer until enough pictures were judged."""
+        lasted = here.stamp - self._since - SETTLED
+        judged = self._track.judged >= MIN_LOOKS or not self._looked
+        return lasted <= here.company.look_for or (not judged and lasted <= MAX_WAITS * here.company.look_for)
 
     def _following(self) -> int | None:
         """The next voice that has to be looked at; None: there is none."""

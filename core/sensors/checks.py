@@ -410,7 +410,7 @@ SOUND = (
         "array.late",
         "agreement",
         "the times of all microphones with a plane wave, and with one or two that are late",
-        "Sound comes {late} ms late on channel {channels}{also}, as it seems: directions are not sure. Record all "
+        "Sound comes {late} ms late on channel {channels}, as it seems{also}: directions are not sure. Record all "
         "channels with one clock and one driver.",
     ),
     ReadingCheck(
@@ -477,7 +477,7 @@ FILES = (
         "agreement",
         "camera's boards with the scans, as they are and in other units and senses",
         "The scans do not show the boards that the camera sees: {seen} of {count} poses fit, but {fits} if "
-        "{what}. ReadingCheck unit and angles of the scans: metres, radians, counter-clockwise, 0 ahead.",
+        "{what}. Check unit and angles of the scans: metres, radians, counter-clockwise, 0 ahead.",
     ),
     ReadingCheck(
         "laser.other_pairing",

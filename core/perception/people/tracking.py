@@ -71,6 +71,7 @@ class PersonTrack:
         self.measured = -math.inf  # [s]
         self.pictured = -math.inf  # [s] when a picture showed the person
         self.looked = -math.inf  # [s] when a picture came at all
+        self.judged = 0  # pictures that were searched to their end
         self.only_legs = False  # the person is so near that the camera sees no more of them: the laser decides
         self._excused = -math.inf  # [s] when no picture could have shown enough of the person
         self._seen: TrackedPerson | None = None
@@ -123,6 +124,7 @@ class PersonTrack:
         if glance is None or found is None:
             return
         self._glance = None
+        self.judged += 1
         self.strangers |= glance.search.strangers
         for rectangle in found:
             ray = ray_of(rectangle, eye(glance.pose, camera), glance.pose)
@@ -151,6 +153,7 @@ class PersonTrack:
         answered = asked.answer()
         if answered is None:
             return
+        self.judged += 1
         for rectangle in answered.found:
             if not self._is_who(rectangle):
                 self.strangers = True
