@@ -102,7 +102,7 @@ class PilotThread:
     @property
     def alive(self) -> bool:
         """True while it has neither failed nor ended."""
-        return self._thread.is_alive()
+        return self._thread.is_alive() and not self._over.is_set()
 
     @property
     def steps(self) -> bool:
@@ -138,6 +138,7 @@ class PilotThread:
                 self._publish(snapshot, frame)
                 self.pace.note(frame.stamp, arrived, time.monotonic() - arrived)
         except Exception as fault:
+            self._over.set()
             self._setpoint_sender.stop()
             log.exception("The pilot failed")
             self._failed(type(fault).__name__)

@@ -14,7 +14,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ STAND = "follow wall"  # has no end of its own
 
 
 @contextmanager
-def busy_programs(count: int) -> Iterator[None]:
+def busy_programs(count: int) -> Generator[None]:
     """So many programs that use a processor each."""
     programs = [multiprocessing.Process(target=_busy, daemon=True) for _ in range(count)]
     for program in programs:
@@ -50,7 +50,7 @@ def _busy() -> None:
 
 
 @contextmanager
-def fresh_console() -> Iterator[Running]:
+def fresh_console() -> Generator[Running]:
     """A console as a newcomer starts it, with an empty data folder."""
     running_console.START_TIME = PATIENCE
     with tempfile.TemporaryDirectory() as folder, Running(Path(folder), people=True, precedence=False) as running:

@@ -12,6 +12,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.connection import Connection
 
+from console.control.command_freshness import CommandFreshness
 from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
 from core.commands.confirmation_delay import OBEYED_WITHIN
 from core.message import Array
@@ -24,6 +25,8 @@ PIECE = 3200  # samples: 0.2 s, so that nothing comes faster than is allowed
 
 @pytest.fixture
 def line(live: Live) -> Iterator[Connection]:
+    dispatcher, words = live.runtime.dispatcher, CommandFreshness(live.runtime.lease)
+    words.time, dispatcher.words = dispatcher.words.time, words  # what was said here began before the stops of others
     with live.open("/ws/audio") as line:
         yield line
 
