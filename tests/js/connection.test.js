@@ -30,7 +30,7 @@ const found = (...roles) => ({
   parts: [
     {
       ...{ name: "foxglove://a", up: true, drives: true, lasers: [], cameras: [], microphones: [] },
-      findings: { base_frame: "", roles, clocks: [], remarks: [] },
+      findings: { base_frame: "", roles, clocks: [], faults: [], remarks: [] },
     },
   ],
 });

@@ -16,7 +16,7 @@ import numpy as np
 from core.calibration.files import pictures
 from core.errors import BadInput
 from core.gate import ZERO, Twist
-from core.geometry import OPTICAL, Pose, Transform
+from core.geometry import OPTICAL, Pose, Transform, arc
 from core.message import Array
 from core.optics import CameraModel
 from core.recording.odometry_track import heading_of
@@ -34,7 +34,8 @@ from core.robots.ros.navigation import RosNavigation, SendGoalMessage
 from core.robots.ros.topics import COMPRESSED_IMAGE, RosSettings, RosTopics
 from core.robots.ros.typestore import RAW_AUDIO, RobotTypes
 from core.robots.urdf import Body, parse_body
-from core.sensors import Camera, Image, Laser, Scan, Sound
+from core.sensors import Camera, Fault, Image, Laser, Scan, Sound
+from core.sensors.checks import fault
 from core.sensors.microphones import load_array
 
 FAILSAFE_WORDS = "Unknown whether it stops by itself; ask the robot's maker."
@@ -45,6 +46,7 @@ LOCK_PERIOD = 0.1  # [s] of the lock's heartbeat
 
 SAME_CLOCK = 10.0  # [s] by which stamps of one clock differ at most; a longer lag looks like another clock
 MOST_CLOCKS = 8
+MAX_SPEED_HELD_S = 0.5  # over which a speed is carried on to the next one
 AUDIO_RATE = 16_000  # [Hz] of audio that does not say it
 SOUND_GAP = 0.1  # [s] by which a block of sound may come early or late and still follow the one before
 MOST_CHANNELS = 32
@@ -118,6 +120,8 @@ class RosSensors:
         self._info: Any | None = None
         self._heard: set[str] = set()  # topics of which something could be used
         self._sound_end = 0.0
+        self._rolled: tuple[float, Pose] | None = None  # by speeds, of an odometry without heading: stamp [s], place
+        self._faults: list[Fault] = []
         self._takers: dict[str, Callable[[str, Any, float], None]] = {
             topic: taker
             for topic, taker in (
@@ -168,6 +172,7 @@ class RosSensors:
             roles=roles_of(self.topics, settings, self._traffic),
             placed=tuple(sorted(self._placed)),
             clocks=self._clocks.offsets,
+            faults=tuple(self._faults),
             remarks=tuple(dict.fromkeys((*self._said, *self.notices, *(self.body.notices if self.body else ())))),
         )
 
@@ -281,14 +286,25 @@ class RosSensors:
 
     def _take_odometry(self, topic: str, content: Any, received: float) -> None:
         place, q, twist = content.pose.pose.position, content.pose.pose.orientation, content.twist.twist
-        if not 0.5 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 2.0:
-            raise BadRecord("it has no heading")
         self._base_frame = self._base_frame or content.child_frame_id.strip("/")
-        pose = Pose(float(place.x), float(place.y), float(heading_of(q.x, q.y, q.z, q.w)))
         stamp = self._clocks.stamp(topic, stamp_of(content.header), received)
+        if 0.5 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 2.0:
+            pose = Pose(float(place.x), float(place.y), float(heading_of(q.x, q.y, q.z, q.w)))
+        else:
+            pose = self._by_speeds(topic, float(twist.linear.x), float(twist.angular.z), stamp)
         self.navigation.take_odometry(content.header, pose, float(twist.linear.x), stamp)
         if self._readings is not None:
             self._readings.wheels(pose, float(twist.linear.x), float(twist.angular.z), stamp)
+
+    def _by_speeds(self, topic: str, speed: float, turn_rate: float, stamp: float) -> Pose:
+        """Return where the speeds [m/s], [rad/s] of an odometry without heading have led until `stamp` [s]."""
+        if self._rolled is None:
+            self._faults.append(fault("odometry.no_heading", topic, used=True, instead="its speeds are used"))
+            self.notices.append(self._faults[-1].sentence)
+        last, pose = self._rolled or (stamp, Pose())
+        elapsed = min(max(stamp - last, 0.0), MAX_SPEED_HELD_S)
+        self._rolled = stamp, pose @ arc(speed * elapsed, turn_rate * elapsed)
+        return self._rolled[1]
 
     def _take_image(self, topic: str, content: Any, received: float) -> None:
         """A picture; once the robot is known, decoded where someone takes it."""

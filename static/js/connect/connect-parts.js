@@ -91,7 +91,7 @@ class ConnectParts extends Panel {
 
   /** @param {Part} part @param {number} index */
   #part(part, index) {
-    const { roles, remarks, base_frame: base } = part.findings;
+    const { roles, remarks, faults, base_frame: base } = part.findings;
     const has = [
       part.drives && "base",
       ...part.lasers.map((name) => (name === "laser" ? "laser" : `laser ${name}`)),
@@ -102,7 +102,9 @@ class ConnectParts extends Panel {
       .filter(Boolean)
       .join(" · ");
     const missing = roles.map((one) => one.remark).filter(Boolean);
-    const said = [...remarks, ...missing];
+    const coded = faults.map(({ sentence, code }) => `${sentence} (${code})`);
+    const others = remarks.filter((one) => !faults.some(({ sentence }) => sentence === one));
+    const said = [...coded, ...others, ...missing];
     return make(
       "section",
       { class: "card connect-card", "aria-label": part.name },
@@ -190,6 +192,7 @@ const lasting = ({ findings, ...part }) => ({
   ...part,
   base: findings.base_frame,
   remarks: findings.remarks,
+  faults: findings.faults,
   roles: findings.roles.map(({ used, ...role }) => ({ ...role, used: used.map(({ topic }) => topic) })),
 });
 

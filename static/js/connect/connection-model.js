@@ -19,7 +19,8 @@ import { t } from "../ui/texts.js";
  * @property {string[]} lasers
  * @property {string[]} cameras
  * @property {string[]} microphones
- * @property {{base_frame: string, roles: TopicRole[], clocks: Clock[], remarks: string[]}} findings
+ * @property {{base_frame: string, roles: TopicRole[], clocks: Clock[], remarks: string[],
+ *   faults: {code: string, sensor: string, sentence: string}[]}} findings
  */
 /** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number, height_m: number, mounting: Origin, beams: number, range_max_m: number, rate_hz: number, time_offset_s: number}} FoundLaser */
 /** @typedef {{name: string, x_m: number, y_m: number, z_m: number, yaw_rad: number, pitch_rad: number, roll_rad: number, mounting: Origin, width: number, height: number, rate_hz: number}} FoundCamera */

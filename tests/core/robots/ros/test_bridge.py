@@ -378,3 +378,29 @@ def test_unread_images_are_all_bytes_a_decoder_may_see() -> None:
         kind = "sensor_msgs/msg/CompressedImage"
         wire.take("/image/compressed", bytes(wire.maker.store.serialize_cdr(message, kind)))
     assert wire.readings.frame().image is None and wire.types.errors["/image/compressed"] == 3
+
+
+def test_an_odometry_without_heading_is_followed_by_its_speeds_and_said() -> None:
+    wire = Wire()
+    wire.sensors.attach(wire.readings)
+    for step in range(20):
+        wire.clock = 100.0 + 0.1 * step
+        payload = wire.maker.odometry(Wheels(odometry=Pose(), speed=0.5, turn_rate=0.2), 0.1 * step)
+        content = wire.types.decode("/odom", TOPICS["/odom"], payload)
+        content.pose.pose.orientation.w = 0.0
+        wire.sensors.take_fields("/odom", content)
+    wheels = wire.readings.frame().wheels
+    assert wheels is not None and wheels.odometry.heading == pytest.approx(0.38, abs=0.01)
+    assert wheels.odometry.distance_to(0.0, 0.0) == pytest.approx(0.95, abs=0.02)
+    assert [one.code for one in wire.sensors.findings(RosSettings()).faults] == ["odometry.no_heading"]
+
+
+def test_a_mounting_that_comes_on_tf_and_stays_is_taken() -> None:
+    wire = Wire()
+    found = {topic: kind for topic, kind in TOPICS.items() if topic != "/tf_static"} | {"/tf": TF}
+    wire.sensors = RosSensors(wire.types, choose_topics(found.items(), RosSettings()))
+    for _ in range(3):
+        wire.take("/tf", wire.maker.frames())
+    wire.take("/scan", wire.maker.scan(wire.scan(0.0)))
+    assert wire.sensors.equipment("robot").lasers[0].height == pytest.approx(0.12)
+    assert not any("where laser is mounted" in one for one in wire.sensors.notices)
