@@ -9,7 +9,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from core.calibration.reports import FoundFault
+from core.calibration.reports import FoundFault, found_faults
 from core.errors import BadInput, Unavailable
 from core.geometry import wrap
 from core.perception.sound.array_diagnostics import check
@@ -123,9 +123,9 @@ class RecordingTranscriber:
         beam, finding = False, self._settings.direction_finding
         if self._array is not None:
             found = directions(sound, self._array, finding)
-            found_faults = check(sound, self._array, finding, found)
-            warnings += [one.sentence for one in found_faults]
-            faults += [one.fault for one in found_faults if one.fault.code in CHECKS]
+            contradictions = check(sound, self._array, finding, found)
+            warnings += [one.sentence for one in contradictions]
+            faults += [one.fault for one in contradictions if one.fault.code in CHECKS]
             beam = channel is None and self._array.dimensions >= 2 and all(one.used for one in faults)
         words = channel
         if words is None:
