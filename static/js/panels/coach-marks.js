@@ -103,7 +103,13 @@ export class CoachMarks extends Panel {
     });
     this.#shut.addEventListener("click", () => this.#end());
     this.session.on("stopped", () => this.#step === this.#hints.length - 1 && this.#go(this.#hints.length));
+    let known = this.session.historyAt > 0;
     this.session.on("history", (rows) => {
+      if (!known) {
+        known = true; // what had ended before this page was opened
+        this.#remember();
+        return;
+      }
       const ended = this.#hints[this.#step]?.ended;
       if (ended && rows.some((row) => !this.#old.has(row.id) && ended(row))) this.#go(this.#step + 1);
     });
@@ -140,11 +146,15 @@ export class CoachMarks extends Panel {
     this.#card.style.visibility = state?.pending_command || permission.may === "no" ? "hidden" : "";
   }
 
+  #remember() {
+    this.#old = new Set(this.session.history.filter(({ state }) => state !== "running").map(({ id }) => id));
+  }
+
   /** @param {number} step */
   #go(step) {
     this.#hints = fitting();
     this.#step = step;
-    this.#old = new Set(this.session.history.filter(({ state }) => state !== "running").map(({ id }) => id));
+    this.#remember();
     this.#placedFor = "";
     const hint = this.#hints[step];
     this.#point(hint);
