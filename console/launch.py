@@ -1,4 +1,4 @@
-"""What the command `beckon` starts; installed as a module of its own, so that it is found whatever is.
+"""The start of the command `beckon`; installed as a module of its own, so that it is found whatever is.
 
 Another package or folder that is called `console` or `core` may stand before Beckon's own: then one sentence says so.
 """

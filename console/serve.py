@@ -204,7 +204,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
 
         def listening() -> None:
-            with contextlib.suppress(BeckonError):  # where nothing reads words, who speaks is told so
+            with contextlib.suppress(BeckonError):  # where nothing reads words, who speaks reads so
                 chosen(settings.speech)
                 runtime.ears.warm(robot.profile.microphones)
             gc.freeze()  # objects loaded by now stay; to go through it again and again would take 70 ms each time

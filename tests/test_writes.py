@@ -16,6 +16,8 @@ OWN = {
     "console/workers/process.py": "tells the kernel, in /proc",
     "console/messages/generate_js.py": "writes a source file for developers",
     "console/reference.py": "writes pages for developers",
+    "core/models.py": "a download in a temporary folder, which is checked and copied from there",
+    "core/recording/source.py": "a recording unpacked into a temporary folder",
     "console/serve.py": "only looks whether --gate-trace can be written",
 }
 WRITES = {"write_text", "write_bytes", "save", "savez", "savez_compressed", "savetxt", "imwrite", "tofile"}

@@ -62,7 +62,7 @@ class TypedRoute(APIRoute):
 
 
 def first_sentence(endpoint: Endpoint) -> str:
-    """What an endpoint does, as its first sentence has it, without the full stop."""
+    """Say what an endpoint does: its first sentence without the full stop."""
     words = " ".join((inspect.getdoc(endpoint) or endpoint.__name__).split())
     return words.partition(". ")[0].removesuffix(".")
 

@@ -80,7 +80,7 @@ STOP_PHRASES = (
     "wait a second",
     "whoa",
 )
-"""What stops the robot as a whole utterance, typed or spoken: one of these, several, or one again and again. In other
+"""Utterances that stop the robot as a whole, typed or spoken: one of these, several, or one again and again. In other
 sentences people say these words of something else; there only the word stop stops.
 """
 AROUND_STOP = ("hey", "now", "ok", "okay", "oh", "please", "robot", "uh", "um")

@@ -26,7 +26,7 @@ RESTED = 20  # … until another one comes, or it has stood for so many: the gat
 
 
 class NearScan(NamedTuple):
-    """What the guard needs of a scan."""
+    """The part of a scan that the guard needs."""
 
     points: list[tuple[float, float]]  # (x, y) [m], robot frame
     field: float  # [rad] to either side of the front in which they are known

@@ -32,7 +32,7 @@ class Image:
 
     @property
     def malformation(self) -> str:
-        """What is wrong with the form of this picture, in words; "" where nothing is."""
+        """Describe what is wrong with the form of this picture; "" where nothing is."""
         if not is_array(self.pixels, 3, "u") or self.pixels.itemsize != 1:
             return "its pixels are no rows of bytes in three colours"
         if self.pixels.shape[2] != 3 or not 0 < self.pixels.size <= 3 * MAX_PIXELS:

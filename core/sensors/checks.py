@@ -34,7 +34,7 @@ class ReadingCheck:
 
 
 class Fault(msgspec.Struct, frozen=True, kw_only=True):
-    """What a check found."""
+    """The finding of a check."""
 
     code: str
     sentence: str

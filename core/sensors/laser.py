@@ -72,7 +72,7 @@ class Scan:
 
     @property
     def malformation(self) -> str:
-        """What is wrong with the form of this scan, in words; "" where nothing is.
+        """Describe what is wrong with the form of this scan; "" where nothing is.
 
         Whatever a driver put into the fields is answered, not raised.
         """
@@ -90,7 +90,7 @@ class Scan:
 
 
 def beams_malformation(beams: int, angle_min: float, angle_step: float) -> str:
-    """What is wrong with the number of beams of a scan or their angles [rad], in words; "" where nothing is."""
+    """Describe what is wrong with the number of beams of a scan or their angles [rad]; "" where nothing is."""
     if not MIN_BEAMS <= beams <= MAX_BEAMS:
         return "it has no beams" if beams == 0 else f"it has {beams} beam{'s' * (beams > 1)}"
     if not are_finite(angle_min, angle_step) or angle_step == 0:

@@ -44,7 +44,7 @@ class Sound:
 
     @property
     def malformation(self) -> str:
-        """What is wrong with the form of this sound, in words, beyond what no sound can be made of; "": nothing."""
+        """Describe what is wrong with the form of this sound, beyond what no sound can be made of; "": nothing."""
         if self.samples.dtype.kind not in "fiu":
             return "its samples are no numbers"
         if not are_finite(self.stamp, self.rate) or self.rate > MAX_RATE_HZ:

@@ -43,8 +43,8 @@ MUTANTS = (
     Mutant(
         "driver: gate gone",
         DRIVER,
-        "            self._has_gate = False\n            self._drive(ZERO, time.monotonic())",
-        "            self._has_gate = False",
+        "            self._has_gate, self._until = False, math.inf\n            self._drive(ZERO, time.monotonic())",
+        "            self._has_gate, self._until = False, math.inf",
     ),
     Mutant(
         "driver: other gate",
@@ -65,13 +65,13 @@ MUTANTS = (
     Mutant(
         "driver: frozen laser",
         NEARNESS,
-        "if not self._freshness[laser.name].shows(scan, moving=moving):",
-        "if False:",
+        "if not timely or not self._freshness[laser.name].shows(scan, moving=moving):",
+        "if not timely:",
     ),
     Mutant("gate: deadman", DEADMAN, "if now >= arrived + self._limits.deadman:", "if False:"),
     Mutant("gate: heartbeat", DEADMAN, "CONSOLE_SILENT if self.console_silent(now) else", '"" if now else'),
-    Mutant("gate: late", GATE, "not 0.0 <= now - self._ticked <= LATE", "False"),
-    Mutant("gate: blind", GATE, "if now - self._last_sign > BLIND and", "if False and"),
+    Mutant("gate: late", GATE, "if self._ticked is not None and now - self._ticked > LATE:", "if False:"),
+    Mutant("gate: blind", GATE, "or BLIND < now - self._last_sign < math.inf", ""),
     Mutant("gate: stale scan", GATE, "if now - self._last_sign > self.limits.scan_age:", "if False:"),
     Mutant("gate: lease", GATE, "if setpoint.epoch != self._epoch:", "if False:"),
     Mutant("gate: nonce", GATE, "        if age is None:", "        if False:"),

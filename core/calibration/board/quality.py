@@ -122,7 +122,7 @@ def why_none(grey: Array, board: Board, longest: int = 640) -> BoardNotSeen:
 
 
 def miscount_words(seen: Board, board: Board) -> str:
-    """What was counted instead of the inner corners of the board that is seen."""
+    """The size that was counted instead of the inner corners of the board that is seen."""
     squares = (seen.columns, seen.rows) == (board.columns - 1, board.rows - 1)
     return "squares instead of inner corners" if squares else "the wrong number of corners"
 

@@ -252,7 +252,7 @@ def _moved(camera: Array, focal: Array, middle: Array) -> Array:
 
 
 def _cause(camera: Array, rest: Array, size: tuple[int, int]) -> str:
-    """What makes one camera of the other, in words."""
+    """Describe what makes one camera of the other."""
     if abs(np.log(camera[:2].mean() / rest[:2].mean())) > SAME_FOCAL:
         return ZOOMED
     apart = float(np.linalg.norm(camera[2:4] - rest[2:4]))

@@ -207,7 +207,7 @@ def _with_focal_doubt(
 
 
 def _faults(found: _Found, views: Sequence[ViewCorners], board: Board) -> tuple[Fault, ...]:
-    """What does not agree, in sentences."""
+    """Say what does not agree, in sentences."""
     faults: list[Fault] = []
     if found.aspect is not None:
         wide, high = board.square * 1e3, board.square * 1e3 * found.aspect.value

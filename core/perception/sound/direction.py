@@ -53,7 +53,7 @@ class Direction:
 
     @property
     def misfit(self) -> float:
-        """What no plane wave explains of the microphones' times, of what is expected; 0 where that is not known."""
+        """The part of the microphones' times that no plane wave explains, of what is expected; 0: not known."""
         return 0.0 if self.fit is None else self.fit.misfit
 
     @property

@@ -42,7 +42,7 @@ class PlaneWaveFit:
 
     @property
     def misfit(self) -> float:
-        """What no plane wave explains, of what is expected; infinite with a foreign channel."""
+        """The part that no plane wave explains, of what is expected; infinite with a foreign channel."""
         return math.inf if self.foreign.any() else self.residual_sd / self.expected_sd
 
     @property

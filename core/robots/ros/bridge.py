@@ -417,14 +417,14 @@ def _optical(robot_from_frame: Transform, frame: str) -> Transform:
 
 def _laser_of(scan: Scan, period: float) -> Laser:
     """A scan and the time [s] between two of them → the laser, at the robot's origin."""
-    is_told = math.isfinite(period) and 0.005 < period < 2
+    is_known = math.isfinite(period) and 0.005 < period < 2
     return Laser(
         beams=len(scan.ranges),
         angle_min=scan.angle_min,
         angle_step=scan.angle_step,
         range_min=scan.range_min,
         range_max=scan.range_max,
-        rate=1 / period if is_told else None,
+        rate=1 / period if is_known else None,
         time_step=scan.time_step,
     )
 

@@ -147,6 +147,7 @@ class _Chooser:
             self._types.setdefault(topic, []).append(ros2_name(kind))
         self._chosen: dict[str, str] = {}
         self._notices: list[str] = []
+        self._odometry = ""
         self._robots: tuple[str, ...] = ()
         self._robot: str | None = None  # of several; None: there is one
         if not settings.namespace:
@@ -170,24 +171,23 @@ class _Chooser:
             )
 
     def _home(self) -> str:
-        """The namespace of the robot's own topics, between slashes: that of its odometry or its laser."""
+        """The namespace of the robot's own topics, between slashes: that of its odometry, with its lasers in it."""
         if self._settings.namespace or self._robot is not None:
             return self._space if self._settings.namespace or not self._robot else f"/{self._robot}/"
-        spaces = [topic.rpartition("/")[0].split("/")[1:] for topic in self._chosen if topic.count("/") > 1]
-        if not spaces or len(spaces) < len(self._chosen):
-            return self._space
-        shared = [parts[0] for parts in zip(*spaces, strict=False) if len(set(parts)) == 1]
-        return "/".join(("", *shared, "")) if shared else self._space
+        space = f"{self._odometry.rpartition('/')[0]}/"
+        within = all(topic.startswith(space) for topic in self._chosen)
+        return space if self._odometry and within else self._space
 
     def topics(self) -> RosTopics:
         scans = self._scans()
+        self._odometry = self._one("odometry", OTHER_ODOMETRY)
         image = self._one("image", NOT_SEEN)
         cmd_vel, cmd_vel_type = self._commands()
         own_map, own_pose = self._one("map", NOT_SEEN), self._one("pose", OTHER_POSE)
         near_image = self._settings.camera_info or _nearest(image, self._of("camera_info")) if image else NOTHING
         return RosTopics(
             scans=scans,
-            odometry=self._one("odometry", OTHER_ODOMETRY),
+            odometry=self._odometry,
             image=image,
             camera_info=self._named("camera_info", near_image) if near_image else "",
             sound=self._one("sound", SECOND_RATE),

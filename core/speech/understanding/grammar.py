@@ -93,7 +93,7 @@ NUMBER_WORDS = "hundred|thousand|half|quarters?|thirds?|dozen|couple|few|several
 MENTIONS_NUMBER = re.compile(
     rf"[0-9]|\b(?:{'|'.join(VALUES)}|{NUMBER_WORDS}|{OTHER_LENGTHS}|{OTHER_UNITS}|an? m(et(er|re)s?)?)\b"
 )
-"""Whether words speak of how many, or how far."""
+"""Return whether words speak of how many, or how far."""
 OFFERED_LENGTH = re.compile(
     rf"(?<![\w.,/'-])(?:{LENGTH}|{AMOUNT} ?cm|(?!an? |half ){AMOUNT})(?![\w/'%°-]|[.,]\w| and a half| hundred)"
 )

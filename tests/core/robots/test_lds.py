@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput, Unavailable
+from core.install import install_extra
 from core.message import Array
 from core.robots.lds import MODELS, LidarDevice, TurnCollector, laser_of, open_device
 from core.robots.nearness import field_of
@@ -219,5 +221,5 @@ def test_without_the_package_the_sentence_names_the_extra(monkeypatch: pytest.Mo
         raise ModuleNotFoundError(name)
 
     monkeypatch.setattr("core.robots.lds.import_module", missing)
-    with pytest.raises(Unavailable, match=r"beckon\[hardware\]"):
+    with pytest.raises(Unavailable, match=re.escape(install_extra("hardware"))):
         open_device("///dev/none?model=ld19").open()
