@@ -150,42 +150,42 @@ def package(name: str) -> CheckResult:
         return CheckResult(name=name, good=False, found="not installed", remedy=install_packages(name))
 
 
+def optional(name: str, *, good: bool, here: str, without: str, remedy: str) -> CheckResult:
+    """One of the parts that Beckon runs without: what is found when it is `here`, and what is so `without` it."""
+    return CheckResult(name=name, good=good, needed=False, found=here if good else without, remedy=remedy)
+
+
 def human_voices() -> CheckResult:
     """Check the model of the recognizer that understands people."""
-    there = find(MODEL) is not None
     without = "people are understood less well" if package("pocketsphinx").good else "nobody is understood"
-    return CheckResult(
-        name="words (Whisper)",
-        good=there,
-        needed=False,
-        found=MODEL if there else f"its model is not here: {without}",
+    return optional(
+        "words (Whisper)",
+        good=find(MODEL) is not None,
+        here=MODEL,
+        without=f"its model is not here: {without}",
         remedy=f"beckon models get {MODEL} ({MODELS[MODEL].megabytes} MB)",
     )
 
 
 def words(python: str = HERE) -> CheckResult:
     """Check the recognizer that spots STOP and needs no model, and say what is without it."""
-    name = "words (pocketsphinx)"
-    try:
-        return CheckResult(name=name, good=True, needed=False, found=version("pocketsphinx"))
-    except PackageNotFoundError:
-        without = "Whisper spots STOP too, later" if human_voices().good else "the robot hears where, not what"
-        found, remedy = f"not installed: {without}", install_extra("speech")
-        ready = [one for line in requirements() if line.startswith("pocketsphinx") for one in PYTHONS.findall(line)]
-        if ready and python not in ready:
-            found += f" (there is no ready-made package for Python {python})"
-            remedy += f" with a C compiler and CMake, or run Beckon on Python {' or '.join(ready)}"
-        return CheckResult(name=name, good=False, needed=False, found=found, remedy=remedy)
+    there = package("pocketsphinx")
+    without = "Whisper spots STOP too, later" if human_voices().good else "the robot hears where, not what"
+    without, remedy = f"not installed: {without}", install_extra("speech")
+    ready = [one for line in requirements() if line.startswith("pocketsphinx") for one in PYTHONS.findall(line)]
+    if ready and python not in ready:
+        without += f" (there is no ready-made package for Python {python})"
+        remedy += f" with a C compiler and CMake, or run Beckon on Python {' or '.join(ready)}"
+    return optional("words (pocketsphinx)", good=there.good, here=there.found, without=without, remedy=remedy)
 
 
 def people() -> CheckResult:
     """Check the networks that see real people."""
-    there = find("people") is not None
-    return CheckResult(
-        name="people (networks)",
-        good=there,
-        needed=False,
-        found="see real people" if there else "not here: only the simulator's drawn figures are seen",
+    return optional(
+        "people (networks)",
+        good=find("people") is not None,
+        here="see real people",
+        without="not here: only the simulator's drawn figures are seen",
         remedy=f"beckon models get people ({MODELS['people'].megabytes} MB)",
     )
 
@@ -193,11 +193,11 @@ def people() -> CheckResult:
 def one_opencv() -> CheckResult:
     """Check that no other package brings the same `cv2` over Beckon's."""
     others = [name for name in OTHER_OPENCV if package(name).good]
-    return CheckResult(
-        name="one OpenCV",
+    return optional(
+        "one OpenCV",
         good=not others,
-        needed=False,
-        found=f"{' and '.join(others)} too: whichever was installed last is used" if others else "yes",
+        here="yes",
+        without=f"{' and '.join(others)} too: whichever was installed last is used",
         remedy=f"{sys.executable} -m pip uninstall {' '.join(others)}, then "
         f"{install_packages('--force-reinstall', '--no-deps', 'opencv-python-headless')}",
     )
@@ -207,12 +207,11 @@ def voice() -> CheckResult:
     """Check the text-to-speech voices."""
     from core.speech.synthesis import can_speak  # loads a library: only when it is asked for
 
-    there = can_speak()
-    return CheckResult(
-        name="voice (espeak-ng)",
-        good=there,
-        needed=False,
-        found="speaks" if there else "not installed: text is not spoken",
+    return optional(
+        "voice (espeak-ng)",
+        good=can_speak(),
+        here="speaks",
+        without="not installed: text is not spoken",
         remedy=f"{install_extra('voice')} · Debian: apt install espeak-ng",
     )
 
@@ -221,27 +220,24 @@ def microphones() -> CheckResult:
     """Check whether a robot with audio://, the microphones of this computer, can be heard."""
     from core.robots.usb_audio import imported  # a driver: only when it is asked for
 
-    name = "microphones (audio:)"
     try:
-        return CheckResult(name=name, good=True, needed=False, found=f"sounddevice {imported().__version__}")
+        here, remedy = f"sounddevice {imported().__version__}", ""
     except Unavailable as why:
-        return CheckResult(
-            name=name, good=False, needed=False, found="not usable; only robots with audio: need it", remedy=str(why)
-        )
+        here, remedy = "", str(why)
+    without = "not usable; only robots with audio: need it"
+    return optional("microphones (audio:)", good=bool(here), here=here, without=without, remedy=remedy)
 
 
 def figures() -> CheckResult:
     """Check the library that draws the figures of experiments."""
-    try:
-        return CheckResult(name="figures (matplotlib)", good=True, needed=False, found=version("matplotlib"))
-    except PackageNotFoundError:
-        return CheckResult(
-            name="figures (matplotlib)",
-            good=False,
-            needed=False,
-            found="not installed: experiments write their numbers, but no figures",
-            remedy=install_extra("figures"),
-        )
+    there = package("matplotlib")
+    return optional(
+        "figures (matplotlib)",
+        good=there.good,
+        here=there.found,
+        without="not installed: experiments write their numbers, but no figures",
+        remedy=install_extra("figures"),
+    )
 
 
 def pipe() -> CheckResult:

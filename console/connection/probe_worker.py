@@ -22,10 +22,10 @@ from core.robots.robot_file import parse_robot_file
 from core.robots.robot_file_text import toml_text
 from core.robots.usb_camera import VideoCamera
 
-LISTENING = 2.0  # [s], over which the rates are measured
+RATE_LISTENING_S = 2.0  # [s], over which the rates are measured
 NAME = "The robot file"
-ANSWERING = 4.0  # [s] for a camera to say what it sends
-PICTURES = ("image/", "video/", "multipart/x-mixed-replace")
+CAMERA_ANSWER_S = 4.0  # [s] for a camera to say what it sends
+PICTURE_TYPES = ("image/", "video/", "multipart/x-mixed-replace")
 NO_PICTURES = "{host} sends no pictures ({kind}); a camera sends images, a video or multipart/x-mixed-replace."
 
 
@@ -50,7 +50,7 @@ class ProbeWorker:
                     check_sends_pictures(f"http://{part.removeprefix('camera://http/')}")
         robot = live(job.file.url, job.file)
         try:
-            time.sleep(LISTENING)
+            time.sleep(RATE_LISTENING_S)
             return robot.ask(ReadConnection())
         finally:
             robot.close()
@@ -71,7 +71,7 @@ class ProbeWorker:
 def check_sends_pictures(url: str) -> None:
     """Ask a camera what it sends, and follow it nowhere. Raises Unavailable."""
     parts = urlsplit(url)
-    connection = http.client.HTTPConnection(parts.hostname or "", parts.port or 80, timeout=ANSWERING)
+    connection = http.client.HTTPConnection(parts.hostname or "", parts.port or 80, timeout=CAMERA_ANSWER_S)
     try:
         connection.request("GET", f"{parts.path or '/'}{'?' if parts.query else ''}{parts.query}")
         answer = connection.getresponse()
@@ -80,7 +80,7 @@ def check_sends_pictures(url: str) -> None:
         raise Unavailable(f"{parts.netloc} does not answer as a camera: {trouble}.") from None
     finally:
         connection.close()
-    if answer.status != 200 or not kind.startswith(PICTURES):
+    if answer.status != 200 or not kind.startswith(PICTURE_TYPES):
         raise Unavailable(
             NO_PICTURES.format(host=parts.netloc.rpartition("@")[2], kind=f"{answer.status}, {kind}"[:60])
         )

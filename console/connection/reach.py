@@ -21,9 +21,9 @@ from core.robots.connect import SCHEMES, parts_of, split
 Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
-PRIVATE = ("10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "fc00::/7")
-CAMERAS = ("rtsp", "http")  # ways to a camera that an operator may name
-FILES = ("ca", "cert", "key")  # options that name a file
+PRIVATE_NETWORKS = ("10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "fc00::/7")
+CAMERA_KINDS = ("rtsp", "http")  # ways to a camera that an operator may name
+FILE_OPTIONS = ("ca", "cert", "key")  # options that name a file
 AUTHORITY = re.compile(r"(?P<user>[^@/?#\\]*@)?(?P<host>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(?P<port>:[0-9]{1,5})?")
 SECRET = re.compile(r"(?<=[/:])([^/:@?#]*):[^/@?#]*@|(?i:([?&](?:password|passwd|pwd|pass|token|key|secret)=))[^&#]*")
 ONLY_ADMIN = (
@@ -64,7 +64,7 @@ class Reach:
         """`listed`: what the start names instead of the private networks. Raises BadSettings."""
         self.folders = [Path(one) for one in listed if one.startswith("/")]
         places = [one for one in listed if not one.startswith("/")]
-        self._entries = [read_entry(one) for one in places or PRIVATE]
+        self._entries = [read_entry(one) for one in places or PRIVATE_NETWORKS]
 
     def pinned(self, url: str) -> str:
         """Check a robot's URL → the same with addresses in the place of names, so that no name is resolved twice.
@@ -79,7 +79,7 @@ class Reach:
         kind, slash = "", ""
         if name == "camera":
             kind, slash, rest = rest.partition("/")
-        if name not in SCHEMES or not begins or before or (name == "camera" and kind not in CAMERAS):
+        if name not in SCHEMES or not begins or before or (name == "camera" and kind not in CAMERA_KINDS):
             raise Problem(403, ONLY_LOCAL)
         place, _, query = rest.partition("?")
         authority = place.partition("/")[0]
@@ -139,7 +139,7 @@ def is_own(address: Address) -> bool:
 def names_a_file(query: str) -> bool:
     """Return whether an option of a URL names a file, or a profile of microphones by its path."""
     options = parse_qsl(query, keep_blank_values=True)
-    return any(key in FILES or (key == "array" and ("/" in value or "." in value)) for key, value in options)
+    return any(key in FILE_OPTIONS or (key == "array" and ("/" in value or "." in value)) for key, value in options)
 
 
 def masked(url: str) -> str:

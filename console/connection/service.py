@@ -28,9 +28,9 @@ from core.robots.robot_file_text import TopicChoice, with_topics, without_lock
 
 T = TypeVar("T")
 
-ANSWER = 0.2  # [s] in which the page gets its answer before the console starts again
-BUDGET = 10.0  # [s] of processor time of a probe
-READING = 60.0  # [s] of processor time in which a recording is read
+LEAVING_DELAY_S = 0.2  # [s] in which the page gets its answer before the console starts again
+PROBE_BUDGET_S = 10.0  # [s] of processor time of a probe
+RECORDING_READ_S = 60.0  # [s] of processor time in which a recording is read
 TOPICS = ("foxglove", "zenoh", "rosbridge")  # links to which a second client may connect
 LONGEST_URL = 2000
 FOLDER, RECORDINGS = "robots", "recordings"  # in the data folder
@@ -106,13 +106,13 @@ class ConnectionService:
             return url
         url = await asyncio.to_thread(self._recording, url, who)
         job = CheckRecording(url.removeprefix("log:"), self._settings)
-        await self._at_work(lambda worker: worker.ask(job, budget=READING), RECORDING_LOST)
+        await self._at_work(lambda worker: worker.ask(job, budget=RECORDING_READ_S), RECORDING_LOST)
         return url
 
     def open_instead(self, url: str) -> None:
         """Let go of this robot, and open another one at the same address as soon as the answer is out."""
         self.other = url
-        asyncio.get_running_loop().call_later(ANSWER, self.leave)
+        asyncio.get_running_loop().call_later(LEAVING_DELAY_S, self.leave)
 
     def _recording(self, url: str, who: Person) -> str:
         """The whole URL of a recording. Raises BadInput, Problem 403."""
@@ -143,7 +143,7 @@ class ConnectionService:
         if restrained:
             chosen = structs.replace(chosen, url=await asyncio.to_thread(self.reach.pinned, chosen.url))
         job = ProbeRobot(without_lock(chosen, parts_of(chosen.url)), restrained)
-        found = await self._at_work(lambda worker: worker.ask(job, budget=BUDGET))
+        found = await self._at_work(lambda worker: worker.ask(job, budget=PROBE_BUDGET_S))
         return structs.replace(found, url=url)  # as it was asked for: a file is made of that robot's own one
 
     async def chosen(self, url: str, choices: Sequence[TopicChoice]) -> RobotFile:
@@ -165,7 +165,7 @@ class ConnectionService:
         path = self._folder / f"{slug(file.name, 'robot')}.toml"
         command = f"beckon run --robot {shlex.quote(str(path))}"
         checked = await self._at_work(
-            lambda worker: worker.ask(CheckRobotFile(file, f"{comment}\n{command}"), budget=BUDGET)
+            lambda worker: worker.ask(CheckRobotFile(file, f"{comment}\n{command}"), budget=PROBE_BUDGET_S)
         )
         async with self._turn:
             if path.exists() and not replace:

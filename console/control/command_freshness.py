@@ -19,8 +19,8 @@ from console.control.robot_time import RobotTime
 from core.commands.confirmation_delay import OBEYED_WITHIN
 
 EARS = "ears"  # source of words that the robot itself heard, and dated
-SPOKEN = (EARS, "voice")  # sources of words that a person said aloud
-READ = (*SPOKEN, "file")  # sources whose words were there before the console knew them
+SPOKEN_SOURCES = (EARS, "voice")  # sources of words that a person said aloud
+READ_SOURCES = (*SPOKEN_SOURCES, "file")  # sources whose words were there before the console knew them
 TOO_LATE = "The words were understood {:.1f} s after they were spoken, which is too late to act on them."
 ON_ITS_WAY = "This command was {:.1f} s on its way, which is too late to act on it. Give it again."
 VOID = "Not obeyed, because something came after these words: {} Give the command again."
@@ -91,13 +91,13 @@ class CommandFreshness:
     def why_late(self, said: Spoken, source: str) -> str:
         """Why words of this age are not obeyed, a sentence; "" when they may be."""
         age = self.time.elapsed(said.ended, time.monotonic() if said.taken is None else said.taken)
-        return (TOO_LATE if source in READ else ON_ITS_WAY).format(age) if age > OBEYED_WITHIN else ""
+        return (TOO_LATE if source in READ_SOURCES else ON_ITS_WAY).format(age) if age > OBEYED_WITHIN else ""
 
     def why_not(self, said: Spoken, source: str, who: Person) -> str:
         """Why these words do not move the robot, a sentence; "" when they may."""
         if late := self.why_late(said, source):
             return late
-        if source not in READ:
+        if source not in READ_SOURCES:
             return ""
         if said.ended < self._stood and not (source == EARS and self.time.simulated):
             return VOID.format(self._why_stood)
@@ -109,8 +109,8 @@ class CommandFreshness:
             return VOID.format(stop.why)
         if said.ended < self._since:
             return VOID.format(self._why)
-        if source in SPOKEN and said.ended <= self._left.get(who.id, -math.inf):
+        if source in SPOKEN_SOURCES and said.ended <= self._left.get(who.id, -math.inf):
             return CLOSED.format(who.name)
-        if source in SPOKEN and not self._lease.held_by(who) and not self._lease.is_present(who):
+        if source in SPOKEN_SOURCES and not self._lease.held_by(who) and not self._lease.is_present(who):
             return ABSENT
         return ""

@@ -55,7 +55,7 @@ class LateCommand:
     until: float  # [s] monotonic, until which it is offered
 
 
-OFFERED = 20.0  # [s] for which a late command is offered
+LATE_OFFER_S = 20.0  # [s] for which a late command is offered
 GONE = "No such command waits: it has begun, or it was dropped."
 
 
@@ -91,7 +91,7 @@ class PendingCommands:
     def offer_late(self, command: Command, source: str) -> None:
         """Offer a command that is refused because it came too late."""
         self._newest += 1
-        self._late = LateCommand(self._newest, source, command, time.monotonic() + OFFERED)
+        self._late = LateCommand(self._newest, source, command, time.monotonic() + LATE_OFFER_S)
 
     def take(self, decision: Decision, source: str, who: Person, said: Spoken) -> HistoryEntry | PendingCommand:
         """Take what was decided about spoken words → the active command's entry, or the pending command; `said`: when

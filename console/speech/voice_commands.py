@@ -10,7 +10,7 @@ import time
 from dataclasses import replace
 
 from console.access.logins import Person
-from console.control.command_freshness import SPOKEN
+from console.control.command_freshness import SPOKEN_SOURCES
 from console.control.dispatcher import CommandDispatcher
 from console.control.lease import Lease
 from console.control.notices import Notifications
@@ -79,7 +79,7 @@ class VoiceCommands:
             if command is not None and self._dispatcher.words.why_late(when, SOURCE):
                 self._pending_commands.offer_late(command, SOURCE)
             return late or decision.reason
-        if not self.at_console and self._dispatcher.busy_above(SPOKEN):
+        if not self.at_console and self._dispatcher.busy_above(SPOKEN_SOURCES):
             return HIGHER
         try:
             self._pending_commands.take(replace(decision, command=command), SOURCE, who, when)
