@@ -15,6 +15,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
+from console.part import Part
 from core.errors import Unavailable, Unwritable
 from core.files import reason, remove_unfinished, try_writing
 from core.models import user_folder
@@ -58,7 +59,7 @@ def close_to_others(folder: Path) -> None:
             path.chmod(stat.S_IMODE(mode) & ~0o077)
 
 
-class DataFolder:
+class DataFolder(Part):
     """Looks now and then, from a thread, whether it can be written. Lives on the event loop."""
 
     def __init__(self, folder: Path, notifications: Notifications) -> None:
@@ -72,7 +73,7 @@ class DataFolder:
         """Why what must last cannot be kept now, in a sentence; "" when it can."""
         return self._disk or self._history
 
-    async def watch(self) -> None:
+    async def run(self) -> None:
         """For as long as the console runs."""
         while True:
             await self.look()

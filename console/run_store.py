@@ -15,6 +15,7 @@ from typing import Generic, Literal, TypeVar
 import msgspec
 
 from console.http.problems import Problem
+from console.part import Part
 from console.workers.tasks import end, to_the_end
 from core.errors import BeckonError, Unwritable
 from core.files import saving, write_atomic
@@ -53,7 +54,7 @@ class StoredRun(msgspec.Struct, kw_only=True):
 RunT = TypeVar("RunT", bound=StoredRun)
 
 
-class RunStore(Generic[RunT]):
+class RunStore(Part, Generic[RunT]):
     """Lives on the event loop. `folder/ID/run.json` holds a run, `folder/ID/files` what it wrote."""
 
     def __init__(self, folder: Path, kind: type[RunT], max_kept: int, busy: str) -> None:

@@ -11,7 +11,7 @@ import contextlib
 import logging
 import secrets
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -23,10 +23,8 @@ from console.access.login_keeper import LoginKeeper
 from console.access.logins import Person
 from console.access.open_sockets import OpenSockets
 from console.broadcast import Broadcaster
-from console.calibration.microphones import MicrophoneCalibration
-from console.calibration.service import CalibrationService
 from console.camera_stream import CameraStream, Picture
-from console.connection.service import ConnectionService
+from console.capabilities import ConsoleBase, make_parts
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.lease import Lease
@@ -35,30 +33,18 @@ from console.control.notices import Notifications
 from console.control.own_navigation import OwnNavigationService
 from console.control.pending_commands import PendingCommands
 from console.control.pilot_supervisor import PilotSupervisor
-from console.control.playback import PlaybackController
-from console.control.settings_in_use import NAME as SETTINGS
-from console.control.settings_in_use import SettingsInUse
 from console.control.state_times import StateTimes
 from console.data_folder import DataFolder
-from console.experiments.runs import ExperimentRuns
-from console.maps.service import LAST_MAP, MapService
-from console.people.look_service import LookService
-from console.people.service import EnrollmentService
 from console.rest import StatePace
 from console.robot.link import RobotLink
 from console.robot.pilot_thread import PilotPace, PilotThread
 from console.scene import Scene
-from console.speech.browser_microphone import BrowserMicrophone
-from console.speech.quality_runs import QualityRuns
 from console.speech.robot_voice import RobotVoice
-from console.speech.room_transcription import RoomTranscriber
-from console.speech.voice_commands import VoiceCommands
 from console.state_view import StateContext, state_message
 from console.workers.tasks import end
 from core.errors import BeckonError
 from core.gate.suspend import SleepWatch
 from core.pilot.pilot import Pilot
-from core.robots import Profile
 from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import SensorFrame
 from core.settings import ChapterMode, Settings
@@ -98,46 +84,11 @@ class Runtime:
         self.history = History(home, partial(self._call, self.folder.history))
         own = own_phrases(settings.speech.phrases)
         self.dispatcher = CommandDispatcher(robot, self.lease, self.history, self.notifications, own)
-        self.maps = MapService(home, robot, self.dispatcher, self.lease, self.history)
-        self.ears = RoomTranscriber(self.dispatcher, self.history, self.notifications, settings.speech)
-        self.pending_commands = PendingCommands(self.dispatcher, self.lease, self.history, self.notifications)
-        self.spoken = VoiceCommands(self.ears, self.dispatcher, self.lease, self.pending_commands, self.notifications)
-        self.microphone = BrowserMicrophone(settings.speech)
-        self.voice = RobotVoice(settings=settings.voice)
-        self.settings_in_use = SettingsInUse(settings, settings_file or home / SETTINGS, self._adopt)
-        self.connection = ConnectionService(home, robot, settings.log)
-        self.quality = QualityRuns(home, settings.simulation, settings.speech)
-        self.experiments = ExperimentRuns(home)
-        self.player = PlaybackController(robot, self.history, self.notifications)
-        self.own_navigation = OwnNavigationService(robot, self.dispatcher, self.history, self.notifications)
-        self.dispatcher.when_cancelled.append(self.own_navigation.stop_soon)
-        self.scene = Scene(
-            robot,
-            partial(self._call, self.notifications.tell, "warning"),
-            lambda: self.pending_commands.command,
-            lambda: self.own_navigation.map_view,
-        )
-        self.calibration_service = CalibrationService(
-            home,
-            robot,
-            self.broadcaster,
-            self.notifications.tell,
-            self._look_through,
-            printed=self.chapter == "printed",
-        )
-        self.array = MicrophoneCalibration(
-            home, robot, lambda: self._look_through(self.calibration_service.profile())
-        )
-        self.people = EnrollmentService(
-            home, robot, self.dispatcher, self.notifications.tell, lambda: self.calibration_service.newest
-        )
-        self.look = LookService(settings.people, partial(self.notifications.tell, "warning"))
         self.states = StateTimes()
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
         self.failure = ""  # of a part that ended, a sentence
-        self.beside: list[Callable[[], Coroutine[Any, Any, None]]] = []  # tasks that run while it is open
         self._make_pilot = make_pilot
         self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.notifications)
         self._seq = 0
@@ -147,32 +98,32 @@ class Runtime:
         self.login_keeper = LoginKeeper(self.access.logins, self._sign_out_revoked, self._logins_unsaved)
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
-        self.snapshot_subscribers = self._snapshot_subscribers()
-        self.tick_subscribers = self._tick_subscribers()
-
-    def _snapshot_subscribers(self) -> list[Callable[[Snapshot, SensorFrame], None]]:
-        """Return the functions that get every snapshot with its frame, in this order, on the event loop."""
-        return [
-            lambda snapshot, _: self.maps.took(snapshot),
-            lambda snapshot, _: self.own_navigation.took(snapshot),
-            lambda snapshot, _: self.people.took(snapshot),
-            lambda snapshot, _: self.look.took(snapshot),
-            self._let_hear,
-            lambda snapshot, _: self.pending_commands.took(snapshot),
-            lambda snapshot, frame: self.array.took(snapshot, frame.sound),
-            lambda snapshot, _: self.notifications.adopt(snapshot.notices, snapshot.stamp),
-            lambda snapshot, _: self.dispatcher.all_ended(snapshot.endings),
-        ]
-
-    def _tick_subscribers(self) -> list[Callable[[float], None]]:
-        """Return the functions that are called twenty times a second with the steady clock [s]."""
-        return [
-            self.dispatcher.tick,
-            self._expire_logins,
-            self._watch_link,
-            self.calibration_service.tick,
-            self.microphone.tick,
-        ]
+        self.parts = make_parts(
+            ConsoleBase(
+                home=home,
+                settings=settings,
+                settings_file=settings_file,
+                robot=robot,
+                lease=self.lease,
+                history=self.history,
+                dispatcher=self.dispatcher,
+                notifications=self.notifications,
+                broadcaster=self.broadcaster,
+                recalibrated=self._recalibrated,
+                adopted=self._adopted,
+            )
+        )
+        self.parts.add(self.folder)
+        self.parts.add(self.login_keeper)
+        self._context = StateContext(
+            robot, self.lease, self.history, self.notifications, self.sockets, self.pilots, self.parts
+        )
+        self.scene = Scene(
+            robot,
+            partial(self._call, self.notifications.tell, "warning"),
+            lambda: self.parts[PendingCommands].command,
+            lambda: self.parts[OwnNavigationService].map_view,
+        )
 
     # life
 
@@ -190,25 +141,11 @@ class Runtime:
             self._opening = False
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.dispatcher, self.sockets)
-        await asyncio.gather(
-            self.calibration_service.open(),
-            self.quality.open(),
-            self.array.open(),
-            self.people.open(),
-            self.experiments.open(),
-        )
-        self.ears.keep_up = partial(self.robot.reach, part="ears")
+        await self.parts.open()
         self.dispatcher.words.time.simulated = self.robot.profile.simulated
         self.pilots.start()
-        for task in (
-            self._beat,
-            self.login_keeper.run,
-            self.folder.watch,
-            self.own_navigation.watch,
-            self.look.run,
-            *self.beside,
-        ):
-            self.keep(asyncio.create_task(task()))
+        for work in (self._beat, *(part.run for part in self.parts)):
+            self.keep(asyncio.create_task(work()))
 
     def farewell_soon(self) -> None:
         """From a signal handler or any thread: the console is about to end."""
@@ -230,20 +167,8 @@ class Runtime:
         await end(*self._tasks)
         with contextlib.suppress(BeckonError):
             await self.login_keeper.settle()
-        other = self.connection.other
-        await self.maps.keep_unsaved(f"before opening {other.rpartition('/')[2]}" if other else LAST_MAP)
         await self.pilots.close()
-        self.look.close()
-        parts = (
-            self.calibration_service,
-            self.ears,
-            self.microphone,
-            self.quality,
-            self.array,
-            self.people,
-            self.experiments,
-        )
-        await asyncio.gather(*(part.close() for part in parts))
+        await self.parts.close()
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
         await asyncio.to_thread(self.history.close)
@@ -254,30 +179,10 @@ class Runtime:
         """The newest state, or None before the first frame."""
         if self.snapshot is None:
             return None
-        (link, age), now = self.robot.link(), time.monotonic()
-        around = StateContext(
-            profile=self.robot.profile,
-            link=link,
-            age=round(age, 3),
-            pace=self.pace.measured(now),
-            speed=self.player.speed,
-            gate=self.robot.status(),
-            lease=self.lease,
-            viewers=self.sockets.people,
-            notices=tuple(self.notifications.shown),
-            history_revision=self.history.revision,
-            map=self.maps.shown,
-            muted=self.voice.muted,
-            voice_control=self.spoken.operator is not None,
-            words=self.ears.words,
-            pending_command=self.pending_commands.waiting,
-            late_command=self.pending_commands.late,
-            comes_to="" if self.people.chosen is None else self.people.chosen.name,
-            now=now,
-        )
+        now = time.monotonic()
         self._seq += 1
         self.states.note(self._seq, now)
-        return state_message(self.snapshot, around, self._seq)
+        return state_message(self.snapshot, self._context, self._seq, now)
 
     @property
     def pace(self) -> PilotPace:
@@ -305,26 +210,27 @@ class Runtime:
     def _start_pilot(self) -> PilotThread:
         self.dispatcher.pilot = None
         pilot = self._make_pilot()
-        pilot.look_through(self.array.profile(self.calibration_service.profile()))
-        pilot.obey_only(self.people.chosen)
-        pilot.find_people_with(self.look.for_pilot)
-        pilot.drive_with(self.settings_in_use.now)
-        callbacks = (self._published, partial(self._call, self.pilots.bury), self.voice.deaf)
+        pilot.look_through(self.parts.calibrated(self.robot.profile))
+        self.equip(pilot)
+        callbacks = (self._published, partial(self._call, self.pilots.bury), self.parts[RobotVoice].deaf)
         thread = PilotThread(self.robot, pilot, self.dispatcher.setpoint_sender, *callbacks)
         thread.start()
         self.dispatcher.pilot = pilot
         return thread
 
-    def _adopt(self, settings: Settings) -> None:
-        """Settings that are declared live have changed."""
-        self.voice.settings = settings.voice
-        if (thread := self.pilots.thread) is not None:
-            thread.pilot.drive_with(settings)
+    def equip(self, pilot: Pilot | None = None) -> None:
+        """Give a pilot, or the one that steers now, what it needs of every part."""
+        if pilot is None and self.pilots.thread is not None:
+            pilot = self.pilots.thread.pilot
+        if pilot is not None:
+            for part in self.parts:
+                part.equip(pilot)
 
-    def ask_for_people(self) -> None:
-        """The pilot asks what the settings name, where it is here now."""
-        if (thread := self.pilots.thread) is not None:
-            thread.pilot.find_people_with(self.look.for_pilot)
+    def _adopted(self, settings: Settings) -> None:
+        """Settings that are declared live have changed."""
+        for part in self.parts:
+            part.adopt(settings)
+        self.equip()
 
     def _pilot_failed(self) -> None:
         self.dispatcher.pilot = None
@@ -334,22 +240,20 @@ class Runtime:
     def _leave_out(self, fault: str) -> list[str]:
         """Use no calibration any more → the files that were in use until now."""
         why = f"The pilot failed ({fault}) within seconds of using it."
-        return [*self.calibration_service.leave_out(why), *self.array.leave_out(why)]
+        return [file for part in self.parts for file in part.leave_out(why)]
 
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """From the pilot's thread."""
         frame = self.robot.profile.first_view(frame)
         picture = self.feed.encoded(frame.image, self._state_pace.saw(snapshot))
         self.scene.show(snapshot)
-        if self.calibration_service.frame_came(frame):
-            self._call(self.calibration_service.saw, frame)
         self._call(self._took, snapshot, picture, frame)
 
-    def _look_through(self, profile: Profile) -> None:
+    def _recalibrated(self) -> None:
         """A calibration was accepted or taken back: used from the next frame on."""
         if (thread := self.pilots.thread) is not None:
             self.pilots.recalibrated()
-            thread.pilot.look_through(self.array.profile(profile))
+            thread.pilot.look_through(self.parts.calibrated(self.robot.profile))
 
     def _call(self, act: Callable[..., None], *given: Any) -> None:
         """On the event loop, if there still is one."""
@@ -361,40 +265,17 @@ class Runtime:
         if not (self.over or self._state_pace.at_rest):  # at rest those of the tick are enough
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
-        for take in self.snapshot_subscribers:
-            take(snapshot, frame)
+        for part in self.parts:
+            part.on_snapshot(snapshot, frame)
+        self.notifications.adopt(snapshot.notices, snapshot.stamp)
+        self.dispatcher.all_ended(snapshot.endings)
         if picture is not None:
             self.feed.show(picture)
-        if self._state_pace.due(time.monotonic(), self._situation):
+        if self._state_pace.due(time.monotonic(), self._context.situation):
             self._tell_state()
 
-    def _let_hear(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        sound = None if self.array.helped else frame.sound
-        self.ears.took(snapshot, sound, self.robot.profile.microphones, frame.sensed)
-
-    @property
-    def _situation(self) -> tuple[object, ...]:
-        """The state of the console itself."""
-        gate, lease = self.robot.status(), self.lease
-        waiting = self.pending_commands.waiting
-        return (
-            gate.state,
-            gate.reason,
-            gate.source,
-            lease.epoch,
-            lease.request,
-            self.history.revision,
-            self.notifications.shown,
-            self.sockets.people,
-            self.spoken.operator,
-            waiting,
-            self.pending_commands.late,
-            self.ears.words.starting,
-            self.robot.link()[0],
-        )
-
     def _tell_state(self) -> None:
-        self._state_pace.sent(time.monotonic(), self._situation)
+        self._state_pace.sent(time.monotonic(), self._context.situation)
         if self.broadcaster.watched("state") and (state := self.state()) is not None:
             self.broadcaster.publish("state", messages.encode(state).decode())
 
@@ -414,14 +295,15 @@ class Runtime:
         self._look_for_sleep()
         if self.pilots.steps and not self.over:
             self.robot.beat()
-        for tick in self.tick_subscribers:
-            tick(now)
-        if self._state_pace.due(now, self._situation, BEAT):
-            self._tell_state()
-
-    def _expire_logins(self, now: float) -> None:
+        self.dispatcher.tick(now)
         for person in self.access.logins.expire(now):
             self.sign_out(person, "Your login has expired; sign in again.")
+        if self._link_monitor.look(hangs=self.pilots.hangs):
+            self._nothing_under_way()
+        for part in self.parts:
+            part.tick(now)
+        if self._state_pace.due(now, self._context.situation, BEAT):
+            self._tell_state()
 
     def sign_out(self, person: Person, why: str) -> None:
         """This person's login or key is over: they drive no more, and their sockets end."""
@@ -436,10 +318,6 @@ class Runtime:
             self.notifications.tell("warning", trouble, "logins")
         else:
             self.notifications.tell("info", "Keys and logins can be saved again.", "logins")
-
-    def _watch_link(self, now: float) -> None:
-        if self._link_monitor.look(hangs=self.pilots.hangs):
-            self._nothing_under_way()
 
     def _look_for_sleep(self) -> None:
         """End commands, active or pending, that were given before the machine slept."""

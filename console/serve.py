@@ -31,6 +31,7 @@ from console.access.records import AccessFile
 from console.access.token_file import read_token
 from console.app import create_app
 from console.connection.reach import Reach
+from console.connection.service import ConnectionService
 from console.control.settings_in_use import NAME as SETTINGS
 from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileReader
@@ -40,9 +41,11 @@ from console.http import qr
 from console.http.connection_limits import MOST, ConnectionLimits, raise_file_limit
 from console.http.timeouts import HEADER_TIME, ServerConfig, TimeoutHttp, TimeoutSocket
 from console.logging_setup import start_logging
+from console.part import BackgroundTask
 from console.people.inhabitants import move_in
 from console.robot.supervisor import RobotSupervisor
 from console.runtime import Runtime
+from console.speech.room_transcription import RoomTranscriber
 from console.speech.spoken_text_files import SpokenTextFiles
 from core.errors import BadInput, BeckonError, Unavailable
 from core.gate.scheduling import CONSOLE, come_first
@@ -199,14 +202,14 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
             settings_file=file,
         )
         if not options.nobody:
-            runtime.beside.append(lambda: move_in(runtime.ask, options.robot))
+            runtime.parts.add(BackgroundTask(lambda: move_in(runtime.ask, options.robot)))
         exchange_text_files(options, runtime)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
 
         def listening() -> None:
             with contextlib.suppress(BeckonError):  # where nothing reads words, who speaks reads so
                 chosen(settings.speech)
-                runtime.ears.warm(robot.profile.microphones)
+                runtime.parts[RoomTranscriber].warm(robot.profile.microphones)
             gc.freeze()  # objects loaded by now stay; to go through it again and again would take 70 ms each time
             if first:
                 announce(options, port, access)
@@ -219,13 +222,13 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
                 runtime.notifications.tell("warning", damaged)
 
         server = Server(config, runtime, listening)
-        runtime.connection.leave = server.leave
-        runtime.connection.reach = Reach(options.connect)
+        runtime.parts[ConnectionService].leave = server.leave
+        runtime.parts[ConnectionService].reach = Reach(options.connect)
         recording = options.robot.removeprefix("log:")
         if recording != options.robot and Path(recording).exists():
             sys.stderr.write(f"Reading {recording}…\n")
         came_to_its_end = run_until_left(server, listener, runtime)
-        return (runtime.connection.other if came_to_its_end else ""), port
+        return (runtime.parts[ConnectionService].other if came_to_its_end else ""), port
 
 
 def run_until_left(server: Server, listener: socket.socket, runtime: Runtime) -> bool:
@@ -314,13 +317,13 @@ def exchange_text_files(options: Options, runtime: Runtime) -> None:
     if options.text_files is not None:
         files = TextFileReader(options.text_files)
         parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.notifications)
-        runtime.beside.append(TextFileCommands(files, *parts, lambda: runtime.snapshot).run)
+        runtime.parts.add(TextFileCommands(files, *parts, lambda: runtime.snapshot))
     if options.write_text_files is not None:
         writer = SpokenTextFiles(
             TextFileWriter(options.write_text_files, "--write-text-files"), runtime.notifications
         )
-        runtime.ears.when_understood.append(writer.understood)
-        runtime.beside.append(writer.run)
+        runtime.parts[RoomTranscriber].when_understood.append(writer.understood)
+        runtime.parts.add(writer)
 
 
 def operator_key(options: Options, access: Access, now: float) -> str:

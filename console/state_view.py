@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from console import messages
+from console.access.open_sockets import OpenSockets
 from console.control.command_preview import caller, preview
+from console.control.history import History
 from console.control.lease import Lease
-from console.control.pending_commands import LateCommand, PendingCommand
+from console.control.notices import Notifications
+from console.control.pending_commands import LateCommand, PendingCommand, PendingCommands
+from console.control.pilot_supervisor import PilotSupervisor
+from console.control.playback import PlaybackController
+from console.maps.service import MapService
 from console.messages import hearing, person, picture
 from console.messages.map import accuracy, floor
+from console.part import Parts
+from console.people.service import EnrollmentService
+from console.robot.link import RobotLink
 from console.sentences import code_of
+from console.speech.robot_voice import RobotVoice
+from console.speech.room_transcription import RoomTranscriber
+from console.speech.voice_commands import VoiceCommands
 from core.commands import spec_of
 from core.gate.status import GateStatus
 from core.message import Array
@@ -31,29 +42,40 @@ NIS_BAND = faded_band(FADE)
 class StateContext:
     """The console's part of the state, besides the snapshot."""
 
-    profile: Profile
-    link: messages.Link
-    age: float | None  # [s] since the newest frame
-    pace: tuple[float, float | None]  # frames per second [Hz], and the longest of the newest steps [ms]
-    speed: float  # of the playback, times real time
-    gate: GateStatus
+    robot: RobotLink
     lease: Lease
-    viewers: int
-    notices: Sequence[Notice]
-    history_revision: int
-    map: messages.MapState
-    words: hearing.TranscriptionStatus  # of the room
-    muted: bool = False  # the robot speaks: nobody is listened to
-    voice_control: bool = False  # an operator has taken the words of the room on
-    pending_command: PendingCommand | None = None  # a spoken command that waits
-    late_command: LateCommand | None = None  # one that came too late
-    comes_to: str = ""  # name of the taught person to whom alone the robot comes; "": to anybody
-    now: float = 0.0  # [s] on the monotonic clock
+    history: History
+    notifications: Notifications
+    sockets: OpenSockets
+    pilots: PilotSupervisor
+    parts: Parts
+
+    @property
+    def situation(self) -> tuple[object, ...]:
+        """All whose change is sent to every viewer at once."""
+        gate, pending = self.robot.status(), self.parts[PendingCommands]
+        return (
+            gate.state,
+            gate.reason,
+            gate.source,
+            self.lease.epoch,
+            self.lease.request,
+            self.history.revision,
+            self.notifications.shown,
+            self.sockets.people,
+            self.parts[VoiceCommands].operator,
+            pending.waiting,
+            pending.late,
+            self.parts[RoomTranscriber].words.starting,
+            self.robot.link()[0],
+        )
 
 
-def state_message(snapshot: Snapshot, around: StateContext, seq: int) -> messages.State:
-    """Everything that may be shown at one instant."""
-    goal = snapshot.goal
+def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float) -> messages.State:
+    """Everything that may be shown at one instant, `now` [s] on the monotonic clock."""
+    goal, profile, parts = snapshot.goal, around.robot.profile, around.parts
+    pending, chosen = parts[PendingCommands], parts[EnrollmentService].chosen
+    pace = around.pilots.pace.measured(now)
     return messages.State(
         seq=seq,
         stamp_s=snapshot.stamp,
@@ -61,31 +83,31 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int) -> message
         dead_reckoning=pose(snapshot.dead_reckoning),
         velocity=messages.Velocity(near(snapshot.velocity.v), near(snapshot.velocity.w)),
         landmarks=[landmark(row) for row in snapshot.landmarks],
-        slam=slam(snapshot, around.pace[1]),
+        slam=slam(snapshot, pace[1]),
         floor=floor(snapshot.floor),
-        map=around.map,
-        direction=hearing.direction(snapshot.hearing, around.profile.camera),
+        map=parts[MapService].shown,
+        direction=hearing.direction(snapshot.hearing, profile.camera),
         ears=hearing.ears(
             snapshot.hearing,
-            around.profile.camera,
-            muted=around.muted,
-            voice_control=around.voice_control,
-            words=around.words,
+            profile.camera,
+            muted=parts[RobotVoice].muted,
+            voice_control=parts[VoiceCommands].operator is not None,
+            words=parts[RoomTranscriber].words,
         ),
-        person=person.person(snapshot.person, snapshot.stamp, around.comes_to),
+        person=person.person(snapshot.person, snapshot.stamp, "" if chosen is None else chosen.name),
         goal=None if goal is None else messages.PointState(near(goal[0]), near(goal[1])),
         path=[(x, y) for x, y in rounded(snapshot.path, 3)],
         command=None if snapshot.active_command is None else command(snapshot.active_command),
-        pending_command=pending_command(around.pending_command, snapshot, around.profile.radius, around.now),
-        late_command=late_command(around.late_command),
+        pending_command=pending_command(pending.waiting, snapshot, profile.radius, now),
+        late_command=late_command(pending.late),
         camera=None if snapshot.view is None else camera(snapshot.view),
         calibration_drift=picture.drift(snapshot.drift),
-        robot=robot(snapshot, around),
-        gate=gate(around.gate, snapshot),
-        lease=lease(around.lease, around.now),
-        viewers=around.viewers,
-        notices=[notice_line(one) for one in around.notices],
-        history_revision=around.history_revision,
+        robot=robot(snapshot, around, pace[0]),
+        gate=gate(around.robot.status(), snapshot),
+        lease=lease(around.lease, now),
+        viewers=around.sockets.people,
+        notices=[notice_line(one) for one in around.notifications.shown],
+        history_revision=around.history.revision,
         truth=None if snapshot.truth is None else true_pose(snapshot),
     )
 
@@ -176,20 +198,21 @@ def camera(view: CameraView) -> messages.CameraOverlay:
     return messages.CameraOverlay(view.stamp, view.width, view.height, edges, laser, quality)
 
 
-def robot(snapshot: Snapshot, around: StateContext) -> messages.RobotState:
-    """The robot and the link to it."""
+def robot(snapshot: Snapshot, around: StateContext, rate_hz: float) -> messages.RobotState:
+    """The robot and the link to it; `rate_hz`: frames per second that the pilot takes."""
+    (link, age), profile = around.robot.link(), around.robot.profile
     return messages.RobotState(
-        url=around.profile.url,
-        kind=around.profile.kind,
-        name=around.profile.name,
-        link=around.link,
-        age_s=around.age,
-        rate_hz=round(around.pace[0], 1),
+        url=profile.url,
+        kind=profile.kind,
+        name=profile.name,
+        link=link,
+        age_s=round(age, 3),
+        rate_hz=round(rate_hz, 1),
         pace=round(snapshot.pace, 2),
         contact=snapshot.contact,
         running=snapshot.running,
         progress=snapshot.progress,
-        speed=around.speed,
+        speed=around.parts[PlaybackController].speed,
         sensors=[
             messages.SensorLine(one.kind, one.name, one.state, round(one.age, 2), one.rate)
             for one in snapshot.sensors

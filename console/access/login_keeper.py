@@ -6,12 +6,13 @@ import asyncio
 from collections.abc import Callable
 
 from console.access.logins import Logins, Person
+from console.part import Part
 from core.errors import BeckonError
 
 LOOK = 0.5  # [s] between looks at the file: what the command line revokes ends within a second
 
 
-class LoginKeeper:
+class LoginKeeper(Part):
     """Lives on the event loop."""
 
     def __init__(self, logins: Logins, signed_out: Callable[[Person], None], tell: Callable[[str], None]) -> None:

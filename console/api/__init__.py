@@ -13,25 +13,16 @@ from console.access.guard import Access
 from console.access.logins import Person
 from console.access.open_sockets import OpenSockets
 from console.api.typed_route import REF, Responses, TypedRoute
-from console.calibration.microphones import MicrophoneCalibration
 from console.calibration.service import CalibrationService
-from console.connection.service import ConnectionService
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.lease import Lease
 from console.control.notices import Notifications
-from console.control.own_navigation import OwnNavigationService
-from console.control.pending_commands import PendingCommands
-from console.control.playback import PlaybackController
-from console.control.settings_in_use import SettingsInUse
-from console.experiments.runs import ExperimentRuns
 from console.http.problems import Problem
 from console.maps.service import MapService
-from console.people.service import EnrollmentService
+from console.part import Part
 from console.robot.link import RobotLink
 from console.runtime import Runtime
-from console.speech.quality_runs import QualityRuns
-from console.speech.robot_voice import RobotVoice
 from core.robots.requests import Ask
 
 SENTENCES = {
@@ -124,8 +115,8 @@ Who = Annotated[Person, Depends(person_of)]
 SimulatedRoom = Annotated[Ask, Depends(room_of)]
 
 
-def part(take: Callable[[Runtime], object]) -> Any:
-    """The dependency of an endpoint on one part of the runtime."""
+def base(take: Callable[[Runtime], object]) -> Any:
+    """The dependency of an endpoint on what every console is built on."""
 
     async def of(runtime: Behind) -> object:
         return take(runtime)
@@ -133,25 +124,20 @@ def part(take: Callable[[Runtime], object]) -> Any:
     return Depends(of)
 
 
-AccessRules = Annotated[Access, part(lambda runtime: runtime.access)]
-ArrayCalibration = Annotated[MicrophoneCalibration, part(lambda runtime: runtime.array)]
-CalibrationSessions = Annotated[CalibrationService, part(lambda runtime: runtime.calibration_service)]
-HistoryInUse = Annotated[History, part(lambda runtime: runtime.history)]
-CommonSettings = Annotated[SettingsInUse, part(lambda runtime: runtime.settings_in_use)]
-Dispatcher = Annotated[CommandDispatcher, part(lambda runtime: runtime.dispatcher)]
-OperatorLease = Annotated[Lease, part(lambda runtime: runtime.lease)]
-NotificationsInUse = Annotated[Notifications, part(lambda runtime: runtime.notifications)]
-Pending = Annotated[PendingCommands, part(lambda runtime: runtime.pending_commands)]
-OwnNavigationInUse = Annotated[OwnNavigationService, part(lambda runtime: runtime.own_navigation)]
-ExperimentsInUse = Annotated[ExperimentRuns, part(lambda runtime: runtime.experiments)]
-PeopleEnrolled = Annotated[EnrollmentService, part(lambda runtime: runtime.people)]
-RobotConnection = Annotated[ConnectionService, part(lambda runtime: runtime.connection)]
-Playback = Annotated[PlaybackController, part(lambda runtime: runtime.player)]
-QualityTests = Annotated[QualityRuns, part(lambda runtime: runtime.quality)]
-RobotInUse = Annotated[RobotLink, part(lambda runtime: runtime.robot)]
-SavedMaps = Annotated[MapService, part(lambda runtime: runtime.maps)]
-Sockets = Annotated[OpenSockets, part(lambda runtime: runtime.sockets)]
-SpokenAnswers = Annotated[RobotVoice, part(lambda runtime: runtime.voice)]
+def part(kind: type[Part]) -> Any:
+    """The dependency of an endpoint on the part of this class."""
+    return base(lambda runtime: runtime.parts[kind])
+
+
+AccessRules = Annotated[Access, base(lambda runtime: runtime.access)]
+CalibrationSessions = Annotated[CalibrationService, part(CalibrationService)]
+HistoryInUse = Annotated[History, base(lambda runtime: runtime.history)]
+Dispatcher = Annotated[CommandDispatcher, base(lambda runtime: runtime.dispatcher)]
+OperatorLease = Annotated[Lease, base(lambda runtime: runtime.lease)]
+NotificationsInUse = Annotated[Notifications, base(lambda runtime: runtime.notifications)]
+RobotInUse = Annotated[RobotLink, base(lambda runtime: runtime.robot)]
+SavedMaps = Annotated[MapService, part(MapService)]
+Sockets = Annotated[OpenSockets, base(lambda runtime: runtime.sockets)]
 
 
 async def undisturbed(behind: Behind, who: Who) -> Person:

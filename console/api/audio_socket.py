@@ -25,16 +25,18 @@ from console.access.strict_json import read_json
 from console.broadcast import CloseSocket
 from console.control.command_freshness import Spoken
 from console.control.history import EntryFields
-from console.control.pending_commands import PendingCommand
+from console.control.pending_commands import PendingCommand, PendingCommands
 from console.http.problems import Problem
 from console.http.rate_counter import RateCounter, size_of
 from console.messages import audio
 from console.runtime import Runtime
 from console.sentences import code_of
-from console.speech.browser_microphone import TalkTurn
+from console.speech.browser_microphone import BrowserMicrophone, TalkTurn
+from console.speech.robot_voice import RobotVoice
 from console.speech.room_mouth import RoomMouth
-from console.speech.room_transcription import RoomUtterance, UnrecognizedSpeechLog
+from console.speech.room_transcription import RoomTranscriber, RoomUtterance, UnrecognizedSpeechLog
 from console.speech.spoken_stops import SpokenStops, stopped
+from console.speech.voice_commands import VoiceCommands
 from console.workers.tasks import end
 from core.errors import BadInput, Refused
 from core.snapshot import Ending
@@ -78,9 +80,9 @@ class AudioSocket:
             with self._runtime.sockets.room_for(self._person, self._close):
                 await self._socket.accept()
                 if self._simulated:
-                    self._runtime.ears.warm(self._runtime.robot.profile.microphones)
+                    self._runtime.parts[RoomTranscriber].warm(self._runtime.robot.profile.microphones)
                 else:
-                    self._runtime.microphone.warm()
+                    self._runtime.parts[BrowserMicrophone].warm()
                 events = self._events
                 for subscribers, tell in events:
                     subscribers.append(tell)
@@ -106,9 +108,9 @@ class AudioSocket:
         """Lists of the console's events, and what takes each to this socket while it is open."""
         runtime = self._runtime
         return (
-            (runtime.pending_commands.when_rejected, self._rejected),
+            (runtime.parts[PendingCommands].when_rejected, self._rejected),
             (runtime.dispatcher.when_cancelled, self._cancelled),
-            (runtime.ears.when_heard, self._heard_in_room),
+            (runtime.parts[RoomTranscriber].when_heard, self._heard_in_room),
         )
 
     async def _converse(self) -> None:
@@ -131,7 +133,7 @@ class AudioSocket:
             if self._turn is not None:
                 self._turn.rest()
             self._end_mouth()
-            self._runtime.pending_commands.left(self._person)
+            self._runtime.parts[PendingCommands].left(self._person)
             await end(speaker)
 
     async def _speak(self) -> None:
@@ -162,11 +164,11 @@ class AudioSocket:
             self._close(1007, "This is no piece of sound: its header is wrong.")
         elif self._mouth is not None:
             self._mouth.add(np.frombuffer(raw, "<i2", offset=size).astype(float) / 32768)
-        elif self._turn is not None and not (self._turn.mode == "open" and self._runtime.voice.muted):
+        elif self._turn is not None and not (self._turn.mode == "open" and self._runtime.parts[RobotVoice].muted):
             samples = np.frombuffer(raw, "<i2", offset=size).astype(float) / 32768
             self._turn.add(samples, clock / 1000)
             if self._turn.mode == "held":
-                self._runtime.pending_commands.hear()
+                self._runtime.parts[PendingCommands].hear()
 
     def _take_words(self, text: str) -> None:
         try:
@@ -202,7 +204,7 @@ class AudioSocket:
             lambda: self._tell(audio.AllRead()),
         )
         try:
-            self._runtime.microphone.begin(turn)
+            self._runtime.parts[BrowserMicrophone].begin(turn)
         except Refused as busy:
             self._tell(audio.ListeningMessage(False, str(busy)))
             return
@@ -218,19 +220,21 @@ class AudioSocket:
         """The sound that comes is someone's voice in the room, whom the robot obeys in this person's name."""
         runtime = self._runtime
         try:
-            runtime.spoken.take_on(self._person)
+            runtime.parts[VoiceCommands].take_on(self._person)
         except Problem as refusal:
             self._tell(audio.ListeningMessage(False, refusal.detail))
             return
-        self._mouth = RoomMouth(wanted, runtime.ask, runtime.ears, runtime.spoken, self._mouth_trouble)
-        runtime.ears.when_so_far.append(self._so_far)
+        self._mouth = RoomMouth(
+            wanted, runtime.ask, runtime.parts[RoomTranscriber], runtime.parts[VoiceCommands], self._mouth_trouble
+        )
+        runtime.parts[RoomTranscriber].when_so_far.append(self._so_far)
         self._tell(audio.ListeningMessage(True))
 
     def _end_mouth(self) -> None:
         if self._mouth is not None:
             self._mouth.close()
             self._mouth = None
-            self._runtime.ears.when_so_far.remove(self._so_far)
+            self._runtime.parts[RoomTranscriber].when_so_far.remove(self._so_far)
 
     def _mouth_trouble(self, why: str) -> None:
         self._end_mouth()
@@ -249,7 +253,7 @@ class AudioSocket:
         """Show an utterance of the room that is this person's."""
         if self._mouth is None or not self._mouth.awaits_words:
             return
-        waiting = self._runtime.pending_commands.waiting
+        waiting = self._runtime.parts[PendingCommands].waiting
         command = decision.command
         self._number += 1
         self._tell(
@@ -262,7 +266,7 @@ class AudioSocket:
                 reason=reason,
                 suggestions=list(decision.did_you_mean),
                 seconds=round(one.t1_s - one.t0_s, 2),
-                delay_s=round(max(0.0, time.monotonic() - self._runtime.ears.said(one).ended), 3),
+                delay_s=round(max(0.0, time.monotonic() - self._runtime.parts[RoomTranscriber].said(one).ended), 3),
                 pending_command=waiting.id if waiting is not None and not reason else None,
             )
         )
@@ -314,7 +318,7 @@ class AudioSocket:
         ended = min(time.monotonic() - delay, self._until)
         said = self._stops.said(utterance.begin, Spoken(ended - (utterance.end - utterance.begin), ended))
         try:
-            taken = self._runtime.pending_commands.take(utterance.decision, SOURCE, self._person, said)
+            taken = self._runtime.parts[PendingCommands].take(utterance.decision, SOURCE, self._person, said)
             waits = isinstance(taken, PendingCommand)
             return Outcome(pending_command=taken.id) if waits else Outcome(entry=taken.id)
         except Problem as problem:
@@ -323,7 +327,7 @@ class AudioSocket:
     def _rejected(self, pending_command: PendingCommand) -> None:
         """A pending command of this person was rejected."""
         if pending_command.source == SOURCE and pending_command.person.id == self._person.id:
-            self._runtime.microphone.reject(pending_command.words, self._page)
+            self._runtime.parts[BrowserMicrophone].reject(pending_command.words, self._page)
 
     def _refuse(self, decision: Decision) -> int | None:
         """Record a rejection in the history."""

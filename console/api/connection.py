@@ -14,9 +14,9 @@ from pydantic import Field
 
 from console.access.logins import Person
 from console.access.roles import needs
-from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, RobotConnection, router
+from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, part, router
 from console.connection.reach import masked
-from console.connection.service import LONGEST_URL, REAL_ONLY, WrittenFile
+from console.connection.service import LONGEST_URL, REAL_ONLY, ConnectionService, WrittenFile
 from console.control.history import History
 from console.http.problems import Problem
 from core.errors import BeckonError, Refused
@@ -25,6 +25,7 @@ from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, Ro
 from core.robots.robot_file_text import ChosenRole, TopicChoice
 
 connection = router("connection", 409, 503, 507)
+RobotConnection = Annotated[ConnectionService, part(ConnectionService)]
 
 Url = Annotated[str, Field(min_length=3, max_length=LONGEST_URL, examples=["foxglove://192.168.0.7:8765"])]
 Name = Annotated[str, Field(min_length=1, max_length=60)]

@@ -10,13 +10,14 @@ from fastapi.responses import FileResponse
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import ExperimentsInUse, HistoryInUse, RequestBody, Who, router
+from console.api import HistoryInUse, RequestBody, Who, part, router
 from console.api.typed_route import Responses
 from console.experiments.catalogue import ExperimentEntry
-from console.experiments.runs import ExperimentRunState
+from console.experiments.runs import ExperimentRuns, ExperimentRunState
 from console.http.downloads import named
 
 experiments = router("experiments", 404, 409, 503, 507)
+ExperimentsInUse = Annotated[ExperimentRuns, part(ExperimentRuns)]
 
 Id = Annotated[str, Path(max_length=40)]
 MOST_RUNS = 10_000

@@ -7,7 +7,8 @@ import msgspec
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
 from console.http.problems import Problem
-from console.speech.room_transcription import RoomUtterance
+from console.speech.room_transcription import RoomTranscriber, RoomUtterance
+from console.speech.voice_commands import VoiceCommands
 from core.robots.requests import SetListening
 
 hearing = router("hearing", 404, 409, 503)
@@ -44,10 +45,10 @@ async def newest(behind: Behind) -> NewestHearing:
     return NewestHearing(
         microphones=hearing_state is not None,
         listening=hearing_state is not None and hearing_state.listening,
-        obeying=behind.spoken.operator is not None,
-        trouble=behind.ears.trouble,
-        engine=behind.ears.engine,
-        utterances=behind.ears.shown(),
+        obeying=behind.parts[VoiceCommands].operator is not None,
+        trouble=behind.parts[RoomTranscriber].trouble,
+        engine=behind.parts[RoomTranscriber].engine,
+        utterances=behind.parts[RoomTranscriber].shown(),
     )
 
 
@@ -60,9 +61,9 @@ async def listen(asked: ListeningRequest, behind: Behind, who: Who) -> Listening
     if not asked.listen:
         behind.lease.check_not_anothers(who)
     if asked.obey is True and asked.listen:
-        behind.spoken.take_on(who)
+        behind.parts[VoiceCommands].take_on(who)
     elif asked.obey is False or not asked.listen:
-        behind.spoken.let_go()
+        behind.parts[VoiceCommands].let_go()
     answer = await behind.ask(SetListening(on=asked.listen))
     behind.history.add("listen", who, words="on" if asked.listen else "off")
-    return Listening(listening=answer.on, obeying=behind.spoken.operator is not None)
+    return Listening(listening=answer.on, obeying=behind.parts[VoiceCommands].operator is not None)

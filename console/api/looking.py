@@ -47,7 +47,7 @@ def active_detector(look: LookService) -> ActiveDetector:
 @needs("viewer")
 async def read(behind: Behind) -> ActiveDetector:
     """Return the detector that looks for people, and the model with which real people are seen."""
-    return active_detector(behind.look)
+    return active_detector(behind.parts[LookService])
 
 
 @looking.post("/looking/model")
@@ -60,5 +60,5 @@ async def fetch(behind: Behind, who: Operator) -> ActiveDetector:
         if find(MODEL) is None:
             await asyncio.to_thread(get, MODEL, tell=lambda line: log.info("%s", line))
             behind.history.add("model", who, words=MODEL)
-        behind.ask_for_people()
-    return active_detector(behind.look)
+        behind.equip()
+    return active_detector(behind.parts[LookService])

@@ -8,10 +8,11 @@ from fastapi import Path
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import ArrayCalibration, HistoryInUse, Operator, RequestBody, router
-from console.calibration.microphones import ArrayCheck, MicrophonesState
+from console.api import HistoryInUse, Operator, RequestBody, part, router
+from console.calibration.microphones import ArrayCheck, MicrophoneCalibration, MicrophonesState
 
 microphones = router("microphones", 404, 409, 503, 507)
+ArrayCalibration = Annotated[MicrophoneCalibration, part(MicrophoneCalibration)]
 
 Number = Annotated[int, Path(ge=0, le=1000)]
 

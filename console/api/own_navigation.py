@@ -8,13 +8,14 @@ import msgspec
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import OwnNavigationInUse, RequestBody, Who, router
+from console.api import RequestBody, Who, part, router
 from console.control.own_navigation import OwnNavigationService
 from console.http.problems import Problem
 from core.geometry import Pose
 from core.robots.requests import PlanarPose
 
 own_navigation = router("own navigation", 404, 409, 503)
+OwnNavigationInUse = Annotated[OwnNavigationService, part(OwnNavigationService)]
 
 Number = Annotated[float, Field(ge=-10_000, le=10_000)]
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import msgspec
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Pending, RequestBody, Who, router
+from console.api import RequestBody, Who, part, router
+from console.control.pending_commands import PendingCommands
 
 pending_command = router("pending_command", 404, 409)
+Pending = Annotated[PendingCommands, part(PendingCommands)]
 
 
 class PendingCommandRequest(RequestBody):

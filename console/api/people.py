@@ -9,15 +9,16 @@ from fastapi import Path, Request, Response
 from pydantic import Field
 
 from console.access.roles import PICTURE, needs
-from console.api import HistoryInUse, Operator, OperatorLease, PeopleEnrolled, RequestBody, Who, problems, router
+from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, Who, part, problems, router
 from console.api.typed_route import OpenApi
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentState
-from console.people.service import PeopleState
+from console.people.service import EnrollmentService, PeopleState
 from console.people.store import LONGEST
 from console.workers.pictures import UploadedPicture
 
 people = router("people", 409, 503, 507)
+PeopleEnrolled = Annotated[EnrollmentService, part(EnrollmentService)]
 
 PICTURES: OpenApi = {
     "requestBody": {

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import msgspec
 
 from console.access.roles import needs
-from console.api import Playback, RequestBody, Who, router
-from console.control.playback import PlaybackAction
+from console.api import RequestBody, Who, part, router
+from console.control.playback import PlaybackAction, PlaybackController
 
 playback = router("playback", 409, 503)
+Playback = Annotated[PlaybackController, part(PlaybackController)]
 
 
 class PlaybackRequest(RequestBody):

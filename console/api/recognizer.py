@@ -10,6 +10,7 @@ import msgspec
 from console.access.roles import needs
 from console.api import Behind, Operator, router
 from console.http.problems import Problem
+from console.speech.browser_microphone import BrowserMicrophone
 from core.errors import Unavailable
 from core.models import MODEL, MODELS, find, get
 from core.speech.recognition.engines import chosen
@@ -52,7 +53,7 @@ def active_recognizer(settings: SpeechSettings) -> ActiveRecognizer:
 @needs("viewer")
 async def read(behind: Behind) -> ActiveRecognizer:
     """Which engine reads words, and the model with which people are understood better."""
-    return active_recognizer(behind.microphone.settings)
+    return active_recognizer(behind.parts[BrowserMicrophone].settings)
 
 
 @recognizer.post("/recognizer/model")
@@ -65,4 +66,4 @@ async def fetch(behind: Behind, who: Operator) -> ActiveRecognizer:
         if find(MODEL) is None:
             await asyncio.to_thread(get, MODEL, tell=lambda line: log.info("%s", line))
             behind.history.add("model", who, words=MODEL)
-    return active_recognizer(behind.microphone.settings)
+    return active_recognizer(behind.parts[BrowserMicrophone].settings)

@@ -7,10 +7,11 @@ from typing import Annotated
 from fastapi import Path
 
 from console.access.roles import needs
-from console.api import CommonSettings, HistoryInUse, Operator, RequestBody, router
-from console.control.settings_in_use import ChangedSetting, SettingsState
+from console.api import HistoryInUse, Operator, RequestBody, part, router
+from console.control.settings_in_use import ChangedSetting, SettingsInUse, SettingsState
 
 settings = router("settings", 409, 507)
+CommonSettings = Annotated[SettingsInUse, part(SettingsInUse)]
 
 Word = Annotated[str, Path(max_length=40)]
 

@@ -12,14 +12,15 @@ from fastapi import Path, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, HistoryInUse, QualityTests, RequestBody, RobotInUse, Who, router
+from console.api import Behind, HistoryInUse, RequestBody, RobotInUse, Who, part, router
 from console.api.typed_route import Responses
 from console.http.problems import Problem
-from console.speech.quality_runs import QualityRunState, QualitySetup
+from console.speech.quality_runs import QualityRuns, QualityRunState, QualitySetup
 from core.robots.requests import ReadPlan, ReadTruth
 from core.speech.quality.report import STYLE
 
 speech_quality = router("speech quality", 409, 503, 507)
+QualityTests = Annotated[QualityRuns, part(QualityRuns)]
 
 Id = Annotated[str, Path(max_length=40)]
 Distance = Annotated[float, Field(ge=0.3, le=12)]

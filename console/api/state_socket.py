@@ -21,7 +21,10 @@ from console.access.logins import Person
 from console.access.open_sockets import TooMany
 from console.access.strict_json import read_json
 from console.broadcast import CloseSocket, Subscriber
+from console.calibration.service import CalibrationService
 from console.control.command_freshness import Spoken
+from console.control.pending_commands import PendingCommands
+from console.control.playback import PlaybackController
 from console.control.stop import latched
 from console.http.problems import Problem, refused
 from console.http.rate_counter import RateCounter
@@ -94,7 +97,7 @@ class StateSocket:
             runtime.broadcaster.viewers.discard(self._viewer)
             runtime.scene.tabs.pop(self._tab, None)
             runtime.lease.disconnected(person)
-            runtime.pending_commands.left(person)
+            runtime.parts[PendingCommands].left(person)
 
     # down
 
@@ -225,7 +228,7 @@ class StateSocket:
             self._session = asked.calibration
         if isinstance(asked.calibration, str):
             self._runtime.broadcaster.want(self._viewer, f"calibration:{self._session}", wanted=True)
-            self._runtime.calibration_service.show(asked.calibration)
+            self._runtime.parts[CalibrationService].show(asked.calibration)
 
     def _stop_controller(self, message: messages.StopMessage | messages.HaltMessage) -> None:
         if isinstance(message, messages.HaltMessage):
@@ -243,7 +246,7 @@ class StateSocket:
         """The recording's driver is asked without keeping this socket waiting."""
         answer = messages.AnswerMessage(message.ref, True, 200)
         try:
-            await self._runtime.player.steer(message.do, message.value, self._person)
+            await self._runtime.parts[PlaybackController].steer(message.do, message.value, self._person)
         except (Problem, BeckonError) as error:
             answer = refused(message.ref, error)
         self._tell(answer)

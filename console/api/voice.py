@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+from typing import Annotated
 
 import msgspec
 from msgspec.structs import replace
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, Operator, RequestBody, SpokenAnswers, router
+from console.api import Behind, Operator, RequestBody, part, router
 from console.api.simulation import speak_in_pieces
 from console.runtime import Runtime
-from console.speech.robot_voice import MOST, MOST_MOVING
+from console.speech.robot_voice import MOST, MOST_MOVING, RobotVoice
 from core.errors import BeckonError
 from core.robots.requests import ReadTruth, Speak
 from core.sensors.microphones import Sound
@@ -24,6 +25,7 @@ NAME = "robot"
 LAG = 1.5  # [s] until the simulated room has worked out its first echo
 
 voice = router("voice", 409, 503)
+SpokenAnswers = Annotated[RobotVoice, part(RobotVoice)]
 
 
 class SpeechRequest(RequestBody):
@@ -86,7 +88,7 @@ async def in_room(behind: Runtime, sound: Sound) -> None:
         or not heard.listening
     ):
         return
-    behind.voice.in_room(snapshot.stamp + LAG + sound.duration)
+    behind.parts[RobotVoice].in_room(snapshot.stamp + LAG + sound.duration)
     with contextlib.suppress(BeckonError):  # no room for a loudspeaker, or too many talk: only the browser is heard
         here = await behind.ask(ReadTruth())
         place = Speak(id=NAME, x_m=here.x_m, y_m=here.y_m, z_m=array.height + ABOVE)

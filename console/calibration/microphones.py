@@ -13,6 +13,7 @@ from typing import Any
 from console.calibration.microphone_recorder import MicrophoneRecorder
 from console.calibration.orientation_store import AcceptedOrientation, read_orientation, write_orientation
 from console.http.problems import Problem
+from console.part import Part
 from console.robot.link import RobotLink
 from console.workers.array_jobs import ArrayMessage, CheckArray, FindClap, SoundMessage
 from console.workers.job import Answer, Job
@@ -24,7 +25,8 @@ from core.perception.sound.array_diagnostics import ArrayFault
 from core.perception.sound.array_orientation import Clap, Orientation, OrientationWizard, oriented
 from core.robots import Profile
 from core.robots.requests import AnswerT, RobotRequest
-from core.sensors.microphones import MicrophoneArray, Sound
+from core.sensors import SensorFrame
+from core.sensors.microphones import MicrophoneArray
 from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
@@ -101,7 +103,7 @@ class MicrophonesState:
     active: ActiveOrientationRow | None
 
 
-class MicrophoneCalibration:
+class MicrophoneCalibration(Part):
     """Lives on the event loop."""
 
     def __init__(self, home: Path, robot: RobotLink, changed: Callable[[], None]) -> None:
@@ -137,14 +139,14 @@ class MicrophoneCalibration:
         self._worker.kill()
         await self._worker.gone()
 
-    def took(self, snapshot: Snapshot, sound: Sound | None) -> None:
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """The newest of what the robot does and hears."""
         self.moves = abs(snapshot.velocity.v) > MOVING or abs(snapshot.velocity.w) > MOVING
         if not self.busy:
             self._listening = snapshot.hearing is not None and snapshot.hearing.listening
-        self._recorder.took(sound)
+        self._recorder.took(frame.sound)
 
-    def profile(self, profile: Profile) -> Profile:
+    def calibrated(self, profile: Profile) -> Profile:
         """The robot with its microphones as they were found to be mounted."""
         if profile.microphones is None or self.active is None or self.left_out:
             return profile

@@ -34,6 +34,7 @@ from console.calibration.session_store import VERSION, SessionInfo, SessionStore
 from console.calibration.updates import SessionUpdates
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSessionState, CalibrationSource
+from console.part import Part
 from console.robot.link import RobotLink
 from console.workers.demo_runner import DemoRunner
 from console.workers.queue_limit import QueueLimit
@@ -43,7 +44,7 @@ from core.calibration.reports import CameraReport, LaserReport
 from core.robots import Profile
 from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import Image, SensorFrame
-from core.snapshot import Level
+from core.snapshot import Level, Snapshot
 
 MOST_SESSIONS = 100
 FORGOTTEN = 600.0  # [s] without anybody who looks, after which a session looks no more
@@ -52,7 +53,7 @@ KINDS: tuple[CalibrationKind, ...] = ("camera", "laser")
 IDLE = 180.0  # [s] after which a worker that nobody needs is ended
 
 
-class CalibrationService:
+class CalibrationService(Part):
     """Lives on the event loop. One per console."""
 
     def __init__(
@@ -61,11 +62,11 @@ class CalibrationService:
         robot: RobotLink,
         broadcaster: Broadcaster,
         tell: Callable[[Level, str], None],
-        used: Callable[[Profile], None],
+        recalibrated: Callable[[], None],
         *,
         printed: bool = False,
     ) -> None:
-        """`tell` hangs a notice; `used` hears of the robot's profile whenever another calibration is in use;
+        """`tell` hangs a notice; `recalibrated` is called whenever another calibration is in use;
         `printed`: solve and write as the chapter does (eq. 13, eq. 44).
         """
         self._printed = printed
@@ -74,9 +75,8 @@ class CalibrationService:
         self.solver = Worker("solver")
         self.picture_turns, self.export_turns = QueueLimit(MOST_PICTURES), QueueLimit(MOST_EXPORTS)
         self.newest: Image | None = None  # the robot's picture; set by the pilot's thread
-        self.watching = False  # some session wants the robot's frames
         self._home = home / "calibration"
-        self._robot, self._tell, self._used = robot, tell, used
+        self._robot, self._tell, self._recalibrated = robot, tell, recalibrated
         self._news = SessionUpdates(broadcaster)
         self._live: dict[str, LiveCapture] = {}
         self._demo = DemoRunner()
@@ -172,9 +172,9 @@ class CalibrationService:
 
     # in use
 
-    def profile(self) -> Profile:
-        """The robot as calibrated; a notice says why a calibration is not used."""
-        profile, reasons = calibrated(self._robot.profile, self.active)
+    def calibrated(self, profile: Profile) -> Profile:
+        """The robot as its camera and laser were calibrated; a notice says why a calibration is not used."""
+        profile, reasons = calibrated(profile, self.active)
         for why_not in reasons.values():
             self._warn(why_not)
         return profile
@@ -224,12 +224,12 @@ class CalibrationService:
     async def use(self, kind: CalibrationKind, document: Document, report: Document, who: str) -> None:
         """A document with its report becomes the calibration in use. Raises BadInput, Problem 503."""
         await asyncio.to_thread(self.active.put, kind, document, report, who)
-        self._used(self.profile())
+        self._recalibrated()
 
     async def undo(self, kind: CalibrationKind) -> None:
         """Take the former calibration back. Raises Problem 409."""
         await asyncio.to_thread(self.active.undo, kind)
-        self._used(self.profile())
+        self._recalibrated()
 
     def _warn(self, words: str) -> None:
         self._tell("warning", words)
@@ -249,7 +249,6 @@ class CalibrationService:
             live.task.add_done_callback(lambda _: self._looked(session, live))
         elif live is not None:
             live.end()
-        self.watching = bool(self._live)
         if session.shown.live != on:
             session.shown.live = on
             session.show(urgent=True)
@@ -259,13 +258,9 @@ class CalibrationService:
         if self._live.get(session.card.id) is live and not live.task.cancelled():
             self.live(session, on=False)
 
-    def frame_came(self, frame: SensorFrame) -> bool:
-        """Keep its picture → whether a session wants to see the frame. From the pilot's thread."""
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
+        """Keep its picture; show the frame to the sessions that look at the robot."""
         self.newest = frame.image or self.newest
-        return self.watching
-
-    def saw(self, frame: SensorFrame) -> None:
-        """A frame of the robot."""
         for live in self._live.values():
             live.saw(frame)
 

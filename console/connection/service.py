@@ -15,7 +15,9 @@ from console.access.logins import Person
 from console.connection.probe_jobs import CheckRecording, CheckRobotFile, ProbeRobot
 from console.connection.reach import Reach, inside
 from console.http.problems import Problem
+from console.maps.service import MapService
 from console.maps.store import slug
+from console.part import Part
 from console.robot.link import RobotLink
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, Refused, Unavailable
@@ -59,12 +61,12 @@ class WrittenFile(msgspec.Struct, frozen=True):
     text: str
 
 
-class ConnectionService:
+class ConnectionService(Part):
     """Lives on the event loop; one robot is looked at, or one recording read, at a time."""
 
-    def __init__(self, home: Path, robot: RobotLink, settings: LogSettings | None = None) -> None:
+    def __init__(self, home: Path, robot: RobotLink, maps: MapService, settings: LogSettings | None = None) -> None:
         self._folder, self._recordings = home / FOLDER, home / RECORDINGS
-        self._robot = robot
+        self._robot, self._maps = robot, maps
         self._settings = settings or LogSettings()
         self.reach = Reach()  # of operators
         self.other = ""  # URL of the robot that is opened instead of this one
@@ -111,7 +113,7 @@ class ConnectionService:
 
     def open_instead(self, url: str) -> None:
         """Let go of this robot, and open another one at the same address as soon as the answer is out."""
-        self.other = url
+        self.other, self._maps.kept_as = url, f"before opening {url.rpartition('/')[2]}"
         asyncio.get_running_loop().call_later(LEAVING_DELAY_S, self.leave)
 
     def _recording(self, url: str, who: Person) -> str:

@@ -18,6 +18,7 @@ from console.access.logins import Person
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.notices import Notifications
+from console.part import Part
 from console.robot.link import RobotLink
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
@@ -31,6 +32,7 @@ from core.robots.requests import (
     RobotRequest,
     SendGoal,
 )
+from core.sensors import SensorFrame
 from core.snapshot import Ending, Snapshot
 
 log = logging.getLogger(__name__)
@@ -72,7 +74,7 @@ class OwnMapView:
     aligned: bool  # its place in Beckon's world is known
 
 
-class OwnNavigationService:
+class OwnNavigationService(Part):
     """Asks the robot twice a second; its methods run on the event loop."""
 
     def __init__(
@@ -107,11 +109,11 @@ class OwnNavigationService:
         known_from = self.newest.known_from if self.newest is not None else ""
         return f"It lies on Beckon's map as {known_from} and the odometry say."
 
-    def took(self, snapshot: Snapshot) -> None:
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """Keep where Beckon believed to be, for poses of the same time."""
         self._poses.append((snapshot.stamp, snapshot.estimate.pose))
 
-    async def watch(self) -> None:
+    async def run(self) -> None:
         """Look after it for as long as the console runs."""
         while self.there:
             try:

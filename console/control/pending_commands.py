@@ -20,8 +20,10 @@ from console.control.history_store import HistoryEntry
 from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.http.problems import Problem
+from console.part import Part
 from core.commands.command import Command
 from core.commands.confirmation_delay import DELAY, ConfirmationDelay
+from core.sensors import SensorFrame
 from core.snapshot import Ending, Snapshot
 from core.speech.recognition.decision import Decision
 
@@ -59,7 +61,7 @@ LATE_OFFER_S = 20.0  # [s] for which a late command is offered
 GONE = "No such command waits: it has begun, or it was dropped."
 
 
-class PendingCommands:
+class PendingCommands(Part):
     """At most one waits; the last one wins. Lives on the event loop."""
 
     def __init__(
@@ -116,7 +118,7 @@ class PendingCommands:
         assert self.waiting is not None
         return self.waiting
 
-    def took(self, snapshot: Snapshot) -> None:
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """Note whether the robot's own ears hear speech."""
         if snapshot.hearing is not None and snapshot.hearing.speaking:
             self.hear()

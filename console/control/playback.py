@@ -9,6 +9,7 @@ from console.access.logins import Person
 from console.control.history import History
 from console.control.notices import Notifications
 from console.http.problems import Problem
+from console.part import Part
 from console.robot.link import RobotLink
 from core.robots.requests import Pause, Play, PlaybackState, RobotRequest, Seek, SetSpeed
 
@@ -17,7 +18,7 @@ PlaybackAction = Literal["play", "pause", "speed", "seek"]
 NEARLY = 0.95  # of the speed that was asked for, from which on it counts as reached
 
 
-class PlaybackController:
+class PlaybackController(Part):
     """Asks the recording's driver, outside the event loop."""
 
     def __init__(self, robot: RobotLink, history: History, notifications: Notifications) -> None:

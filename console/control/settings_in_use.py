@@ -11,8 +11,10 @@ import msgspec
 
 from console.control.settings_file import Value, with_value
 from console.http.problems import Problem
+from console.part import Part
 from console.workers.tasks import to_the_end
 from core.files import saving, write_atomic
+from core.pilot.pilot import Pilot
 from core.setting import DeclaredSetting, Section, declared_settings
 from core.settings import Settings, read
 
@@ -55,7 +57,7 @@ class ChangedSetting(msgspec.Struct, frozen=True):
     sentence: str
 
 
-class SettingsInUse:
+class SettingsInUse(Part):
     """Lives on the event loop."""
 
     def __init__(self, settings: Settings, file: Path, adopt: Callable[[Settings], None]) -> None:
@@ -63,6 +65,10 @@ class SettingsInUse:
         self._now = self._saved = settings
         self._file, self._adopt = file, adopt
         self._turn = asyncio.Lock()
+
+    def equip(self, pilot: Pilot) -> None:
+        """A pilot drives with the settings that hold now."""
+        pilot.drive_with(self._now)
 
     @property
     def now(self) -> Settings:

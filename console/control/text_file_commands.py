@@ -15,6 +15,7 @@ from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.control.text_file_reader import TextFileReader
 from console.http.problems import Problem
+from console.part import Part
 from core.commands import spec_of
 from core.errors import BadInput
 from core.perception.people.voice_bearing import VoiceBearing
@@ -26,7 +27,7 @@ WRITER = Person("text files", "who writes the text files", "operator")
 PERIOD = 0.1  # [s] between two looks
 
 
-class TextFileCommands:
+class TextFileCommands(Part):
     """Lives on the event loop; the files are read outside."""
 
     def __init__(

@@ -20,12 +20,14 @@ from console.maps.export import FLOOR, PREVIEW, known_part, write_map
 from console.maps.store import LONGEST, MapInfo, MapStore, StoredMap, checked_name
 from console.maps.trajectory import Trajectory
 from console.messages import MapState
+from console.part import Part
 from console.robot.link import RobotLink
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import to_the_end
 from core.errors import BeckonError
 from core.geometry import Pose
 from core.pilot.pilot import Pilot
+from core.sensors import SensorFrame
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import ClosureStatus
@@ -42,7 +44,7 @@ ITSELF = Person("console", "Beckon", "operator")
 PACKERS = 4  # who packs a map and those who wait for it
 
 
-class MapService:
+class MapService(Part):
     """Lives on the event loop; the disk is waited for in threads, one write after the other."""
 
     def __init__(
@@ -61,10 +63,11 @@ class MapService:
         self._clean = False
         self._kept_at: Pose | None = None  # where the robot was when its map was begun, saved or loaded
         self._unsaved = False
+        self.kept_as = LAST_MAP  # name under which a map that would be lost is saved at the end
 
     # state
 
-    def took(self, snapshot: Snapshot) -> None:
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """The newest snapshot. Another pilot knows nothing of the former's map."""
         if self._dispatcher.pilot is not self._pilot:
             self._pilot, self._name = self._dispatcher.pilot, None
@@ -129,6 +132,10 @@ class MapService:
         self._stands_kept()
         self._changed("save", name, who)
         return card
+
+    async def close(self) -> None:
+        """Save a map that would be lost."""
+        await self.keep_unsaved(self.kept_as)
 
     async def keep_unsaved(self, name: str) -> None:
         """Save a map that would be lost, in the place of the one that was kept under this name before."""

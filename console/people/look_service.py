@@ -7,12 +7,15 @@ import logging
 import time
 from collections.abc import Callable
 
+from console.part import Part
 from console.people.look_jobs import LookForPeople, OpenDetector
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BeckonError
 from core.perception.people.engines import says, sees_people
 from core.perception.people.looking import LookAnswer, LookQuestion, PersonLook
 from core.perception.people.parts import PeopleSettings
+from core.pilot.pilot import Pilot
+from core.sensors import SensorFrame
 from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
@@ -22,7 +25,7 @@ AGAIN = 5.0  # [s] after a failure until the next try
 IDLE = 60.0  # [s] without a voice or a question, after which the worker gives its memory back
 
 
-class LookService:
+class LookService(Part):
     """Lives on the event loop; `ask` and `answer` are called from the pilot's thread.
 
     The newest question replaces one that waits; nothing queues.
@@ -76,7 +79,7 @@ class LookService:
             if ready:
                 await self._look(question)
 
-    def took(self, snapshot: Snapshot) -> None:
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """Start the process when someone is heard who may call: that takes the longest part of a second.
 
         The networks, which take more memory than the process, are opened for the first picture, in an eighth of one.
@@ -87,7 +90,11 @@ class LookService:
         if not self._worker.alive and self._wake is not None:
             self._wake.set()
 
-    def close(self) -> None:
+    def equip(self, pilot: Pilot) -> None:
+        """A pilot asks what the settings name, where it is here now."""
+        pilot.find_people_with(self.for_pilot)
+
+    async def close(self) -> None:
         """End the worker."""
         self._worker.kill()
 

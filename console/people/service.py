@@ -16,6 +16,7 @@ from console.access.logins import Person
 from console.calibration.live_capture import moved
 from console.control.dispatcher import CommandDispatcher
 from console.http.problems import Problem
+from console.part import Part
 from console.people.demo import EnrollmentDemo
 from console.people.enrollment import MOST_PICTURES, EnrollmentSession, EnrollmentState
 from console.people.jobs import JudgePicture, LearnPerson, PersonPicture, ReadBackground
@@ -32,7 +33,8 @@ from core.geometry import Pose
 from core.perception.people.appearance import PersonProfile
 from core.perception.people.enrollment import FEWEST
 from core.perception.people.legs import find_standers
-from core.sensors import Image
+from core.pilot.pilot import Pilot
+from core.sensors import Image, SensorFrame
 from core.snapshot import Level, Snapshot
 
 log = logging.getLogger(__name__)
@@ -66,7 +68,7 @@ class PeopleState(msgspec.Struct, frozen=True, kw_only=True):
     simulated: bool
 
 
-class EnrollmentService:
+class EnrollmentService(Part):
     """The people and the enrollment. Lives on the event loop. One per console, and in it one enrollment at a time."""
 
     def __init__(
@@ -107,11 +109,15 @@ class EnrollmentService:
         self._worker.kill()
         await self._worker.gone()
 
-    def took(self, snapshot: Snapshot) -> None:
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """The newest of what the robot does."""
         self._pose, self._newest_snapshot = snapshot.dead_reckoning.pose, snapshot
         if self.enrollment is not None and self.enrollment.stale:
             self._over()
+
+    def equip(self, pilot: Pilot) -> None:
+        """A pilot comes to the chosen person alone."""
+        pilot.obey_only(self.chosen)
 
     @property
     def chosen(self) -> PersonProfile | None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from console.messages import Link
-from core.gate.requests import Part
+from core.gate.requests import ReachingPart
 from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus
 from core.robots import Profile
@@ -72,7 +72,7 @@ class RobotLink(Protocol):
         """The console is alive."""
         ...
 
-    def reach(self, stamp: float | None, part: Part = "pilot") -> None:
+    def reach(self, stamp: float | None, part: ReachingPart = "pilot") -> None:
         """Tell how far a part of the console has come [s], for which a simulated robot waits; None: it need not."""
         ...
 

@@ -26,7 +26,7 @@ from console.robot.restarts import Restarts
 from core.errors import BeckonError, Unavailable
 from core.gate import GateStatus, Limits, Setpoint
 from core.gate.limits import is_number
-from core.gate.requests import Part
+from core.gate.requests import ReachingPart
 from core.gate.suspend import SleepWatch, time_asleep
 from core.robots import Profile
 from core.robots.connect import excerpt
@@ -141,7 +141,7 @@ class RobotSupervisor:
         """Report that the console is alive: call every 50 ms from the loop without which the robot must not move."""
         self._send({"kind": "beat"})
 
-    def reach(self, stamp: float | None, part: Part = "pilot") -> None:
+    def reach(self, stamp: float | None, part: ReachingPart = "pilot") -> None:
         """Let a simulated robot live on: this part of the console has worked on what it sensed up to this stamp [s].
 
         None: the robot need not wait for it.

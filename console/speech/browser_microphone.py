@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from console.messages.audio import AUDIO_RATE, ListenMode
+from console.part import Part
 from console.speech.room_transcription import PARTIAL_EVERY, PARTIAL_REST
 from console.speech.transcription_client import TranscriptionClient
 from console.workers.tasks import end
@@ -112,7 +113,7 @@ class TalkTurn:
         return max(0.0, time.monotonic() - (end - self._lead))
 
 
-class BrowserMicrophone:
+class BrowserMicrophone(Part):
     """The worker, and whose turn it is."""
 
     def __init__(self, settings: SpeechSettings | None = None) -> None:

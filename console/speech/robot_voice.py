@@ -10,8 +10,10 @@ import asyncio
 import time
 from collections.abc import Callable
 
+from console.part import Part
 from core.errors import Refused
 from core.sensors.microphones import Sound
+from core.settings import Settings
 from core.speech.synthesis import VoiceSettings, speak
 
 TAIL = 0.3  # [s] after the last word: the room still sounds, and sound is on its way
@@ -20,7 +22,7 @@ MOST = 20.0  # [s] that may be waiting to be said: nobody talks the robot deaf f
 MOST_MOVING = 6.0  # [s] … and while it moves: no spoken STOP is heard meanwhile
 
 
-class RobotVoice:
+class RobotVoice(Part):
     """Speaks, and knows until when it is heard. `deaf` and `muted` may be asked from any thread."""
 
     def __init__(
@@ -35,6 +37,10 @@ class RobotVoice:
         self._end = 0.0  # [s] until when any is
         self._room = 0.0  # [s] of the robot's clock: until then it is heard in the simulated room
         self._newest = 0
+
+    def adopt(self, settings: Settings) -> None:
+        """Speak as the settings say from now on."""
+        self.settings = settings.voice
 
     @property
     def muted(self) -> bool:

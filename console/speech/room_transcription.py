@@ -23,6 +23,7 @@ from console.control.history_store import HistoryEntry
 from console.control.notices import Notifications
 from console.control.pending_commands import PendingCommand
 from console.messages.hearing import TranscriptionStatus
+from console.part import Part
 from console.speech.spoken_stops import SpokenStops, stopped
 from console.speech.transcription_client import TranscriptionClient
 from console.workers.tasks import end
@@ -30,7 +31,7 @@ from console.workers.worker import WorkerLost
 from core.errors import BeckonError
 from core.geometry import wrap
 from core.perception.people.voice_bearing import VoiceBearing
-from core.sensors import Sound
+from core.sensors import SensorFrame, Sound
 from core.sensors.microphones import MicrophoneArray, joined, usable
 from core.snapshot import VOICE_AFTER, Snapshot, VoiceDirection, voice_between
 from core.speech.recognition.decision import Decision, RecognizedUtterance, Verdict
@@ -66,6 +67,7 @@ PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
 MAY_WAIT = 0.5  # [s] of sound that may wait unread before a simulated robot's clock waits for it
 ROOM = Person("room", "a voice in the room", "viewer")
 NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
+SoundSource = Callable[[SensorFrame], tuple[Sound | None, MicrophoneArray | None]]
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ class RoomUtterance:
     suggested_commands: tuple[str, ...] = ()  # that rejected words most likely were
 
 
-class RoomTranscriber:
+class RoomTranscriber(Part):
     """Lives on the event loop."""
 
     def __init__(
@@ -95,7 +97,9 @@ class RoomTranscriber:
         history: History,
         notifications: Notifications,
         settings: SpeechSettings | None = None,
+        source: SoundSource = lambda frame: (frame.sound, None),
     ) -> None:
+        """`source`: the sound of a frame that words are read from, and the array that heard it."""
         self.settings = settings or SpeechSettings()
         self.stamp = 0.0  # [s] robot clock of the newest snapshot
         self.trouble = ""  # why words are not read
@@ -124,11 +128,16 @@ class RoomTranscriber:
         self._task: asyncio.Task[None] | None = None
         self._stops = SpokenStops()
         self._newest = 0
+        self._source = source
         self._drove = (-np.inf, -np.inf)  # [s] from when to when the robot moved last
         self._unrecognized = UnrecognizedSpeechLog(history)
         self._losses = 0  # of the worker, one after the other
 
-    def took(
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
+        """Read the words of its sound."""
+        self.feed(snapshot, *self._source(frame), frame.sensed)
+
+    def feed(
         self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None, sensed: float = 0.0
     ) -> None:
         """Take the sound of this snapshot; words are read from the array's beam towards the voice.

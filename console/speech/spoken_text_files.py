@@ -8,6 +8,7 @@ import time
 from console.control.notices import Notifications
 from console.control.text_file_reader import TextFileCommand, TextFileSource
 from console.control.text_file_writer import RENEWAL, TextFileWriter
+from console.part import Part
 from core.errors import Unwritable
 from core.snapshot import VoiceDirection
 from core.speech.recognition.decision import Decision
@@ -15,7 +16,7 @@ from core.speech.recognition.decision import Decision
 MOST_WAITING = 20  # commands; a folder that takes none for longer has no use of older ones
 
 
-class SpokenTextFiles:
+class SpokenTextFiles(Part):
     """Lives on the event loop; the files are written outside."""
 
     def __init__(self, files: TextFileWriter, notifications: Notifications) -> None:

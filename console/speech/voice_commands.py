@@ -16,6 +16,7 @@ from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.control.pending_commands import PendingCommands
 from console.http.problems import Problem
+from console.part import Part
 from console.speech.room_transcription import RoomTranscriber, RoomUtterance
 from core.errors import Refused
 from core.perception.people.voice_bearing import VoiceBearing
@@ -26,7 +27,7 @@ NOT_YOURS = "The person who accepted voice commands no longer drives; voices in 
 HIGHER = "Someone drives by hand or by the page; a voice does not interrupt that. Only stop does."
 
 
-class VoiceCommands:
+class VoiceCommands(Part):
     """Lives on the event loop."""
 
     def __init__(

@@ -24,7 +24,7 @@ from core.message import Array
 from core.perception.people.brightness import levelled
 from core.perception.people.edge_orientation import edge_cells
 from core.perception.people.part_model import FILE, PartModel, keep_model, likelihoods
-from core.perception.people.parts import CELLS_PER_METRE, HIGHEST_SHIFT, LOWEST_SHIFT, PARTS, TALL, Part
+from core.perception.people.parts import CELLS_PER_METRE, HIGHEST_SHIFT, LOWEST_SHIFT, PARTS, TALL, BodySegment
 from core.perception.people.vertical_plane import VerticalPlanes
 from core.simulation.world import FLOOR
 
@@ -46,7 +46,7 @@ class TrainingSamples:
     truth: list[float]
 
 
-def cut_part(part: Part, cells: Array, valid: Array, column: float, shift: int) -> tuple[Array, Array]:
+def cut_part(part: BodySegment, cells: Array, valid: Array, column: float, shift: int) -> tuple[Array, Array]:
     """The part's cells (rows, columns, DIRECTIONS) around a column [cell], NaN where they are not in the picture."""
     top = part.top - round(part.rise * shift)
     first = round(column - part.columns / 2)
@@ -133,7 +133,7 @@ def _learn_mistakes(
                 samples[part.name].truth.append(0.0)
 
 
-def _fitted(part: Part, samples: TrainingSamples, regularity: float) -> PartModel:
+def _fitted(part: BodySegment, samples: TrainingSamples, regularity: float) -> PartModel:
     """Logistic regression; people and everything else weigh the same."""
     rows = np.array(samples.rows)
     truth = np.array(samples.truth)

@@ -15,7 +15,7 @@ from core.gate.limits import is_count, is_number
 from core.gate.packets import Packet, construct
 from core.gate.setpoint import Setpoint
 
-Part = Literal["pilot", "ears"]
+ReachingPart = Literal["pilot", "ears"]
 MOST_LETTERS = 200  # of an owner's name
 
 
@@ -59,7 +59,7 @@ class GateReach:
     """A part of the console has worked on what a simulator sensed until then [s]; None: nobody need wait for it."""
 
     stamp: float | None
-    part: Part = "pilot"
+    part: ReachingPart = "pilot"
 
 
 @dataclass(frozen=True)

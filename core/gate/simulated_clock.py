@@ -7,7 +7,7 @@ A gate before a real robot has the computer's clock and nothing of this.
 
 from __future__ import annotations
 
-from core.gate.requests import GateHeartbeat, GateReach, Part
+from core.gate.requests import GateHeartbeat, GateReach, ReachingPart
 
 AHEAD = 0.1  # [s] that the simulator may be ahead of the gate, of each part of the console, and of the heartbeat
 STEP = 0.04  # [s] that the clock advances at a tick, at most: two ticks
@@ -23,7 +23,7 @@ class SimulatedClock:
         self._first: float | None = None  # [s] robot's clock, of the first frame
         self._frame, self._came = 0.0, 0.0  # [s] newest frame by this clock, and when it came in real time
         self._ticked: float | None = None  # [s] real time
-        self._reached: dict[Part, float] = {}  # [s] robot's clock, of each part that is waited for
+        self._reached: dict[ReachingPart, float] = {}  # [s] robot's clock, of each part that is waited for
         self._beat = 0.0  # [s] of the newest heartbeat
 
     def report(self, stamp: float, real: float) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 from core.gate.gate import TICK, Gate
 from core.gate.limits import Limits
-from core.gate.requests import Part
+from core.gate.requests import ReachingPart
 from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus
 from core.gate.trace import TraceWriter, check
@@ -124,7 +124,7 @@ class InProcessRobot:
         with self._lock:
             self.gate.heartbeat(self._now)
 
-    def reach(self, stamp: float | None, part: Part = "pilot") -> None: ...
+    def reach(self, stamp: float | None, part: ReachingPart = "pilot") -> None: ...
 
     def status(self) -> GateStatus:
         with self._lock:

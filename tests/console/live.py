@@ -21,6 +21,7 @@ from console.access.logins import Logins
 from console.app import create_app
 from console.runtime import Runtime
 from console.serve import Server, configured
+from console.speech.quality_runs import QualityRuns
 from core.pilot import Pilot
 from core.robots.requests import SetListening
 from tests.console.in_process import InProcessRobot
@@ -112,8 +113,8 @@ class Live:
         """As it was at the start: nobody drives, nothing is latched, nothing is under way."""
 
         async def end_runs() -> None:
-            for run in self.runtime.quality.runs.values():
-                await self.runtime.quality.cancel(run)
+            for run in self.runtime.parts[QualityRuns].runs.values():
+                await self.runtime.parts[QualityRuns].cancel(run)
 
         def act() -> None:
             runtime = self.runtime

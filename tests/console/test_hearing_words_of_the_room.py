@@ -54,7 +54,7 @@ def hear(
         for number, stamp in enumerate(stamps):
             sound = Sound(stamp=stamp, rate=16_000, samples=np.zeros((3200, 4)))
             snapshot: Any = SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.2 if moving else 0.0, 0.0))
-            ears.took(snapshot, sound, RESPEAKER_ODAS)
+            ears.feed(snapshot, sound, RESPEAKER_ODAS)
             while len(worker.utterances) > len(stamps) - 1 - number:
                 await asyncio.sleep(0)
             await asyncio.sleep(0.01)
@@ -109,7 +109,7 @@ def test_a_piece_that_is_no_numbers_is_a_gap_and_not_the_end_of_all_words(
     ears = RoomTranscriber(dispatcher, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
     piece = Sound(stamp=1.0, rate=16_000, samples=np.full((3200, 4), broken))
     snapshot: Any = SimpleNamespace(stamp=1.0, hearing=None, velocity=Twist(0.0, 0.0))
-    ears.took(snapshot, piece, RESPEAKER_ODAS)
+    ears.feed(snapshot, piece, RESPEAKER_ODAS)
     assert ears.trouble == ""
     hear([STOP], [1.2], ears, worker)
     assert stops == ["ears"]
@@ -122,7 +122,7 @@ def test_words_are_as_old_as_their_sound_whenever_the_console_takes_it(tmp_path:
     )  # type: ignore[arg-type]
     for stamp in (4.0, 5.0, 6.0):
         snapshot: Any = SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.0, 0.0))
-        ears.took(snapshot, None, None, 1000.0 + 1.5 * (stamp - 5.0))  # the robot's clock is slow
+        ears.feed(snapshot, None, None, 1000.0 + 1.5 * (stamp - 5.0))  # the robot's clock is slow
     one = RoomUtterance(1, 4.2, 4.8, "turn left", True, "turn left", "", None, None, "accept", 1.0)
     said = ears.said(one)
     assert (said.began, said.ended) == pytest.approx((999.2, 999.8))

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
+from console.people.service import EnrollmentService
 from tests.console.live import Live, Reply
 from tests.console.people_pictures import png
 
@@ -93,7 +94,7 @@ def test_someone_is_learnt_from_pictures_that_are_judged_in_words(school: Live) 
     told = school.ask("GET", "/api/people", token=school.viewer).json
     assert [one["name"] for one in told["people"]] == ["Ann"] and told["enrollment"] is None
 
-    folder = school.runtime.people.person_store.folder
+    folder = school.runtime.parts[EnrollmentService].person_store.folder
     (file,) = folder.glob(f"{done.json['id']}*")
     assert file.stat().st_size < 3000, "numbers, no pictures"
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from console.control.link_monitor import HANGS
+from console.part import BackgroundTask
 from console.robot.pilot_thread import HUNG
 from core.gate.suspend import SleepWatch
 from core.pilot import Pilot
@@ -196,7 +197,7 @@ def test_a_part_that_fails_is_among_the_notices(tmp_path: Path) -> None:
         raise ZeroDivisionError("secret detail")
 
     live = Live(tmp_path)
-    live.runtime.beside.append(fail)
+    live.runtime.parts.add(BackgroundTask(fail))
     with live:
         live.until(lambda: any("ZeroDivisionError" in notice.text for notice in live.runtime.notifications.shown))
         assert not any("secret" in notice.text for notice in live.runtime.notifications.shown)

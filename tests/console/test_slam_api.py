@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from console.maps.service import MapService
 from console.messages.map import NEWEST
 from core.geometry import Pose
 from core.pilot import Pilot
@@ -193,7 +194,9 @@ def test_the_picture_says_where_it_lies(live: Live) -> None:
 
 
 def test_landmarks_and_trajectory_go_along(live: Live) -> None:
-    live.until(lambda: len(live.runtime.snapshot.landmarks) > 2 and len(live.runtime.maps.trajectory) > 3)
+    live.until(
+        lambda: len(live.runtime.snapshot.landmarks) > 2 and len(live.runtime.parts[MapService].trajectory) > 3
+    )
     lines = live.ask("GET", "/api/landmarks.csv", token=live.viewer).body.decode().splitlines()
     assert lines[0].startswith("id,x_m,y_m,var_x_m2") and len(lines) > 3
     rows = [
@@ -247,14 +250,14 @@ def test_what_is_wrong_with_a_saved_map_is_told(lab: Live) -> None:
     ("key", "value", "words"), [("robot", "Elsie", "made by “Elsie”"), ("resolution_m", 0.1, "10 cm")]
 )
 def test_a_map_of_another_robot_or_resolution_is_refused(lab: Live, key: str, value: Any, words: str) -> None:
-    [card] = (lab.runtime.maps._store._base).glob("lab-*/card.json")
+    [card] = (lab.runtime.parts[MapService]._store._base).glob("lab-*/card.json")
     told = json.loads(card.read_text())
     card.write_text(json.dumps({**told, key: value}))
     assert words in sentence(post(lab, "/api/maps/lab/load"), 409)
 
 
 def test_a_damaged_map_is_refused_and_the_robot_goes_on_as_it_was(lab: Live) -> None:
-    [arrays] = (lab.runtime.maps._store._base).glob("lab-*/floor/map.npz")
+    [arrays] = (lab.runtime.parts[MapService]._store._base).glob("lab-*/floor/map.npz")
     arrays.write_bytes(arrays.read_bytes()[:200])
     assert "damaged" in sentence(post(lab, "/api/maps/lab/load"), 422)
     assert lab.runtime.snapshot is not None and lab.runtime.pilots.failure == ""

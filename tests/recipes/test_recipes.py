@@ -144,6 +144,70 @@ async def say(word: str) -> Echo:
     """Say it again."""
     return Echo(word)
 '''
+ODOMETER = '''
+"""The way that the robot has gone."""
+
+from __future__ import annotations
+
+import math
+
+from console.part import Part
+from core.geometry import Pose
+from core.sensors import SensorFrame
+from core.snapshot import Snapshot
+
+
+class Odometer(Part):
+    """Adds up the way between snapshots."""
+
+    def __init__(self) -> None:
+        self.metres = 0.0
+        self._last: Pose | None = None
+
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
+        """One piece more."""
+        pose, last = snapshot.estimate.pose, self._last or snapshot.estimate.pose
+        self.metres += math.hypot(pose.x - last.x, pose.y - last.y)
+        self._last = pose
+'''
+ODOMETER_ROUTE = '''
+"""The way that the robot has gone."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+
+from console.access.roles import needs
+from console.api import part, router
+from console.maps.odometer import Odometer
+
+way = router("way")
+
+
+class Way(msgspec.Struct, frozen=True):
+    """It since the start."""
+
+    metres: float
+
+
+@way.get("/way")
+@needs("viewer")
+async def read(odometer: Annotated[Odometer, part(Odometer)]) -> Way:
+    """Return it."""
+    return Way(odometer.metres)
+'''
+DRIVEN = """
+import sys, tempfile, pathlib
+sys.path.append(sys.argv[1])
+from console.maps.odometer import Odometer
+from tests.console.live import Live
+with Live(pathlib.Path(tempfile.mkdtemp()), no_auth=True) as live:
+    part = live.runtime.parts[Odometer]
+    part.metres = 1.0
+    print(live.ask("GET", "/api/way").json["metres"] >= 1.0)
+"""
 COUNT = '''
 """Counts its runs."""
 
@@ -285,6 +349,26 @@ def test_an_endpoint_is_one_file_and_one_row(copy: Copy) -> None:
     )
     copy.python("-m", "console.reference")
     assert "/api/parrot/{word}" in (copy.folder / "static/docs/reference/rest.md").read_text()
+
+
+def test_a_capability_is_a_part_a_router_and_a_row_each_and_nothing_in_the_runtime(copy: Copy) -> None:
+    copy.write("console/maps/odometer.py", ODOMETER)
+    copy.write("console/api/way.py", ODOMETER_ROUTE)
+    copy.change(
+        "console/capabilities.py",
+        ("from console.maps.service", "from console.maps.odometer import Odometer\nfrom console.maps.service"),
+        ("    lambda base, _: ExperimentRuns", "    lambda base, _: Odometer(),\n    lambda base, _: ExperimentRuns"),
+    )
+    copy.change(
+        "console/app.py",
+        (
+            "from console.api.voice import voice",
+            "from console.api.voice import voice\nfrom console.api.way import way",
+        ),
+        ("    voice,\n", "    voice,\n    way,\n"),
+    )
+    copy.write("drive.py", DRIVEN)
+    assert copy.python("drive.py", str(ROOT)).split()[-1] == "True"
 
 
 def test_an_experiment_is_one_file_and_one_row(copy: Copy) -> None:

@@ -34,7 +34,9 @@ from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileCommand
 from console.http.problems import Problem
 from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
+from console.part import Parts
 from console.speech.browser_microphone import BrowserMicrophone
+from console.speech.robot_voice import RobotVoice
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import VoiceCommands
 from core.commands.command import Command
@@ -162,7 +164,9 @@ class Story:
         self.pending_commands.seen = self.seen
         self.spoken = VoiceCommands(self.ears, self.dispatcher, self.lease, self.pending_commands, board)
         self.sockets, self.history, self.states = OpenSockets(), history, StateTimes()
-        self.voice = SimpleNamespace(muted=False)
+        self.parts = Parts()
+        for part in (self.ears, self.microphone, self.pending_commands, self.spoken, RobotVoice()):
+            self.parts.add(part)
         self.pages: dict[str, Page] = {}
         self.heard_until = 0.0  # [s]
         self._file: Uttered | None = None
@@ -286,7 +290,7 @@ class Story:
             snapshot: Any = SimpleNamespace(stamp=sensed - 50.0, hearing=None, velocity=Twist(0.0, 0.0))
             rows = round(PIECE * 100)
             sound = Sound(stamp=sensed - 50.0 - PIECE, rate=100, samples=np.zeros((rows, 1)))
-            self.ears.took(snapshot, sound, array, sensed)
+            self.ears.feed(snapshot, sound, array, sensed)
 
     async def ticks(self) -> None:
         while True:

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from core.message import Array, message
-from core.perception.people.parts import CEILING, CELL, CELLS_PER_METRE, PARTS, SCALE, TALL, Part
+from core.perception.people.parts import CEILING, CELL, CELLS_PER_METRE, PARTS, SCALE, TALL, BodySegment
 from core.perception.people.vertical_plane import VerticalPlanes
 
 TONES = 4  # of a part: medians of log blue, log green, log red, and the spread of log brightness
@@ -100,7 +100,7 @@ def colours_seen(boards: VerticalPlanes, distance: float, bearing: float, height
     return Appearance(colours=np.array(rows), proportions=NO_LIMBS)
 
 
-def region_of(part: Part, pixels: Array, inside: Array, shift: int) -> tuple[Array, Array]:
+def region_of(part: BodySegment, pixels: Array, inside: Array, shift: int) -> tuple[Array, Array]:
     """The core of a part in a compared view with the body in its middle, and which of its pixels count."""
     middle, half = pixels.shape[1] / 2, part.core / 2 * SCALE
     top = (part.top - round(part.rise * shift) + 0.15 * part.rows) * CELL

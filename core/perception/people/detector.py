@@ -19,7 +19,7 @@ from core.perception.people.parts import (
     LOWEST_SHIFT,
     PARTS,
     TALL,
-    Part,
+    BodySegment,
     PeopleSettings,
 )
 from core.perception.people.vertical_plane import VerticalPlanes, columns_of
@@ -211,7 +211,13 @@ def _threshold(shown: float, settings: PeopleSettings) -> float:
 
 
 def _seen_part(
-    boards: VerticalPlanes, part: Part, distance: float, bearing: float, shift: int, likelihood: float, share: float
+    boards: VerticalPlanes,
+    part: BodySegment,
+    distance: float,
+    bearing: float,
+    shift: int,
+    likelihood: float,
+    share: float,
 ) -> SeenPart:
     rise = part.rise * shift / CELLS_PER_METRE
     top = CEILING - part.top / CELLS_PER_METRE + rise

@@ -16,7 +16,7 @@ from core.perception.people.body_rules import SHORTEST, TALLEST
 from core.perception.people.brightness import levelled
 from core.perception.people.camera_geometry import BESIDE, from_eye
 from core.perception.people.legs import LegCluster
-from core.perception.people.parts import CEILING, CELL, CELLS_PER_METRE, PARTS, SCALE, TALL, Part
+from core.perception.people.parts import CEILING, CELL, CELLS_PER_METRE, PARTS, SCALE, TALL, BodySegment
 from core.perception.people.pose.view import Viewpoint
 from core.sensors import Camera
 
@@ -198,7 +198,7 @@ def _crown(mask: Array, columns: Array, top: int) -> int:
     return int(rows[0]) if len(rows) else top
 
 
-def _box(part: Part, factor: float, middle: float, bottom: int) -> Box:
+def _box(part: BodySegment, factor: float, middle: float, bottom: int) -> Box:
     """Bounds of a part in the picture; the floor ends it."""
     half = part.columns / 2 / CELLS_PER_METRE * SCALE / factor
     ends = (part.top * CELL, min((part.top + part.rows) * CELL, CEILING * SCALE))

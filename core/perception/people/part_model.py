@@ -13,7 +13,7 @@ import numpy as np
 
 from core.files import replacing
 from core.message import Array
-from core.perception.people.parts import PARTS, Part
+from core.perception.people.parts import PARTS, BodySegment
 
 FILE = Path(__file__).with_name("general.npz")
 
@@ -21,7 +21,7 @@ FILE = Path(__file__).with_name("general.npz")
 class PartModel(NamedTuple):
     """Classifier of one part: likelihood = logistic(offset + sum of weights · (cells - usual))."""
 
-    part: Part
+    part: BodySegment
     usual: Array  # (rows, columns, DIRECTIONS): the mean over people and everything else
     weights: Array  # (rows, columns, DIRECTIONS)
     offset: float

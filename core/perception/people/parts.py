@@ -22,7 +22,7 @@ ROWS = 34  # [cell] of a compared view: from CEILING to a little under the floor
 
 
 @dataclass(frozen=True)
-class Part:
+class BodySegment:
     """A part of the body in cells of the rectangle: which rows and columns of the model's 1.75 m."""
 
     name: str
@@ -34,9 +34,11 @@ class Part:
     rise: float  # share of a difference in height by which the part moves up
 
 
-HEAD = Part("head", 0.3, 3, 7, 8, 0.16, 1.0)  # 1.81 m to 1.38 m
-TORSO = Part("torso", 0.6, 9, 11, 12, 0.30, 0.75)  # 1.44 m to 0.75 m
-FEET = Part("feet", 0.1, 19, 14, 10, 0.30, 0.0)  # and the legs above them: 0.81 m to the floor and a little under it
+HEAD = BodySegment("head", 0.3, 3, 7, 8, 0.16, 1.0)  # 1.81 m to 1.38 m
+TORSO = BodySegment("torso", 0.6, 9, 11, 12, 0.30, 0.75)  # 1.44 m to 0.75 m
+FEET = BodySegment(
+    "feet", 0.1, 19, 14, 10, 0.30, 0.0
+)  # and the legs above them: 0.81 m to the floor and a little under it
 PARTS = (HEAD, TORSO, FEET)
 LOWEST_SHIFT, HIGHEST_SHIFT = -4, 3  # [cell] of the crown: persons from 1.50 m to 1.94 m
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from console.calibration.calibration_store import CalibrationStore
+from console.calibration.service import CalibrationService
 from core.calibration.files.camera_files import ros_yaml
 from core.calibration.files.mount_files import both_ways
 from core.calibration.reports import kept as kept_form
@@ -37,7 +38,7 @@ def lab(tmp_path: Path) -> Iterator[Live]:
 
 def keep_warm(live: Live) -> None:
     """The worker that reads files is not ended between two of them, which would take a second each time."""
-    live.runtime.calibration_service.tick = lambda now: None  # type: ignore[method-assign]
+    live.runtime.parts[CalibrationService].tick = lambda now: None  # type: ignore[method-assign]
 
 
 def bring(live: Live, text: str) -> int:

@@ -15,6 +15,7 @@ import pytest
 
 from console.calibration.apply import calibrated, laser_in, nominal_mount
 from console.calibration.calibration_store import CalibrationStore
+from console.calibration.service import CalibrationService
 from core.calibration.files.camera_files import kalibr_yaml, ros_yaml
 from core.calibration.files.mount_files import FORWARD, both_ways, matrix, static_transform, urdf_joint
 from core.calibration.reports import kept as kept_form
@@ -66,7 +67,7 @@ def notices(live: Live) -> str:
 
 
 def home(live: Live) -> Path:
-    return live.runtime.calibration_service._home
+    return live.runtime.parts[CalibrationService]._home
 
 
 def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_back(bench: Live) -> None:
@@ -127,7 +128,7 @@ def test_a_mount_reaches_the_pilot_as_long_as_the_camera_is_the_one_it_was_found
     mount = Transform(rotation=nominal_mount(built).rotation, translation=np.array([0.01, 0.02, 0.07]))
     whole = kept_form(TABLE_3, "camera") | {"extrinsics": {FORWARD: matrix(mount).tolist()}}
     report = {"rotation": mount.rotation.tolist(), "translation_m": mount.translation.tolist()}
-    using = bench.runtime.calibration_service.use("laser", whole, report, "operator")
+    using = bench.runtime.parts[CalibrationService].use("laser", whole, report, "operator")
     asyncio.run_coroutine_threadsafe(using, bench.loop).result(10)
     found = (laser_in(built) @ mount).translation
     assert np.allclose(mounting(bench), found) and not np.allclose(found, built.camera.mounting.translation)

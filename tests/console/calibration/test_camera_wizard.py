@@ -117,7 +117,7 @@ def test_many_who_ask_for_whole_pictures_or_zips_are_sent_away_before_anything_i
     walked: Wizard, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     live, name = walked.live, quote(walked.told["views"][0]["name"])
-    bench = live.runtime.calibration_service
+    bench = live.runtime.parts[CalibrationService]
     reads: list[str] = []
     read = SessionStore.read
 
@@ -191,7 +191,8 @@ def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path, monkeypatc
     monkeypatch.setattr("console.calibration.session.SOLVE_PATIENCE", 300.0)  # workers stand back on a busy machine
     before = walked.solved()
     shutil.copytree(
-        walked.live.runtime.calibration_service.sessions[walked.id].folder.path, tmp_path / "calibration" / walked.id
+        walked.live.runtime.parts[CalibrationService].sessions[walked.id].folder.path,
+        tmp_path / "calibration" / walked.id,
     )
     damaged = tmp_path / "calibration" / "abc" / "session.json"
     damaged.parent.mkdir()
@@ -200,7 +201,7 @@ def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path, monkeypatc
     async def next_console() -> None:
         told: list[str] = []
         bench = CalibrationService(
-            tmp_path, InProcessRobot(), Broadcaster(), lambda _, words: told.append(words), lambda _: None
+            tmp_path, InProcessRobot(), Broadcaster(), lambda _, words: told.append(words), lambda: None
         )
         await bench.open()
         session = bench.find(walked.id)

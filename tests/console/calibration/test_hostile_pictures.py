@@ -14,6 +14,7 @@ import numpy as np
 import psutil
 import pytest
 
+from console.calibration.service import CalibrationService
 from console.calibration.session import PICTURE_BUDGET
 from console.workers.worker import LONGER
 from tests.console.calibration.wizard import JPEG, PNG, Wizard, boards, png
@@ -178,5 +179,5 @@ def test_names_of_files_are_only_names(bench: Live) -> None:
     assert len(set(kept)) == kinds.count("counted") >= 5
     for name in kept:
         assert name and not set(name) & set("/\\<>\x00") and len(name) <= 90 and name != ".."
-    folder = bench.runtime.calibration_service.sessions[wizard.id].folder.path
+    folder = bench.runtime.parts[CalibrationService].sessions[wizard.id].folder.path
     assert all(re.fullmatch(r"session\.json|view_\d{4}(\.png|_small\.jpg)", each.name) for each in folder.iterdir())

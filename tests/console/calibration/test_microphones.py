@@ -24,11 +24,11 @@ def ask(live: Live, path: str, body: Any = None) -> Any:
 
 def measured(live: Live, path: str, body: Any) -> Any:
     """Something that takes a while, begun and waited for."""
-    live.until(lambda: not live.runtime.array.busy, 60.0)
+    live.until(lambda: not live.runtime.parts[MicrophoneCalibration].busy, 60.0)
     begun = live.ask("POST", f"/api/{path}", body, token=live.operator)
     assert begun.status == 202 and begun.json["busy"]
     assert live.ask("POST", f"/api/{path}", body, token=live.operator).status == 409
-    live.until(lambda: not live.runtime.array.busy, 60.0)
+    live.until(lambda: not live.runtime.parts[MicrophoneCalibration].busy, 60.0)
 
 
 def test_the_self_check_says_what_the_array_cannot_know(live: Live) -> None:
@@ -41,17 +41,17 @@ def test_the_self_check_says_what_the_array_cannot_know(live: Live) -> None:
 
 def test_nobody_speaks_for_a_check_while_the_robot_moves_because_no_stop_would_be_heard(live: Live) -> None:
     def check() -> None:
-        live.runtime.array.moves = True
+        live.runtime.parts[MicrophoneCalibration].moves = True
         with pytest.raises(Problem, match="let it stand"):
-            live.runtime.array.check(show=True)
+            live.runtime.parts[MicrophoneCalibration].check(show=True)
 
     live.on_loop(check)
-    assert not live.runtime.array.busy
+    assert not live.runtime.parts[MicrophoneCalibration].busy
 
 
 def test_a_clap_from_a_known_side_is_heard_there(live: Live) -> None:
     live.on_loop(live.runtime.dispatcher.setpoint_sender.stop)
-    live.until(lambda: not live.runtime.array.moves)
+    live.until(lambda: not live.runtime.parts[MicrophoneCalibration].moves)
     ask(live, "calibration/microphones/again")
     measured(live, "calibration/microphones/clap", {"azimuth_rad": 0.0, "show": True})
     told = live.ask("GET", "/api/calibration/microphones", token=live.viewer).json
@@ -80,10 +80,10 @@ def test_what_was_accepted_is_used_and_stays(tmp_path: Path) -> None:
     asyncio.run(one.accept("me"))
     again = bench(tmp_path, robot, changes)
     asyncio.run(again.open())
-    array = again.profile(robot.profile).microphones
+    array = again.calibrated(robot.profile).microphones
     assert array is not None and array.mounting.heading == pytest.approx(0.5)
     asyncio.run(again.undo())
-    assert again.profile(robot.profile) is robot.profile and changes == [1, 1]
+    assert again.calibrated(robot.profile) is robot.profile and changes == [1, 1]
     (tmp_path / "calibration" / "microphones.json").write_text(json.dumps({"yaw": "north"}))
     asyncio.run(again.open())
     assert again.active is None

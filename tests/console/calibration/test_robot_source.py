@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from console.calibration.service import CalibrationService
 from console.calibration.session import CalibrationSession
 from core.calibration.files.camera_files import ros_yaml
 from core.optics import TABLE_3
@@ -22,7 +23,7 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
     """A console of its own; what it leaves behind is no process."""
     with Live(tmp_path_factory.mktemp("robot")) as live:
         yield live
-        bench = live.runtime.calibration_service
+        bench = live.runtime.parts[CalibrationService]
         workers = live.on_loop(lambda: [bench.solver.pid, *(session.pid for session in bench.sessions.values())])
     assert not any(Path(f"/proc/{pid}").exists() for pid in workers if pid)
 
@@ -49,7 +50,7 @@ def test_the_demo_shows_the_board_and_views_are_taken_by_themselves(live: Live) 
     assert other.post("live", {"on": True}).json["live"]
     assert not wizard.told["live"]
     assert live.ask("DELETE", other.base, token=live.operator).status == 204
-    assert live.runtime.calibration_service.watching is False
+    assert not any(one.shown.live for one in live.runtime.parts[CalibrationService].sessions.values())
 
 
 def test_looking_ends_with_a_sentence_when_it_breaks_and_when_the_session_is_accepted(
@@ -64,7 +65,9 @@ def test_looking_ends_with_a_sentence_when_it_breaks_and_when_the_session_is_acc
         accident.setattr(CalibrationSession, "act", broken)
         assert wizard.post("live", {"on": True}).json["live"]
         live.until(lambda: not wizard.told["live"])
-    assert "broke off" in wizard.told["verdict"]["words"] and live.runtime.calibration_service.watching is False
+    assert "broke off" in wizard.told["verdict"]["words"] and not any(
+        one.shown.live for one in live.runtime.parts[CalibrationService].sessions.values()
+    )
     assert wizard.post("live", {"on": True}).json["live"]
     assert wizard.post("accept", {"force": True}).status == 409
     assert not wizard.told["live"]

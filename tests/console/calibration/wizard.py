@@ -9,6 +9,7 @@ from urllib.parse import quote
 import cv2
 import numpy as np
 
+from console.calibration.service import CalibrationService
 from core.calibration.board.board import Board
 from core.calibration.practice import ImageExposure, held, picture
 from core.calibration.projection import Poses
@@ -60,7 +61,7 @@ class Wizard:
     @property
     def worker(self) -> int | None:
         """Number of the session's process."""
-        return self.live.on_loop(lambda: self.live.runtime.calibration_service.sessions[self.id].pid)
+        return self.live.on_loop(lambda: self.live.runtime.parts[CalibrationService].sessions[self.id].pid)
 
     def send(self, content: bytes, name: str = "a.png", kind: dict[str, str] = PNG, more: str = "") -> Reply:
         path = f"{self.base}/pictures?name={quote(name)}{more}"

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from console.connection.reach import Reach
+from console.connection.service import ConnectionService
+from console.maps.service import MapService
 from core.geometry import Pose
 from tests.console.live import Live, Reply
 from tests.core.recording.log_writers import carmen_lines
@@ -18,7 +20,7 @@ from tests.core.recording.log_writers import carmen_lines
 def leaving(live: Live, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """URLs for which the console would have ended."""
     left: list[str] = []
-    connection = live.runtime.connection
+    connection = live.runtime.parts[ConnectionService]
     monkeypatch.setattr(connection, "leave", lambda: left.append(connection.other))
     yield left
     connection.other, connection.reach = "", Reach()
@@ -52,7 +54,7 @@ def test_a_recording_that_cannot_be_used_ends_nothing_and_says_why(
         assert answer.status == 422 and words in answer.json["detail"], (name, answer.json)
         row = live.runtime.history.newest_first(commands_only=False)[0]
         assert (row.words, row.state, row.remark) == (f"log:{name}", "failed", answer.json["detail"])
-    assert live.runtime.connection.other == "" and leaving == []
+    assert live.runtime.parts[ConnectionService].other == "" and leaving == []
 
 
 def test_operators_open_recordings_from_their_folders_and_administrators_from_everywhere(
@@ -63,11 +65,11 @@ def test_operators_open_recordings_from_their_folders_and_administrators_from_ev
     for url in (f"log:{elsewhere}", "log:/etc/hostname", "log:/etc/absent", "log:../console.log", "log:~/.bashrc"):
         assert opened(live, url).status in (403, 422)
     assert str(recordings) in opened(live, f"log:{elsewhere}").json["detail"]
-    assert live.runtime.connection.other == ""
+    assert live.runtime.parts[ConnectionService].other == ""
 
     assert opened(live, f"log:{elsewhere}", live.admin).json["url"] == f"log:{elsewhere}"
     live.until(lambda: leaving == [f"log:{elsewhere}"])
-    live.runtime.connection.reach = Reach([str(tmp_path)])
+    live.runtime.parts[ConnectionService].reach = Reach([str(tmp_path)])
     assert opened(live, f"log:{elsewhere}").status == 202
     assert opened(live, "log:walk.log").json["url"] == f"log:{recordings / 'walk.log'}"
     live.until(lambda: len(leaving) == 3)
@@ -76,7 +78,7 @@ def test_operators_open_recordings_from_their_folders_and_administrators_from_ev
 def test_a_map_that_was_not_saved_is_kept_when_the_console_ends_and_one_that_was_is_not(
     live: Live, recordings: Path
 ) -> None:
-    maps = live.runtime.maps
+    maps = live.runtime.parts[MapService]
 
     def names() -> list[str]:
         return [one["name"] for one in live.ask("GET", "/api/maps", token=live.viewer).json["maps"]]

@@ -195,7 +195,8 @@ def test_a_command_that_was_long_on_its_way_moves_nothing_and_stop_always_acts(l
                 seen=hear(line, "state")["seq"],
             )
             assert hear(line, "answer")["ok"]
-        time.sleep(2.1)
+        begun = hear(line, "state")["stamp_s"]
+        hear(line, "state", true=lambda state: state["stamp_s"] > begun + 2.1)  # by its own clock
         say(line, kind="command", text="turn left", source="typed", ref=4, seen=old)
         refused = hear(line, "answer")
         assert (refused["status"], "on its way" in refused["detail"]) == (409, True)

@@ -17,6 +17,8 @@ from console.control.command_preview import caller, preview
 from console.control.pending_commands import PendingCommands
 from console.http.problems import Problem
 from console.scene.overlays.command_preview import DASH, PreviewLines, dashed, strokes_of
+from console.speech.browser_microphone import BrowserMicrophone
+from console.speech.room_transcription import RoomTranscriber
 from core.commands.command import Command
 from core.commands.confirmation_delay import READING
 from core.perception.people.voice_bearing import VoiceBearing
@@ -45,7 +47,7 @@ def speak(live: Live, words: str, source: str = "voice", token: str = "", call: 
     who = person(live, token or live.operator)
     live.ask("POST", "/api/lease", {"do": "acquire"}, token=token or live.operator)
     return live.on_loop(
-        lambda: live.runtime.pending_commands.take(
+        lambda: live.runtime.parts[PendingCommands].take(
             replace(sure(words), command=replace(read(words), call=call)), source, who, Spoken.now()
         )
     ).id
@@ -67,8 +69,8 @@ def ask(live: Live, what: str, number: int, token: str = "") -> Any:
 def pending_commands(live: Live, monkeypatch: pytest.MonkeyPatch) -> Iterator[PendingCommands]:
     live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
     assert live.ask("POST", "/api/lease", {"do": "acquire"}, token=live.operator).status == 200
-    monkeypatch.setattr(live.runtime.pending_commands, "delay", LONG)
-    yield live.runtime.pending_commands
+    monkeypatch.setattr(live.runtime.parts[PendingCommands], "delay", LONG)
+    yield live.runtime.parts[PendingCommands]
     live.ask("POST", "/api/stop", token=live.operator)
 
 
@@ -107,7 +109,7 @@ def test_whose_words_were_held_back_reads_them_with_that_in_mind(
     live: Live, pending_commands: PendingCommands, monkeypatch: pytest.MonkeyPatch, source: str
 ) -> None:
     told: list[tuple[str, str]] = []
-    worker = {"ears": live.runtime.ears, "voice": live.runtime.microphone}
+    worker = {"ears": live.runtime.parts[RoomTranscriber], "voice": live.runtime.parts[BrowserMicrophone]}
     for name, listener in worker.items():
         monkeypatch.setattr(listener._worker, "reject", lambda words, *_, name=name: told.append((name, words)))
     with live.open("/ws/audio") as own, live.open("/ws/audio") as other, live.open("/ws/audio", token=live.viewer):
@@ -115,7 +117,7 @@ def test_whose_words_were_held_back_reads_them_with_that_in_mind(
             say(page, kind="listen", mode="held")
             hear(page, "listening")
             say(page, kind="rest")
-            live.until(lambda: live.runtime.microphone._turn is None, seconds=30.0)
+            live.until(lambda: live.runtime.parts[BrowserMicrophone]._turn is None, seconds=30.0)
         ask(live, "drop", speak(live, "continue 3 meters", source))
         live.until(lambda: told == [(source, "continue 3 meters")])
     live.until(lambda: len(pending_commands.when_rejected) == 1)
@@ -244,7 +246,7 @@ def test_whatever_ends_what_is_under_way_drops_it(live: Live, pending_commands: 
         live.ask("POST", "/api/lease", {"do": "release"}, token=live.operator)
     else:
         live.on_loop(lambda: live.runtime.dispatcher.forget(driver))
-    waiting = live.runtime.pending_commands.waiting
+    waiting = live.runtime.parts[PendingCommands].waiting
     assert waiting is None or waiting.id != number
     rows = live.ask("GET", "/api/commands/history?limit=3", token=live.viewer).json["commands"]
     dropped = next(row for row in rows if row["numbers"] == {"distance_m": 4.0})

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from console.control.settings_file import with_value
-from console.control.settings_in_use import NAME, common, sections
+from console.control.settings_in_use import NAME, SettingsInUse, common, sections
 from console.serve import Options, settings_file
+from console.speech.robot_voice import RobotVoice
 from core.errors import BadInput
 from core.pilot.pilot import live as holding_at_once
 from core.setting import declared_settings
@@ -75,11 +76,11 @@ def _other(section: str) -> str:
 
 
 def test_a_live_setting_holds_at_once_and_another_from_the_next_start_on(live: Live) -> None:
-    runtime, file = live.runtime, Path(live.runtime.settings_in_use.state.file)
+    runtime, file = live.runtime, Path(live.runtime.parts[SettingsInUse].state.file)
     assert file.name == NAME
     changed = ask(live, "voice/speed", 123)
     assert changed.status == 200 and changed.json["sentence"] == "[voice] speed is 123 words/min now."
-    assert runtime.voice.settings.speed == 123
+    assert runtime.parts[RobotVoice].settings.speed == 123
     assert ask(live, "person_following/keep", 1.5).json["setting"]["value"] == 1.5
     live.until(lambda: runtime.pilots.thread.pilot._settings.person_following.keep == 1.5)
     later = ask(live, "limits/max_speed", 0.2).json

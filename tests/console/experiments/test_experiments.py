@@ -26,7 +26,7 @@ def nothing_runs(request: pytest.FixtureRequest) -> Iterator[None]:
     """Afterwards nothing of it is left."""
     live: Live | None = request.getfixturevalue("live") if "live" in request.fixturenames else None
     yield
-    for number in list(live.runtime.experiments.runs) if live else []:
+    for number in list(live.runtime.parts[ExperimentRuns].runs) if live else []:
         ask(live, "POST", f"/runs/{number}/cancel")
 
 
@@ -75,11 +75,11 @@ def test_an_experiment_is_run_from_the_page_and_its_files_are_those_of_the_comma
     assert figure.headers["content-type"] == "image/svg+xml" and b"<svg" in figure.body
     assert "sandbox" in figure.headers["content-security-policy"]
     assert ask(live, "GET", f"{path}/files/..%2frun.json").status == 404
-    again = ExperimentRuns(live.runtime.experiments._folder.parent)
+    again = ExperimentRuns(live.runtime.parts[ExperimentRuns]._folder.parent)
     asyncio.run(again.open())
-    assert again.find(run["id"]).shown.compared == live.runtime.experiments.find(run["id"]).compared
+    assert again.find(run["id"]).shown.compared == live.runtime.parts[ExperimentRuns].find(run["id"]).compared
     assert ask(live, "DELETE", path).status == 204 and ask(live, "GET", path).status == 404
-    assert not (live.runtime.experiments._folder / run["id"]).exists()
+    assert not (live.runtime.parts[ExperimentRuns]._folder / run["id"]).exists()
 
 
 @pytest.mark.usefixtures("listed")

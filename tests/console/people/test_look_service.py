@@ -19,7 +19,7 @@ from console.workers.job import Job
 from console.workers.worker import Worker
 from core.perception.people.looking import LookAnswer, LookQuestion
 from core.perception.people.parts import PeopleSettings
-from core.sensors import Camera
+from core.sensors import Camera, SensorFrame
 from core.snapshot import Hearing, Snapshot, VoiceDirection
 from tests.console.robot.test_setpoint_sender import wanting
 from tests.core.perception.onnx_files import onnx_file
@@ -80,7 +80,7 @@ def during(service: LookService, work: Callable[[], Awaitable[None]]) -> None:
             await work()
         finally:
             running.cancel()
-            service.close()
+            await service.close()
 
     asyncio.run(whole())
 
@@ -135,7 +135,7 @@ def test_a_voice_starts_the_process_and_a_picture_opens_the_networks(
     service = LookService(PeopleSettings(model=str(tmp_path / "own.onnx"), farthest=12.0), lambda _: None)
 
     async def work() -> None:
-        service.took(with_voice())
+        service.on_snapshot(with_voice(), SensorFrame(stamp=0.0))
         await until(runs)
         assert asked == []
         service.ask(question(1.0))

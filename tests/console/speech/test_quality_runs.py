@@ -26,9 +26,9 @@ def nothing_runs(request: pytest.FixtureRequest) -> None:
     """What another test began is over."""
     if "live" in request.fixturenames:
         live: Live = request.getfixturevalue("live")
-        for number in list(live.runtime.quality.runs):
+        for number in list(live.runtime.parts[QualityRuns].runs):
             ask(live, "POST", f"/{number}/cancel")
-        live.until(lambda: all(run.state != "running" for run in live.runtime.quality.runs.values()))
+        live.until(lambda: all(run.state != "running" for run in live.runtime.parts[QualityRuns].runs.values()))
 
 
 def ask(live: Live, method: str, path: str, body: Any = None) -> Any:
@@ -38,7 +38,7 @@ def ask(live: Live, method: str, path: str, body: Any = None) -> Any:
 @needs_words
 def test_hearing_is_measured_from_the_page_and_kept(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
     quick = SpeechSettings(garbage_words=20)  # what is understood does not matter here
-    monkeypatch.setattr(live.runtime.quality, "speech", quick)
+    monkeypatch.setattr(live.runtime.parts[QualityRuns], "speech", quick)
     begun = ask(live, "POST", "", {"distances_m": [0.5, 11.0], "snr_db": [40.0], "phrases": 1})
     assert begun.status == 202 and begun.json["state"] == "running"
     assert ask(live, "POST", "", {"phrases": 1}).status == 409

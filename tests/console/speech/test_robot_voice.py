@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from console.speech.robot_voice import LATE, MOST, MOST_MOVING, TAIL, RobotVoice
+from console.speech.room_transcription import RoomTranscriber
 from core.errors import Refused
 from core.sensors.microphones import Sound
 from core.speech.synthesis import can_speak, speak
@@ -103,9 +104,9 @@ def test_an_answer_comes_as_sound_and_mutes_the_ears(live: Live) -> None:
     assert len(base64.b64decode(told.json["pcm"])) == pytest.approx(
         2 * told.json["seconds"] * told.json["rate_hz"], abs=40
     )
-    assert live.runtime.voice.muted
+    assert live.runtime.parts[RobotVoice].muted
     live.ask("POST", "/api/voice/hush", {"id": told.json["id"]}, token=live.operator)
-    live.until(lambda: not live.runtime.voice.muted)
+    live.until(lambda: not live.runtime.parts[RobotVoice].muted)
 
 
 @speaks
@@ -115,18 +116,18 @@ def test_the_robot_does_not_obey_what_it_says_itself_in_its_room(live: Live) -> 
 
     live.ask("POST", "/api/hearing", {"listen": True}, token=live.operator)
     live.until(lambda: hearing()["listening"])
-    before = len(live.runtime.ears.utterances)
+    before = len(live.runtime.parts[RoomTranscriber].utterances)
     seconds = say(live, "stop moving")
     live.until(lambda: hearing()["muted"] and not hearing()["listening"])
     end = live.runtime.snapshot.stamp + seconds.json["seconds"] + 2.5  # type: ignore[union-attr]
     live.until(lambda: live.runtime.snapshot.stamp > end and hearing()["listening"], 60.0)  # type: ignore[union-attr]
-    assert len(live.runtime.ears.utterances) == before
+    assert len(live.runtime.parts[RoomTranscriber].utterances) == before
     assert hearing()["voices"] == [] or min(one["age_s"] for one in hearing()["voices"]) > 2.0
     live.ask("POST", "/api/hearing", {"listen": False}, token=live.operator)
 
 
 def test_where_nothing_speaks_a_sentence_says_what_to_install(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live.runtime.voice, "_speaker", partial(speak, speakers=()))
+    monkeypatch.setattr(live.runtime.parts[RobotVoice], "_speaker", partial(speak, speakers=()))
     told = say(live, "turn left")
     assert told.status == 503 and "apt install espeak-ng" in told.json["detail"]
 

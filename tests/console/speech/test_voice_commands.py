@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from console.speech.room_transcription import NOT_OBEYED, RoomUtterance
+from console.control.pending_commands import PendingCommands
+from console.speech.room_transcription import NOT_OBEYED, RoomTranscriber, RoomUtterance
 from console.speech.transcription_client import within_bounds
 from console.speech.voice_commands import HIGHER, VoiceCommands
 from core.commands.command import Command
@@ -36,7 +37,7 @@ def said(live: Live, words: str, age: float = 0.0, own: tuple[float, float] | No
 
     `own`: from when to when [s] the words were said, where others talked too.
     """
-    ears = live.runtime.ears
+    ears = live.runtime.parts[RoomTranscriber]
     begin = ears.stamp + 0.1
     live.until(lambda: ears.stamp > begin + 0.1)
     end = ears.stamp - age
@@ -54,7 +55,7 @@ def newest(live: Live) -> dict[str, Any]:
 def spoken(live: Live) -> Any:
     live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
     live.until(lambda: not live.runtime.dispatcher.busy_above(()))
-    yield live.runtime.spoken
+    yield live.runtime.parts[VoiceCommands]
     live.ask("POST", "/api/stop", token=live.operator)
     live.ask("POST", "/api/hearing", {"listen": False}, token=live.operator)
 
@@ -107,7 +108,7 @@ def test_what_came_too_late_begins_when_a_person_confirms_it_and_a_stop_takes_th
 def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
     live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pending_commands = live.runtime.pending_commands
+    pending_commands = live.runtime.parts[PendingCommands]
     assert pending_commands.delay == 2.0
     monkeypatch.setattr(pending_commands, "delay", 600.0)
     assert listen(live, True).status == 200
@@ -128,11 +129,11 @@ def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
 def test_what_waits_is_dropped_when_voices_are_obeyed_no_more(
     live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(live.runtime.pending_commands, "delay", 600.0)
+    monkeypatch.setattr(live.runtime.parts[PendingCommands], "delay", 600.0)
     assert listen(live, True).status == 200
     assert said(live, "continue 3 meters") == ""
     assert listen(live, False).status == 200
-    assert live.runtime.pending_commands.waiting is None
+    assert live.runtime.parts[PendingCommands].waiting is None
     assert "no more" in newest(live)["remark"]
 
 
@@ -148,7 +149,7 @@ def test_words_are_let_go_with_the_wheel(live: Live, spoken: VoiceCommands) -> N
 def test_commands_that_were_rejected_as_uncertain_are_offered_as_long_as_they_are_fresh(
     live: Live, spoken: VoiceCommands
 ) -> None:
-    ears = live.runtime.ears
+    ears = live.runtime.parts[RoomTranscriber]
     both = ("turn left", "turn right")
     for age, offered in ((0.5, [*both]), (60.0, [])):
         end = ears.stamp - age
@@ -165,7 +166,7 @@ def test_until_words_are_read_the_state_says_so(live: Live, spoken: VoiceCommand
     def starting() -> bool:
         return live.ask("GET", "/api/state", token=live.viewer).json["ears"]["starting"]
 
-    worker = live.runtime.ears._worker
+    worker = live.runtime.parts[RoomTranscriber]._worker
     live.on_loop(worker.kill)
     assert starting()
     assert listen(live, True).status == 200
@@ -182,12 +183,12 @@ def test_what_the_pilot_does_not_do_now_is_told_and_the_ears_go_on(
 
     assert listen(live, True).status == 200
     monkeypatch.setattr(live.runtime.dispatcher.pilot, "tell", not_now)
-    monkeypatch.setattr(live.runtime.pending_commands, "delay", 0.05)
+    monkeypatch.setattr(live.runtime.parts[PendingCommands], "delay", 0.05)
     for words in ("turn left", "come here"):
         assert said(live, words) == ""
         row = live.until(lambda words=words: newest(live) if newest(live)["heard_as"] == words else None)
         assert (row["state"], row["remark"]) == ("refused", "Not now: I look for my place.")
-    assert live.runtime.ears.trouble == "" and live.runtime.pending_commands.waiting is None
+    assert live.runtime.parts[RoomTranscriber].trouble == "" and live.runtime.parts[PendingCommands].waiting is None
 
 
 def test_a_spoken_command_is_parsed_once(live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch) -> None:
