@@ -6,7 +6,9 @@ import os
 import sys
 
 from console.cli import build_parser
+from console.cli.answer import write_unusable
 from core.errors import BadSettings, BeckonError
+from core.sensors.checks import UnusableReading
 
 DONE, COULD_NOT, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -30,6 +32,8 @@ def main(arguments: list[str] | None = None) -> int:
             chosen.check_out(chosen.out)
         return chosen.run(chosen)
     except BeckonError as trouble:
+        if isinstance(trouble, UnusableReading) and getattr(chosen, "json", False):
+            write_unusable(trouble)
         sys.stderr.write(f"beckon: {trouble}\n")
         return WRONG_USAGE if isinstance(trouble, BadSettings) else COULD_NOT
     except KeyboardInterrupt:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from core.files import check_file, check_folder
+from core.sensors.checks import UnusableReading
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -52,6 +53,12 @@ def plain(value: Any) -> Any:
 def write_json(value: Mapping[str, object]) -> None:
     """Print one JSON object."""
     sys.stdout.write(_json(value) + "\n")
+
+
+def write_unusable(error: UnusableReading) -> None:
+    """Print what forbids an answer as one JSON object: the sentence, and the faults with their codes."""
+    faults = [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in error.faults]
+    write_json({"error": str(error), "faults": faults})
 
 
 class GrowingJson:

@@ -92,6 +92,7 @@ class CorrectedPictures(TypedDict):
     method: Method
     pictures: list[StraightPicture]
     pictures_refused: list[RefusedPicture]
+    faults: list[FoundFault]  # of those
     error: CorrectionReport
 
 
@@ -196,6 +197,7 @@ class LaserReport(TypedDict):
 class LaserFilesReport(LaserReport):
     """A mount's calibration from files, and the files that were written."""
 
+    faults: list[FoundFault]  # of the pairs that were refused
     files: dict[str, str]
 
 

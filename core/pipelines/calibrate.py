@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,13 +35,14 @@ from core.calibration.reports import (
     RefusedPicture,
     camera_report,
     correction_report,
+    found_faults,
     kept,
     laser_report,
 )
 from core.errors import BadInput
 from core.message import Array
 from core.optics import CameraModel
-from core.sensors.checks import fault
+from core.sensors.checks import Fault, UnusableReading, fault, faults_of, refusal
 
 PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".pgm", ".ppm"}
 SCANS = {".pcd", ".csv"}
@@ -64,21 +66,18 @@ def calibrate_camera(
     `say` receives the progress in words; `printed`: with eq. 44's coefficients. Raises BadInput when fewer than
     three pictures can be used.
     """
-    views, refused, warnings, size = _views(files, board, say or _quiet)
+    looked = _views(files, board, say or _quiet)
+    views, refused = looked.views, looked.refused
     if len(views) < 3:
         seen = Counter(each["seen"] for each in refused if "seen" in each)
         if seen and max(seen.values()) > len(files) / 2:
             name, count = seen.most_common(1)[0]
             what = miscount_words(Board.parse(name, board.square), board)
-            sentence = fault("board.use_other", seen=name, entered=board.name, count=count, all=len(files), what=what)
-            raise BadInput(sentence.sentence)
-        reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
-        raise BadInput(
-            f"Only {len(views)} of {len(files)} pictures can be used; at least 3 are needed. {reasons}".strip()
-        )
-    calibration = calibrate(views, board, size)
+            raise refusal("board.use_other", seen=name, entered=board.name, count=count, all=len(files), what=what)
+        raise UnusableReading(_too_few(len(views), len(files), "pictures", refused), looked.faults)
+    calibration = calibrate(views, board, looked.size)
     if calibration.undecided:
-        raise BadInput(calibration.undecided)
+        raise UnusableReading(calibration.undecided, (*calibration.faults, *looked.faults))
     report = camera_report(calibration)
     files_written = {} if out is None else write_camera(calibration, report, out)
     dropped: list[RefusedPicture] = [
@@ -86,7 +85,8 @@ def calibrate_camera(
     ]
     answer: CameraFilesReport = {
         **report,
-        "warnings": warnings + report["warnings"],
+        "faults": report["faults"] + found_faults(looked.faults),
+        "warnings": looked.warnings + report["warnings"],
         "views_refused": refused + dropped,
         "correction": correction_report(calibration.model),
         "files": files_written,
@@ -135,6 +135,7 @@ def calibrate_laser(
     pairs, refused, background = _pairs(folder)
     seen: list[tuple[int, BoardPose]] = []
     scanned: list[MeanScan | None] = []
+    faults: list[Fault] = []
     for number, (picture, scans) in enumerate(pairs):
         say(f"{picture.name}: looking for the board")
         try:
@@ -142,11 +143,13 @@ def calibrate_laser(
         except BadInput as wrong:
             scanned.append(None)
             refused.append({"image": picture.name, "reason": str(wrong)})
+            faults += faults_of(wrong) or [fault("scan.malformed", scans.name, what=str(wrong).rstrip("."))]
             continue
         try:
             seen.append((number, _board_pose(read_grey(picture)[0], board, model)))
         except BadInput as wrong:
             refused.append({"image": picture.name, "reason": str(wrong)})
+            faults += faults_of(wrong, picture.name)
     names = [picture.name for picture, _ in pairs]
     poses = _paired(seen, names, scanned)
     empty = None if background is None or not poses else _background(background, poses)
@@ -158,6 +161,7 @@ def calibrate_laser(
         model,
         empty,
         rivals=_other_pairings(seen, names, scanned, empty),
+        faults=faults,
         mount=mount,
         with_offset=with_offset,
         out=out,
@@ -215,6 +219,7 @@ def mount_from(
     background: Array | None = None,
     *,
     rivals: Sequence[Rival] = (),
+    faults: Sequence[Fault] = (),
     mount: Mount | None = None,
     with_offset: bool = False,
     out: Path | None = None,
@@ -222,13 +227,12 @@ def mount_from(
 ) -> LaserFilesReport:
     """Poses from any source, the pairs refused so far, the empty room (B,) [m] → JSON keys and files.
 
-    `rivals`: other ways in which the scans may belong to the boards. Raises BadInput, with the cause where one of
-    them, or another unit or sense of the scans, explains the poses far better.
+    `rivals`: other ways in which the scans may belong to the boards; `faults`: of the refused pairs. Raises BadInput,
+    with the cause where one of the rivals, or another unit or sense of the scans, explains the poses far better.
     """
     if len(poses) < 3:
-        reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
         count = len(poses) + len(refused)
-        raise BadInput(f"Only {len(poses)} of {count} pairs can be used; at least 3 are needed. {reasons}".strip())
+        raise UnusableReading(_too_few(len(poses), count, "pairs", refused), faults)
     settings = solve.LaserSettings(as_printed=printed)
     found, trouble = None, ""
     try:
@@ -239,9 +243,7 @@ def mount_from(
         cause = suspicion.find_cause(found, poses, rivals, board, background, mount, settings)
         if cause is not None:
             seen = 0 if found is None else int(np.count_nonzero(found.used))
-            raise BadInput(
-                fault(cause[0].code, what=cause[0].what, fits=cause[1], count=len(poses), seen=seen).sentence
-            )
+            raise refusal(cause[0].code, what=cause[0].what, fits=cause[1], count=len(poses), seen=seen)
     if found is None:
         raise BadInput(trouble)
     report = laser_report(found, [pose.name for pose in poses], board, model)
@@ -254,7 +256,18 @@ def mount_from(
             "static_transform": ("mount.sh", static_transform(transform) + "\n"),
         }
         files = write_all(out, texts)
-    return {**report, "poses_refused": [*refused, *report["poses_refused"]], "files": files}
+    return {
+        **report,
+        "poses_refused": [*refused, *report["poses_refused"]],
+        "faults": found_faults(faults),
+        "files": files,
+    }
+
+
+def _too_few(used: int, count: int, what: str, refused: Sequence[RefusedPicture]) -> str:
+    """The sentence where too few pictures or pairs are left."""
+    reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
+    return f"Only {used} of {count} {what} can be used; at least 3 are needed. {reasons}".strip()
 
 
 def board_in(camera: Path) -> Board:
@@ -276,14 +289,23 @@ def board_in(camera: Path) -> Board:
         ) from None
 
 
-def _views(
-    files: Sequence[Path], board: Board, say: Say
-) -> tuple[list[ViewCorners], list[RefusedPicture], list[str], tuple[int, int]]:
-    """Every picture looked at: the views, why others are refused, remarks, and the size that most have."""
+class _LookedAt(NamedTuple):
+    """The outcome of all pictures."""
+
+    views: list[ViewCorners]
+    refused: list[RefusedPicture]
+    faults: tuple[Fault, ...]
+    warnings: list[str]
+    size: tuple[int, int]  # [pixel] that most have
+
+
+def _views(files: Sequence[Path], board: Board, say: Say) -> _LookedAt:
+    """Look at every picture."""
     if len(files) > MOST_FILES:
         raise BadInput(f"{len(files)} pictures are too many; at most {MOST_FILES} are read at once.")
     found: list[tuple[ViewCorners, tuple[int, int]]] = []
     refused: list[RefusedPicture] = []
+    faults: list[Fault] = []
     warnings: list[str] = []
     twins: dict[bytes, str] = {}
     for name, path in zip(own_names(files), files, strict=True):
@@ -297,13 +319,14 @@ def _views(
         except BadInput as wrong:
             say(f"{name}: {wrong}")
             refused.append({"image": name, "reason": str(wrong)})
+            faults += faults_of(wrong, name)
             if isinstance(wrong, BoardNotSeen) and wrong.seen:
                 refused[-1]["seen"] = wrong.seen
             continue
         found.append((ViewCorners(name=name, corners=corners), (grey.shape[1], grey.shape[0])))
         warnings += [f"{name}: {each}" for each in (remark, *remarks) if each]
     if not found:
-        return [], refused, warnings, (0, 0)
+        return _LookedAt([], refused, tuple(faults), warnings, (0, 0))
     counts = Counter(each for _, each in found)
     size = max(counts, key=lambda each: (counts[each], each[0] * each[1]))
     for view, own in found:
@@ -311,7 +334,7 @@ def _views(
             many = "most" if counts[size] > counts[own] else "as many"
             reason = f"it is {own[0]}x{own[1]}, {many} pictures are {size[0]}x{size[1]}; one camera setting at a time"
             refused.append({"image": view.name, "reason": reason})
-    return [view for view, own in found if own == size], refused, warnings, size
+    return _LookedAt([view for view, own in found if own == size], refused, tuple(faults), warnings, size)
 
 
 def _corners(grey: Array, board: Board) -> tuple[Array, tuple[str, ...]]:

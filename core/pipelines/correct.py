@@ -11,8 +11,16 @@ from core.calibration.camera.undistortion import exact_map, straighten, table_1_
 from core.calibration.files.camera_files import read_camera
 from core.calibration.files.pictures import own_names, read_colour, size_words
 from core.calibration.files.written import folder_at, write
-from core.calibration.reports import CorrectedPictures, Method, RefusedPicture, StraightPicture, correction_report
+from core.calibration.reports import (
+    CorrectedPictures,
+    Method,
+    RefusedPicture,
+    StraightPicture,
+    correction_report,
+    found_faults,
+)
 from core.errors import BadInput
+from core.sensors.checks import Fault, UnusableReading, faults_of
 
 
 def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "exact") -> CorrectedPictures:
@@ -25,6 +33,7 @@ def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "ex
     folder = folder_at(out)
     written: list[StraightPicture] = []
     refused: list[RefusedPicture] = []
+    faults: list[Fault] = []
     taken: set[str] = set()
     for name, path in zip(own_names(files), files, strict=True):
         try:
@@ -33,16 +42,18 @@ def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "ex
                 raise BadInput(f"it is {size_words(picture)}, the camera file is for {model.width}x{model.height}")
         except BadInput as wrong:
             refused.append({"image": name, "reason": str(wrong)})
+            faults += faults_of(wrong)
             continue
         content = cv2.imencode(".png", straighten(picture, lookup))[1].tobytes()
         written.append({"image": name, "file": write(folder / free_name(path.stem, taken), content)})
     if not written:
         reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
-        raise BadInput(f"No picture could be corrected. {reasons}".strip())
+        raise UnusableReading(f"No picture could be corrected. {reasons}".strip(), faults)
     return {
         "method": method,
         "pictures": written,
         "pictures_refused": refused,
+        "faults": found_faults(faults),
         "error": correction_report(model),
     }
 

@@ -27,7 +27,7 @@ from core.recording.ros_frames import FrameTree, Placed
 from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE, RosPictures
 from core.recording.scans import in_time_order, make_scan, scan_recording, unit_of
 from core.sensors import Scan
-from core.sensors.checks import fault
+from core.sensors.checks import refusal
 
 LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 SAME_AS = {"tf/msg/tfMessage": TF}
@@ -243,8 +243,7 @@ class RosMessages:
                 self._tally.fault("mount.unknown", frame or name, used=True)
             return Placed()
         if not placed.level:
-            found = fault("mount.not_level", frame, tilt=f"{math.degrees(placed.tilt):.0f}")
-            raise BadInput(found.sentence)
+            raise refusal("mount.not_level", frame, tilt=f"{math.degrees(placed.tilt):.0f}")
         return placed
 
     def _chosen_scans(self, path: Path, robots: tuple[str, ...]) -> tuple[str, _ScanTopic]:

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array
 from core.recording.odometry_track import OdometryTrack
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording
 from core.sensors import Laser, Scan
-from core.sensors.checks import fault
+from core.sensors.checks import refusal
 from core.sensors.laser import MAX_STAMP_S, MAX_SWEEP_S, beams_malformation
 
 AT_THE_ORIGIN = Pose()
@@ -94,7 +93,7 @@ def in_time_order(scans: list[Scan], tally: ReadReport) -> list[Scan]:
     kept = [scan for index, scan in enumerate(ordered) if index == 0 or scan.stamp > ordered[index - 1].stamp]
     tally.drop("the stamp is that of another scan", count=len(ordered) - len(kept))
     if len(kept) < MIN_KEPT_SHARE * len(scans):
-        raise BadInput(fault("clock.few_left", kept=len(kept), all=len(scans)).sentence)
+        raise refusal("clock.few_left", kept=len(kept), all=len(scans))
     return kept
 
 

@@ -16,6 +16,8 @@ from typing import Literal
 import msgspec
 import numpy as np
 
+from core.errors import BadInput, BeckonError
+
 MAX_AGE_S = 0.3  # [s] of a reading by which a robot is driven; `Limits.scan_age` may be less
 MAX_LEAD_S = 0.1  # [s] by which its stamp may lie ahead
 
@@ -40,6 +42,14 @@ class Fault(msgspec.Struct, frozen=True, kw_only=True):
     sentence: str
     sensor: str = ""  # its name on the robot, topic or file; "": of all
     used: bool = False  # the readings are used all the same, with the doubt said
+
+
+class UnusableReading(BadInput):
+    """Readings that cannot be used, with the faults that were found in them."""
+
+    def __init__(self, sentence: str, faults: Iterable[Fault]) -> None:
+        super().__init__(sentence)
+        self.faults = tuple(faults)
 
 
 SCANS = (
@@ -438,6 +448,18 @@ SOUND = (
 
 FILES = (
     ReadingCheck(
+        "picture.unreadable",
+        "form",
+        "a file with the pictures that are read: its kind, its size, its end",
+        "{sensor} cannot be read as a picture: {what}. JPEG, PNG, BMP, WebP and PGM are read; save or copy it again.",
+    ),
+    ReadingCheck(
+        "camera.malformed",
+        "form",
+        "a camera file with its form: size, matrix, distortion, finite numbers",
+        "{sensor} cannot be used as a camera file: {what}. Export it again, or calibrate the camera with Beckon.",
+    ),
+    ReadingCheck(
         "camera.other_model",
         "form",
         "the model that a camera file names with plumb_bob",
@@ -502,6 +524,18 @@ def fault(code: str, sensor: str = "", *, used: bool = False, **values: object) 
     """
     sentence = CHECKS[code].sentence.format(sensor=sensor, **values)
     return Fault(code=code, sentence=sentence, sensor=sensor, used=used)
+
+
+def refusal(code: str, sensor: str = "", **values: object) -> UnusableReading:
+    """Make the error of a check after which nothing of the reading is used. Raises KeyError as `fault` does."""
+    sentence = CHECKS[code].sentence.format(sensor=sensor, **values)
+    return UnusableReading(sentence, (Fault(code=code, sentence=sentence, sensor=sensor),))
+
+
+def faults_of(error: BeckonError, sensor: str = "") -> tuple[Fault, ...]:
+    """Return the faults that an error carries; those that name no sensor are faults of `sensor`."""
+    faults = error.faults if isinstance(error, UnusableReading) else ()
+    return tuple(one if one.sensor else msgspec.structs.replace(one, sensor=sensor) for one in faults)
 
 
 def distinct(faults: Iterable[Fault]) -> tuple[Fault, ...]:

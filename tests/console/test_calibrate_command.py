@@ -169,8 +169,9 @@ def test_what_cannot_be_done_is_told_in_one_sentence(
     }
     for sentence, arguments in tried.items():
         code, out, err = answer(capsys, *arguments, "--json")
-        assert (code, out) == (1, ""), sentence
         last = err.splitlines()[-1]
+        assert code == 1, sentence
+        assert not out or last == f"beckon: {json.loads(out)['error']}", sentence
         assert sentence in last and last.startswith("beckon: ")
 
 
@@ -216,3 +217,32 @@ def drawn(svg: str) -> np.ndarray:
             x, y, width, height = (round(4 * float(part.split('"')[0])) for part in line.split('="')[1:5])
             grey[y : y + height, x : x + width] = 20
     return grey
+
+
+def test_an_input_that_cannot_be_used_is_told_in_json_with_its_code(
+    pictures: list[str], camera: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fisheye, nan = tmp_path / "fisheye.json", tmp_path / "nan.json"
+    entry = json.loads(Path(camera).read_text())
+    fisheye.write_text(json.dumps({**entry, "dist_model": "equidistant"}))
+    nan.write_text(json.dumps({**entry, "image_size": "large"}))
+    text = tmp_path / "text.png"
+    text.write_text("no picture")
+    straight = ("--out", str(tmp_path / "out"), "--json")
+    for asked, code, sensor in (
+        (("correct", *pictures, "--camera", str(fisheye), *straight), "camera.other_model", "fisheye.json"),
+        (("correct", *pictures, "--camera", str(nan), *straight), "camera.malformed", "nan.json"),
+        (("correct", str(text), "--camera", camera, *straight), "picture.unreadable", "text.png"),
+        (("calibrate", "camera", str(text), *ASKED, "--json"), "picture.unreadable", "text.png"),
+        (
+            ("calibrate", "camera", *pictures[:2], "--board", "8x6", "--square", "0.03", "--json"),
+            "board.use_other",
+            "",
+        ),
+    ):
+        exit_code, out, err = answer(capsys, *asked)
+        told = json.loads(out)
+        assert exit_code == 1 and err.endswith(f"beckon: {told['error']}\n")
+        assert (told["faults"][0]["code"], told["faults"][0]["sensor"]) == (code, sensor)
+    exit_code, out, _ = answer(capsys, "calibrate", "camera", str(text), *pictures[:4], *ASKED, "--json")
+    assert exit_code == 0 and [each["code"] for each in json.loads(out)["faults"]] == ["picture.unreadable"]

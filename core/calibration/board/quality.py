@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -11,14 +12,14 @@ from core.calibration.board.board import Board
 from core.calibration.board.chessboard import QUICK, BoardView, sample, search
 from core.calibration.homography import homographies
 from core.calibration.levenberg_marquardt import minimise
-from core.errors import BadInput
 from core.message import Array, message
-from core.sensors.checks import fault
+from core.sensors.checks import Fault, UnusableReading, fault
 
 MISCOUNTS = ((-1, -1), (-1, 0), (0, -1), (1, 0), (0, 1), (1, 1))
 """How people miscount, the likeliest first: squares instead of inner corners."""
 ANY_SIZE = cv2.CALIB_CB_LARGER | cv2.CALIB_CB_NORMALIZE_IMAGE
 LONE_MOST = 0.5  # of all dark patches so large that are such squares: noise has patches of any form
+LONE_GAP, LONE_GAP_PX = 0.15, 4.0  # share of their side, and [pixel]: corners of squares so near each other touch
 LONE_CONTRAST = 60.0  # grey levels between such squares and the paper
 LEAST_SEARCHED = 60  # [pixel] of a picture's side
 LEAST_COUNT = 12  # corners of a board that is believed
@@ -92,11 +93,11 @@ def judge(grey: Array, view: BoardView, board: Board, settings: ViewQualitySetti
     return ViewQuality(sharpness=sharpness, misplaced=misplaced, refusals=tuple(refusals), warnings=tuple(warnings))
 
 
-class BoardNotSeen(BadInput):
+class BoardNotSeen(UnusableReading):
     """No board of this kind in a picture; the sentence says what is there instead."""
 
-    def __init__(self, words: str, seen: str = "") -> None:
-        super().__init__(words)
+    def __init__(self, why: str | Fault, seen: str = "") -> None:
+        super().__init__(*((why, ()) if isinstance(why, str) else (why.sentence, (why,))))
         self.seen = seen  # another board that is there, as in "10x10"
 
 
@@ -111,13 +112,11 @@ def why_none(grey: Array, board: Board, longest: int = 640) -> BoardNotSeen:
     other = _another_board(small, board)
     if other is not None:
         what = miscount_words(other, board)
-        return BoardNotSeen(
-            fault("board.other_count", seen=other.name, entered=board.name, what=what).sentence, other.name
-        )
+        return BoardNotSeen(fault("board.other_count", seen=other.name, entered=board.name, what=what), other.name)
     if search(255 - small, board, QUICK) is not None:
-        return BoardNotSeen(fault("board.inverted").sentence)
+        return BoardNotSeen(fault("board.inverted"))
     if _lone_squares(small) >= LEAST_LONE:
-        return BoardNotSeen(fault("board.separate_squares").sentence)
+        return BoardNotSeen(fault("board.separate_squares"))
     return BoardNotSeen(unseen(grey, board))
 
 
@@ -153,6 +152,7 @@ def _lone_squares(grey: Array) -> int:
     if not 0 < inked.mean() < 1 or grey[~inked].mean() - grey[inked].mean() < LONE_CONTRAST:
         return 0
     areas: list[float] = []
+    outlines: list[Array] = []
     large = 0
     for contour in cv2.findContours(dark, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)[0]:
         area = float(cv2.contourArea(contour))
@@ -164,9 +164,23 @@ def _lone_squares(grey: Array) -> int:
         full = max(LONE_FULL * float(cv2.contourArea(outline)), LONE_ROUND * (edges / 4) ** 2)
         if area > full and len(outline) == 4 and cv2.isContourConvex(outline):
             areas.append(area)
+            outlines.append(outline[:, 0].astype(float))
     middle = float(np.median(areas)) if areas else 0.0
-    alike = sum(middle / 2 < area < 2 * middle for area in areas)
-    return alike if alike > LONE_MOST * large else 0
+    alike = [outline for area, outline in zip(areas, outlines, strict=True) if middle / 2 < area < 2 * middle]
+    return (
+        len(alike)
+        if len(alike) > LONE_MOST * large and not _touch(alike, max(LONE_GAP * middle**0.5, LONE_GAP_PX))
+        else 0
+    )
+
+
+def _touch(outlines: Sequence[Array], gap: float) -> bool:
+    """Return whether most quadrilaterals (4, 2) have a corner that lies within `gap` [pixel] of another's."""
+    corners = np.concatenate(outlines)
+    owner = np.repeat(np.arange(len(outlines)), 4)
+    apart = np.linalg.norm(corners[:, None] - corners, axis=2)
+    near = (apart < gap) & (owner[:, None] != owner)
+    return 2 * len(set(owner[near.any(axis=1)].tolist())) > len(outlines)
 
 
 def miscounted(grey: Array, board: Board, which: int, longest: int) -> str:

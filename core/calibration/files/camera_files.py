@@ -17,7 +17,7 @@ from core.calibration.lens_check import check_lens
 from core.errors import BadInput
 from core.message import Array
 from core.optics import CameraModel
-from core.sensors.checks import fault
+from core.sensors.checks import UnusableReading, fault, faults_of, refusal
 
 MOST_BYTES = 2**20
 PLUMB_BOB = ("plumb_bob", "radtan", "opencv", "opencv4", "opencv5", "brown_conrady", "none")
@@ -123,7 +123,8 @@ def read_camera(path: Path) -> CameraModel:
     try:
         return parse_camera(text)
     except BadInput as wrong:
-        raise BadInput(f"{path.name}: {wrong}") from None
+        faults = faults_of(wrong, path.name) or (fault("camera.malformed", path.name, what=str(wrong).rstrip(".")),)
+        raise UnusableReading(f"{path.name}: {wrong}", faults) from None
 
 
 def parse_camera(text: str) -> CameraModel:
@@ -291,7 +292,7 @@ def _named_model(document: Any) -> str:
 
 
 def _other_model(named: str) -> BadInput:
-    return BadInput(fault("camera.other_model", model=named[:40]).sentence)
+    return refusal("camera.other_model", model=named[:40])
 
 
 def _from_names(document: dict[str, Any]) -> CameraModel:
@@ -314,7 +315,7 @@ def _model(size: Any, matrix: Any, distortion: Any, kind: str) -> CameraModel:
     smaller = (width / (2 * cx), height / (2 * cy))
     if min(smaller) > SMALLER and max(smaller) < SAME_SHARE * min(smaller):
         times = f"{sum(smaller) / 2:.1f}"
-        raise BadInput(fault("camera.binned", width=int(width), height=int(height), times=times).sentence)
+        raise refusal("camera.binned", width=int(width), height=int(height), times=times)
     model = CameraModel(
         width=int(width), height=int(height), fx=fx, fy=fy, cx=cx, cy=cy, k1=k1, k2=k2, p1=p1, p2=p2, k3=k3
     )
@@ -336,9 +337,9 @@ def _terms(distortion: Any, kind: str) -> list[float]:
         raise _other_model(kind)
     terms = _numbers(distortion, "distortion", (0, 4, 5, 8, 12, 14)) if distortion is not None else []
     if not kind and len(terms) == 4 and any(terms):
-        raise BadInput(fault("camera.unnamed_model").sentence)
+        raise refusal("camera.unnamed_model")
     if any(terms[5:]):
-        raise BadInput(fault("camera.rational").sentence)
+        raise refusal("camera.rational")
     return terms
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from core.errors import BadInput
 from core.message import Array
+from core.sensors.checks import UnusableReading, fault
 
 MOST_BYTES = 40 * 2**20
 MOST_PIXELS = 2**25
@@ -33,17 +34,17 @@ class Header(NamedTuple):
 
 def read_grey(path: Path) -> tuple[Array, str]:
     """A picture file → grey (H, W) uint8 as the sensor took it, and a remark or ''. Raises BadInput."""
-    return decode_grey(_content(path))
+    return _read(path, cv2.IMREAD_GRAYSCALE)
 
 
 def read_colour(path: Path) -> Array:
     """A picture file → blue-green-red (H, W, 3) uint8 as the sensor took it. Raises BadInput."""
-    return decode(_content(path), cv2.IMREAD_COLOR)[0]
+    return _read(path, cv2.IMREAD_COLOR)[0]
 
 
 def read_upright(path: Path) -> Array:
     """A photograph → blue-green-red (H, W, 3) uint8 as it is shown, turned as its EXIF asks. Raises BadInput."""
-    return decode(_content(path), cv2.IMREAD_COLOR, upright=True)[0]
+    return _read(path, cv2.IMREAD_COLOR, upright=True)[0]
 
 
 def decode_grey(content: bytes) -> tuple[Array, str]:
@@ -93,6 +94,14 @@ def decode(content: bytes, how: int, *, upright: bool = False) -> tuple[Array, s
         )
     turned = header.turned and not upright
     return pixels, "it asks to be shown turned (EXIF); it is used as the sensor took it" if turned else ""
+
+
+def _read(path: Path, how: int, *, upright: bool = False) -> tuple[Array, str]:
+    content = _content(path)
+    try:
+        return decode(content, how, upright=upright)
+    except BadInput as wrong:
+        raise UnusableReading(str(wrong), (fault("picture.unreadable", path.name, what=str(wrong)),)) from None
 
 
 def _content(path: Path) -> bytes:

@@ -11,7 +11,7 @@ import numpy as np
 
 from core.errors import BadInput
 from core.message import Array
-from core.sensors.checks import fault
+from core.sensors.checks import refusal
 
 MOST_BYTES = 32 * 2**20
 MOST_POINTS = 2_000_000
@@ -69,7 +69,7 @@ def _read_csv(path: Path) -> list[Array]:
         angles = points[np.isfinite(points[:, 0]), 0]
         if len(angles) and np.ptp(angles) > WIDEST:
             first, last = f"{angles.min():.4g}", f"{angles.max():.4g}"
-            raise BadInput(fault("laser.degrees", path.name, first=first, last=last).sentence)
+            raise refusal("laser.degrees", path.name, first=first, last=last)
     elif {"x", "y"} <= set(names):
         points, breaks = polar(table[:, [names.index("x"), names.index("y")]]), np.empty(0, int)
     else:

@@ -177,3 +177,9 @@ def test_a_negative_board_and_squares_that_stand_apart_are_named() -> None:
     for row, column in np.ndindex(7, 8):
         apart[60 + 50 * row : 60 + 50 * row + 28, 110 + 52 * column : 110 + 52 * column + 28] = 30
     assert "touch at their corners" in reason_of(apart, BOARD)
+
+
+def test_a_chessboard_of_which_a_row_is_out_of_sight_is_not_said_to_be_of_separate_squares() -> None:
+    cut = shot()
+    cut[: cut.shape[0] // 3] = 120
+    assert "touch at their corners" not in reason_of(cut, BOARD)
