@@ -296,6 +296,7 @@ class Pilot:
             image=None if self._sensors.untimely("camera") else frame.image,
             camera=self._vision.camera,
             call=None if self._sensors.untimely("microphones") else self._hearing.call,
+            misheard=self._hearing.contradiction,
             company=self._settings.person_following,
             people=self._settings.people,
             tracking=self._settings.tracking,

@@ -87,7 +87,8 @@ class SoundPerception:
         )
 
     def heard_in(self, begin: float, end: float) -> tuple[VoiceBearing, ...]:
-        """All directions in words spoken from `begin` to `end` [s]; echoes and other talkers are among them.
+        """All directions in words spoken from `begin` to `end` [s] that the microphones do not contradict; echoes and
+        other talkers are among them.
 
         Those of one moment of the words have one stamp. () where that is not remembered.
         """
@@ -96,6 +97,8 @@ class SoundPerception:
         found: list[VoiceBearing] = []
         for number, moment in enumerate(self._listener.within(begin, end)):
             for one in moment.directions:
+                if one.misfit > self._settings.declared_misfit:
+                    continue
                 seen = self._in_world(one)
                 pose = min(self._poses, key=lambda each: abs(each[0] - one.stamp))[1]
                 bearing = VoiceBearing(

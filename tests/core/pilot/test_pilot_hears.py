@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from core.commands.command import Command
 from core.geometry import Pose
 from core.message import Array
 from core.perception.people.voice_bearing import likeliest
 from core.perception.sound.direction import unit
 from core.perception.sound.settings import DirectionFindingSettings
+from core.pilot import Pilot
 from core.pilot.sound_perception import SILENCE_DB, SoundPerception
 from core.robots import Profile
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound
 from core.simulation.acoustics.shoebox import diffuse_noise, plane_waves
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.slam.estimate import Estimate
 from core.snapshot import VoiceDirection
 from core.speech.practice_voice import practice_voice
+from core.speech.understanding.grammar import understand
 from tests.core.perception.voices import RATE, far_voice
 
 UPRIGHT = MicrophoneArray(positions=RESPEAKER_ODAS.positions[:, [0, 2, 1]], name="upright")
@@ -90,3 +96,38 @@ def test_words_are_the_caller_s_though_someone_else_talks_into_them(other_first:
     assert {one.stamp for one in heard} <= {said + 0.7, said + 0.35, said / 4 + 3 * (said + 0.7) / 4}
     assert likeliest(heard)[0].azimuth == pytest.approx(0.5 + 0.3, abs=0.25)
     assert ears.heard_in(-1.0, -0.5) == ()
+
+
+@pytest.mark.parametrize(
+    ("order", "cause"), [((0, 1, 2, 3), ""), ((1, 0, 2, 3), "exchanged"), ((0, 0, 1, 2), "processed")], ids=str
+)
+def test_come_here_turns_to_no_direction_that_the_microphones_contradict_and_says_why(
+    order: tuple[int, ...], cause: str
+) -> None:
+    lab = SimulatedRobot("lab", seed=4, settings=SimulationSettings(camera=True))
+    pilot, array = Pilot(lab.profile), lab.profile.microphones
+    assert array is not None
+    first = lab.read()
+    whole = far_voice(array, 1.2, 0.3, stamp=first.stamp)
+    quiet = 1e-3 * np.random.default_rng(2).normal(size=(round(0.7 * RATE), len(array.positions)))
+    samples = np.concatenate((whole.samples, quiet))
+    if cause == "processed":
+        samples = np.column_stack((samples.mean(1), samples[:, :-1]))
+    else:
+        samples = samples[:, order]
+    spoken = replace(whole, samples=samples)
+    begin = spoken.stamp
+    while begin < first.stamp + spoken.duration:
+        frame = lab.read()
+        pilot.step(replace(frame, sound=spoken.part(begin, frame.stamp)))
+        begin = frame.stamp
+    command = understand("come here")
+    assert isinstance(command, Command)
+    pilot.tell(1, command, "chip", "anna")
+    snapshot = pilot.step(replace(lab.read(), sound=None))
+    if not cause:
+        assert snapshot.active_command is not None and snapshot.setpoint.w > 0
+        return
+    (ended,) = snapshot.endings
+    assert ended.state == "refused" and not snapshot.setpoint.moves
+    assert "cannot tell from where" in ended.remark and cause in ended.remark
