@@ -12,11 +12,7 @@ DRIVER = '''"""Driver of NAME, py:NAME.py:ARGUMENTS. It simulates a room until t
 import threading
 
 import numpy as np
-from core.gate.twist import ZERO, Twist
-from core.geometry import Pose, arc
-from core.robots.device import Base, Device, Equipment
-from core.robots.readings import Readings
-from core.sensors import Laser, Scan
+from core.robots.driver import ZERO, Base, Device, Equipment, Laser, Pose, Readings, Scan, Twist, arc
 
 
 class Driver(Device):
@@ -55,7 +51,7 @@ from pathlib import Path
 import pytest
 
 try:
-    from core.robots.conformance import check_robot
+    from core.robots.driver import check_robot
 except ImportError:
     import core
 

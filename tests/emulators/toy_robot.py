@@ -15,11 +15,7 @@ import time
 
 import numpy as np
 
-from core.gate import ZERO, Twist
-from core.geometry import Pose, arc
-from core.robots.device import Base, Device, Equipment
-from core.robots.readings import Readings
-from core.sensors import Laser, Scan
+from core.robots.driver import ZERO, Base, Device, Equipment, Laser, Pose, Readings, Scan, Twist, arc
 
 PERIOD = 0.02  # [s] between readings of the wheels
 LASER = Laser(name="front", beams=36, angle_min=-math.pi, angle_step=math.radians(10), rate=10.0)

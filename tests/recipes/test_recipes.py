@@ -50,9 +50,7 @@ from __future__ import annotations
 
 import threading
 
-from core.geometry import Pose
-from core.robots.device import Base, Device, Equipment
-from core.robots.readings import Readings
+from core.robots.driver import Base, Device, Equipment, Pose, Readings
 
 
 class StillRobot(Device):

@@ -14,7 +14,7 @@ import pytest
 
 from core.gate import ZERO, Twist
 from core.gate.packets import packet_pair, send_packet, take_packets
-from core.robots import Profile
+from core.robots import Profile, driver
 from core.robots.frame_sender import FrameReceiver, FrameSender
 from core.robots.process import SLOWEST, TIMEOUT, DriverLoop
 from core.robots.requests import AnswerT, RobotRequest, not_taken
@@ -197,3 +197,31 @@ def test_a_simulated_robot_lives_no_further_than_its_gate_lets_it_but_very_slowl
     assert stamp <= until + (1 + passed / (SLOWEST / 40)) / 40
     send_packet(running.gate, {"v": 0.0, "w": 0.0, "nonce": 3})  # a gate of a real robot says no time
     running.until(lambda: running.robot.stamp > until + 0.2)
+
+
+def test_the_names_of_the_import_line_stay() -> None:
+    """Drivers of other people import them: a name may come, and none may go."""
+    promised = [
+        "ZERO",
+        "BadInput",
+        "Base",
+        "Camera",
+        "CameraModel",
+        "Device",
+        "Equipment",
+        "Findings",
+        "Image",
+        "Laser",
+        "MicrophoneArray",
+        "Pose",
+        "Readings",
+        "Refused",
+        "Scan",
+        "Sound",
+        "Transform",
+        "Twist",
+        "Unavailable",
+        "arc",
+        "check_robot",
+    ]
+    assert set(promised) <= set(driver.__all__) and all(hasattr(driver, name) for name in promised)
