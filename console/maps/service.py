@@ -39,7 +39,9 @@ T = TypeVar("T")
 
 SAME = 1e-6  # [m] by which two resolutions may differ
 UNSAVED_M = 0.3  # that the robot moves before its map is worth a question
-LAST_MAP = "last map"  # what a console that ends keeps
+LAST_MAP = "last map"  # what a console keeps that ends, and one that may be killed
+LAST_BUT_ONE = "last map but one"  # what it was when this console began
+AUTOSAVE_PERIOD_S = 60.0
 ITSELF = Person("console", "Beckon", "operator")
 PACKERS = 4  # who packs a map and those who wait for it
 
@@ -64,6 +66,8 @@ class MapService(Part):
         self._kept_at: Pose | None = None  # where the robot was when its map was begun, saved or loaded
         self._unsaved = False
         self.kept_as = LAST_MAP  # name under which a map that would be lost is saved at the end
+        self._autosaved_at: Pose | None = None  # where the robot was when its unsaved map was last kept
+        self._earlier_kept = False  # the last map of the console before this one has its own name
 
     # state
 
@@ -76,8 +80,7 @@ class MapService(Part):
         self._newest = snapshot
         if self._kept_at is None:
             self._kept_at = snapshot.estimate.pose
-        moved = self._kept_at.inverse() @ snapshot.estimate.pose
-        self._unsaved |= self._robot.profile.drives and math.hypot(moved.x, moved.y) > UNSAVED_M
+        self._unsaved |= self._robot.profile.drives and self._moved_since(self._kept_at)
         self.trajectory.add(snapshot)
 
     @property
@@ -107,7 +110,14 @@ class MapService(Part):
 
     async def save(self, name: str, who: Person, *, replace: bool) -> MapInfo:
         """Keep the map under a name. Raises BadInput, NameTaken, Unwritable, Problem 503."""
-        name, grid, snapshot = checked_name(name), known_part(self.grid), self.snapshot
+        card = await self._write(checked_name(name), who, replace=replace)
+        self._name = card.name
+        self._stands_kept()
+        self._changed("save", card.name, who)
+        return card
+
+    async def _write(self, name: str, who: Person, *, replace: bool) -> MapInfo:
+        grid, snapshot = known_part(self.grid), self.snapshot
         pilot, trajectory = self._piloting(), self.trajectory.rows()
         rows, columns = grid.log_odds.shape
         card = MapInfo(
@@ -128,9 +138,6 @@ class MapService(Part):
             self._store.keep(card, lambda folder: write_map(folder, saved, snapshot, trajectory), replace=replace)
 
         await self._on_disk(self._taking_turns(write))
-        self._name = name
-        self._stands_kept()
-        self._changed("save", name, who)
         return card
 
     async def close(self) -> None:
@@ -142,9 +149,32 @@ class MapService(Part):
         if not self._unsaved:
             return
         try:
+            if name == LAST_MAP:
+                await self._keep_earlier()
             await self.save(" ".join(re.findall(r"[\w-]+", name))[:LONGEST].rstrip(" -"), ITSELF, replace=True)
         except (BeckonError, Problem) as trouble:
             log.warning("The map could not be kept as %s: %s", name, trouble)
+
+    async def run(self) -> None:
+        """Keep an unsaved map while it grows: a console that is killed can keep nothing more."""
+        while True:
+            await asyncio.sleep(AUTOSAVE_PERIOD_S)
+            await self.autosaved()
+
+    async def autosaved(self) -> bool:
+        """Keep an unsaved map that has grown as the last one → True when it was kept. It stays unsaved."""
+        if not self._unsaved or not (self._autosaved_at is None or self._moved_since(self._autosaved_at)):
+            return False
+        here = self.snapshot.estimate.pose
+        try:
+            await self._keep_earlier()
+            await self._write(LAST_MAP, ITSELF, replace=True)
+        except (BeckonError, Problem) as trouble:
+            log.warning("The map could not be kept as %s: %s", LAST_MAP, trouble)
+            return False
+        self._autosaved_at = here
+        self._revision += 1
+        return True
 
     async def load(self, name: str, who: Person) -> None:
         """Go on in a saved map. Raises Problem 404, 409, 503, BadInput."""
@@ -227,7 +257,25 @@ class MapService(Part):
 
     def _stands_kept(self) -> None:
         """The map as it is now is on the disk, or is not worth it."""
-        self._kept_at, self._unsaved = None, False
+        self._kept_at, self._autosaved_at, self._unsaved = None, None, False
+
+    def _moved_since(self, pose: Pose) -> bool:
+        """The robot has moved from there as far as it is worth keeping."""
+        moved = pose.inverse() @ self.snapshot.estimate.pose
+        return math.hypot(moved.x, moved.y) > UNSAVED_M
+
+    async def _keep_earlier(self) -> None:
+        """Before this console keeps its first last map: the one that it found gets a name of its own."""
+        if self._earlier_kept:
+            return
+
+        def rename() -> None:
+            found = self._store.find(LAST_MAP)
+            if found is not None and self._name != LAST_MAP:
+                self._store.rename(found, LAST_BUT_ONE)
+
+        await self._on_disk(self._taking_turns(rename))
+        self._earlier_kept = True
 
     def _closure(self, number: int) -> ClosureStatus:
         found = next((closure for closure in self.snapshot.floor.closures if closure.id == number), None)

@@ -115,6 +115,15 @@ class MapStore:
         if former is not None:
             shutil.rmtree(former.folder, ignore_errors=True)
 
+    def rename(self, kept: StoredMap, name: str) -> None:
+        """Call a map otherwise, in the place of one that has this name. Raises FileNotFoundError, Unwritable."""
+        former, card = self.find(name), kept.folder / CARD
+        document = {**json.loads(card.read_bytes()), "name": name}
+        with saving("The map could not be renamed"):
+            write_atomic(card, json.dumps(document if kept.changed else sealed(document), indent=1))
+        if former is not None:
+            shutil.rmtree(former.folder, ignore_errors=True)
+
     def remove(self, kept: StoredMap) -> None:
         """For good: out of sight first, then piece by piece. Raises FileNotFoundError, Unwritable."""
         gone = self._base / f"{ASIDE}{secrets.token_hex(4)}"

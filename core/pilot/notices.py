@@ -11,6 +11,7 @@ SLOW = (
     "Close other programs; beckon doctor tells how Beckon may run before them."
 )
 KEEPS_UP = "This computer keeps up with the robot's driver again."
+REPEATED_S = 10.0  # [s] within which the same cause goes on: what a driver says again while it lasts is not news
 
 
 class Notices:
@@ -23,7 +24,16 @@ class Notices:
         self.newest: tuple[Notice, ...] = ()
 
     def add(self, stamp: float, level: Level, text: str, cause: str = "") -> None:
-        """Add a notice; it replaces an older one of the same cause."""
+        """Add a notice; it replaces an older one of the same cause, or changes one that was said just now."""
+        known = [old for old in self.newest if old.cause == cause] if cause else self.newest[-1:]
+        same = next((old for old in known if cause or old.text == text), None)
+        if same is not None and abs(stamp - same.stamp) < REPEATED_S:
+            going_on = replace(same, stamp=stamp, level=level, text=text)
+            self.newest = tuple(going_on if old is same else old for old in self.newest)
+            return
+        self._hang(stamp, level, text, cause)
+
+    def _hang(self, stamp: float, level: Level, text: str, cause: str) -> None:
         self._count += 1
         notice = Notice(id=self._count, stamp=stamp, level=level, text=text, cause=cause)
         kept = tuple(each for each in self.newest if not cause or each.cause != cause)
@@ -40,7 +50,7 @@ class Notices:
         if hangs:
             self.newest = tuple(replace(notice, id=each.id) if each.cause == cause else each for each in self.newest)
         else:
-            self.add(stamp, notice.level, notice.text, cause)
+            self._hang(stamp, notice.level, notice.text, cause)
 
     def watch_pace(self, stamp: float, pace: float) -> None:
         """The share of real time at which the robot's clock runs."""

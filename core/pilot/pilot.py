@@ -338,8 +338,8 @@ class Pilot:
             self._notices.watch_pace(frame.stamp, frame.pace)
         for one in frame.faults:
             self._notices.add(frame.stamp, "warning", one.sentence, cause=f"{one.code} {one.sensor}")
-        if frame.note:
-            self._notices.add(frame.stamp, "info", frame.note)
+        for note in frame.notes:
+            self._notices.add(frame.stamp, "info", note)
 
     def _report_sensors(self, frame: SensorFrame) -> None:
         """Tell the operator which sensors hang or are lost; not while a recording stands still."""

@@ -318,8 +318,8 @@ class Suite:
             self.skip("Someone has to pull the cable: ask for it with --interactive.", "reconnect")
             return
         interruption.cut()
-        read = self.session.frames(LOST_WITHIN, until=lambda frame: frame.trouble or frame.note)
-        lost = bool(read and (read[-1].trouble or read[-1].note))
+        read = self.session.frames(LOST_WITHIN, until=lambda frame: frame.trouble or frame.notes)
+        lost = bool(read and (read[-1].trouble or read[-1].notes))
         advice = "`run` has to return or raise OSError when the link is lost; a link that is silent for a second is."
         self.add("loss noticed", lost, advice=advice)
         interruption.restore()

@@ -21,10 +21,10 @@ ANSWERS = 64  # that may wait; more are dropped
 
 
 def merged(older: SensorFrame, newer: SensorFrame) -> SensorFrame:
-    """Two frames → one: the newer, with the older's scan, picture, contact and note where the newer has none.
+    """Two frames → one: the newer, with the older's scan, picture and contact where the newer has none.
 
-    The sound of both is one sound, so that no word is lost. Wheels count from the robot's start, so a frame that
-    is left out loses nothing.
+    The sound of both is one sound, so that no word is lost, and their faults and notes are all there. Wheels count
+    from the robot's start, so a frame that is left out loses nothing.
     """
     return replace(
         newer,
@@ -33,7 +33,7 @@ def merged(older: SensorFrame, newer: SensorFrame) -> SensorFrame:
         sound=joined(older.sound, newer.sound, LONGEST_SOUND),
         contact=newer.contact or older.contact,
         faults=distinct((*older.faults, *newer.faults)),
-        note=" ".join(filter(None, (older.note, newer.note))),
+        notes=tuple(dict.fromkeys((*older.notes, *newer.notes))),
     )
 
 

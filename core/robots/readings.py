@@ -191,7 +191,7 @@ class Readings:
                 contact=self._here.contact or self._here.touched,
                 battery=self._here.battery,
                 faults=distinct(self._here.faults),
-                note=" ".join(self._here.notes),
+                notes=tuple(dict.fromkeys(self._here.notes)),
             )
             self._here.image = self._here.sound = None
             self._here.notes, self._here.faults, self._here.touched = [], [], False

@@ -71,7 +71,7 @@ class ReplayedRobot:
         self._speed = 1.0
         self._playing = True
         self._waits = True  # after its first scan
-        self._note = " ".join(recording.report.warnings)
+        self._notes = tuple(recording.report.warnings)
 
     @property
     def profile(self) -> Profile:
@@ -84,14 +84,14 @@ class ReplayedRobot:
     def read(self) -> SensorFrame:
         """One step of 1/rate further at the chosen speed, or the next scan that is due."""
         if self._playing and self._ended:
-            self._playing, self._note = False, "The recording ends here."
+            self._playing, self._notes = False, (*self._notes, "The recording ends here.")
         elif self._playing and not self._due:
             self._clock = min(self._clock + self._speed / self._profile.rate, self._end)
         scan = self._recording.scan(self._next) if self._playing and self._due else None
         self._next += scan is not None
         if self._playing:
             self._shown = self._clock if scan is None else logged_stamp(scan)
-        note, self._note = self._note, ""
+        notes, self._notes = self._notes, ()
         running = self._playing
         if scan is not None and self._waits:
             self._pause()
@@ -100,7 +100,7 @@ class ReplayedRobot:
             wheels=self._recording.wheels_at(self._shown),
             scan=scan,
             image=self._picture(),
-            note=note,
+            notes=notes,
             running=running,
             progress=self._progress,
         )

@@ -29,7 +29,7 @@ class SensorFrame:
     truth: Pose | None = None  # simulator only: the true pose in the world frame. For scoring, never for an estimator
     trouble: str = ""  # why the base cannot be driven now, a sentence; what is under way ends with it
     faults: tuple[Fault, ...] = ()  # what the checks of readings found since the last frame
-    note: str = ""  # what the driver wants the operator to know: "the recording ends here"
+    notes: tuple[str, ...] = ()  # what the driver wants the operator to know: "the recording ends here"
     pace: float = 1.0  # share of real time at which the robot's clock runs; less: its computer is too slow for it
     running: bool = True  # False: the driver is paused or at its end; time does not advance
     progress: float | None = None  # recordings: 0..1, how much has been played

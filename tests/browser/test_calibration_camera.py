@@ -59,7 +59,7 @@ def test_a_camera_is_calibrated_by_whoever_follows_the_page(visit: Open, console
 
     begin(page, 10, 7)  # as those do who count squares
     expect(here.find("verdict-line")).to_contain_text("squares instead of inner corners", timeout=LONG)
-    page.get_by_role("button", name="Restart with 9 × 6").click()
+    page.get_by_role("button", name="Use 9x6").click()
 
     verdict = here.find("verdict-line")
     expect(verdict).to_contain_text("Blurred", timeout=LONG)

@@ -155,6 +155,8 @@ NO_WEBGL = """(() => {
 def test_without_webgl_the_map_is_flat_pressed_measured_and_read_aloud(visit: Open, console: Running) -> None:
     here = visit(before=lambda page: page.add_init_script(NO_WEBGL))
     expect(here.find(".flat-why")).to_contain_text("no WebGL 2")
+    here.find(".flat-why").get_by_role("button", name="Dismiss").click()
+    expect(here.find(".flat-why")).to_be_hidden()
     expect(here.button("3-D")).to_be_disabled()
     assert here.find("#scene").get_attribute("src") is None and not here.find("scene-view").is_visible()
     floor, words = here.find(".flat-floor"), here.find("#flat-map-words")

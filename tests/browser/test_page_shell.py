@@ -101,6 +101,7 @@ def test_experiments_are_listed_and_one_is_cancelled(visit: Open, console: Runni
     open_page(here, "Experiments")
     card = here.find('[data-experiment="dead-reckoning-vs-slam"]')
     expect(card).to_contain_text("Figure 16", timeout=60_000)
+    card.get_by_text("Details").click()
     card.get_by_label("drives").fill("9000")
     card.get_by_role("button", name=re.compile("^Run")).click()
     expect(here.page.get_by_role("progressbar", name="Progress")).to_be_visible()

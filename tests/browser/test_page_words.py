@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page, Route, WebSocketRoute, expect
 
 from tests.browser.running_console import Running
-from tests.browser.visit import Visit
+from tests.browser.visit import PHONE, Visit
 
 Open = Callable[..., Visit]
 REFUSE = """() => {
@@ -283,6 +283,25 @@ def test_the_first_hints_do_not_cover_a_notice(visit: Open) -> None:
     box, said = hint.bounding_box(), toast.bounding_box()
     assert box and said
     assert box["y"] + box["height"] <= said["y"]
+
+
+def test_on_a_phone_the_hint_is_small_the_question_whole_and_no_notice_lies_over_the_map(visit: Open) -> None:
+    no_webgl = "HTMLCanvasElement.prototype.getContext = (own => function (kind, ...more) {" + (
+        "return kind.startsWith('webgl') ? null : own.call(this, kind, ...more) })"
+        "(HTMLCanvasElement.prototype.getContext)"
+    )
+    here = visit(size=PHONE, hints=True, before=lambda page: page.add_init_script(no_webgl))
+    expect(here.find(".coach")).to_contain_text("Turn the robot")
+    expect(here.find(".flat-why")).to_be_hidden()
+    box, stage = here.find(".coach").bounding_box(), here.find(".stage").bounding_box()
+    assert box and stage
+    assert box["height"] * box["width"] < 0.25 * stage["height"] * stage["width"]
+    needs = """() => {
+        const box = document.querySelector("#words"), brush = new OffscreenCanvas(1, 1).getContext("2d");
+        const style = getComputedStyle(box);
+        brush.font = style.font;
+        return brush.measureText(box.placeholder).width + parseFloat(style.paddingLeft) <= box.clientWidth; }"""
+    assert here.page.evaluate(needs)
 
 
 @pytest.mark.campaign

@@ -6,6 +6,7 @@ import { cameraRows, decimals, mountRows } from "../../static/js/calibration/fig
 import { known, share } from "../../static/js/calibration/progress.js";
 import { hashOf, placeOf } from "../../static/js/calibration/router.js";
 import { heat, heatWords } from "../../static/js/calibration/uncertainty-map.js";
+import { grouped } from "../../static/js/calibration/uploads.js";
 import { webcamRefusal } from "../../static/js/calibration/webcam.js";
 import { mirrored, Pace, quietWords } from "../../static/js/calibration/words.js";
 import { sure } from "../../static/js/ui/confirm-button.js";
@@ -218,4 +219,17 @@ test("what is not to happen by accident asks once more and forgets that it asked
   assert.equal(sure(button, "Press again"), true);
   assert.equal(button.textContent, "Take it back");
   mock.timers.reset();
+});
+
+test("files that were judged alike stand in one row, in the order in which the newest came", () => {
+  const attempts = ["d", "c", "b", "a"].map((name) => ({
+    name,
+    kind: name === "c" ? "counted" : "nothing",
+    words: name === "c" ? "View 1 counted." : "I see no board.",
+  }));
+  assert.deepEqual(
+    grouped(attempts).map(({ names }) => names),
+    [["d", "b", "a"], ["c"]],
+  );
+  assert.deepEqual(grouped([]), []);
 });

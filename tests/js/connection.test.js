@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { confirmedTopics, fileOf, mapName } from "../../static/js/connect/connection-model.js";
+import { confirmedTopics, fileOf, isBare, mapName } from "../../static/js/connect/connection-model.js";
 import { nameTrouble } from "../../static/js/net/maps-api.js";
 
 /** @typedef {import("../../static/js/connect/connection-model.js").TopicRole} TopicRole */
@@ -53,6 +53,17 @@ test("a battery is named only where it was a choice, and what is switched off st
   assert.equal(confirmedTopics(found(role("battery", ["/battery"], ["/spare"]))).length, 1);
   assert.deepEqual(confirmedTopics(found(role("battery", [], ["/battery"])))[0]?.topics, []);
   assert.deepEqual(confirmedTopics(found(role("sound", [], ["/sound"])))[0]?.topics, []);
+});
+
+test("a robot that is one whole has no second card; one with topics, remarks, parts or silence has", () => {
+  const whole = found();
+  const [part] = whole.parts;
+  assert.ok(part && isBare(part, whole));
+  const talks = found(role("scan", ["/scan"], []));
+  assert.ok(talks.parts[0] && !isBare(talks.parts[0], talks));
+  assert.ok(!isBare({ ...part, up: false }, whole));
+  assert.ok(!isBare({ ...part, findings: { ...part.findings, remarks: ["It has no clock."] } }, whole));
+  assert.ok(!isBare(part, { ...whole, parts: [part, { ...part, name: "scip:///dev/ttyACM0" }] }));
 });
 
 test("a file has a name that every file system takes", () => {

@@ -17,6 +17,7 @@ export class AdviceLine extends HTMLElement {
   #amend = make("button", { type: "button", class: "button primary" });
   /** @type {{columns: number, rows: number} | null} */
   #counts = null;
+  #of = ""; // session
   /** @type {() => void} */
   skip = () => undefined;
   /** @type {(counts: {columns: number, rows: number}) => void} */
@@ -36,17 +37,16 @@ export class AdviceLine extends HTMLElement {
    * @param {boolean} mirrored
    * @param {boolean} may
    */
-  show({ advice, progress, kind, source, verdict }, mirrored, may) {
+  show({ id, advice, progress, kind, source, board, verdict }, mirrored, may) {
+    if (id !== this.#of) [this.#of, this.#counts] = [id, null];
     const empty = kind === "laser" && (verdict === null || verdict.kind === "background") && progress.views === 0;
-    const words = progress.ready ? READY : empty && !advice ? EMPTY_ROOM : (advice?.words ?? FIRST[source]);
-    write(this.#words, mirrored ? inMirror(words) : words);
+    const usual = progress.ready ? READY : empty && !advice ? EMPTY_ROOM : (advice?.words ?? FIRST[source]);
     this.#counts = progress.views === 0 ? (otherCounts(verdict?.words ?? "") ?? this.#counts) : null;
     this.#amend.hidden = !may || this.#counts === null;
-    if (this.#counts)
-      write(
-        this.#amend,
-        t("advice-line.restart_with_columns_rows", { columns: this.#counts.columns, rows: this.#counts.rows }),
-      );
+    const seen = this.#counts && sizeOf(this.#counts);
+    const words = seen ? t("advice-line.this_looks_like", { seen, entered: sizeOf(board) }) : usual;
+    write(this.#words, mirrored ? inMirror(words) : words);
+    if (seen) write(this.#amend, t("advice-line.use_size", { seen }));
     this.#skip.hidden = !may || progress.ready || !advice || source === "upload";
   }
 }
@@ -60,6 +60,9 @@ export function otherCounts(words) {
   const found = /board with (\d+)x(\d+) inner corners, not/.exec(words);
   return found ? { columns: Number(found[1]), rows: Number(found[2]) } : null;
 }
+
+/** @param {{columns: number, rows: number}} board */
+const sizeOf = ({ columns, rows }) => `${columns}x${rows}`;
 
 const READY = t("advice-line.that_is_enough_review_it_and");
 const EMPTY_ROOM = t("advice-line.first_the_empty_room_step_out");

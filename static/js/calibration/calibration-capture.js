@@ -57,6 +57,8 @@ class CalibrationCapture extends WizardStep {
   #source = null;
   #sourceOf = "";
   #watched = ""; // the session whose live capture this page switched on
+  /** @type {{id: string, files: File[]}} files that were judged for another board, to be judged in this session */
+  #again = { id: "", files: [] };
   #demo = false;
   #paused = false;
 
@@ -265,6 +267,7 @@ class CalibrationCapture extends WizardStep {
       return;
     }
     remember("board", JSON.stringify(request.board));
+    this.#again = { id: begun.id, files: active instanceof Uploads ? active.files : [] };
     this.model.go({ at: "capture", id: begun.id });
     await this.model.tried(() => api.forget(id));
   }
@@ -295,7 +298,8 @@ class CalibrationCapture extends WizardStep {
     const { model } = this;
     const active = pictureSource(source, id, model, this.session);
     this.#source = active;
-    if (active instanceof Webcam) {
+    if (active instanceof Uploads && this.#again.id === id) this.#add(this.#again.files);
+    else if (active instanceof Webcam) {
       if (model.may) void this.#openWebcam(active); // a viewer is not asked for a camera
     } else if (active instanceof RobotCamera) {
       active.open();

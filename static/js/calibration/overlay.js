@@ -16,6 +16,7 @@ const FOUND = "#43d1e8";
 const COUNTED = "#63d69a";
 const REFUSED = "#f3b453";
 const WANTED = "#f08ae8";
+const DIMMED_SHARE = 0.3; // of the opacity
 const UNDER = "rgb(0 0 0 / 0.6)";
 
 /** @type {Readonly<Record<string, string>>} */
@@ -58,8 +59,11 @@ export function drawCorners({ brush, place, unit }, corners, columns, kind) {
  * @param {Sheet} sheet
  * @param {Advice} advice
  * @param {number} columns
+ * @param {boolean} dimmed
  */
-export function drawGhost({ brush, place, unit }, { outline, corners }, columns) {
+export function drawGhost({ brush, place, unit }, { outline, corners }, columns, dimmed) {
+  brush.save();
+  if (dimmed) brush.globalAlpha = DIMMED_SHARE;
   const rim = ring(outline, place);
   brush.fillStyle = "rgb(240 138 232 / 0.16)";
   brush.fill(rim);
@@ -70,6 +74,7 @@ export function drawGhost({ brush, place, unit }, { outline, corners }, columns)
   const ends = [0, columns - 1, count - 1, count - columns].map((index) => corners[index]);
   const inner = ends.filter((corner) => corner !== undefined);
   stroke(brush, ring(inner, place), "rgb(240 138 232 / 0.75)", 1.25 * unit);
+  brush.restore();
 }
 
 /**

@@ -59,8 +59,9 @@ export class PictureStage extends HTMLElement {
     const place = ([u, v]) => [mirrored ? across - (u + 0.5) * factor : (u + 0.5) * factor, (v + 0.5) * factor];
     const sheet = { brush, place, unit };
     const corners = seen?.corners ?? [];
-    const way = advice && hint(corners, advice.corners, calibration.size?.[0] ?? frame.width);
-    if (advice && verdict?.kind !== "background") drawGhost(sheet, advice, calibration.board.columns);
+    const still = calibration.source === "upload"; // such pictures were not taken to match the advice
+    const way = advice && !still && hint(corners, advice.corners, calibration.size?.[0] ?? frame.width);
+    if (advice && verdict?.kind !== "background") drawGhost(sheet, advice, calibration.board.columns, still);
     if (seen?.laser) drawLaser(sheet, seen.laser);
     if (corners.length) drawCorners(sheet, corners, calibration.board.columns, seen?.kind ?? "");
     if (way && seen?.kind !== "counted") drawWay(sheet, way, (words) => (mirrored ? inMirror(words) : words));

@@ -2,8 +2,11 @@
 
 import { icon, make, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
+import { grouped } from "./uploads.js";
 
 /** @typedef {import("./uploads.js").Uploads} Uploads */
+
+const NAMED_FILES = 3; // of a row; more are counted
 
 const ICONS = /** @type {Readonly<Record<string, string>>} */ ({ counted: "done", same: "again", nothing: "eye" });
 
@@ -32,16 +35,28 @@ export class UploadsCard extends HTMLElement {
         : t("uploads-card.taken_of_length_files_counted", { taken, length: attempts.length }),
     );
     this.#list.replaceChildren(
-      ...attempts.map(({ name, kind, words }) =>
+      ...grouped(attempts).map(({ names, kind, words }) =>
         make(
           "li",
           { class: "attempt", "data-kind": kind },
           icon(ICONS[kind] ?? "refused"),
-          make("span", {}, make("span", { class: "attempt-name" }, name), make("span", { class: "note" }, words)),
+          make(
+            "span",
+            {},
+            make("span", { class: "attempt-name", title: names.join(", ") }, namesIn(names)),
+            make("span", { class: "note" }, words),
+          ),
         ),
       ),
     );
   }
+}
+
+/** @param {string[]} names newest first */
+function namesIn(names) {
+  const more = names.length - NAMED_FILES;
+  const named = names.slice(0, NAMED_FILES).join(", ");
+  return more > 0 ? t("uploads-card.names_and_more", { named, more }) : named;
 }
 
 customElements.define("uploads-card", UploadsCard);

@@ -9,11 +9,30 @@ import { t } from "../ui/texts.js";
 const KINDS = new Set(["image/jpeg", "image/png"]);
 const LARGEST = 20e6; // [bytes]
 
+/**
+ * Attempts of one result in one row, the newest first: fourteen equal sentences are read once.
+ * @param {Attempt[]} attempts newest first
+ * @returns {{names: string[], kind: string, words: string}[]}
+ */
+export function grouped(attempts) {
+  /** @type {Map<string, {names: string[], kind: string, words: string}>} */
+  const groups = new Map();
+  for (const { name, kind, words } of attempts) {
+    const key = `${kind} ${words}`;
+    const group = groups.get(key) ?? { names: [], kind, words };
+    group.names.push(name);
+    groups.set(key, group);
+  }
+  return [...groups.values()];
+}
+
 export class Uploads {
   /** @type {Frame | null} */
   frame = null;
   /** @type {Attempt[]} newest first */
   attempts = [];
+  /** @type {File[]} all that were chosen, for a session that begins again with another board */
+  files = [];
   #waiting = 0;
   #count = 0;
   /** @type {Promise<void>} */
@@ -41,6 +60,7 @@ export class Uploads {
   /** @param {Iterable<File>} files */
   add(files) {
     for (const file of files) {
+      this.files.push(file);
       this.#waiting += 1;
       this.#line = this.#line.then(() => this.#judge(file));
     }

@@ -4,7 +4,7 @@ import { icon, make, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
-import { shortType } from "./connection-model.js";
+import { isBare, shortType } from "./connection-model.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
 /** @typedef {import("./connection-model.js").Part} Part */
@@ -69,10 +69,13 @@ class ConnectParts extends Panel {
     const { found } = model;
     if (!found) return;
     const key = JSON.stringify([found.parts.map(lasting), model.may]);
+    this.hidden = found.parts.every((part) => isBare(part, found));
     if (key !== this.#drawn) {
       this.#drawn = key;
       this.#cells.clear();
-      this.#list.replaceChildren(...found.parts.map((part, index) => this.#part(part, index)));
+      this.#list.replaceChildren(
+        ...found.parts.flatMap((part, index) => (isBare(part, found) ? [] : this.#part(part, index))),
+      );
     }
     for (const [index, { findings }] of found.parts.entries()) {
       for (const { role, used } of findings.roles) {
@@ -92,15 +95,7 @@ class ConnectParts extends Panel {
   /** @param {Part} part @param {number} index */
   #part(part, index) {
     const { roles, remarks, faults, base_frame: base } = part.findings;
-    const has = [
-      part.drives && "base",
-      ...part.lasers.map((name) => (name === "laser" ? "laser" : `laser ${name}`)),
-      ...part.cameras.map((name) => (name === "camera" ? "camera" : `camera ${name}`)),
-      ...part.microphones.map(() => "microphones"),
-    ].filter(Boolean);
-    const about = [has.join(", ") || t("connect-parts.no_sensor"), base && t("connect-parts.base_frame_base", { base })]
-      .filter(Boolean)
-      .join(" · ");
+    const about = [equipment(part), base && t("connect-parts.base_frame_base", { base })].filter(Boolean).join(" · ");
     const missing = roles.map((one) => one.remark).filter(Boolean);
     const coded = faults.map(({ sentence, code }) => `${sentence} (${code})`);
     const others = remarks.filter((one) => !faults.some(({ sentence }) => sentence === one));
@@ -186,6 +181,23 @@ class ConnectParts extends Panel {
     this.#model?.choose(part, role, topics);
   }
 }
+
+/**
+ * What a part has, in words.
+ * @param {Part} part
+ */
+export const equipment = (part) =>
+  [
+    part.drives && t("connect-parts.base"),
+    ...part.lasers.map((name) => named(t("connect-parts.laser"), name, "laser")),
+    ...part.cameras.map((name) => named(t("connect-parts.camera"), name, "camera")),
+    ...part.microphones.map(() => t("connect-parts.microphones")),
+  ]
+    .filter(Boolean)
+    .join(", ") || t("connect-parts.no_sensor");
+
+/** @param {string} kind @param {string} name @param {string} usual the name of the only one */
+const named = (kind, name, usual) => (name === usual ? kind : `${kind} ${name}`);
 
 /** What of a part stays from one reading to the next. @param {Part} part */
 const lasting = ({ findings, ...part }) => ({

@@ -3,7 +3,8 @@
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
-import { isRecording } from "./connection-model.js";
+import { equipment } from "./connect-parts.js";
+import { isBare, isRecording } from "./connection-model.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
 
@@ -13,6 +14,7 @@ class ConnectRobot extends Panel {
   #title = make("h2", {}, t("connect-robot.reading_what_was_found"));
   #state = icon("link");
   #about = make("span");
+  #has = make("p", { hidden: true });
   #failsafe = make("p", { class: "connect-failsafe" });
   #url = make("input", {
     id: "connect-url",
@@ -80,6 +82,7 @@ class ConnectRobot extends Panel {
         { class: "card connect-card", "aria-label": t("connect-robot.robot") },
         this.#title,
         make("p", { class: "connect-state" }, this.#state, this.#about),
+        this.#has,
         this.#failsafe,
         this.#control,
         form,
@@ -118,6 +121,7 @@ class ConnectRobot extends Panel {
       choice(t("connect-robot.stay"), () => this.#url.focus()),
     );
     this.#question.hidden = false;
+    save.classList.add("primary");
     save.focus();
   }
 
@@ -133,6 +137,9 @@ class ConnectRobot extends Panel {
           t(isRecording(found.url) ? "connect-robot.this_console_shows_it" : "connect-robot.this_console_drives_it")
         : t("connect-robot.only_looked_at_not_connected");
       write(this.#about, `${whose} · ${found.url}`);
+      const [only] = found.parts;
+      this.#has.hidden = !only || !isBare(only, found);
+      if (only) write(this.#has, t("connect-robot.it_has", { equipment: equipment(only) }));
       const silent = found.parts.filter((part) => !part.up).map((part) => part.name);
       redraw(this.#state, silent.length ? "unlinked" : "link");
       this.#failsafe.hidden = isRecording(found.url);

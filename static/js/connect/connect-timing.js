@@ -20,6 +20,7 @@ const KINDS = {
   microphones: t("connect-timing.microphones"),
 };
 const DAY_S = 86400;
+const SURE_SDS = 2; // standard deviations from which an offset is one
 
 class ConnectTiming extends Panel {
   /** @type {ConnectionModel | null} */
@@ -104,12 +105,15 @@ function offsetRow(laser, timings, odometry, count) {
   const timing = timings.find((one) => one.laser === laser || (count === 1 && one.laser === ""));
   if (!odometry) return { name, value: "–", note: t("connect-timing.without_odometry_no_time_offset_is"), tone: null };
   if (!timing) return { name, value: "–", note: t("connect-timing.not_known_yet_turn_the_robot"), tone: null };
+  const value = `${fixed(1000 * timing.offset_s, 0)} ± ${fixed(1000 * timing.sd_s, 1)} ms`;
+  if (Math.abs(timing.offset_s) < SURE_SDS * timing.sd_s)
+    return { name, value, note: t("connect-timing.in_step"), tone: null };
   const way = timing.offset_s > 0 ? t("connect-timing.early") : t("connect-timing.late");
   const corrected =
     timing.applied_s === 0 ? t("connect-timing.too_little_to_be_corrected") : t("connect-timing.corrected");
   return {
     name,
-    value: `${fixed(1000 * timing.offset_s, 0)} ± ${fixed(1000 * timing.sd_s, 1)} ms`,
+    value,
     note: t("connect-timing.the_laser_s_stamps_are_way", { way, corrected }),
     tone: null,
   };

@@ -259,6 +259,17 @@ export class ConnectionModel {
   }
 }
 
+/**
+ * True for the only part of a robot that has nothing to be chosen or said: the robot's own card says what it has.
+ * @param {Part} part
+ * @param {{url: string, parts: Part[]}} found
+ */
+export const isBare = (part, { url, parts }) =>
+  parts.length === 1 &&
+  part.up &&
+  part.name === url &&
+  part.findings.roles.length + part.findings.remarks.length + part.findings.faults.length === 0;
+
 /** A name for a map that has none. @param {Date} now */
 export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).replace(":", "-")}`;
 

@@ -9,12 +9,12 @@ import { costOf, figure } from "./runs-model.js";
 /** @typedef {import("./runs-model.js").Experiment} Experiment */
 
 const MOST_RUNS = 10_000;
-const SKELETONS = 4; // cards without words, until the experiments were read
+const SKELETONS = 4; // rows without words, until the experiments were read
 
 class ExperimentList extends Panel {
   /** @type {ExperimentRuns | null} */
   #runs = null;
-  #list = make("ul", { class: "experiments" });
+  #list = make("tbody");
   #status = make("p", { class: "note", role: "status" }, t("experiment-list.reading_what_experiments_there_are"));
   /** @type {Map<string, {button: HTMLButtonElement, last: HTMLElement}>} */
   #starts = new Map();
@@ -27,7 +27,15 @@ class ExperimentList extends Panel {
 
   /** @override */
   build() {
-    this.append(this.#status, this.#list);
+    const heads = [t("experiment-list.experiment"), t("experiment-list.time"), t("experiment-list.last_run")];
+    const table = make(
+      "table",
+      { class: "experiments" },
+      make("caption", { class: "visually-hidden" }, t("experiment-list.shortest_first")),
+      make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)), make("td"))),
+      this.#list,
+    );
+    this.append(this.#status, make("section", { class: "card experiment-table" }, table));
     this.#list.replaceChildren(...Array.from({ length: SKELETONS }, skeleton));
   }
 
@@ -58,23 +66,25 @@ class ExperimentList extends Panel {
   #row(one) {
     const count = number(`runs-${one.name}`, one.runs, 1, MOST_RUNS);
     const seed = number(`seed-${one.name}`, 0, 0, 10 ** 9);
-    const cost = make("span", { class: "note" });
-    const last = make("p", { class: "note" });
+    const cost = make("td", { class: "experiment-time" });
+    const last = make("td", { class: "note" });
+    const form = make("form", { class: "experiment-form", id: `run-${one.name}` });
     const button = make(
       "button",
-      { type: "submit", class: "button primary", "aria-label": t("experiment-list.run_title", { title: one.title }) },
+      {
+        type: "submit",
+        form: form.id,
+        class: "button",
+        "aria-label": t("experiment-list.run_title", { title: one.title }),
+      },
       icon("play"),
       t("experiment-list.run"),
     );
-    const form = make(
-      "form",
-      { class: "experiment-form" },
+    form.append(
       make("label", { for: count.id }, one.counts),
       count,
       make("label", { for: seed.id }, t("experiment-list.seed")),
       seed,
-      button,
-      cost,
     );
     const price = () =>
       write(
@@ -89,20 +99,16 @@ class ExperimentList extends Panel {
       event.preventDefault();
       void this.#runs?.begin(one.name, count.valueAsNumber, seed.valueAsNumber);
     });
-    const row = make(
-      "li",
-      { class: "card experiment" },
-      make("h2", {}, one.title),
+    const about = make(
+      "details",
+      { class: "experiment-about" },
+      make("summary", {}, t("experiment-list.details")),
       one.reproduces && make("p", {}, one.reproduces),
       form,
-      last,
-      make(
-        "p",
-        { class: "note" },
-        t("experiment-list.on_the_command_line"),
-        make("code", {}, `beckon experiment ${one.name}`),
-      ),
+      make("p", {}, t("experiment-list.on_the_command_line"), make("code", {}, `beckon experiment ${one.name}`)),
     );
+    form.addEventListener("invalid", () => (about.open = true), true); // the browser points at the number
+    const row = make("tr", {}, make("th", { scope: "row" }, one.title, about), cost, last, make("td", {}, button));
     mark(row, "data-experiment", one.name);
     this.#starts.set(one.name, { button, last });
     return row;
@@ -111,18 +117,18 @@ class ExperimentList extends Panel {
 
 /** The newest run of an experiment in one line. @param {import("./runs-model.js").ExperimentRun | undefined} run */
 function lastOf(run) {
-  if (!run) return t("experiment-list.not_run_yet");
+  if (!run) return "–";
   const first = run.compared.find(({ ours }) => ours !== null);
   const result = first ? `${first.name} ${figure(first.ours, first.unit)}` : run.reason || run.state;
-  return t("experiment-list.last_result", { day: new Date(run.at_s * 1000).toLocaleDateString(), result });
+  return `${result} (${new Date(run.at_s * 1000).toLocaleDateString()})`;
 }
 
-/** A card whose words are still to come. */
+/** A row whose words are still to come. */
 const skeleton = () =>
   make(
-    "li",
-    { class: "card experiment experiment-skeleton", "aria-hidden": "true" },
-    ...[make("span"), make("span"), make("span")],
+    "tr",
+    { class: "experiment-skeleton", "aria-hidden": "true" },
+    make("td", { colspan: "4" }, make("span"), make("span")),
   );
 
 /** @param {string} id @param {number} value @param {number} min @param {number} max */

@@ -72,8 +72,8 @@ export class CoachMarks extends Panel {
   #title = make("h2", { class: "card-title" });
   #text = make("p");
   #count = make("span", { class: "note" });
-  #next = make("button", { type: "button", class: "button" }, t("coach-marks.skip"));
-  #tour = make("button", { type: "button", class: "button" }, t("coach-marks.watch_the_tour"));
+  #next = make("button", { type: "button", class: "button coach-next" }, t("coach-marks.skip"));
+  #tour = make("button", { type: "button", class: "button coach-tour" }, t("coach-marks.watch_the_tour"));
   #shut = make(
     "button",
     { type: "button", class: "icon-button small", "aria-label": t("coach-marks.close_the_hints") },

@@ -14,7 +14,9 @@ const HEARD_MS = 6000; // for which words that were heard stay in the box
 
 /** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
 
-const ASK = t("command-line.tell_it_what_to_do"); // short enough for a phone
+const ASK = t("command-line.tell_it_what_to_do");
+const ASK_SHORT = t("command-line.short_hint");
+const WIDE_PX = 240; // of the box, from which it holds the longer one
 
 export class CommandLine extends Panel {
   #box = make("input", {
@@ -97,7 +99,7 @@ export class CommandLine extends Panel {
     const off = !up || permission.may === "no";
     mark(this.#box, "aria-disabled", up ? null : "true");
     this.#send.disabled = !up; // without control "stop" still works; other commands are refused with the reason
-    const hint = off ? permission.why : ASK;
+    const hint = off ? permission.why : this.#box.clientWidth < WIDE_PX ? ASK_SHORT : ASK;
     if (this.#box.placeholder !== hint) this.#box.placeholder = hint;
   }
 

@@ -57,7 +57,13 @@ class FlatMap extends Panel {
     "aria-label": t("flat-map.map_from_above_the_arrow_keys"),
     "aria-describedby": "flat-map-words",
   });
-  #why = make("p", { class: "flat-why", hidden: true });
+  #whyWords = make("span");
+  #whyAway = make(
+    "button",
+    { type: "button", class: "icon-button small", "aria-label": t("notice-toasts.dismiss") },
+    icon("close"),
+  );
+  #why = make("p", { class: "flat-why", hidden: true }, this.#whyWords, this.#whyAway);
   #follow = tool("here", t("flat-map.follow_the_robot"));
   #fit = tool("whole", t("flat-map.whole_map"));
   #measure = tool("measure", t("flat-map.measure_a_distance"));
@@ -126,11 +132,12 @@ class FlatMap extends Panel {
     });
     new ResizeObserver(() => this.#draw()).observe(this.#canvas);
     onTheme(() => requestAnimationFrame(() => this.#draw()));
+    this.#whyAway.addEventListener("click", () => (this.#why.hidden = true));
     let said = 0; // timer
     const chosen = () => {
       this.hidden = mapShown() !== "flat";
       this.#why.hidden = !whyFlat();
-      write(this.#why, whyFlat());
+      write(this.#whyWords, whyFlat());
       clearTimeout(said);
       said = setTimeout(() => (this.#why.hidden = true), SAID_MS);
       this.#draw();

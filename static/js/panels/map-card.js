@@ -83,8 +83,7 @@ class MapCard extends Panel {
     const text = name === null ? t("map-card.this_map_is_not_saved") : t("map-card.this_is_the_map_name", { name });
     write(this.#now, text);
     for (const button of this.querySelectorAll("button")) button.disabled = !this.#operates || this.#busy;
-    const stands = this.#maps.some((map) => map.name.toLowerCase() === this.#name.value.trim().toLowerCase());
-    write(this.#saveWords, stands ? t("map-card.replace") : t("map-card.save"));
+    write(this.#saveWords, this.#replaces ? t("map-card.replace") : t("map-card.save"));
     if (name !== this.#current) {
       this.#current = name;
       if (name !== null) this.#name.value = name;
@@ -93,6 +92,11 @@ class MapCard extends Panel {
     if (revision === this.#revision || this.offsetParent === null) return;
     this.#revision = revision;
     void this.#fetch();
+  }
+
+  /** True where the name is that of a saved map. */
+  get #replaces() {
+    return this.#maps.some((map) => map.name.toLowerCase() === this.#name.value.trim().toLowerCase());
   }
 
   async #fetch() {
@@ -110,7 +114,7 @@ class MapCard extends Panel {
       this.#name.focus();
       return;
     }
-    const replace = this.#saveWords.textContent === "Replace";
+    const replace = this.#replaces;
     await this.#try(async () => {
       const kept = await maps.save(name, replace);
       this.session.announce(t("map-card.the_map_name_is_saved", { name: kept.name }));
@@ -155,10 +159,14 @@ class MapCard extends Panel {
     const acts = make("div", { class: "map-acts" });
     if (!this.#form.hidden) {
       acts.append(
-        this.#act("open", t("map-card.load_name", { name: map.name }), () =>
-          this.#ask(row, t("map-card.unsaved_changes_of_the_present_map"), t("map-card.load_it"), () =>
-            maps.load(map.name),
-          ),
+        this.#act(
+          "open",
+          t("map-card.load_name", { name: map.name }),
+          () =>
+            this.#ask(row, t("map-card.unsaved_changes_of_the_present_map"), t("map-card.load_it"), () =>
+              maps.load(map.name),
+            ),
+          t("map-card.load"),
         ),
       );
     }
@@ -190,12 +198,16 @@ class MapCard extends Panel {
    * @param {string} drawing
    * @param {string} name
    * @param {() => void} then
+   * @param {string} [words] on the button
    */
-  #act(drawing, name, then) {
+  #act(drawing, name, then, words = "") {
     const button = make(
       "button",
-      { type: "button", class: "icon-button small", "aria-label": name, title: name },
+      words
+        ? { type: "button", class: "button", "aria-label": name }
+        : { type: "button", class: "icon-button small", "aria-label": name, title: name },
       icon(drawing),
+      words,
     );
     button.addEventListener("click", then);
     return button;

@@ -11,7 +11,7 @@ export const NO_WEBGL = t("map-choice.this_browser_has_no_webgl_2");
 
 /** @type {Set<() => void>} */
 const listeners = new Set();
-let why = MAP_DRAWN ? "" : t("map-choice.nowebgl_the_map_is_drawn_flat", { nowebgl: NO_WEBGL });
+let why = MAP_DRAWN || matchMedia(SMALL).matches ? "" : t("map-choice.no_webgl_2_flat_map"); // a phone has it flat anyway
 /** @type {MapKind} */
 let kind = suitable(MAP_DRAWN, remembered("map", ""), matchMedia(SMALL).matches || remembered("map-slow", "") !== "");
 

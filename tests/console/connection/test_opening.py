@@ -10,7 +10,7 @@ import pytest
 
 from console.connection.reach import Reach
 from console.connection.service import ConnectionService
-from console.maps.service import MapService
+from console.maps.service import LAST_BUT_ONE, LAST_MAP, MapService
 from core.geometry import Pose
 from tests.console.live import Live, Reply
 from tests.core.recording.log_writers import carmen_lines
@@ -86,11 +86,25 @@ def test_a_map_that_was_not_saved_is_kept_when_the_console_ends_and_one_that_was
     def keep(name: str) -> None:
         live.run(maps.keep_unsaved(name))
 
+    def come_a_long_way() -> None:
+        live.until(lambda: maps._kept_at is not None)
+        maps._kept_at = Pose(5.0, 5.0, 0.0) @ maps.snapshot.estimate.pose
+        live.until(lambda: maps.shown.unsaved)
+
     live.on_loop(lambda: maps._stands_kept())
-    keep("last map")
-    assert "last map" not in names() and maps.shown.unsaved is False
-    live.until(lambda: maps._kept_at is not None)
-    maps._kept_at = Pose(5.0, 5.0, 0.0) @ maps.snapshot.estimate.pose  # it has come a long way
-    live.until(lambda: maps.shown.unsaved)
+    keep(LAST_MAP)
+    assert LAST_MAP not in names() and maps.shown.unsaved is False
+    come_a_long_way()
     keep("before opening walk.log, again/and again, with a name that is much too long for a map")
     assert names()[0] == "before opening walk log again and again"[:40].strip() and not maps.shown.unsaved
+
+    before = live.run(maps.autosaved())  # it keeps a map that is unsaved, and unsaved it remains
+    assert before is False
+    come_a_long_way()
+    assert live.run(maps.autosaved()) and names()[0] == LAST_MAP and maps.shown.unsaved
+    assert live.run(maps.autosaved()) is False  # it stands
+
+    maps._earlier_kept, maps._name = False, None  # as a console that finds it
+    keep(LAST_MAP)
+    assert names()[:2] == [LAST_MAP, LAST_BUT_ONE]
+    live.on_loop(lambda: maps._stands_kept())

@@ -56,3 +56,28 @@ def test_a_new_pilot_counts_from_the_beginning_and_finds_troubles_by_itself() ->
     second.add(0.0, "info", "four")
     board.adopt(second.newest, 0.0)
     assert texts(board) == ["one", "two", "three", "four"]
+
+
+def test_faults_of_two_causes_are_two_notices_and_one_that_lasts_stays_one() -> None:
+    pilot, board = Notices(), Notifications()
+    numbers: set[tuple[int, ...]] = set()
+    for step in range(1, 9):
+        stamp = 5.0 * step
+        pilot.add(stamp, "warning", f"Scans are {step} s late.", "scan.late laser")
+        pilot.add(stamp, "warning", "The base was restarted.", "odometry.restarted base")
+        pilot.add(stamp, "info", "The laser was lost; it is looked for.")
+        board.adopt(pilot.newest, stamp)
+        numbers.add(tuple(notice.id for notice in board.shown))
+        assert [notice.stamp for notice in board.shown] == [stamp] * 3
+    assert len(numbers) == 1
+    assert texts(board)[:2] == ["Scans are 8 s late.", "The base was restarted."]
+    pilot.add(90.0, "warning", "Scans are 9 s late.", "scan.late laser")
+    board.adopt(pilot.newest, 90.0)
+    assert board.shown[-1].text == "Scans are 9 s late." and len(board.shown) == 3
+
+
+def test_what_was_lost_twice_is_said_twice() -> None:
+    pilot = Notices()
+    for stamp, text in enumerate(("It was lost.", "It is back.", "It was lost.")):
+        pilot.add(float(stamp), "info", text)
+    assert [notice.text for notice in pilot.newest] == ["It was lost.", "It is back.", "It was lost."]

@@ -197,7 +197,7 @@ def test_a_base_that_does_not_answer_ends_what_is_under_way() -> None:
 def test_what_the_driver_notes_reaches_the_operator() -> None:
     lab = robot()
     pilot = Pilot(lab.profile)
-    assert pilot.step(replace(lab.read(), note="The battery is low.")).notices[-1].text == "The battery is low."
+    assert pilot.step(replace(lab.read(), notes=("The battery is low.",))).notices[-1].text == "The battery is low."
 
 
 def test_a_picture_of_the_wrong_size_is_told_and_flies_past() -> None:

@@ -94,7 +94,7 @@ def test_a_bad_description_is_a_sentence_and_an_unknown_silence_is_said_or_taken
         assert "ask the robot's maker" in robot.profile.failsafe and robot.profile.shapes == ()
         notes = ""
         while "/robot_description" not in notes:
-            notes += robot.read().note
+            notes += " ".join(robot.read().notes)
         robot.close()
         robot = live(emulator.url, RobotFile(failsafe=0.8))
         assert robot.profile.failsafe == "It stops by itself 0.8 s after the last command."

@@ -104,7 +104,7 @@ def test_a_type_that_cannot_be_read_is_left_out_with_a_sentence(small: SmallFoxg
     small.channels = [SCAN_CHANNEL, ("/odom", ODOMETRY, "garbage $$", "ros2msg"), ("/x", "a/msg/B", "?", "protobuf")]
     small.start()
     with live(device_of(small.url)) as robot:
-        assert "nav_msgs/msg/Odometry is not read: its definition cannot be read." in robot.read().note
+        assert "nav_msgs/msg/Odometry is not read: its definition cannot be read." in " ".join(robot.read().notes)
         assert set(small.subscriptions) == {1}
 
 
@@ -124,7 +124,7 @@ def test_what_the_bridge_has_to_say_reaches_the_operator_once(small: SmallFoxglo
     with live(device_of(small.url)) as robot:
         for level, sentence in ((0, "hello"), (2, "no camera"), (2, "no camera")):
             small.say({"op": "status", "level": level, "message": sentence})
-        notes = " ".join(frame.note for frame in frames(robot, 0.4))
+        notes = " ".join(note for frame in frames(robot, 0.4) for note in frame.notes)
         assert notes.count("The robot's bridge says: no camera") == 1 and "hello" not in notes
 
 
@@ -134,7 +134,8 @@ def test_a_bridge_that_takes_no_speeds_is_a_robot_that_only_shows(small: SmallFo
     device = device_of(small.url)
     with live(device) as robot:
         assert device.topics is not None and device.topics.cmd_vel == ""
-        assert "cannot be driven" in " ".join(frame.note for frame in frames(robot, 0.2, Twist(0.1, 0.0)))
+        read = frames(robot, 0.2, Twist(0.1, 0.0))
+        assert "cannot be driven" in " ".join(note for frame in read for note in frame.notes)
     assert small.published == [] and small.advertised == {}
 
 

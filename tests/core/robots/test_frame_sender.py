@@ -30,8 +30,10 @@ IMAGE = Image(stamp=0.6, pixels=np.zeros((256, 320, 3), np.uint8))
 
 
 def test_a_merged_frame_is_the_newer_one_with_what_only_the_older_had() -> None:
-    both = merged(frame(1.0, scan=SCAN, note="hello", contact=True), frame(2.0, image=IMAGE, note="there"))
-    assert (both.stamp, both.nonce, both.note, both.contact) == (2.0, 2, "hello there", True)
+    both = merged(
+        frame(1.0, scan=SCAN, notes=("hello",), contact=True), frame(2.0, image=IMAGE, notes=("hello", "there"))
+    )
+    assert (both.stamp, both.nonce, both.notes, both.contact) == (2.0, 2, ("hello", "there"), True)
     assert both.scan is SCAN and both.image is IMAGE
     assert both.wheels is not None and both.wheels.odometry.x == 2.0
 

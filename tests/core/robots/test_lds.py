@@ -159,7 +159,7 @@ def test_after_it_was_unplugged_it_is_found_again(lidar: LidarEmulator) -> None:
     with no_leak(), live(device_of(lidar)) as robot:
         until(lambda: robot.read().scan is not None)
         lidar.stop()
-        until(lambda: "was lost" in robot.read().note)
+        until(lambda: "was lost" in " ".join(robot.read().notes))
         lidar.start()
         until(lambda: robot.read().scan is not None, 15.0)
 
@@ -168,7 +168,7 @@ def test_a_head_that_stands_still_is_lost(ld19: LidarEmulator) -> None:
     with live(device_of(ld19)) as robot:
         until(lambda: robot.read().scan is not None)
         ld19.turning = False
-        until(lambda: "was lost" in robot.read().note)
+        until(lambda: "was lost" in " ".join(robot.read().notes))
         ld19.turning = True
         until(lambda: robot.read().scan is not None, 15.0)
 

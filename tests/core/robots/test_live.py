@@ -107,7 +107,7 @@ def test_a_device_that_is_lost_is_told_and_comes_back() -> None:
     robot = LiveRobot([("the base", Wire()), ("the laser", laser)], shape)
     laser.cut.set()
     notes: list[str] = []
-    until(lambda: bool(notes.append(robot.read().note)) or any("is back" in note for note in notes))
+    until(lambda: bool(notes.extend(robot.read().notes)) or any("is back" in note for note in notes))
     assert "the laser was lost; it is looked for." in " ".join(notes)
     assert robot.read().trouble == ""
     robot.close()
@@ -136,7 +136,7 @@ def test_a_fault_of_a_driver_is_no_end_of_the_console() -> None:
     robot = LiveRobot([("the base", wire)], shape)
     wire.todo.put(lambda _: [][1])
     notes: list[str] = []
-    until(lambda: bool(notes.append(robot.read().note)) or any("IndexError" in note for note in notes))
+    until(lambda: bool(notes.extend(robot.read().notes)) or any("IndexError" in note for note in notes))
     until(lambda: wire.opened == 2)
     robot.close()
 

@@ -129,7 +129,7 @@ def test_at_the_end_it_stands_and_says_so_once(scans):
     after = [robot.read() for _ in range(3)]
     assert all(not frame.running and frame.scan is None and frame.progress == 1.0 for frame in after)
     robot = opened(scans)
-    notes = [frame.note for frame in (robot.read() for _ in range(200)) if frame.note]
+    notes = [note for frame in (robot.read() for _ in range(200)) for note in frame.notes]
     assert notes == ["The recording ends here."]
 
 
@@ -199,7 +199,7 @@ def test_requests_that_make_no_sense_are_refused_in_a_sentence(scans, request_):
 
 def test_what_was_skipped_while_reading_is_told_with_the_first_frame(scans):
     scans.write_text(scans.read_text() + "{cut\n")
-    assert "1 of 31 records skipped" in opened(scans).read().note
+    assert "1 of 31 records skipped" in " ".join(opened(scans).read().notes)
 
 
 def test_one_scan_is_a_recording_too(tmp_path):

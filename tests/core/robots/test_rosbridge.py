@@ -92,7 +92,7 @@ def test_what_rosbridge_has_to_say_reaches_the_operator_once(emulator: Rosbridge
     with live(device_of(emulator)) as robot:
         for level, sentence in (("info", "hello"), ("error", "no topic"), ("error", "no topic")):
             emulator.status(sentence, level)
-        notes = " ".join(frame.note for frame in frames(robot, 0.4))
+        notes = " ".join(note for frame in frames(robot, 0.4) for note in frame.notes)
         assert notes.count("The robot's rosbridge says: no topic") == 1 and "hello" not in notes
 
 

@@ -203,7 +203,7 @@ def test_after_the_sensor_was_unplugged_it_is_found_again(sensor: ScipEmulator) 
     with no_leak(), live(device_of(sensor)) as robot:
         until(lambda: robot.read().scan is not None)
         sensor.stop()
-        until(lambda: "was lost" in robot.read().note)
+        until(lambda: "was lost" in " ".join(robot.read().notes))
         sensor.start()
         until(lambda: robot.read().scan is not None)
 

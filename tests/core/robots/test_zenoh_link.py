@@ -66,7 +66,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def notes_of(robot: LiveRobot, seconds: float) -> str:
-    return " ".join(frame.note for frame in frames(robot, seconds))
+    return " ".join(note for frame in frames(robot, seconds) for note in frame.notes)
 
 
 def timed(true: Callable[[], object], seconds: float) -> float:
@@ -147,7 +147,9 @@ def test_a_type_of_another_definition_is_left_out_with_a_sentence(
     emulator.hash_of = lambda kind: "RIHS01_" + "0" * 64 if kind == LASER_SCAN else usual(kind)  # type: ignore[method-assign]
     emulator.start()
     with live(device_of(emulator)) as robot:
-        assert "/scan is not read: the robot's sensor_msgs/msg/LaserScan is not the usual one." in robot.read().note
+        assert "/scan is not read: the robot's sensor_msgs/msg/LaserScan is not the usual one." in " ".join(
+            robot.read().notes
+        )
         assert robot.profile.laser is None and robot.profile.camera is not None
 
 
@@ -193,7 +195,7 @@ def test_a_robot_that_falls_silent_is_lost_although_its_tokens_stay(emulator: Ze
         emulator.world.stop()
         read: list[SensorFrame] = []
         assert 1.5 < timed(lambda: read.append(robot.read()) or read[-1].trouble, 5.0) < 3.5
-        assert "was lost" in " ".join(frame.note for frame in read) + notes_of(robot, 0.3)
+        assert "was lost" in " ".join(note for frame in read for note in frame.notes) + notes_of(robot, 0.3)
         frames(robot, 1.0)
         assert not is_up(robot)  # it answers, but sends nothing
         emulator.world.start()

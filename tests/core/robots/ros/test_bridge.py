@@ -92,7 +92,7 @@ def test_what_is_missing_is_said_and_the_rest_is_there() -> None:
     assert "where laser is mounted" in told and "not calibrated" in told
     assert found.cameras[0].model.width == 160 and found.lasers[0].mounting == Pose()
     wire.sensors.attach(wire.readings)
-    assert "not calibrated" in wire.readings.frame().note
+    assert "not calibrated" in " ".join(wire.readings.frame().notes)
 
 
 def test_scans_are_stamped_on_the_console_s_clock_and_turned_round() -> None:
