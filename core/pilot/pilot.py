@@ -27,7 +27,7 @@ from core.pilot.sensor_watch import SensorWatch, loss, recovery
 from core.pilot.sound_perception import SoundPerception
 from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
 from core.robots import Profile
-from core.sensors import SensorFrame, Wheels
+from core.sensors import Fault, SensorFrame, Wheels
 from core.settings import Settings
 from core.slam.dead_reckoning import DeadReckoning
 from core.slam.estimate import Estimate, Landmark
@@ -170,7 +170,13 @@ class Pilot:
     def finish(self) -> tuple[tuple[Landmark, ...], OccupancyGrid]:
         """The log is over: let the map settle → its landmarks and its grid."""
         self._mapper.finish()
+        self._odometry.finish()
         return self._mapper.landmarks, self._mapper.grid
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Contradictions between the senses that were found."""
+        return self._odometry.faults
 
     @property
     def anchored_pose(self) -> AnchoredPose:
@@ -190,7 +196,7 @@ class Pilot:
             frame = self._profile.first_view(sensed)
             motion = self._odometry.update(frame)
             self._wheels = motion.wheels
-            frame = self._timing.correct(frame, motion)
+            frame = self._timing.correct(frame, motion, self._odometry.lateness)
             seen = self._vision.look(frame, motion, self._is_idle)
             self._scanned = self._scanned if frame.scan is None else frame.stamp
             self._mapper.may_turn = self._needs_a_place
@@ -336,6 +342,8 @@ class Pilot:
             self._notices.add(frame.stamp, "warning", remark)
         if not self._profile.simulated:  # there the clock waits, and the page shows how fast it runs
             self._notices.watch_pace(frame.stamp, frame.pace)
+        for one in self.faults:
+            self._notices.watch(frame.stamp, one.code, one.sentence, "warning", "")
         for one in frame.faults:
             self._notices.add(frame.stamp, "warning", one.sentence, cause=f"{one.code} {one.sensor}")
         for note in frame.notes:

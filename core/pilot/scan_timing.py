@@ -32,8 +32,12 @@ class ScanTiming:
         """The time offsets of the lasers of which they are known."""
         return tuple(self._offsets.values())
 
-    def correct(self, frame: SensorFrame, motion: Motion) -> SensorFrame:
-        """The frame, its scan stamped on the odometry's clock."""
+    def correct(self, frame: SensorFrame, motion: Motion, lateness: float = 0.0) -> SensorFrame:
+        """The frame, its scan stamped on the odometry's clock.
+
+        `lateness`: what is to be added by a coarser estimate, where this one finds nothing [s]; a scan of the future
+        is not made of it.
+        """
         laser = None if frame.scan is None else self._lasers.get(frame.scan.laser, self._laser)
         frame = _shifted(frame, laser.time_offset if laser else 0.0)
         if self._settings.estimate and not motion.by_scans:
@@ -44,7 +48,7 @@ class ScanTiming:
             return frame
         found = self._estimators[laser.name].newest
         if found is None:
-            return frame
+            return _shifted(frame, min(lateness, 0.0))
         correction = self._correction(found)
         self._offsets[laser.name] = TimeOffset(
             laser=laser.name,

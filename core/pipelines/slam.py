@@ -142,6 +142,7 @@ def _scans(recording: ScanRecording, settings: Settings) -> SlamResult:
         pilot.step(frame)
         stands.append(pilot.anchored_pose)
     landmarks, grid = pilot.finish()
+    recording = recording.with_faults(pilot.faults)
     return SlamResult(recording, tuple(pilot.where(stand) for stand in stands), landmarks, grid=grid)
 
 

@@ -157,6 +157,14 @@ class ScanRecording:
         """Time [s] from the first to the last scan."""
         return logged_stamp(self.scans[-1]) - self.start
 
+    def with_faults(self, faults: tuple[Fault, ...]) -> ScanRecording:
+        """The recording with what was found in it later, which its report says, too."""
+        sentences = (one.sentence for one in faults)
+        report = replace(
+            self.report, warnings=(*self.report.warnings, *sentences), faults=(*self.report.faults, *faults)
+        )
+        return replace(self, report=report)
+
     @property
     def has_wheels(self) -> bool:
         """True if there is odometry."""

@@ -255,7 +255,66 @@ MOUNTINGS = (
     ),
 )
 
-AGREEMENT: tuple[ReadingCheck, ...] = ()
+AGREEMENT = (
+    ReadingCheck(
+        "agreement.mirrored",
+        "agreement",
+        "the sense of the turns by wheels and by scans",
+        "Wheels and scans of {sensor} turn against each other: the scans are mirrored (the laser hangs upside down "
+        "or counts clockwise), or the base counts its heading clockwise. Correct the mounting or the angles of the "
+        "laser, or the sign of the base's heading.",
+    ),
+    ReadingCheck(
+        "agreement.turn_scale",
+        "agreement",
+        "the size of the turns by wheels and by scans: a quarter of difference at most",
+        "By the wheels the robot turns {times} times as far as the scans of {sensor} show. Correct the distance "
+        "between the wheels in the driver of the base.",
+    ),
+    ReadingCheck(
+        "agreement.way_scale",
+        "agreement",
+        "the length of the ways by wheels and by scans: 8 % of difference at most",
+        "By the wheels the robot goes {times} times as far as the scans of {sensor} show (100: centimetres, 1000: "
+        "millimetres, 39.4: inches). Correct the unit, or the radius of the wheels, in the driver of the base.",
+    ),
+    ReadingCheck(
+        "agreement.mount",
+        "agreement",
+        "the direction of the ways by wheels and by scans: 8° of difference at most",
+        "By the scans of {sensor} the robot drives {off}° to the left of where its wheels lead (180°: backwards): "
+        "the laser is mounted otherwise than was said, or the base counts its way backwards. Correct its mounting: "
+        "heading {heading} rad.",
+    ),
+    ReadingCheck(
+        "agreement.late",
+        "agreement",
+        "the times of the turns by wheels and by scans: 0.15 s of difference at most",
+        "Scans of {sensor} are stamped {late} s later than the odometry of the same turns. Stamp a scan when it is "
+        "measured, or set the time offset of the laser to -{late} s.",
+    ),
+    ReadingCheck(
+        "agreement.early",
+        "agreement",
+        "the times of the turns by wheels and by scans: 0.15 s of difference at most",
+        "The odometry is stamped {late} s later than the scans of {sensor} of the same turns. Stamp the odometry "
+        "when it is measured, or set the time offset of the laser to {late} s.",
+    ),
+    ReadingCheck(
+        "agreement.wheels_stand",
+        "agreement",
+        "wheels that stand for 1.5 s with scans that move",
+        "The wheels stand although the scans of {sensor} move ({at} s after the start, for {lasted} s): the odometry "
+        "hung, or the robot was carried. The scans are followed. Check the driver of the base.",
+    ),
+    ReadingCheck(
+        "agreement.wheels_spin",
+        "agreement",
+        "wheels that roll for 1.5 s with scans that stand",
+        "The wheels roll although the scans of {sensor} stand ({at} s after the start, for {lasted} s): they spin, "
+        "or the robot was lifted. The scans are followed. Check whether the robot is held by something.",
+    ),
+)
 
 PICTURES = (
     ReadingCheck(

@@ -215,7 +215,9 @@ class Mapper:
             moved = self._tracker.track(slam.filter.pose @ wheels.pose.inverse(), wheels, points)
             slam.filter.amend(moved)
         self.submaps.moved(moved)
-        if self._monitor.needs(stamp):
+        if motion.restarted:
+            self._monitor.doubt_restarted(stamp, self.grid, self.estimate.pose)
+        elif self._monitor.needs(stamp):
             pose = self.estimate.pose
             self._monitor.observe(stamp, self._tracker, wheels.pose, slam.health, points, self.grid, pose)
 

@@ -14,6 +14,7 @@ from core.sensors import Wheels
 from core.setting import Meta, Section
 
 STILL = 1e-7  # [m] and [rad]: below, the wheels stand
+UNKNOWN_SD_M = 0.09  # from which a move is looked for wherever it may have led
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,17 @@ class Increment:
     @property
     def still(self) -> bool:
         """True if nothing has moved."""
-        return math.hypot(self.pose.x, self.pose.y) + abs(self.pose.heading) < STILL
+        return not self.is_unknown and math.hypot(self.pose.x, self.pose.y) + abs(self.pose.heading) < STILL
+
+    @property
+    def is_unknown(self) -> bool:
+        """True where the wheels do not say how far it led: its covariance does."""
+        return float(self.covariance[0, 0]) > UNKNOWN_SD_M**2
+
+
+def widened(move: Increment, place_sd: float, heading_sd: float) -> Increment:
+    """A move that led elsewhere by some `place_sd` [m] and `heading_sd` [rad]."""
+    return Increment(move.pose, move.covariance + np.diag([place_sd, place_sd, heading_sd]) ** 2)
 
 
 @dataclass(frozen=True)
@@ -67,6 +78,7 @@ class Motion:
     increment: Increment = field(default_factory=Increment)
     wheels: Wheels | None = None  # at the frame's stamp; without odometry the scans stand in for them
     by_scans: bool = False  # the increment is a scan match, not the wheels' word
+    restarted: bool = False  # the base was: what it rolled meanwhile nobody knows
     scanned: float | None = None  # [s] the time of the pose, where that is the newest scan's and not the frame's
 
 

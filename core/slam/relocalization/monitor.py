@@ -90,6 +90,11 @@ class LocalizationMonitor:
         if self._detector.observe(evidence):
             self.begin(stamp, self._detector.doubt, grid, None if self._detector.carried else pose)
 
+    def doubt_restarted(self, stamp: float, grid: OccupancyGrid, pose: Pose) -> None:
+        """Look for the robot's place: its base was restarted, and what it rolled meanwhile nobody knows."""
+        if self._watched and not self.lost:
+            self.begin(stamp, "the base was restarted", grid, pose)
+
     def clicked(self, stamp: float, click: Click, grid: OccupancyGrid, believed: Pose) -> None:
         """Search at the place that the operator clicked; the robot believes to be at `believed`."""
         if self._recovery is None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
+from core.perception.landmarks.frame_perception import Beams
 from core.slam.map.keyframe import Keyframe
 
 FAR, NEAR = 0.35, 0.1  # [m] within which points belong to each other, in the first and in the last rounds
@@ -27,7 +29,7 @@ SHARE = 0.5  # of the points that find their wall, at least
 class WallPoints:
     """The points of a view that lie on walls, with the walls' directions."""
 
-    def __init__(self, view: Keyframe) -> None:
+    def __init__(self, view: Keyframe | Beams) -> None:
         points = np.asarray(view.ends, np.float64)[view.hits]
         along = points[2:] - points[:-2]
         length = np.hypot(along[:, 0], along[:, 1])
@@ -36,6 +38,12 @@ class WallPoints:
         self.points = points[1:-1][good]  # (M, 2) [m], robot frame
         self.normals = np.column_stack((-along[good, 1], along[good, 0])) / length[good, None]  # (M, 2)
         self._tree = KDTree(self.points) if len(self.points) else None
+
+    def thinned(self, most: int) -> WallPoints:
+        """At most `most` of these points, evenly; they can be laid on others, not others on them."""
+        few, step = copy(self), max(1, -(-len(self.points) // most))
+        few.points, few.normals = self.points[::step], self.normals[::step]
+        return few
 
     def nearest(self, points: Array, reach: float) -> tuple[Array, Array]:
         """Points (K, 2) → which of them have a point of these walls within `reach` [m] (K,) bool, and which (K,)."""

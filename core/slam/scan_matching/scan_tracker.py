@@ -30,6 +30,7 @@ WORST = 1e4  # doubt
 FIRST = 100.0  # doubt in wheels that are unknown yet; good ones are trusted after a few seconds of driving
 SURPRISED = 0.3  # of a contradiction remains as doubt in the scan, too
 OPEN = 100.0  # [1/m²], [1/rad²]: of a direction with less information a scan says nothing
+SDS = 3.0  # of an unknown move, around which it is looked for
 SMALL = 1e-9  # [m²], [rad²] that keeps a standing wheel's covariance regular
 
 
@@ -61,7 +62,7 @@ class ScanTracker:
         if self._field is None or len(points) < FEWEST:
             return wheels
         few = thinned(points)
-        reach, angle = window(wheels.pose, self.settings)
+        reach, angle = self._window(wheels)
         guess = stood or start @ wheels.pose
         match = match_scan(self._field, few, guess, reach, angle)
         own = information(self._field, few, match, reach, self.settings)
@@ -76,6 +77,15 @@ class ScanTracker:
         if self.seen is None:
             return Increment(wheels.pose, self.shown * wheels.covariance)
         return self._fuse(wheels, self.seen, own)
+
+    def _window(self, wheels: Increment) -> tuple[float, float]:
+        """How far around the end of a move to look: [m] and [rad] to either side; wider for an unknown one."""
+        reach, angle = window(wheels.pose, self.settings)
+        if not wheels.is_unknown:
+            return reach, angle
+        place_sd, heading_sd = np.sqrt(np.diag(wheels.covariance)[1:]).tolist()
+        settings = self.settings
+        return min(reach + SDS * place_sd, settings.widest), min(angle + SDS * heading_sd, settings.widest_angle)
 
     def _fuse(self, wheels: Increment, seen: Pose, own: Array) -> Increment:
         """The wheels' move and the scan's (`own`: its information where it ends), by how sure each of them is.

@@ -1,0 +1,415 @@
+"""Agreement of wheels and scans: the moves that both claim are compared, and what explains a difference is named.
+
+The scans' moves do not depend on the wheels being right. One pair of scans in a few is looked at while all is well,
+every one while the two senses contradict each other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.geometry import Pose, wrap, wrap_all
+from core.message import Array
+from core.sensors import Fault, Laser, Scan, Wheels
+from core.sensors.checks import fault
+from core.slam.scan_matching.point_to_line import WallPoints
+from core.slam.scan_matching.scan_pairs import PairMatcher, ScanMove, walls_of
+
+MIN_PAIR_S, LONG_PAIR_S, MAX_PAIR_S = 0.09, 0.45, 6.0  # between two scans: at least, enough at rest, at most
+PAIR_M, PAIR_RAD = 0.04, math.radians(4)  # of a move that is long enough to compare
+SCANS_PER_PAIR = 4  # at least, while all is well …
+CALM_PAIRS = 3  # … which so many that agree show
+GUESSED_TURNS_RAD = (-0.15, 0.15)  # from which the search begins where nothing else fits
+TRACK_S = 8.0  # of odometry that is kept
+
+STILL_M, STILL_RAD = 0.008, math.radians(0.5)  # below which a move is none
+MOVED_M, MOVED_RAD = 0.025, math.radians(1.5)  # from which it is one
+UNLIKE_M, UNLIKE_RAD, UNLIKE_SHARE = 0.03, math.radians(1.5), 0.4  # of a move, by which both may differ
+MAX_SQUARED = 16.0  # distance between both, by what the walls show
+ALONE_PAIRS, ALONE_M, ALONE_RAD = 3, 0.12, math.radians(8)  # of moves by one sense alone: wheels are not believed
+SAID_AFTER_S = 1.5  # of them that is said
+BACK_PAIRS = 3  # that agree on the move: the wheels are believed again
+
+KEPT_PAIRS, PAIRS_PER_LOOK = 80, 8  # that are judged together, and after how many new ones
+MAX_SD_M, MAX_SD_RAD = 0.03, math.radians(1.0)  # of a move by scans that is judged
+MIN_TURNS, MIN_WAYS = 12, 12  # pairs that show a turn, a way
+TURN_RAD, WAY_M = math.radians(1.2), 0.02  # of one
+STRAIGHT_RAD = math.radians(4)  # of turn of a pair whose way is compared, at most
+AGAINST_SHARE = 0.8  # of the turns that are the wrong way round
+MAX_WAY_OFF, MAX_TURN_OFF = 0.085, 0.25  # of the logarithm of the wheels' share in a way, a turn
+MAX_MOUNT_RAD, MOUNT_LENGTH = math.radians(8), 0.8  # off ahead; length of the mean direction
+SURE_SDS = 4.0
+MAX_LATE_S, LATE_STEP_S, MIN_LATE_S = 2.5, 0.05, 0.15  # of the search for a lateness; what is said
+TURN_SD_RAD, TURN_SD_SHARE = math.radians(0.15), 0.05  # of a turn by scans
+MAX_TURN_SQUARED = 25.0  # difference of one turn that counts
+LATE_SHARE, MAX_LATE_SQUARED, MIN_LATE_GAIN = 0.35, 3.0, 30.0  # left of the differences; per pair; what is explained
+
+
+@dataclass(frozen=True)
+class PairStart:
+    """The earlier scan of a pair to come."""
+
+    stamp: float  # [s]
+    scan: Scan
+    odometry: Pose
+    walls: WallPoints | None = None
+
+
+@dataclass(frozen=True)
+class MovePair:
+    """The robot's move from one time to another, by scans and by wheels."""
+
+    start: float  # [s]
+    end: float  # [s]
+    scans: ScanMove
+    wheels: Pose
+
+    @property
+    def differs(self) -> bool:
+        """Return whether both contradict each other in what the walls show."""
+        seen, rolled = self.scans.pose, self.wheels
+        off = rolled.inverse() @ seen
+        far = math.hypot(off.x, off.y) > UNLIKE_M + UNLIKE_SHARE * max(_way(seen), _way(rolled))
+        turn = max(abs(seen.heading), abs(rolled.heading))
+        return (far or abs(off.heading) > UNLIKE_RAD + UNLIKE_SHARE * turn) and self._is_sure
+
+    @property
+    def _is_sure(self) -> bool:
+        """Return whether what the walls show excludes the wheels' move."""
+        seen, rolled = self.scans.pose, self.wheels
+        error = seen.vector - rolled.vector
+        error[2] = wrap(float(error[2]))
+        return float(error @ self.scans.information @ error) > MAX_SQUARED
+
+    @property
+    def moved_alone(self) -> str:
+        """Code of the fault where only one of both moves; "": both do, or none."""
+        seen, rolled = self.scans.pose, self.wheels
+        if not self._is_sure:
+            return ""
+        if _is_still(rolled) and _has_moved(seen):
+            return "agreement.wheels_stand"
+        return "agreement.wheels_spin" if _is_still(seen) and _has_moved(rolled) else ""
+
+
+def _way(move: Pose) -> float:
+    return math.hypot(move.x, move.y)
+
+
+def _is_still(move: Pose) -> bool:
+    return _way(move) < STILL_M and abs(move.heading) < STILL_RAD
+
+
+def _has_moved(move: Pose) -> bool:
+    return _way(move) > MOVED_M or abs(move.heading) > MOVED_RAD
+
+
+class OdometryPast:
+    """The odometry of the last seconds, as it was read."""
+
+    def __init__(self) -> None:
+        self._rows: deque[tuple[float, float, float, float]] = deque()
+
+    def add(self, stamp: float, wheels: Wheels) -> None:
+        """Add the wheels of a frame at `stamp` [s]; no reading is added twice."""
+        stamp, read = stamp - wheels.age, wheels.as_read
+        heading = read.heading
+        if self._rows:
+            if stamp <= self._rows[-1][0] + 1e-6:
+                return
+            heading = self._rows[-1][3] + wrap(heading - self._rows[-1][3])
+        self._rows.append((stamp, read.x, read.y, heading))
+        while self._rows[0][0] < stamp - TRACK_S:
+            self._rows.popleft()
+
+    def columns(self) -> Array:
+        """Stamps [s], x, y [m], headings [rad] without jumps, (K, 4)."""
+        return np.array(self._rows).reshape(-1, 4)
+
+
+class LoneMoves:
+    """Watches for moves of one sense alone: wheels that stand, or roll, while the scans do not."""
+
+    def __init__(self) -> None:
+        self._run: list[MovePair] = []
+        self._kind, self._back = "", 0
+        self.distrusts = False  # whether the wheels are not believed now
+        self.missed: Pose | None = None  # with the pair that began it: from where the wheels led to where scans do
+        self.newest = ("", 0.0, 0.0)  # code, since when [s], for how long [s]: what is to be said
+
+    @property
+    def began(self) -> float:
+        """When the present run of moves of one sense began [s]."""
+        return self._run[0].start if self._run else math.inf
+
+    def end_run(self) -> None:
+        """Begin again: the pairs are not one after the other any more."""
+        self._run, self._kind = [], ""
+
+    def take(self, pair: MovePair) -> None:
+        """Take the next pair."""
+        self.missed = None
+        kind = pair.moved_alone
+        if not kind and not _has_moved(pair.wheels):
+            return
+        if kind != self._kind:
+            self.end_run()
+        self._kind = kind
+        if not kind:
+            self._back = 0 if pair.differs else self._back + 1
+            self.distrusts = self.distrusts and self._back < BACK_PAIRS
+            return
+        self._back = 0
+        self._run.append(pair)
+        self._judge()
+
+    def _judge(self) -> None:
+        rolled, seen, way, turn = Pose(), Pose(), 0.0, 0.0
+        for pair in self._run:
+            rolled, seen = rolled @ pair.wheels, seen @ pair.scans.pose
+            off = pair.wheels.inverse() @ pair.scans.pose
+            way, turn = way + _way(off), turn + abs(off.heading)
+        if len(self._run) < ALONE_PAIRS or (way < ALONE_M and turn < ALONE_RAD):
+            return
+        if not self.distrusts:
+            self.distrusts, self.missed = True, rolled.inverse() @ seen
+        lasted = self._run[-1].end - self._run[0].start
+        if lasted >= SAID_AFTER_S:
+            self.newest = self._kind, self._run[0].start, lasted
+
+
+class SenseAgreement:
+    """Compares the wheels' moves with those by one laser's scans; `update` with every frame."""
+
+    def __init__(self, laser: Laser) -> None:
+        self._laser = laser
+        self._past, self._matcher, self._lone = OdometryPast(), PairMatcher(), LoneMoves()
+        self._base: PairStart | None = None
+        self._last: MovePair | None = None  # None: the newest scans did not fit
+        self._scans, self._calm, self._looked = 0, 0, 0
+        self._began: float | None = None  # [s] of the first frame
+        self._pairs: deque[MovePair] = deque(maxlen=KEPT_PAIRS)
+        self._ripening: deque[MovePair] = deque(maxlen=KEPT_PAIRS)
+        self._turns: deque[tuple[float, Array]] = deque(maxlen=KEPT_PAIRS)  # by scans, by wheels at each lateness
+        self._found: dict[str, Fault] = {}
+        self._late_before = 0.0  # [s], when it was judged last
+        self.lateness = 0.0  # [s] to add to the stamps of the scans; 0: none is known
+
+    @property
+    def distrusts(self) -> bool:
+        """True while the wheels are not believed."""
+        return self._lone.distrusts
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """All that was found, the newest of each kind."""
+        return tuple(self._found.values())
+
+    @property
+    def missed(self) -> Pose | None:
+        """From where the wheels led to where the scans do, in the frame from which on the wheels are not believed."""
+        return self._lone.missed
+
+    @property
+    def velocity(self) -> Pose | None:
+        """The newest move by scans, per second; None: not known."""
+        last = self._last
+        if last is None:
+            return None
+        lasted, move = last.end - last.start, last.scans.pose
+        return Pose(move.x / lasted, move.y / lasted, move.heading / lasted)
+
+    def update(self, stamp: float, wheels: Wheels, scan: Scan | None, fresh: bool = True) -> None:
+        """Take the wheels at `stamp` [s], not `fresh` where none came, and a scan of this laser."""
+        self._began = stamp if self._began is None else self._began
+        self._lone.missed = None
+        self._past.add(stamp, wheels)
+        if scan is None:
+            return
+        self._scans += 1
+        middle = scan.stamp + self._laser.time_offset + 0.5 * scan.time_step * (len(scan.ranges) - 1)
+        base = self._base
+        if base is None or not 0 < middle - base.stamp <= MAX_PAIR_S:
+            self._base = PairStart(middle, scan, wheels.odometry)
+            self._lone.end_run()
+            return
+        elapsed = middle - base.stamp
+        length = self._length(base.odometry.inverse() @ wheels.odometry, elapsed)
+        if elapsed < MIN_PAIR_S or (length < 1.0 and elapsed < LONG_PAIR_S):
+            return
+        if self._calm < CALM_PAIRS or self._scans >= SCANS_PER_PAIR:
+            self._compare(base, PairStart(middle, scan, wheels.odometry, walls_of(scan, self._laser)), fresh)
+        elif length > 2.0:
+            self._base = PairStart(middle, scan, wheels.odometry)
+
+    def finish(self) -> None:
+        """Judge what is left: nothing more comes."""
+        self._judge()
+
+    def _length(self, rolled: Pose, elapsed: float) -> float:
+        """How far the robot has come in `elapsed` [s] by either sense, over what is enough to compare."""
+        rate = self.velocity or Pose()
+        way = max(_way(rolled), elapsed * _way(rate))
+        return max(way / PAIR_M, max(abs(rolled.heading), elapsed * abs(rate.heading)) / PAIR_RAD)
+
+    def _compare(self, base: PairStart, now: PairStart, fresh: bool) -> None:
+        """Find the move by scans from one to the other, and compare it with the wheels'."""
+        self._scans, self._base = 0, now
+        track = self._past.columns()
+        if now.walls is None or len(track) < 2 or track[0, 0] > base.stamp + 1e-6:
+            return
+        rolled = _moved(track, base.stamp, now.stamp)
+        walls = base.walls or walls_of(base.scan, self._laser)
+        found = self._matcher.match(walls, now.walls, self._guesses(rolled, now.stamp - base.stamp))
+        if found is None:
+            self._last, self._calm = None, 0
+            self._lone.end_run()
+            return
+        self._last = pair = MovePair(base.stamp, now.stamp, found, rolled)
+        self._calm = 0 if pair.differs or self.distrusts else self._calm + 1
+        self._lone.take(pair)
+        code, since, lasted = self._lone.newest
+        if code and fresh and abs(self.lateness) < MIN_LATE_S:
+            self._say(code, at=f"{since - (self._began or 0.0):.1f}", lasted=f"{lasted:.1f}")
+        self._lone.newest = ("", 0.0, 0.0)
+        if self._lone.missed is not None:
+            self._forget_since(self._lone.began)
+        self._keep(pair, track)
+
+    def _forget_since(self, start: float) -> None:
+        """Leave out the pairs from `start` [s] on: in them the wheels were wrong."""
+        for kept in (self._pairs, self._ripening):
+            while kept and kept[-1].end > start:
+                kept.pop()
+
+    def _guesses(self, rolled: Pose, elapsed: float) -> Iterator[Pose]:
+        """Moves from which the search begins: as before, none, by the wheels, and by them turned round."""
+        rate = self.velocity
+        if rate is not None:
+            yield Pose(elapsed * rate.x, elapsed * rate.y, wrap(elapsed * rate.heading))
+        yield Pose()
+        yield rolled
+        yield Pose(rolled.x, -rolled.y, -rolled.heading)
+        yield Pose(-rolled.x, -rolled.y, rolled.heading)
+        for turn in GUESSED_TURNS_RAD:
+            yield Pose(0.0, 0.0, turn)
+
+    def _keep(self, pair: MovePair, track: Array) -> None:
+        """Keep a pair whose move is sure, its turn once the odometry around it is known; judge now and then."""
+        place_sd, heading_sd = pair.scans.sds
+        if heading_sd > MAX_SD_RAD or self.distrusts:
+            return
+        if place_sd < MAX_SD_M:
+            self._pairs.append(pair)
+        if pair.end - pair.start < 1.0:
+            self._ripening.append(pair)
+        while self._ripening and self._ripening[0].end + MAX_LATE_S <= track[-1, 0]:
+            ripe = self._ripening.popleft()
+            if ripe.start - MAX_LATE_S >= track[0, 0]:
+                ends = np.interp(np.add.outer((ripe.start, ripe.end), LATES_S), track[:, 0], track[:, 3])
+                self._turns.append((ripe.scans.pose.heading, ends[1] - ends[0]))
+        self._looked += 1
+        if self._looked % PAIRS_PER_LOOK == 0:
+            self._judge()
+
+    def _judge(self) -> None:
+        """Name what explains the difference between wheels and scans."""
+        late, before = find_lateness(self._turns), self._late_before
+        self._late_before = late
+        if late and abs(late - before) < 2 * LATE_STEP_S:
+            self.lateness = late
+            for code in ("agreement.wheels_stand", "agreement.wheels_spin"):
+                self._found.pop(code, None)
+            self._say("agreement.early" if late > 0 else "agreement.late", late=f"{abs(late):.2f}")
+        if abs(self.lateness) >= MIN_LATE_S or len(self._pairs) < MIN_TURNS:
+            return
+        seen = np.array([pair.scans.pose.vector for pair in self._pairs])
+        rolled = np.array([pair.wheels.vector for pair in self._pairs])
+        turned = find_turn_scale(seen, rolled)
+        if turned < 0:
+            self._say("agreement.mirrored")
+        elif turned != 1.0:
+            self._say("agreement.turn_scale", times=f"{turned:.2f}")
+        scale, aside = find_way_scale(seen, rolled)
+        if scale != 1.0:
+            self._say("agreement.way_scale", times=f"{scale:.3g}")
+        if aside:
+            heading = wrap(self._laser.mounting.heading - aside)
+            self._say("agreement.mount", off=f"{math.degrees(aside):.0f}", heading=f"{heading:.2f}")
+
+    def _say(self, code: str, **values: str) -> None:
+        name = self._laser.name or "the laser"
+        self._found[code] = fault(code, name, used=True, **values)
+
+
+LATES_S = np.arange(-MAX_LATE_S, MAX_LATE_S + 1e-9, LATE_STEP_S)
+
+
+def find_lateness(turns: deque[tuple[float, Array]]) -> float:
+    """Turns by scans, and by the wheels at each of LATES_S → what to add to the scans' stamps [s]; 0: nothing."""
+    if len(turns) < MIN_TURNS:
+        return 0.0
+    seen, rolled = np.array([turn for turn, _ in turns]), np.array([row for _, row in turns])
+    sds = TURN_SD_RAD + TURN_SD_SHARE * np.abs(seen)
+    costs = np.minimum(((rolled - seen[:, None]) / sds[:, None]) ** 2, MAX_TURN_SQUARED).sum(axis=0)
+    best, none = int(costs.argmin()), float(costs[len(costs) // 2])
+    late, left = float(LATES_S[best]), float(costs[best])
+    explains = left < LATE_SHARE * none and left < MAX_LATE_SQUARED * len(turns) and none - left > MIN_LATE_GAIN
+    return late if explains and abs(late) >= MIN_LATE_S - 1e-9 else 0.0
+
+
+def find_turn_scale(seen: Array, rolled: Array) -> float:
+    """Moves (N, 3) by scans and by wheels → the wheels' turn over the scans'; 1: nothing is wrong, < 0: mirrored."""
+    turns = (np.abs(seen[:, 2]) > TURN_RAD) & (np.abs(rolled[:, 2]) > 0.3 * TURN_RAD)
+    if turns.sum() < MIN_TURNS:
+        return 1.0
+    share = rolled[turns, 2] / seen[turns, 2]
+    if np.mean(share < 0) >= AGAINST_SHARE:
+        return -1.0
+    return _scale(share[share > 0], MAX_TURN_OFF)
+
+
+def find_way_scale(seen: Array, rolled: Array) -> tuple[float, float]:
+    """Moves (N, 3) by scans and by wheels → the wheels' way over the scans', and how far aside these lead [rad].
+
+    (1, 0): nothing is wrong.
+    """
+    ways, claimed = np.hypot(*seen[:, :2].T), np.hypot(*rolled[:, :2].T)
+    ahead = (ways > WAY_M) & (claimed > 0.3 * WAY_M) & (np.abs(seen[:, 2]) < STRAIGHT_RAD)
+    if ahead.sum() < MIN_WAYS:
+        return 1.0, 0.0
+    scale = _scale(claimed[ahead] / ways[ahead], MAX_WAY_OFF)
+    off = wrap_all(_direction(seen[ahead]) - _direction(rolled[ahead]))
+    mean = np.exp(1j * off).mean()
+    rest = wrap_all(off - np.angle(mean))
+    aside = wrap(float(np.angle(mean) + np.median(rest)))
+    sure = abs(mean) > MOUNT_LENGTH and abs(aside) > max(MAX_MOUNT_RAD, SURE_SDS * _median_sd(rest))
+    return scale, aside if sure else 0.0
+
+
+def _scale(shares: Array, most: float) -> float:
+    """The median of shares (N,); 1 where it is not surely off by more than `most` of its logarithm."""
+    off = np.log(shares)
+    middle = float(np.median(off))
+    return math.exp(middle) if abs(middle) > max(most, SURE_SDS * _median_sd(off)) else 1.0
+
+
+def _direction(moves: Array) -> Array:
+    """Moves (N, 3) → their directions (N,) [rad] in the frame halfway."""
+    return np.arctan2(moves[:, 1], moves[:, 0]) - 0.5 * moves[:, 2]
+
+
+def _median_sd(values: Array) -> float:
+    """Return the sd of the median of values (N,)."""
+    return float(1.858 * np.median(np.abs(values - np.median(values))) / math.sqrt(len(values)))
+
+
+def _moved(track: Array, start: float, end: float) -> Pose:
+    """The wheels' move between two times [s], by a track (K, 4)."""
+    (x0, x1), (y0, y1), (h0, h1) = (np.interp((start, end), track[:, 0], track[:, k]).tolist() for k in (1, 2, 3))
+    return Pose(x0, y0, h0).inverse() @ Pose(x1, y1, wrap(h1))

@@ -1,0 +1,176 @@
+"""Wheels against scans: each way in which they can contradict each other is named, and sound ones never are."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from core.geometry import Pose, arc, wrap
+from core.sensors import Laser, Scan, SensorFrame, Wheels
+from core.simulation.laser import SimulatedLaser
+from core.simulation.world import world_named
+from core.slam.motion import MotionSettings
+from core.slam.odometry import Odometry
+from core.slam.scan_matching.scan_odometry import ScanOdometrySettings
+
+LASER = Laser(beams=181, angle_min=-math.pi / 2 * 1.33, angle_step=math.radians(1.33), time_step=0.0, rate=5.0)
+PERIOD_S = 0.2
+LEGS = ((2, 0, 0), (12, 0.2, 0.1), (7, 0.05, 0.6), (10, 0.25, -0.12), (6, 0.05, -0.7), (8, 0.25, 0.15), (2, 0, 0))
+
+
+@dataclass(frozen=True)
+class Member:
+    """One scan with the wheels, both as they claim to be."""
+
+    scan: Scan
+    wheels: Pose
+    truth: Pose
+
+
+Making = Callable[[Laser, list[Member]], tuple[Laser, list[Member]]]
+
+
+def sound_drive(world: str) -> list[Member]:
+    """A drive whose wheels slip by a few percent."""
+    rng = np.random.default_rng(3)
+    laser, place, truth, rolled, found = (
+        SimulatedLaser(LASER, rng),
+        world_named(world),
+        Pose(),
+        Pose(),
+        list[Member](),
+    )
+    for lasts, speed, rate in LEGS:
+        for _ in range(round(lasts / PERIOD_S)):
+            way, turn = speed * PERIOD_S, rate * PERIOD_S
+            truth = truth @ arc(way, turn)
+            rolled = rolled @ arc(1.02 * way + 0.02 * way * rng.normal(), 0.98 * turn + 0.03 * turn * rng.normal())
+            stamp = PERIOD_S * len(found)
+            scan = laser.scan(place, stamp, np.array([stamp - 1, stamp + 1]), np.tile(truth.vector, (2, 1)))
+            found.append(Member(scan, rolled, truth))
+    return found
+
+
+def by_moves(change: Callable[[float, Pose], Pose]) -> Making:
+    """Wheels that make something else of every move, at a time [s]."""
+
+    def make(laser: Laser, drive: list[Member]) -> tuple[Laser, list[Member]]:
+        claimed, made = Pose(), [drive[0]]
+        for before, now in itertools.pairwise(drive):
+            claimed = claimed @ change(now.scan.stamp, before.wheels.inverse() @ now.wheels)
+            made.append(replace(now, wheels=claimed))
+        return laser, made
+
+    return make
+
+
+def scaled(way: float, turn: float) -> Making:
+    return by_moves(lambda _, move: Pose(way * move.x, way * move.y, wrap(turn * move.heading)))
+
+
+def stuck(start: float, lasts: float) -> Making:
+    return by_moves(lambda at, move: Pose() if start <= at < start + lasts else move)
+
+
+def mounted(degrees: float) -> Making:
+    return lambda laser, drive: (replace(laser, mounting=Pose(0.0, 0.0, math.radians(degrees))), drive)
+
+
+def mirrored(laser: Laser, drive: list[Member]) -> tuple[Laser, list[Member]]:
+    last = LASER.angle_min + LASER.angle_step * (LASER.beams - 1)
+    turned = [replace(one, scan=replace(one.scan, ranges=one.scan.ranges[::-1], angle_min=-last)) for one in drive]
+    return laser, turned
+
+
+def late(seconds: float) -> Making:
+    steps = round(seconds / PERIOD_S)
+    return lambda laser, drive: (
+        laser,
+        [replace(one, wheels=drive[min(max(k + steps, 0), len(drive) - 1)].wheels) for k, one in enumerate(drive)],
+    )
+
+
+def spinning(start: float, lasts: float) -> Making:
+    """A robot that is held for so long while its wheels go on."""
+
+    def make(laser: Laser, drive: list[Member]) -> tuple[Laser, list[Member]]:
+        at, rng = round(start / PERIOD_S), np.random.default_rng(4)
+        ahead, held = arc(0.25 * PERIOD_S, 0.1), list[Member]()
+        for number in range(round(lasts / PERIOD_S)):
+            wheels = (held[-1].wheels if held else drive[at].wheels) @ ahead
+            ranges = drive[at].scan.ranges + rng.normal(0.0, 0.01, LASER.beams)
+            scan = replace(drive[at].scan, ranges=ranges, stamp=drive[at].scan.stamp + number * PERIOD_S)
+            held.append(Member(scan, wheels, drive[at].truth))
+        back, later = held[-1].wheels @ drive[at].wheels.inverse(), len(held) * PERIOD_S
+        rest = [
+            replace(one, wheels=back @ one.wheels, scan=replace(one.scan, stamp=one.scan.stamp + later))
+            for one in drive[at:]
+        ]
+        return laser, drive[:at] + held + rest
+
+    return make
+
+
+def listened(making: Making, drive: list[Member]) -> tuple[Odometry, list[Pose], list[Member]]:
+    """The odometry, the moves that it made of the drive added up, and the drive."""
+    laser, made = making(LASER, drive)
+    odometry, pose, path = Odometry(laser, MotionSettings(), ScanOdometrySettings()), Pose(), list[Pose]()
+    for one in made:
+        wheels = Wheels(odometry=one.wheels, speed=0.0, turn_rate=0.0)
+        motion = odometry.update(SensorFrame(stamp=one.scan.stamp, wheels=wheels, scan=one.scan))
+        pose = pose @ motion.increment.pose
+        path.append(pose)
+    odometry.finish()
+    return odometry, path, made
+
+
+@pytest.fixture(scope="module")
+def drives() -> dict[str, list[Member]]:
+    return {world: sound_drive(world) for world in ("lab", "floor")}
+
+
+@pytest.mark.parametrize("world", ["lab", "floor"])
+@pytest.mark.parametrize("making", [scaled(0.97, 1.05), scaled(1.02, 0.95)])
+def test_sound_wheels_and_scans_agree(drives: dict[str, list[Member]], world: str, making: Making) -> None:
+    odometry, _, made = listened(making, drives[world])
+    assert len(made) > 200
+    assert odometry.faults == ()
+    assert odometry.lateness == 0.0
+
+
+@pytest.mark.parametrize(
+    ("making", "code"),
+    [
+        (scaled(1.2, 1.0), "agreement.way_scale"),
+        (scaled(0.8, 1.0), "agreement.way_scale"),
+        (scaled(100.0, 1.0), "agreement.way_scale"),
+        (scaled(1.0, 1.5), "agreement.turn_scale"),
+        (scaled(1.0, -1.0), "agreement.mirrored"),
+        (mirrored, "agreement.mirrored"),
+        (scaled(-1.0, 1.0), "agreement.mount"),
+        (mounted(12.0), "agreement.mount"),
+        (mounted(90.0), "agreement.mount"),
+        (mounted(180.0), "agreement.mount"),
+        (late(0.6), "agreement.late"),
+        (late(2.0), "agreement.late"),
+        (late(-0.6), "agreement.early"),
+        (stuck(15.0, 5.0), "agreement.wheels_stand"),
+        (spinning(15.0, 5.0), "agreement.wheels_spin"),
+    ],
+)
+def test_each_contradiction_is_named(drives: dict[str, list[Member]], making: Making, code: str) -> None:
+    odometry, _, _ = listened(making, drives["lab"])
+    assert [fault.code for fault in odometry.faults] == [code]
+
+
+@pytest.mark.parametrize("making", [stuck(21.0, 8.0), stuck(14.0, 5.0), spinning(8.0, 5.0)])
+def test_wheels_that_stand_or_spin_alone_are_not_followed(drives: dict[str, list[Member]], making: Making) -> None:
+    _, path, made = listened(making, drives["floor"])
+    off = (made[0].truth.inverse() @ made[-1].truth).inverse() @ path[-1]
+    claimed = (made[0].truth.inverse() @ made[-1].truth).inverse() @ made[-1].wheels
+    assert math.hypot(off.x, off.y) < 0.5 * math.hypot(claimed.x, claimed.y)
