@@ -36,6 +36,7 @@ class StatePace:
     def __init__(self) -> None:
         self._rest = RestDetector()
         self._sent = 0.0  # [s]
+        self._pace = 1.0  # share of real time at which the robot's clock runs
         self._situation: tuple[object, ...] = ()  # of the console, when the newest state was sent
 
     @property
@@ -45,12 +46,18 @@ class StatePace:
 
     def saw(self, snapshot: Snapshot) -> bool:
         """The newest snapshot → whether the robot rests."""
+        self._pace = snapshot.pace
         return self._rest.saw(snapshot)
 
     def due(self, now: float, situation: tuple[object, ...], later: float = 0.0) -> bool:
-        """Return whether a state is due, `later` [s] than with every snapshot."""
-        rests = self._rest.at_rest and situation == self._situation
-        return now - self._sent >= (REST_GAP if rests else STATE_GAP) + later
+        """Return whether a state is due, `later` [s] than with every snapshot.
+
+        Where the robot's clock runs slowly the states are as many a second by it, so that it runs less slowly.
+        """
+        gap = STATE_GAP
+        if situation == self._situation:
+            gap = REST_GAP if self._rest.at_rest else min(STATE_GAP / max(self._pace, STATE_GAP), REST_GAP)
+        return now - self._sent >= gap + later
 
     def sent(self, now: float, situation: tuple[object, ...]) -> None:
         """A state is sent now."""

@@ -2,5 +2,6 @@
 
 import os
 
-for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(library, "1")  # as in the console; must come before the first import of numpy
+from core.library_threads import ONE_THREAD
+
+os.environ.update(ONE_THREAD | os.environ)  # as in the console; must come before the first import of numpy

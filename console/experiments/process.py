@@ -12,8 +12,9 @@ from asyncio.subprocess import PIPE
 from collections.abc import Callable
 from pathlib import Path
 
-from console.workers.child_process import ONE_THREAD, ROOT
+from console.workers.child_process import ROOT
 from core.errors import Unavailable
+from core.library_threads import ONE_THREAD
 
 MOST_RESULT = 2**24  # [bytes] of JSON
 LONGEST = 2**16  # [bytes] of a line that it says

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import core
+from core.library_threads import ONE_THREAD
 
 ROOT = Path(core.__file__).resolve().parents[1]
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
 class ChildProcess:

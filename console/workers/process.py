@@ -69,9 +69,6 @@ def restrain() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text(str(MOST_EXPENDABLE))
-    import cv2
-
-    cv2.setNumThreads(1)
 
 
 class JobTable:

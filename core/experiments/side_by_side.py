@@ -9,6 +9,8 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from typing import TypeVar
 
+from core.library_threads import ONE_THREAD
+
 T = TypeVar("T")
 
 WORTH = 8  # numbers that a process of its own is worth: it takes a second to start
@@ -37,8 +39,7 @@ def side_by_side(
                 kept(done[-1])
             _progress(len(done), count, every, tell)
         return done
-    for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(library, "1")  # the processes would stand in each other's way
+    os.environ.update(ONE_THREAD | os.environ)  # the processes would stand in each other's way
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         try:
             together = 1 if kept is not None else max(1, min(20, count // (4 * workers)))

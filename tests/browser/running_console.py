@@ -16,6 +16,7 @@ from typing import Any
 
 REPOSITORY = Path(__file__).resolve().parent.parent.parent
 START_TIME = 40.0  # [s] on a busy machine
+ANSWER_S = 10.0  # that an answer may take there
 
 
 class Running:
@@ -59,7 +60,9 @@ class Running:
         token = self.driving.partition("#t=")[2]
         headers = {"authorization": f"Bearer {token}", "content-type": "application/json"}
         told = None if body is None else json.dumps(body).encode()
-        with urllib.request.urlopen(urllib.request.Request(self.url + path, told, headers), timeout=10) as answer:
+        with urllib.request.urlopen(
+            urllib.request.Request(self.url + path, told, headers), timeout=ANSWER_S
+        ) as answer:
             return json.load(answer)
 
     def truth(self) -> tuple[float, float, float]:

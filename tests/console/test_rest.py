@@ -9,6 +9,7 @@ import numpy as np
 from console.broadcast import Broadcaster, Subscriber
 from console.camera_stream import REST_GAP, CameraStream
 from console.rest import AFTER, StatePace
+from console.rest import REST_GAP as REST_GAP_S
 from core.gate import Twist
 from core.pilot import Pilot
 from core.sensors import Image
@@ -27,6 +28,16 @@ def test_states_come_seldom_at_rest_and_at_once_when_something_happens() -> None
     assert pace.due(10.05, ("a notice",))
     pace.saw(replace(snapshot, stamp=snapshot.stamp + AFTER + 0.2, velocity=Twist(0.1, 0.0)))
     assert pace.due(10.05, ("nothing",))
+
+
+def test_where_the_robots_clock_runs_slowly_states_are_as_many_by_it_and_what_happens_comes_at_once() -> None:
+    robot = SimulatedRobot("lab")
+    snapshot, pace = Pilot(robot.profile).step(robot.read()), StatePace()
+    pace.sent(10.0, ("nothing",))
+    for share, gap in ((1.0, 0.045), (0.5, 0.09), (0.25, 0.18), (0.03, REST_GAP_S), (0.0, REST_GAP_S)):
+        pace.saw(replace(snapshot, pace=share))
+        assert pace.due(10.001 + gap, ("nothing",)) and not pace.due(9.999 + gap, ("nothing",))
+        assert pace.due(10.05, ("a notice",))
 
 
 def test_pictures_that_look_alike_are_sent_now_and_then_and_a_change_at_once() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from core.gate import Twist
-from core.pilot import Pilot
+from core.pilot import Pilot, landmark_perception
 from core.pilot.landmark_perception import LandmarkPerception
 from core.sensors import Image, SensorFrame
 from core.settings import Settings
@@ -105,6 +105,19 @@ def test_the_scans_of_a_standing_robot_are_read_every_other_second_and_at_once_w
     ranges = frame.scan.ranges.copy()
     ranges[300:320] -= 0.5  # 0.4 m wide at 3 m
     assert is_read(replace(frame, scan=replace(frame.scan, ranges=ranges)))
+
+
+@pytest.mark.parametrize(("pace", "looks"), [(1.0, 10), (0.6, 5)])
+def test_where_the_computer_is_too_slow_every_second_picture_is_looked_at(
+    pace: float, looks: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot, seen = SimulatedRobot("lab", seed=4), list[float]()
+    monkeypatch.setattr(landmark_perception, "find_edges", lambda image, *_: seen.append(image.stamp) or ())
+    eyes = LandmarkPerception(robot.profile, Settings())
+    for frame in (robot.read() for _ in range(40)):
+        robot.drive(Twist(0.0, 0.3))
+        eyes.look(replace(frame, pace=pace), Motion(wheels=frame.wheels))
+    assert len(seen) == looks
 
 
 def test_pictures_of_a_standing_robot_are_looked_at_every_other_second_and_soon_when_something_changes() -> None:
