@@ -90,6 +90,8 @@ class TurnToVoice:
         if here.camera is not None and here.stamp - self._since > SETTLED:
             self._looked += here.image is not None
             self._track.begin(self.call, here.stamp, here.pose, here.scan_points, here.image, here.camera)
+            if self._looked and not self._judged and self._lasted(here) > here.company.look_for:
+                self._track.begin_by_legs(self.call, here.stamp, here.pose, here.scan_points, here.camera)
         person = self._track.person
         if person is not None:
             self._found.append(self._track)
@@ -106,9 +108,17 @@ class TurnToVoice:
 
     def _is_looking(self, here: ControlContext) -> bool:
         """Return whether the search goes on: for its time, on a slow computer until enough pictures were judged."""
-        lasted = here.stamp - self._since - SETTLED
-        judged = self._track.judged >= MIN_LOOKS or not self._looked
-        return lasted <= here.company.look_for or (not judged and lasted <= MAX_WAITS * here.company.look_for)
+        waits = MAX_WAITS if self._looked and not self._judged else 1.0
+        return self._lasted(here) <= waits * here.company.look_for
+
+    @property
+    def _judged(self) -> bool:
+        """True when enough pictures were judged to tell that nobody is there."""
+        return self._track.judged >= MIN_LOOKS
+
+    def _lasted(self, here: ControlContext) -> float:
+        """Return for how long [s] the robot has looked at the voice."""
+        return here.stamp - self._since - SETTLED
 
     def _following(self) -> int | None:
         """The next voice that has to be looked at; None: there is none."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +20,8 @@ RADIAL_SD, ACROSS_SD = 0.05, 0.05  # [m] of the place of a person whose legs wer
 SINGLE_SD = 0.07  # [m] the same where only one leg was seen
 BEHIND = 0.08  # [m] that a person's middle is behind the one leg that is seen: it hides the other
 ONE_LEG = 0.20  # [m] across: what is wider is both
+MIN_WIDTH_M = 0.06  # from the first to the last point on a leg of which nothing but the laser tells
+MIN_GAP_M = 0.05  # between two such legs before which nothing else is seen
 FARTHEST = 6.0  # [m]
 
 
@@ -29,6 +32,7 @@ class LegCluster:
     place: Array  # (2,) [m] robot frame
     covariance: Array  # (2, 2) [m²]
     legs: int  # that could be separated: 1 or 2
+    distinct: bool = True  # as wide as legs that show one by one: neither a chair's nor a bin
     pieces: frozenset[int] = frozenset()  # of the scan: what shares one with another is the other seen otherwise
 
     @property
@@ -56,7 +60,8 @@ def find_standers(points: Array, *, every: bool = False) -> tuple[LegCluster, ..
         for second in range(first + 1, min(first + 4, len(pieces))):
             one, other = pieces[first], pieces[second]
             if max(_width(one), _width(other)) < 0.24 and np.hypot(*(_middle(one) - _middle(other))) < STANCE:
-                found.append(stander_at((_middle(one) + _middle(other)) / 2, 2, first, second))
+                pair = stander_at((_middle(one) + _middle(other)) / 2, 2, first, second)
+                found.append(replace(pair, distinct=_are_legs(one, other)))
                 paired |= {first, second}
     found += [_alone(piece, number) for number, piece in enumerate(pieces) if every or number not in paired]
     return tuple(sorted(found, key=lambda stander: stander.distance))
@@ -101,9 +106,18 @@ def _free_pieces(points: Array) -> list[Array]:
 def _alone(piece: Array, number: int) -> LegCluster:
     """One leg, or two that touch."""
     middle = _middle(piece)
+    gaps = np.flatnonzero(np.hypot(*np.diff(piece, axis=0).T) > MIN_GAP_M) + 1
+    parts = np.split(piece, gaps.tolist())
+    distinct = len(parts) <= 2 and _are_legs(*parts)
     if _width(piece) > ONE_LEG:
-        return stander_at(middle, 2, number)
-    return stander_at(middle * (1 + BEHIND / max(float(np.hypot(*middle)), 1e-6)), 1, number)
+        return replace(stander_at(middle, 2, number), distinct=distinct)
+    alone = stander_at(middle * (1 + BEHIND / max(float(np.hypot(*middle)), 1e-6)), 1, number)
+    return replace(alone, distinct=distinct)
+
+
+def _are_legs(*pieces: Array) -> bool:
+    """Return whether none is wider than a leg, and one is not thinner; it may hide a part of the other."""
+    return MIN_WIDTH_M <= max(map(_width, pieces)) <= ONE_LEG
 
 
 def _width(piece: Array) -> float:

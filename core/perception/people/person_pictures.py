@@ -22,7 +22,8 @@ CHEST = 1.15  # [m] above the floor: of whom less is in view is not asked for
 SHOULDERS = 1.4  # [m] above the floor: of whom less is in view is found in few pictures
 MOST = 2  # distances of one question
 WEDGE = 2.0  # sd of a direction within which legs may be the caller's
-BODY = 0.3  # [m] to either side that are added to it
+BODY = 0.3  # [m] to either side that are added to it …
+MIDDLE_M = 0.15  # … where no picture shows whose legs they are
 
 
 @dataclass(frozen=True)
@@ -61,13 +62,11 @@ class PersonPictures:
         stamp: float,
     ) -> None:
         """Ask for anybody `towards` a bearing [rad, robot frame] with its sd [rad]."""
-        bearing, sd = towards
         if self._busy(stamp):
             return
-        near = _within(standers, camera, bearing, sd)
+        near = _within(standers, camera, towards, BODY)
         hinted = () if self._guess else tuple(from_eye(one, camera)[0] for one in near[:MOST])
-        legs = [one for one in near if _shows_only_legs(one, camera)]
-        waiting = AskedPicture(stamp, pose, standers, legs[0] if legs else None)
+        waiting = AskedPicture(stamp, pose, standers, legs_alone(standers, camera, towards))
         self._ask(waiting, image, camera, towards, hinted)
 
     def ask_for(
@@ -128,17 +127,23 @@ def only_legs_show(camera: Camera, bearing: float, distance: float, height: floa
     return not np.isfinite(place).all() or bool(place[1] < 0)  # so near, it is too steep to be in any picture
 
 
-def _shows_only_legs(stander: LegCluster, camera: Camera) -> bool:
-    far, angle = from_eye(stander, camera)
-    return only_legs_show(camera, angle, far)
+def legs_alone(standers: Sequence[LegCluster], camera: Camera, towards: tuple[float, float]) -> LegCluster | None:
+    """Legs in a direction [rad, robot frame] with its sd [rad], above which the camera sees too little to tell whose
+    they are. What is wider or thinner than legs may be a bin or a chair.
+    """
+    near = [one for one in _within(standers, camera, towards, MIDDLE_M) if one.distinct]
+    return next((one for one in near if only_legs_show(camera, *from_eye(one, camera)[::-1])), None)
 
 
-def _within(standers: Sequence[LegCluster], camera: Camera, bearing: float, sd: float) -> list[LegCluster]:
-    """Those in a direction, the nearest to it first."""
+def _within(
+    standers: Sequence[LegCluster], camera: Camera, towards: tuple[float, float], body: float
+) -> list[LegCluster]:
+    """Those in a direction or `body` [m] beside it, the nearest to it first."""
+    bearing, sd = towards
     found: list[tuple[float, LegCluster]] = []
     for one in standers:
         far, angle = from_eye(one, camera)
         aside = abs(math.remainder(angle - bearing, math.tau))
-        if far > 0.2 and aside < WEDGE * sd + BODY / far:
+        if far > 0.2 and aside < WEDGE * sd + body / far:
             found.append((aside - 0.05 * (one.legs == 2), one))
     return [one for _, one in sorted(found, key=lambda each: each[0])]

@@ -31,7 +31,7 @@ from core.perception.people.leg_tracks import LATELY, POSITION_SD, LegTrack, Oth
 from core.perception.people.legs import LegCluster, find_standers
 from core.perception.people.looking import PersonLook
 from core.perception.people.parts import PeopleSettings
-from core.perception.people.person_pictures import PersonPictures, only_legs_show
+from core.perception.people.person_pictures import PersonPictures, legs_alone, only_legs_show
 from core.perception.people.search import PLANES, Glance, Search
 from core.perception.people.tracked_person import TrackedPerson, TrackSettings
 from core.perception.people.vertical_plane import VerticalPlanes
@@ -134,6 +134,15 @@ class PersonTrack:
             self._first(call, glance.stamp, glance.pose, ray, rectangle, stander)
             self._identity.learn(_looks_of(glance.search.boards, rectangle), glance.stamp)
             return
+        legs = legs_alone(glance.standers, camera, _towards(call, glance.pose))
+        if legs is not None and self._who is None:
+            self._first(call, glance.stamp, glance.pose, None, None, legs)
+
+    def begin_by_legs(self, call: VoiceBearing, stamp: float, pose: Pose, points: Array, camera: Camera) -> None:
+        """Search by the laser alone, where no picture was judged in time, for legs above which none shows a body."""
+        legs = legs_alone(find_standers(points), camera, _towards(call, pose))
+        if legs is not None and self._who is None:
+            self._first(call, stamp, pose, None, None, legs)
 
     def _begin_with(
         self,
@@ -147,9 +156,7 @@ class PersonTrack:
     ) -> None:
         """Ask who stands where the call came from; an answer may come with a later frame."""
         if image is not None:
-            sd = math.hypot(call.sd, 0.02)
-            bearing = math.remainder(call.azimuth - pose.heading, math.tau)
-            asked.ask_towards(image, camera, pose, find_standers(points), (bearing, sd), stamp)
+            asked.ask_towards(image, camera, pose, find_standers(points), _towards(call, pose), stamp)
         answered = asked.answer()
         if answered is None:
             return
@@ -176,8 +183,8 @@ class PersonTrack:
         self, call: VoiceBearing, stamp: float, pose: Pose, points: Array, image: Image, camera: Camera
     ) -> Glance:
         """A picture that is to be looked through."""
-        wedge = math.hypot(call.sd, 0.02) * self._settings.wedge
-        bearing = math.remainder(call.azimuth - pose.heading, math.tau)
+        bearing, sd = _towards(call, pose)
+        wedge = sd * self._settings.wedge
         standers = find_standers(points)
         seen = [from_eye(one, camera) for one in standers]
         near = [far for far, angle in seen if abs(math.remainder(angle - bearing, math.tau)) < wedge + 0.3 / far]
@@ -533,6 +540,11 @@ class PersonTrack:
             sound=sound or (before.sound if before else None),
             used=fused.used,
         )
+
+
+def _towards(call: VoiceBearing, pose: Pose) -> tuple[float, float]:
+    """A voice → its bearing [rad, robot frame], and the sd [rad] of where its person stands."""
+    return math.remainder(call.azimuth - pose.heading, math.tau), math.hypot(call.sd, 0.02)
 
 
 def _seen_from(here: Pose, rectangle: Rectangle, before: Pose) -> Rectangle:

@@ -49,6 +49,7 @@ class Company(Stage):
         self.frames = 0
         self.dark = False  # no picture comes
         self.blind = False  # the laser sees nobody
+        self.bodiless = False  # pictures show nobody
         self._eye = SimulatedCamera(Camera(), HALL, np.random.default_rng(1))
         self._laser = SimulatedLaser(Laser(), np.random.default_rng(2))
         self._points: Array = np.zeros((0, 2))
@@ -77,7 +78,7 @@ class Company(Stage):
             for one in self.people.values():
                 world = world.with_thing(one)
             if self.camera is not None and not self.dark:
-                self._image = self._eye.take(world, self.stamp, self.pose)
+                self._image = self._eye.take(HALL if self.bodiless else world, self.stamp, self.pose)
             scan = self._laser.scan(HALL if self.blind else world, self.stamp, np.zeros(1), self.pose.vector[None])
             ends = np.column_stack((np.cos(scan.angles), np.sin(scan.angles))) * scan.ranges[:, None]
             self._points = ends[scan.valid]
@@ -210,6 +211,44 @@ def test_legs_alone_are_the_caller_only_where_the_camera_sees_no_more() -> None:
     assert near.obey("come here").finished == "done"
     with pytest.raises(Refused, match="see nobody there"):
         far.obey("come here")
+
+
+class Unanswered(Nobody):
+    """A detector on a computer that is too slow for it."""
+
+    def answer(self) -> LookAnswer | None:
+        return None
+
+
+@pytest.mark.parametrize("look", [None, Unanswered()], ids=["drawn figures", "no answer in time"])
+def test_legs_at_the_voice_suffice_where_who_called_is_too_near_for_the_picture(look: PersonLook | None) -> None:
+    stage = Company(look_for=0.5)
+    stage.looks = PeopleSettings(nearest=0.8, farthest=1.4)  # fewer distances
+    stage.look, stage.bodiless = look, True
+    stage.stands("Ann", 1.0, 0.2)
+    stage.speaks("Ann")
+    told = stage.obey("come here")
+    assert told.finished == "done" and stage.to("Ann") == pytest.approx(0.5, abs=0.1)
+
+
+CHAIR = tuple(
+    Thing(id=f"leg {n}", what="pillar", pose=Pose(1.0, side, 0.0), length=0.04, depth=0.04, height=0.45, look="wood")
+    for n, side in enumerate((-0.2, 0.2))
+)
+BIN = (Thing(id="bin", what="bin", pose=Pose(1.0, 0.0, 0.0), length=0.28, depth=0.28, height=0.42),)
+
+
+@pytest.mark.parametrize("things", [CHAIR, BIN], ids=["legs of a chair", "a bin"])
+@pytest.mark.parametrize("look", [None, Nobody()], ids=["drawn figures", "networks"])
+def test_furniture_at_the_voice_is_nobody(things: tuple[Thing, ...], look: PersonLook | None) -> None:
+    stage = Company(look_for=0.5)
+    stage.looks = PeopleSettings(nearest=0.8, farthest=1.4)
+    stage.look = look
+    stage.stands("Ann", 1.0, 0.0)
+    stage.speaks("Ann")
+    stage.people = {one.id: one for one in things}
+    with pytest.raises(Refused, match="see nobody there"):
+        stage.obey("come here")
 
 
 def test_nobody_where_the_voice_is_heard_is_refused_in_words() -> None:
