@@ -2,7 +2,8 @@
 
 The solution of all views is compared with what explains them better: two cameras, each of its own part of the views
 (a mixture), squares that are longer one way, another focal length. Where a rival explains much more than noise can,
-the standard deviations of the single camera mean nothing, however small they are.
+the standard deviations of the single camera mean nothing, however small they are. Two focal lengths that lie near
+each other hardly raise the errors; they are found by an F-test over groups of views.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import fdtrc
 
 from core.calibration.camera import bundle_adjustment
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
@@ -27,6 +29,10 @@ MINORITY = 1 / 3  # share of the views up to which the others decide
 PRIOR = np.array(
     [0.3, 0.3, 0.1, 0.1, 0.3, 0.5, 0.03, 0.03]
 )  # of f, f, width, width, k1, k2, p1, p2: another camera's
+CHANCE = 3e-5  # of two focal lengths where there is one, over all ways to part the views
+SHARE_IN_TIME, SHARE_SORTED = 0.6, 0.8  # of the differences between the views' focal lengths, that two explain
+SMALL_MINORITY = 1 / 6  # the same as MINORITY, where no view by itself is known to be odd
+OWN_LEAST = 1e-6  # of a view's scaled information: below this it says nothing of a direction
 SAME_FOCAL = 0.01  # share by which the focal lengths of one lens setting differ at most
 NEARER = 0.5  # a turned or mirrored picture's middle lies so much nearer to the other camera's than this camera's
 DOUBTFUL_FOCAL = 0.01  # share of f: standard deviations above this are checked by the likelihood itself
@@ -44,10 +50,11 @@ class PictureGroup:
     camera: Array  # (9,) that explains them
     rest: Array  # (9,) the camera of the others
     cause: str  # in words
+    minority: float = MINORITY
 
     def is_minority(self, count: int) -> bool:
         """Return whether the others are so many of `count` views that they decide."""
-        return len(self.views) <= MINORITY * count
+        return len(self.views) <= self.minority * count
 
 
 @message
@@ -93,6 +100,79 @@ def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int])
     return None
 
 
+def find_two_focal_lengths(corners: Corners, solution: BundleSolution) -> PictureGroup | None:
+    """Find the smaller part of the used views, if two focal lengths explain them beyond doubt; None: one does.
+
+    F-test over groups of views: the gain of a second focal length over what the views' own cameras would still gain,
+    which also counts what no camera explains (a board that is not flat, another lens). The views are parted at a
+    moment, or by their own focal lengths; the number of ways to do so is paid for.
+    """
+    kept = np.flatnonzero(corners.views_used)
+    count = len(kept)
+    if count < 2 * FEWEST:
+        return None
+    some = corners.take(kept)
+    pooled = bundle_adjustment.refine(some, BundleSolution(solution.camera, solution.poses.take(kept)), PAPER)
+    test = _FocalTest(some, pooled)
+    for order, ways, share in (
+        (np.arange(count), float(count), SHARE_IN_TIME),
+        (np.argsort(test.own), 2.0 ** (count - 1), SHARE_SORTED),
+    ):
+        parts = [np.isin(np.arange(count), order[:first]) for first in range(2, count - 1)]
+        gain, odd = max(((test.gain(part), part) for part in parts), key=lambda each: each[0])
+        if gain > share * test.most_gain and ways * test.chance(gain) < CHANCE:
+            odd = odd if 2 * odd.sum() <= count else ~odd
+            rest, camera = test.cameras(odd)
+            return PictureGroup(views=kept[odd], camera=camera, rest=rest, cause=ZOOMED, minority=SMALL_MINORITY)
+    return None
+
+
+class _FocalTest:
+    """The quadratic costs of views about their common camera, and what a second focal length gains."""
+
+    def __init__(self, some: Corners, pooled: BundleSolution) -> None:
+        self._camera = pooled.camera
+        self._precision, self._pull = bundle_adjustment.information_and_pull(some, pooled, PAPER)
+        self._spread = bundle_adjustment.covariance(self._precision.sum(axis=0), 1.0)
+        self._along = np.zeros(len(PAPER))
+        self._along[:2] = pooled.camera[:2]  # change with the logarithm of f
+        by_view = self._precision @ self._along  # (M, P)
+        self.own = -(self._pull @ self._along) / np.maximum(by_view @ self._along, 1e-300)  # (M,) logarithm of f
+        coupled = np.diag(by_view @ self._along) - by_view @ self._spread @ by_view.T
+        force = self._pull @ self._along - by_view @ self._spread @ self._pull.sum(axis=0)
+        self.most_gain = float(force @ np.linalg.pinv(coupled, rcond=1e-9, hermitian=True) @ force)
+        self._own_gain, self._own_freedom = _gain_of_own_cameras(self._precision, self._pull)
+        freedom = 2 * np.count_nonzero(some.used) - 6 * len(some.pixels) - self._own_freedom
+        self._noise = (float(_costs(some, pooled).sum()) - self._own_gain) / max(freedom, 1)  # [pixel²]
+
+    def gain(self, odd: Array) -> float:
+        """Return by how much a focal length of their own for the views `odd` (M,) bool lowers the cost [pixel²]."""
+        force, stiff = self._own_step(odd)
+        return force**2 / max(stiff, 1e-300)
+
+    def chance(self, gain: float) -> float:
+        """Return how likely so much is gained where there is one focal length."""
+        freedom = self._own_freedom - len(PAPER) - 1
+        between = max((self._own_gain - gain) / freedom, self._noise)
+        return float(fdtrc(1, freedom, gain / max(between, 1e-300)))
+
+    def cameras(self, odd: Array) -> tuple[Array, Array]:
+        """Return the cameras (9,) of the others and of the views `odd`."""
+        force, stiff = self._own_step(odd)
+        apart = -force / stiff
+        pull = self._pull.sum(axis=0) + self._precision[odd].sum(axis=0) @ self._along * apart
+        rest, other = self._camera.copy(), self._camera.copy()
+        rest[list(PAPER)] -= self._spread @ pull
+        other[list(PAPER)] = rest[list(PAPER)] + apart * self._along
+        return rest, other
+
+    def _own_step(self, odd: Array) -> tuple[float, float]:
+        """Slope and curvature of half the cost by the logarithm of the focal length of the views `odd`."""
+        by_step = self._precision[odd].sum(axis=0) @ self._along
+        force = self._along @ self._pull[odd].sum(axis=0) - by_step @ self._spread @ self._pull.sum(axis=0)
+        return float(force), float(self._along @ by_step - by_step @ self._spread @ by_step)
+
+
 def _significant(some: Corners, split: _Split, solution: BundleSolution, open_views: Array) -> PictureGroup | None:
     """The part, if two cameras explain much more than noise would give them."""
     pooled = bundle_adjustment.refine(
@@ -100,7 +180,7 @@ def _significant(some: Corners, split: _Split, solution: BundleSolution, open_vi
     )
     before = float(_costs(some, pooled).sum())
     after = float(np.choose(split.labels, split.costs).sum())
-    if not _explains(some, before, after):
+    if not _explains(some, before, after) or _chance_of_parts(some, split, before - after) > CHANCE:
         return None
     return PictureGroup(
         views=open_views[split.labels == 1],
@@ -108,6 +188,28 @@ def _significant(some: Corners, split: _Split, solution: BundleSolution, open_vi
         rest=split.solutions[0].camera,
         cause=split.cause,
     )
+
+
+def _chance_of_parts(some: Corners, split: _Split, gain: float) -> float:
+    """Return how likely two cameras gain so much [pixel²] where there is one that explains no view quite."""
+    own_gain, freedom = 0.0, -2 * len(PAPER)
+    for label, solution in enumerate(split.solutions):
+        which = split.labels == label
+        part = BundleSolution(solution.camera, solution.poses.take(which))
+        more, known = _gain_of_own_cameras(*bundle_adjustment.information_and_pull(some.take(which), part, PAPER))
+        own_gain, freedom = own_gain + more, freedom + known
+    between = max(own_gain / max(freedom, 1), 1e-300)
+    ways = 2.0 ** (len(some.pixels) - 1)
+    return ways * float(fdtrc(len(PAPER), max(freedom, 1), gain / len(PAPER) / between))
+
+
+def _gain_of_own_cameras(precision: Array, pull: Array) -> tuple[float, int]:
+    """What a camera of its own for every view would gain in all [pixel²], and the number of its unknowns."""
+    scale = 1 / np.sqrt(np.maximum(np.einsum("mii->mi", precision), 1e-300))
+    values, vectors = np.linalg.eigh(precision * scale[:, :, None] * scale[:, None, :])
+    parts = np.einsum("mij,mi->mj", vectors, pull * scale)
+    known = values > OWN_LEAST
+    return float(np.sum(parts[known] ** 2 / values[known])), int(known.sum())
 
 
 def _explains(some: Corners, before: float, after: float) -> bool:

@@ -184,9 +184,9 @@ def _consistently(everything: Corners, size: tuple[int, int], settings: Intrinsi
 def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | None:
     """The views that another camera explains, those among them that were left out."""
     used = found.corners.used
-    return consistency.find_part(
-        found.corners._replace(used=used | ~found.corners.views_used[:, None]), found.solution, size
-    )
+    every = found.corners._replace(used=used | ~found.corners.views_used[:, None])
+    part = consistency.find_part(every, found.solution, size)
+    return part or consistency.find_two_focal_lengths(found.corners, found.solution)
 
 
 def _with_focal_doubt(

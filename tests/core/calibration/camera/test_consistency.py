@@ -84,6 +84,27 @@ def test_a_focal_length_that_is_hardly_decided_is_covered_by_its_deviation_or_re
         assert found.undecided or tilt_deg > 0
 
 
+@pytest.mark.parametrize("odd", [tuple(range(1, 20, 2)), tuple(range(10, 20))])
+@pytest.mark.parametrize(("share", "noise"), [(0.01, 0.1), (0.02, 0.2)])
+def test_two_focal_lengths_that_hardly_raise_the_errors_are_found(
+    odd: tuple[int, ...], share: float, noise: float
+) -> None:
+    focal = 520 * (1 + share)
+    found = calibrate(views_of(pictures(20, odd, seed=1, noise=noise, fx=focal, fy=focal)), BOARD, SIZE)
+    assert [each.code for each in found.faults] == ["camera.two_settings"]
+    assert "zoom or focus was moved" in found.undecided
+    assert found.noise < 1.1 * noise
+
+
+def test_views_that_no_camera_explains_quite_are_not_two_cameras() -> None:
+    rng = np.random.default_rng(6)
+    away = BOARD.points[:, :2] - BOARD.centre[:2]
+    bent = BOARD.points + np.array([0, 0, 0.0003]) * (1 - np.sum(away**2, axis=1) / 0.15**2)[:, None]
+    pixels = project(vector_of(LENS), held(rng, 16, LENS, BOARD), bent)
+    found = calibrate(views_of(pixels + rng.normal(0, 0.1, pixels.shape)), BOARD, SIZE)
+    assert found.faults == () and found.undecided == ""
+
+
 def test_a_session_does_not_accept_what_contradicts_itself() -> None:
     session = CameraSession(BOARD)
     session.size = SIZE
