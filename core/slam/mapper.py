@@ -79,6 +79,8 @@ class Mapper:
         """Take one frame: what is seen in it, and the robot's move since the frame before → the estimate."""
         self._begin_in_loaded_map(frame.stamp)
         self._predict(motion)
+        if motion.restarted:
+            self._monitor.doubt_restarted(frame.stamp, self.grid, self.estimate.pose)
         self._match_scan(frame.stamp, seen, motion)
         self._correct_by_landmarks(frame, seen)
         self._correct_by_edges(seen)
@@ -215,9 +217,7 @@ class Mapper:
             moved = self._tracker.track(slam.filter.pose @ wheels.pose.inverse(), wheels, points)
             slam.filter.amend(moved)
         self.submaps.moved(moved)
-        if motion.restarted:
-            self._monitor.doubt_restarted(stamp, self.grid, self.estimate.pose)
-        elif self._monitor.needs(stamp):
+        if self._monitor.needs(stamp):
             pose = self.estimate.pose
             self._monitor.observe(stamp, self._tracker, wheels.pose, slam.health, points, self.grid, pose)
 

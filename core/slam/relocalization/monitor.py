@@ -92,7 +92,7 @@ class LocalizationMonitor:
 
     def doubt_restarted(self, stamp: float, grid: OccupancyGrid, pose: Pose) -> None:
         """Look for the robot's place: its base was restarted, and what it rolled meanwhile nobody knows."""
-        if self._watched and not self.lost:
+        if self.needs(stamp):
             self.begin(stamp, "the base was restarted", grid, pose)
 
     def clicked(self, stamp: float, click: Click, grid: OccupancyGrid, believed: Pose) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -12,6 +13,7 @@ from core.errors import BadInput, Refused
 from core.geometry import Pose, wrap
 from core.pilot import Pilot
 from core.robots.requests import CarryRobot, PlaceThing, RemoveThing
+from core.sensors.checks import fault
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
 from core.snapshot import ActiveCommandStatus, Snapshot
@@ -157,3 +159,24 @@ def test_where_things_hid_the_walls_the_command_waits_and_goes_on(outing: Outing
     end = outing.now.truth
     assert end is not None and start.distance_to(end.x, end.y) == pytest.approx(0.8, abs=0.05)
     assert any("I know where I am again" in notice.text for notice in outing.now.notices)
+
+
+@pytest.mark.parametrize("rolled", [0.0, 0.4])
+def test_after_a_restart_of_the_base_the_robot_looks_for_its_place(rolled: float) -> None:
+    outing = Outing(seed=4)
+    outing.step(140)
+    place = outing.robot.read().truth
+    assert place is not None
+    outing.carry(
+        place.x + rolled * math.cos(place.heading), place.y + rolled * math.sin(place.heading), place.heading
+    )
+    restarted = fault("odometry.restarted", "the base", used=True, count=1, at="3.5")
+    outing.now = outing.pilot.step(replace(outing.robot.read(), scan=None, faults=(restarted,)))
+    assert outing.now.floor.lost is not None
+    assert "restarted" in outing.now.floor.lost.words
+    outing.step(80)
+    truth, lost = outing.now.truth, outing.now.floor.lost
+    assert truth is not None
+    places = [outing.now.estimate.pose.vector] if lost is None else list(lost.candidates)
+    assert min(truth.distance_to(x, y) for x, y, _ in places) < 0.1
+    assert rolled or lost is None  # one view does not tell places apart
