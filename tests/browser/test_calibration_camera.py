@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -41,9 +42,9 @@ def uncovered(here: Visit) -> int:
     return len(now["views"]) - int(now["solution"]["views_used"])
 
 
-def begin(page: Page, columns: int, rows: int) -> None:
+def begin(page: Page, columns: int, rows: int, source: str = "This device’s camera") -> None:
     expect(page.get_by_role("heading", name="Calibrate the camera")).to_be_visible(timeout=SOON)
-    page.get_by_label("This device’s camera").check(force=True)
+    page.get_by_label(source).check(force=True)
     page.get_by_label("Inner corners across", exact=True).fill(str(columns))
     page.get_by_label("Inner corners down", exact=True).fill(str(rows))
     page.get_by_label("Side of a square").fill("30")
@@ -109,3 +110,21 @@ def review(here: Visit) -> None:
         answer = page.request.get(str(link.get_attribute("href")))
         assert answer.status == 200, link.inner_text()
         assert len(answer.body()) > 100
+
+
+@pytest.mark.real_data
+def test_files_of_another_board_are_judged_again_with_the_board_that_is_seen(
+    visit: Open, console: Running, shared_data: Path
+) -> None:
+    here = visit(size=(1100, 760))
+    page = here.page
+    page.goto(console.url + "calibrate")
+    page.get_by_role("button", name="Begin", exact=True).first.click()
+    begin(page, 7, 7, "Picture files")
+    folder = shared_data / "chessboard-opencv-left"
+    page.get_by_label("Pictures of the board").set_input_files([folder / "left01.jpg", folder / "left02.jpg"])
+    expect(here.find(".attempt")).to_have_count(1, timeout=LONG)  # one sentence for both
+    expect(here.find(".attempt-name")).to_contain_text("left02.jpg, left01.jpg", timeout=LONG)
+    expect(here.find("advice-line")).to_contain_text("This looks like a 9x6 board, not 7x7.")
+    page.get_by_role("button", name="Use 9x6").click()
+    expect(here.find("uploads-card h2")).to_have_text("2 of 2 files counted", timeout=LONG)

@@ -63,7 +63,7 @@ def hold_while_it_is_said(here: Visit, opened: float, number: int) -> str:
     begin = opened + LEAD + number * EVERY
     here.wait(max(begin - 0.8 - time.monotonic(), 0.0))
     here.page.keyboard.down("v")
-    says, shown = here.find(".voice-says"), ""
+    says, shown = here.find(".status-words"), ""
     while time.monotonic() < begin + LONGEST:
         here.wait(0.1)
         text = says.inner_text() if says.is_visible() else ""
@@ -86,7 +86,7 @@ def test_words_are_shown_while_they_are_said_and_refused_ones_are_said_back(
     here = visit(size=size)
     name = "desk" if size == DESK else "phone"
     here.page.keyboard.down("v")
-    expect(here.find(".voice-says")).to_contain_text("Listening", timeout=LONG)
+    expect(here.find("command-status")).to_contain_text("Listening", timeout=LONG)
     opened = time.monotonic()
     here.page.keyboard.up("v")
     shown = hold_while_it_is_said(here, opened, 0)

@@ -236,6 +236,18 @@ test("nothing is offered after STOP, neither what was offered before nor what wa
   assert.equal(shown(log, IDLE, 1710), "Stopped");
 });
 
+test("who speaks again reads what is heard, not the verdict on the words before; a stop is shown at once", () => {
+  const log = fresh();
+  log.reads(1000);
+  log.listens("", 2000);
+  log.wasRead(2500);
+  assert.equal(shown(log, IDLE, 2600), "Listening…");
+  log.heard({ ...REFUSED, words: "come here often", reason: "That is no command." }, 2700);
+  assert.equal(shown(log, IDLE, 2800), "Listening…");
+  log.stopped(true, 3000);
+  assert.equal(shown(log, IDLE, 3100), "Stopped");
+});
+
 test("between the spoken words and their result it says that it reads, that this is slow, and that nothing came", () => {
   const log = fresh();
   log.reads(1000);

@@ -196,6 +196,7 @@ class CalibrationCapture extends WizardStep {
       looking ? "pause" : "play",
     );
     this.#take.hidden = !model.may || source === "upload" || kind === "laser";
+    this.#review.disabled = calibration.views.length === 0;
     this.#choose.hidden = !model.may || source !== "upload";
     this.#room.hidden = !model.may || kind !== "laser";
     this.#mirror.hidden = source === "upload";
@@ -260,7 +261,7 @@ class CalibrationCapture extends WizardStep {
     const request = { kind, source, board: { ...board, ...counts, panel_m }, height_m };
     const active = this.#source;
     active?.close();
-    if (active instanceof Webcam) await active.idle();
+    if (active instanceof Webcam || active instanceof Uploads) await active.idle();
     const begun = await this.model.tried(() => api.begin(request));
     if (!begun) {
       this.#sourceOf = ""; // look again

@@ -33,6 +33,7 @@ export class Uploads {
   attempts = [];
   /** @type {File[]} all that were chosen, for a session that begins again with another board */
   files = [];
+  #closed = false;
   #waiting = 0;
   #count = 0;
   /** @type {Promise<void>} */
@@ -55,7 +56,15 @@ export class Uploads {
 
   open() {}
 
-  close() {}
+  /** Those that still wait are not sent any more. */
+  close() {
+    this.#closed = true;
+  }
+
+  /** @returns {Promise<void>} when nothing is on its way */
+  idle() {
+    return this.#line;
+  }
 
   /** @param {Iterable<File>} files */
   add(files) {
@@ -69,6 +78,7 @@ export class Uploads {
 
   /** @param {File} file */
   async #judge(file) {
+    if (this.#closed) return;
     const attempt = await this.#attempt(file).catch((error) => ({
       name: file.name,
       kind: "refused",

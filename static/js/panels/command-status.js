@@ -135,11 +135,17 @@ class CommandStatus extends Panel {
    */
   #offerLate(line, late) {
     this.#write(line);
-    const key = `late ${late.id}`;
+    const same = line.words.toLowerCase() === late.heard_as.toLowerCase();
+    const key = `late ${late.id} ${same}`;
     this.#suggestions.hidden = false;
     if (this.#suggestions.dataset["suggested"] === key) return;
     this.#suggestions.dataset["suggested"] = key;
-    const now = make("button", { type: "button", class: "chip" }, icon("again"), t("command-status.do_it_now"));
+    const now = make(
+      "button",
+      { type: "button", class: "chip" },
+      icon("again"),
+      same ? t("command-status.do_it_now") : t("command-status.do_words_now", { words: late.heard_as }),
+    );
     now.addEventListener("click", () => {
       now.disabled = true;
       void this.session.beginPendingCommand(late.id).finally(() => (now.disabled = false));

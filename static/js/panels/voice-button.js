@@ -333,7 +333,8 @@ export class VoiceButton extends Panel {
       : "";
     write(this.#says, this.#why || words);
     mark(this.#says, "data-tone", this.#why ? "stale" : "live");
-    this.#says.hidden = !(this.#why || words);
+    const elsewhere = this.#held && this.#listening && state === "on" && !this.#muted && !this.#starting;
+    this.#says.hidden = !(this.#why || words) || (elsewhere && !this.#why); // the status over the map says it
   }
 }
 

@@ -226,7 +226,9 @@ export class StatusLog {
    * @returns {StatusLine}
    */
   line(view, now, ready) {
-    const event = this.#event && now < this.#event.until ? this.#event : null;
+    const over = !this.#event || now >= this.#event.until;
+    const ofBefore = this.#since.has("listening") && this.#event?.line.state === "refused"; // someone speaks again
+    const event = over || ofBefore ? null : this.#event;
     let [newest, at] = [event?.line ?? null, event?.at ?? -Infinity];
     for (const [what, since] of this.#since)
       if (since > at || !newest) [newest, at] = [this.#ongoing(what, view, now - since), since];
