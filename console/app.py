@@ -38,6 +38,7 @@ from console.api.pending_command import pending_command
 from console.api.people import people
 from console.api.playback import playback
 from console.api.recognizer import recognizer
+from console.api.recordings import recordings
 from console.api.sessions import sessions
 from console.api.settings import settings
 from console.api.simulation import simulation
@@ -69,6 +70,7 @@ ROUTERS = (
     connection,
     slam,
     playback,
+    recordings,
     own_navigation,
     calibration,
     calibration_files,

@@ -25,6 +25,7 @@ from console.maps.service import MapService
 from console.part import Part, Parts
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
+from console.recording.service import RecordingService
 from console.robot.link import RobotLink
 from console.speech.browser_microphone import BrowserMicrophone
 from console.speech.quality_runs import QualityRuns
@@ -51,6 +52,18 @@ class ConsoleBase:
     broadcaster: Broadcaster
     recalibrated: Callable[[], None]  # a part sees the robot otherwise: the pilot looks through it from now on
     adopted: Callable[[Settings], None]  # settings that are declared live have changed
+
+
+def recorder(base: ConsoleBase, parts: Parts) -> RecordingService:
+    """The words near the robot go into its recordings, too."""
+    calibrations = (base.home / "calibration", base.settings_file or base.home / SETTINGS)
+    service = RecordingService(
+        base.home, base.settings.recording, base.robot, base.history, base.notifications, calibrations
+    )
+    parts[RoomTranscriber].when_heard.append(
+        lambda decision, utterance, _: service.heard(utterance.words, decision.verdict, utterance.command)
+    )
+    return service
 
 
 def own_navigation(base: ConsoleBase, _: Parts) -> OwnNavigationService:
@@ -103,6 +116,7 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
     lambda base, parts: ConnectionService(base.home, base.robot, parts[MapService], base.settings.log),
     lambda base, _: QualityRuns(base.home, base.settings.simulation, base.settings.speech),
     lambda base, _: ExperimentRuns(base.home),
+    recorder,
     lambda base, _: PlaybackController(base.robot, base.history, base.notifications),
 )
 """In the order in which they see each snapshot, and the robot's profile; each may use those before it."""

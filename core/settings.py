@@ -31,6 +31,7 @@ from core.perception.people.parts import PeopleSettings
 from core.perception.people.tracked_person import TrackSettings
 from core.perception.sound.settings import DirectionFindingSettings
 from core.recording import LogSettings
+from core.recording.settings import RecordingSettings
 from core.setting import Meta, Section, declared_settings
 from core.simulation.settings import SimulationSettings
 from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
@@ -102,6 +103,7 @@ class Settings:
     people: PeopleSettings = field(default_factory=PeopleSettings)
     tracking: TrackSettings = field(default_factory=TrackSettings)
     log: LogSettings = field(default_factory=LogSettings)
+    recording: RecordingSettings = field(default_factory=RecordingSettings)
     simulation: SimulationSettings = field(default_factory=SimulationSettings)
     limits: Limits = field(default_factory=Limits)
     chapter: ChapterSettings = field(default_factory=ChapterSettings)

@@ -29,9 +29,9 @@ def add_out(parser: argparse.ArgumentParser, purpose: str, *, required: bool = F
     parser.set_defaults(check_out=check_folder)
 
 
-def add_out_file(parser: argparse.ArgumentParser, name: str, purpose: str) -> None:
+def add_out_file(parser: argparse.ArgumentParser, name: str, purpose: str, *, required: bool = False) -> None:
     """The same for a single file."""
-    parser.add_argument("--out", type=Path, default=None, metavar=name, help=purpose)
+    parser.add_argument("--out", type=Path, default=None, required=required, metavar=name, help=purpose)
     parser.set_defaults(check_out=check_file)
 
 

@@ -42,6 +42,7 @@ WORKERS = {
     "people": "console.people.worker:PeopleWorker",
     "look": "console.people.look_worker:LookWorker",
     "experiments": "console.experiments.catalogue:ExperimentsWorker",
+    "recorder": "console.recording.work:RecorderWorker",
     "probe": "console.connection.probe_worker:ProbeWorker",
 }
 

@@ -23,7 +23,9 @@ from console.runtime import Runtime
 from console.serve import Server, configured
 from console.speech.quality_runs import QualityRuns
 from core.pilot import Pilot
+from core.recording.settings import RecordingSettings
 from core.robots.requests import SetListening
+from core.settings import Settings
 from tests.console.in_process import InProcessRobot
 
 
@@ -52,7 +54,9 @@ class Live:
         make_pilot: Any = None,
         tls: tuple[Path, Path] | None = None,
         pace: float = 1.0,
+        ring_s: float = 0.0,
     ) -> None:
+        """`ring_s`: of the recorder, whose process starts with the first motion."""
         self.home = folder
         self.robot = InProcessRobot(url, pace=pace)
         logins = Logins()
@@ -63,8 +67,13 @@ class Live:
         self.port = int(self.listener.getsockname()[1])
         self.cookie_name = f"beckon_{self.port}"
         access = Access(logins, cookie=self.cookie_name, no_auth=no_auth)
+        settings = Settings(recording=RecordingSettings(ring_s=ring_s))
         self.runtime = Runtime(
-            self.robot, make_pilot or (lambda: Pilot(self.robot.profile)), home=folder, access=access
+            self.robot,
+            make_pilot or (lambda: Pilot(self.robot.profile)),
+            home=folder,
+            access=access,
+            settings=settings,
         )
         self.app = create_app(self.runtime)
         self.server = Server(configured(self.app, *(tls or ())), self.runtime, lambda: None)

@@ -1,0 +1,122 @@
+"""Recordings: begin and end one, keep what just happened, and the files to take away."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Annotated
+
+import msgspec
+from fastapi import Path, Response
+from fastapi.responses import FileResponse
+from pydantic import Field
+
+from console.access.roles import needs
+from console.api import RequestBody, Who, part, router
+from console.http.downloads import named
+from console.recording.service import MAX_NAME_LETTERS, MAX_NOTE_LETTERS, RecordingService, RecordingState
+from console.recording.work import FinishedRecording
+
+recordings = router("recordings", 409, 503, 507)
+
+Recorder = Annotated[RecordingService, part(RecordingService)]
+Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
+MEDIA_TYPE = "application/octet-stream"
+
+
+class StartRecordingRequest(RequestBody):
+    """A name of its own, else the date; and a note."""
+
+    name: str | None = Field(None, max_length=4 * MAX_NAME_LETTERS, examples=["hall at night"])
+    note: str = Field("", max_length=MAX_NOTE_LETTERS)
+
+
+class KeepRequest(RequestBody):
+    """The length of what is kept [s], and a note."""
+
+    seconds: float = Field(120.0, ge=1, le=600)
+    note: str = Field("", max_length=MAX_NOTE_LETTERS)
+
+
+class ChangeRecordingRequest(RequestBody):
+    """Another note, or another name."""
+
+    note: str | None = Field(None, max_length=4 * MAX_NOTE_LETTERS)
+    name: str | None = Field(None, max_length=4 * MAX_NAME_LETTERS)
+
+
+class StartedRecording(msgspec.Struct, frozen=True):
+    """A recording that has begun."""
+
+    name: str
+    path: str
+    started_s: float  # Unix time
+
+
+class RecordingList(msgspec.Struct, frozen=True):
+    """The recorder now, and every recording, the newest first."""
+
+    recorder: RecordingState
+    recordings: list[FinishedRecording]
+
+
+@recordings.get("/recordings")
+@needs("viewer")
+async def all_of_them(recorder: Recorder) -> RecordingList:
+    """Return the recorder's state and every recording."""
+    return RecordingList(recorder.state, await recorder.all())
+
+
+@recordings.get("/recorder")
+@needs("viewer")
+async def state(recorder: Recorder) -> RecordingState:
+    """Return the recorder's state alone."""
+    return recorder.state
+
+
+@recordings.post("/recordings/start", status_code=201)
+@needs("operator")
+async def start(asked: StartRecordingRequest, recorder: Recorder, who: Who) -> StartedRecording:
+    """Record from now on. 409 while a recording runs, 507 where the disk takes none."""
+    begun = await recorder.start(asked.name, asked.note, who)
+    return StartedRecording(begun.name or "", begun.path, begun.started_s)
+
+
+@recordings.post("/recordings/stop")
+@needs("operator")
+async def stop(recorder: Recorder) -> FinishedRecording:
+    """End the recording and return the whole file's facts. 409 while none runs."""
+    return await recorder.stop()
+
+
+@recordings.post("/recordings/keep", status_code=201)
+@needs("viewer")
+async def keep(asked: KeepRequest, recorder: Recorder, who: Who) -> FinishedRecording:
+    """Save what just happened: the last seconds, which the recorder holds in memory."""
+    kept = await recorder.keep(asked.seconds, f"kept by {who.name}")
+    if asked.note:
+        await recorder.rewrite(kept.name, asked.note, None)
+    return kept
+
+
+@recordings.get("/recordings/{name}", response_class=Response, responses={200: {"content": {MEDIA_TYPE: {}}}})
+@needs("viewer")
+async def download(name: Name, recorder: Recorder) -> Response:
+    """The MCAP."""
+    path = await asyncio.to_thread(recorder.file, name)
+    return FileResponse(path, media_type=MEDIA_TYPE, headers=named(path.name))
+
+
+@recordings.patch("/recordings/{name}", status_code=204)
+@needs("operator")
+async def change(name: Name, asked: ChangeRecordingRequest, recorder: Recorder) -> Response:
+    """Change its note or its name."""
+    await recorder.rewrite(name, asked.note, asked.name)
+    return Response(status_code=204)
+
+
+@recordings.delete("/recordings/{name}", status_code=204)
+@needs("operator")
+async def delete(name: Name, recorder: Recorder, who: Who) -> Response:
+    """Delete it for good."""
+    await recorder.delete(name, who)
+    return Response(status_code=204)

@@ -1,0 +1,84 @@
+"""`beckon record`: a robot's readings into one MCAP, without a page; the robot is not driven."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from console.cli.answer import add_json, add_out_file, progress, write, write_json
+from core.errors import BadInput
+
+if TYPE_CHECKING:
+    from core.recording.mcap_writing import RecordedFile
+    from core.robots import Robot
+
+ENDING = ".mcap"
+REPORT_PERIOD_S = 1.0  # [s] between two reports of progress
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser(
+        "record", help="record a robot's readings into an MCAP file, without a page; nothing is driven"
+    )
+    parser.add_argument("--robot", default="sim:lab", metavar="URL|robot.toml", help="see beckon robots")
+    add_out_file(parser, "FILE.mcap", "the file to write", required=True)
+    parser.add_argument(
+        "--seconds", type=float, default=None, metavar="N", help="how long (default: until interrupted)"
+    )
+    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """Record until the time is over, or the program is interrupted."""
+    if chosen.out.suffix != ENDING:
+        raise BadInput("--out takes a file whose name ends in .mcap.")
+    if chosen.out.exists():
+        raise BadInput(f"{chosen.out} is there already; give another name, or remove it.")
+    if chosen.seconds is not None and not 0 < chosen.seconds < 1e7:
+        raise BadInput("--seconds takes a number above 0.")
+    from core.robots.connect import connect  # robots take a second to import: only here
+    from core.settings import load
+
+    with closing(connect(chosen.robot, settings=load(chosen.settings))) as robot, progress() as say:
+        written = record(robot, chosen.out, chosen.seconds, say)
+    if chosen.json:
+        facts = {"path": str(written.path), "seconds": written.seconds, "bytes": written.bytes}
+        write_json({**facts, "messages": dict(written.messages), "complete": True})
+        return 0
+    for topic, count in written.messages.items():
+        write(f"{count:8} {topic}")
+    write(f"{written.path}: {written.seconds:.1f} s, {written.bytes / 1e6:.1f} MB")
+    return 0
+
+
+def record(robot: Robot, out: Path, seconds: float | None, say: Any) -> RecordedFile:
+    """Write what the robot senses. Raises Unwritable; an interruption finishes the file."""
+    from core.recording.mcap_writing import McapRecording
+    from core.recording.ros_writing import RosEncoder
+
+    encoder = RosEncoder(robot.profile.lasers, robot.profile.cameras)
+    recording, period = McapRecording(out), 1 / robot.profile.rate
+    began = due = time.monotonic()
+    reported = began - REPORT_PERIOD_S
+    try:
+        while seconds is None or time.monotonic() - began < seconds:
+            frame = robot.read()
+            first = list(encoder.fixed(frame.stamp)) if not recording.written.messages else []
+            recording.add([*first, *encoder.readings(frame)], time.time())
+            if time.monotonic() - reported >= REPORT_PERIOD_S:
+                reported = time.monotonic()
+                rest = "" if seconds is None else f" of {seconds:.0f}"
+                say(f"recorded {recording.seconds:.0f}{rest} s, {recording.written.bytes / 1e6:.1f} MB")
+            due = max(due + period, time.monotonic() - period)
+            time.sleep(max(0.0, due - time.monotonic()))
+    except KeyboardInterrupt:
+        pass
+    finally:
+        written = recording.finish()
+    return written

@@ -1,0 +1,473 @@
+"""The recorder: what the robot senses and does, written by a process of its own; the last minutes can be kept."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import pickle
+import re
+import shutil
+import time
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+
+from console import beckon_version
+from console.access.logins import Person
+from console.control.history import History
+from console.control.notices import Notifications
+from console.http.problems import Problem
+from console.part import Part
+from console.recording.events import DriveEvents
+from console.recording.work import (
+    BeginRecording,
+    DescribeRobot,
+    FinishedRecording,
+    FinishRecording,
+    KeepRing,
+    ReadRecording,
+    RecordedMoment,
+    RecordMoments,
+    RecoverRecordings,
+)
+from console.robot.link import RobotLink
+from console.workers.worker import Worker
+from core.errors import BadInput, BeckonError
+from core.files import saving, write_atomic
+from core.recording.mcap_writing import PART
+from core.recording.settings import RecordingSettings
+from core.sensors import SensorFrame
+from core.snapshot import Snapshot
+
+log = logging.getLogger(__name__)
+
+FOLDER, NOTES = "recordings", "recordings.json"  # in the data folder
+ENDING = ".mcap"
+MAX_NAME_LETTERS, MAX_NOTE_LETTERS = 80, 2000
+NAME = re.compile(r"[\w][\w .-]*")
+BATCH_PERIOD_S = 0.25  # [s] between two batches for the recorder's process
+BATCH_BUDGET_S, FILE_BUDGET_S = 5.0, 120.0  # [s] of processor time
+MAX_WAITING_MOMENTS = 400  # frames that may wait; more are left out, with a notice
+MAP_PERIOD_S = 2.0  # [s] between two maps, at least
+AFTER_INCIDENT_S = 3.0  # [s] that are still kept after what caused it
+INCIDENT_PAUSE_S = 30.0  # [s] until another one is kept by itself
+DISK_PERIOD_S = 2.0  # [s] between two looks at the disk
+MEGABYTE = 1e6
+RUNS = "A recording runs already; stop it first."
+NOTHING_RUNS = "Nothing is being recorded."
+UNKNOWN = "There is no such recording; it may have been deleted."
+BAD_NAME = f"A recording's name has 1 to {MAX_NAME_LETTERS} letters, digits, spaces, dots, hyphens or underscores."
+LOST = "The recorder was lost: {trouble} What it had written is kept."
+LEFT_OUT = "The recorder does not keep up: {count} frames were left out."
+LOW_DISK = "The recording has ended: the disk has only {free:.0f} MB left."
+OLD_GOES = "The folder of recordings is full: {name}, the oldest without a note, is deleted."
+KEPT = "The last {seconds:.0f} s were kept as {name}: {cause}."
+
+
+class RecordingNote(msgspec.Struct):
+    """The words that people have given to a recording."""
+
+    note: str = ""
+
+
+class RecordingState(msgspec.Struct, frozen=True):
+    """The recorder as the page shows it."""
+
+    name: str | None  # of the recording that runs
+    path: str
+    seconds: float
+    bytes: int
+    started_s: float
+    messages: dict[str, int]
+    ring_s: float  # [s] that can be kept now
+
+
+class RecordingService(Part):
+    """Lives on the event loop."""
+
+    def __init__(
+        self,
+        home: Path,
+        settings: RecordingSettings,
+        robot: RobotLink,
+        history: History,
+        notifications: Notifications,
+        attached: tuple[Path, ...] = (),
+    ) -> None:
+        """`attached`: files and folders of the data folder that go into every recording."""
+        self._folder, self._notes_file = home / FOLDER, home / NOTES
+        self._settings, self._robot, self._history, self._notifications = settings, robot, history, notifications
+        self._attached = attached
+        self._worker = Worker("recorder")
+        self._described = self._writes = 0  # start of the worker that knows the robot, that writes the file
+        self._moments: list[RecordedMoment] = []
+        self._left_out = 0
+        self._events = DriveEvents(robot.status())
+        self._running: FinishedRecording | None = None
+        self._base, self._number = "", 1  # name of the recording that runs, and of its file
+        self._began = 0.0  # [s] monotonic, of its file
+        self._listens = False  # readings go to the recorder's process
+        self._listened = 0.0  # [s] monotonic, since when
+        self._known: dict[tuple[str, float], FinishedRecording] = {}  # by name and time of change
+        self._notes: dict[str, RecordingNote] = {}
+        self._turn = asyncio.Lock()
+        self._map_at = self._disk_at = -1e9
+        self._grid = self._voice = -1
+        self._incident: tuple[float, str] | None = None  # [s] monotonic when it is kept, and why
+        self._kept_at = -1e9
+        self._wake = asyncio.Event()
+
+    # life
+
+    async def open(self) -> None:
+        """Read the notes; finish what a former console left behind."""
+        self._notes = await asyncio.to_thread(self._read_notes)
+        if await asyncio.to_thread(lambda: any(self._folder.glob(f"*{ENDING}{PART}"))):
+            try:
+                found = await self._worker.ask(RecoverRecordings(str(self._folder)), budget=FILE_BUDGET_S)
+            except BeckonError as trouble:
+                self._notifications.tell("warning", f"A recording could not be recovered: {trouble}")
+            else:
+                for one in found:
+                    words = f"The recording {one.name} was recovered: {one.seconds:.0f} s."
+                    self._notifications.tell("info", words)
+            self._worker.kill()
+
+    async def run(self) -> None:
+        """Send what came to the recorder's process, and look at the disk."""
+        while True:
+            await self._wake.wait()
+            await asyncio.sleep(BATCH_PERIOD_S)
+            self._wake.clear()
+            await self._send()
+            await self._after_batch(time.monotonic())
+
+    async def close(self) -> None:
+        """Finish the file."""
+        if self._running is not None:
+            try:
+                await self.stop()
+            except (BeckonError, Problem) as trouble:
+                log.warning("The recording could not be finished: %s", trouble)
+        self._worker.kill()
+        await self._worker.gone()
+
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
+        """Take a frame and what was made of it, once the robot has moved or something is recorded."""
+        moves = bool(snapshot.setpoint.v or snapshot.setpoint.w)
+        if not self._listens and (self._running is not None or (moves and self._settings.ring_s > 0)):
+            self._listens, self._listened = True, time.monotonic()
+        if not self._listens or "replay" in self._robot.profile.capabilities:
+            return
+        if why := self._events.take(snapshot, self._notifications.shown, self._robot.status()):
+            self._happened(why)
+        if len(self._moments) >= MAX_WAITING_MOMENTS:
+            self._left_out += 1
+            return
+        self._moments.append(self._moment(snapshot, frame))
+        self._wake.set()
+
+    def _moment(self, snapshot: Snapshot, frame: SensorFrame) -> RecordedMoment:
+        stamp, gate = snapshot.stamp, self._robot.status()
+        grid = None
+        if snapshot.grid.revision != self._grid and not 0 <= stamp - self._map_at < MAP_PERIOD_S:
+            grid, self._grid, self._map_at = snapshot.grid, snapshot.grid.revision, stamp
+        azimuth, voices = None, () if snapshot.hearing is None else snapshot.hearing.voices
+        if voices and voices[0].id != self._voice:
+            azimuth, self._voice = voices[0].azimuth, voices[0].id
+        return RecordedMoment(
+            logged=time.time() - (max(time.monotonic() - frame.sensed, 0.0) if frame.sensed else 0.0),
+            frame=frame,
+            estimate=snapshot.estimate,
+            odometry=None if frame.wheels is None else frame.wheels.odometry,
+            speeds=(gate.v, gate.w),
+            landmarks=snapshot.landmarks if grid is not None else None,
+            grid=grid,
+            azimuth=azimuth,
+            texts=self._events.taken(),
+        )
+
+    # events
+
+    def heard(self, words: str, verdict: str, command: str | None) -> None:
+        """Words near the robot, or of a person at a page."""
+        if self._listens:
+            self._events.heard(words, verdict, command)
+
+    def _happened(self, why: str) -> None:
+        """Something went wrong: the ring is kept in a moment."""
+        now = time.monotonic()
+        if self._settings.ring_s > 0 and self._incident is None and now - self._kept_at > INCIDENT_PAUSE_S:
+            self._incident = (now + AFTER_INCIDENT_S, why)
+
+    # recording
+
+    @property
+    def state(self) -> RecordingState:
+        """The recorder now."""
+        one, now = self._running, time.monotonic()
+        ring_s = min(now - self._listened, self._settings.ring_s) if self._listens else 0.0
+        if one is None:
+            return RecordingState(None, "", 0.0, 0, 0.0, {}, ring_s)
+        path = str(self._path(one.name)) + PART
+        return RecordingState(one.name, path, one.seconds, one.bytes, one.started_s, one.messages, ring_s)
+
+    async def start(self, name: str | None, note: str, who: Person) -> RecordingState:
+        """Begin a recording. Raises BadInput, Problem 409, Unwritable."""
+        if "replay" in self._robot.profile.capabilities:
+            raise Problem(409, "This is a recording already; its file can be downloaded.")
+        if self._running is not None:
+            raise Problem(409, RUNS)
+        base = self._fresh_name(checked_name(name) if name else "")
+        await self._begin(base, note)
+        self._base, self._number = base, 1
+        self._history.add("record", who, words=base)
+        return self.state
+
+    async def _begin(self, name: str, note: str = "") -> None:
+        await asyncio.to_thread(self._make_folder)
+        self._listens, self._listened = True, self._listened or time.monotonic()
+        async with self._turn:
+            await self._ready()
+            job = BeginRecording(str(self._path(name)), self._description("", note), await self._files())
+            await self._worker.ask(job, budget=FILE_BUDGET_S)
+            self._writes = self._worker.starts
+        self._running = FinishedRecording(name, 0.0, 0, {}, time.time(), complete=False, note=note)
+        self._began = time.monotonic()
+        if note:
+            await self._set_note(name, note)
+
+    async def stop(self) -> FinishedRecording:
+        """End the recording → the finished file. Raises Problem 409, Unwritable, WorkerLost."""
+        if self._running is None:
+            raise Problem(409, NOTHING_RUNS)
+        await self._send()
+        running, self._running = self._running, None
+        async with self._turn:
+            done = await self._worker.ask(FinishRecording(), budget=FILE_BUDGET_S)
+        return msgspec.structs.replace(done, started_s=running.started_s, note=running.note)
+
+    async def keep(self, seconds: float, cause: str) -> FinishedRecording:
+        """Save the last part of the drive as a recording of its own. Raises Problem 409, Unwritable."""
+        if not self._listens:
+            raise Problem(409, "There is nothing to keep yet: the robot has not moved since the console was started.")
+        await self._send()
+        await asyncio.to_thread(self._make_folder)
+        name = self._fresh_name("")
+        async with self._turn:
+            await self._ready()
+            described = self._description(cause, "")
+            job = KeepRing(str(self._path(name)), seconds, described, await self._files())
+            kept = await self._worker.ask(job, budget=FILE_BUDGET_S)
+        self._kept_at = time.monotonic()
+        return msgspec.structs.replace(kept, cause=cause)
+
+    async def _send(self) -> None:
+        moments, self._moments = self._moments, []
+        if self._left_out:
+            self._notifications.tell("warning", LEFT_OUT.format(count=self._left_out), "recorder")
+            self._left_out = 0
+        if self._running is not None and not (self._worker.alive and self._worker.starts == self._writes):
+            self._lost("its process has ended.")
+        if not moments:
+            return
+        try:
+            async with self._turn:
+                await self._ready()
+                packed = await asyncio.to_thread(pickle.dumps, moments, pickle.HIGHEST_PROTOCOL)
+                written = await self._worker.ask(RecordMoments(packed), budget=BATCH_BUDGET_S)
+        except BeckonError as trouble:
+            self._lost(str(trouble))
+            return
+        if self._running is not None and written is not None:
+            facts = {"seconds": written.seconds, "bytes": written.bytes, "messages": written.messages}
+            self._running = msgspec.structs.replace(self._running, **facts)
+
+    def _lost(self, trouble: str) -> None:
+        """The recorder's process is gone, or the disk takes no more."""
+        self._listened = time.monotonic()
+        if self._running is not None:
+            self._running = None
+            self._notifications.tell("error", LOST.format(trouble=trouble), "recorder")
+
+    async def _ready(self) -> None:
+        """Have a process that knows the robot; the lock is held."""
+        if self._worker.alive and self._described == self._worker.starts:
+            return
+        profile = self._robot.profile
+        sensors = pickle.dumps((profile.lasers, profile.cameras), pickle.HIGHEST_PROTOCOL)
+        await self._worker.ask(DescribeRobot(sensors, self._settings.ring_s), budget=FILE_BUDGET_S)
+        self._described = self._worker.starts
+
+    async def _after_batch(self, now: float) -> None:
+        if self._incident is not None and now > self._incident[0]:
+            why, self._incident = self._incident[1], None
+            try:
+                kept = await self.keep(self._settings.ring_s, why)
+                words = KEPT.format(seconds=kept.seconds, name=kept.name, cause=why.rstrip("."))
+                self._notifications.tell("info", words, "kept")
+            except (BeckonError, Problem) as trouble:
+                self._notifications.tell("warning", f"What happened could not be kept: {trouble}", "kept")
+        if self._running is None or now - self._disk_at < DISK_PERIOD_S:
+            return
+        self._disk_at = now
+        free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / MEGABYTE)
+        if free < self._settings.free_mb:
+            await self._end(LOW_DISK.format(free=free))
+        elif self._is_long(now):
+            await self._rotate()
+        await self._make_room()
+
+    def _is_long(self, now: float) -> bool:
+        size = 0 if self._running is None else self._running.bytes
+        return now - self._began > 60 * self._settings.file_minutes or size > MEGABYTE * self._settings.file_mb
+
+    async def _end(self, why: str) -> None:
+        try:
+            await self.stop()
+        except (BeckonError, Problem) as trouble:
+            why = f"{why} {trouble}"
+        self._notifications.tell("error", why, "recorder")
+
+    async def _rotate(self) -> None:
+        try:
+            await self.stop()
+            self._number += 1
+            await self._begin(self._fresh_name(f"{self._base} part {self._number}"))
+        except (BeckonError, Problem) as trouble:
+            self._notifications.tell("error", f"The recording has ended: {trouble}", "recorder")
+
+    async def _make_room(self) -> None:
+        """Delete the oldest files that nobody gave a note, and say so, while all are too large."""
+        files = await asyncio.to_thread(self._sizes)
+        total = sum(size for _, _, size in files)
+        for name, _, size in sorted(files, key=lambda one: one[1]):
+            if total <= 1e9 * self._settings.folder_gb:
+                return
+            if not self._notes.get(name, RecordingNote()).note:
+                self._notifications.tell("warning", OLD_GOES.format(name=name), "recorder")
+                await asyncio.to_thread(self._path(name).unlink, missing_ok=True)
+                total -= size
+
+    # kept recordings
+
+    async def all(self) -> list[FinishedRecording]:
+        """Every recording, the newest first, with the one that runs."""
+        found: list[FinishedRecording] = []
+        for name, changed, _ in await asyncio.to_thread(self._sizes):
+            if (name, changed) not in self._known:
+                async with self._turn:
+                    self._known[name, changed] = await self._worker.ask(
+                        ReadRecording(str(self._path(name))), budget=FILE_BUDGET_S
+                    )
+            note = self._notes.get(name, RecordingNote()).note
+            one = self._known[name, changed]
+            found.append(msgspec.structs.replace(one, note=note or one.note))
+        if self._running is not None:
+            found.append(self._running)
+        return sorted(found, key=lambda one: one.started_s, reverse=True)
+
+    def file(self, name: str) -> Path:
+        """The file of a finished recording. Raises Problem 404."""
+        path = self._path(name) if NAME.fullmatch(name) else None
+        if path is None or not path.is_file():
+            raise Problem(404, UNKNOWN)
+        return path
+
+    async def rewrite(self, name: str, note: str | None, new_name: str | None) -> None:
+        """Give a recording another note, or another name. Raises BadInput, Problem 404, 409, Unwritable."""
+        path = self.file(name)
+        if note is not None and len(note) > MAX_NOTE_LETTERS:
+            raise BadInput(f"A note has at most {MAX_NOTE_LETTERS} letters.")
+        if new_name is not None and (fresh := checked_name(new_name)) != name:
+            if self._path(fresh).exists():
+                raise Problem(409, f"There is a recording called {fresh} already.")
+            with saving("The recording could not be renamed"):
+                await asyncio.to_thread(path.rename, self._path(fresh))
+            note = self._notes.pop(name, RecordingNote()).note if note is None else note
+            name = fresh
+        if note is not None:
+            await self._set_note(name, note)
+
+    async def delete(self, name: str, who: Person) -> None:
+        """Remove a recording. Raises Problem 404, Unwritable."""
+        path = self.file(name)
+        with saving("The recording could not be deleted"):
+            await asyncio.to_thread(path.unlink)
+        self._notes.pop(name, None)
+        self._history.add("delete_recording", who, words=name)
+
+    # files
+
+    def _path(self, name: str) -> Path:
+        return self._folder / f"{name}{ENDING}"
+
+    def _fresh_name(self, wanted: str) -> str:
+        """The name, or one like it where there is a recording of it already."""
+        base = wanted or datetime.now().astimezone().strftime("%Y-%m-%d %H.%M.%S")
+        name, number = base, 1
+        while self._path(name).exists() or Path(f"{self._path(name)}{PART}").exists():
+            number += 1
+            name = f"{base} {number}"
+        return name
+
+    def _make_folder(self) -> None:
+        with saving("Nothing can be recorded"):
+            self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+
+    def _sizes(self) -> list[tuple[str, float, int]]:
+        """Name, time of change [s] and bytes of every finished file."""
+        found: list[tuple[str, float, int]] = []
+        for path in self._folder.glob(f"[!.]*{ENDING}"):
+            facts = path.stat()
+            found.append((path.stem, facts.st_mtime, facts.st_size))
+        return found
+
+    def _description(self, cause: str, note: str) -> dict[str, str]:
+        profile = self._robot.profile
+        facts = {"version": beckon_version(), "robot": profile.name, "url": profile.url}
+        return {**facts, "cause": cause, "note": note}
+
+    async def _files(self) -> list[tuple[str, str, bytes]]:
+        """The files that go into a recording."""
+
+        def read() -> list[tuple[str, str, bytes]]:
+            paths = [
+                path for given in self._attached for path in ([given] if given.is_file() else given.glob("*.json"))
+            ]
+            return [(path.name, media_type(path), path.read_bytes()) for path in paths if path.is_file()]
+
+        profile = self._robot.profile
+        card = {"name": profile.name, "url": profile.url, "radius_m": profile.radius, "kind": profile.kind}
+        facts = [("robot.json", "application/json", json.dumps(card).encode())]
+        return facts + await asyncio.to_thread(read)
+
+    def _read_notes(self) -> dict[str, RecordingNote]:
+        try:
+            return msgspec.json.decode(self._notes_file.read_bytes(), type=dict[str, RecordingNote])
+        except FileNotFoundError:
+            return {}
+        except (OSError, msgspec.MsgspecError) as trouble:
+            self._notifications.tell("warning", f"The notes of the recordings cannot be read: {trouble}")
+            return {}
+
+    async def _set_note(self, name: str, note: str) -> None:
+        self._notes[name] = RecordingNote(note)
+        content = msgspec.json.encode(self._notes)
+        with saving("The note could not be saved"):
+            await asyncio.to_thread(write_atomic, self._notes_file, content)
+
+
+def media_type(path: Path) -> str:
+    """The type of an attached file."""
+    return {".json": "application/json", ".toml": "application/toml"}.get(path.suffix, "application/octet-stream")
+
+
+def checked_name(name: str) -> str:
+    """A name as it is kept. Raises BadInput with what a name may be."""
+    tidy = " ".join(name.split())
+    if not 0 < len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
+        raise BadInput(BAD_NAME)
+    return tidy

@@ -1,0 +1,245 @@
+"""The recorder's process: readings and results → one MCAP that grows, and the last minutes in memory.
+
+It gets what it writes through the pipe of a worker, so that neither the pilot nor the event loop waits for a disk,
+or for a picture to be packed. When the console hangs up the file is finished.
+"""
+
+from __future__ import annotations
+
+import atexit
+import pickle
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+
+from console.workers.job import Handler, Job
+from core.errors import Unwritable
+from core.geometry import Pose
+from core.recording.mcap_writing import NANOSECONDS, PART, McapRecording, RecordedFile, recovered
+from core.recording.ros_writing import RosEncoder, RosMessage
+from core.sensors import Camera, Laser, SensorFrame
+from core.slam.estimate import Estimate, Landmark
+from core.slam.map.occupancy import OccupancyGrid
+
+DESCRIPTION = "beckon"  # name of the metadata record
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordedMoment:
+    """One frame, and what the console made of it; what has not changed is None."""
+
+    logged: float  # [s] Unix time
+    frame: SensorFrame
+    estimate: Estimate
+    odometry: Pose | None
+    speeds: tuple[float, float]  # [m/s], [rad/s] that the gate let through
+    landmarks: tuple[Landmark, ...] | None = None
+    grid: OccupancyGrid | None = None
+    azimuth: float | None = None  # [rad] of a voice
+    texts: tuple[tuple[str, str | Mapping[str, object]], ...] = ()  # topic, words or JSON
+
+
+class FinishedRecording(msgspec.Struct, frozen=True):
+    """A file with all that was written to it."""
+
+    name: str
+    seconds: float
+    bytes: int
+    messages: dict[str, int]  # by topic
+    started_s: float = 0.0  # Unix time of its first message
+    complete: bool = True
+    note: str = ""
+    cause: str = ""
+
+    @classmethod
+    def of(cls, written: RecordedFile, cause: str = "") -> FinishedRecording:
+        """As it goes through the pipe."""
+        return cls(written.path.stem, written.seconds, written.bytes, dict(written.messages), cause=cause)
+
+
+class DescribeRobot(Job[None], frozen=True):
+    """The sensors whose readings come, before the first of them."""
+
+    sensors: bytes  # pickled: lasers, cameras
+    ring_s: float  # [s] that are kept in memory
+
+
+class BeginRecording(Job[None], frozen=True):
+    """Write from now on to this file."""
+
+    path: str
+    described: dict[str, str]
+    attached: list[tuple[str, str, bytes]]  # name, media type, content
+
+
+class RecordMoments(Job[FinishedRecording | None], frozen=True):
+    """Take these; answered with the file as far as it is written, None where none is."""
+
+    moments: bytes  # pickled list of RecordedMoment; it comes from our own console
+
+
+class FinishRecording(Job[FinishedRecording], frozen=True):
+    """Write no more."""
+
+
+class KeepRing(Job[FinishedRecording], frozen=True):
+    """Write what is in memory to a file of its own."""
+
+    path: str
+    seconds: float
+    described: dict[str, str]
+    attached: list[tuple[str, str, bytes]]
+
+
+class RecoverRecordings(Job[list[FinishedRecording]], frozen=True):
+    """Finish the files that a process left behind."""
+
+    folder: str
+
+
+class ReadRecording(Job[FinishedRecording], frozen=True):
+    """Read the summary of one file."""
+
+    path: str
+
+
+class RecorderWorker:
+    """Keeps the file that grows, and the ring."""
+
+    def __init__(self) -> None:
+        self._encoder = RosEncoder()
+        self._recording: McapRecording | None = None
+        self._ring: deque[tuple[float, RosMessage]] = deque()
+        self._latched: dict[str, tuple[float, RosMessage]] = {}  # newest of each topic that a file begins with
+        self._ring_s = 0.0
+        atexit.register(self._end)
+
+    @property
+    def handlers(self) -> tuple[Handler, ...]:
+        """Every job it knows."""
+        return (
+            DescribeRobot.handled_by(self.describe),
+            BeginRecording.handled_by(self.begin),
+            RecordMoments.handled_by(self.record),
+            FinishRecording.handled_by(self.finish),
+            KeepRing.handled_by(self.keep),
+            RecoverRecordings.handled_by(self.recover),
+            ReadRecording.handled_by(self.read),
+        )
+
+    def describe(self, job: DescribeRobot) -> None:
+        """Another robot, or the first."""
+        sensors: tuple[tuple[Laser, ...], tuple[Camera, ...]] = pickle.loads(job.sensors)
+        self._encoder, self._ring_s = RosEncoder(*sensors), job.ring_s
+        self._ring.clear()
+        self._latched = {one.topic: (0.0, one) for one in self._encoder.fixed(0.0)}
+
+    def begin(self, job: BeginRecording) -> None:
+        """Open a file. Raises Unwritable."""
+        self._recording = described(McapRecording(Path(job.path)), job.described, job.attached)
+
+    def record(self, job: RecordMoments) -> FinishedRecording | None:
+        """Write what came. Raises Unwritable; then the file is finished as far as it goes."""
+        for moment in pickle.loads(job.moments):
+            self._record(moment)
+        return None if self._recording is None else FinishedRecording.of(self._recording.written)
+
+    def _record(self, moment: RecordedMoment) -> None:
+        messages = list(self._messages(moment))
+        recording, logged = self._recording, moment.logged
+        if recording is not None:
+            fresh = not recording.written.messages
+            try:
+                recording.add([*(one for _, one in self._latched.values()), *messages] if fresh else messages, logged)
+            except Unwritable:
+                self._end()
+                raise
+        self._latched |= {one.topic: (logged, one) for one in messages if one.topic == "/map"}
+        if self._ring_s > 0:
+            self._ring.extend((logged, one) for one in messages)
+            while self._ring and self._ring[0][0] < logged - self._ring_s:
+                self._ring.popleft()
+
+    def _messages(self, moment: RecordedMoment) -> Iterator[RosMessage]:
+        frame, encoder = moment.frame, self._encoder
+        yield from encoder.readings(frame)
+        yield from encoder.pose(frame.stamp, moment.estimate, moment.odometry)
+        yield encoder.speeds(frame.stamp, *moment.speeds)
+        if moment.landmarks is not None:
+            yield encoder.landmarks(frame.stamp, moment.landmarks)
+        if moment.grid is not None:
+            yield encoder.grid(frame.stamp, moment.grid)
+        if moment.azimuth is not None:
+            yield encoder.direction(frame.stamp, moment.azimuth)
+        for topic, content in moment.texts:
+            yield encoder.text(topic, frame.stamp, content)
+
+    def finish(self, job: FinishRecording) -> FinishedRecording:
+        """Close the file. Raises Unwritable."""
+        recording, self._recording = self._recording, None
+        if recording is None:
+            raise Unwritable("Nothing is being recorded.")
+        return FinishedRecording.of(recording.finish())
+
+    def keep(self, job: KeepRing) -> FinishedRecording:
+        """Write the ring. Raises Unwritable."""
+        if not self._ring:
+            raise Unwritable("There is nothing to keep yet: the recorder has just begun to listen.")
+        since = self._ring[-1][0] - job.seconds
+        kept = [(logged, one) for logged, one in self._ring if logged >= since]
+        recording = described(McapRecording(Path(job.path)), job.described, job.attached)
+        for _, one in self._latched.values():
+            recording.add([one], kept[0][0])
+        for logged, one in kept:
+            recording.add([one], logged)
+        return FinishedRecording.of(recording.finish())
+
+    def recover(self, job: RecoverRecordings) -> list[FinishedRecording]:
+        """Finish what was left behind. Raises Unwritable."""
+        whole = (recovered(part) for part in sorted(Path(job.folder).glob(f"*.mcap{PART}")))
+        return [FinishedRecording.of(one, "recovered") for one in whole if one is not None]
+
+    def read(self, job: ReadRecording) -> FinishedRecording:
+        """Look at a file's summary; one that has none is shown as not complete."""
+        path = Path(job.path)
+        size = path.stat().st_size
+        described: dict[str, str] = {}
+        try:
+            with path.open("rb") as file:
+                reader = make_reader(file)
+                summary = reader.get_summary()
+                described = next((one.metadata for one in reader.iter_metadata() if one.name == DESCRIPTION), {})
+        except (McapError, OSError, ValueError):
+            summary = None
+        if summary is None or summary.statistics is None:
+            return FinishedRecording(path.stem, 0.0, size, {}, complete=False)
+        counted = summary.statistics
+        return FinishedRecording(
+            path.stem,
+            (counted.message_end_time - counted.message_start_time) / NANOSECONDS,
+            size,
+            {summary.channels[number].topic: count for number, count in counted.channel_message_counts.items()},
+            counted.message_start_time / NANOSECONDS,
+            cause=described.get("cause", ""),
+            note=described.get("note", ""),
+        )
+
+    def _end(self) -> None:
+        recording, self._recording = self._recording, None
+        if recording is not None:
+            recording.finish()
+
+
+def described(
+    recording: McapRecording, described: Mapping[str, str], attached: list[tuple[str, str, bytes]]
+) -> McapRecording:
+    """A new recording with its description and the files that belong to it. Raises Unwritable."""
+    recording.describe(DESCRIPTION, described)
+    for name, media_type, content in attached:
+        recording.attach(name, media_type, content)
+    return recording

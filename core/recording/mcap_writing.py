@@ -1,0 +1,210 @@
+"""A recording while it grows: one MCAP of ROS 2 messages, readable to its last second however it ends.
+
+It is called NAME.mcap.part until it is finished. The open chunk is closed once a second, for what lies in it is lost
+with the process; the disk is synchronized at the same time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import struct
+import time
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import IO
+
+import zstandard
+from mcap.exceptions import McapError
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
+from mcap.writer import CompressionType, Writer
+
+from core.errors import Unwritable
+from core.files import reason
+from core.message import message
+from core.recording.ros_writing import LATCHED_QOS, LATCHED_TOPICS, RosMessage, definition, type_hash
+
+PART, REBUILT = ".part", ".rebuilt"  # behind the name of a recording that grows, or is recovered
+CHUNK_BYTES = 262_144  # of messages, packed together: a seek unpacks few of them
+FLUSH_PERIOD_S = 0.8  # [s] of messages that may be lost with the process
+NANOSECONDS = 1_000_000_000
+
+
+@message
+class RecordedFile:
+    """A recording as far as it is written."""
+
+    path: Path
+    seconds: float
+    bytes: int
+    messages: Mapping[str, int]  # by topic
+
+
+class McapRecording:
+    """Writes one file. Raises Unwritable, from every method, where the disk does not take it."""
+
+    def __init__(self, path: Path, ending: str = PART) -> None:
+        """`path` ends in .mcap; nothing may stand there; `ending` is put behind it until the file is finished."""
+        self.path = path
+        self._part = path.with_name(path.name + ending)
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._counts: Counter[str] = Counter()
+        self._first = self._last = 0  # [ns] log times
+        self._flushed = time.monotonic()
+        self._ended = False
+        try:
+            self._file = open(self._part, "xb", opener=private)  # noqa: SIM115
+            self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
+            self._writer.start(profile="ros2", library="beckon")
+        except OSError as trouble:
+            raise Unwritable(f"{path.name} cannot be recorded: {reason(trouble)}") from None
+
+    @property
+    def seconds(self) -> float:
+        """From the first message to the last [s]."""
+        return (self._last - self._first) / NANOSECONDS
+
+    @property
+    def written(self) -> RecordedFile:
+        """The file as it is now."""
+        path = self.path if self._ended else self._part
+        return RecordedFile(
+            path=path, seconds=self.seconds, bytes=self._size(path), messages=dict(sorted(self._counts.items()))
+        )
+
+    def add(self, messages: Iterable[RosMessage], logged: float) -> None:
+        """Write messages that came at `logged` [s], Unix time."""
+        log_time = max(round(logged * NANOSECONDS), 0)
+        try:
+            for one in messages:
+                number = self._counts[one.topic]
+                self._counts[one.topic] += 1
+                stamp = max(round(one.stamp * NANOSECONDS), 0)
+                self._writer.add_message(self._channel(one.topic, one.kind), log_time, one.data, stamp, number)
+            if time.monotonic() - self._flushed > FLUSH_PERIOD_S:
+                self.flush()
+        except OSError as trouble:
+            raise self._unwritable(trouble) from None
+        self._first, self._last = self._first or log_time, log_time
+
+    def attach(self, name: str, media_type: str, content: bytes) -> None:
+        """Put a whole file into it."""
+        now = time.time_ns()
+        try:
+            self._writer.add_attachment(now, now, name, media_type, content)
+        except OSError as trouble:
+            raise self._unwritable(trouble) from None
+
+    def describe(self, name: str, values: Mapping[str, str]) -> None:
+        """Put names and texts into it."""
+        try:
+            self._writer.add_metadata(name, dict(values))
+        except OSError as trouble:
+            raise self._unwritable(trouble) from None
+
+    def flush(self) -> None:
+        """Close the open chunk, and have the disk take it."""
+        self._writer.flush()
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        self._flushed = time.monotonic()
+
+    def finish(self) -> RecordedFile:
+        """Write the index, and give the file its name."""
+        try:
+            if not self._ended:
+                self._writer.finish()
+                self._file.flush()
+                os.fsync(self._file.fileno())
+                self._file.close()
+                self._part.rename(self.path)
+                self._ended = True
+        except OSError as trouble:
+            raise self._unwritable(trouble) from None
+        return self.written
+
+    def _channel(self, topic: str, kind: str) -> int:
+        if topic not in self._channels:
+            if kind not in self._schemas:
+                text = definition(kind).encode()
+                self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", text)
+            quality = LATCHED_QOS if topic in LATCHED_TOPICS else ""
+            more = {"offered_qos_profiles": quality, "topic_type_hash": type_hash(kind)}
+            self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[kind], more)
+        return self._channels[topic]
+
+    def _unwritable(self, trouble: OSError) -> Unwritable:
+        return Unwritable(f"The recording {self.path.name} ends here: {reason(trouble)}")
+
+    def _size(self, path: Path) -> int:
+        try:
+            return path.stat().st_size
+        except OSError:
+            return 0
+
+
+def recovered(part: Path) -> RecordedFile | None:
+    """A recording whose process ended before its file was finished → the finished file; None: nothing was in it.
+
+    Chunks are read in order until one is cut; `part` is removed when the whole file is there. Raises Unwritable.
+    """
+    path = part.with_name(part.name.removesuffix(PART))
+    whole = _free(path)
+    whole.with_name(whole.name + REBUILT).unlink(missing_ok=True)  # of an attempt that was ended
+    other = McapRecording(whole, REBUILT)
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    try:
+        with part.open("rb") as file:
+            for record in _records(file):
+                match record:
+                    case Schema():
+                        schemas[record.id] = record
+                    case Channel():
+                        channels[record.id] = record
+                    case Message() if record.channel_id in channels:
+                        channel = channels[record.channel_id]
+                        kind = schemas[channel.schema_id].name
+                        stamp = record.publish_time / NANOSECONDS
+                        other.add(
+                            [RosMessage(channel.topic, kind, stamp, record.data)], record.log_time / NANOSECONDS
+                        )
+                    case Attachment():
+                        other.attach(record.name, record.media_type, record.data)
+                    case Metadata():
+                        other.describe(record.name, record.metadata)
+                    case _:
+                        pass
+    except OSError as trouble:
+        raise Unwritable(f"{part.name} cannot be read: {reason(trouble)}") from None
+    written = other.finish()
+    part.unlink(missing_ok=True)
+    if not written.messages:
+        whole.unlink(missing_ok=True)
+        return None
+    return written
+
+
+def _records(file: IO[bytes]) -> Iterator[object]:
+    """Every record up to where the file is cut."""
+    reader = iter(StreamReader(file).records)
+    with contextlib.suppress(StopIteration, McapError, struct.error, zstandard.ZstdError, ValueError):
+        while True:
+            yield next(reader)
+
+
+def private(name: str, flags: int) -> int:
+    """Open a file that is its owner's alone."""
+    return os.open(name, flags, 0o600)
+
+
+def _free(path: Path) -> Path:
+    """The path, or one like it where something stands already."""
+    number, free = 1, path
+    while free.exists():
+        number += 1
+        free = path.with_stem(f"{path.stem}-{number}")
+    return free

@@ -1,0 +1,334 @@
+"""Readings and results as ROS 2 messages in CDR: what `core.recording.ros` reads, and other programs open."""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+from scipy.spatial.transform import Rotation
+
+from core.geometry import Pose, Transform
+from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
+from core.slam.estimate import Estimate, Landmark
+from core.slam.map.occupancy import OccupancyGrid
+
+LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
+COMPRESSED, CAMERA_INFO = "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo"
+RAW_AUDIO, TEXT, DEGREES = "foxglove_msgs/msg/RawAudio", "std_msgs/msg/String", "std_msgs/msg/Int32"
+MAP, POSE = "nav_msgs/msg/OccupancyGrid", "geometry_msgs/msg/PoseWithCovarianceStamped"
+MARKERS, TWIST = "visualization_msgs/msg/MarkerArray", "geometry_msgs/msg/Twist"
+RAW_AUDIO_FIELDS = """builtin_interfaces/Time timestamp
+uint8[] data
+string format
+uint32 sample_rate
+uint32 number_of_channels
+"""
+BASE, ODOM, WORLD = "base_link", "odom", "map"  # names of the frames
+JPEG_QUALITY = 90  # of 100
+ELLIPSE_SIGMA = 2.0  # standard deviations that the ellipse of a landmark shows
+CYLINDER = 3  # visualization_msgs/Marker
+MAX_PCM = 32767  # of a sample
+LATCHED_QOS = (
+    "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline: {sec: 9223372036, nsec: 854775807}\n"
+    "  lifespan: {sec: 9223372036, nsec: 854775807}\n  liveliness: 1\n"
+    "  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}\n  avoid_ros_namespace_conventions: false\n"
+)
+LATCHED_TOPICS = frozenset({"/map", "/tf_static", "/camera/camera_info"})
+
+
+@dataclass(frozen=True)
+class RosMessage:
+    """A message as it is written."""
+
+    topic: str
+    kind: str  # "sensor_msgs/msg/LaserScan"
+    stamp: float  # [s], the robot's clock
+    data: bytes  # CDR, little endian
+
+
+@functools.cache
+def typestore() -> Typestore:
+    """The types of ROS 2 Jazzy, and the one for raw sound that Foxglove plays."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg(RAW_AUDIO_FIELDS, RAW_AUDIO))
+    return store
+
+
+def definition(kind: str) -> str:
+    """The concatenated definition of a message type, as MCAP's `ros2msg` wants it."""
+    return typestore().generate_msgdef(kind, ros_version=2)[0]
+
+
+def type_hash(kind: str) -> str:
+    """The RIHS01 hash of a message type."""
+    return typestore().hash_rihs01(kind)
+
+
+class RosEncoder:
+    """Makes the messages of one robot."""
+
+    def __init__(self, lasers: tuple[Laser, ...] = (), cameras: tuple[Camera, ...] = ()) -> None:
+        self._lasers, self._cameras = lasers, cameras
+        self._types = typestore().types
+
+    # once
+
+    def fixed(self, stamp: float) -> Iterator[RosMessage]:
+        """The mounting of the sensors and the camera's model, which do not change."""
+        placed = [
+            self._transform(stamp, BASE, _frame(laser), Transform.of_pose(laser.mounting, laser.height))
+            for laser in self._lasers
+        ]
+        placed += [self._transform(stamp, BASE, camera.name, camera.mounting) for camera in self._cameras]
+        if placed:
+            yield self._message("/tf_static", TF, stamp, transforms=placed)
+        if self._cameras:
+            yield self._camera_info(stamp, self._cameras[0])
+
+    # readings
+
+    def readings(self, frame: SensorFrame) -> Iterator[RosMessage]:
+        """Readings as they came."""
+        if frame.wheels is not None:
+            yield from self._wheels(frame.stamp, frame.wheels)
+        if frame.scan is not None:
+            yield self._scan(frame.scan)
+        if frame.image is not None:
+            yield self._picture(frame.image)
+        if frame.sound is not None:
+            yield self._sound(frame.sound)
+
+    def _wheels(self, stamp: float, wheels: Wheels) -> Iterator[RosMessage]:
+        stamp, place = stamp - wheels.age, wheels.as_read
+        pose = self._type("geometry_msgs/msg/PoseWithCovariance", pose=self._pose(place), covariance=np.zeros(36))
+        twist = self._type(
+            "geometry_msgs/msg/TwistWithCovariance",
+            twist=self._twist(wheels.speed, wheels.turn_rate),
+            covariance=np.zeros(36),
+        )
+        header = self._header(stamp, ODOM)
+        yield self._message("/odom", ODOMETRY, stamp, header=header, child_frame_id=BASE, pose=pose, twist=twist)
+        moved = self._transform(stamp, ODOM, BASE, Transform.of_pose(place))
+        yield self._message("/tf", TF, stamp, transforms=[moved])
+
+    def _scan(self, scan: Scan) -> RosMessage:
+        lasers = self._lasers
+        first = not lasers or scan.laser in ("", lasers[0].name)
+        ranges = scan.ranges.astype(np.float32)
+        return self._message(
+            "/scan" if first else f"/scan/{scan.laser}",
+            LASER_SCAN,
+            scan.stamp,
+            header=self._header(scan.stamp, scan.laser or (_frame(lasers[0]) if lasers else "laser")),
+            angle_min=scan.angle_min,
+            angle_max=scan.angle_min + scan.angle_step * (len(ranges) - 1),
+            angle_increment=scan.angle_step,
+            time_increment=scan.time_step,
+            scan_time=abs(scan.time_step) * len(ranges),
+            range_min=scan.range_min,
+            range_max=scan.range_max,
+            ranges=ranges,
+            intensities=np.zeros(0, np.float32),
+        )
+
+    def _picture(self, image: Image) -> RosMessage:
+        first = self._cameras[0] if self._cameras else None
+        name = image.camera or (first.name if first is not None else "camera")
+        _, packed = cv2.imencode(".jpg", image.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+        topic = "/camera" if first is None or name == first.name else f"/camera/{name}"
+        return self._message(
+            f"{topic}/image/compressed",
+            COMPRESSED,
+            image.stamp,
+            header=self._header(image.stamp, name),
+            format="jpeg",
+            data=packed.ravel(),
+        )
+
+    def _sound(self, sound: Sound) -> RosMessage:
+        pcm = np.clip(np.rint(sound.samples * MAX_PCM), -MAX_PCM - 1, MAX_PCM).astype("<i2")
+        return self._message(
+            "/audio",
+            RAW_AUDIO,
+            sound.stamp,
+            timestamp=self._time(sound.stamp),
+            data=np.frombuffer(np.ascontiguousarray(pcm).tobytes(), np.uint8),
+            format="pcm-s16",
+            sample_rate=int(sound.rate),
+            number_of_channels=sound.samples.shape[1],
+        )
+
+    # results
+
+    def pose(self, stamp: float, estimate: Estimate, odometry: Pose | None) -> Iterator[RosMessage]:
+        """The estimated pose with its covariance; `odometry`: where its wheels say."""
+        covariance = np.zeros((6, 6))
+        of = np.array([0, 1, 5])
+        covariance[np.ix_(of, of)] = estimate.covariance
+        pose = self._type(
+            "geometry_msgs/msg/PoseWithCovariance", pose=self._pose(estimate.pose), covariance=covariance.ravel()
+        )
+        yield self._message("/pose", POSE, stamp, header=self._header(stamp, WORLD), pose=pose)
+        if odometry is not None:
+            drifted = Transform.of_pose(estimate.pose @ odometry.inverse())
+            yield self._message("/tf", TF, stamp, transforms=[self._transform(stamp, WORLD, ODOM, drifted)])
+
+    def landmarks(self, stamp: float, rows: Iterable[Landmark]) -> RosMessage:
+        """The corners with their ellipses of two standard deviations."""
+        return self._message("/landmarks", MARKERS, stamp, markers=[self._ellipse(stamp, row) for row in rows])
+
+    def grid(self, stamp: float, grid: OccupancyGrid) -> RosMessage:
+        """The occupancy map: -1 unknown, else the chance of an obstacle in percent."""
+        chance = np.rint(100.0 / (1.0 + np.exp(-grid.log_odds))).astype(np.int8)
+        rows, columns = grid.log_odds.shape
+        x, y = grid.origin.tolist()
+        info = self._type(
+            "nav_msgs/msg/MapMetaData",
+            map_load_time=self._time(stamp),
+            resolution=grid.resolution,
+            width=columns,
+            height=rows,
+            origin=self._pose(Pose(x, y, 0.0)),
+        )
+        return self._message(
+            "/map",
+            MAP,
+            stamp,
+            header=self._header(stamp, WORLD),
+            info=info,
+            data=np.where(grid.log_odds == 0, np.int8(-1), chance).ravel(),
+        )
+
+    def speeds(self, stamp: float, v: float, w: float) -> RosMessage:
+        """The speeds that the gate let through [m/s], [rad/s]."""
+        twist = self._twist(v, w)
+        return self._message("/cmd_vel", TWIST, stamp, linear=twist.linear, angular=twist.angular)
+
+    def direction(self, stamp: float, azimuth: float) -> RosMessage:
+        """The direction of a voice [rad] in the robot's frame, in whole degrees."""
+        return self._message("/sound_direction", DEGREES, stamp, data=round(math.degrees(azimuth)))
+
+    def text(self, topic: str, stamp: float, content: str | Mapping[str, object]) -> RosMessage:
+        """Words, or an object as JSON."""
+        words = content if isinstance(content, str) else json.dumps(content)
+        return self._message(topic, TEXT, stamp, data=words)
+
+    # pieces
+
+    def _message(self, topic: str, kind: str, stamp: float, **fields: Any) -> RosMessage:
+        raw = typestore().serialize_cdr(self._types[kind](**fields), kind)
+        return RosMessage(topic, kind, stamp, bytes(raw))
+
+    def _type(self, kind: str, **fields: Any) -> Any:
+        return self._types[kind](**fields)
+
+    def _time(self, stamp: float) -> Any:
+        seconds, nanoseconds = divmod(round(stamp * 1e9), 1_000_000_000)
+        return self._type("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
+
+    def _header(self, stamp: float, frame: str) -> Any:
+        return self._type("std_msgs/msg/Header", stamp=self._time(stamp), frame_id=frame)
+
+    def _pose(self, pose: Pose) -> Any:
+        return self._type(
+            "geometry_msgs/msg/Pose",
+            position=self._type("geometry_msgs/msg/Point", x=pose.x, y=pose.y, z=0.0),
+            orientation=self._type(
+                "geometry_msgs/msg/Quaternion",
+                x=0.0,
+                y=0.0,
+                z=math.sin(pose.heading / 2),
+                w=math.cos(pose.heading / 2),
+            ),
+        )
+
+    def _quaternion(self, transform: Transform) -> Any:
+        x, y, z, w = Rotation.from_matrix(transform.rotation).as_quat().tolist()
+        return self._type("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+
+    def _twist(self, v: float, w: float) -> Any:
+        return self._type(
+            "geometry_msgs/msg/Twist", linear=self._vector(v, 0.0, 0.0), angular=self._vector(0.0, 0.0, w)
+        )
+
+    def _vector(self, x: float, y: float, z: float) -> Any:
+        return self._type("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
+
+    def _transform(self, stamp: float, parent: str, child: str, transform: Transform) -> Any:
+        return self._type(
+            "geometry_msgs/msg/TransformStamped",
+            header=self._header(stamp, parent),
+            child_frame_id=child,
+            transform=self._type(
+                "geometry_msgs/msg/Transform",
+                translation=self._vector(*transform.translation.tolist()),
+                rotation=self._quaternion(transform),
+            ),
+        )
+
+    def _camera_info(self, stamp: float, camera: Camera) -> RosMessage:
+        model = camera.model
+        p = np.zeros((3, 4))
+        p[:, :3] = model.matrix
+        return self._message(
+            "/camera/camera_info",
+            CAMERA_INFO,
+            stamp,
+            header=self._header(stamp, camera.name),
+            height=model.height,
+            width=model.width,
+            distortion_model="plumb_bob",
+            d=model.distortion,
+            k=model.matrix.ravel(),
+            r=np.eye(3).ravel(),
+            p=p.ravel(),
+            binning_x=0,
+            binning_y=0,
+            roi=self._type(
+                "sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
+            ),
+        )
+
+    def _ellipse(self, stamp: float, row: Landmark) -> Any:
+        values, vectors = np.linalg.eigh(row.covariance)
+        across, along = (2 * ELLIPSE_SIGMA * np.sqrt(np.maximum(values, 1e-12))).tolist()
+        x, y = row.position.tolist()
+        return self._type(
+            "visualization_msgs/msg/Marker",
+            header=self._header(stamp, WORLD),
+            ns="landmarks",
+            id=row.id,
+            type=CYLINDER,
+            action=0,
+            pose=self._pose(Pose(x, y, math.atan2(vectors[1, 1], vectors[0, 1]))),
+            scale=self._vector(along, across, 0.02),
+            color=self._type("std_msgs/msg/ColorRGBA", r=0.0, g=0.6, b=0.7, a=0.5),
+            lifetime=self._type("builtin_interfaces/msg/Duration", sec=0, nanosec=0),
+            frame_locked=False,
+            points=[],
+            colors=[],
+            texture_resource="",
+            texture=self._type(
+                "sensor_msgs/msg/CompressedImage",
+                header=self._header(0.0, ""),
+                format="",
+                data=np.zeros(0, np.uint8),
+            ),
+            uv_coordinates=[],
+            text="",
+            mesh_resource="",
+            mesh_file=self._type("visualization_msgs/msg/MeshFile", filename="", data=np.zeros(0, np.uint8)),
+            mesh_use_embedded_materials=False,
+        )
+
+
+def _frame(laser: Laser) -> str:
+    return laser.name or "laser"

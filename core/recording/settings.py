@@ -1,0 +1,23 @@
+"""Settings of the recorder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from core.setting import Meta, Section
+
+
+@dataclass(frozen=True)
+class RecordingSettings(Section):
+    """Settings of recordings: how long, how large, and what is kept in memory."""
+
+    ring_s: Annotated[
+        float, Meta("s", 0, 600, "the last part of every drive that can still be kept; 0: none", common=True)
+    ] = 120.0
+    file_minutes: Annotated[float, Meta("min", 1, 1440, "a longer recording goes on in another file")] = 30.0
+    file_mb: Annotated[float, Meta("MB", 1, 100_000, "a larger recording goes on in another file")] = 2000.0
+    folder_gb: Annotated[
+        float, Meta("GB", 0.1, 10_000, "the oldest recordings without a note go when all are larger", common=True)
+    ] = 20.0
+    free_mb: Annotated[float, Meta("MB", 0, 100_000, "a recording ends when the disk has less left")] = 500.0

@@ -1,0 +1,127 @@
+"""Recordings of a drive: what is written, what can still be kept, and what is left after a loss."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+
+from console.recording.service import RecordingService
+from core.recording import open_log
+from tests.console.live import Live
+
+RAW = {"/scan", "/odom", "/tf", "/tf_static", "/camera/image/compressed", "/camera/camera_info", "/audio"}
+RESULTS = {"/map", "/pose", "/landmarks", "/cmd_vel", "/beckon/events", "/beckon/state"}
+
+
+@pytest.fixture(scope="module")
+def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
+    with Live(tmp_path_factory.mktemp("recorded"), no_auth=True, ring_s=120.0) as live:
+        yield live
+
+
+def ask(live: Live, method: str, path: str, body: Any = None) -> Any:
+    return live.ask(method, f"/api/{path}", body)
+
+
+def turned(live: Live) -> None:
+    """One command from its beginning to its end."""
+    assert ask(live, "POST", "commands", {"text": "turn left"}).status == 202
+    live.until(lambda: live.runtime.snapshot.active_command is not None)
+    live.until(lambda: live.runtime.snapshot.active_command is None, seconds=60.0)
+
+
+@pytest.fixture(scope="module")
+def recorded(live: Live) -> tuple[dict[str, Any], Path]:
+    """A recorded turn: the answer to its end, and its file."""
+    begun = ask(live, "POST", "recordings/start", {"name": "a turn", "note": "of the suite"})
+    assert begun.status == 201 and begun.json["path"].endswith("a turn.mcap.part")
+    assert ask(live, "POST", "recordings/start", {}).status == 409
+    ask(live, "POST", "simulation/listening", {"on": True})
+    turned(live)
+    done = ask(live, "POST", "recordings/stop")
+    assert done.status == 200, done.body
+    return done.json, live.home / "recordings" / "a turn.mcap"
+
+
+def test_a_drive_is_one_file_that_others_read_message_for_message(recorded: tuple[dict[str, Any], Path]) -> None:
+    answer, path = recorded
+    assert answer["complete"] and answer["name"] == "a turn" and answer["bytes"] == path.stat().st_size
+    assert answer["messages"].keys() >= (RAW | RESULTS) - {"/audio"}
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None and summary.statistics is not None
+    counted = {
+        summary.channels[number].topic: count for number, count in summary.statistics.channel_message_counts.items()
+    }
+    assert counted == answer["messages"]
+    with AnyReader([path]) as reader:
+        read: dict[str, int] = {}
+        for connection, _, raw in reader.messages():
+            reader.deserialize(raw, connection.msgtype)
+            read[connection.topic] = read.get(connection.topic, 0) + 1
+    assert read == counted
+    assert oct(path.stat().st_mode & 0o777) == "0o600"
+
+
+def test_its_readings_are_those_that_came_and_it_plays_as_a_log(recorded: tuple[dict[str, Any], Path]) -> None:
+    answer, path = recorded
+    log = open_log(path)
+    assert len(log.scans) >= answer["messages"]["/scan"] - 2
+    assert log.laser is not None and log.laser.beams == 682
+    assert log.report.faults == ()
+
+
+def test_its_command_stands_in_the_events(recorded: tuple[dict[str, Any], Path]) -> None:
+    with AnyReader([recorded[1]]) as reader:
+        of = [one for one in reader.connections if one.topic == "/beckon/events"]
+        events = [reader.deserialize(raw, one.msgtype).data for one, _, raw in reader.messages(of)]
+    assert any('"event": "command"' in one and "turn_left" in one for one in events)
+    assert any('"event": "command_end"' in one and '"state": "done"' in one for one in events)
+
+
+def test_recordings_are_listed_renamed_noted_taken_away_and_deleted(live: Live, recorded: Any) -> None:
+    rows = ask(live, "GET", "recordings").json["recordings"]
+    [row] = [row for row in rows if row["name"] == "a turn"]
+    assert row["note"] == "of the suite" and row["complete"] and row["seconds"] > 1 and row["started_s"] > 1e9
+    assert ask(live, "GET", "recordings/a%20turn").body == recorded[1].read_bytes()
+    copy = live.home / "recordings" / "copy.mcap"
+    shutil.copy(recorded[1], copy)
+    assert ask(live, "PATCH", "recordings/copy", {"name": "other", "note": "n"}).status == 204
+    assert ask(live, "PATCH", "recordings/other", {"name": "a turn"}).status == 409
+    [row] = [row for row in ask(live, "GET", "recordings").json["recordings"] if row["name"] == "other"]
+    assert row["note"] == "n"
+    assert ask(live, "DELETE", "recordings/other").status == 204
+    assert ask(live, "GET", "recordings/other").status == 404
+    assert ask(live, "GET", "recordings/..%2Fsettings").status in (404, 422)
+    assert ask(live, "POST", "recordings/stop").status == 409
+    assert ask(live, "POST", "recordings/start", {"name": "../x"}).status == 422
+
+
+def test_what_just_happened_can_be_kept(live: Live, recorded: Any) -> None:
+    kept = ask(live, "POST", "recordings/keep", {"seconds": 60, "note": "look at this"})
+    assert kept.status == 201, kept.body
+    assert kept.json["seconds"] > 1 and kept.json["messages"]["/scan"] > 5
+    [row] = [row for row in ask(live, "GET", "recordings").json["recordings"] if row["name"] == kept.json["name"]]
+    assert (row["note"], row["cause"]) == ("look at this", kept.json["cause"])
+
+
+def test_a_killed_recorder_loses_a_second_and_the_rest_is_recovered(live: Live, recorded: Any) -> None:
+    recorder = live.runtime.parts[RecordingService]
+    assert ask(live, "POST", "recordings/start", {"name": "cut"}).status == 201
+    live.until(lambda: recorder.state.seconds > 2.0, seconds=60.0)
+    written = recorder.state
+    os.kill(live.on_loop(lambda: recorder._worker.pid), signal.SIGKILL)
+    live.until(lambda: recorder.state.name is None)
+    assert any("The recorder was lost" in one.text for one in live.runtime.notifications.shown)
+    live.run(recorder.open())
+    [row] = [row for row in ask(live, "GET", "recordings").json["recordings"] if row["name"] == "cut"]
+    assert row["complete"] and row["seconds"] > written.seconds - 2.0
+    assert not list((live.home / "recordings").glob("*.part"))
