@@ -6,7 +6,7 @@ import { t } from "../ui/texts.js";
 /**
  * @typedef {object} ValueRow
  * @property {string} key as the server names it
- * @property {string} name as the paper's Table 3 names it
+ * @property {string} name as the paper's Table 3 names it, and as sentences and files do
  * @property {string} says what it is
  * @property {string} value
  * @property {string} sd
@@ -19,10 +19,10 @@ const MOST_DECIMALS = 5;
 
 /** @type {ReadonlyArray<readonly [string, string, string]>} */
 const CAMERA = [
-  ["fx", "fᵤ", t("figures.focal_length_across")],
-  ["fy", "fᵥ", t("figures.focal_length_down")],
-  ["cx", "u₀", t("figures.centre_across")],
-  ["cy", "v₀", t("figures.centre_down")],
+  ["fx", "fᵤ (fx)", t("figures.focal_length_across")],
+  ["fy", "fᵥ (fy)", t("figures.focal_length_down")],
+  ["cx", "u₀ (cx)", t("figures.centre_across")],
+  ["cy", "v₀ (cy)", t("figures.centre_down")],
   ["k1", "k₁", t("figures.radial_square")],
   ["k2", "k₂", t("figures.radial_4th_power")],
   ["p1", "p₁", "tangential"],
