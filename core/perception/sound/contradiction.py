@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from core.message import Array, message
-from core.perception.sound.plane_wave import PlaneWaveFit, explain
+from core.perception.sound.plane_wave import NOISE_LAG_SD, PlaneWaveFit, explain
 from core.sensors.microphones import MicrophoneArray
 
 LATE = np.arange(1, 101) * 4e-6  # [s] that are tried
@@ -48,8 +48,17 @@ def likely_causes(fits: Sequence[PlaneWaveFit], array: MicrophoneArray) -> tuple
 
 
 def _hypotheses(fits: Sequence[PlaneWaveFit], array: MicrophoneArray) -> Iterator[Cause]:
-    positions, count = array.positions, len(array.positions)
-    numbers = range(count)
+    numbers, count = range(len(array.positions)), len(array.positions)
+    if np.mean([one.residual_sd / one.expected_sd for one in fits]) > EXPLAINED:
+        yield from _elsewhere(fits, array)
+    for few in (*itertools.combinations(numbers, 1), *itertools.combinations(numbers, 2)):
+        if len(few) < count - 1:  # all but one late is one early
+            yield _late(fits, few, array)
+
+
+def _elsewhere(fits: Sequence[PlaneWaveFit], array: MicrophoneArray) -> Iterator[Cause]:
+    """Microphones that sit elsewhere than the profile says; noise alone does not tell that."""
+    positions, numbers = array.positions, range(len(array.positions))
     for pair in itertools.combinations(numbers, 2):
         moved = positions.copy()
         moved[list(pair)] = positions[list(pair[::-1])]
@@ -60,9 +69,6 @@ def _hypotheses(fits: Sequence[PlaneWaveFit], array: MicrophoneArray) -> Iterato
         moved = positions.copy()
         moved[number] = np.delete(positions, number, axis=0).mean(0)
         yield Cause(kind="processed", microphones=(number,), misfit=_left(fits, moved, array))
-    for few in (*itertools.combinations(numbers, 1), *itertools.combinations(numbers, 2)):
-        if len(few) < count - 1:  # all but one late is one early
-            yield _late(fits, few, array)
 
 
 def _left(fits: Sequence[PlaneWaveFit], positions: Array, array: MicrophoneArray) -> float:
@@ -77,6 +83,7 @@ def _late(fits: Sequence[PlaneWaveFit], few: tuple[int, ...], array: MicrophoneA
     late[list(few)] = LATE * array.speed
     total, freedom = _misfit(fits, array.positions, array, late)
     left = np.where(freedom > 1, np.sqrt(total / np.maximum(freedom - 1, 1)), np.maximum(1.0, np.sqrt(total)))
+    left = np.maximum(left, _misfit_in_noise(fits, late))
     least = int(np.argmax(left <= left.min() + 0.2))
     return Cause(kind="late", microphones=few, misfit=float(left[least]), late=float(LATE[least]))
 
@@ -92,3 +99,12 @@ def _misfit(
         total += np.sum(residuals**2, axis=0) / one.expected_sd**2
         freedom += free
     return total, freedom
+
+
+def _misfit_in_noise(fits: Sequence[PlaneWaveFit], late: Array) -> Array:
+    """Lateness (M, N) [m] of the microphones → misfit (N,) of the noise from everywhere, of what is expected."""
+    heard = [one.noise_times[:, None] + late for one in fits if one.noise_times is not None]
+    if not heard:
+        return np.zeros(late.shape[1])
+    squares = np.mean([np.sum((one - one.mean(0)) ** 2, axis=0) for one in heard], axis=0)
+    return np.sqrt(squares / (len(late) - 1)) / NOISE_LAG_SD

@@ -5,17 +5,21 @@ what the array allows.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from core.message import Array
 from core.perception.sound.least_squares import axes_of
 from core.perception.sound.plane_wave import ECHO_SD, LAG_SD, PlaneWaveFit, explain
+from core.perception.sound.spectra import Noise
 from core.perception.sound.srp import FINER, Correlation
 from core.sensors.microphones import MicrophoneArray
 
 SLACK = 0.5  # [samples] beyond the way between two microphones that a peak may lie
 ROUNDS = 10
+LATEST_SAMPLES = 10  # by which a channel is searched for in noise
+MAX_UNLIKE = 0.08  # mean squared difference of the noise's coherence from that of noise from everywhere
 CLOSE = 1e-7  # [s] a step of a time that is no longer worth making
 
 
@@ -37,9 +41,9 @@ def pair_lags(correlation: Correlation, array: MicrophoneArray) -> Array:
     return np.clip(best, -reach, reach) / correlation.rate
 
 
-def fit_plane_wave(correlation: Correlation, array: MicrophoneArray, starts: Array) -> PlaneWaveFit:
+def fit_plane_wave(correlation: Correlation, array: MicrophoneArray, starts: Array, noise: Noise) -> PlaneWaveFit:
     """Correlation of all pairs, and the pairs' lags (S, P) [s] at which to begin → the microphones' times that agree
-    best, and the plane wave through them. Raises BadInput where the microphones lie in a line.
+    best, the plane wave through them, and the noise's times. Raises BadInput where the microphones lie in a line.
     """
     axes = axes_of(array)
     power, leads = max(
@@ -58,7 +62,27 @@ def fit_plane_wave(correlation: Correlation, array: MicrophoneArray, starts: Arr
         freedom=int(freedom[0]),
         expected_sd=math.hypot(array.position_sd, LAG_SD, ECHO_SD * (1 - strength)),
         shared=np.maximum(shared, shared.T).max(1),
+        noise_times=_noise_times(noise, correlation, array),
     )
+
+
+def _noise_times(noise: Noise, correlation: Correlation, array: MicrophoneArray) -> Array | None:
+    """The microphones' times (M,) [m] in noise, at the frequencies of a correlation; None where it does not come from
+    everywhere alike: its coherence is then no sin(x)/x of frequency and distance (a fan, the microphones' own noise).
+    """
+    first, second = array.pairs.T
+    power = np.real(np.diagonal(noise.cross, axis1=1, axis2=2))
+    coherence = noise.cross[:, first, second] / np.sqrt(power[:, first] * power[:, second] + 1e-300)
+    apart = np.linalg.norm(array.baselines, axis=1)
+    diffuse = np.sinc(correlation.omega[:, None] * apart / (np.pi * array.speed))
+    matched = replace(correlation, values=coherence * diffuse)
+    tables = matched.tables()
+    lags = np.arange(-LATEST_SAMPLES * FINER, LATEST_SAMPLES * FINER + 1)
+    tops = lags[np.argmax(tables[lags], axis=0)] / (FINER * correlation.rate)
+    starts = (_times_of(array, tops), np.zeros(len(array.positions)))
+    _, leads = max((_climb(matched, array, start) for start in starts), key=lambda one: one[0])
+    turned = _turned(replace(correlation, values=coherence), array, leads)
+    return array.speed * leads if np.mean(np.abs(turned - diffuse) ** 2) < MAX_UNLIKE else None
 
 
 def _times_of(array: MicrophoneArray, lags: Array) -> Array:

@@ -18,8 +18,7 @@ from core.perception.sound.direction import Direction, unit
 from core.perception.sound.locate import locate, sure
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, ring, tetrahedron
 from core.simulation.acoustics.shoebox import ShoeboxRoom
-from tests.benchmarks.array_faults import ARRAYS as SHAPES
-from tests.benchmarks.array_faults import NOT_SEEN, campaign, figures, late
+from tests.benchmarks.array_faults import campaign, figures, late
 from tests.core.perception.voices import far_voice, voice_in_room
 
 ARRAYS = [RESPEAKER_ODAS, tetrahedron()]
@@ -69,6 +68,7 @@ def test_a_foreign_an_inverted_and_two_exchanged_channels_are_named(samples):
         (lambda one: np.column_stack((one.mean(1), one[:, :3])), "processed"),
         (lambda one: np.column_stack((late(one.mean(1), 256), one[:, :3])), "foreign"),
         (lambda one: np.column_stack((one[:, 0], late(one[:, 1], 1), one[:, 2:])), "late"),
+        (lambda one: np.column_stack((late(one[:, 0], 1), late(one[:, 1], 1), one[:, 2:])), "late"),
         (lambda one: np.column_stack((one[:, :3], np.random.default_rng(1).normal(size=len(one)) * 0.05)), "foreign"),
         (lambda one: one[:, [0, 2, 1, 3]], "swapped"),
     ],
@@ -167,7 +167,7 @@ def test_the_wizard_says_what_to_do_and_what_is_wrong():
 
 
 def test_in_rooms_faults_mislead_seldom_and_sound_arrays_stay_sure():
-    names = [name for name in SHAPES if name not in NOT_SEEN]
+    names = ["square", "ring of 6", "uneven", "triangle"]
     done = campaign(rooms=4, seed=3, names=names, most=2)
     faulty, whole = [one for one in done if one.fault], [one for one in done if not one.fault]
     assert len(faulty) == 32 and figures(faulty)["covered_or_not_sure"] >= 0.8  # 0.9 takes 200
