@@ -174,9 +174,9 @@ def test_after_a_restart_of_the_base_the_robot_looks_for_its_place(rolled: float
     outing.now = outing.pilot.step(replace(outing.robot.read(), scan=None, faults=(restarted,)))
     assert outing.now.floor.lost is not None
     assert "restarted" in outing.now.floor.lost.words
-    outing.step(80)
-    truth, lost = outing.now.truth, outing.now.floor.lost
+    now = outing.step(80)
+    truth, lost = now.truth, now.floor.lost
     assert truth is not None
-    places = [outing.now.estimate.pose.vector] if lost is None else list(lost.candidates)
+    places = [now.estimate.pose.vector] if lost is None else list(lost.candidates)
     assert min(truth.distance_to(x, y) for x, y, _ in places) < 0.1
     assert rolled or lost is None  # one view does not tell places apart
