@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import find_board
 from core.calibration.board.quality import BoardNotSeen, judge, miscount_words, why_none
@@ -239,11 +237,9 @@ def mount_from(
         found = solve.calibrate_laser(poses, board, background, mount, with_offset=with_offset, settings=settings)
     except BadInput as wrong:
         trouble = str(wrong)
-    if suspicion.is_suspicious(found, len(poses)):
-        cause = suspicion.find_cause(found, poses, rivals, board, background, mount, settings)
-        if cause is not None:
-            seen = 0 if found is None else int(np.count_nonzero(found.used))
-            raise refusal(cause[0].code, what=cause[0].what, fits=cause[1], count=len(poses), seen=seen)
+    doubt = suspicion.doubt_of(found, poses, rivals, board, background, mount, settings)
+    if doubt is not None:
+        raise doubt
     if found is None:
         raise BadInput(trouble)
     report = laser_report(found, [pose.name for pose in poses], board, model)

@@ -69,7 +69,7 @@ def weak_words(found: Extrinsics) -> tuple[str, ...]:
 
 def warnings(calibration: LaserCalibration, board: Board) -> tuple[str, ...]:
     """Reasons to doubt the calibration."""
-    sentences: list[str] = []
+    sentences = [calibration.doubt] if calibration.doubt else []
     found = calibration.extrinsics
     used = int(np.count_nonzero(calibration.used))
     if used < FEW:

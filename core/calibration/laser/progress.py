@@ -54,12 +54,14 @@ def progress_of(
         words = first or f"{missing} more pose{'s' * (missing > 1)} at least."
     elif stale:
         words = "Not solved yet."
+    elif calibration.doubt:
+        words = calibration.doubt
     elif sentences:
         words = first or sentences[0]
     elif not near:
         words = first or f"Not yet exact: {laser_offset_words(offsets)}"
     else:
         words = f"Done: {laser_offset_words(offsets)}"
-    ready = missing <= 0 and not stale and not sentences and near
+    ready = missing <= 0 and not stale and not sentences and near and not calibration.doubt
     precision = {name: float(gain) for name, gain in zip(NAMES, found.gain, strict=True)}
     return LaserProgress(poses, precision, sentences, laser_offset_words(offsets), ready, words, found.from_ruler)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -11,6 +11,7 @@ from core.calibration.board.board import Board
 from core.calibration.board.quality import judge
 from core.calibration.board.tracking import Explainer, Watcher
 from core.calibration.camera.guidance import Advice
+from core.calibration.laser import suspicion
 from core.calibration.laser.board_line import average, find_lines, foreground
 from core.calibration.laser.guidance import advise_pose
 from core.calibration.laser.planes import BoardPose, Plane, board_pose
@@ -43,6 +44,7 @@ class LaserSessionSettings:
     moved: float = 0.08  # … or by this share of its distance nearer or farther
     least_poses: int = 10
     solve_from: int = 4
+    suspect_from: int = 6  # poses that are enough to suspect the scans themselves
     laser_offset: float = 3.0  # [pixel] within which a laser point at 1 m has to land (95 %)
     solve: LaserSettings = field(default_factory=LaserSettings)
 
@@ -167,9 +169,18 @@ class LaserSession:
         return len(self.poses) >= self.settings.solve_from and self._solved != tuple(pose.name for pose in self.poses)
 
     def solve(self) -> LaserCalibration:
-        """Solve here and now. Raises BadInput with too few poses."""
-        poses = self.poses
-        found = calibrate_laser(poses, self.board, mount=self.mount, settings=self.settings.solve)
+        """Solve here and now. Raises BadInput with too few poses, or with the cause where the scans fit no board."""
+        poses, found, trouble = self.poses, None, None
+        try:
+            found = calibrate_laser(poses, self.board, mount=self.mount, settings=self.settings.solve)
+        except BadInput as wrong:
+            trouble = wrong
+        if len(poses) >= self.settings.suspect_from:
+            doubt = suspicion.doubt_of(found, poses, (), self.board, None, self.mount, self.settings.solve)
+            trouble = doubt or trouble
+            found = found and replace(found, doubt=str(doubt or ""))
+        if found is None:
+            raise trouble or BadInput("The poses give no mount.")
         return self.adopt(found, poses)
 
     def adopt(self, calibration: LaserCalibration, poses: tuple[LaserPose, ...]) -> LaserCalibration:

@@ -62,6 +62,7 @@ class LaserCalibration:
     residuals: tuple[Array, ...]  # of every pose: measured minus predicted range [m] of those beams
     range_sd: float  # [m] of an averaged range, from the straightness of the lines
     square: tuple[float, float]  # [m] side of a square as the laser believes it, and its sd
+    doubt: str = ""  # what explains the poses far better; empty: nothing
 
     @property
     def used(self) -> Array:

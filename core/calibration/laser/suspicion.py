@@ -27,6 +27,7 @@ from core.calibration.laser.solve import (
 from core.calibration.mount import Mount
 from core.errors import BadInput
 from core.message import Array
+from core.sensors.checks import UnusableReading, refusal
 
 ENOUGH = 0.6  # of the poses that show the board to the laser, and …
 ODD_MISFIT = 300.0  # … this misfit: beyond either the scans are suspected
@@ -54,6 +55,25 @@ class Rival:
     what: str  # the cause in words
     poses: tuple[LaserPose, ...]
     background: Array | None = None
+
+
+def doubt_of(
+    found: LaserCalibration | None,
+    poses: Sequence[LaserPose],
+    pairings: Sequence[Rival],
+    board: Board,
+    background: Array | None,
+    mount: Mount | None,
+    settings: LaserSettings,
+) -> UnusableReading | None:
+    """Return the error that names what explains the poses far better; None: nothing does, or nothing is odd."""
+    if not is_suspicious(found, len(poses)):
+        return None
+    cause = find_cause(found, poses, pairings, board, background, mount, settings)
+    if cause is None:
+        return None
+    seen = 0 if found is None else int(np.count_nonzero(found.used))
+    return refusal(cause[0].code, what=cause[0].what, fits=cause[1], count=len(poses), seen=seen)
 
 
 def is_suspicious(found: LaserCalibration | None, count: int) -> bool:

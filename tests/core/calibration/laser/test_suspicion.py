@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from core.calibration.laser.range_lines import unit_rays
+from core.calibration.laser.session import LaserSession, LaserSessionSettings, TakenPose
 from core.calibration.laser.solve import LaserPose
 from core.calibration.laser.suspicion import Rival
+from core.calibration.reports import laser_report
 from core.errors import BadInput
 from core.optics import TABLE_3
 from core.pipelines.calibrate import _pairs, mount_from, sorted_by_number
@@ -37,6 +39,33 @@ def refusal(poses: list[LaserPose], rivals: tuple[Rival, ...] = ()) -> str:
     with pytest.raises(BadInput) as told:
         mount_from(poses, [], BOARD, TABLE_3, rivals=rivals)
     return str(told.value)
+
+
+def test_a_mount_that_is_in_doubt_is_said_and_not_accepted(sound: list[LaserPose]) -> None:
+    session = LaserSession(BOARD, TABLE_3, settings=LaserSessionSettings(least_poses=COUNT))
+    session.taken, session.background = [TakenPose(pose) for pose in sound], np.zeros(1)
+    found = session.solve()
+    assert found.doubt == "" and found.extrinsics.misfit < 100
+    session.adopt(replace(found, doubt="The scans show no boards."), session.poses)
+    assert session.progress().words == "The scans show no boards." and not session.progress().ready
+    assert (
+        laser_report(replace(found, doubt=session.progress().words), [""] * COUNT, BOARD, TABLE_3)["warnings"][0]
+        == session.progress().words
+    )
+
+
+@pytest.mark.campaign
+def test_the_wizard_says_that_the_laser_turns_the_other_way_and_accepts_nothing(sound: list[LaserPose]) -> None:
+    session = LaserSession(BOARD, TABLE_3)
+    session.background = np.zeros(1)
+    session.taken = [TakenPose(other(pose, along=-1.0)) for pose in sound]
+    try:
+        words = session.solve().doubt
+        assert session.progress().words == words or len(sound) < session.settings.least_poses
+        assert not session.progress().ready
+    except BadInput as wrong:
+        words = str(wrong)
+    assert "if its angles run the other way" in words
 
 
 def test_a_sound_set_is_not_suspected(sound: list[LaserPose]) -> None:
