@@ -23,6 +23,7 @@ Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 PRIVATE_NETWORKS = ("10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "fc00::/7")
 CAMERA_KINDS = ("rtsp", "http")  # ways to a camera that an operator may name
+CERTIFIED_LINKS = ("foxglove", "rosbridge")  # whose robot may be asked for a certificate with another name
 FILE_OPTIONS = ("ca", "cert", "key")  # options that name a file
 AUTHORITY = re.compile(r"(?P<user>[^@/?#\\]*@)?(?P<host>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(?P<port>:[0-9]{1,5})?")
 SECRET = re.compile(r"(?<=[/:])([^/:@?#]*):[^/@?#]*@|(?i:([?&](?:password|passwd|pwd|pass|token|key|secret)=))[^&#]*")
@@ -91,6 +92,8 @@ class Reach:
         address = self._resolved(found["host"].strip("[]"), int(found["port"][1:]) if found["port"] else None)
         host = f"[{address}]" if address.version == 6 else str(address)
         pinned = f"{found['user'] or ''}{host}{found['port'] or ''}{rest[len(authority) :]}"
+        if name in CERTIFIED_LINKS and is_to_be_certified(found["host"], query):
+            pinned += f"&tls_name={found['host']}"
         return f"{name}://{kind}{slash}{pinned}"
 
     def _resolved(self, host: str, port: int | None) -> Address:
@@ -134,6 +137,13 @@ def is_own(address: Address) -> bool:
         except OSError:
             return False
     return True
+
+
+def is_to_be_certified(host: str, query: str) -> bool:
+    """Return whether the robot's certificate has to bear this name, which is no address."""
+    options = dict(parse_qsl(query, keep_blank_values=True))
+    is_name = re.fullmatch(r"\[.*\]|[0-9.]+", host) is None
+    return is_name and options.get("tls", "").lower() in ("1", "true") and "tls_name" not in options
 
 
 def names_a_file(query: str) -> bool:

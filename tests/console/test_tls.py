@@ -20,8 +20,8 @@ openssl = pytest.mark.skipif(
 )
 
 
-def certificate(folder: Path) -> tuple[Path, Path]:
-    """For 127.0.0.1, signed by itself."""
+def certificate(folder: Path, bearer: str = "IP:127.0.0.1") -> tuple[Path, Path]:
+    """For this bearer, signed by itself."""
     made, key = folder / "cert.pem", folder / "key.pem"
     wish = [
         "-newkey",
@@ -32,7 +32,7 @@ def certificate(folder: Path) -> tuple[Path, Path]:
         "-subj",
         "/CN=beckon",
         "-addext",
-        "subjectAltName=IP:127.0.0.1",
+        f"subjectAltName={bearer}",
     ]
     subprocess.run(
         ["openssl", "req", "-x509", *wish, "-keyout", str(key), "-out", str(made)], check=True, capture_output=True

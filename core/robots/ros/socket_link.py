@@ -41,6 +41,7 @@ class RosAddress:
     port: int
     secure: bool = False
     authority: str = ""  # a file with the certificate that the robot's one is checked by; "": the usual ones
+    certified: str = ""  # the name in the robot's certificate; "": the host
     options: Mapping[str, str]  # of this kind of link
     settings: RosSettings = RosSettings()
 
@@ -49,9 +50,14 @@ class RosAddress:
         """host:port."""
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
+    @property
+    def certified_name(self) -> str:
+        """The same as the robot is to hear it: by the name in its certificate."""
+        return f"{self.certified}:{self.port}" if self.certified else self.name
+
 
 def parse_address(rest: str, port: int, options: Sequence[str] = ()) -> RosAddress:
-    """`//host:port?tls=1&scan=/front/scan` → where that is.
+    """`//host:port?tls=1&tls_name=robot.lan&scan=/front/scan` → where that is.
 
     `options` are the further keys that this kind of link knows. Raises BadInput with a sentence.
     """
@@ -71,6 +77,7 @@ def parse_address(rest: str, port: int, options: Sequence[str] = ()) -> RosAddre
         port=port if number is None else number,
         secure=secure in ("1", "true"),
         authority=fields.pop("ca", ""),
+        certified=fields.pop("tls_name", ""),
         options={key: fields.pop(key) for key in options if key in fields},
         settings=RosSettings.of(fields),
     )
@@ -199,8 +206,10 @@ class RosSocket(RosDevice):
             why = trouble.strerror or "it did not answer in time"
             raise Unavailable(f"No {self.kind} at {address.name}: {why}. {self.advice}") from None
         try:
-            end = self._trust().wrap_socket(end, server_hostname=address.host) if address.secure else end
-            url = f"{'wss' if address.secure else 'ws'}://{address.name}/"
+            url = f"ws://{address.name}/"
+            if address.secure:
+                end = self._trust().wrap_socket(end, server_hostname=address.certified or address.host)
+                url = f"wss://{address.certified_name}/"
             return WebSocket(end, url, self.subprotocols, CONNECTING)
         except ssl.SSLError as trouble:
             end.close()

@@ -12,6 +12,7 @@ from console.connection import reach
 from console.connection.reach import Reach, inside, is_own, masked, read_entry, unmapped
 from console.http.problems import Problem
 from core.errors import BadInput, BadSettings, BeckonError
+from core.robots.ros.socket_link import parse_address
 
 NAMES = {"robot.lan": ["192.168.7.7"], "twice.lan": ["127.0.0.1", "10.1.2.3"], "evil.example": ["169.254.169.254"]}
 SCHEMES = ["foxglove://{}:5", "rosbridge://{}:5", "zenoh://{}:5/robot", "serial://{}:5", "srv1://{}:5", "scip://{}:5",
@@ -51,6 +52,22 @@ def test_every_kind_of_link_reaches_private_networks_by_their_digits_and_nothing
                "[::ffff:127.0.0.1]", "169.254.169.254", "[fe80::1]", "224.0.0.1", "8.8.8.8",
                "evil.example", "192.168.7.1"]  # fmt: skip
     assert {host: outcome(rule, url.format(host)) for host in refused} == dict.fromkeys(refused, "403")
+
+
+def test_the_certificate_of_an_encrypted_link_is_still_that_of_the_name() -> None:
+    rule, pinned = Reach(), "192.168.7.7:5?tls=1"
+    for kind in ("foxglove", "rosbridge"):
+        assert rule.pinned(f"{kind}://robot.lan:5?tls=1") == f"{kind}://{pinned}&tls_name=robot.lan"
+        assert parse_address(f"//{pinned}&tls_name=robot.lan", 1).certified_name == "robot.lan:5"
+        for unchanged in (
+            "10.1.2.3:5?tls=1",
+            "10.1.2.3:5?tls=1&tls_name=a.lan",
+            "[fd00::7]:5?tls=1",
+            "10.1.2.3?tls=0",
+        ):
+            assert rule.pinned(f"{kind}://{unchanged}") == f"{kind}://{unchanged}"
+        assert "tls_name" not in rule.pinned(f"{kind}://robot.lan:5?scan=/scan")
+        assert rule.pinned(f"{kind}://robot.lan?tls=1&tls_name=b").endswith("7.7?tls=1&tls_name=b")
 
 
 @pytest.mark.parametrize(

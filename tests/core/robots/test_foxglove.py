@@ -214,6 +214,22 @@ def test_an_encrypted_bridge_is_checked_by_its_certificate(tmp_path: Path, monke
     emulator.stop()
 
 
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="a certificate needs openssl: apt install openssl")
+def test_an_address_stands_for_a_robot_whose_certificate_bears_the_name_that_was_asked_for(tmp_path: Path) -> None:
+    made, key = certificate(tmp_path, "DNS:robot.lan")
+    emulator = FoxgloveEmulator(World(), tls=(made.read_bytes(), key.read_bytes()))
+    emulator.start()
+
+    def connect(certified: str) -> None:
+        device_of(emulator.url, f"?tls=1&ca={made}{certified}")._connected().close()
+
+    connect("&tls_name=robot.lan")
+    for certified in ("", "&tls_name=other.lan", "&tls_name=127.0.0.1"):
+        with pytest.raises(Unavailable, match="cannot be encrypted"):
+            connect(certified)
+    emulator.stop()
+
+
 def damaged(number: int, rng: np.random.Generator) -> str | bytes:
     """A message as a broken or hostile robot may send it."""
     channels = {1: scan(0.1 * number), 2: MAKER.frames(), 3: MAKER.camera_info(0.0)}
