@@ -8,7 +8,8 @@ import mimetypes
 import secrets
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
@@ -16,7 +17,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Mount
 
 from console import beckon_version
-from console.access.guard import AccessGuard, dress
+from console.access.guard import Access, AccessGuard, dress
 from console.access.roles import check_roles
 from console.api.calibration import calibration
 from console.api.calibration_files import calibration_files
@@ -129,6 +130,11 @@ def create_app(runtime: Runtime) -> FastAPI:
     app.add_middleware(DurableAnswers, history=runtime.history)
     app.add_middleware(AccessGuard, routes=app.routes, access=runtime.access)
     return app
+
+
+def described_app() -> FastAPI:
+    """The same without a robot: nothing can be asked of it but what it takes and answers."""
+    return create_app(cast(Runtime, SimpleNamespace(history=None, access=Access())))
 
 
 async def prepare(description: ApiDescription) -> None:

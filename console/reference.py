@@ -6,21 +6,18 @@ import argparse
 import inspect
 import json
 from collections.abc import Iterator
-from types import SimpleNamespace
 from typing import Any, cast, get_args
 
 import msgspec
 from fastapi.routing import APIRoute
 
 from console import messages
-from console.access.guard import Access
 from console.access.roles import declared
-from console.app import create_app
+from console.app import described_app
 from console.cli import build_parser
 from console.cli.settings import rows, section_kinds
 from console.messages.generate_js import js_type
 from console.messages.json_schema import socket_schema
-from console.runtime import Runtime
 from console.sentences import static_folder
 from core.commands import VOCABULARY
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile
@@ -195,9 +192,8 @@ def file_entry(each: msgspec.inspect.Field) -> tuple[str, ...]:
 
 def rest_page() -> str:
     """Every endpoint with its role."""
-    runtime = SimpleNamespace(history=None, access=Access())
     topics: dict[str, list[tuple[str, ...]]] = {}
-    for route in create_app(cast(Runtime, runtime)).routes:
+    for route in described_app().routes:
         if isinstance(route, APIRoute) and route.include_in_schema:
             need = declared(route)
             topic = str(route.tags[0]) if route.tags else "other"

@@ -16,6 +16,7 @@ from console.cli import (
     listen,
     look,
     models,
+    openapi,
     record,
     robot,
     robots,
@@ -45,6 +46,7 @@ SUBCOMMANDS = (
     settings,
     link,
     token,
+    openapi,
     doctor,
     completion,
 )

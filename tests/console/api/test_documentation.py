@@ -12,6 +12,7 @@ import msgspec
 import pytest
 
 from console import messages
+from console.__main__ import main
 from console.api.documentation import ADDRESS, DescribedApp, add_schemas, markdown
 from console.app import ROUTERS
 from console.messages.json_schema import UNIONS, socket_schema
@@ -114,6 +115,15 @@ def test_the_reader_finds_the_address_by_which_he_came(live: Live) -> None:
         described = live.ask("GET", "/openapi.json", token=live.viewer, host=host).json
         assert described["servers"] == [{"url": f"http://{host}"}]
         assert described["components"]["securitySchemes"]["login"]["name"] == live.cookie_name
+
+
+def test_the_description_is_printed_without_a_console(live: Live, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["openapi", "--server", "http://robot:1/"]) == 0
+    printed = msgspec.json.decode(capsys.readouterr().out)
+    served = live.ask("GET", "/openapi.json", token=live.viewer).json
+    assert printed["servers"] == [{"url": "http://robot:1"}]
+    assert all(printed[part] == served[part] for part in ("info", "paths"))
+    assert printed["components"]["schemas"] == served["components"]["schemas"]
 
 
 def test_the_messages_of_the_socket_keep_to_their_schema(live: Live) -> None:
