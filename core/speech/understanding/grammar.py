@@ -89,7 +89,7 @@ AHEAD = re.compile(r"\b(?:ahead|advance|forwards?|straight|drive)\b")
 """Words of people who mean CONTINUE."""
 OTHER_LENGTHS = "cm|mm|km|(centi|milli|kilo)met(er|re)s?|feet|foot|ft|inch(es)?|yards?|miles?|steps?"
 OTHER_UNITS = "seconds?|minutes?|degrees?|percent"
-NUMBER_WORDS = "hundred|thousand|half|quarters?|thirds?|dozen|couple|few|several|minus|negative"
+NUMBER_WORDS = "hundred|thousand|niner|half|quarters?|thirds?|dozen|couple|few|several|minus|negative"
 MENTIONS_NUMBER = re.compile(
     rf"[0-9]|\b(?:{'|'.join(VALUES)}|{NUMBER_WORDS}|{OTHER_LENGTHS}|{OTHER_UNITS}|an? m(et(er|re)s?)?)\b"
 )

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.commands import VOCABULARY
+from core.commands import VOCABULARY, spec_of
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import Array, message
 from core.sensors.resampling import resampled
@@ -82,6 +82,8 @@ DOUBTED = 4.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written
 UNHEARD = 2.0  # [nats] … and by which "2.4" is likelier beside "0.4"
 DECIMAL_DOUBTED = 2.0  # [nats] by which "1.2" and "1.5" are less likely beside "1.25": a digit may be unheard
 NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits makes it doubtful
+FRACTION = re.compile(r"(?i)\b(?:half|quarter|third)s?\b|[½¼¾]|[0-9]/[0-9]")
+"""A part of a number in free text that is doubted like a digit more: "two meters and a half" is not 2 meters."""
 OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
 SELDOM = 1.0  # [nats] by which "3.0", "1.05", "0.77" are less likely: they are written for "3.2", "1.25", "0.7"
@@ -169,6 +171,8 @@ class WhisperRecognizer:
         meanings, agreed = self._weighed(samples, found, utterance.rejected)
         objection = TOO_LONG if utterance.cut else "" if agreed else NOT_SURE
         decision = self._decided(meanings, found, objection)
+        if _is_lone_motion(decision) and not self._confirmed_slower(decision, samples, utterance.rejected):
+            decision = self._decided(meanings, found, NOT_SURE)
         goes = decision.command is not None and decision.command.name in NAME_STOP
         words = found.free_text
         if (says_stop(words) or STOP_MISHEARD in words.lower()) and not goes and not decision.stops:
@@ -217,6 +221,12 @@ class WhisperRecognizer:
         again = self._again(samples, rejected)
         both = _read_twice(meanings, again)
         return both, len({_best(one)[0].key for one in (meanings, again, both) if one}) == 1
+
+    def _confirmed_slower(self, decision: Decision, samples: Array, rejected: Iterable[str]) -> bool:
+        """Return whether slower speech, by itself, is the same command."""
+        found = self.search(resampled(samples, RATE, SLOWER * RATE))
+        again = self._decided(self.meanings(found, rejected), found, "").command
+        return again is not None and decision.command is not None and again.name == decision.command.name
 
     def _again(self, samples: Array, rejected: Iterable[str]) -> list[Meaning]:
         """The meanings by a second reading: what was hard to tell apart is often easier in slower speech."""
@@ -280,8 +290,8 @@ class WhisperRecognizer:
             return NO_WHOLE_NUMBER
         digits = count_digits(best.spelling)
         near = (one.text for one in found.free if digits and one.nats > best.nats - NEAR_FREE)
-        more = (text for text in near if count_digits(text) > digits and key_of(text, self._own) != best.key)
-        return MORE_DIGITS if any(more) else ""
+        other = (text for text in near if key_of(text, self._own) != best.key)
+        return MORE_DIGITS if any(count_digits(text) > digits or FRACTION.search(text) for text in other) else ""
 
     def _owed_to_chance(self, key: Key) -> float:
         """[nats] by which its numbers with one decimal are written more often than others, as far as it counts."""
@@ -317,6 +327,12 @@ def key_of(words: str, own: OwnPhrases = ()) -> Key | None:
         return None
     spec, numbers = found
     return spec.name, tuple(numbers.items()), lacks_whole_part(words)
+
+
+def _is_lone_motion(decision: Decision) -> bool:
+    """Return whether one word alone is to move the robot: talk and other languages have words like "come"."""
+    command = decision.command
+    return command is not None and spec_of(command.name).moves and len(decision.words.split()) == 1
 
 
 def _differs_only(one: Key, other: Key, *ways: Callable[[float, float], bool]) -> bool:

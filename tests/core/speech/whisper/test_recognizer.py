@@ -140,6 +140,21 @@ def test_two_readings_that_differ_move_nothing():
     assert told.verdict == "reject" and set(told.did_you_mean) == {"continue 2.5 meters", "continue 1.5 meters"}
 
 
+@pytest.mark.parametrize(
+    ("slower", "free", "goes"),
+    [({"Come.": -1.0}, {"Camel.": -9.0}, True), ({}, {}, False), ({"Come.": -4.0}, {"Camel.": -1.0}, False)],
+)
+def test_one_word_that_moves_the_robot_must_be_heard_in_slower_speech_too(slower, free, goes):
+    class Slower(Searched):
+        def search(self, samples):
+            if len(samples) <= RATE:
+                return self._found
+            return Searched(slower, free)._found
+
+    told = Slower({"Come.": -1.0}, {"Camel.": -9.0}).decide(utterance(np.ones(RATE)))
+    assert (told.command is not None) is goes and told.waits is goes
+
+
 def test_the_confidence_in_a_number_is_the_probability_that_it_is_right():
     """0.86 at a lead that is refused, 0.97 at 2.6 nats, and no more than 0.995 whatever the lead is."""
     told = [decided({"continue 2 meters": -1.0, "continue 3 meters": -1.0 - lead}, {}) for lead in (1.35, 2.6, 9.0)]
@@ -202,6 +217,12 @@ def test_a_number_is_doubted_where_its_whole_part_or_a_decimal_may_not_have_been
 def test_numbers_with_fewer_digits_than_the_free_text_move_nothing(free, moves):
     told = decided({"Stop at 1 and 3.": -3.75, "Stop": -10.6}, free)
     assert told.stops is not moves and (told.echo == "stop at 1 and 3") is moves
+
+
+@pytest.mark.parametrize("free", ["Continue two meters and a half.", "Continue 2 meters and 3/4", "Continue 2½ m"])
+def test_a_number_without_the_fraction_of_the_free_text_moves_nothing(free):
+    assert decided({"Continue 2 meters.": -3.0}, {free: -2.5}).command is None
+    assert decided({"Continue 2.5 meters.": -3.0}, {"Continue two and a half meters.": -2.5}).command is not None
 
 
 def test_a_number_below_one_that_is_little_likelier_than_one_above_only_stops():
