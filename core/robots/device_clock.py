@@ -8,6 +8,7 @@ MAX_DRIFT = 500e-6  # by which a computer's clock runs slow against ours, at mos
 RESONATOR_DRIFT = 5e-3  # of a microcontroller without a crystal
 STEP_S = 0.2  # [s] by which the stamps of a source step back, or come before their time, when its clock was set
 FELL_BEHIND_S = 0.15  # [s] by which a message is later than the quickest …
+LONG_AGO_S = 1e9  # of Unix time (2001), which no clock has reached that counts from its start
 HELD_UP_S = 2.0  # [s] … and, when all of all sources have been so late for so long, the clock was held up
 ACTIVE_S = 2.0  # [s] since its last message for which a source has a say in that
 
@@ -18,7 +19,8 @@ class DeviceClock:
     A source that is late while another is not stays late, however long: what is driven by old readings touches what
     it does not see. By stamps alone, a link that lags as a whole looks like a clock that was held up, as a
     simulator's is: where all sources are late for `HELD_UP_S`, over which nothing is driven by them, the clock
-    follows, unless asked not to. Of several sources one whose stamps step alone is not believed.
+    follows. One that tells the time of day is never held up: what lags behind it is late however long it lasts, and
+    so it is with a clock that is asked not to follow. Of several sources one whose stamps step alone is not believed.
     """
 
     def __init__(self, drift: float = MAX_DRIFT, *, follows: bool = True) -> None:
@@ -45,20 +47,20 @@ class DeviceClock:
                 return device + self.offset
             self._last, self.offset = {source: (device, received)}, difference
             self._stepped.clear()
-        elif self._is_held_up(source, difference - self.offset, received):
+        elif self._is_held_up(source, device, difference - self.offset, received):
             self.offset = difference
         else:
             self.offset = min(difference, self.offset + self._drift * max(received - self._received, 0.0))
         self._received = received
         return device + self.offset
 
-    def _is_held_up(self, source: str, late: float, received: float) -> bool:
+    def _is_held_up(self, source: str, device: float, late: float, received: float) -> bool:
         """Return whether all sources have been late for long; what waited for a frozen reader comes at once."""
         if late <= FELL_BEHIND_S:
             self._late.discard(source)
         else:
             self._late.add(source)
-        if not self._follows or not self._late.issuperset(self._last):
+        if not self._follows or device > LONG_AGO_S or not self._late.issuperset(self._last):
             self._late_since = None
         elif self._late_since is None:
             self._late_since = received

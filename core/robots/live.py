@@ -17,6 +17,7 @@ from core.gate.twist import ZERO, Twist
 from core.robots import Profile
 from core.robots.connection import FoundPart, FoundRobot, ReadConnection, ReadRobotFile, describe
 from core.robots.device import Device, Equipment
+from core.robots.device_clock import LONG_AGO_S
 from core.robots.findings import ClockOffset
 from core.robots.readings import Names, Readings
 from core.robots.requests import AnswerT, ListeningState, Requests, RobotRequest, SetListening, not_taken
@@ -31,7 +32,6 @@ log = logging.getLogger(__name__)
 
 SOONEST, LATEST = 0.25, 5.0  # [s] until the next try to connect
 OPENING = 20.0  # [s] that the devices may take at first
-LONG_AGO = 1e9  # [s] of Unix time (2001), which no clock has reached that counts from its start
 SPREAD = 0.3  # share by which the pauses differ, so that devices do not all knock at once
 
 
@@ -106,7 +106,7 @@ class DeviceLink:
     def _dated(self, clock: ClockOffset) -> ClockOffset:
         """A clock's offset, compared with the time of day where it tells one."""
         tells = self._readings.now() - clock.offset_s
-        return replace_struct(clock, ahead_s=round(tells - time.time(), 4)) if tells > LONG_AGO else clock
+        return replace_struct(clock, ahead_s=round(tells - time.time(), 4)) if tells > LONG_AGO_S else clock
 
     def _run(self) -> None:
         pause = SOONEST

@@ -16,7 +16,7 @@ from core.robots.ros.typestore import BOOL, GOAL, RAW_AUDIO, STRING, TF, TWIST, 
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve
 from tests.emulators.own_navigation import EmulatedNavigation
-from tests.emulators.ros_messages import DESCRIPTION, PROFILE, URDF, RosMessageMaker, speeds_of
+from tests.emulators.ros_messages import DESCRIPTION, PROFILE, SIMULATED_START_S, URDF, RosMessageMaker, speeds_of
 from tests.emulators.world import World
 
 TOPICS = {
@@ -64,7 +64,7 @@ class FoxgloveEmulator:
         self.received: list[tuple[float, float, float]] = []  # time.monotonic(), v, w of every message on the wire
         self.subscribed: set[str] = set()
         self.frames: list[bytes] = []  # every command as it came
-        self.maker = RosMessageMaker(time.time())
+        self.maker = RosMessageMaker(SIMULATED_START_S)
         self.navigation: EmulatedNavigation | None = None  # set it before `start`, and
         self.urdf = ""  # on /robot_description
         self._client_channels: dict[tuple[int, int], str] = {}

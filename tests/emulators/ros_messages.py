@@ -48,6 +48,7 @@ URDF = "".join(
     )
 )  # as a robot_state_publisher sends it, with meshes that only the robot has
 
+SIMULATED_START_S = 1000.0  # of an emulated robot: a slow computer holds its clock up, as a simulator's
 HEADER = "std_msgs/msg/Header"
 PROFILE = SimulatedRobot("lab").profile
 ODOMETRY_START = Pose(3.0, -2.0, 0.7)  # a real robot's odometry does not begin where the console connects

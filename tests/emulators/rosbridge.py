@@ -28,7 +28,7 @@ from core.sensors import Wheels
 from tests.emulators.by_hand import serve as serve_by_hand
 from tests.emulators.foxglove import PERIOD, TOPICS
 from tests.emulators.own_navigation import EmulatedNavigation
-from tests.emulators.ros_messages import DESCRIPTION, PROFILE, URDF, RosMessageMaker
+from tests.emulators.ros_messages import DESCRIPTION, PROFILE, SIMULATED_START_S, URDF, RosMessageMaker
 from tests.emulators.world import World
 
 TYPES = "/rosapi/topics"  # begins the services that list topics
@@ -62,7 +62,7 @@ class RosbridgeEmulator:
         self.received: list[tuple[float, float, float]] = []  # time.monotonic(), v, w of every message on the wire
         self.commands: list[dict[str, Any]] = []  # as they came
         self.subscribed: dict[str, dict[str, Any]] = {}  # topic → the request
-        self.maker = RosMessageMaker(time.time())
+        self.maker = RosMessageMaker(SIMULATED_START_S)
         self.navigation: EmulatedNavigation | None = None  # set it before `start`, and
         self.urdf = ""  # on /robot_description, in ROS 1 a parameter
         self.parameters: dict[str, Any] = {}  # of ROS 1 "/controller/cmd_vel_timeout", ROS 2 "/node:cmd_vel_timeout"

@@ -33,7 +33,7 @@ from core.sensors import Wheels
 from tests.emulators.by_hand import serve
 from tests.emulators.foxglove import TOPICS
 from tests.emulators.own_navigation import EmulatedNavigation
-from tests.emulators.ros_messages import DESCRIPTION, PROFILE, URDF, RosMessageMaker, speeds_of
+from tests.emulators.ros_messages import DESCRIPTION, PROFILE, SIMULATED_START_S, URDF, RosMessageMaker, speeds_of
 from tests.emulators.world import World
 
 PERIOD = 1.0  # [s] between repeated descriptions
@@ -184,7 +184,7 @@ class ZenohEmulator:
         self.strangers = 0  # messages that a C++ node would drop, or whose sender is not in the graph
         self.tokens: set[str] = set()  # of others
         self._senders: set[bytes] = set()  # identifiers of all whose tokens were ever there
-        self.maker = RosMessageMaker(time.time())
+        self.maker = RosMessageMaker(SIMULATED_START_S)
         self.navigation: EmulatedNavigation | None = None  # set it before `start`, and
         self.urdf = ""  # on /robot_description
         self.timeout: float | None = None  # [s] cmd_vel_timeout of its controller; None: it has no such parameter

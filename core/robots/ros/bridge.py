@@ -147,10 +147,13 @@ class RosSensors:
 
     @property
     def missing(self) -> list[str]:
-        """The topics that describe the robot and of which nothing has come yet."""
+        """The topics that describe the robot and of which nothing has come yet, or no mounting on /tf alone."""
         wanted = (*self.topics.scans, self.topics.image, self.topics.camera_info, self.topics.frames)
         more = (self.topics.odometry, self.topics.description)
-        return [topic for topic in (*wanted, *more) if topic and topic not in self._heard]
+        silent = [topic for topic in (*wanted, *more) if topic and topic not in self._heard]
+        moving = "" if self.topics.frames else self.topics.moving_frames
+        placed = all(self._placed_at(frame) is not None for frame, _ in self._lasers.values())
+        return silent if placed or not moving else [*silent, moving]
 
     def attach(self, readings: Readings) -> None:
         """Hand on what comes from now on."""
@@ -203,7 +206,7 @@ class RosSensors:
     def equipment(self, name: str) -> Equipment:
         """Equipment of the robot, as far as its messages say it; `notices` names what they leave out."""
         topics = self.topics
-        for topic in self.missing:
+        for topic in (one for one in self.missing if one not in self._heard):
             self.notices.append(f"{topic} is there, but nothing comes on it.")
         if topics.sound and not topics.array:
             self.notices.append(

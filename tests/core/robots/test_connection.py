@@ -178,6 +178,7 @@ def confirmed(found: FoundRobot, file: RobotFile) -> RobotFile:
 def test_a_robot_started_by_its_written_file_has_the_same_profile(tmp_path: Path) -> None:
     world = World()
     emulator = FoxgloveEmulator(world)
+    emulator.maker.start = time.time()
     emulator.start()
     world.start()
     try:

@@ -229,6 +229,17 @@ def test_a_clock_that_was_set_back_is_learnt_anew() -> None:
     assert clock.stamp(5.0, 2.0) == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("until", [20.5, 22.0, 60.0])  # [s] the link stands still, then all comes late, or bit by bit
+def test_a_link_that_lags_as_a_whole_is_late_by_the_time_of_day_however_long_it_lasts(until: float) -> None:
+    clock, late = DeviceClock(), 0.0
+    for number in range(1200):
+        own = 0.1 * number
+        lag = 2.0 * min(max(own - 20.0, 0.0) / (until - 20.0), 1.0)
+        for source in ("scan", "odometry"):
+            late = own + lag - clock.stamp(1.7e9 + own, own + lag, source)
+    assert late == pytest.approx(2.0, abs=0.06)
+
+
 @pytest.mark.parametrize("growth", [1.0, 0.1, 0.003])
 def test_what_lags_behind_stays_late_however_slowly_it_came_to_it(growth: float) -> None:
     rng, clock, late = np.random.default_rng(3), DeviceClock(follows=False), 0.0
