@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Generator
 from contextlib import contextmanager
 from typing import Any
 
@@ -84,7 +84,7 @@ WIRES: dict[str, tuple[Callable[..., Any], Callable[[str], Device]]] = {
 
 
 @contextmanager
-def served(wire: str, topics: Topics, listeners: Collection[str]) -> Iterator[tuple[Any, Callable[[str], Device]]]:
+def served(wire: str, topics: Topics, listeners: Collection[str]) -> Generator[tuple[Any, Callable[[str], Device]]]:
     make, open_device = WIRES[wire]
     emulator = make(topics, listeners)
     emulator.start()
