@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -32,21 +33,21 @@ class Score:
     update: float  # [ms] processor time, mean
 
 
-def score(data: Path, log: str, ids: Ids, settings: EkfSettings | None = None) -> Score:
-    """Drive the filter through a log below the folder `data`, and compare."""
+def score(data: Path, log: str, ids: Ids, settings: EkfSettings | None = None, updates: int | None = None) -> Score:
+    """Drive the filter through a log below the folder `data`, or its first `updates`, and compare."""
     recording = open_log(data / log, ids=ids)
     assert isinstance(recording, SightingRecording)
     truths, start = true_poses(data, log, recording)
     slam, squared, found = EkfSlam(settings), [], []
     began = time.process_time()
-    for step, truth in zip(recording, truths, strict=True):
+    for step, truth in islice(zip(recording, truths, strict=True), updates):
         slam.advance(step.increment)
         slam.see(step.sightings)
         found.append(slam.estimate.pose)
         squared.append(slam.nees(start.inverse() @ truth))
     spent = time.process_time() - began
     estimated = start.apply(np.array([(pose.x, pose.y) for pose in found]))
-    true = np.array([(pose.x, pose.y) for pose in truths])
+    true = np.array([(pose.x, pose.y) for pose in truths[:updates]])
     if log.startswith("mrclam6"):
         estimated = aligned(estimated, true)
     errors = np.hypot(*(estimated - true).T)
@@ -55,7 +56,7 @@ def score(data: Path, log: str, ids: Ids, settings: EkfSettings | None = None) -
         worst=float(errors.max()),
         landmarks=len(slam.landmarks),
         nees=float(np.nanmean(squared)),
-        update=1e3 * spent / len(recording),
+        update=1e3 * spent / len(found),
     )
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,15 +23,25 @@ CAMERA = {
 }
 
 
-def told(shared_data: Path, tmp_path: Path, square: float, height: float | None = None) -> dict[str, Any]:
-    camera = tmp_path / "camera.json"
+Told = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def told(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Told:
+    """The answer for squares [m] and a height [m], which is found once."""
+    camera = tmp_path_factory.mktemp("camera") / "camera.json"
     camera.write_text(json.dumps(CAMERA))
-    board = Board(columns=11, rows=8, square=square)
-    return calibrate_laser(shared_data / "camera-lidar2d-acfr", camera, board, height=height)
+
+    @cache
+    def found(square: float, height: float | None = None) -> dict[str, Any]:
+        board = Board(columns=11, rows=8, square=square)
+        return calibrate_laser(shared_data / "camera-lidar2d-acfr", camera, board, height=height)
+
+    return found
 
 
-def test_height_roll_and_pitch_are_said_to_be_unknown(shared_data: Path, tmp_path: Path) -> None:
-    found = told(shared_data, tmp_path, 0.019)
+def test_height_roll_and_pitch_are_said_to_be_unknown(told: Told) -> None:
+    found = told(0.019)
     assert found["poses_used"] == 5 and set(found["not_known"]) == {"roll", "pitch", "height"}
     words = " ".join(found["weak_directions"])
     assert "height" in words and "roll" in words and "pitch" in words and "tilt the board forward and back" in words
@@ -40,8 +52,8 @@ def test_height_roll_and_pitch_are_said_to_be_unknown(shared_data: Path, tmp_pat
 
 
 @pytest.mark.parametrize("square", [0.019, 0.020])
-def test_the_laser_says_which_squares_it_believes(shared_data: Path, tmp_path: Path, square: float) -> None:
-    found = told(shared_data, tmp_path, square)
+def test_the_laser_says_which_squares_it_believes(told: Told, square: float) -> None:
+    found = told(square)
     assert found["square_m"]["by_laser"] == pytest.approx(0.0189, abs=0.0002)
     assert "squares are 18.9" in found["square_words"]
     doubted = [words for words in found["warnings"] if "Measure five squares" in words]
@@ -49,8 +61,8 @@ def test_the_laser_says_which_squares_it_believes(shared_data: Path, tmp_path: P
     assert {"roll", "pitch", "height"} <= set(found["not_known"])
 
 
-def test_a_measured_height_leaves_yaw_and_the_floor_offsets_to_the_data(shared_data: Path, tmp_path: Path) -> None:
-    found = told(shared_data, tmp_path, 0.019, height=0.05)
+def test_a_measured_height_leaves_yaw_and_the_floor_offsets_to_the_data(told: Told) -> None:
+    found = told(0.019, height=0.05)
     assert found["translation_m"][2] == pytest.approx(0.05, abs=0.005)
     assert found["translation_m"][0] == pytest.approx(0.0858, abs=0.004)
     yaw = np.array(found["rotation"]) @ OPTICAL.T

@@ -40,11 +40,14 @@ def test_dead_reckoning_and_the_filter_err_as_in_the_paper(capsys: pytest.Captur
     assert 2.4 <= invariant["nees_mean"] <= 3.6
 
 
-def test_eight_of_the_runs_err_as_the_forty_may(capsys: pytest.CaptureFixture[str], data: Path) -> None:
-    estimators = told(capsys, data, "--runs", "8")["estimators"]
+@pytest.mark.parametrize(("runs", "nees"), [("2", 1.5), pytest.param("8", 2.0, marks=pytest.mark.campaign)])
+def test_some_of_the_runs_err_as_the_forty_may(
+    capsys: pytest.CaptureFixture[str], data: Path, runs: str, nees: float
+) -> None:
+    estimators = told(capsys, data, "--runs", runs, "--workers", "1")["estimators"]
     for name in ("ekf_slam", "ekf_slam_invariant"):
         assert estimators[name]["worst_average_error_m"] <= 0.091
-        assert 2.0 <= estimators[name]["nees_mean"] <= 4.0
+        assert nees <= estimators[name]["nees_mean"] <= 4.0
 
 
 @pytest.mark.campaign

@@ -45,7 +45,7 @@ def strangers(shared_data: Path) -> Path:
 @pytest.mark.parametrize(
     ("name", "code", "words"),
     [
-        ("rot180", "camera.two_settings", "turned by half a turn"),
+        pytest.param("rot180", "camera.two_settings", "turned by half a turn", marks=pytest.mark.campaign),
         ("zoom", "camera.two_settings", "zoom or focus was moved"),
         ("fronto", "camera.focal_undecided", "do not decide the focal length"),
     ],

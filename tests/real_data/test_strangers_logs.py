@@ -15,10 +15,10 @@ FOLDER = Path(__file__).parents[3] / "shared" / "data" / "strangers" / "recordin
 CONTROL_MEAN_M = 0.021  # of the sound recording of the same drive
 QUICK = {
     "01d_laser_clock_4s.mcap": {"clock.differs"},
-    "04_odometry_reset.mcap": {"odometry.restarted"},
-    "32_carmen_rawlaser.log": set[str](),
 }
 OTHERS = {
+    "04_odometry_reset.mcap": {"odometry.restarted"},
+    "32_carmen_rawlaser.log": set[str](),
     "01_laser_clock_since_boot.mcap": {"clock.differs"},
     "02_clock_set_in_the_middle.mcap": {"clock.recorder_set", "clock.set"},
     "03_two_robots_one_bag.mcap": {"robots.several"},

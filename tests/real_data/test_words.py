@@ -39,7 +39,7 @@ def finals(told: tuple[RecognizedUtterance, ...]) -> list[RecognizedUtterance]:
 @pytest.mark.parametrize(
     ("name", "echo"),
     [
-        ("flite_slt_00", "turn left"),
+        pytest.param("flite_slt_00", "turn left", marks=pytest.mark.campaign),
         ("flite_slt_20", "stop at 3.2 and -0.8"),
     ],
 )

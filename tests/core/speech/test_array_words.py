@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,7 @@ class Scribe:
         return sure("")
 
 
+@cache
 def spoken(ratio: float, seconds: float = 1.2) -> Sound:
     """A voice from 1.0 rad, with half a second of noise before and a second behind."""
     voice = far_voice(RESPEAKER_ODAS, 1.0, 0.2, ratio=ratio, duration=seconds, stamp=20.0)
@@ -72,14 +75,14 @@ def test_the_beam_has_less_noise_than_one_microphone_and_the_same_bounds():
 @pytest.mark.parametrize(
     ("seconds", "read", "understood"),
     [
-        (1.2, ("", "come here"), "come here"),
         (1.2, ("", "", "come here"), "come here"),
         (1.2, ("", "stop"), "stop"),
         (1.2, ("", "start", ""), ""),  # single words have to be understood every time
-        (1.2, ("", "", ""), ""),
         (1.2, ("come here",), "come here"),
         (2.4, ("", "come here"), "come here"),
-        (2.4, ("", ""), ""),
+        pytest.param(1.2, ("", "come here"), "come here", marks=pytest.mark.campaign),
+        pytest.param(1.2, ("", "", ""), "", marks=pytest.mark.campaign),
+        pytest.param(2.4, ("", ""), "", marks=pytest.mark.campaign),
     ],
 )
 def test_a_sentence_that_is_not_understood_is_read_in_other_ways(seconds, read, understood):
