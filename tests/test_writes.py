@@ -39,6 +39,8 @@ def bare_writes(tree: ast.AST) -> Iterator[int]:
         if not isinstance(call, ast.Call):
             continue
         name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+        if name not in {"open", "dump", *WRITES}:
+            continue
         owner = ast.unparse(call.func.value) if isinstance(call.func, ast.Attribute) else ""
         given = [*call.args, *(each.value for each in call.keywords if each.arg == "mode")]
         modes = [one.value for one in given if isinstance(one, ast.Constant) and isinstance(one.value, str)]

@@ -12,7 +12,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 from core.gate.limits import Limits
 from core.gate.trace import check, read_trace
 from tests.browser.running_console import Running
-from tests.browser.visit import DESK, PHONE, Visit
+from tests.browser.visit import DESK, PATIENCE, PHONE, Visit
 
 Open = Callable[..., Visit]
 
@@ -46,7 +46,7 @@ def test_whatever_takes_the_hands_away_stops_and_the_held_key_stays_dead(visit: 
     for end in ("blur", "pagehide", "contextmenu"):
         here.hold("a", lambda: console.turning() > 0.2, "the robot turns")
         here.page.evaluate("name => window.dispatchEvent(new Event(name))", end)
-        here.until(lambda: abs(console.turning()) < 0.01, f"it stands after {end}", 2.0)
+        here.within(2.0, lambda: abs(console.turning()) < 0.01, f"it stands after {end}")
         before = console.truth()[2]
         here.wait(0.4)
         assert abs(console.truth()[2] - before) < 0.02, end
@@ -59,7 +59,7 @@ def test_a_key_held_through_stop_does_not_move_the_robot_until_it_is_pressed_ane
     here = visit()
     here.hold("d", lambda: console.turning() < -0.2, "the robot turns")
     here.page.keyboard.press("Escape")
-    here.until(lambda: abs(console.turning()) < 0.01, "it stands", 2.0)
+    here.within(2.0, lambda: abs(console.turning()) < 0.01, "it stands")
     expect(here.find(".drive-why")).to_contain_text("Let go")
     before = console.truth()[2]
     here.wait(0.6)
@@ -82,7 +82,7 @@ def test_the_stick_drives_while_it_is_held_even_outside_its_ring(visit: Open, co
 
     here.insist(push, here.page.mouse.up, lambda: console.turning() > 0.2, "the robot turns left")
     here.page.mouse.up()
-    here.until(lambda: abs(console.turning()) < 0.01, "it stands", 2.0)
+    here.within(2.0, lambda: abs(console.turning()) < 0.01, "it stands")
 
 
 def test_when_the_link_goes_the_banner_comes_within_a_second_and_the_robot_stands(
@@ -101,8 +101,8 @@ def test_when_the_link_goes_the_banner_comes_within_a_second_and_the_robot_stand
     here.hold("a", lambda: console.turning() > 0.2, "the robot turns")
     routes[-1].close(code=1012, reason="")
     expect(here.find("banner-stack")).to_contain_text("Link lost", timeout=1000)
-    here.until(lambda: abs(console.turning()) < 0.01, "it stands", 2.0)
-    expect(here.find("link-chip")).to_contain_text("Hz", timeout=8000)
+    here.within(2.0, lambda: abs(console.turning()) < 0.01, "it stands")
+    expect(here.find("link-chip")).to_contain_text("Hz", timeout=1000 * PATIENCE)
     before = console.truth()[2]
     here.wait(0.6)
     assert abs(console.truth()[2] - before) < 0.02

@@ -13,7 +13,7 @@ from playwright.sync_api import Locator, expect
 
 from core.models import MODEL, find
 from tests.browser.running_console import Running
-from tests.browser.visit import DESK, Visit
+from tests.browser.visit import DESK, PATIENCE, Visit
 
 Open = Callable[..., Visit]
 MINUTE = 60.0  # [s] of the simulator's clock
@@ -52,7 +52,7 @@ def test_within_the_first_minute_someone_calls_and_the_robot_comes(visit: Open, 
         here.until(lambda before=before: newly_started.newest()["id"] > before, "she was heard", LONG)
         if newly_started.newest()["state"] != "refused":
             break
-    expect(here.find('.chain-step[data-step="heard"][data-lit]')).to_be_visible(timeout=30_000)
+    expect(here.find('.chain-step[data-step="heard"][data-lit]')).to_be_visible(timeout=2000 * PATIENCE)
     here.until(lambda: with_words(newly_started)["state"] != "running", "it came", LONG)
     row = with_words(newly_started)
     assert (row["name"], row["state"], row["source"]) == ("come_here", "done", "ears"), row

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.browser.running_console import Running, write_log
-from tests.browser.visit import DESK, PHONE, Visit
+from tests.browser.visit import DESK, PATIENCE, PHONE, Visit
 
 Open = Callable[..., Visit]
 SMALLEST = 64  # [px] of STOP
@@ -295,7 +295,7 @@ def test_the_theme_is_chosen_and_remembered(visit: Open) -> None:
     dark = here.page.evaluate(ground)
     assert dark != light
     here.page.reload()
-    expect(here.find("link-chip")).to_contain_text("Hz", timeout=10000)
+    expect(here.find("link-chip")).to_contain_text("Hz", timeout=1000 * PATIENCE)
     assert here.page.evaluate(ground) == dark
 
 
@@ -311,7 +311,7 @@ def test_without_a_login_the_page_asks_for_the_token_and_takes_the_whole_link(
     expect(page.get_by_role("alert").filter(has_text="token")).to_be_visible()
     page.get_by_label("Token").fill(console.driving)
     page.keyboard.press("Enter")
-    expect(page.locator("link-chip")).to_contain_text("Hz", timeout=10000)
+    expect(page.locator("link-chip")).to_contain_text("Hz", timeout=1000 * PATIENCE)
     page.evaluate("link => { location.href = link }", console.driving)
     until = time.monotonic() + 5
     while page.evaluate("location.hash") and time.monotonic() < until:

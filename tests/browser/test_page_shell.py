@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.running_console import Running
-from tests.browser.visit import DESK, PHONE, Visit
+from tests.browser.visit import DESK, PATIENCE, PHONE, Visit
 
 Open = Callable[..., Visit]
 PAGES = ("Calibrate", "Hearing", "People", "Maps", "Experiments", "Connect", "Help")
@@ -100,7 +100,7 @@ def test_experiments_are_listed_and_one_is_cancelled(visit: Open, console: Runni
     here = visit()
     open_page(here, "Experiments")
     card = here.find('[data-experiment="dead-reckoning-vs-slam"]')
-    expect(card).to_contain_text("Figure 16", timeout=60_000)
+    expect(card).to_contain_text("Figure 16", timeout=2000 * PATIENCE)
     card.get_by_text("Details").click()
     card.get_by_label("drives").fill("9000")
     card.get_by_role("button", name=re.compile("^Run")).click()

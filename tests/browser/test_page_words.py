@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page, Route, WebSocketRoute, expect
 
 from tests.browser.running_console import Running
-from tests.browser.visit import PHONE, Visit
+from tests.browser.visit import PATIENCE, PHONE, Visit
 
 Open = Callable[..., Visit]
 REFUSE = """() => {
@@ -252,7 +252,7 @@ def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> 
     expect(hint).to_contain_text("That is all")
     here.button("Done").click()
     here.page.reload()
-    expect(here.find("link-chip")).to_contain_text("Hz", timeout=10000)
+    expect(here.find("link-chip")).to_contain_text("Hz", timeout=1000 * PATIENCE)
     here.wait(0.5)
     assert not hint.is_visible()
 
@@ -322,4 +322,4 @@ def test_the_first_hints_wait_while_someone_else_drives(visit: Open, console: Ru
 def test_a_refused_microphone_is_told_in_words(visit: Open) -> None:
     here = visit(before=lambda page: page.add_init_script(f"({REFUSE})()"))
     here.page.get_by_role("button", name="Hold to talk").dispatch_event("pointerdown", {"button": 0, "pointerId": 1})
-    expect(here.find(".voice-says")).to_contain_text("refused. Allow it", timeout=30_000)
+    expect(here.find(".voice-says")).to_contain_text("refused. Allow it", timeout=2000 * PATIENCE)

@@ -16,7 +16,7 @@ FLAT = ["--disable-gpu", IN_PROCESS]  # what Chromium is started with where nobo
 WITH_SCENE = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # … and where someone does
 DESK, PHONE = (1440, 900), (390, 844)
 HARMLESS = ("Software WebGL", "GPU stall", "GL Driver Message", "401 (Unauthorized)", "THREE.Clock")
-PATIENCE = 15.0  # [s]; the machine may be busy
+PATIENCE = 45.0  # [s]; the machine may be busy
 expect.set_options(timeout=PATIENCE * 1000)
 
 
@@ -107,8 +107,8 @@ class Visit:
         more = "&fixedDpr=0.25" if coarse else ""
         self.page.evaluate("more => { const frame = document.querySelector('#scene'); frame.src += more }", more)
         canvas = self.page.frame_locator("#scene").locator("canvas").first
-        expect(canvas).to_be_visible(timeout=20000)
-        expect(canvas).to_have_css("opacity", "1", timeout=20000)  # it fades in
+        expect(canvas).to_be_visible(timeout=2000 * PATIENCE)
+        expect(canvas).to_have_css("opacity", "1", timeout=2000 * PATIENCE)  # it fades in
 
     def fresh(self) -> None:
         """Wait until the page shows what is now."""
@@ -149,6 +149,12 @@ class Visit:
             assert time.monotonic() - begun < patience, f"waited {patience} s in vain: {what}"
             self.wait(0.05)
         return time.monotonic() - begun
+
+    def within(self, seconds: float, is_so: Callable[[], Any], what: str) -> None:
+        """Wait until it is so, which may take `seconds` of the robot's clock: it waits for a slow computer."""
+        begun = self.console.stamp()
+        self.until(lambda: is_so() or self.console.stamp() - begun > seconds, what)
+        assert is_so(), f"not within {seconds} s: {what}"
 
     def hold(self, key: str, is_so: Callable[[], Any], what: str) -> None:
         """Hold a key until it is so; the key stays down."""

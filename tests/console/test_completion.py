@@ -47,7 +47,7 @@ def test_bash_completes_subcommands_options_values_files_and_folders(
     (tmp_path / "walk.log").write_text("")
     (tmp_path / "maps").mkdir()
     asked = ["bash", "-c", ASK, "bash", str(bash_script), "beckon", *words]
-    answer = subprocess.run(asked, cwd=tmp_path, capture_output=True, text=True, timeout=20, check=True)
+    answer = subprocess.run(asked, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True)
     assert set(answer.stdout.split()) == offered
 
 
@@ -59,7 +59,7 @@ def test_every_shells_script_is_printed_and_knows_every_subcommand(
     printed = capsys.readouterr().out
     assert all(name in printed for name in ("speech-quality", "dead-reckoning-vs-slam", "completion"))
     if shutil.which(shell):
-        subprocess.run([shell, "-n"], input=printed, text=True, timeout=20, check=True)
+        subprocess.run([shell, "-n"], input=printed, text=True, timeout=300, check=True)
 
 
 def test_an_unknown_shell_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:

@@ -88,7 +88,7 @@ def test_a_new_driver_and_its_test_work_at_once(folder: Path) -> None:
         env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
     assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout[-2000:]

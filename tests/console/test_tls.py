@@ -47,7 +47,7 @@ def test_page_cookie_and_sockets_come_by_https(tmp_path: Path, capsys: pytest.Ca
     check(options)
     with Live(tmp_path / "home", tls=(made, key)) as live:
         trust = ssl.create_default_context(cafile=str(made))
-        line = http.client.HTTPSConnection("127.0.0.1", live.port, context=trust, timeout=10)
+        line = http.client.HTTPSConnection("127.0.0.1", live.port, context=trust, timeout=60)
         headers = {"Origin": f"https://127.0.0.1:{live.port}", "Content-Type": "application/json"}
         line.request("POST", "/api/login", f'{{"token": "{live.operator}"}}', headers)
         answer = line.getresponse()

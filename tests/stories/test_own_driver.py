@@ -24,6 +24,9 @@ from tests.emulators.toy_robot import ToyRobot
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "static/docs/how-to/write-your-own-driver.md").read_text()
 
+TRIES = 3  # examinations of a robot: other tests take the computer's time
+UNCONDITIONAL = ("standing after reconnect", "close")  # no busy computer excuses what fails here
+
 
 def fences(language: str) -> list[str]:
     """The blocks of the page in that language, in order."""
@@ -49,7 +52,7 @@ def run(folder: Path, words: list[str], answer: str = "") -> str:
         input=answer,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
@@ -66,7 +69,7 @@ class Client:
         headers = {"Authorization": f"Bearer {self._key}", "Content-Type": "application/json"}
         content = None if body is None else json.dumps(body).encode()
         request = urllib.request.Request(self._base + path, content, headers)
-        with urllib.request.urlopen(request, timeout=10) as answer:
+        with urllib.request.urlopen(request, timeout=60) as answer:
             return json.load(answer)
 
 
@@ -83,11 +86,11 @@ def console(folder: Path, words: list[str]) -> Iterator[Client]:
     try:
         links = until(lambda: re.findall(r"(http://\S+/)#t=(\S+)", said.read_text()), 60.0)
         client = Client(*links[0])
-        until(lambda: client.ask("api/state")["robot"]["link"] == "live", 20.0)
+        until(lambda: client.ask("api/state")["robot"]["link"] == "live", 100.0)
         yield client
     finally:
         process.send_signal(signal.SIGTERM)
-        process.wait(20)
+        process.wait(100)
 
 
 def until(true: Callable[[], Any], seconds: float) -> Any:
@@ -108,7 +111,7 @@ def drive(client: Client, *, warned: bool = False) -> None:
                 for one in client.ask("api/commands/history")["commands"]
                 if one["id"] == number and one["ended_s"]
             ],
-            40.0,
+            200.0,
         )
         assert ended[0]["state"] == "done", ended
     state = client.ask("api/state")
@@ -160,7 +163,10 @@ def test_the_example_of_the_page_drives_a_robot(tmp_path: Path) -> None:
     robot.start()
     address = robot.url.partition(".py:")[2]
     interruption = Interruption(robot.stop, robot.start)
-    report = check_robot(f"py:{tmp_path}/rover.py:{address}", drive=True, interruption=interruption)
+    for _ in range(TRIES):
+        report = check_robot(f"py:{tmp_path}/rover.py:{address}", drive=True, interruption=interruption)
+        if report.passed or any(check.name in UNCONDITIONAL and not check.passed for check in report.checks):
+            break
     robot.stop()
     assert [(check.name, check.advice) for check in report.checks if not check.passed] == []
     assert {"stop", "silence", "reconnect", "standing after reconnect", "close"} <= {

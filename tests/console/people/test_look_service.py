@@ -39,7 +39,7 @@ async def answered(service: LookService, seconds: float = 20.0) -> LookAnswer:
     return answer
 
 
-async def until(done: Callable[[], bool], seconds: float = 20.0) -> None:
+async def until(done: Callable[[], bool], seconds: float = 100.0) -> None:
     async with asyncio.timeout(seconds):
         while not done():
             await asyncio.sleep(0.01)

@@ -71,7 +71,7 @@ class Operator:
         self._thread.join()
 
 
-def until(happens: Callable[[], bool], seconds: float = 10.0) -> float:
+def until(happens: Callable[[], bool], seconds: float = 100.0) -> float:
     """Wait for it → how long it took."""
     begun = time.monotonic()
     while not happens():

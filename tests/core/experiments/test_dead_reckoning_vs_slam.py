@@ -129,7 +129,7 @@ def frozen_file(path: Path, **changes: Any) -> Path:
     return path
 
 
-@pytest.mark.parametrize("still", [False, True])
+@pytest.mark.parametrize("still", [pytest.param(False, marks=pytest.mark.campaign), True])
 def test_a_file_of_draws_gives_what_the_simulator_gave(tmp_path: Path, still: bool) -> None:
     path = frozen_file(tmp_path / "draws.npz")
     read_back, drawn = run(data=path, still=still), run(runs=2, seed=1, still=still)

@@ -59,7 +59,7 @@ class Played:
             self.status = packet
         self.twists += [(time.monotonic(), twist) for twist in take_packets(self.driver)[0]]
 
-    def until(self, happens: Callable[[], bool], seconds: float = 5.0) -> float:
+    def until(self, happens: Callable[[], bool], seconds: float = 100.0) -> float:
         """Listen until something happens → how long that took."""
         begun = time.monotonic()
         while not happens():

@@ -46,7 +46,7 @@ def widest_error(seen: list[Snapshot]) -> float:
     return max(abs(wrap(pose.heading - truth.heading)) for pose, truth in poses if truth is not None)
 
 
-@pytest.mark.parametrize("shift", [-0.1, 0.1])
+@pytest.mark.parametrize("shift", [-0.1, pytest.param(0.1, marks=pytest.mark.campaign)])
 def test_wrong_stamps_turn_the_pose_only_until_they_are_corrected(shift: float) -> None:
     left = Settings(time_offset=TimeOffsetSettings(estimate=False))
     assert widest_error(snapshots(ONE, Stamping(shift), left)) > math.radians(4)

@@ -72,7 +72,7 @@ class Running:
         self.thread = threading.Thread(target=self.driver.run)
         self.thread.start()
 
-    def until(self, happens: Callable[[], bool], seconds: float = 5.0) -> None:
+    def until(self, happens: Callable[[], bool], seconds: float = 100.0) -> None:
         ends = time.monotonic() + seconds
         while not happens():
             assert time.monotonic() < ends

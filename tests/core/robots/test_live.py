@@ -54,7 +54,7 @@ def shape(equipment: tuple[Equipment, ...]) -> Profile:
     return Profile(name=equipment[0].name, url="")
 
 
-def until(true: Callable[[], bool], seconds: float = 5.0) -> None:
+def until(true: Callable[[], bool], seconds: float = 100.0) -> None:
     end = time.monotonic() + seconds
     while not true():
         assert time.monotonic() < end

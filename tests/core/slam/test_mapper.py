@@ -52,8 +52,13 @@ def work(floor: Mapper, last: Moment) -> None:
     floor.finish()
 
 
-def test_before_the_loop_is_closed_two_drives_err_by_half_a_metre_at_most_in_the_mean(lap: Lap) -> None:
+def test_before_the_loop_is_closed_a_drive_errs_by_less_than_a_metre(lap: Lap) -> None:
     """By wheels that bend the way by 0.5° per metre; one drive's worst error is between 0.3 and 0.8 m by its seed."""
+    assert max(lap.errors) < 0.8
+
+
+@pytest.mark.campaign
+def test_before_the_loop_is_closed_two_drives_err_by_half_a_metre_at_most_in_the_mean(lap: Lap) -> None:
     assert np.mean([max(lap.errors), max(lap_of(2).errors)]) < 0.5
 
 

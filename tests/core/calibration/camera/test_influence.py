@@ -67,7 +67,7 @@ def test_what_the_others_give_without_a_view_is_what_solving_without_it_gives(co
         assert np.all(others[number].sds >= known.sds)
 
 
-@pytest.mark.parametrize("culprit", [0, 7, 12])
+@pytest.mark.parametrize("culprit", [7, *(pytest.param(end, marks=pytest.mark.campaign) for end in (0, 12))])
 def test_a_view_that_is_left_out_says_what_it_would_change(culprit: int) -> None:
     pixels = some_corners(13, noise=0.15, seed=2)[0].pixels.copy()
     pixels[culprit] = stretched(pixels[culprit])
@@ -92,7 +92,7 @@ def test_where_the_fault_is_certain_no_more_views_are_asked_for() -> None:
     assert "rows 2 and 3" in reason and TOLD.search(reason) and "to decide" not in reason
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.campaign) for seed in (1, 2))])
 def test_the_only_tilted_view_is_named_as_the_one_that_decides(seed: int) -> None:
     facing, _ = some_corners(11, noise=0.1, seed=seed, how=FACING)
     tilted, _ = some_corners(1, noise=0.1, seed=seed + 50, how=TILTED)
@@ -114,8 +114,9 @@ def test_the_wizard_says_so_when_it_is_done() -> None:
     assert "Done" in session.progress().words and "view 20 decides f by itself" in session.progress().words
 
 
-def test_in_ordinary_sets_of_views_hardly_any_decides() -> None:
-    sets = [some_corners(13, noise=0.1, seed=1000 + seed)[0].pixels for seed in range(12)]
+@pytest.mark.parametrize("count", [4, pytest.param(12, marks=pytest.mark.campaign)])
+def test_in_ordinary_sets_of_views_hardly_any_decides(count: int) -> None:
+    sets = [some_corners(13, noise=0.1, seed=1000 + seed)[0].pixels for seed in range(count)]
     assert sum(solved(pixels).deciding != "" for pixels in sets) <= 1
 
 

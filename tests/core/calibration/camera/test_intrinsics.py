@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from core.calibration.camera.intrinsics import calibrate
+from core.calibration.camera.intrinsics import Calibration, calibrate
 from core.calibration.camera.uncertainty import uncertainty_map
 from core.calibration.practice import BoardPlacement, held, seen
 from core.calibration.projection import vector_of
@@ -41,11 +41,20 @@ def one_corner_off(corners: Array) -> Array:
     return moved
 
 
+@pytest.fixture(scope="module")
+def clean() -> Calibration:
+    return calibrate(views_of(some_corners(13, noise=0.15, seed=2)[0].pixels), BOARD, SIZE)
+
+
+@pytest.mark.parametrize(
+    "culprits", [(6,), pytest.param((0, 12), marks=pytest.mark.campaign)], ids=["middle", "ends"]
+)
 @pytest.mark.parametrize("fault", [shifted_a_square, shifted_a_corner, rows_swapped, noisy, one_corner_off])
-def test_a_poisoned_view_is_named_and_does_not_move_the_focal_length(fault: Callable[[Array], Array]) -> None:
+def test_a_poisoned_view_is_named_and_does_not_move_the_focal_length(
+    clean: Calibration, fault: Callable[[Array], Array], culprits: tuple[int, ...]
+) -> None:
     corners, _ = some_corners(13, noise=0.15, seed=2)
-    clean = calibrate(views_of(corners.pixels), BOARD, SIZE)
-    for culprit in (0, 6, 12):
+    for culprit in culprits:
         pixels = corners.pixels.copy()
         pixels[culprit] = fault(pixels[culprit])
         told = calibrate(views_of(pixels), BOARD, SIZE)
@@ -96,10 +105,11 @@ def test_k3_is_taken_only_where_a_hold_out_says_so() -> None:
         assert ("k3" in told.free) is wanted
 
 
+@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(4), marks=pytest.mark.campaign)], ids=len)
 @pytest.mark.parametrize("tilt_deg", [5, 10])
-def test_hardly_tilted_boards_give_a_fine_rms_and_an_honest_uncertainty(tilt_deg: float) -> None:
+def test_hardly_tilted_boards_give_a_fine_rms_and_an_honest_uncertainty(tilt_deg: float, seeds: range) -> None:
     how = BoardPlacement(most_tilt=np.deg2rad(tilt_deg))
-    for seed in range(4):
+    for seed in seeds:
         corners, _ = some_corners(15, noise=0.15, seed=200 + seed, how=how)
         told = calibrate(views_of(corners.pixels), BOARD, SIZE)
         assert told.rms < 0.25
