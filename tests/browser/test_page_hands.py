@@ -100,7 +100,7 @@ def test_when_the_link_goes_the_banner_comes_within_a_second_and_the_robot_stand
     here = visit(before=through)
     here.hold("a", lambda: console.turning() > 0.2, "the robot turns")
     routes[-1].close(code=1012, reason="")
-    expect(here.find("banner-stack")).to_contain_text("Link lost", timeout=1000)
+    here.within(1.0, lambda: "Link lost" in here.find("banner-stack").inner_text(), "the banner")
     here.within(2.0, lambda: abs(console.turning()) < 0.01, "it stands")
     expect(here.find("link-chip")).to_contain_text("Hz", timeout=1000 * PATIENCE)
     before = console.truth()[2]
