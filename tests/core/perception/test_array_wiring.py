@@ -166,10 +166,11 @@ def test_the_wizard_says_what_to_do_and_what_is_wrong():
     assert "do not agree" in str(wizard.solve()) and "enough" in wizard.advice
 
 
-def test_in_rooms_faults_mislead_seldom_and_sound_arrays_stay_sure():
+@pytest.mark.parametrize("rooms", [2, pytest.param(4, marks=pytest.mark.campaign)])
+def test_in_rooms_faults_mislead_seldom_and_sound_arrays_stay_sure(rooms):
     names = ["square", "ring of 6", "uneven", "triangle"]
-    done = campaign(rooms=4, seed=3, names=names, most=2)
+    done = campaign(rooms=rooms, seed=3, names=names, most=2)
     faulty, whole = [one for one in done if one.fault], [one for one in done if not one.fault]
-    assert len(faulty) == 32 and figures(faulty)["covered_or_not_sure"] >= 0.8  # 0.9 takes 200
+    assert len(faulty) == 8 * rooms and figures(faulty)["covered_or_not_sure"] >= 0.8  # 0.9 takes 200
     assert figures(faulty)["before"] < 0.6
     assert all(one.is_sure == one.sure_before for one in whole) and not any(one.named for one in whole)
