@@ -19,6 +19,7 @@ from console.messages.calibration import (
 )
 from console.workers.job import Job
 from console.workers.pictures import PixelPicture
+from core.calibration.exports import Exports
 from core.calibration.mount import Mount
 from core.calibration.reports import (
     CalibrationFile,
@@ -33,7 +34,6 @@ from core.optics import CameraModel
 from core.sensors.laser import Scan
 
 Rows = list[list[float]]
-Exports = dict[str, tuple[str, str]]  # form → file name, text
 Document = dict[str, Any]  # JSON of a file that a stranger may have written
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import pickle
 from dataclasses import replace
 from typing import Any
@@ -15,7 +14,6 @@ from console.calibration.codec import board_of, jpeg
 from console.calibration.jobs import (
     CameraSolution,
     CameraSolutionReport,
-    Exports,
     ImportedCamera,
     ImportedCameraReport,
     ImportedMount,
@@ -29,18 +27,16 @@ from console.calibration.jobs import (
 )
 from console.calibration.laser_state import resumed
 from console.workers.job import Handler
-from core.calibration.board.board import Board
 from core.calibration.camera.facts import known_facts
 from core.calibration.camera.intrinsics import Calibration
 from core.calibration.camera.session import CameraSession, CameraState
 from core.calibration.camera.undistortion import exact_map, straighten
-from core.calibration.files.camera_files import kalibr_yaml, opencv_yaml, parse_camera, read_json, ros_yaml
-from core.calibration.files.mount_files import both_ways, matrix, static_transform, urdf_joint
+from core.calibration.exports import camera_exports, laser_exports
+from core.calibration.files.camera_files import parse_camera, read_json
+from core.calibration.files.mount_files import both_ways
 from core.calibration.files.mount_reading import holds_mount, parse_mount
-from core.calibration.laser.solve import LaserCalibration
 from core.calibration.printed import equation_44
 from core.calibration.reports import (
-    CameraReport,
     CorrectionReport,
     camera_numbers,
     camera_report,
@@ -49,7 +45,6 @@ from core.calibration.reports import (
     laser_report,
 )
 from core.errors import BadInput
-from core.optics import CameraModel
 
 ARROWS = 800  # residuals shown at most
 FROM_FILE = "Read from a file; how exact it is stands only in the file it came from."
@@ -152,39 +147,6 @@ def imported_camera(text: str) -> ImportedCamera:
     if "free" in known and "sd" in known:
         report["sd"] = dict(zip(known["free"], known["sd"], strict=True))
     return ImportedCamera(document, report)
-
-
-def camera_exports(found: Calibration, report: CameraReport) -> Exports:
-    """Every form of a camera's file; Kalibr's has no k3."""
-    board = found.board
-    document = kept(found.model, board=board, camera=report)
-    exports: Exports = {
-        "ros": ("camera.yaml", ros_yaml(found.model)),
-        "opencv": (
-            "camera_opencv.yml",
-            opencv_yaml(found.model, board=(board.columns, board.rows, board.square), rms=found.rms),
-        ),
-        "json": ("camera.json", json.dumps(document, indent=1)),
-    }
-    if found.model.k3 == 0:
-        exports["kalibr"] = ("camera_kalibr.yaml", kalibr_yaml(found.model))
-    return exports
-
-
-def laser_exports(found: LaserCalibration, board: Board, camera: CameraModel) -> Exports:
-    """Every form of a mount's file."""
-    transform = found.extrinsics.transform
-    both = {
-        "laser_from_camera": matrix(transform).tolist(),
-        "camera_from_laser": matrix(transform.inverse()).tolist(),
-    }
-    document = kept(camera, board=board, laser=found)
-    return {
-        "json": ("mount.json", json.dumps(document, indent=1)),
-        "urdf": ("mount.urdf.xml", urdf_joint(transform)),
-        "static_transform": ("mount.sh", static_transform(transform) + "\n"),
-        "matrix": ("mount_matrix.json", json.dumps(both, indent=1)),
-    }
 
 
 def residuals(found: Calibration) -> list[list[float]]:

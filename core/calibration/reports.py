@@ -354,7 +354,6 @@ def laser_report(
 
 def kept(
     model: CameraModel,
-    name: str = "camera",
     *,
     board: Board | None = None,
     camera: CameraReport | None = None,
@@ -365,7 +364,7 @@ def kept(
         "format": FORMAT,
         "version": VERSION,
         "software": {"opencv": cv2.__version__, "numpy": np.__version__},
-        "camera": {**camera_entry(model, name)} if camera is None else _calibrated(model, name, camera),
+        "camera": {**camera_entry(model)} if camera is None else _calibrated(model, camera),
     }
     if board is not None:
         document["board"] = {
@@ -378,10 +377,10 @@ def kept(
     return document
 
 
-def _calibrated(model: CameraModel, name: str, report: CameraReport) -> CalibratedCameraEntry:
+def _calibrated(model: CameraModel, report: CameraReport) -> CalibratedCameraEntry:
     """The camera's entry with the part of its report that goes into its file."""
     return {
-        **camera_entry(model, name),
+        **camera_entry(model),
         "free": list(report["sd"]),
         "sd": list(report["sd"].values()),
         "covariance": report["covariance"],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -12,9 +11,9 @@ from typing import NamedTuple
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import find_board
 from core.calibration.board.quality import BoardNotSeen, judge, miscount_words, why_none
-from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
-from core.calibration.files.camera_files import kalibr_yaml, opencv_yaml, plain_name, read_camera, read_json, ros_yaml
-from core.calibration.files.mount_files import static_transform, urdf_joint
+from core.calibration.camera.intrinsics import ViewCorners, calibrate
+from core.calibration.exports import camera_exports, laser_exports
+from core.calibration.files.camera_files import read_camera, read_json
 from core.calibration.files.pictures import own_names, read_grey, size_words
 from core.calibration.files.scan_files import read_scans
 from core.calibration.files.written import write_all
@@ -28,13 +27,11 @@ from core.calibration.mount import Mount
 from core.calibration.printed import equation_44
 from core.calibration.reports import (
     CameraFilesReport,
-    CameraReport,
     LaserFilesReport,
     RefusedPicture,
     camera_report,
     correction_report,
     found_faults,
-    kept,
     laser_report,
 )
 from core.errors import BadInput
@@ -77,7 +74,6 @@ def calibrate_camera(
     if calibration.undecided:
         raise UnusableReading(calibration.undecided, (*calibration.faults, *looked.faults))
     report = camera_report(calibration)
-    files_written = {} if out is None else write_camera(calibration, report, out)
     dropped: list[RefusedPicture] = [
         {"image": each.name, "reason": each.reason} for each in calibration.verdicts if not each.used
     ]
@@ -87,28 +83,11 @@ def calibrate_camera(
         "warnings": looked.warnings + report["warnings"],
         "views_refused": refused + dropped,
         "correction": correction_report(calibration.model),
-        "files": files_written,
+        "files": {} if out is None else write_all(out, camera_exports(calibration, report)),
     }
     if printed:
         answer["eq_44"] = equation_44(calibration.model)
     return answer
-
-
-def write_camera(calibration: Calibration, report: CameraReport, out: Path, name: str = "camera") -> dict[str, str]:
-    """A calibration and its report → files in a folder; which is which, by form."""
-    board, name = calibration.board, plain_name(name)
-    document = kept(calibration.model, name, board=board, camera=report)
-    texts = {
-        "ros": (f"{name}.yaml", ros_yaml(calibration.model, name)),
-        "opencv": (
-            f"{name}_opencv.yml",
-            opencv_yaml(calibration.model, board=(board.columns, board.rows, board.square), rms=calibration.rms),
-        ),
-        "json": (f"{name}.json", json.dumps(document, indent=1)),
-    }
-    if calibration.model.k3 == 0:
-        texts["kalibr"] = (f"{name}_kalibr.yaml", kalibr_yaml(calibration.model))
-    return write_all(out, texts)
 
 
 def calibrate_laser(
@@ -243,20 +222,11 @@ def mount_from(
     if found is None:
         raise BadInput(trouble)
     report = laser_report(found, [pose.name for pose in poses], board, model)
-    files: dict[str, str] = {}
-    if out is not None:
-        transform = found.extrinsics.transform
-        texts = {
-            "json": ("mount.json", json.dumps(kept(model, board=board, laser=found), indent=1)),
-            "urdf": ("mount.urdf.xml", urdf_joint(transform)),
-            "static_transform": ("mount.sh", static_transform(transform) + "\n"),
-        }
-        files = write_all(out, texts)
     return {
         **report,
         "poses_refused": [*refused, *report["poses_refused"]],
         "faults": found_faults(faults),
-        "files": files,
+        "files": {} if out is None else write_all(out, laser_exports(found, board, model)),
     }
 
 

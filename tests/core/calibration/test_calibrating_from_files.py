@@ -134,6 +134,9 @@ def test_pairs_of_pictures_and_scans_become_a_mount(tmp_path: Path, background: 
     saved = json.loads(Path(told["files"]["json"]).read_text())
     assert np.allclose(read_mount(saved["extrinsics"]).translation, found.translation)
     assert FORWARD in saved["extrinsics"]
+    assert set(told["files"]) == {"json", "urdf", "static_transform", "matrix"}
+    both = json.loads(Path(told["files"]["matrix"]).read_text())
+    assert both["laser_from_camera"] == saved["extrinsics"][FORWARD]
 
 
 def test_a_folder_that_does_not_pair_up_is_refused(tmp_path: Path) -> None:
