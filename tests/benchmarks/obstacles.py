@@ -56,10 +56,7 @@ def placement(seed: int) -> dict[str, float | bool]:
     size = 0.4 if what == "person" else float(rng.uniform(*SIZES))
     ahead, side = 0.5 + RADIUS + size / 2, float(rng.uniform(-0.25, 0.25))
     spot = drive.truth @ Pose(ahead * math.cos(turn * 0.8), side + ahead * math.sin(turn * 0.8), 0.0)
-    request = PlaceThing(what=what, x_m=spot.x, y_m=spot.y, size_m=size)
-    if what == "person":
-        request.pop("size_m")
-    drive.robot.ask(request)
+    drive.robot.ask(PlaceThing(what=what, x_m=spot.x, y_m=spot.y, size_m=None if what == "person" else size))
     down, rest, room, last = drive.here.stamp, math.nan, math.inf, drive.truth
     while drive.here.stamp < down + 6.0:
         drive.step(order)

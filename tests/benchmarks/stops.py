@@ -100,8 +100,9 @@ def main() -> None:
                 missed.append(f"{clip.name}: {clip.text}")
             else:
                 after.append(told - LEAD - end_of_stop(clip))
+        after = [one for one in after if np.isfinite(one)]  # those whose word could be aligned
         p50, p95 = np.percentile(after, (50, 95)) if after else (np.nan, np.nan)
-        line: dict[str, Any] = {"spotter": name, "of": len(clips), "missed": missed}
+        line: dict[str, Any] = {"spotter": name, "of": len(clips), "aligned": len(after), "missed": missed}
         line |= {"p50_s": round(float(p50), 2), "p95_s": round(float(p95), 2), "worst_s": round(max(after), 2)}
         if chosen.data is not None:
             listening = Transcriber(settings, recognizer=recognizer, spotter=spotter())

@@ -223,12 +223,13 @@ def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
 
 
 def end_of_stop(clip: Clip) -> float:
-    """[s] from the clip's begin to the end of its word STOP, by aligning its own text."""
+    """[s] from the clip's begin to the end of its word STOP, by aligning its own text; NaN where that fails."""
     decoder = grammar_decoder(written({}, clip.text), bestpath=False)
     decoder.start_utt()
     decoder.process_raw(pcm(clip.samples), full_utt=True)
     decoder.end_utt()
-    return 0.01 * (next(one for one in decoder.seg() if one.word.startswith("stop")).end_frame + 1)
+    aligned = [one.end_frame for one in decoder.seg() or () if one.word.startswith("stop")]
+    return 0.01 * (aligned[0] + 1) if aligned else np.nan
 
 
 def main() -> None:
