@@ -21,6 +21,7 @@ from console.control.history import History
 from console.http.problems import Problem
 from core.errors import BeckonError, Refused
 from core.robots.connection import FoundRobot
+from core.robots.requests import SentSpeeds, SpeedsType
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile, converted
 from core.robots.robot_file_text import ChosenRole, TopicChoice
 
@@ -63,6 +64,12 @@ class OpenRobotRequest(RequestBody):
     """A recording (`log:FILE`, a whole path or a name in the data folder's recordings) or a simulated robot."""
 
     url: Annotated[str, Field(min_length=3, max_length=LONGEST_URL, examples=["log:walk.mcap"])]
+
+
+class SpeedsTypeRequest(RequestBody):
+    """The type as which speeds are sent from now on."""
+
+    type: SpeedsType
 
 
 class OpenedRobot(msgspec.Struct, frozen=True):
@@ -161,6 +168,20 @@ async def open_instead(
         lease.check_not_anothers(who)  # control may have changed hands meanwhile
         robot.open_instead(url)
     return OpenedRobot(url=url)
+
+
+@connection.post("/robot/speeds_type")
+@needs("operator")
+async def switch_speeds(
+    asked: SpeedsTypeRequest, robot: RobotConnection, lease: OperatorLease, who: Operator, history: HistoryInUse
+) -> SentSpeeds:
+    """Send speeds as Twist or TwistStamped from now on, where the robot does not say which it takes.
+
+    Nothing moves by the new type before zero was asked for. It holds until the console ends; a robot file keeps it.
+    """
+    lease.check_not_anothers(who)
+    with recorded(history, "type of speeds", who, asked.type):
+        return await robot.switch_speeds(asked.type)
 
 
 @connection.post("/robot/file", status_code=201)

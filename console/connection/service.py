@@ -25,6 +25,7 @@ from core.files import saving, write_atomic
 from core.recording import LogSettings
 from core.robots.connect import OWN, SCHEMES, parts_of, split
 from core.robots.connection import FoundRobot, ReadConnection, ReadRobotFile, describe
+from core.robots.requests import SentSpeeds, SpeedsType, SwitchSpeeds
 from core.robots.robot_file import RobotFile
 from core.robots.robot_file_text import TopicChoice, with_topics, without_lock
 
@@ -83,6 +84,10 @@ class ConnectionService(Part):
         if not self.real:
             return describe(self._robot.profile)
         return await asyncio.to_thread(self._robot.ask, ReadConnection())
+
+    async def switch_speeds(self, name: SpeedsType) -> SentSpeeds:
+        """Send speeds as another type from now on. Raises BadInput where it was not guessed, Unavailable."""
+        return await asyncio.to_thread(self._robot.ask, SwitchSpeeds(type=name))
 
     async def files(self) -> list[str]:
         """The names of the robot files that were written here."""

@@ -33,8 +33,5 @@ def why_no_headway(points: Array, radius: float) -> str:
     """A sentence for the operator: why the robot gets no further."""
     gap = obstacle_ahead(points, radius)
     if gap is None:
-        return (
-            "The robot gets no further, and the laser sees nothing ahead: a wheel may be stuck. If it has never "
-            "moved, its base may not take its speeds as they are sent: choose Twist or TwistStamped in Connect."
-        )
+        return "The robot gets no further, and the laser sees nothing ahead: a wheel may be stuck."
     return f"Something blocks the way {gap:.2f} m ahead."

@@ -26,12 +26,13 @@ from core.robots.connection import ReadConnection
 from core.robots.driver_session import DriverSession
 from core.robots.frame_sender import resting_rate
 from core.robots.process import TIMEOUT
-from core.robots.requests import SetListening
+from core.robots.requests import SetListening, SpeedsType, SwitchSpeeds
 from core.sensors import SensorFrame
 from core.sensors.checks import MAX_AGE_S, Fault, distinct
 from core.sensors.microphones import MicrophoneArray, Sound, joined
 
 SPEED, DRIVING = 0.02, 1.0  # [m/s], [s]: what the robot is asked to do
+MOVING_SHARE = 0.3  # of the way that was asked for, from which it moves
 STANDING = 0.25 * SPEED  # [m/s] below which it stands
 SENSOR_START = 10.0  # [s] in which every sensor has to deliver for the first time
 MEASURING = 3.0  # [s] at least
@@ -273,19 +274,49 @@ class Suite:
                 self.skip("The robot does not move.", "stop", "silence")
 
     def _check_drive(self) -> None:
-        self._say(f"driving at {100 * SPEED:g} cm/s")
-        read = [frame.wheels for frame in self.session.frames(DRIVING, Twist(SPEED, 0.0)) if frame.wheels]
-        asked = SPEED * DRIVING
-        moved = (read[0].odometry.inverse() @ read[-1].odometry).x if read else 0.0
-        self._moved = moved > 0.3 * asked
+        asked, moved, guessed = SPEED * DRIVING, self._driven(), self._guessed_type()
+        self._moved = moved > MOVING_SHARE * asked
+        if guessed and abs(moved) <= MOVING_SHARE * asked:
+            moved = self._try_other_type(guessed)
+        elif guessed:
+            self.add(f"speeds as {guessed}", True)
         passed = self._moved and moved < 2 * asked
-        if moved < -0.3 * asked:
+        if moved < -MOVING_SHARE * asked:
             advice = "The odometry runs backwards; swap the sign of the motors or of the encoders."
         elif passed or self._moved:
             advice = f"Only {100 * asked:g} cm were asked for; check the unit of the speeds and of the odometry."
         else:
             advice = "The odometry did not answer; are the motors switched on, and do they turn at 2 cm/s at all?"
         self.add("drive", passed, 100 * moved, "cm", advice)
+
+    def _driven(self) -> float:
+        """Drive for a while → how far [m] by the odometry."""
+        self._say(f"driving at {100 * SPEED:g} cm/s")
+        read = [frame.wheels for frame in self.session.frames(DRIVING, Twist(SPEED, 0.0)) if frame.wheels]
+        return (read[0].odometry.inverse() @ read[-1].odometry).x if read else 0.0
+
+    def _guessed_type(self) -> SpeedsType | None:
+        """Return the type of the speeds where it is guessed; None: the robot says it, or it has none."""
+        robot = self.session.robot
+        if SwitchSpeeds not in robot.requests:
+            return None
+        parts = robot.ask(ReadConnection()).parts
+        used = [one for part in parts for role in part.findings.roles for one in role.used if one.guessed]
+        return next(("TwistStamped" if one.type.endswith("Stamped") else "Twist" for one in used), None)
+
+    def _try_other_type(self, guessed: SpeedsType) -> float:
+        """Drive once more, with speeds of the type that was not guessed → how far [m] by the odometry."""
+        other: SpeedsType = "Twist" if guessed == "TwistStamped" else "TwistStamped"
+        self.session.frames(STOPPING, ZERO)
+        self.session.robot.ask(SwitchSpeeds(type=other))
+        self._say(f"it did not move; speeds are sent as {other} instead of {guessed}")
+        self.session.frames(STOPPING, ZERO)
+        moved = self._driven()
+        self._moved = moved > MOVING_SHARE * SPEED * DRIVING
+        advice = f'It moves by {other}: write cmd_vel_type = "{other}" under [robot] of robot.toml.'
+        neither = f"It moves neither by {guessed} nor by {other}; does anything on the robot listen to its topic?"
+        self.add(f"speeds as {guessed}", False, advice=advice if self._moved else neither)
+        return moved
 
     def _check_stop(self) -> None:
         self.session.ask(ZERO)

@@ -26,6 +26,7 @@ class UsedTopic(CandidateTopic, frozen=True, kw_only=True):
     frame: str = ""  # of its newest message; "": none came, or it has none
     rate_hz: float | None = None  # None: too few messages came
     age_s: float | None = None  # since the newest message; None: none came
+    guessed: bool = False  # its type: the robot does not say which it takes
 
 
 class TopicRole(msgspec.Struct, frozen=True, kw_only=True):

@@ -94,6 +94,11 @@ class FoxgloveRobot(RosSocket):
         channels = [self._own_channel(number, topic, kind) for number, topic, kind in written if topic]
         self._send(json.dumps({"op": "advertise", "channels": channels}))
 
+    def _advertise_speeds(self, topics: RosTopics) -> None:
+        channel = self._own_channel(SPEEDS, topics.cmd_vel, topics.cmd_vel_type)
+        self._send(json.dumps({"op": "unadvertise", "channelIds": [SPEEDS]}))
+        self._send(json.dumps({"op": "advertise", "channels": [channel]}))
+
     def _own_channel(self, number: int, topic: str, kind: str) -> dict[str, Any]:
         ros1 = self.types.encoding == "ros1"
         return {

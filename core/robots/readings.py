@@ -156,6 +156,11 @@ class Readings:
         with self._lock:
             self._here.battery = share
 
+    def doubt(self, found: Fault) -> None:
+        """A fault of which the device itself knows when it is over."""
+        with self._lock:
+            self._here.faults.append(found)
+
     def note(self, sentence: str) -> None:
         """A sentence for the operator."""
         with self._lock:

@@ -291,6 +291,21 @@ class SendGoal(RobotRequest[OwnNavigation], frozen=True, tag="goal"):
     heading_rad: float = 0.0
 
 
+SpeedsType = Literal["Twist", "TwistStamped"]
+
+
+class SentSpeeds(msgspec.Struct, frozen=True):
+    """The type as which speeds are sent."""
+
+    type: SpeedsType
+
+
+class SwitchSpeeds(RobotRequest[SentSpeeds], frozen=True, tag="speeds_type"):
+    """Send speeds as this type from now on. Taken by a ROS robot that did not say it, so that it was guessed."""
+
+    type: SpeedsType
+
+
 class CancelGoal(RobotRequest[OwnNavigation], frozen=True, tag="cancel_goal"):
     """Let the robot's own navigation stand: its present pose becomes the goal."""
 

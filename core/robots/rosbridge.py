@@ -134,6 +134,10 @@ class RosbridgeRobot(RosSocket):
             if topic:
                 self._say(op="advertise", topic=topic, type=self._name(kind))
 
+    def _advertise_speeds(self, topics: RosTopics) -> None:
+        self._say(op="unadvertise", topic=topics.cmd_vel)
+        self._say(op="advertise", topic=topics.cmd_vel, type=self._name(topics.cmd_vel_type))
+
     def _send_twist(self, twist: Twist) -> None:
         if self.topics is None:
             return

@@ -47,6 +47,7 @@ class ZenohRobot(RosDevice):
         self.address = address
         self._link: ZenohConnection | None = None
         self._equipment: Equipment | None = None  # as it was found at the first connection
+        self._dialect: Dialect = "rmw"  # of the robot
         self._latched: set[str] = set()
         self._speeds: TopicWriter | None = None
         self._lock: TopicWriter | None = None
@@ -59,7 +60,7 @@ class ZenohRobot(RosDevice):
         link = self._link = ZenohConnection(self.address)
         self._listen(link, LISTING, lambda: self._is_listed(link))
         endpoints = self._endpoints(link)
-        dialect = endpoints[0].dialect
+        dialect = self._dialect = endpoints[0].dialect
         topics = self.topics = self.topics or chosen_topics(endpoints, self.address.settings)
         self.types = RobotTypes()
         sensors = self.sensors = self.sensors or RosSensors(self.types, topics, self._send_goal)
@@ -186,6 +187,10 @@ class ZenohRobot(RosDevice):
     def _listens(self, link: ZenohConnection, topics: RosTopics) -> bool:
         """Return whether the robot's base is there to hear speeds."""
         return bool(link.graph.of_topic(topics.cmd_vel, topics.cmd_vel_type, publishes=False))
+
+    def _advertise_speeds(self, topics: RosTopics) -> None:
+        if self._link is not None:
+            self._speeds = self._link.writer(topics.cmd_vel, topics.cmd_vel_type, self._dialect)
 
     def _send_twist(self, twist: Twist) -> None:
         if self._speeds is not None and self.topics is not None:

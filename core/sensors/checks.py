@@ -230,6 +230,13 @@ ROBOTS = (
         "Set log.odometry_topic if they are one robot.",
     ),
     ReadingCheck(
+        "speeds.type_guessed",
+        "agreement",
+        "the odometry of a ROS robot with the speeds that it was sent for 1.5 s, as a type that was guessed",
+        "The robot was asked to move, and its wheels have not. Speeds are sent as {sent}; this base may take "
+        "{other}: {sensor} does not say it. Choose {other}.",
+    ),
+    ReadingCheck(
         "battery.malformed",
         "form",
         "the charge of the battery: a share from 0 to 1",

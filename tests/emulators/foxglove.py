@@ -56,8 +56,10 @@ class FoxgloveEmulator:
         listens: Sequence[str] = ("/cmd_vel",),
         capabilities: Sequence[str] = ("ClientPublish", "ConnectionGraph"),
         tls: tuple[bytes, bytes] | None = None,
+        tells: bool = True,
     ) -> None:
-        """`tls`: certificate and key (PEM). `listens`: topics that the robot takes speeds from."""
+        """`tls`: certificate and key (PEM). `listens`: topics that the robot takes speeds from, as it `tells`."""
+        self.tells = tells
         self.world, self.port = world, port
         self.cmd_vel_type, self.listens, self.capabilities, self.tls = cmd_vel_type, listens, capabilities, tls
         self.locks: list[tuple[float, bool]] = []
@@ -102,11 +104,11 @@ class FoxgloveEmulator:
         )
         self.port = self._server.port
         own = (self.navigation.topics if self.navigation else {}) | ({DESCRIPTION: STRING} if self.urdf else {})
-        topics = TOPICS | own | dict.fromkeys(self.listens, self.cmd_vel_type)
+        topics = TOPICS | own | (dict.fromkeys(self.listens, self.cmd_vel_type) if self.tells else {})
         self._channels = {topic: self._channel(foxglove, context, topic, kind) for topic, kind in topics.items()}
         if "ConnectionGraph" in self.capabilities:
             graph = ConnectionGraph()
-            for topic in self.listens:
+            for topic in self.listens if self.tells else ():
                 graph.set_subscribed_topic(topic, ["/base_controller"])
             self._server.publish_connection_graph(graph)
 

@@ -54,8 +54,10 @@ class RosbridgeEmulator:
         ros1: bool = False,
         cmd_vel_type: str = TWIST,
         services: Sequence[str] = SERVICES,
+        tells: bool = True,
     ) -> None:
-        """`services`: what this version of rosapi has."""
+        """`services`: what this version of rosapi has; it `tells` the type of the speeds, or not."""
+        self.tells = tells
         self.world, self.port, self.ros1 = world, port, ros1
         self.cmd_vel_type, self.services = cmd_vel_type, services
         self.locks: list[tuple[float, bool]] = []
@@ -175,6 +177,8 @@ class RosbridgeEmulator:
                     self.describe()
             case "advertise":
                 advertised[fields["topic"]] = fields["type"]
+            case "unadvertise":
+                advertised.pop(fields["topic"], None)
             case "publish" if fields["topic"] in advertised:
                 self._take(fields["topic"], advertised[fields["topic"]], fields["msg"])
             case "call_service":
@@ -204,7 +208,7 @@ class RosbridgeEmulator:
             return answer | {"result": False, "values": f"Service {service} does not exist"}
         if not service.startswith(TYPES):
             return answer | {"result": True, "values": self._told(service, fields.get("args") or {})}
-        topics = self.topics | {"/cmd_vel": self.cmd_vel_type}
+        topics = self.topics | ({"/cmd_vel": self.cmd_vel_type} if self.tells else {})
         values: dict[str, Any] = {"topics": list(topics), "types": [self._name(kind) for kind in topics.values()]}
         if service == "/rosapi/topics_and_raw_types":
             version, store = (1, usual_types("ros1")) if self.ros1 else (2, self.maker.store)

@@ -44,6 +44,9 @@ ZEROS = 5  # messages that say zero, then silence: someone else may drive
 ZERO_PERIOD = 0.02  # [s] between them
 LOCK_PERIOD = 0.1  # [s] of the lock's heartbeat
 
+UNMOVED_S = 1.5  # [s] of speeds by which a base has moved, where it takes them
+MOVED_M, MOVED_RAD = 0.005, 0.01  # [m], [rad] of odometry from which it has
+
 SAME_CLOCK = 10.0  # [s] by which stamps of one clock differ at most; a longer lag looks like another clock
 MOST_CLOCKS = 8
 MAX_SPEED_HELD_S = 0.5  # over which a speed is carried on to the next one
@@ -120,6 +123,7 @@ class RosSensors:
         self._info: Any | None = None
         self._heard: set[str] = set()  # topics of which something could be used
         self._sound_end = 0.0
+        self.place: Pose | None = None  # by its odometry; None: none came yet
         self._rolled: tuple[float, Pose] | None = None  # by speeds, of an odometry without heading: stamp [s], place
         self._faults: list[Fault] = []
         self._takers: dict[str, Callable[[str, Any, float], None]] = {
@@ -163,6 +167,11 @@ class RosSensors:
             readings.note(sentence)
         self._said += self.notices
         self.notices = []
+
+    def doubt(self, found: Fault) -> None:
+        """Tell the operator of a fault that others found."""
+        if self._readings is not None:
+            self._readings.doubt(found)
 
     def detach(self) -> None:
         """Hand nothing on until `attach`."""
@@ -295,6 +304,7 @@ class RosSensors:
             pose = Pose(float(place.x), float(place.y), float(heading_of(q.x, q.y, q.z, q.w)))
         else:
             pose = self._by_speeds(topic, float(twist.linear.x), float(twist.angular.z), stamp)
+        self.place = pose
         self.navigation.take_odometry(content.header, pose, float(twist.linear.x), stamp)
         if self._readings is not None:
             self._readings.wheels(pose, float(twist.linear.x), float(twist.angular.z), stamp)
@@ -430,6 +440,35 @@ def _laser_of(scan: Scan, period: float) -> Laser:
         rate=1 / period if is_known else None,
         time_step=scan.time_step,
     )
+
+
+class UnmovedBase:
+    """Watches whether a base moves at all by the speeds that it is sent."""
+
+    def __init__(self) -> None:
+        self.moved = False  # it did
+        self._sent_s = 0.0  # [s] for which it was sent speeds
+        self._last = -math.inf  # [s] when it was sent the last ones
+        self._start: Pose | None = None  # of this motion
+
+    def watch(self, twist: Twist, place: Pose | None, now: float) -> bool:
+        """Take what is sent, and where the odometry is → True where it was sent for long, and did not move.
+
+        `now` [s]. Once it has moved that way, it is not doubted any more.
+        """
+        if self.moved or not twist.moves or place is None:
+            self._start = None
+            return False
+        if self._start is None:
+            self._start, self._last = place, now
+        rolled = self._start.inverse() @ place
+        self.moved = math.hypot(rolled.x, rolled.y) > MOVED_M or abs(rolled.heading) > MOVED_RAD
+        self._sent_s += min(now - self._last, MAX_SPEED_HELD_S)
+        self._last = now
+        if self.moved or self._sent_s < UNMOVED_S:
+            return False
+        self._sent_s = 0.0
+        return True
 
 
 class VelocityCommands:

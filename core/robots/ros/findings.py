@@ -56,7 +56,7 @@ class Traffic:
         frame = getattr(content, "child_frame_id", "") or getattr(getattr(content, "header", None), "frame_id", "")
         self._frames[topic] = str(frame).strip("/")
 
-    def used(self, topic: str, kind: str) -> UsedTopic:
+    def used(self, topic: str, kind: str, *, guessed: bool = False) -> UsedTopic:
         """Return the type, frame, rate and age of the messages on a topic."""
         with self._lock:
             times = tuple(self._times.get(topic, ()))
@@ -68,6 +68,7 @@ class Traffic:
             frame=self._frames.get(topic, ""),
             rate_hz=round((len(times) - 1) / spread, 2) if spread > 0 else None,
             age_s=round(now - times[-1], 2) if times else None,
+            guessed=guessed,
         )
 
 
@@ -97,7 +98,8 @@ def _choice(role: Role, topics: RosTopics, settings: RosSettings) -> RoleChoice:
 
 
 def _role(choice: RoleChoice, topics: RosTopics, types: Mapping[str, str], traffic: Traffic) -> TopicRole:
-    used = tuple(traffic.used(topic, types.get(topic, "")) for topic in choice.topics if topic)
+    guessed = topics.guessed and choice.role == "cmd_vel"
+    used = tuple(traffic.used(topic, types.get(topic, ""), guessed=guessed) for topic in choice.topics if topic)
     found = [CandidateTopic(topic=topic, type=kind) for topic, kind in topics.candidates.get(choice.role, ())]
     if choice.role == "frames":
         found = [CandidateTopic(topic=one.topic, type=TF) for one in used]

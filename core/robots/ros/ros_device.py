@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from abc import abstractmethod
+from dataclasses import replace
 from typing import cast
 
-from core.errors import BadInput
+from msgspec.structs import replace as replace_struct
+
+from core.errors import BadInput, Unavailable
 from core.gate import Twist
 from core.geometry import Pose
 from core.robots.device import Device
@@ -19,11 +23,17 @@ from core.robots.requests import (
     Requests,
     RobotRequest,
     SendGoal,
+    SentSpeeds,
+    SpeedsType,
+    SwitchSpeeds,
 )
-from core.robots.ros.bridge import RosSensors, VelocityCommands
+from core.robots.ros.bridge import RosSensors, UnmovedBase, VelocityCommands
 from core.robots.ros.navigation import RosNavigation
 from core.robots.ros.topics import NOTHING, RosSettings, RosTopics
-from core.robots.ros.typestore import RobotTypes
+from core.robots.ros.typestore import TWIST, TWIST_STAMPED, RobotTypes
+from core.sensors.checks import Fault, fault
+
+SENT_AS: dict[SpeedsType, str] = {"Twist": TWIST, "TwistStamped": TWIST_STAMPED}
 
 
 class RosDevice(Device):
@@ -35,27 +45,34 @@ class RosDevice(Device):
         self.sensors: RosSensors | None = None
         self.topics: RosTopics | None = None  # as they were chosen at the first connection
         lock = self._send_lock if settings.lock not in ("", NOTHING) else None
+        self._unmoved = UnmovedBase()
+        self._doubt: Fault | None = None  # whether it takes the type of the speeds
+        self._switched = False  # since zero was asked for the last time
         self._commands = VelocityCommands(self._send_twist, lock)
 
     def findings(self) -> Findings:
         """The robot's topics and what comes on them."""
-        return Findings() if self.sensors is None else self.sensors.findings(self.settings)
+        if self.sensors is None:
+            return Findings()
+        found, doubt = self.sensors.findings(self.settings), self._doubt
+        return replace_struct(found, faults=(*found.faults, doubt)) if doubt is not None else found
 
     @property
     def requests(self) -> Requests:
-        """Those for the robot's own navigation, where it has one."""
+        """Those for the robot's own navigation, where it has one; to switch the type of its speeds, where guessed."""
         navigation = self._navigation
-        if navigation is None or not navigation.there:
-            return ()
-        return ReadNavigation, SendGoal, CancelGoal
+        own = (ReadNavigation, SendGoal, CancelGoal) if navigation is not None and navigation.there else ()
+        return (*own, SwitchSpeeds) if self.topics is not None and self.topics.guessed else own
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         """As of any device."""
+        asked: object = request
+        if isinstance(asked, SwitchSpeeds):
+            return cast(AnswerT, self._switch(asked.type))
         navigation = self._navigation
         if navigation is None:
             raise BadInput("This robot has no navigation of its own.")
         known_map = navigation.state().map_number
-        asked: object = request
         if isinstance(asked, ReadNavigation):
             known_map = asked.known_map
         elif isinstance(asked, SendGoal):
@@ -76,7 +93,38 @@ class RosDevice(Device):
             return
         if twist.moves and self._navigation is not None and self._navigation.under_way:
             self._cancel_goal(self._navigation)
+        if self._switched and twist.moves:
+            return
+        self._switched = False
         self._commands.drive(twist)
+        if self.topics.guessed:
+            self._watch(twist)
+
+    def _watch(self, twist: Twist) -> None:
+        """Doubt the guessed type of the speeds as long as the base has not moved by them."""
+        if self.sensors is None or self.topics is None:
+            return
+        if self._unmoved.watch(twist, self.sensors.place, time.monotonic()):
+            sent, other = "Twist", "TwistStamped"
+            if self.topics.cmd_vel_type == TWIST_STAMPED:
+                sent, other = other, sent
+            self._doubt = fault("speeds.type_guessed", self.topics.cmd_vel, used=True, sent=sent, other=other)
+            self.sensors.doubt(self._doubt)
+        elif self._unmoved.moved:
+            self._doubt = None
+
+    def _switch(self, name: SpeedsType) -> SentSpeeds:
+        """Send speeds as another type from now on; nothing moves by it before zero was asked for."""
+        if self.topics is None or self.sensors is None:
+            raise Unavailable("The robot is not connected.")
+        if self.topics.cmd_vel_type != SENT_AS[name]:
+            with contextlib.suppress(OSError):
+                self._commands.finish()
+            self.topics = self.sensors.topics = replace(self.topics, cmd_vel_type=SENT_AS[name])
+            self._unmoved, self._doubt, self._switched = UnmovedBase(), None, True
+            with contextlib.suppress(OSError):  # a link that is lost is told the new type when it is back
+                self._advertise_speeds(self.topics)
+        return SentSpeeds(name)
 
     @property
     def _navigation(self) -> RosNavigation | None:
@@ -106,6 +154,10 @@ class RosDevice(Device):
             self._navigation.cancel()
         with contextlib.suppress(OSError):
             self._commands.finish()
+
+    @abstractmethod
+    def _advertise_speeds(self, topics: RosTopics) -> None:
+        """Say that speeds will come as another type. Raises OSError when the link is lost."""
 
     @abstractmethod
     def _send_twist(self, twist: Twist) -> None:

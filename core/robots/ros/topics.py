@@ -107,6 +107,7 @@ class RosTopics:
     goal: str = ""
     cmd_vel: str = "/cmd_vel"
     cmd_vel_type: str = TWIST
+    guessed: bool = False  # the type of the speeds: nothing on the robot says it
     lock: str = ""
     base_frame: str = ""
     types: Mapping[str, str]  # topic → its type, of all that are read
@@ -182,7 +183,7 @@ class _Chooser:
         scans = self._scans()
         self._odometry = self._one("odometry", OTHER_ODOMETRY)
         image = self._one("image", NOT_SEEN)
-        cmd_vel, cmd_vel_type = self._commands()
+        cmd_vel, cmd_vel_type, guessed = self._commands()
         own_map, own_pose = self._one("map", NOT_SEEN), self._one("pose", OTHER_POSE)
         near_image = self._settings.camera_info or _nearest(image, self._of("camera_info")) if image else NOTHING
         return RosTopics(
@@ -201,6 +202,7 @@ class _Chooser:
             goal=self._goal(navigates=bool(own_map or own_pose)),
             cmd_vel=cmd_vel,
             cmd_vel_type=cmd_vel_type,
+            guessed=guessed,
             lock="" if self._settings.lock == NOTHING else _absolute(self._settings.lock, self._space),
             base_frame=self._settings.base_frame,
             types=self._chosen,
@@ -279,17 +281,17 @@ class _Chooser:
             self._notices.append(f"The robot's lasers are taken to be {' and '.join(lasers)}.")
         return tuple(self._take("scan", topic) for topic in lasers)
 
-    def _commands(self) -> tuple[str, str]:
-        """Topic and type of the speeds."""
+    def _commands(self) -> tuple[str, str, bool]:
+        """Topic and type of the speeds; True: the type is guessed."""
         topic = self._command_topic()
         types = [kind for kind in TYPES["cmd_vel"] if kind in self._types.get(topic, [])]
         if self._settings.cmd_vel_type:
-            return topic, TWIST_STAMPED if self._settings.cmd_vel_type == "TwistStamped" else TWIST
+            return topic, TWIST_STAMPED if self._settings.cmd_vel_type == "TwistStamped" else TWIST, False
         if len(types) > 1:
             self._notices.append(f"{topic} is both Twist and TwistStamped; set cmd_vel_type to choose.")
         elif topic and not types:
             self._notices.append(f"The robot does not say what {topic} carries; it is sent as Twist.")
-        return topic, types[0] if types else TWIST
+        return topic, types[0] if types else TWIST, bool(topic) and len(types) != 1
 
     def _command_topic(self) -> str:
         if self._settings.cmd_vel:

@@ -3,6 +3,7 @@
 import { icon, make, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { speedsOffer } from "../ui/speeds-offer.js";
 import { t } from "../ui/texts.js";
 import { isBare, shortType } from "./connection-model.js";
 
@@ -100,6 +101,7 @@ class ConnectParts extends Panel {
     const coded = faults.map(({ sentence, code }) => `${sentence} (${code})`);
     const others = remarks.filter((one) => !faults.some(({ sentence }) => sentence === one));
     const said = [...coded, ...others, ...missing];
+    const offers = this.#model?.own ? faults.map(({ code }) => this.#offer(code, roles)) : [];
     return make(
       "section",
       { class: "card connect-card", "aria-label": part.name },
@@ -112,7 +114,15 @@ class ConnectParts extends Panel {
           { class: "connect-remarks" },
           ...said.map((text) => make("li", {}, icon("info"), make("span", {}, text))),
         ),
+      ...offers,
     );
+  }
+
+  /** The other type of the speeds than the one that is used. @param {string} code @param {TopicRole[]} roles */
+  #offer(code, roles) {
+    const sent = roles.find(({ role }) => role === "cmd_vel")?.used[0]?.type ?? "";
+    const other = shortType(sent) === "Twist" ? "TwistStamped" : "Twist";
+    return speedsOffer(this.session, { code, values: { other } });
   }
 
   /** @param {TopicRole} role @param {number} part */

@@ -3,6 +3,7 @@
 import { icon, make, mark } from "../ui/element.js";
 import { age } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { speedsOffer } from "../ui/speeds-offer.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
@@ -31,13 +32,13 @@ class NoticeList extends Panel {
     const listed = notices.map(({ id, text }) => `${id} ${text}`).join("|"); // a notice can change and end
     if (listed === this.#listed) return;
     this.#listed = listed;
-    this.#list.replaceChildren(...[...notices].reverse().map(row));
+    this.#list.replaceChildren(...[...notices].reverse().map((one) => row(one, this.session)));
     this.#empty.hidden = notices.length > 0;
   }
 }
 
-/** @param {NoticeLine} notice */
-function row(notice) {
+/** @param {NoticeLine} notice @param {import("../net/session.js").Session} session */
+function row(notice, session) {
   const drawing = notice.level === "info" ? "info" : "warning";
   return make(
     "li",
@@ -47,6 +48,7 @@ function row(notice) {
       "div",
       { class: "record-body" },
       make("p", {}, notice.text),
+      speedsOffer(session, notice),
       make(
         "p",
         { class: "note" },

@@ -2,6 +2,7 @@
 
 import { icon, make, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { speedsOffer } from "../ui/speeds-offer.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
@@ -34,11 +35,12 @@ class NoticeToasts extends Panel {
   show({ state, lostControl, mine }) {
     if (!state) return;
     const { notices } = state;
-    for (const { id, level, text, cause } of notices) {
+    for (const { id, level, text, cause, code, values } of notices) {
       const halted = cause === "halt" && level === "warning"; // the banner says it for as long as it holds
       // Who took control over knows it, and who lost it has a banner.
       const changed = cause === "lease" && level === "warning" && (mine || lostControl !== null);
-      if (id > this.#newest && !this.#first && !halted && !changed) this.#shown.set(id, this.#raise(level, text));
+      if (id > this.#newest && !this.#first && !halted && !changed)
+        this.#shown.set(id, this.#raise(level, text, speedsOffer(this.session, { code, values })));
       else this.#change(id, level, text);
     }
     this.#newest = notices.at(-1)?.id ?? -1;
@@ -80,12 +82,13 @@ class NoticeToasts extends Panel {
   /**
    * @param {Level} level
    * @param {string} text
+   * @param {HTMLElement | null} [offer] a button
    * @returns {HTMLElement}
    */
-  #raise(level, text) {
+  #raise(level, text, offer) {
     const same = [...this.children].find((toast) => toast.textContent === text);
     if (same) return /** @type {HTMLElement} */ (same);
-    const toast = this.#put(level, text);
+    const toast = this.#put(level, text, offer);
     leave(toast, level);
     return toast;
   }
@@ -93,7 +96,7 @@ class NoticeToasts extends Panel {
   /**
    * @param {Level} level
    * @param {string} text
-   * @param {HTMLElement} [offer] a button
+   * @param {HTMLElement | null} [offer] a button
    * @returns {HTMLElement}
    */
   #put(level, text, offer) {

@@ -192,3 +192,11 @@ def test_who_watches_or_does_not_drive_writes_nothing(live: Live) -> None:
         assert post(live, "file", {"name": "x"}).status == 409
     finally:
         live.runtime.lease.holder = None
+
+
+def test_the_type_of_speeds_is_switched_by_operators_and_only_where_it_was_guessed(live: Live) -> None:
+    asked = {"type": "TwistStamped"}
+    assert live.ask("POST", "/api/robot/speeds_type", asked, token=live.viewer).status == 403
+    said = live.ask("POST", "/api/robot/speeds_type", asked, token=live.operator)
+    assert said.status == 422 and "understands the requests" in said.json["detail"]  # this robot says its type
+    assert live.ask("POST", "/api/robot/speeds_type", {"type": "Pose"}, token=live.operator).status == 422

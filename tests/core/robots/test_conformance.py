@@ -31,6 +31,7 @@ from core.robots.conformance import (
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
 from core.robots.process import TIMEOUT
+from core.robots.ros.typestore import TWIST_STAMPED
 from tests.core.robots.links import loopback
 from tests.emulators.camera import CameraEmulator
 from tests.emulators.foxglove import FoxgloveEmulator
@@ -427,3 +428,23 @@ def test_a_rate_that_the_robot_does_not_say_is_reported_and_never_failed(told: f
     suite._check_series(SensorSeries("laser", told, "lasers.laser", stamps, [0.0] * 20))  # pyright: ignore
     rate = suite.checks[0]
     assert (rate.name, rate.passed, rate.figure) == ("laser rate", passed, pytest.approx(20.0))
+
+
+def test_the_other_type_of_speeds_is_tried_where_the_guessed_one_moves_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 0.3)
+    monkeypatch.setattr("core.robots.conformance.DRIVING", 1.0)
+    world = World()
+    emulator = RosbridgeEmulator(world, cmd_vel_type=TWIST_STAMPED, tells=False)
+    world.on_image.clear()
+    emulator.start()
+    world.start()
+    suite = Suite(DriverSession(connect(emulator.url)), lambda _: None)
+    suite.check_driving(allowed=True)
+    suite.session.close()
+    world.stop()
+    emulator.stop()
+    found = {check.name: check for check in suite.checks}
+    assert not found["speeds as Twist"].passed and (found["drive"].figure or 0.0) > 0.3
+    assert 'cmd_vel_type = "TwistStamped"' in found["speeds as Twist"].advice

@@ -13,7 +13,7 @@ from core.gate import ZERO, Twist
 from core.geometry import OPTICAL, Pose, Transform
 from core.recording.ros_pictures import camera_model, raw_pixels
 from core.robots.readings import Readings
-from core.robots.ros.bridge import RosClocks, RosSensors, VelocityCommands
+from core.robots.ros.bridge import RosClocks, RosSensors, UnmovedBase, VelocityCommands
 from core.robots.ros.topics import IMAGE, RosSettings, choose_topics
 from core.robots.ros.typestore import RAW_AUDIO, TF, RobotTypes
 from core.sensors import Image, Scan, Sound, Wheels
@@ -404,3 +404,24 @@ def test_a_mounting_that_comes_on_tf_and_stays_is_taken() -> None:
     wire.take("/scan", wire.maker.scan(wire.scan(0.0)))
     assert wire.sensors.equipment("robot").lasers[0].height == pytest.approx(0.12)
     assert not any("where laser is mounted" in one for one in wire.sensors.notices)
+
+
+@pytest.mark.parametrize(
+    ("speed", "rolls", "period", "doubted"),
+    [(0.05, 0.0, 0.025, 1), (0.05, 0.05, 0.025, 0), (0.02, 0.02, 0.1, 0), (0.0, 0.0, 0.025, 0), (0.02, 0.0, 0.1, 1)],
+)
+def test_a_base_is_doubted_that_does_not_roll_while_it_is_sent_speeds(
+    speed: float, rolls: float, period: float, doubted: int
+) -> None:
+    base, found = UnmovedBase(), 0
+    for tick in range(round(2.0 / period)):
+        found += base.watch(Twist(speed, 0.0), Pose(rolls * period * tick), period * tick)
+    assert found == doubted and base.moved is (rolls > 0)
+
+
+def test_a_base_that_was_pushed_between_two_motions_has_not_moved_by_its_speeds() -> None:
+    base = UnmovedBase()
+    base.watch(Twist(0.1, 0.0), Pose(), 0.0)
+    base.watch(ZERO, Pose(0.5), 1.0)
+    base.watch(Twist(0.1, 0.0), Pose(1.0), 2.0)
+    assert not base.moved

@@ -13,6 +13,8 @@ import pytest
 from core.gate import ZERO, Twist
 from core.robots.device import Device
 from core.robots.foxglove import open_device as open_foxglove
+from core.robots.requests import SwitchSpeeds
+from core.robots.ros.typestore import TWIST_STAMPED
 from core.robots.rosbridge import open_device as open_rosbridge
 from core.robots.zenoh_link import open_device as open_zenoh
 from core.sensors import Image, Scan
@@ -208,3 +210,44 @@ def test_the_robot_stops_by_itself_when_the_console_is_silent(opened: Opened) ->
         frames(robot, 0.2, ZERO)
         frames(robot, 0.2, Twist(0.1, 0.0))
         until(lambda: emulator.world.speeds[-1][1:] == (0.0, 0.0), 3.0)
+
+
+@pytest.mark.parametrize("make", [FoxgloveEmulator, RosbridgeEmulator])
+def test_a_guessed_type_of_speeds_that_moves_nothing_is_named_and_the_other_one_moves_it(
+    monkeypatch: pytest.MonkeyPatch, make: Callable[..., Any]
+) -> None:
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 0.3)
+    world = World()
+    emulator = make(world, cmd_vel_type=TWIST_STAMPED, tells=False)
+    world.on_image.clear()  # nobody looks
+    if isinstance(emulator, FoxgloveEmulator):
+        emulator.capabilities = ("ClientPublish",)
+    emulator.start()
+    world.start()
+    slow, device = Twist(0.05, 0.0), LINKS[emulator.url.partition(":")[0]][1](emulator.url.partition(":")[2])
+    with live(device) as robot:
+        until(lambda: is_up(robot) and robot.read().wheels)
+        frames(robot, 0.1, ZERO)
+        found: list[str] = []
+
+        def named() -> bool:
+            found.extend(one.sentence for one in frames(robot, 0.1, slow)[-1].faults)
+            return bool(device.findings().faults) and bool(found or frames(robot, 2.0, slow))
+
+        until(named)
+        (said,) = device.findings().faults
+        assert said.code == "speeds.type_guessed"
+        assert "sent as Twist; this base may take TwistStamped" in said.sentence
+        assert emulator.received == []
+
+        assert robot.ask(SwitchSpeeds(type="TwistStamped")).type == "TwistStamped"
+        frames(robot, 0.2, slow)
+        assert emulator.received == []  # before zero was asked for
+        frames(robot, 0.1, ZERO)
+        start = world.truth
+        until(lambda: frames(robot, 0.1, slow) and (start.inverse() @ world.truth).x > 0.02)
+        until(lambda: frames(robot, 0.1, slow) and not device.findings().faults)
+        speeds = next(role for role in device.findings().roles if role.role == "cmd_vel")
+        assert speeds.used[0].guessed and speeds.used[0].type == TWIST_STAMPED
+    world.stop()
+    emulator.stop()
