@@ -44,6 +44,7 @@ class DeviceLink:
         self.trouble: BeckonError | None = None  # why it was not there at the first try
         self.up = False
         self.times_up = 0  # how often the link came up
+        self.opening = threading.Lock()  # held while it comes up, and while speeds are handed on
         self.settled = threading.Event()  # the first try is over
         self._names: Names = {}  # of its sensors on this robot, where another device took theirs
         self._readings = readings.renaming(self._names)
@@ -126,12 +127,13 @@ class DeviceLink:
         """Connect and run until the end → a sentence why it ended."""
         known = self.equipment is not None
         try:
-            equipment = self.device.open()
-            if self._over.is_set():  # closed meanwhile; the device was not there yet to hear of it
-                return ""
-            self.equipment = self.equipment or equipment
-            self.times_up += 1
-            self.up = True
+            with self.opening:
+                equipment = self.device.open()
+                if self._over.is_set():  # closed meanwhile; the device was not there yet to hear of it
+                    return ""
+                self.equipment = self.equipment or equipment
+                self.times_up += 1
+                self.up = True
             self.settled.set()
             if known:
                 self._readings.note(f"{self.name} is back.")
@@ -206,7 +208,17 @@ class LiveRobot:
     def drive(self, twist: Twist) -> None:
         """Hand the speeds on to the base. After the link was down, nothing moves before zero was asked for."""
         base = self._base
-        if base is None or not base.up:
+        if base is None or not base.opening.acquire(blocking=False):
+            self._neutral = False
+            return
+        try:
+            self._hand_on(twist, base)
+        finally:
+            base.opening.release()
+
+    def _hand_on(self, twist: Twist, base: DeviceLink) -> None:
+        """Send the speeds by the connection that they were meant for; none comes up meanwhile."""
+        if not base.up:
             self._neutral = False
             return
         if base.times_up != self._times_up:  # it was lost and is back since the last call

@@ -319,3 +319,39 @@ def test_a_picture_is_decoded_where_the_one_before_was_taken_and_else_for_the_fr
     image = readings.frame().image
     assert image is not None and image.stamp == 4.0
     assert decoded == [1, 3, 4, 5]
+
+
+def test_speeds_of_before_a_loss_never_reach_the_connection_after_it() -> None:
+    """A caller that is held up between its look at the link and the sending holds the new connection up as well."""
+    events: list[str] = []
+    held, go_on, lost = threading.Event(), threading.Event(), threading.Event()
+
+    class Slow(Device):
+        def open(self) -> Equipment:
+            events.append("open")
+            return Equipment(name="slow", base=Base(wheelbase=0.2))
+
+        def run(self, readings: Readings) -> None:
+            lost.wait(5.0)
+            lost.clear()
+
+        def drive(self, twist: Twist) -> None:
+            held.set()
+            go_on.wait(5.0)
+            events.append(f"drive {twist.v}")
+
+        def close(self) -> None:
+            lost.set()
+
+    robot = LiveRobot([("slow", Slow())], lambda _: Profile(name="slow", url="slow:"))
+    caller = threading.Thread(target=robot.drive, args=(Twist(0.1, 0.0),))
+    caller.start()
+    assert held.wait(5.0)
+    lost.set()  # the link goes while the speeds are on their way
+    time.sleep(1.0)
+    assert events == ["open"]
+    go_on.set()
+    caller.join(5.0)
+    until(lambda: events.count("open") == 2)
+    assert events == ["open", "drive 0.1", "open"]
+    robot.close()
