@@ -21,6 +21,7 @@ from console.messages import hearing, person, picture
 from console.messages.map import accuracy, floor
 from console.part import Parts
 from console.people.service import EnrollmentService
+from console.recording.service import RecordingService
 from console.robot.link import RobotLink
 from console.sentences import code_of
 from console.speech.robot_voice import RobotVoice
@@ -68,6 +69,7 @@ class StateContext:
             pending.late,
             self.parts[RoomTranscriber].words.starting,
             self.robot.link()[0],
+            self.parts[RecordingService].revision,
         )
 
 
@@ -105,6 +107,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         robot=robot(snapshot, around, pace[0]),
         gate=gate(around.robot.status(), snapshot),
         lease=lease(around.lease, now),
+        recording=None if "replay" in profile.capabilities else recorder(parts[RecordingService]),
         viewers=around.sockets.people,
         notices=[notice_line(one) for one in around.notifications.shown],
         history_revision=around.history.revision,
@@ -254,6 +257,14 @@ def lease(held: Lease, now: float) -> messages.LeaseState:
         shown.asked_by, shown.asked_by_id = request.person.name, request.person.id
         shown.answer_within_s = round(max(0.0, request.end - now), 1)
     return shown
+
+
+def recorder(service: RecordingService) -> messages.RecorderState:
+    """The recorder."""
+    now = service.state
+    return messages.RecorderState(
+        now.name, round(now.seconds, 1), now.bytes, round(now.ring_s, 1), service.ring_limit_s, service.revision
+    )
 
 
 def card(profile: Profile) -> messages.RobotCard:

@@ -15,7 +15,7 @@ from console.scene.viser_host.page import ScenePage
 
 page = APIRouter()
 
-PAGES = ("calibrate", "hearing", "people", "maps", "experiments", "connect", "help")
+PAGES = ("calibrate", "hearing", "people", "maps", "recordings", "experiments", "connect", "help")
 """Pages beside the console itself; static/js/shell/pages.js has their rows. All are one document."""
 
 

@@ -13,7 +13,13 @@ from pydantic import Field
 from console.access.roles import needs
 from console.api import RequestBody, Who, part, router
 from console.http.downloads import named
-from console.recording.service import MAX_NAME_LETTERS, MAX_NOTE_LETTERS, RecordingService, RecordingState
+from console.recording.service import (
+    KEPT_BY,
+    MAX_NAME_LETTERS,
+    MAX_NOTE_LETTERS,
+    RecordingService,
+    RecordingState,
+)
 from console.recording.work import FinishedRecording
 
 recordings = router("recordings", 409, 503, 507)
@@ -83,16 +89,16 @@ async def start(asked: StartRecordingRequest, recorder: Recorder, who: Who) -> S
 
 @recordings.post("/recordings/stop")
 @needs("operator")
-async def stop(recorder: Recorder) -> FinishedRecording:
+async def stop(recorder: Recorder, who: Who) -> FinishedRecording:
     """End the recording and return the whole file's facts. 409 while none runs."""
-    return await recorder.stop()
+    return await recorder.stop(who)
 
 
 @recordings.post("/recordings/keep", status_code=201)
 @needs("viewer")
 async def keep(asked: KeepRequest, recorder: Recorder, who: Who) -> FinishedRecording:
     """Save what just happened: the last seconds, which the recorder holds in memory."""
-    kept = await recorder.keep(asked.seconds, f"kept by {who.name}")
+    kept = await recorder.keep(asked.seconds, KEPT_BY.format(person=who.name), who)
     if asked.note:
         await recorder.rewrite(kept.name, asked.note, None)
     return kept

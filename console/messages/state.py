@@ -172,6 +172,17 @@ class GateState(Struct, omit_defaults=True):
     values: dict[str, str] | None = None  # in that sentence, by their names
 
 
+class RecorderState(Struct):
+    """The recorder, and what it holds in memory."""
+
+    name: str | None  # of the recording that runs
+    seconds: float
+    bytes: int
+    ring_s: float  # [s] that can be kept now
+    ring_limit_s: float  # [s] at most; 0: nothing is held
+    revision: int  # grows whenever the list of recordings has changed
+
+
 class LeaseState(Struct):
     """The lease: the operator who drives."""
 
@@ -220,6 +231,7 @@ class State(Struct, tag_field="kind", tag="state"):
     robot: RobotState
     gate: GateState
     lease: LeaseState
+    recording: RecorderState | None  # None: a recording plays
     viewers: int  # people with a page or a program that listens, this one among them
     notices: list[NoticeLine]
     history_revision: int

@@ -33,6 +33,7 @@ from console.recording.work import (
     RecoverRecordings,
 )
 from console.robot.link import RobotLink
+from console.sentences import code_of
 from console.workers.worker import Worker
 from core.errors import BadInput, BeckonError
 from core.files import saving, write_atomic
@@ -57,12 +58,21 @@ DISK_PERIOD_S = 2.0  # [s] between two looks at the disk
 MEGABYTE = 1e6
 RUNS = "A recording runs already; stop it first."
 NOTHING_RUNS = "Nothing is being recorded."
+NOTHING_HELD = "Nothing is held in memory: the setting ring_s of [recording] is 0."
+NOTHING_YET = "There is nothing to keep yet: the robot has not moved since the console was started."
+KEPT_BY = "{person} kept it."
+RECORDS = "It is being recorded."
+RECOVERING = "It was not finished; it is recovered now, or at the next start."
+CUT = "It was not finished; it plays as far as it can be read."
 UNKNOWN = "There is no such recording; it may have been deleted."
-BAD_NAME = f"A recording's name has 1 to {MAX_NAME_LETTERS} letters, digits, spaces, dots, hyphens or underscores."
+BAD_NAME = "A recording's name has 1 to {letters} letters, digits, spaces, dots, hyphens or underscores."
 LOST = "The recorder was lost: {trouble} What it had written is kept."
 LEFT_OUT = "The recorder does not keep up: {count} frames were left out."
 LOW_DISK = "The recording has ended: the disk has only {free:.0f} MB left."
 OLD_GOES = "The folder of recordings is full: {name}, the oldest without a note, is deleted."
+UNRECOVERED = "A recording could not be recovered: {trouble}"
+RECOVERED = "The recording {name} was recovered: {seconds:.0f} s."
+NOT_KEPT = "What happened could not be kept: {trouble}"
 KEPT = "The last {seconds:.0f} s were kept as {name}: {cause}."
 
 
@@ -104,6 +114,7 @@ class RecordingService(Part):
         self._described = self._writes = 0  # start of the worker that knows the robot, that writes the file
         self._moments: list[RecordedMoment] = []
         self._left_out = 0
+        self._unfinished = False  # a file waits to be recovered
         self._events = DriveEvents(robot.status())
         self._running: FinishedRecording | None = None
         self._base, self._number = "", 1  # name of the recording that runs, and of its file
@@ -118,22 +129,31 @@ class RecordingService(Part):
         self._incident: tuple[float, str] | None = None  # [s] monotonic when it is kept, and why
         self._kept_at = -1e9
         self._wake = asyncio.Event()
+        self.revision = 0  # of the list of recordings
 
     # life
 
     async def open(self) -> None:
         """Read the notes; finish what a former console left behind."""
         self._notes = await asyncio.to_thread(self._read_notes)
-        if await asyncio.to_thread(lambda: any(self._folder.glob(f"*{ENDING}{PART}"))):
-            try:
-                found = await self._worker.ask(RecoverRecordings(str(self._folder)), budget=FILE_BUDGET_S)
-            except BeckonError as trouble:
-                self._notifications.tell("warning", f"A recording could not be recovered: {trouble}")
-            else:
-                for one in found:
-                    words = f"The recording {one.name} was recovered: {one.seconds:.0f} s."
-                    self._notifications.tell("info", words)
+        if await asyncio.to_thread(self._parts):
+            await self._recover()
             self._worker.kill()
+
+    async def _recover(self) -> None:
+        """Finish what a lost process left behind, unless another recording runs already."""
+        self._unfinished = False
+        try:
+            async with self._turn:
+                if self._running is not None:
+                    return
+                found = await self._worker.ask(RecoverRecordings(str(self._folder)), budget=FILE_BUDGET_S)
+        except BeckonError as trouble:
+            self._notifications.tell("warning", UNRECOVERED.format(trouble=trouble), "recovery")
+            return
+        self.revision += 1
+        for one in found:
+            self._notifications.tell("info", RECOVERED.format(name=one.name, seconds=one.seconds), "recovery")
 
     async def run(self) -> None:
         """Send what came to the recorder's process, and look at the disk."""
@@ -142,6 +162,8 @@ class RecordingService(Part):
             await asyncio.sleep(BATCH_PERIOD_S)
             self._wake.clear()
             await self._send()
+            if self._unfinished:
+                await self._recover()
             await self._after_batch(time.monotonic())
 
     async def close(self) -> None:
@@ -205,6 +227,11 @@ class RecordingService(Part):
     # recording
 
     @property
+    def ring_limit_s(self) -> float:
+        """The longest part of a drive [s] that is held in memory; 0: none is."""
+        return self._settings.ring_s
+
+    @property
     def state(self) -> RecordingState:
         """The recorder now."""
         one, now = self._running, time.monotonic()
@@ -234,12 +261,15 @@ class RecordingService(Part):
             job = BeginRecording(str(self._path(name)), self._description("", note), await self._files())
             await self._worker.ask(job, budget=FILE_BUDGET_S)
             self._writes = self._worker.starts
-        self._running = FinishedRecording(name, 0.0, 0, {}, time.time(), complete=False, note=note)
+        self._running = FinishedRecording(
+            name, 0.0, 0, {}, time.time(), complete=False, note=note, robot=self._robot.profile.name
+        )
+        self.revision += 1
         self._began = time.monotonic()
         if note:
             await self._set_note(name, note)
 
-    async def stop(self) -> FinishedRecording:
+    async def stop(self, who: Person | None = None) -> FinishedRecording:
         """End the recording → the finished file. Raises Problem 409, Unwritable, WorkerLost."""
         if self._running is None:
             raise Problem(409, NOTHING_RUNS)
@@ -247,12 +277,15 @@ class RecordingService(Part):
         running, self._running = self._running, None
         async with self._turn:
             done = await self._worker.ask(FinishRecording(), budget=FILE_BUDGET_S)
+        self.revision += 1
+        if who is not None:
+            self._history.add("stop_recording", who, words=done.name)
         return msgspec.structs.replace(done, started_s=running.started_s, note=running.note)
 
-    async def keep(self, seconds: float, cause: str) -> FinishedRecording:
+    async def keep(self, seconds: float, cause: str, who: Person | None = None) -> FinishedRecording:
         """Save the last part of the drive as a recording of its own. Raises Problem 409, Unwritable."""
-        if not self._listens:
-            raise Problem(409, "There is nothing to keep yet: the robot has not moved since the console was started.")
+        if self.ring_limit_s <= 0 or not self._listens:
+            raise Problem(409, NOTHING_YET if self.ring_limit_s > 0 else NOTHING_HELD)
         await self._send()
         await asyncio.to_thread(self._make_folder)
         name = self._fresh_name("")
@@ -262,6 +295,9 @@ class RecordingService(Part):
             job = KeepRing(str(self._path(name)), seconds, described, await self._files())
             kept = await self._worker.ask(job, budget=FILE_BUDGET_S)
         self._kept_at = time.monotonic()
+        self.revision += 1
+        if who is not None:
+            self._history.add("keep_recording", who, words=name)
         return msgspec.structs.replace(kept, cause=cause)
 
     async def _send(self) -> None:
@@ -289,7 +325,8 @@ class RecordingService(Part):
         """The recorder's process is gone, or the disk takes no more."""
         self._listened = time.monotonic()
         if self._running is not None:
-            self._running = None
+            self._running, self._unfinished = None, True
+            self.revision += 1
             self._notifications.tell("error", LOST.format(trouble=trouble), "recorder")
 
     async def _ready(self) -> None:
@@ -309,7 +346,7 @@ class RecordingService(Part):
                 words = KEPT.format(seconds=kept.seconds, name=kept.name, cause=why.rstrip("."))
                 self._notifications.tell("info", words, "kept")
             except (BeckonError, Problem) as trouble:
-                self._notifications.tell("warning", f"What happened could not be kept: {trouble}", "kept")
+                self._notifications.tell("warning", NOT_KEPT.format(trouble=trouble), "kept")
         if self._running is None or now - self._disk_at < DISK_PERIOD_S:
             return
         self._disk_at = now
@@ -349,6 +386,7 @@ class RecordingService(Part):
             if not self._notes.get(name, RecordingNote()).note:
                 self._notifications.tell("warning", OLD_GOES.format(name=name), "recorder")
                 await asyncio.to_thread(self._path(name).unlink, missing_ok=True)
+                self.revision += 1
                 total -= size
 
     # kept recordings
@@ -362,11 +400,16 @@ class RecordingService(Part):
                     self._known[name, changed] = await self._worker.ask(
                         ReadRecording(str(self._path(name))), budget=FILE_BUDGET_S
                     )
-            note = self._notes.get(name, RecordingNote()).note
             one = self._known[name, changed]
-            found.append(msgspec.structs.replace(one, note=note or one.note))
-        if self._running is not None:
-            found.append(self._running)
+            note, cause = self._notes.get(name, RecordingNote(one.note)).note, one.cause if one.complete else CUT
+            found.append(msgspec.structs.replace(one, note=note, **with_cause(cause)))
+        running = self._running
+        for name, changed, size in await asyncio.to_thread(self._parts):
+            if running is None or name != running.name:
+                left = FinishedRecording(name, 0.0, size, {}, changed, complete=False)
+                found.append(msgspec.structs.replace(left, **with_cause(RECOVERING)))
+        if running is not None:
+            found.append(msgspec.structs.replace(running, **with_cause(RECORDS)))
         return sorted(found, key=lambda one: one.started_s, reverse=True)
 
     def file(self, name: str) -> Path:
@@ -386,17 +429,21 @@ class RecordingService(Part):
                 raise Problem(409, f"There is a recording called {fresh} already.")
             with saving("The recording could not be renamed"):
                 await asyncio.to_thread(path.rename, self._path(fresh))
-            note = self._notes.pop(name, RecordingNote()).note if note is None else note
+            before = self._notes.pop(name, None)
+            note = before.note if note is None and before is not None else note
             name = fresh
         if note is not None:
             await self._set_note(name, note)
+        self.revision += 1
 
     async def delete(self, name: str, who: Person) -> None:
         """Remove a recording. Raises Problem 404, Unwritable."""
         path = self.file(name)
         with saving("The recording could not be deleted"):
             await asyncio.to_thread(path.unlink)
-        self._notes.pop(name, None)
+        if self._notes.pop(name, None) is not None:
+            await self._save_notes()
+        self.revision += 1
         self._history.add("delete_recording", who, words=name)
 
     # files
@@ -417,13 +464,17 @@ class RecordingService(Part):
         with saving("Nothing can be recorded"):
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
 
-    def _sizes(self) -> list[tuple[str, float, int]]:
+    def _sizes(self, ending: str = ENDING) -> list[tuple[str, float, int]]:
         """Name, time of change [s] and bytes of every finished file."""
         found: list[tuple[str, float, int]] = []
-        for path in self._folder.glob(f"[!.]*{ENDING}"):
+        for path in self._folder.glob(f"[!.]*{ending}"):
             facts = path.stat()
-            found.append((path.stem, facts.st_mtime, facts.st_size))
+            found.append((path.name.removesuffix(ending), facts.st_mtime, facts.st_size))
         return found
+
+    def _parts(self) -> list[tuple[str, float, int]]:
+        """The same of every file that is not finished."""
+        return self._sizes(f"{ENDING}{PART}")
 
     def _description(self, cause: str, note: str) -> dict[str, str]:
         profile = self._robot.profile
@@ -455,9 +506,17 @@ class RecordingService(Part):
 
     async def _set_note(self, name: str, note: str) -> None:
         self._notes[name] = RecordingNote(note)
+        await self._save_notes()
+
+    async def _save_notes(self) -> None:
         content = msgspec.json.encode(self._notes)
         with saving("The note could not be saved"):
             await asyncio.to_thread(write_atomic, self._notes_file, content)
+
+
+def with_cause(cause: str) -> dict[str, object]:
+    """The fields of a recording that say a cause, in every language."""
+    return {"cause": cause, **code_of(cause)._asdict()}
 
 
 def media_type(path: Path) -> str:
@@ -469,5 +528,5 @@ def checked_name(name: str) -> str:
     """A name as it is kept. Raises BadInput with what a name may be."""
     tidy = " ".join(name.split())
     if not 0 < len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
-        raise BadInput(BAD_NAME)
+        raise BadInput(BAD_NAME.format(letters=MAX_NAME_LETTERS))
     return tidy

@@ -14,19 +14,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
-from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
 from console.workers.job import Handler, Job
 from core.errors import Unwritable
 from core.geometry import Pose
-from core.recording.mcap_writing import NANOSECONDS, PART, McapRecording, RecordedFile, recovered
+from core.recording.mcap_writing import BROKEN_RECORD, NANOSECONDS, PART, McapRecording, RecordedFile, recovered
 from core.recording.ros_writing import RosEncoder, RosMessage
 from core.sensors import Camera, Laser, SensorFrame
 from core.slam.estimate import Estimate, Landmark
 from core.slam.map.occupancy import OccupancyGrid
 
 DESCRIPTION = "beckon"  # name of the metadata record
+RECOVERED = "The recorder had ended unexpectedly; what it had written was recovered."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,10 @@ class FinishedRecording(msgspec.Struct, frozen=True):
     started_s: float = 0.0  # Unix time of its first message
     complete: bool = True
     note: str = ""
-    cause: str = ""
+    cause: str = ""  # a sentence: why it was kept, or what is the matter with it
+    robot: str = ""
+    code: str | None = None  # of the sentence in `cause`, which keeps its meaning in every language
+    values: dict[str, str] | None = None  # in that sentence, by their names
 
     @classmethod
     def of(cls, written: RecordedFile, cause: str = "") -> FinishedRecording:
@@ -201,8 +204,8 @@ class RecorderWorker:
 
     def recover(self, job: RecoverRecordings) -> list[FinishedRecording]:
         """Finish what was left behind. Raises Unwritable."""
-        whole = (recovered(part) for part in sorted(Path(job.folder).glob(f"*.mcap{PART}")))
-        return [FinishedRecording.of(one, "recovered") for one in whole if one is not None]
+        whole = (recovered(part, {"cause": RECOVERED}) for part in sorted(Path(job.folder).glob(f"*.mcap{PART}")))
+        return [FinishedRecording.of(one, RECOVERED) for one in whole if one is not None]
 
     def read(self, job: ReadRecording) -> FinishedRecording:
         """Look at a file's summary; one that has none is shown as not complete."""
@@ -214,7 +217,7 @@ class RecorderWorker:
                 reader = make_reader(file)
                 summary = reader.get_summary()
                 described = next((one.metadata for one in reader.iter_metadata() if one.name == DESCRIPTION), {})
-        except (McapError, OSError, ValueError):
+        except (OSError, *BROKEN_RECORD):
             summary = None
         if summary is None or summary.statistics is None:
             return FinishedRecording(path.stem, 0.0, size, {}, complete=False)
@@ -227,6 +230,7 @@ class RecorderWorker:
             counted.message_start_time / NANOSECONDS,
             cause=described.get("cause", ""),
             note=described.get("note", ""),
+            robot=described.get("robot", ""),
         )
 
     def _end(self) -> None:

@@ -30,6 +30,7 @@ PART, REBUILT = ".part", ".rebuilt"  # behind the name of a recording that grows
 CHUNK_BYTES = 262_144  # of messages, packed together: a seek unpacks few of them
 FLUSH_PERIOD_S = 0.8  # [s] of messages that may be lost with the process
 NANOSECONDS = 1_000_000_000
+BROKEN_RECORD = (McapError, struct.error, zstandard.ZstdError, ValueError)  # what a reader raises at a damaged one
 
 
 @message
@@ -146,10 +147,11 @@ class McapRecording:
             return 0
 
 
-def recovered(part: Path) -> RecordedFile | None:
+def recovered(part: Path, more: Mapping[str, str]) -> RecordedFile | None:
     """A recording whose process ended before its file was finished → the finished file; None: nothing was in it.
 
-    Chunks are read in order until one is cut; `part` is removed when the whole file is there. Raises Unwritable.
+    `more` is added to its description. Chunks are read until one is cut; `part` is removed when the whole file is
+    there. Raises Unwritable.
     """
     path = part.with_name(part.name.removesuffix(PART))
     whole = _free(path)
@@ -175,7 +177,7 @@ def recovered(part: Path) -> RecordedFile | None:
                     case Attachment():
                         other.attach(record.name, record.media_type, record.data)
                     case Metadata():
-                        other.describe(record.name, record.metadata)
+                        other.describe(record.name, {**record.metadata, **more})
                     case _:
                         pass
     except OSError as trouble:
@@ -191,7 +193,7 @@ def recovered(part: Path) -> RecordedFile | None:
 def _records(file: IO[bytes]) -> Iterator[object]:
     """Every record up to where the file is cut."""
     reader = iter(StreamReader(file).records)
-    with contextlib.suppress(StopIteration, McapError, struct.error, zstandard.ZstdError, ValueError):
+    with contextlib.suppress(StopIteration, *BROKEN_RECORD):
         while True:
             yield next(reader)
 

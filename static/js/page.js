@@ -7,6 +7,7 @@ import "./panels/live-region.js";
 import "./panels/login-view.js";
 import "./panels/notice-toasts.js";
 import "./panels/page-menu.js";
+import "./panels/record-button.js";
 import "./panels/stop-button.js";
 import "./panels/theme-toggle.js";
 import { Session } from "./net/session.js";
@@ -43,6 +44,7 @@ export function startPage(begin) {
   begin(session, shell);
   redraw(session, panels, shell);
   addEventListener("hashchange", enterByLink);
+  addEventListener("show-recordings", () => shell.go("recordings"));
   addEventListener("pagehide", () => session.suspend());
   const enters = enterByLink();
   void shell.begin();

@@ -15,7 +15,7 @@ from tests.browser.visit import DESK, PHONE, Visit
 
 Open = Callable[..., Visit]
 AXE = REPOSITORY / "node_modules" / "axe-core" / "axe.min.js"
-PAGES = ("people", "hearing", "maps", "experiments", "connect", "calibrate", "help")
+PAGES = ("people", "hearing", "maps", "recordings", "experiments", "connect", "calibrate", "help")
 LEAST = 24  # [px], WCAG 2.5.8
 TIGHT = (320, 256)  # 1280x1024 at 400 %
 

@@ -1,4 +1,4 @@
-"""Another robot at the same address: a recording and a simulated one are opened on the Connect page."""
+"""Recordings are made, listed and played; another robot is opened at the same address on the Connect page."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.running_console import Running
-from tests.browser.visit import Visit
+from tests.browser.test_page_access import AXE, COLOURS, violations
+from tests.browser.visit import PHONE, Visit
 from tests.core.recording.log_writers import carmen_lines
 
 Open = Callable[..., Visit]
@@ -87,3 +88,45 @@ def test_what_is_not_there_is_refused_and_the_robot_stays(console: Running, url:
         console.ask("api/robot/open", {"url": url})
     assert refused.value.code == 422 and says in refused.value.read().decode()
     assert console.ask("api/robot/connection")["connection"]["url"].startswith("sim:")
+
+
+def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console: Running) -> None:
+    here, watching = visit(), visit(size=PHONE, theme="light", watching=True)
+    record = here.find(".bar .recorder")
+    record.click()
+    expect(record).to_have_attribute("data-runs", "", timeout=LONG)
+    expect(watching.find(".bar .recorder-time")).to_have_text(re.compile(r"^\d:\d\d$"))
+    console.ask("api/commands", {"text": "continue 0.5 meters"})
+    expect(watching.find(".bar .recorder")).to_have_attribute("aria-label", re.compile("only an operator"))
+    watching.find("app-menu button").first.click()
+    watching.page.get_by_role("button", name=re.compile("^Keep what just happened")).click()
+    kept = watching.find(".toast").filter(has_text="Kept as")
+    expect(kept).to_be_visible(timeout=LONG)
+    kept.get_by_role("button", name="Show").click()
+    expect(watching.find('.recording[data-state="runs"]')).to_contain_text("It is being recorded.")
+    expect(watching.find('.recording[data-state="whole"]')).to_contain_text(re.compile(r"viewer \d+ kept it\."))
+    expect(watching.find(".recording button")).to_have_count(0)
+    here.until(lambda: console.newest()["state"] != "running", "it has driven", LONG / 1000)
+    record.click()
+    toast = here.find(".toast").filter(has_text="Recorded:")
+    toast.get_by_role("button", name="Show").click(timeout=LONG)
+    rows = here.find(".recording")
+    expect(rows).to_have_count(3)
+    if AXE.exists():
+        assert violations(here.page, AXE.read_text()) == violations(watching.page, AXE.read_text(), COLOURS) == []
+    drive = rows.filter(has_text="0:").filter(has_not_text="kept it")
+    drive.get_by_role("button", name=re.compile("^Rename")).click()
+    here.page.get_by_label("Name", exact=True).fill("a turn")
+    here.page.get_by_label(re.compile("^Note")).fill("in the lab")
+    here.page.keyboard.press("Enter")
+    expect(here.find('[data-recording="a turn"]')).to_contain_text("in the lab")
+    rows.filter(has_text="kept it").get_by_role("button", name=re.compile("^Delete")).click()
+    here.button("Delete").click()
+    expect(rows).to_have_count(2)
+    here.button("Play a turn").click()
+    here.find(".recording .map-question").get_by_role("button", name="Open", exact=True).click()
+    here.page.wait_for_url(console.url, timeout=LONG)
+    expect(here.button("Play the recording")).to_be_visible(timeout=LONG)
+    expect(here.find(".bar .recorder")).to_have_attribute("aria-disabled", "true")
+    for visitor in (here, watching):
+        visitor.complaints[:] = [one for one in visitor.complaints if not AWAY.search(one)]

@@ -12,7 +12,7 @@ from tests.browser.running_console import Running
 from tests.browser.visit import DESK, PATIENCE, PHONE, Visit
 
 Open = Callable[..., Visit]
-PAGES = ("Calibrate", "Hearing", "People", "Maps", "Experiments", "Connect", "Help")
+PAGES = ("Calibrate", "Hearing", "People", "Maps", "Recordings", "Experiments", "Connect", "Help")
 DOCKED = ("Hearing", "People", "Maps")
 DOCK = 220  # [px] of the map and of the camera, at least
 

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { confirmedTopics, fileOf, isBare, mapName } from "../../static/js/connect/connection-model.js";
+import { confirmedTopics, fileOf, isBare } from "../../static/js/connect/connection-model.js";
+import { mapName } from "../../static/js/connect/opening.js";
 import { nameTrouble } from "../../static/js/net/maps-api.js";
 
 /** @typedef {import("../../static/js/connect/connection-model.js").TopicRole} TopicRole */

@@ -114,6 +114,7 @@ export const STATE = {
     need_neutral: false,
   },
   lease: { holder: "Ada", holder_id: "ada-1", epoch: 1, asked_by: null, asked_by_id: null, answer_within_s: null },
+  recording: { name: null, seconds: 0, bytes: 0, ring_s: 0, ring_limit_s: 120, revision: 0 },
   viewers: 1,
   notices: [],
   history_revision: 0,

@@ -5,6 +5,7 @@ import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { equipment } from "./connect-parts.js";
 import { isBare, isRecording } from "./connection-model.js";
+import { askToOpen } from "./opening.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
 
@@ -101,28 +102,9 @@ class ConnectRobot extends Panel {
    */
   #request(url) {
     const model = this.#model;
-    if (!model?.unsaved) return void model?.open(url);
-    /** @param {string} words @param {() => void} then */
-    const choice = (words, then) => {
-      const button = make("button", { type: "button", class: "button" }, words);
-      button.addEventListener("click", () => {
-        this.#question.hidden = true;
-        then();
-      });
-      return button;
-    };
-    const sentence = t("connect-robot.your_map_is_not_saved", { url });
-    const save = choice(t("connect-robot.save_and_open"), () => void model.saveAndOpen(url));
-    mark(this.#question, "aria-label", sentence);
-    this.#question.replaceChildren(
-      make("p", {}, sentence),
-      save,
-      choice(t("connect-robot.open"), () => void model.open(url)),
-      choice(t("connect-robot.stay"), () => this.#url.focus()),
-    );
-    this.#question.hidden = false;
-    save.classList.add("primary");
-    save.focus();
+    if (!model) return;
+    const open = (/** @type {boolean} */ save) => void model.open(url, save);
+    askToOpen(this.#question, { url, unsaved: model.unsaved, open, stay: () => this.#url.focus() });
   }
 
   #draw() {

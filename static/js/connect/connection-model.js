@@ -1,8 +1,8 @@
 // Client model of the Connect page: what was found, the operator's choice of topics, and the robot file.
 
 import { call, post, sentenceOf } from "../net/api.js";
-import * as maps from "../net/maps-api.js";
 import { t } from "../ui/texts.js";
+import { openInstead, saveMap } from "./opening.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 /** @typedef {"odometry" | "scan" | "image" | "camera_info" | "sound" | "cmd_vel" | "cmd_vel_type" | "battery" | "map" | "pose" | "frames" | "description"} Role */
@@ -188,34 +188,13 @@ export class ConnectionModel {
   /**
    * Open a recording or a simulated robot instead of this one; the console starts again with it.
    * @param {string} url
+   * @param {boolean} save the map first
    */
-  async open(url) {
-    await this.#during(t("connection-model.opening_url", { url }), () => this.#open(url));
-  }
-
-  /**
-   * Save the map, then open something else.
-   * @param {string} url
-   */
-  async saveAndOpen(url) {
+  async open(url, save) {
     await this.#during(t("connection-model.opening_url", { url }), async () => {
-      const { name } = this.session.state?.map ?? { name: null };
-      await maps.save(name ?? mapName(new Date()), name !== null);
-      await this.#open(url);
+      if (save) await saveMap(this.session);
+      await openInstead(this.session, url);
     });
-  }
-
-  /** @param {string} url */
-  async #open(url) {
-    const opened = await post(`${ROOT}/open`, { url });
-    let again = false;
-    this.session.on("restarted", () => {
-      again = true;
-    });
-    await new Promise((then) => this.session.on("heard", () => again && then(true)));
-    if (this.session.hello?.robot.url === opened.url) return location.assign("./");
-    const why = this.session.state?.notices.findLast(({ level }) => level === "error")?.text;
-    throw new Error(why ?? t("connection-model.url_did_not_open", { url }));
   }
 
   /**
@@ -269,9 +248,6 @@ export const isBare = (part, { url, parts }) =>
   part.up &&
   part.name === url &&
   part.findings.roles.length + part.findings.remarks.length + part.findings.faults.length === 0;
-
-/** A name for a map that has none. @param {Date} now */
-export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).replace(":", "-")}`;
 
 /** Roles whose absence at the next start is no reason to refuse the robot: they are named only where several could be it. */
 const LOOSE = new Set(["camera_info", "battery", "map", "pose", "description"]);

@@ -189,6 +189,17 @@
  */
 
 /**
+ * The recorder, and what it holds in memory.
+ * @typedef {object} RecorderState
+ * @property {string | null} name
+ * @property {number} seconds
+ * @property {number} bytes
+ * @property {number} ring_s
+ * @property {number} ring_limit_s
+ * @property {number} revision
+ */
+
+/**
  * The description of the robot.
  * @typedef {object} RobotCard
  * @property {string} url
@@ -279,6 +290,7 @@
  * @property {RobotState} robot
  * @property {GateState} gate
  * @property {LeaseState} lease
+ * @property {RecorderState | null} recording
  * @property {number} viewers
  * @property {NoticeLine[]} notices
  * @property {number} history_revision

@@ -4,6 +4,7 @@ import { icon, make, mark } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
+import { keep, recorderOf } from "../ui/recorder.js";
 import { chooseLanguage, LANGUAGES, language, t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
@@ -21,6 +22,7 @@ class AppMenu extends Panel {
   #signIns = item("qr", t("app-menu.phones_and_sign_ins"), t("app-menu.a_link_for_a_phone_or"));
   #tour = item("play", t("app-menu.tour"), t("app-menu.ninety_seconds_in_the_simulator_any"));
   #settings = item("settings", t("app-menu.settings"), t("app-menu.speeds_distances_voice_recognizer_which_need"));
+  #keep = item("keep", t("record-button.keep_what_just_happened"), t("app-menu.the_last_minutes_become_a_recording"));
   #hints = item("hints", t("app-menu.show_the_first_hints_again"), "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
   #switch = make(
@@ -64,6 +66,7 @@ class AppMenu extends Panel {
     { class: "menu", role: "group", "aria-label": t("app-menu.menu") },
     this.#halt,
     this.#reset,
+    this.#keep,
     this.#keys,
     this.#gamepad,
     this.#signIns,
@@ -97,6 +100,7 @@ class AppMenu extends Panel {
       });
     on(this.#halt, () => this.session.halt());
     on(this.#reset, () => void this.session.resetHalt());
+    on(this.#keep, () => void keep(this.session));
     on(this.#keys, () => this.dispatchEvent(new CustomEvent("show-keys", { bubbles: true })));
     on(this.#gamepad, () => this.dispatchEvent(new CustomEvent("show-gamepad", { bubbles: true })));
     on(this.#signIns, () => this.dispatchEvent(new CustomEvent("show-sign-ins", { bubbles: true })));
@@ -110,7 +114,11 @@ class AppMenu extends Panel {
    * @override
    * @param {View} view
    */
-  show({ hello, state, up }) {
+  show(view) {
+    const { hello, state, up } = view;
+    const { holds, whyNotKept } = recorderOf(view);
+    this.#keep.hidden = !holds;
+    mark(this.#keep, "aria-disabled", whyNotKept ? "true" : null);
     const drives = hello?.robot.drives === true;
     this.#halt.hidden = !drives; // a row never changes under a finger, and a halt may always be tried
     this.#reset.hidden = !drives || hello?.you.role === "viewer";

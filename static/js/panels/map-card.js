@@ -3,7 +3,7 @@
 import { address, sentenceOf } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
 import { icon, make, mark, write } from "../ui/element.js";
-import { fixed, timeOfDay } from "../ui/format.js";
+import { day, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
@@ -153,7 +153,7 @@ class MapCard extends Panel {
           current && make("span", { class: "map-badge" }, t("map-card.in_use")),
         ),
         make("p", { class: "note" }, about),
-        make("p", { class: "note" }, `${dayOf(map.saved_s)}, ${map.by}`),
+        make("p", { class: "note" }, `${day(map.saved_s)}, ${map.by}`),
       ),
     );
     const acts = make("div", { class: "map-acts" });
@@ -260,16 +260,6 @@ class MapCard extends Panel {
     write(this.#trouble, sentence);
     mark(this.#name, "aria-invalid", sentence ? "true" : null);
   }
-}
-
-/** @param {number} seconds Unix time */
-function dayOf(seconds) {
-  const at = new Date(seconds * 1000);
-  const today = at.toDateString() === new Date().toDateString();
-  const clock = timeOfDay(seconds).slice(0, 5);
-  return today
-    ? t("map-card.today_clock", { clock })
-    : `${at.toLocaleDateString(undefined, { dateStyle: "medium" })} ${clock}`;
 }
 
 customElements.define("map-card", MapCard);

@@ -66,6 +66,14 @@ export const PAGES = [
     load: () => import("../maps/main.js"),
   },
   {
+    path: "recordings",
+    name: t("pages.recordings"),
+    icon: "tape",
+    says: t("pages.drives_as_the_robot_sensed_them"),
+    styles: ["recordings/recordings.css"],
+    load: () => import("../recordings/main.js"),
+  },
+  {
     path: "experiments",
     name: t("pages.experiments"),
     icon: "estimate",

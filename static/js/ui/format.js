@@ -77,6 +77,26 @@ export function duration(seconds) {
 }
 
 /**
+ * The size of a file: "340 kB", "1.2 MB", "3.4 GB".
+ * @param {number} bytes
+ */
+export function size(bytes) {
+  const [unit = "", one = 1] = bytes < 1e6 ? ["kB", 1e3] : bytes < 1e9 ? ["MB", 1e6] : ["GB", 1e9];
+  return `${fixed(bytes / one, bytes < 1e6 || bytes / one >= 100 ? 0 : 1)} ${unit}`;
+}
+
+/**
+ * The day and the minute of a Unix time: "today, 8:05".
+ * @param {number} seconds
+ */
+export function day(seconds) {
+  const at = new Date(seconds * 1000);
+  const clock = timeOfDay(seconds).slice(0, 5);
+  if (at.toDateString() === new Date().toDateString()) return t("format.today_clock", { clock });
+  return `${at.toLocaleDateString(undefined, { dateStyle: "medium" })} ${clock}`;
+}
+
+/**
  * Time of day of a Unix time.
  * @param {number} seconds
  */

@@ -98,6 +98,14 @@ def test_recordings_are_listed_renamed_noted_taken_away_and_deleted(live: Live, 
     assert ask(live, "PATCH", "recordings/other", {"name": "a turn"}).status == 409
     [row] = [row for row in ask(live, "GET", "recordings").json["recordings"] if row["name"] == "other"]
     assert row["note"] == "n"
+    assert ask(live, "PATCH", "recordings/other", {"note": ""}).status == 204
+    (live.home / "recordings" / "left.mcap.part").write_bytes(b"cut")
+    (live.home / "recordings" / "other.mcap").write_bytes(b"damaged")
+    rows = {row["name"]: row for row in ask(live, "GET", "recordings").json["recordings"]}
+    assert (rows["a turn"]["robot"], rows["a turn"]["cause"]) == (live.robot.profile.name, "")
+    assert (rows["other"]["note"], rows["other"]["code"]) == ("", "recording.cut")
+    assert (rows["left"]["complete"], rows["left"]["code"]) == (False, "recording.recovering")
+    (live.home / "recordings" / "left.mcap.part").unlink()
     assert ask(live, "DELETE", "recordings/other").status == 204
     assert ask(live, "GET", "recordings/other").status == 404
     assert ask(live, "GET", "recordings/..%2Fsettings").status in (404, 422)
@@ -110,7 +118,12 @@ def test_what_just_happened_can_be_kept(live: Live, recorded: Any) -> None:
     assert kept.status == 201, kept.body
     assert kept.json["seconds"] > 1 and kept.json["messages"]["/scan"] > 5
     [row] = [row for row in ask(live, "GET", "recordings").json["recordings"] if row["name"] == kept.json["name"]]
-    assert (row["note"], row["cause"]) == ("look at this", kept.json["cause"])
+    assert (row["note"], row["cause"], row["code"]) == ("look at this", kept.json["cause"], "recording.kept_by")
+    state = ask(live, "GET", "state").json["recording"]
+    assert (state["name"], state["ring_limit_s"]) == (None, 120.0) and state["ring_s"] > 1 and state["revision"] > 2
+    history = [(row["what"], row["who"]) for row in ask(live, "GET", "audit").json["entries"]]
+    asked = ("record", "stop_recording", "keep_recording", "delete_recording")
+    assert {(what, "operator") for what in asked} <= set(history), history
 
 
 def test_a_killed_recorder_loses_a_second_and_the_rest_is_recovered(live: Live, recorded: Any) -> None:
@@ -120,8 +133,8 @@ def test_a_killed_recorder_loses_a_second_and_the_rest_is_recovered(live: Live, 
     written = recorder.state
     os.kill(live.on_loop(lambda: recorder._worker.pid), signal.SIGKILL)
     live.until(lambda: recorder.state.name is None)
+    live.until(lambda: not list((live.home / "recordings").glob("*.part")), seconds=60.0)
     assert any("The recorder was lost" in one.text for one in live.runtime.notifications.shown)
-    live.run(recorder.open())
     [row] = [row for row in ask(live, "GET", "recordings").json["recordings"] if row["name"] == "cut"]
     assert row["complete"] and row["seconds"] > written.seconds - 2.0
-    assert not list((live.home / "recordings").glob("*.part"))
+    assert (row["code"], row["note"]) == ("recording.recovered", "")

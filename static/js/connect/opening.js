@@ -1,0 +1,64 @@
+// Open a recording or a simulated robot instead of the console's robot; where the map is not saved, ask first.
+
+import { post } from "../net/api.js";
+import * as maps from "../net/maps-api.js";
+import { make, mark } from "../ui/element.js";
+import { t } from "../ui/texts.js";
+
+/** @typedef {import("../net/session.js").Session} Session */
+
+/** A name for a map that has none. @param {Date} now */
+export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).replace(":", "-")}`;
+
+/**
+ * The console starts again with it.
+ * @param {Session} session
+ * @param {string} url
+ */
+export async function openInstead(session, url) {
+  const opened = await post("api/robot/open", { url });
+  let again = false;
+  session.on("restarted", () => {
+    again = true;
+  });
+  await new Promise((then) => session.on("heard", () => again && then(true)));
+  if (session.hello?.robot.url === opened.url) return location.assign("./");
+  const why = session.state?.notices.findLast(({ level }) => level === "error")?.text;
+  throw new Error(why ?? t("connection-model.url_did_not_open", { url }));
+}
+
+/** Save the map under its name, or a new one. @param {Session} session */
+export async function saveMap(session) {
+  const { name } = session.state?.map ?? { name: null };
+  await maps.save(name ?? mapName(new Date()), name !== null);
+}
+
+/**
+ * Open, or ask first where the map would be lost.
+ * @param {HTMLElement} question where it is asked
+ * @param {{url: string, unsaved: boolean, open: (save: boolean) => void, stay: () => void}} then
+ */
+export function askToOpen(question, { url, unsaved, open, stay }) {
+  if (!unsaved) return open(false);
+  /** @param {string} words @param {() => void} then */
+  const choice = (words, then) => {
+    const button = make("button", { type: "button", class: "button" }, words);
+    button.addEventListener("click", () => {
+      question.hidden = true;
+      then();
+    });
+    return button;
+  };
+  const sentence = t("connect-robot.your_map_is_not_saved", { url });
+  const save = choice(t("connect-robot.save_and_open"), () => open(true));
+  mark(question, "aria-label", sentence);
+  question.replaceChildren(
+    make("p", {}, sentence),
+    save,
+    choice(t("connect-robot.open"), () => open(false)),
+    choice(t("connect-robot.stay"), stay),
+  );
+  question.hidden = false;
+  save.classList.add("primary");
+  save.focus();
+}

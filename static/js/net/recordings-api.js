@@ -1,0 +1,54 @@
+// HTTP client for recordings: start, stop, keep what just happened, and the list.
+
+import { translate } from "../ui/texts.js";
+import { address, call, post } from "./api.js";
+
+/**
+ * @typedef {object} Recording
+ * @property {string} name
+ * @property {number} seconds
+ * @property {number} bytes
+ * @property {number} started_s Unix time
+ * @property {boolean} complete
+ * @property {string} note
+ * @property {string} cause a sentence, or ""
+ * @property {string} robot
+ * @property {string | null} code of the cause
+ * @property {import("../ui/texts.js").Values | null} values in the cause
+ */
+
+const ROOT = "api/recordings";
+
+/** @param {string} name */
+const one = (name) => `${ROOT}/${encodeURIComponent(name)}`;
+
+/** @returns {Promise<Recording[]>} newest first, with the one that runs */
+export async function list() {
+  /** @type {Recording[]} */
+  const recordings = (await call(ROOT)).recordings;
+  for (const recording of recordings) translate(recording, "cause");
+  return recordings;
+}
+
+/** @returns {Promise<{name: string}>} */
+export const start = () => post(`${ROOT}/start`, {});
+
+/** @returns {Promise<Recording>} */
+export const stop = () => post(`${ROOT}/stop`);
+
+/** @param {number} seconds @returns {Promise<Recording>} */
+export const keep = (seconds) => post(`${ROOT}/keep`, { seconds });
+
+/** @param {string} name @param {{name?: string, note?: string}} fresh */
+export const change = (name, fresh) =>
+  call(one(name), {
+    method: "PATCH",
+    body: JSON.stringify(fresh),
+    headers: { "content-type": "application/json" },
+  });
+
+/** @param {string} name */
+export const remove = (name) => call(one(name), { method: "DELETE" });
+
+/** @param {string} name */
+export const fileOf = (name) => address(one(name)).href;

@@ -1,0 +1,21 @@
+// The recordings page.
+
+import "../panels/record-button.js";
+import "./recordings-list.js";
+import { make } from "../ui/element.js";
+import { t } from "../ui/texts.js";
+import { RecordingsModel } from "./recordings-model.js";
+
+/** @param {import("../net/session.js").Session} session */
+export function create(session) {
+  const model = new RecordingsModel(session);
+  const [button, list] = ["record-button", "recordings-list"].map((name) => document.createElement(name));
+  const help = make(
+    "a",
+    { class: "link", href: "help#how-to/record-a-drive.md" },
+    t("recordings.how_to_record_a_drive"),
+  );
+  const element = make("section", { class: "card recordings-card", "aria-label": t("pages.recordings") });
+  element.append(make("div", { class: "recordings-head" }, button, help), /** @type {Node} */ (list));
+  return { element, model, opened: () => model.follow(true), left: () => model.follow(false) };
+}

@@ -1,0 +1,216 @@
+// Element <recordings-list>: every recording, newest first: play, take away, rename, note, delete.
+
+import { askToOpen } from "../connect/opening.js";
+import { fileOf } from "../net/recordings-api.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+import { recorderOf } from "../ui/recorder.js";
+import { t } from "../ui/texts.js";
+import { about, stateOf, urlOf } from "./recordings-model.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("./recordings-model.js").RecordingsModel} RecordingsModel */
+/** @typedef {import("./recordings-model.js").Recording} Recording */
+
+class RecordingsList extends Panel {
+  /** @type {RecordingsModel | null} */
+  #model = null;
+  #status = make("p", { class: "map-trouble", role: "status", hidden: true });
+  #list = make("ul", { class: "maps", "aria-label": t("recordings-list.recordings_newest_first") });
+  #empty = make(
+    "div",
+    { class: "recordings-empty", hidden: true },
+    icon("tape"),
+    make("p", {}, t("recordings-list.nothing_is_recorded_yet")),
+    make("p", { class: "note" }, t("recordings-list.press_record_and_drive")),
+  );
+  /** @type {Map<string, {row: HTMLElement, drawn: string}>} */
+  #rows = new Map();
+  /** @type {string | null} */
+  #running = null;
+  #may = false;
+
+  /** @param {RecordingsModel} model */
+  watch(model) {
+    this.#model = model;
+    model.onChange(() => this.#draw());
+  }
+
+  /** @override */
+  build() {
+    this.append(this.#status, this.#empty, this.#list);
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show(view) {
+    const may = view.up && this.#model?.may === true;
+    const running = view.state?.recording?.name ?? null;
+    if (may !== this.#may || running !== this.#running) {
+      [this.#may, this.#running] = [may, running];
+      this.#draw();
+    }
+    const now = this.#list.querySelector("[data-state=runs] .recording-about");
+    const { time, size } = recorderOf(view);
+    if (now && running) write(now, [time, size].join(" · "));
+  }
+
+  #draw() {
+    const { recordings, busy, trouble } = /** @type {RecordingsModel} */ (this.#model);
+    write(this.#status, busy || trouble);
+    mark(this.#status, "data-tone", busy ? "busy" : null);
+    this.#status.hidden = !(busy || trouble);
+    if (!recordings) return;
+    this.#empty.hidden = recordings.length > 0;
+    /** @type {Map<string, {row: HTMLElement, drawn: string}>} */
+    const rows = new Map();
+    for (const one of recordings) {
+      const drawn = JSON.stringify([one, stateOf(one, this.#running), this.#may]);
+      const before = this.#rows.get(one.name);
+      rows.set(one.name, before?.drawn === drawn ? before : { row: this.#row(one), drawn }); // an open form stays
+    }
+    this.#rows = rows;
+    const wanted = [...rows.values()].map(({ row }) => row);
+    const same =
+      wanted.length === this.#list.children.length && wanted.every((row, at) => row === this.#list.children[at]);
+    if (!same) this.#list.replaceChildren(...wanted);
+  }
+
+  /** @param {Recording} one */
+  #row(one) {
+    const { name, note, cause } = one;
+    const state = stateOf(one, this.#running);
+    const acts = make("div", { class: "map-acts" });
+    const row = make(
+      "li",
+      { class: "map recording", "data-state": state, "data-recording": name },
+      icon(state === "runs" ? "recording" : state === "whole" ? (cause ? "keep" : "tape") : "warning"),
+      make(
+        "div",
+        { class: "map-body" },
+        make("p", { class: "map-name" }, name),
+        make("p", { class: "note recording-about" }, about(one)),
+        cause && make("p", { class: "recording-cause" }, cause),
+        note && make("p", { class: "recording-note" }, note),
+      ),
+      acts,
+    );
+    if (state === "runs" || state === "unfinished") return row;
+    if (this.#may)
+      acts.append(
+        act("play", t("recordings-list.play_name", { name }), () => this.#play(row, name), t("recordings-list.play")),
+      );
+    const link = {
+      href: fileOf(name),
+      download: "",
+      "aria-label": t("map-card.download_name", { name }),
+      title: t("map-card.download"),
+    };
+    acts.append(make("a", { class: "icon-button small", ...link }, icon("download")));
+    if (!this.#may) return row;
+    acts.append(
+      act("pencil", t("recordings-list.change_name", { name }), () => this.#change(row, one)),
+      act("trash", t("map-card.delete_name", { name }), () => this.#remove(row, name)),
+    );
+    return row;
+  }
+
+  /** @param {HTMLElement} row @param {string} name */
+  #play(row, name) {
+    const model = /** @type {RecordingsModel} */ (this.#model);
+    const question = this.#ask(row, "div", { role: "group", hidden: true });
+    askToOpen(question, {
+      url: urlOf(name),
+      unsaved: model.unsaved,
+      open: (save) => void model.play(name, save),
+      stay: () => focusOn(row),
+    });
+  }
+
+  /** @param {HTMLElement} row @param {Recording} one */
+  #change(row, { name, note }) {
+    const named = make("input", {
+      class: "field-box",
+      value: name,
+      maxlength: "80",
+      required: true,
+      autocomplete: "off",
+      spellcheck: "false",
+    });
+    const noted = make("input", { class: "field-box", value: note, maxlength: "2000", autocomplete: "off" });
+    const form = this.#ask(row, "form", { "aria-label": t("recordings-list.change_name", { name }) });
+    const leave = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
+    form.append(
+      make("label", {}, t("recordings-list.name"), named),
+      make("label", {}, t("recordings-list.note"), noted),
+      make("button", { type: "submit", class: "button primary" }, t("map-card.save")),
+      leave,
+    );
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      const fresh = { name: named.value.trim(), note: noted.value.trim() };
+      if (!(await this.#model?.change(name, fresh))) return;
+      form.remove();
+      focusOn(this.#rows.get(fresh.name)?.row ?? null);
+    });
+    leave.addEventListener("click", () => close(form, row));
+    form.addEventListener("keydown", (event) => event.key === "Escape" && close(form, row));
+    named.focus();
+    named.select();
+    form.scrollIntoView({ block: "nearest" });
+  }
+
+  /** @param {HTMLElement} row @param {string} name */
+  #remove(row, name) {
+    const sentence = t("recordings-list.delete_this_recording_for_good");
+    const question = this.#ask(row, "div", { role: "group", "aria-label": sentence });
+    const yes = make("button", { type: "button", class: "button primary" }, t("map-card.delete"));
+    const no = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
+    question.append(make("p", {}, sentence), yes, no);
+    yes.addEventListener("click", () => {
+      question.remove();
+      void this.#model?.remove(name);
+    });
+    no.addEventListener("click", () => close(question, row));
+    no.focus();
+    question.scrollIntoView({ block: "nearest" });
+  }
+
+  /**
+   * A place in the row for a question; the list asks one at a time.
+   * @template {"div" | "form"} T
+   * @param {HTMLElement} row
+   * @param {T} tag
+   * @param {Record<string, any>} more
+   */
+  #ask(row, tag, more) {
+    for (const other of this.#list.querySelectorAll(".map-question")) other.remove();
+    const question = make(tag, { class: "map-question", ...more });
+    row.append(question);
+    return question;
+  }
+}
+
+/** @param {HTMLElement} question @param {HTMLElement} row */
+function close(question, row) {
+  question.remove();
+  focusOn(row);
+}
+
+/** @param {HTMLElement | null} row */
+const focusOn = (row) => row?.querySelector("button")?.focus();
+
+/**
+ * @param {string} drawing
+ * @param {string} name
+ * @param {() => void} then
+ * @param {string} [words] on the button
+ */
+function act(drawing, name, then, words = "") {
+  const look = words ? { class: "button" } : { class: "icon-button small", title: name };
+  return make("button", { type: "button", "aria-label": name, onclick: then, ...look }, icon(drawing), words);
+}
+
+customElements.define("recordings-list", RecordingsList);

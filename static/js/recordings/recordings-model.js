@@ -1,0 +1,135 @@
+// Client model of the recordings page: the list, which is read again when the state says that it has changed.
+
+import { openInstead, saveMap } from "../connect/opening.js";
+import { sentenceOf } from "../net/api.js";
+import * as recordings from "../net/recordings-api.js";
+import { day, duration, size } from "../ui/format.js";
+import { t } from "../ui/texts.js";
+
+/** @typedef {import("../net/session.js").Session} Session */
+/** @typedef {recordings.Recording} Recording */
+
+export class RecordingsModel {
+  /** @type {Recording[] | null} newest first; null until they were read */
+  recordings = null;
+  /** A sentence on what is being done, or on what went wrong; "" for neither. */
+  busy = "";
+  trouble = "";
+  #shown = false;
+  #revision = -1;
+  /** @type {Set<() => void>} */
+  #listeners = new Set();
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    session.on("hello", () => {
+      this.#revision = -1;
+    });
+    session.on("heard", () => this.#watch());
+  }
+
+  /** True unless this user is a viewer. */
+  get may() {
+    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
+  }
+
+  /** True where the map would be lost. */
+  get unsaved() {
+    return this.session.state?.map.unsaved === true;
+  }
+
+  /** @param {() => void} listener */
+  onChange(listener) {
+    this.#listeners.add(listener);
+  }
+
+  /** @param {boolean} shown true while the page is open */
+  follow(shown) {
+    this.#shown = shown;
+    this.#revision = -1;
+    this.#watch();
+  }
+
+  #watch() {
+    const { hello, state } = this.session;
+    const revision = state?.recording?.revision ?? 0;
+    if (!this.#shown || !hello || !state || revision === this.#revision) return;
+    this.#revision = revision;
+    void this.read();
+  }
+
+  async read() {
+    try {
+      this.recordings = await recordings.list();
+      this.trouble = "";
+    } catch (refusal) {
+      this.trouble = sentenceOf(refusal);
+    }
+    this.#tell();
+  }
+
+  /** @param {string} name @param {{name: string, note: string}} fresh @returns {Promise<boolean>} whether it was done */
+  change(name, fresh) {
+    return this.#tried("", () => recordings.change(name, fresh));
+  }
+
+  /** @param {string} name */
+  remove(name) {
+    return this.#tried("", () => recordings.remove(name));
+  }
+
+  /**
+   * Open it instead of the robot; the console starts again with it.
+   * @param {string} name
+   * @param {boolean} save the map first
+   */
+  play(name, save) {
+    const url = urlOf(name);
+    return this.#tried(t("connection-model.opening_url", { url }), async () => {
+      if (save) await saveMap(this.session);
+      await openInstead(this.session, url);
+    });
+  }
+
+  /** @param {string} doing @param {() => Promise<unknown>} act */
+  async #tried(doing, act) {
+    [this.busy, this.trouble] = [doing, ""];
+    this.#tell();
+    try {
+      await act();
+      await this.read();
+    } catch (refusal) {
+      this.trouble = sentenceOf(refusal);
+    }
+    this.busy = "";
+    this.#tell();
+    return this.trouble === "";
+  }
+
+  #tell() {
+    for (const listener of this.#listeners) listener();
+  }
+}
+
+/** The URL that opens it. @param {string} name */
+export const urlOf = (name) => `log:${name}.mcap`;
+
+/**
+ * What is said of a recording below its name: when, how long, how large, which robot.
+ * @param {Recording} recording
+ */
+export const about = ({ started_s: started, seconds, bytes, robot }) =>
+  [started > 0 && day(started), seconds > 0 && duration(seconds), size(bytes), robot].filter(Boolean).join(" · ");
+
+/**
+ * The state of a recording: only what is whole can be played and taken away, and what runs is not changed.
+ * @param {Recording} recording
+ * @param {string | null} running name of the one that runs
+ * @returns {"runs" | "whole" | "cut" | "unfinished"}
+ */
+export function stateOf({ name, complete, seconds, code }, running) {
+  if (name === running) return "runs";
+  if (complete) return "whole";
+  return code === "recording.recovering" && seconds === 0 ? "unfinished" : "cut";
+}
