@@ -96,7 +96,7 @@ def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console:
     record.click()
     expect(record).to_have_attribute("data-runs", "", timeout=LONG)
     expect(watching.find(".bar .recorder-time")).to_have_text(re.compile(r"^\d:\d\d$"))
-    console.ask("api/commands", {"text": "continue 0.5 meters"})
+    here.say("continue 0.5 meters")
     expect(watching.find(".bar .recorder")).to_have_attribute("aria-label", re.compile("only an operator"))
     watching.find("app-menu button").first.click()
     watching.page.get_by_role("button", name=re.compile("^Keep what just happened")).click()
