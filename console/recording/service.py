@@ -52,6 +52,7 @@ BATCH_PERIOD_S = 0.25  # [s] between two batches for the recorder's process
 BATCH_BUDGET_S, FILE_BUDGET_S = 5.0, 120.0  # [s] of processor time
 MAX_WAITING_MOMENTS = 400  # frames that may wait; more are left out, with a notice
 MAP_PERIOD_S = 2.0  # [s] between two maps, at least
+RING_DELAY_S = 5.0  # [s] after the first motion: its start must not be what slows that
 AFTER_INCIDENT_S = 3.0  # [s] that are still kept after what caused it
 INCIDENT_PAUSE_S = 30.0  # [s] until another one is kept by itself
 DISK_PERIOD_S = 2.0  # [s] between two looks at the disk
@@ -121,6 +122,7 @@ class RecordingService(Part):
         self._began = 0.0  # [s] monotonic, of its file
         self._listens = False  # readings go to the recorder's process
         self._listened = 0.0  # [s] monotonic, since when
+        self._moved = 0.0  # [s] monotonic, when the robot first did; 0: not yet
         self._known: dict[tuple[str, float], FinishedRecording] = {}  # by name and time of change
         self._notes: dict[str, RecordingNote] = {}
         self._turn = asyncio.Lock()
@@ -179,7 +181,10 @@ class RecordingService(Part):
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """Take a frame and what was made of it, once the robot has moved or something is recorded."""
         moves = bool(snapshot.setpoint.v or snapshot.setpoint.w)
-        if not self._listens and (self._running is not None or (moves and self._settings.ring_s > 0)):
+        if moves and self._settings.ring_s > 0:
+            self._moved = self._moved or time.monotonic()
+        due = self._moved > 0 and time.monotonic() - self._moved > RING_DELAY_S
+        if not self._listens and (self._running is not None or due):
             self._listens, self._listened = True, time.monotonic()
         if not self._listens or "replay" in self._robot.profile.capabilities:
             return

@@ -13,7 +13,6 @@ import cv2
 import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
-from scipy.spatial.transform import Rotation
 
 from core.geometry import Pose, Transform
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
@@ -83,10 +82,7 @@ class RosEncoder:
 
     def fixed(self, stamp: float) -> Iterator[RosMessage]:
         """The mounting of the sensors and the camera's model, which do not change."""
-        placed = [
-            self._transform(stamp, BASE, _frame(laser), Transform.of_pose(laser.mounting, laser.height))
-            for laser in self._lasers
-        ]
+        placed = [self._transform(stamp, BASE, _frame(laser), laser.mounting, laser.height) for laser in self._lasers]
         placed += [self._transform(stamp, BASE, camera.name, camera.mounting) for camera in self._cameras]
         if placed:
             yield self._message("/tf_static", TF, stamp, transforms=placed)
@@ -116,7 +112,7 @@ class RosEncoder:
         )
         header = self._header(stamp, ODOM)
         yield self._message("/odom", ODOMETRY, stamp, header=header, child_frame_id=BASE, pose=pose, twist=twist)
-        moved = self._transform(stamp, ODOM, BASE, Transform.of_pose(place))
+        moved = self._transform(stamp, ODOM, BASE, place)
         yield self._message("/tf", TF, stamp, transforms=[moved])
 
     def _scan(self, scan: Scan) -> RosMessage:
@@ -178,7 +174,7 @@ class RosEncoder:
         )
         yield self._message("/pose", POSE, stamp, header=self._header(stamp, WORLD), pose=pose)
         if odometry is not None:
-            drifted = Transform.of_pose(estimate.pose @ odometry.inverse())
+            drifted = estimate.pose @ odometry.inverse()
             yield self._message("/tf", TF, stamp, transforms=[self._transform(stamp, WORLD, ODOM, drifted)])
 
     def landmarks(self, stamp: float, rows: Iterable[Landmark]) -> RosMessage:
@@ -241,17 +237,16 @@ class RosEncoder:
         return self._type(
             "geometry_msgs/msg/Pose",
             position=self._type("geometry_msgs/msg/Point", x=pose.x, y=pose.y, z=0.0),
-            orientation=self._type(
-                "geometry_msgs/msg/Quaternion",
-                x=0.0,
-                y=0.0,
-                z=math.sin(pose.heading / 2),
-                w=math.cos(pose.heading / 2),
-            ),
+            orientation=self._quaternion(pose),
         )
 
-    def _quaternion(self, transform: Transform) -> Any:
-        x, y, z, w = Rotation.from_matrix(transform.rotation).as_quat().tolist()
+    def _quaternion(self, place: Pose | Transform) -> Any:
+        if isinstance(place, Pose):
+            x, y, z, w = 0.0, 0.0, math.sin(place.heading / 2), math.cos(place.heading / 2)
+        else:
+            from scipy.spatial.transform import Rotation  # a camera's alone; it takes a while to import
+
+            x, y, z, w = Rotation.from_matrix(place.rotation).as_quat().tolist()
         return self._type("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
     def _twist(self, v: float, w: float) -> Any:
@@ -262,15 +257,17 @@ class RosEncoder:
     def _vector(self, x: float, y: float, z: float) -> Any:
         return self._type("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
 
-    def _transform(self, stamp: float, parent: str, child: str, transform: Transform) -> Any:
+    def _transform(self, stamp: float, parent: str, child: str, place: Pose | Transform, height: float = 0.0) -> Any:
+        """`height` [m] of a pose above its frame's floor."""
+        at = (place.x, place.y, height) if isinstance(place, Pose) else place.translation.tolist()
         return self._type(
             "geometry_msgs/msg/TransformStamped",
             header=self._header(stamp, parent),
             child_frame_id=child,
             transform=self._type(
                 "geometry_msgs/msg/Transform",
-                translation=self._vector(*transform.translation.tolist()),
-                rotation=self._quaternion(transform),
+                translation=self._vector(*at),
+                rotation=self._quaternion(place),
             ),
         )
 
