@@ -1,4 +1,4 @@
-"""Scans that come late, or lie about their time: `python -m tests.benchmarks.late_scans [--every 1]`.
+"""Scans that come late, or lie about their time: `python -m tests.benchmarks.late_scans [--every 1] [--wires …]`.
 
 A robot is driven at a wall by a hand that presses again after every stop. It stands 2.5 m before it, drives from 3 s
 on; from 4 s on its scans come late, or their stamps are no numbers, lie ahead or step back as well. The readings go
@@ -6,6 +6,9 @@ through the code of the drivers to the points of the gate's guard and through th
 `sim` straight into frames, `py` through Readings, `ros` as encoded messages through the bridge that foxglove,
 rosbridge and zenoh share, `scip` through the clock of a Hokuyo. Told: contacts, and the time from the first lie to
 zero.
+
+`--wires foxglove,rosbridge,zenoh,serial+scip`: the whole drivers instead, in real time, against the emulators of
+these robots on sockets and the gate in this process.
 """
 
 from __future__ import annotations
@@ -15,15 +18,20 @@ import itertools
 import json
 import math
 import sys
+import threading
+import time
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from core.gate import TICK, Gate, Limits, Setpoint
 from core.geometry import Pose
+from core.robots import Robot
+from core.robots.connect import connect
 from core.robots.nearness import NearField
 from core.robots.readings import Readings
 from core.robots.ros.bridge import RosSensors
@@ -31,7 +39,13 @@ from core.robots.ros.topics import LASER_SCAN, ODOMETRY, RosSettings, choose_top
 from core.robots.ros.typestore import TWIST, RobotTypes
 from core.robots.scip import WRAP, SensorTime
 from core.sensors import Laser, Scan, SensorFrame, Wheels
-from tests.emulators.ros_messages import RosMessageMaker
+from tests.emulators.foxglove import FoxgloveEmulator
+from tests.emulators.ros_messages import PROFILE, RosMessageMaker
+from tests.emulators.rosbridge import RosbridgeEmulator
+from tests.emulators.scip import PERIOD, STEPS, ScipEmulator
+from tests.emulators.serial_base import SerialRobot
+from tests.emulators.world import World
+from tests.emulators.zenoh_robot import ZenohEmulator
 
 WALL_M, RADIUS_M = 2.5, 0.09
 DRIVE_S, LIE_S, END_S = 3.0, 4.0, 14.0
@@ -40,6 +54,12 @@ SPEEDS_M_S = (0.1, 0.3, 0.5)
 BEARINGS = np.radians(np.arange(-180, 180))
 LASER = Laser(beams=360, angle_min=-np.pi, angle_step=np.pi / 180)
 TOPICS = {"/scan": LASER_SCAN, "/odom": ODOMETRY, "/cmd_vel": TWIST}
+WIRE_LATE_S = (0.0, 0.3, 1.0, 2.0, 5.0)
+SETTLING_S, RUN_UP_S, BLIND_S, LYING_S = 1.0, 1.5, 1.5, 3.5  # [s]; contact is where it drove blind for BLIND_S
+FAILSAFE_S = 0.5  # after which the wheels of an emulated robot stop without speeds
+SCAN_TICKS = round(PROFILE.rate / 10)
+LASER_STEPS = 768  # of a Hokuyo's turn, from its step 0 until the scan is sent
+SENSORS_ALONE = "?image=none&camera_info=none&sound=none&battery=none"
 LIES: dict[str, Callable[[float], float]] = {
     "honest": lambda stamp: stamp,
     "no number": lambda stamp: math.nan,
@@ -180,6 +200,135 @@ def scan_at(x: float, stamp: float, rng: np.random.Generator) -> Scan:
     return Scan(stamp=stamp, ranges=np.where(ranges < 5.6, ranges, np.inf), angle_min=-np.pi, angle_step=np.pi / 180)
 
 
+class WallWorld(World):
+    """A robot before a wall, in real time. Its scans come late, and lie, as soon as it is told to."""
+
+    def __init__(self, wall: float) -> None:
+        """`wall` [m] from the robot's middle."""
+        super().__init__()
+        self.late, self.lie = 0.0, LIES["honest"]
+        self.gap = wall - RADIUS_M  # [m], the least until now
+        self.stood_since: float | None = None  # time.monotonic(); None: it moves
+        self._wall, self._x = wall, 0.0
+
+    def start(self) -> None:
+        self._over.clear()
+        self._thread = threading.Thread(target=self._roll, name="wall", daemon=True)
+        self._thread.start()
+
+    def _roll(self) -> None:
+        period, rng = 1 / PROFILE.rate, np.random.default_rng(1)
+        waiting: deque[tuple[float, Scan]] = deque()
+        self._began = time.monotonic()
+        for tick in itertools.count():
+            stamp = tick * period
+            if self._over.wait(max(0.0, self.instant(stamp) - time.monotonic())):
+                return
+            with self._lock:
+                speed = self._wanted.v if time.monotonic() - self._wanted_at < FAILSAFE_S else 0.0
+            self._x += speed * period
+            self.gap = min(self.gap, self._wall - self._x - RADIUS_M)
+            self.stood_since = None if speed else self.stood_since or time.monotonic()
+            for take in self.on_wheels:
+                take(Wheels(odometry=Pose(self._x), speed=speed, turn_rate=0.0))
+            if tick % SCAN_TICKS == 0:
+                seen = scan_at(WALL_M - self._wall + self._x, self.lie(stamp), rng)
+                waiting.append((stamp + self.late, seen))
+            while waiting and waiting[0][0] <= stamp:
+                _, seen = waiting.popleft()
+                for show in self.on_scan:
+                    show(seen)
+
+
+EMULATORS: dict[str, Callable[[WallWorld], Any]] = {
+    "foxglove": FoxgloveEmulator,
+    "rosbridge": RosbridgeEmulator,
+    "zenoh": ZenohEmulator,
+    "serial": SerialRobot,
+}
+
+
+def emulators_of(wires: str, world: WallWorld) -> list[Any]:
+    """The emulators of a robot, `foxglove` or `serial+scip`, with the world behind them."""
+    made: list[Any] = []
+    for kind in wires.split("+"):
+        if kind == "scip":
+            sensor = ScipEmulator()
+            turn = PERIOD * LASER_STEPS / STEPS  # from its first beam until a scan is there
+            world.on_scan.append(
+                lambda scan, sensor=sensor, turn=turn: sensor.show_scan(scan, world.instant(scan.stamp) - turn)
+            )
+            made.append(sensor)
+        else:
+            made.append(EMULATORS[kind](world))
+    return made
+
+
+def drive_wires(wires: str, late: float, speed: float, lie: Callable[[float], float]) -> Outcome:
+    """Drive at the wall over real sockets, in real time; it would be touched `BLIND_S` after the first lie."""
+    world = WallWorld(RADIUS_M + speed * (RUN_UP_S + BLIND_S))
+    parts = emulators_of(wires, world)
+    for part in (*parts, world):
+        part.start()
+    try:
+        robot = connect("+".join(part.url + (SENSORS_ALONE if "+" not in wires else "") for part in parts))
+        try:
+            return press(robot, world, late, speed, lie)
+        finally:
+            robot.close()
+    finally:
+        for part in (world, *parts):
+            part.stop()
+
+
+def press(robot: Robot, world: WallWorld, late: float, speed: float, lie: Callable[[float], float]) -> Outcome:
+    """Drive a robot by hand for as long as it takes, pressing again after every stop."""
+    gate, field = Gate(Limits(max_speed=0.5)), NearField(robot.profile.lasers)
+    start = time.monotonic()
+    lies_from, pressed = math.inf, 1
+    gate.arm(1, "a stubborn hand", 0.0)
+    for tick in itertools.count():
+        time.sleep(max(0.0, start + tick * TICK - time.monotonic()))
+        now = time.monotonic() - start
+        near = field.see(robot.read(), moving=gate.twist.moves)
+        if near is not None:
+            gate.see(near.points, now, near.field, near.age)
+        elif field.untimely is not None:
+            gate.see_untimely(field.untimely, now)
+        gate.touch(False, now)
+        gate.heartbeat(now)
+        if now >= SETTLING_S and tick % 2 == 0:
+            status = gate.status()
+            pressed += status.need_neutral
+            v = 0.0 if status.need_neutral else speed
+            gate.accept(Setpoint(1, tick, "jog", pressed, v, 0.0, gate.nonce), now)
+        robot.drive(gate.tick(now))
+        if lies_from == math.inf and now >= SETTLING_S + RUN_UP_S:
+            lies_from, world.late, world.lie = time.monotonic(), late, lie
+        if now >= SETTLING_S + RUN_UP_S + LYING_S:
+            stood = world.stood_since
+            zero = None if stood is None else max(stood - lies_from, 0.0)
+            return Outcome(world.gap, zero, gate.status().reason)
+    raise AssertionError
+
+
+def wire_table(wires: Iterable[str]) -> Iterator[dict[str, object]]:
+    """One row for each robot, lie, lateness and speed."""
+    told = {name: lie for name, lie in LIES.items() if name != "no number"}  # no wire carries one
+    for one, (lie, stamps), late, speed in itertools.product(wires, told.items(), WIRE_LATE_S, SPEEDS_M_S):
+        found = drive_wires(one, late, speed, stamps)
+        yield {
+            "wires": one,
+            "stamps": lie,
+            "late_s": late,
+            "speed_m_s": speed,
+            "contact": found.gap < 0,
+            "gap_m": round(found.gap, 3),
+            "zero_s": None if found.zero is None else round(found.zero, 2),
+            "reason": found.reason,
+        }
+
+
 def table(late: Iterable[float], speeds: Iterable[float]) -> list[dict[str, object]]:
     """One row for each driver, lie and way of being late."""
     rows: list[dict[str, object]] = []
@@ -205,8 +354,10 @@ def main() -> None:
     """Print the table, a row a line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--every", type=int, default=1, help="take every n-th lateness")
+    parser.add_argument("--wires", default="", help="robots on sockets, in real time: foxglove,serial+scip")
     given = parser.parse_args()
-    for row in table(LATE_S[:: given.every], SPEEDS_M_S):
+    wires = list(filter(None, given.wires.split(",")))
+    for row in wire_table(wires) if wires else table(LATE_S[:: given.every], SPEEDS_M_S):
         sys.stdout.write(json.dumps(row) + "\n")
         sys.stdout.flush()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.benchmarks.late_scans import DRIVERS, LIES, drive
+from tests.benchmarks.late_scans import DRIVERS, LIES, drive, drive_wires
 
 STANDS_S = 0.4  # [s] from the first lie to zero: the age at which scans end to count, and a tick or two
 
@@ -23,3 +23,8 @@ def test_scans_that_fall_behind_or_lie_about_their_time_end_in_no_contact(driver
 def test_a_punctual_robot_comes_to_its_wall_and_stands_at_its_margin(driver: str, late: float) -> None:
     found = drive(DRIVERS[driver](), late, 0.3, LIES["honest"], always=True)
     assert 0.02 < found.gap < 0.06 and found.reason == "something is in the way"
+
+
+def test_scans_that_fall_behind_on_a_real_wire_end_in_no_contact() -> None:
+    found = drive_wires("serial+scip", 2.0, 0.5, LIES["honest"])
+    assert found.gap > 0.0 and found.zero is not None and found.reason

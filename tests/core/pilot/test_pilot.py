@@ -13,13 +13,14 @@ from core.commands.command import Command
 from core.errors import Refused
 from core.gate import Twist
 from core.geometry import Pose
+from core.navigation.control_context import ControlContext
 from core.perception.people.voice_bearing import VoiceBearing
 from core.pilot import Pilot
 from core.pilot.notices import Notices
 from core.pilot.pilot import of_robot
 from core.pilot.trail import Trail
 from core.robots import Profile
-from core.sensors import Image, Laser, SensorFrame
+from core.sensors import Image, Laser, SensorFrame, Sound
 from core.settings import Settings
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
@@ -379,3 +380,39 @@ def test_words_into_which_others_talked_on_are_as_old_as_the_voice(monkeypatch: 
     pilot.tell(1, words, "ears", "anna")
     snapshot = pilot.step(lab.read())
     assert snapshot.active_command is not None and snapshot.setpoint.w > 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "order"), [("picture", "follow me"), ("sound", "come here"), ("odometry", "turn left")]
+)
+@pytest.mark.parametrize("late", [0.0, 1.0])
+def test_no_command_is_driven_by_a_late_picture_sound_or_odometry(
+    monkeypatch: pytest.MonkeyPatch, kind: str, order: str, late: float
+) -> None:
+    lab = robot(camera=True)
+    pilot = started(lab)
+    pilot._hearing.call = VoiceBearing(stamp=pilot._stamp, azimuth=1.0, sd=0.05, x=0.0, y=0.0)
+    monkeypatch.setattr(pilot._hearing, "hear", lambda *_: ())
+    seen: list[ControlContext] = []
+    drive = pilot._executor.drive
+
+    def watched(here: ControlContext, wait_for: str) -> Twist:
+        seen.append(here)
+        return drive(here, wait_for)
+
+    monkeypatch.setattr(pilot._executor, "drive", watched)
+    pilot.tell(1, command(order), "chip", "anna")
+    frame = lab.read()
+    assert frame.wheels is not None
+    taken = frame.stamp - late
+    image = Image(stamp=taken, pixels=np.zeros((480, 640, 3), np.uint8))
+    sound = Sound(stamp=taken - 0.02, rate=16_000, samples=np.zeros((320, 1)))
+    readings = {"picture": {"image": image}, "sound": {"sound": sound}, "odometry": {}}[kind]
+    age = late if kind == "odometry" else 0.0
+    snapshot = pilot.step(replace(frame, wheels=replace(frame.wheels, age=age), **readings))
+    used = {
+        "picture": lambda: seen[-1].image is not None,
+        "sound": lambda: seen[-1].call is not None,
+        "odometry": lambda: snapshot.setpoint.moves,
+    }[kind]
+    assert used() is (not late)

@@ -136,3 +136,14 @@ def test_whatever_a_driver_calls_a_scan_neither_the_gates_points_nor_the_pilot_e
 
 
 PILOT = Pilot(Profile(name="fuzzed", url="", lasers=(LASER,), capabilities=frozenset({"drive"})))
+
+
+@pytest.mark.parametrize(("late", "code"), [(0.0, ""), (0.5, "odometry.late"), (-0.5, "odometry.future")])
+def test_odometry_that_is_not_of_its_time_is_left_out_and_named(late: float, code: str) -> None:
+    clock = [10.0]
+    readings = Readings(lambda: clock[0])
+    clock[0] = 15.0
+    readings.wheels(Pose(1.0), 0.1, 0.0, readings.now() - late)
+    frame = readings.frame()
+    assert (frame.wheels is None) is bool(code)
+    assert [one.code for one in frame.faults] == [code] * bool(code)
