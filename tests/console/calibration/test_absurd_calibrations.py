@@ -72,7 +72,7 @@ def test_absurd_mounts_are_refused_or_left_out_and_the_console_stays_well(lab: L
 
 def test_an_absurd_camera_that_lies_on_the_disk_is_named_and_not_used(tmp_path: Path) -> None:
     folder = tmp_path / "calibration"
-    CalibrationStore(folder).put("camera", kept_form(TABLE_3, "camera"), {}, "someone")
+    CalibrationStore(folder).put("camera", kept_form(TABLE_3), {}, "someone")
     file = folder / "camera.json"
     document = json.loads(file.read_text())
     document["camera"]["dist"][0] = -1.0

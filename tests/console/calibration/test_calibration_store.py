@@ -126,7 +126,7 @@ def test_a_mount_reaches_the_pilot_as_long_as_the_camera_is_the_one_it_was_found
     built = bench.robot.profile
     assert built.camera is not None
     mount = Transform(rotation=nominal_mount(built).rotation, translation=np.array([0.01, 0.02, 0.07]))
-    whole = kept_form(TABLE_3, "camera") | {"extrinsics": {FORWARD: matrix(mount).tolist()}}
+    whole = kept_form(TABLE_3) | {"extrinsics": {FORWARD: matrix(mount).tolist()}}
     report = {"rotation": mount.rotation.tolist(), "translation_m": mount.translation.tolist()}
     using = bench.runtime.parts[CalibrationService].use("laser", whole, report, "operator")
     asyncio.run_coroutine_threadsafe(using, bench.loop).result(10)
@@ -178,7 +178,7 @@ def test_a_damaged_calibration_is_not_used_and_not_touched(tmp_path: Path) -> No
 
 
 def document(fx: float) -> Any:
-    return kept_form(replace(TABLE_3, fx=fx), "camera")
+    return kept_form(replace(TABLE_3, fx=fx))
 
 
 def accepted(folder: Path, *lengths: float) -> CalibrationStore:
