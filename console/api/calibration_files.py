@@ -13,7 +13,7 @@ from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody
 from console.api.calibration import CalibrationDocument, Id, Name
 from console.api.typed_route import JsonAnswer, sends
 from console.calibration.codec import camera_in
-from console.calibration.jobs import CameraParameters, Document, StraightenPicture
+from console.calibration.jobs import Document, StraightenPicture
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
 from console.calibration.session_store import small_name
 from console.http.downloads import file_named, zip_named
@@ -23,6 +23,7 @@ from core.calibration.board.board import Board
 from core.calibration.board.printing import board_svg
 from core.errors import Unwritable
 from core.files import saving
+from core.optics import CameraModel
 
 calibration_files = router("calibration", 404, 409, 429, 503, 507)
 
@@ -178,7 +179,7 @@ async def read(session: CalibrationSession, name: str) -> bytes:
         raise Problem(404, "The picture cannot be read any more.") from None
 
 
-def straightener(session: CalibrationSession) -> CameraParameters:
+def straightener(session: CalibrationSession) -> CameraModel:
     """The camera by which a session's pictures are made straight. Raises Problem 409."""
     camera = session.card.camera or camera_in(session.shown)
     if camera is None:

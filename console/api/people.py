@@ -13,9 +13,9 @@ from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, Who,
 from console.api.typed_route import OpenApi
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentState
+from console.people.jobs import UploadedPicture
 from console.people.service import EnrollmentService, PeopleState
 from console.people.store import LONGEST
-from console.workers.pictures import UploadedPicture
 
 people = router("people", 409, 503, 507)
 PeopleEnrolled = Annotated[EnrollmentService, part(EnrollmentService)]

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from console.calibration.calibration_store import CalibrationStore
-from console.calibration.jobs import CameraParameters, MountPrior
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationKind, CalibrationSource
 from core.calibration.camera.uncertainty import map_pixels
@@ -124,7 +123,7 @@ def apart(one: CameraModel, other: CameraModel) -> float:
 
 def laser_start(
     profile: Profile, source: CalibrationSource, model: CameraModel | None, height: float | None
-) -> tuple[CameraParameters, MountPrior]:
+) -> tuple[CameraModel, Mount]:
     """Return the start of a laser's session: the camera in use and what is known of the mount, by `height` [m] or as
     built. Raises Problem 409 where the laser cannot be calibrated.
     """
@@ -138,7 +137,7 @@ def laser_start(
     if own is None or (own.width, own.height) != (model.width, model.height):
         raise Problem(409, "The camera's calibration is for pictures of another size; calibrate the camera again.")
     mount = Mount(nominal=nominal_mount(profile)) if height is None else Mount.measured(height)
-    return CameraParameters.of(model), MountPrior.of(mount)
+    return model, mount
 
 
 def laser_in(profile: Profile) -> Transform:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from dataclasses import replace
 
 import cv2
@@ -21,6 +20,7 @@ from console.calibration.jobs import (
     RefreshSession,
     SessionAnswer,
     SessionChange,
+    SolvedCamera,
     TakePicture,
     TakeUpload,
 )
@@ -82,8 +82,7 @@ class CameraWorker(SessionWorker):
 
     def look(self, job: LookAtPicture) -> SessionAnswer:
         """Take a live picture of the robot when it is sharp, still and new."""
-        grey = job.picture.grey
-        return self._looked(self._session.look(grey, job.stamp), grey, original=False)
+        return self._looked(self._session.look(job.grey, job.stamp), job.grey, original=False)
 
     def look_at_webcam(self, job: LookAtWebcam) -> SessionAnswer:
         """Take a live picture of the webcam when it is sharp, still and new."""
@@ -100,9 +99,8 @@ class CameraWorker(SessionWorker):
 
     def take_picture(self, job: TakePicture) -> SessionAnswer:
         """Take the robot's picture unless it is unfit or known."""
-        grey = job.picture.grey
         name = f"view {len(self._session.taken) + 1}"
-        return self._looked(self._session.capture(grey, name), grey, original=False)
+        return self._looked(self._session.capture(job.grey, name), job.grey, original=False)
 
     def refresh(self, _: RefreshSession | None = None) -> SessionAnswer:
         """All of it, as it is."""
@@ -110,12 +108,13 @@ class CameraWorker(SessionWorker):
 
     def adopt(self, job: AdoptSolution) -> SessionAnswer:
         """Take over a solution of the solver worker."""
+        assert isinstance(job.solved, SolvedCamera)
         views = tuple(
             ViewCorners(name=each.name, corners=each.corners)
             for each in self._session.taken
             if each.name in job.solved.names
         )
-        self._session.adopt(pickle.loads(job.solved.calibration), views)
+        self._session.adopt(job.solved.calibration, views)
         self._solved = tuple(view.name for view in views)
         return self.refresh()
 

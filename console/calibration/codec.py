@@ -6,28 +6,15 @@ import cv2
 import msgspec
 import numpy as np
 
-from console.calibration.jobs import AdvisedBoard, AdvisedView, CameraParameters
+from console.calibration.jobs import AdvisedView
 from console.messages.calibration import CalibrationAdvice, CalibrationBoard, CalibrationSessionState, Pixel
 from core.calibration.board.board import Board
 from core.calibration.camera.guidance import Advice
+from core.geometry import Transform
 from core.message import Array
+from core.optics import CameraModel
 
 SMALL = 200  # [pixel] longest side of a thumbnail
-
-
-class SolvedCamera(msgspec.Struct, frozen=True):
-    """The camera's numbers in the report of its solution."""
-
-    image_size: tuple[int, int]
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    k1: float
-    k2: float
-    p1: float
-    p2: float
-    k3: float = 0.0
 
 
 def board_of(board: CalibrationBoard) -> Board:
@@ -45,7 +32,7 @@ def advised_view(advice: Advice | None) -> AdvisedView | None:
     if advice is None:
         return None
     shown = CalibrationAdvice(advice.words, points(advice.outline), points(advice.corners))
-    return AdvisedView(shown, AdvisedBoard(advice.rotation.tolist(), advice.translation.tolist()))
+    return AdvisedView(shown, Transform(rotation=advice.rotation, translation=advice.translation))
 
 
 def png(grey: Array) -> bytes:
@@ -61,10 +48,9 @@ def jpeg(picture: Array, longest: int | None = None, quality: int = 85) -> bytes
     return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
 
 
-def camera_in(session: CalibrationSessionState) -> CameraParameters | None:
+def camera_in(session: CalibrationSessionState) -> CameraModel | None:
     """The solved camera, where there is one."""
     if session.kind != "camera" or session.solution is None:
         return None
-    solved = msgspec.structs.asdict(msgspec.convert(session.solution, SolvedCamera))
-    width, height = solved.pop("image_size")
-    return CameraParameters(width, height, **solved)
+    width, height = session.solution["image_size"]
+    return msgspec.convert({**session.solution, "width": width, "height": height}, CameraModel)

@@ -232,7 +232,7 @@ async def advised(session: CalibrationSession, skip: bool) -> Transform | None:
     """The advised pose of the board, camera_from_board; a new suggestion when `skip`."""
     if skip:
         await session.act(SkipAdvice(), patient=True)
-    return None if session.pose is None else session.pose.transform
+    return session.pose
 
 
 def sight_of(session: CalibrationSession, counted: bool) -> SessionView:

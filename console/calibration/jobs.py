@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, NotRequired, TypedDict
 
 import msgspec
-import numpy as np
 
 from console.messages.calibration import (
     CalibrationAdvice,
@@ -18,8 +17,9 @@ from console.messages.calibration import (
     CalibrationView,
 )
 from console.workers.job import Job
-from console.workers.pictures import PixelPicture
+from core.calibration.camera.intrinsics import Calibration
 from core.calibration.exports import Exports
+from core.calibration.laser.solve import LaserCalibration
 from core.calibration.mount import Mount
 from core.calibration.reports import (
     CalibrationFile,
@@ -30,6 +30,7 @@ from core.calibration.reports import (
     RefusedPicture,
 )
 from core.geometry import Transform
+from core.message import Array
 from core.optics import CameraModel
 from core.sensors.laser import Scan
 
@@ -37,70 +38,21 @@ Rows = list[list[float]]
 Document = dict[str, Any]  # JSON of a file that a stranger may have written
 
 
-class CameraParameters(msgspec.Struct, frozen=True):
-    """A camera by its numbers."""
+class SolvedCamera(msgspec.Struct, frozen=True, tag=True):
+    """A camera's calibration, and the names of the views that it was made of."""
 
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    k1: float
-    k2: float
-    p1: float
-    p2: float
-    k3: float = 0.0
-
-    @classmethod
-    def of(cls, model: CameraModel) -> CameraParameters:
-        """A camera as it crosses."""
-        numbers = {name: float(getattr(model, name)) for name in cls.__struct_fields__[2:]}
-        return cls(model.width, model.height, **numbers)
-
-    @property
-    def model(self) -> CameraModel:
-        """The camera. Raises BadInput."""
-        return CameraModel(**msgspec.structs.asdict(self))
-
-
-class MountPrior(msgspec.Struct, frozen=True):
-    """Prior knowledge of a mount before it is calibrated: laser_from_camera, and its standard deviations."""
-
-    rotation: Rows
-    translation_m: list[float]
-    spread: list[float]  # [rad, m]
-
-    @classmethod
-    def of(cls, mount: Mount) -> MountPrior:
-        """The prior knowledge as it crosses."""
-        nominal = mount.nominal
-        return cls(nominal.rotation.tolist(), nominal.translation.tolist(), [float(sd) for sd in mount.spread])
-
-    @property
-    def mount(self) -> Mount:
-        """The prior knowledge of the mount."""
-        nominal = Transform(rotation=np.array(self.rotation), translation=np.array(self.translation_m))
-        return Mount(nominal=nominal, spread=tuple(self.spread))
-
-
-class AdvisedBoard(msgspec.Struct, frozen=True):
-    """Pose of a board: camera_from_board."""
-
-    rotation: Rows
-    translation_m: list[float]
-
-    @property
-    def transform(self) -> Transform:
-        """camera_from_board."""
-        return Transform(rotation=np.array(self.rotation), translation=np.array(self.translation_m))
-
-
-class SolvedViews(msgspec.Struct, frozen=True):
-    """A solution as workers hand it to each other, and the names of the views that it was made of."""
-
-    calibration: bytes
+    calibration: Calibration
     names: list[str]
+
+
+class SolvedMount(msgspec.Struct, frozen=True, tag=True):
+    """A mount's calibration, and the names of the poses that it was made of."""
+
+    calibration: LaserCalibration
+    names: list[str]
+
+
+SolvedViews = SolvedCamera | SolvedMount
 
 
 class CountedPicture(msgspec.Struct, frozen=True):
@@ -115,7 +67,7 @@ class AdvisedView(msgspec.Struct, frozen=True):
     """The next view to take: as the page shows it, and for a program that can hold the board exactly."""
 
     shown: CalibrationAdvice
-    pose: AdvisedBoard
+    pose: Transform  # camera_from_board
 
 
 class SessionChange(msgspec.Struct, frozen=True, kw_only=True):
@@ -170,14 +122,14 @@ class OpenLaser(Job[SessionAnswer], frozen=True):
     board: CalibrationBoard
     state: bytes
     solved: SolvedViews | None
-    camera: CameraParameters
-    mount: MountPrior
+    camera: CameraModel
+    mount: Mount
 
 
 class LookAtPicture(Job[SessionAnswer], frozen=True):
-    """A live picture of the robot, grey."""
+    """A live picture of the robot."""
 
-    picture: PixelPicture
+    grey: Array  # (H, W) uint8
     stamp: float  # [s]
 
 
@@ -196,38 +148,15 @@ class TakeUpload(Job[SessionAnswer], frozen=True):
 
 
 class TakePicture(Job[SessionAnswer], frozen=True):
-    """The robot's picture, grey, taken on purpose."""
+    """The robot's picture, taken on purpose."""
 
-    picture: PixelPicture
+    grey: Array  # (H, W) uint8
 
 
 class SweepScan(Job[SessionAnswer], frozen=True):
     """A scan of the robot."""
 
-    ranges: bytes  # [m], 64-bit numbers
-    angle_min: float  # [rad]
-    angle_step: float  # [rad]
-    range_min: float  # [m]
-    range_max: float  # [m]
-    stamp: float  # [s]
-
-    @classmethod
-    def of(cls, scan: Scan) -> SweepScan:
-        """A scan as it crosses."""
-        ranges = scan.ranges.astype(np.float64).tobytes()
-        return cls(ranges, scan.angle_min, scan.angle_step, scan.range_min, scan.range_max, scan.stamp)
-
-    @property
-    def scan(self) -> Scan:
-        """The scan."""
-        return Scan(
-            stamp=self.stamp,
-            ranges=np.frombuffer(self.ranges),
-            angle_min=self.angle_min,
-            angle_step=self.angle_step,
-            range_min=self.range_min,
-            range_max=self.range_max,
-        )
+    scan: Scan
 
 
 class ForgetRoom(Job[SessionAnswer], frozen=True):
@@ -282,7 +211,7 @@ class CameraSolutionReport(CameraReport):
 class CameraSolution(msgspec.Struct, frozen=True):
     """A camera that was solved: to be adopted, to be shown, to be taken away."""
 
-    solved: SolvedViews
+    solved: SolvedCamera
     report: CameraSolutionReport
     exports: Exports
 
@@ -290,7 +219,7 @@ class CameraSolution(msgspec.Struct, frozen=True):
 class LaserSolution(msgspec.Struct, frozen=True):
     """A mount that was solved: to be adopted, to be shown, to be taken away."""
 
-    solved: SolvedViews
+    solved: SolvedMount
     report: LaserReport
     exports: Exports
 
@@ -338,22 +267,22 @@ class SolveLaser(Job[LaserSolution], frozen=True):
 
     board: CalibrationBoard
     state: bytes
-    camera: CameraParameters
-    mount: MountPrior
+    camera: CameraModel
+    mount: Mount
     printed: bool = False  # by eq. 13
 
 
 class MeasureCorrection(Job[CorrectionReport], frozen=True):
     """Measure how well Table 1's inverse and the exact one straighten this camera's pictures."""
 
-    camera: CameraParameters
+    camera: CameraModel
 
 
 class StraightenPicture(Job[bytes], frozen=True):
     """A stored picture → JPEG, straight where a camera is given. Raises BadInput."""
 
     content: bytes  # JPEG or PNG
-    camera: CameraParameters | None
+    camera: CameraModel | None
 
 
 class ReadCalibrationFile(Job[ImportedCamera | ImportedMount], frozen=True):
@@ -363,4 +292,4 @@ class ReadCalibrationFile(Job[ImportedCamera | ImportedMount], frozen=True):
     """
 
     text: str
-    camera: CameraParameters | None
+    camera: CameraModel | None

@@ -6,15 +6,17 @@ import msgspec
 import numpy as np
 
 from console.calibration.codec import board_of
-from console.calibration.jobs import CameraParameters, MountPrior, Rows
+from console.calibration.jobs import Rows
 from console.messages.calibration import CalibrationBoard
 from core.calibration.laser.board_line import MeanScan
 from core.calibration.laser.planes import BoardPose, plane_of
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.session import LaserSession, TakenPose
 from core.calibration.laser.solve import LaserPose
+from core.calibration.mount import Mount
 from core.calibration.projection import Poses
 from core.message import Array
+from core.optics import CameraModel
 
 Ranges = list[float | None]  # [m] None where nothing was measured
 
@@ -90,9 +92,9 @@ class LaserState(msgspec.Struct, frozen=True):
         return cls(None if session.background is None else ranges_of(session.background), rooms, taken)
 
 
-def resumed(board: CalibrationBoard, camera: CameraParameters, mount: MountPrior, state: bytes) -> LaserSession:
+def resumed(board: CalibrationBoard, camera: CameraModel, mount: Mount, state: bytes) -> LaserSession:
     """A session as its state was stored (JSON), to be solved again."""
-    session = LaserSession(board_of(board), camera.model, mount.mount)
+    session = LaserSession(board_of(board), camera, mount)
     stored = msgspec.json.decode(state, type=LaserState | None)
     if stored is not None:
         session.background = None if stored.background is None else array_of(stored.background)

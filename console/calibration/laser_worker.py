@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
-
 import msgspec
 import numpy as np
 
@@ -19,6 +17,7 @@ from console.calibration.jobs import (
     RefreshSession,
     SessionAnswer,
     SessionChange,
+    SolvedMount,
     SweepScan,
 )
 from console.calibration.laser_state import LaserState, resumed
@@ -32,6 +31,7 @@ from console.messages.calibration import (
 )
 from console.workers.job import Handler
 from core.calibration.board.board import Board
+from core.calibration.files.pictures import size_words
 from core.calibration.laser.board_line import MeanScan, find_lines, foreground
 from core.calibration.laser.explanation import weak_words
 from core.calibration.laser.proof import check, dots
@@ -83,10 +83,10 @@ class LaserWorker(SessionWorker):
 
     def look(self, job: LookAtPicture) -> SessionAnswer:
         """Look for the still board in a live picture of the robot."""
-        grey, model = job.picture.grey, self._session.model
+        grey, model = job.grey, self._session.model
         if grey.shape != (model.height, model.width):
             raise BadInput(
-                f"This picture is {job.picture.width}x{job.picture.height}, the camera in use is for "
+                f"This picture is {size_words(grey)}, the camera in use is for "
                 f"{model.width}x{model.height}; calibrate the camera at this size first."
             )
         self._grey = grey
@@ -119,8 +119,9 @@ class LaserWorker(SessionWorker):
 
     def adopt(self, job: AdoptSolution) -> SessionAnswer:
         """Take over a solution of the solver worker."""
+        assert isinstance(job.solved, SolvedMount)
         poses = tuple(each.pose for each in self._session.taken if each.pose.name in job.solved.names)
-        self._session.adopt(pickle.loads(job.solved.calibration), poses)
+        self._session.adopt(job.solved.calibration, poses)
         self._solved = tuple(pose.name for pose in poses)
         return self.refresh()
 

@@ -11,7 +11,6 @@ import numpy as np
 from console.calibration.jobs import ForgetRoom, LookAtPicture, SweepScan
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
 from console.http.problems import Problem
-from console.workers.pictures import PixelPicture
 from core.errors import BeckonError
 from core.geometry import Pose
 from core.message import Array
@@ -77,7 +76,7 @@ class LiveCapture:
         here = self._odometry
         if moved(self._session.stood, here):
             await self._forget_room(here)
-        known = await self._session.act(SweepScan.of(scan), stamp=scan.stamp, patient=True)
+        known = await self._session.act(SweepScan(scan), stamp=scan.stamp, patient=True)
         if self._session.stood is None and here is not None:
             if known.room_known:  # from before a restart: nobody knows where the robot stood then
                 await self._forget_room(here)
@@ -96,7 +95,7 @@ def moved(stood: Pose | None, here: Pose | None) -> bool:
     return float(np.hypot(away.x, away.y)) > CARRIED or abs(away.heading) > TURNED
 
 
-def grey_picture(image: Image) -> PixelPicture:
-    """A picture as a worker takes it."""
+def grey_picture(image: Image) -> Array:
+    """A picture as a worker takes it (H, W) uint8."""
     pixels: Array = image.pixels
-    return PixelPicture.of(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY) if pixels.ndim == 3 else pixels)
+    return cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY) if pixels.ndim == 3 else pixels

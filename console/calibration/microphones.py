@@ -15,18 +15,18 @@ from console.calibration.orientation_store import AcceptedOrientation, read_orie
 from console.http.problems import Problem
 from console.part import Part
 from console.robot.link import RobotLink
-from console.workers.array_jobs import ArrayMessage, CheckArray, FindClap, SoundMessage
+from console.workers.array_worker import CheckArray, FindClap
 from console.workers.job import Answer, Job
 from console.workers.tasks import end
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError, Refused, Unavailable
 from core.files import saving
 from core.perception.sound.array_diagnostics import ArrayFault
-from core.perception.sound.array_orientation import Clap, Orientation, OrientationWizard, oriented
+from core.perception.sound.array_orientation import Orientation, OrientationWizard, oriented
 from core.robots import Profile
 from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import SensorFrame
-from core.sensors.microphones import MicrophoneArray
+from core.sensors.microphones import MicrophoneArray, Sound
 from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
@@ -254,12 +254,6 @@ class MicrophoneCalibration(Part):
     def _array(self) -> MicrophoneArray | None:
         return self._robot.profile.microphones
 
-    @property
-    def _array_message(self) -> ArrayMessage:
-        array = self._array
-        assert array is not None
-        return ArrayMessage.of(array)
-
     async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         return await asyncio.to_thread(self._robot.ask, request)
 
@@ -291,17 +285,21 @@ class MicrophoneCalibration(Part):
 
     async def _check(self, say_from: float | None) -> None:
         self.faults = None
-        sound = await self._recorder.record(CHECKED, self._listening, say_from)
-        self.faults = await self._asked(CheckArray(SoundMessage.of(sound), self._array_message))
+        self.faults = await self._asked(CheckArray(*await self._recorded(CHECKED, say_from)))
 
     async def _clap(self, asked: float, say_from: float | None) -> None:
-        sound = await self._recorder.record(CLAPPED, self._listening, say_from)
+        recorded = await self._recorded(CLAPPED, say_from)
         try:
-            heard = await self._asked(FindClap(SoundMessage.of(sound), self._array_message))
+            clap = await self._asked(FindClap(*recorded, asked))
         except BadInput as wrong:
             self.verdict = str(wrong)
             return
-        self.verdict = self.wizard.take(Clap(asked=asked, heard=heard.azimuth_rad, sd=heard.sd_rad))
+        self.verdict = self.wizard.take(clap)
+
+    async def _recorded(self, seconds: float, say_from: float | None) -> tuple[Sound, MicrophoneArray]:
+        array = self._array
+        assert array is not None
+        return await self._recorder.record(seconds, self._listening, say_from), array
 
     async def _asked(self, job: Job[Answer]) -> Answer:
         """Raises what the worker raises, and Unavailable when it breaks."""

@@ -15,7 +15,6 @@ from console.calibration.calibration_store import NAMES, CalibrationStore
 from console.calibration.codec import board_of
 from console.calibration.demo import demo_of
 from console.calibration.jobs import (
-    CameraParameters,
     Document,
     ImportedCameraReport,
     ImportedMount,
@@ -30,7 +29,14 @@ from console.calibration.session import (
     CameraCalibrationSession,
     LaserCalibrationSession,
 )
-from console.calibration.session_store import VERSION, SessionInfo, SessionStore, StoredSession, kept_sessions
+from console.calibration.session_store import (
+    VERSION,
+    SessionInfo,
+    SessionStore,
+    StoredMount,
+    StoredSession,
+    kept_sessions,
+)
 from console.calibration.updates import SessionUpdates
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSessionState, CalibrationSource
@@ -138,7 +144,8 @@ class CalibrationService(Part):
             raise Problem(409, "This robot has no camera; upload pictures instead.")
         card = SessionInfo(secrets.token_hex(6), kind, source, board, time.time())
         if kind == "laser":
-            card.camera, card.mount = laser_start(self._robot.profile, source, self.active.camera, height)
+            card.camera, mount = laser_start(self._robot.profile, source, self.active.camera, height)
+            card.mount = StoredMount.of(mount)
         shown = CalibrationSessionState(card.id, kind, source, board, card.created_s, height_m=height)
         for other in list(self.sessions.values()):
             if other.card.kind == kind:
@@ -211,9 +218,7 @@ class CalibrationService(Part):
 
     async def read(self, text: str, who: str) -> tuple[CalibrationKind, ImportedCameraReport | ImportedMountReport]:
         """Use the camera or the mount in a file of any form from now on → its kind and report. Raises BadInput."""
-        model = self.active.camera
-        job = ReadCalibrationFile(text, None if model is None else CameraParameters.of(model))
-        found = await self.solver.ask(job, budget=PICTURE_BUDGET)
+        found = await self.solver.ask(ReadCalibrationFile(text, self.active.camera), budget=PICTURE_BUDGET)
         if isinstance(found, ImportedMount):
             kind, document = "laser", {**found.document, "extrinsics": found.extrinsics}
         else:

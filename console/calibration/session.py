@@ -18,7 +18,6 @@ from console.calibration.jobs import (
     AcceptedMount,
     AcceptMount,
     AdoptSolution,
-    AdvisedBoard,
     CameraSolution,
     CountedPicture,
     LaserSolution,
@@ -37,11 +36,11 @@ from console.calibration.jobs import (
 from console.calibration.session_store import VERSION, SessionStore, StoredSession
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationVerdict, VerdictKind
-from console.workers.job import Answer, Job
+from console.workers.job import Answer, Job, plain
 from console.workers.tasks import to_the_end
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError, Refused
-from core.geometry import Pose
+from core.geometry import Pose, Transform
 
 
 class SessionWriter:
@@ -93,7 +92,7 @@ class CalibrationSession(ABC):
         self.card, self.shown = kept.card, kept.shown
         self.pictures, self.exports = kept.pictures, kept.exports
         self.folder, self._writing = folder, SessionWriter(folder)
-        self.pose: AdvisedBoard | None = None  # of the board as advised
+        self.pose: Transform | None = None  # of the board as advised, camera_from_board
         self.stood: Pose | None = None  # by odometry, when the robot began to look at the empty room (live)
         self.solver: asyncio.Task[None] | None = None
         self._task: asyncio.Task[None] | None = None  # the solver, and then the measuring of its correction
@@ -223,9 +222,8 @@ class CalibrationSession(ABC):
 
     def _encoded(self) -> bytes:
         """All of it, as it is now."""
-        return msgspec.json.encode(
-            StoredSession(VERSION, self.card, self.shown, msgspec.Raw(self._state), self.pictures, self.exports)
-        )
+        whole = StoredSession(VERSION, self.card, self.shown, msgspec.Raw(self._state), self.pictures, self.exports)
+        return msgspec.json.encode(whole, enc_hook=plain)
 
     @asynccontextmanager
     async def _queued(self, *, patient: bool = False) -> AsyncGenerator[None]:
@@ -384,12 +382,12 @@ class LaserCalibrationSession(CalibrationSession):
     def _opening(self) -> OpenLaser:
         camera, mount = self.card.camera, self.card.mount
         assert camera is not None and mount is not None
-        return OpenLaser(self.card.board, self._state, self._solved, camera, mount)
+        return OpenLaser(self.card.board, self._state, self._solved, camera, mount.mount)
 
     async def _solution(self) -> LaserSolution:
         camera, mount = self.card.camera, self.card.mount
         assert camera is not None and mount is not None
-        job = SolveLaser(self.card.board, self._state, camera, mount, self.printed)
+        job = SolveLaser(self.card.board, self._state, camera, mount.mount, self.printed)
         return await self._solver.ask(job, budget=SOLVE_BUDGET)
 
     async def _acceptance(self, *, force: bool) -> AcceptedMount:

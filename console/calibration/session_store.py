@@ -12,10 +12,14 @@ from pathlib import Path
 from typing import IO
 
 import msgspec
+import numpy as np
 
-from console.calibration.jobs import CameraParameters, MountPrior
 from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSessionState, CalibrationSource
+from core.calibration.mount import Mount
+from core.errors import BadInput
 from core.files import write_atomic
+from core.geometry import Transform
+from core.optics import CameraModel
 
 log = logging.getLogger(__name__)
 
@@ -23,6 +27,26 @@ VERSION = 1
 MOST_BYTES = 2**27  # of one session's file
 NAME = "session.json"
 NO_STATE = msgspec.Raw(b"null")
+
+
+class StoredMount(msgspec.Struct, frozen=True):
+    """Prior knowledge of a mount: laser_from_camera, and its standard deviations."""
+
+    rotation: list[list[float]]
+    translation_m: list[float]
+    spread: list[float]  # [rad, m]
+
+    @classmethod
+    def of(cls, mount: Mount) -> StoredMount:
+        """The prior knowledge as it is stored."""
+        nominal = mount.nominal
+        return cls(nominal.rotation.tolist(), nominal.translation.tolist(), [float(sd) for sd in mount.spread])
+
+    @property
+    def mount(self) -> Mount:
+        """The prior knowledge of the mount."""
+        nominal = Transform(rotation=np.array(self.rotation), translation=np.array(self.translation_m))
+        return Mount(nominal=nominal, spread=tuple(self.spread))
 
 
 class SessionInfo(msgspec.Struct):
@@ -33,8 +57,8 @@ class SessionInfo(msgspec.Struct):
     source: CalibrationSource
     board: CalibrationBoard
     created_s: float
-    camera: CameraParameters | None = None  # laser: the camera in use when it began
-    mount: MountPrior | None = None  # laser
+    camera: CameraModel | None = None  # laser: the camera in use when it began
+    mount: StoredMount | None = None  # laser
 
 
 class StoredSession(msgspec.Struct):
@@ -107,7 +131,7 @@ def kept_sessions(base: Path) -> Iterator[StoredSession]:
             kept = msgspec.json.decode(path.read_bytes(), type=StoredSession)
             if kept.version != VERSION or kept.card.id != path.parent.name:
                 raise ValueError("of another version, or in another's folder")
-        except (OSError, ValueError, msgspec.MsgspecError) as trouble:
+        except (OSError, ValueError, msgspec.MsgspecError, BadInput) as trouble:
             log.warning("A calibration session cannot be read: %s: %s", path, trouble)
             continue
         yield kept

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +20,8 @@ from console.calibration.jobs import (
     MeasureCorrection,
     ReadCalibrationFile,
     SolveCamera,
-    SolvedViews,
+    SolvedCamera,
+    SolvedMount,
     SolveLaser,
     StraightenPicture,
 )
@@ -80,7 +80,7 @@ class SolverWorker:
         }
         if job.printed:
             shown["eq_44"] = equation_44(found.model)
-        return CameraSolution(SolvedViews(pickle.dumps(found), names), shown, camera_exports(found, report))
+        return CameraSolution(SolvedCamera(found, names), shown, camera_exports(found, report))
 
     def solve_laser(self, job: SolveLaser) -> LaserSolution:
         """Solve a laser's session."""
@@ -92,17 +92,17 @@ class SolverWorker:
         found = session.solve()
         report = laser_report(found, names, session.board, session.model)
         exports = laser_exports(found, session.board, session.model)
-        return LaserSolution(SolvedViews(pickle.dumps(found), names), report, exports)
+        return LaserSolution(SolvedMount(found, names), report, exports)
 
     def correction(self, job: MeasureCorrection) -> CorrectionReport:
         """Measure the errors of Table 1's inverse and of the exact one."""
-        return correction_report(job.camera.model)
+        return correction_report(job.camera)
 
     def picture(self, job: StraightenPicture) -> bytes:
         """Show a stored picture."""
         grey, _ = read_grey(job.content)
         if job.camera is not None:
-            model = job.camera.model
+            model = job.camera
             if grey.shape != (model.height, model.width):
                 raise BadInput("This picture has another size than the calibration.")
             grey = straighten(grey, exact_map(model))
@@ -118,7 +118,7 @@ class SolverWorker:
         if "camera" in own:
             model = parse_camera(text)
         elif job.camera is not None:
-            model = job.camera.model
+            model = job.camera
         else:
             raise BadInput("A mount belongs to a camera: calibrate the camera first, or bring the camera's file.")
         entry: Any = own.get("extrinsics", {**both_ways(mount)})

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import msgspec
 
-from console.people.jobs import PersonImageMessage, SeenBackground, SeenPerson
-from console.workers.pictures import PixelPicture
+from console.people.jobs import SeenBackground, SeenPerson
 from core.geometry import Pose
-from core.perception.people.enrollment import FEWEST
+from core.message import Array
+from core.perception.people.enrollment import FEWEST, PersonImage
 
 MOST_PICTURES = 12
 FORGOTTEN = 900.0  # [s] without anybody at it, after which an enrollment is over
@@ -85,7 +85,7 @@ class JudgedPicture:
     picture: bytes  # JPEG
     wrong: str = ""
     outline: list[list[float]] = field(default_factory=list[list[float]])
-    person_image: PersonImageMessage | None = None
+    person_image: PersonImage | None = None
 
     @property
     def shown(self) -> JudgedPictureState:
@@ -110,7 +110,7 @@ class EnrollmentSession:
     id: str
     who: str  # at the console
     owner: str  # the same person, as the console tells people of one name apart
-    background: PixelPicture | None = None  # as the worker takes it
+    background: Array | None = None  # (H, W, 3) uint8, as the worker takes it
     stood: Pose | None = None  # the robot when its camera took the background; None: another camera did
     taken: list[JudgedPicture] = field(default_factory=list[JudgedPicture])
     newest: JudgedPicture | None = None
@@ -135,7 +135,7 @@ class EnrollmentSession:
         return next((gesture for gesture in GESTURES if gesture.name not in have), None)
 
     @property
-    def person_images(self) -> list[PersonImageMessage]:
+    def person_images(self) -> list[PersonImage]:
         """The learnt parts of the good pictures."""
         return [one.person_image for one in self.taken if one.person_image is not None]
 

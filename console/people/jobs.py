@@ -3,47 +3,27 @@
 from __future__ import annotations
 
 import msgspec
-import numpy as np
 
-from console.people.look_jobs import SeenLooks, ViewingCamera
 from console.workers.job import Job
-from console.workers.pictures import PixelPicture, UploadedPicture
+from core.message import Array
+from core.perception.people.appearance import PersonProfile
 from core.perception.people.enrollment import PersonImage
+from core.sensors import Camera
+
+
+class PixelPicture(msgspec.Struct, frozen=True, tag=True):
+    """A picture of the robot's own camera."""
+
+    pixels: Array  # (H, W) or (H, W, 3) uint8
+
+
+class UploadedPicture(msgspec.Struct, frozen=True, tag=True):
+    """A file that someone sent."""
+
+    content: bytes
+
 
 PersonPicture = PixelPicture | UploadedPicture
-
-
-class PersonImageMessage(msgspec.Struct, frozen=True):
-    """The learnt part of a picture."""
-
-    looks: SeenLooks
-    figure: bytes  # the contour, a bit for each pixel
-    figure_size: tuple[int, int]  # height, width
-    outline: list[list[float]]  # [pixel] of the picture
-    boxes: list[tuple[float, float, float, float]]  # [pixel] left, top, right, bottom of head, torso, feet
-
-    @classmethod
-    def of(cls, found: PersonImage) -> PersonImageMessage:
-        """The learnt part of a picture as it crosses."""
-        return cls(
-            looks=SeenLooks.of(found.looks),
-            figure=np.packbits(found.figure).tobytes(),
-            figure_size=(found.figure.shape[0], found.figure.shape[1]),
-            outline=found.outline.tolist(),
-            boxes=list(found.boxes),
-        )
-
-    @property
-    def person_image(self) -> PersonImage:
-        """The learnt part of a picture."""
-        height, width = self.figure_size
-        bits = np.unpackbits(np.frombuffer(self.figure, np.uint8), count=height * width)
-        return PersonImage(
-            looks=self.looks.appearance,
-            figure=bits.reshape(height, width) > 0,
-            outline=np.array(self.outline),
-            boxes=tuple(self.boxes),
-        )
 
 
 class SeenBackground(msgspec.Struct, frozen=True):
@@ -51,7 +31,7 @@ class SeenBackground(msgspec.Struct, frozen=True):
 
     size: list[int]  # [pixel] width, height
     picture: bytes  # JPEG
-    kept: PixelPicture
+    kept: Array  # (H, W, 3) uint8
 
 
 class SeenPerson(msgspec.Struct, frozen=True):
@@ -61,14 +41,7 @@ class SeenPerson(msgspec.Struct, frozen=True):
     picture: bytes  # JPEG
     wrong: str
     outline: list[list[float]]
-    person_image: PersonImageMessage | None
-
-
-class LearntPerson(msgspec.Struct, frozen=True):
-    """How a person looks."""
-
-    looks: SeenLooks
-    pictures: int  # from how many
+    person_image: PersonImage | None
 
 
 class ReadBackground(Job[SeenBackground], frozen=True):
@@ -84,14 +57,14 @@ class JudgePicture(Job[SeenPerson], frozen=True):
     """
 
     picture: PersonPicture
-    background: PixelPicture
-    taken: list[PersonImageMessage]
-    camera: ViewingCamera | None = None  # of a robot, which measures the height as well
+    background: Array  # (H, W, 3) uint8
+    taken: list[PersonImage]
+    camera: Camera | None = None  # of a robot, which measures the height as well
     legs_m: list[tuple[float, float]] = []  # x, y in the robot's frame: where its laser sees what may be legs
 
 
-class LearnPerson(Job[LearntPerson], frozen=True):
+class LearnPerson(Job[PersonProfile], frozen=True):
     """Learn a person from all of their pictures. Raises BadInput."""
 
     name: str
-    taken: list[PersonImageMessage]
+    taken: list[PersonImage]

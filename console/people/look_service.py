@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 
 from console.part import Part
-from console.people.look_jobs import LookForPeople, OpenDetector
+from console.people.look_worker import LookForPeople, OpenDetector
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BeckonError
 from core.perception.people.engines import says, sees_people
@@ -130,7 +130,7 @@ class LookService(Part):
 
     async def _look(self, question: LookQuestion) -> None:
         try:
-            seen = await self._worker.ask(LookForPeople.of(question), budget=LOOKING)
+            seen = await self._worker.ask(LookForPeople(question), budget=LOOKING)
         except WorkerLost as lost:
             log.warning("The worker that looks for people was lost: %s", lost)
             return
@@ -138,7 +138,7 @@ class LookService(Part):
             await self._complain(f"I cannot look for people: {trouble}")
             return
         self.seconds = seen.processing_s
-        self._answer = LookAnswer(stamp=question.stamp, found=tuple(one.rectangle for one in seen.people))
+        self._answer = LookAnswer(stamp=question.stamp, found=seen.people)
 
     async def _complain(self, words: str) -> None:
         """Say it once, and wait a while."""

@@ -3,12 +3,36 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
-from console.people.look_jobs import LookForPeople, OpenDetector, PeopleSeen, PersonSeen
-from console.workers.job import Handler
+import msgspec
+
+from console.workers.job import Handler, Job
+from console.workers.pictures import in_colour
 from core.errors import Unavailable
+from core.perception.people.detector import Rectangle
 from core.perception.people.engines import open_detector
-from core.perception.people.looking import PersonDetector
+from core.perception.people.looking import LookQuestion, PersonDetector
+from core.perception.people.parts import PeopleSettings
+
+
+class PeopleSeen(msgspec.Struct, frozen=True):
+    """Everybody who was found, best first."""
+
+    people: tuple[Rectangle, ...]
+    processing_s: float
+
+
+class OpenDetector(Job[str], frozen=True):
+    """Open the detector that these settings name → what it is, in a sentence. Raises Unavailable, BadInput."""
+
+    settings: PeopleSettings
+
+
+class LookForPeople(Job[PeopleSeen], frozen=True):
+    """Look through one picture of the robot's camera. Raises Unavailable before a detector was opened."""
+
+    question: LookQuestion
 
 
 class LookWorker:
@@ -32,5 +56,5 @@ class LookWorker:
         if self._detector is None:
             raise Unavailable("No detector was opened.")
         began = time.perf_counter()
-        found = self._detector.look(job.question)
-        return PeopleSeen([PersonSeen.of(one) for one in found], time.perf_counter() - began)
+        found = self._detector.look(replace(job.question, pixels=in_colour(job.question.pixels)))
+        return PeopleSeen(found, time.perf_counter() - began)

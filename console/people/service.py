@@ -19,12 +19,10 @@ from console.http.problems import Problem
 from console.part import Part
 from console.people.demo import EnrollmentDemo
 from console.people.enrollment import MOST_PICTURES, EnrollmentSession, EnrollmentState
-from console.people.jobs import JudgePicture, LearnPerson, PersonPicture, ReadBackground
-from console.people.look_jobs import ViewingCamera
-from console.people.store import MOST_PEOPLE, VERSION, PersonFile, PersonStore, name_of
+from console.people.jobs import JudgePicture, LearnPerson, PersonPicture, PixelPicture, ReadBackground
+from console.people.store import MOST_PEOPLE, VERSION, PersonFile, PersonStore, StoredLooks, name_of
 from console.robot.link import RobotLink
 from console.workers.job import Answer, Job
-from console.workers.pictures import PixelPicture
 from console.workers.queue_limit import QueueLimit
 from console.workers.worker import Worker, WorkerLost
 from core.errors import Refused, Unavailable
@@ -178,9 +176,9 @@ class EnrollmentService(Part):
             if len(enrollment.taken) >= MOST_PICTURES:
                 raise Problem(409, f"{MOST_PICTURES} pictures are enough; say who you are.")
             camera, snapshot = self._robot.profile.camera, self._newest_snapshot
-            view = ViewingCamera.of(camera) if own and camera is not None and snapshot is not None else None
-            legs = [] if view is None or snapshot is None else legs_seen(snapshot)
-            job = JudgePicture(picture, enrollment.background, enrollment.person_images, view, legs)
+            job = JudgePicture(picture, enrollment.background, enrollment.person_images)
+            if own and camera is not None and snapshot is not None:
+                job = msgspec.structs.replace(job, camera=camera, legs_m=legs_seen(snapshot))
             enrollment.take(await self._asked(enrollment, job))
 
     async def capture(self, enrollment: EnrollmentSession, what: str) -> None:
@@ -211,7 +209,7 @@ class EnrollmentService(Part):
                 round(time.time(), 1),
                 enrollment.who,
                 pictures=learnt.pictures,
-                looks=learnt.looks,
+                looks=StoredLooks.of(learnt.looks),
             )
             await self._written(lambda: self.person_store.keep(card))
             self.people[card.id] = card
@@ -315,11 +313,11 @@ class EnrollmentService(Part):
     async def _judge(self, enrollment: EnrollmentSession, what: str, image: Image) -> None:
         """A picture of the robot's own camera. Raises BadInput, Problem."""
         if what == "background":
-            await self.background(enrollment, PixelPicture.of(image.pixels), self._pose)
+            await self.background(enrollment, PixelPicture(image.pixels), self._pose)
             return
         if moved(enrollment.stood, self._pose):
             raise Problem(409, "The robot has moved since the background was taken; take the background again.")
-        await self.take(enrollment, PixelPicture.of(image.pixels), own=True)
+        await self.take(enrollment, PixelPicture(image.pixels), own=True)
 
     async def _asked(self, enrollment: EnrollmentSession, job: Job[Answer]) -> Answer:
         """Raises what the worker raises, Problem when it breaks, Problem 404 when the enrollment is over."""

@@ -10,11 +10,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
+import numpy as np
 
 from console.http.problems import Problem
-from console.people.look_jobs import SeenLooks
 from core.files import UNFINISHED, sync_folder, write_atomic
-from core.perception.people.appearance import LIMBS, TONES, PersonProfile
+from core.message import Array
+from core.perception.people.appearance import LIMBS, TONES, Appearance, PersonProfile
 from core.perception.people.parts import PARTS
 
 log = logging.getLogger(__name__)
@@ -30,6 +31,33 @@ JOINERS = "\u200c\u200d"  # within words of some scripts and within some emoji
 FILLERS = "\u115f\u1160\u2800\u3164\uffa0"  # letters without ink
 
 
+class StoredLooks(msgspec.Struct, frozen=True):
+    """How a person looks, as it is stored; null: not known."""
+
+    colours: list[list[float | None]]  # head, torso, feet: log blue, green, red, and the spread of log brightness
+    proportions: list[float | None]  # log lengths of legs, arms and neck in lengths of the torso
+    height_m: float | None = None
+
+    @classmethod
+    def of(cls, looks: Appearance) -> StoredLooks:
+        """Looks as they are stored."""
+        height = None if math.isnan(looks.height) else round(looks.height, 3)
+        return cls([_or_null(row) for row in looks.colours], _or_null(looks.proportions), height)
+
+    @property
+    def appearance(self) -> Appearance:
+        """The looks."""
+        height = math.nan if self.height_m is None else self.height_m
+        return Appearance(
+            colours=np.array(self.colours, float), proportions=np.array(self.proportions, float), height=height
+        )
+
+
+def _or_null(row: Array) -> list[float | None]:
+    """Numbers (N,) as they are stored; NaN is null."""
+    return [None if math.isnan(one) else one for one in np.round(row, 4).tolist()]
+
+
 class PersonFile(msgspec.Struct, forbid_unknown_fields=True):
     """One person's file."""
 
@@ -39,7 +67,7 @@ class PersonFile(msgspec.Struct, forbid_unknown_fields=True):
     learnt_s: float  # [s] since 1970
     by: str  # who was at the console
     pictures: int  # from how many
-    looks: SeenLooks
+    looks: StoredLooks
 
     @property
     def who(self) -> PersonProfile:

@@ -10,20 +10,18 @@ import numpy as np
 from console.people.jobs import (
     JudgePicture,
     LearnPerson,
-    LearntPerson,
-    PersonImageMessage,
     PersonPicture,
     ReadBackground,
     SeenBackground,
     SeenPerson,
+    UploadedPicture,
 )
-from console.people.look_jobs import SeenLooks
 from console.workers.job import Handler
-from console.workers.pictures import PixelPicture, UploadedPicture, decode_upload
+from console.workers.pictures import decode_upload, in_colour
 from core.errors import BadInput
 from core.message import Array
 from core.models import checked_folder, find
-from core.perception.people.appearance import Appearance
+from core.perception.people.appearance import Appearance, PersonProfile
 from core.perception.people.engines import MODEL
 from core.perception.people.enrollment import Box, HeightGauge, check_light, contour_of, learn, person_image, too_like
 from core.perception.people.legs import stander_at
@@ -53,20 +51,20 @@ class PeopleWorker:
         """Look at a picture without anybody."""
         pixels = pixels_of(job.picture)
         check_light(pixels)
-        return SeenBackground(size_of(pixels), jpeg(pixels), PixelPicture.of(pixels))
+        return SeenBackground(size_of(pixels), jpeg(pixels), pixels)
 
     def judge(self, job: JudgePicture) -> SeenPerson:
         """Look at a picture of a person."""
-        pixels, empty = pixels_of(job.picture), pixels_of(job.background)
+        pixels, empty = pixels_of(job.picture), job.background
         size, picture = size_of(pixels), jpeg(pixels)
         try:
             found = person_image(pixels, empty, self._landmarks, gauge_of(job, pixels))
         except BadInput as wrong:
             return SeenPerson(size, picture, str(wrong), outline_of(pixels, empty), None)
-        message = PersonImageMessage.of(found)
-        if any(too_like(found, each.person_image) for each in job.taken):
-            return SeenPerson(size, picture, TOO_LIKE, message.outline, None)
-        return SeenPerson(size, picture, "", message.outline, message)
+        outline = found.outline.tolist()
+        if any(too_like(found, each) for each in job.taken):
+            return SeenPerson(size, picture, TOO_LIKE, outline, None)
+        return SeenPerson(size, picture, "", outline, found)
 
     def _landmarks(self, pixels: Array, box: Box) -> Appearance | None:
         """The looks by the pose networks; None where these are not here, or see nobody."""
@@ -75,10 +73,9 @@ class PeopleWorker:
             self._networks = open_pose(checked_folder(found, MODEL))
         return None if self._networks is None else self._networks.looks_in(pixels, box)
 
-    def learn(self, job: LearnPerson) -> LearntPerson:
+    def learn(self, job: LearnPerson) -> PersonProfile:
         """Learn a person."""
-        who = learn(job.name, [each.person_image for each in job.taken])
-        return LearntPerson(SeenLooks.of(who.looks), who.pictures)
+        return learn(job.name, job.taken)
 
 
 def pixels_of(picture: PersonPicture) -> Array:
@@ -86,7 +83,7 @@ def pixels_of(picture: PersonPicture) -> Array:
     if isinstance(picture, UploadedPicture):
         pixels = decode_upload(picture.content, cv2.IMREAD_COLOR)[0]
     else:
-        pixels = picture.colour
+        pixels = in_colour(picture.pixels)
     factor = LONGEST / max(pixels.shape[:2])
     return pixels if factor >= 1 else cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
 
@@ -95,8 +92,8 @@ def gauge_of(job: JudgePicture, pixels: Array) -> HeightGauge | None:
     """Return the gauge for the height in a robot's picture (H, W, 3); None: another camera took it."""
     if job.camera is None:
         return None
-    camera = job.camera.camera
-    camera = replace(camera, model=camera.model.scaled(pixels.shape[1] / camera.model.width))
+    model = job.camera.model
+    camera = replace(job.camera, model=model.scaled(pixels.shape[1] / model.width))
     return HeightGauge(camera=camera, standers=tuple(stander_at(np.array(place)) for place in job.legs_m))
 
 

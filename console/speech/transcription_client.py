@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
-from console.workers.array_jobs import ArrayMessage
 from console.workers.worker import Worker
 from core.message import Array
 from core.sensors.microphones import MicrophoneArray
@@ -63,7 +62,7 @@ class TranscriptionClient:
         if speaker != self._speaker:
             self._rejected.clear()
         self._speaker = speaker
-        job = BeginListening(settings, held, None if array is None else ArrayMessage.of(array), speaker)
+        job = BeginListening(settings, held, array, speaker)
         self.engine = await self._worker.ask(job, budget=BUDGET)
         self._begun = self._worker.starts
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from console.workers.array_jobs import ArrayMessage
 from console.workers.job import Job
+from core.sensors.microphones import MicrophoneArray
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.settings import SpeechSettings
 
@@ -18,7 +18,7 @@ class BeginListening(Job[str], frozen=True):
 
     settings: SpeechSettings
     held: bool = False
-    array: ArrayMessage | None = None
+    array: MicrophoneArray | None = None
     speaker: int = 0
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import msgspec
+from dataclasses import replace
+
 import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
@@ -57,7 +58,7 @@ class TranscriptionWorker:
             )
         else:
             channels = tuple(range(len(job.array.positions)))
-            in_order = msgspec.structs.replace(job.array, channels=channels, rate=None).array
+            in_order = replace(job.array, channels=channels, rate=None)
             self._transcriber = ArrayTranscriber(
                 in_order,
                 job.settings,

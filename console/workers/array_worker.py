@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
-from console.workers.array_jobs import CheckArray, FindClap, HeardAzimuth
-from console.workers.job import Handler
+from console.workers.job import Handler, Job
 from core.perception.sound.array_diagnostics import ArrayFault, check
-from core.perception.sound.array_orientation import heard_from
+from core.perception.sound.array_orientation import Clap, heard_from
+from core.sensors.microphones import MicrophoneArray, Sound
+
+
+class CheckArray(Job[tuple[ArrayFault, ...]], frozen=True):
+    """A recording with some speech in it → everything that looks wrong. Raises BadInput."""
+
+    sound: Sound
+    array: MicrophoneArray
+
+
+class FindClap(Job[Clap], frozen=True):
+    """A recording with a clap or a word in it, which was `asked` for [rad, robot frame]. Raises BadInput."""
+
+    sound: Sound
+    array: MicrophoneArray
+    asked: float
 
 
 class ArrayWorker:
@@ -18,9 +33,9 @@ class ArrayWorker:
 
     def check(self, job: CheckArray) -> tuple[ArrayFault, ...]:
         """Look for channels that are identical, dead, faint, swapped or clipped."""
-        return check(job.sound.sound, job.array.array)
+        return check(job.sound, job.array)
 
-    def find_clap(self, job: FindClap) -> HeardAzimuth:
+    def find_clap(self, job: FindClap) -> Clap:
         """Find the direction of a clap."""
-        found = heard_from(job.sound.sound, job.array.array)
-        return HeardAzimuth(found.azimuth, found.azimuth_sd, found.strength)
+        found = heard_from(job.sound, job.array)
+        return Clap(asked=job.asked, heard=found.azimuth, sd=found.azimuth_sd)

@@ -5,13 +5,17 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from functools import cache
-from typing import Any, Generic, Literal, Protocol, Self, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Generic, Literal, Protocol, Self, TypeVar, get_args, get_origin
 
 import msgspec
+import numpy as np
 
 from core.errors import BeckonError
+from core.message import Array
 
 LENGTH = struct.Struct("<I")
+ArrayKind = Annotated[str, msgspec.Meta(pattern="^[<|][biuf][1248]$")]  # numbers as NumPy names them
+Axes = Annotated[tuple[Annotated[int, msgspec.Meta(ge=0)], ...], msgspec.Meta(max_length=4)]
 
 Answer = TypeVar("Answer")
 Content = TypeVar("Content")
@@ -63,7 +67,7 @@ def answer_decoder(kind: type[Job[Answer]]) -> msgspec.msgpack.Decoder[JobResult
     """Return the decoder of what comes back for jobs of this kind."""
     bases = (base for each in kind.__mro__ for base in each.__dict__.get("__orig_bases__", ()))
     answer = get_args(next(base for base in bases if get_origin(base) is Job))[0]
-    return msgspec.msgpack.Decoder(JobResult[answer] | JobFailure)
+    return decoder(JobResult[answer] | JobFailure)
 
 
 def error_name(error: BeckonError) -> ErrorName:
@@ -73,6 +77,40 @@ def error_name(error: BeckonError) -> ErrorName:
 
 
 def packed(message: msgspec.Struct) -> bytes:
-    """A message as it goes through the pipe."""
-    raw = msgspec.msgpack.encode(message)
+    """A message as it goes through the pipe; core's own values are written as they are, with their arrays."""
+    raw = msgspec.msgpack.encode(message, enc_hook=plain)
     return LENGTH.pack(len(raw)) + raw
+
+
+def decoder(kind: Any) -> msgspec.msgpack.Decoder[Any]:
+    """Return the decoder of this type, in which arrays of numbers may stand."""
+    return msgspec.msgpack.Decoder(kind, dec_hook=_array)
+
+
+class PackedArray(msgspec.Struct, frozen=True, array_like=True):
+    """An array on its way: nothing but numbers, no larger than its message."""
+
+    kind: ArrayKind
+    shape: Axes
+    numbers: bytes
+
+
+def plain(value: object) -> object:
+    """NumPy's values → those that msgspec writes. Raises NotImplementedError for anything else."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if not isinstance(value, np.ndarray):
+        raise NotImplementedError(f"Objects of type {type(value).__name__} do not cross.")
+    array: Array = np.ascontiguousarray(value, value.dtype.newbyteorder("<"))
+    return array.dtype.str, array.shape, array.tobytes()
+
+
+def _array(kind: Any, given: object) -> Array:
+    """An array as another process packed it. Raises ValidationError where it is none."""
+    if get_origin(kind) is not np.ndarray:
+        raise NotImplementedError(f"Objects of type {kind} do not cross.")
+    found = msgspec.convert(given, PackedArray)
+    try:
+        return np.frombuffer(found.numbers, found.kind).reshape(found.shape)
+    except (TypeError, ValueError) as wrong:
+        raise msgspec.ValidationError(str(wrong)) from None

@@ -1,43 +1,12 @@
-"""Pictures on their way to a worker: pixels of the robot's own camera, or files from strangers."""
+"""Pictures in a worker: pixels of the robot's own camera, or files from strangers."""
 
 from __future__ import annotations
 
-import msgspec
 import numpy as np
 
 from core.calibration.files.pictures import decode
 from core.errors import BadInput
 from core.message import Array
-
-
-class PixelPicture(msgspec.Struct, frozen=True, tag=True):
-    """A picture (H, W) or (H, W, 3) uint8."""
-
-    pixels: bytes
-    width: int
-    height: int
-
-    @classmethod
-    def of(cls, pixels: Array) -> PixelPicture:
-        """Pixels as they cross."""
-        return cls(pixels.tobytes(), pixels.shape[1], pixels.shape[0])
-
-    @property
-    def grey(self) -> Array:
-        """The grey picture (H, W) uint8."""
-        return np.frombuffer(self.pixels, np.uint8).reshape(self.height, self.width)
-
-    @property
-    def colour(self) -> Array:
-        """The picture (H, W, 3) uint8; a grey one has three equal channels."""
-        pixels = np.frombuffer(self.pixels, np.uint8).reshape(self.height, self.width, -1)
-        return np.ascontiguousarray(np.broadcast_to(pixels, (*pixels.shape[:2], 3)))
-
-
-class UploadedPicture(msgspec.Struct, frozen=True, tag=True):
-    """A file that someone sent."""
-
-    content: bytes
 
 
 def decode_upload(content: bytes, how: int) -> tuple[Array, str]:
@@ -52,3 +21,8 @@ def decode_upload(content: bytes, how: int) -> tuple[Array, str]:
     except BadInput as wrong:
         words = str(wrong)
         raise BadInput(f"{words[:1].upper()}{words[1:]}.") from None
+
+
+def in_colour(pixels: Array) -> Array:
+    """The robot's picture (H, W) or (H, W, 3) uint8 → (H, W, 3); a grey one has three equal channels."""
+    return pixels if pixels.ndim == 3 else np.repeat(pixels[..., None], 3, axis=2)

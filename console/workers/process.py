@@ -20,7 +20,7 @@ from typing import Any, Union
 
 import msgspec
 
-from console.workers.job import LENGTH, Job, JobFailure, JobRequest, JobResult, JobWorker, error_name, packed
+from console.workers.job import LENGTH, Job, JobFailure, JobRequest, JobResult, JobWorker, decoder, error_name, packed
 from core.errors import BeckonError
 from core.gate.scheduling import stand_back
 
@@ -78,7 +78,7 @@ class JobTable:
     def __init__(self, worker: JobWorker) -> None:
         self._handlers = dict(worker.handlers)
         every: Any = Union[tuple(self._handlers)]  # noqa: UP007
-        self._decoder = msgspec.msgpack.Decoder[JobRequest[Job[Any]]](JobRequest[every])
+        self._decoder: msgspec.msgpack.Decoder[JobRequest[Job[Any]]] = decoder(JobRequest[every])
 
     def done(self, raw: bytes) -> bytes:
         """One job → its answer, or the sentence that says why not."""

@@ -23,7 +23,7 @@ from console.workers.job import (
     packed,
 )
 from core import errors
-from core.errors import BeckonError
+from core.errors import BadInput, BeckonError
 
 log = logging.getLogger(__name__)
 
@@ -136,7 +136,7 @@ class Worker:
             raise WorkerLost("That took too long, so it was given up.") from None
         except (OSError, asyncio.IncompleteReadError):
             raise await self._last_words() from None
-        except msgspec.MsgspecError:
+        except (msgspec.MsgspecError, BadInput):
             self.kill()
             raise WorkerLost("The worker process talks nonsense; it is started again.") from None
         except BaseException:

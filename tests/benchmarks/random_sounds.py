@@ -28,7 +28,6 @@ from console.messages.audio import AUDIO_HEADER, AUDIO_RATE, MOST_BYTES
 from console.speech.browser_microphone import TalkTurn
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
 from console.speech.transcription_worker import TranscriptionWorker
-from console.workers.array_jobs import ArrayMessage
 from core.errors import BadInput, BeckonError
 from core.experiments.side_by_side import side_by_side
 from core.geometry import Pose
@@ -188,7 +187,7 @@ def room(chance: np.random.Generator) -> Listener:
     beam = array.dimensions >= 2 and chance.random() < 0.8
     count = len(array.positions) if beam else 1
     work = worker()
-    work.begin(BeginListening(SpeechSettings(), array=ArrayMessage.of(array) if beam else None))
+    work.begin(BeginListening(SpeechSettings(), array=array if beam else None))
 
     def hear() -> None:
         rate = int(chance.choice(RATES))

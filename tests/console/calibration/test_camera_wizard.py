@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import io
+import json
 import os
 import shutil
 import signal
@@ -197,6 +198,10 @@ def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path, monkeypatc
     damaged = tmp_path / "calibration" / "abc" / "session.json"
     damaged.parent.mkdir()
     damaged.write_text('{"version": 1, "card"')
+    absurd = json.loads((tmp_path / "calibration" / walked.id / "session.json").read_text())
+    absurd["card"] |= {"id": "bcd", "camera": dict.fromkeys(("width", "height", "fx", "fy", "cx", "cy"), 0)}
+    (tmp_path / "calibration" / "bcd").mkdir()
+    (tmp_path / "calibration" / "bcd" / "session.json").write_text(json.dumps(absurd))
 
     async def next_console() -> None:
         told: list[str] = []

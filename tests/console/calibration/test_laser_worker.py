@@ -11,12 +11,10 @@ import pytest
 from console.calibration.jobs import (
     AcceptMount,
     AdoptSolution,
-    CameraParameters,
     DropView,
     ForgetRoom,
     LaserSolution,
     LookAtPicture,
-    MountPrior,
     OpenLaser,
     SessionAnswer,
     SessionChange,
@@ -28,7 +26,7 @@ from console.calibration.laser_state import LaserState, StoredPose, resumed
 from console.calibration.laser_worker import LaserWorker
 from console.calibration.solver_worker import SolverWorker
 from console.messages.calibration import CalibrationBoard, CalibrationVerdict
-from console.workers.pictures import PixelPicture
+from console.workers.job import decoder, plain
 from core.calibration.board.board import Board
 from core.calibration.files.mount_files import read_mount
 from core.calibration.mount import Mount
@@ -47,17 +45,17 @@ T = TypeVar("T")
 
 
 def opening(state: bytes = b"null", solved: SolvedViews | None = None) -> OpenLaser:
-    return OpenLaser(SHOWN, state, solved, CameraParameters.of(TABLE_3), MountPrior.of(Mount()))
+    return OpenLaser(SHOWN, state, solved, TABLE_3, Mount())
 
 
 def solution(state: bytes) -> LaserSolution:
-    job = SolveLaser(SHOWN, state, CameraParameters.of(TABLE_3), MountPrior.of(Mount()))
+    job = SolveLaser(SHOWN, state, TABLE_3, Mount())
     return crossed(SolverWorker().solve_laser(job))
 
 
 def crossed(answer: T) -> T:
     """An answer as the console decodes it."""
-    return msgspec.msgpack.decode(msgspec.msgpack.encode(answer), type=type(answer))
+    return decoder(type(answer)).decode(msgspec.msgpack.encode(answer, enc_hook=plain))
 
 
 class Assistant:
@@ -81,7 +79,7 @@ class Assistant:
             range_min=0.02,
             range_max=5.6,
         )
-        return crossed(self.worker.sweep(SweepScan.of(scan)))
+        return crossed(self.worker.sweep(SweepScan(scan)))
 
     @property
     def change(self) -> SessionChange:
@@ -96,7 +94,7 @@ class Assistant:
         grey = picture(self.room.rng, TABLE_3, pose, BOARD)
         verdict = None
         for ranges in shot.scans:
-            told = self.worker.look(LookAtPicture(PixelPicture.of(grey), 0.0))
+            told = self.worker.look(LookAtPicture(grey, 0.0))
             self.newest = self.sweep(ranges)
             verdict = self.newest.verdict or told.verdict
             assert verdict is not None
@@ -140,7 +138,7 @@ def test_still_poses_are_counted_and_solved_into_a_mount_that_can_be_accepted(he
     room_known = changed(held.worker.forget_room(ForgetRoom()))
     state = stored(room_known.state)
     assert state.background is None and len(state.taken) >= 6 and len(state.rooms) == 1
-    again = resumed(SHOWN, CameraParameters.of(TABLE_3), MountPrior.of(Mount()), room_known.state)
+    again = resumed(SHOWN, TABLE_3, Mount(), room_known.state)
     rooms = [pose.background for pose in again.poses]
     assert all(room is not None and len(room) == LASER.beams for room in rooms)
     assert LaserState.of(again).rooms == state.rooms
@@ -156,7 +154,7 @@ def test_dots_and_scan_show_which_beams_end_on_the_board(held: Assistant) -> Non
     on_board = np.array(scan.points)[scan.board]
     assert len(on_board) >= 10 and np.ptp(np.linalg.norm(on_board, axis=1)) < 0.5
     grey = np.full((256, 320), 128, np.uint8)
-    verdict = fresh.worker.look(LookAtPicture(PixelPicture.of(grey), 0.0)).verdict
+    verdict = fresh.worker.look(LookAtPicture(grey, 0.0)).verdict
     assert verdict is not None and verdict.laser is not None
     assert any(dot[3] for dot in verdict.laser) and all(0 <= dot[0] < 320 for dot in verdict.laser)
 
@@ -175,7 +173,7 @@ def test_a_session_that_was_stored_before_poses_had_their_own_rooms_goes_on(held
     for pose in state["taken"]:
         del pose["room"]
     old = msgspec.json.encode(state | {"background": room})
-    again = resumed(SHOWN, CameraParameters.of(TABLE_3), MountPrior.of(Mount()), old)
+    again = resumed(SHOWN, TABLE_3, Mount(), old)
     assert again.background is not None and again.poses
     for pose in again.poses:
         assert pose.background is not None
@@ -184,7 +182,7 @@ def test_a_session_that_was_stored_before_poses_had_their_own_rooms_goes_on(held
 
 def test_pictures_of_another_size_are_refused(held: Assistant) -> None:
     with pytest.raises(BadInput, match="640x480"):
-        held.worker.look(LookAtPicture(PixelPicture(bytes(640 * 480), 640, 480), 0.0))
+        held.worker.look(LookAtPicture(np.zeros((480, 640), np.uint8), 0.0))
 
 
 def laid_out(held: Assistant, taken: list[StoredPose]) -> tuple[LaserWorker, list[str]]:

@@ -12,18 +12,21 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
-from console.calibration.jobs import CameraParameters, StraightenPicture
+from console.calibration.jobs import StraightenPicture
 from console.people.jobs import LearnPerson
 from console.workers.child_process import ChildProcess
-from console.workers.job import Job, answer_decoder
+from console.workers.job import Job, answer_decoder, decoder, plain
 from console.workers.process import WORKERS, JobTable
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, Unavailable
 from core.gate.scheduling import CONSOLE, come_first
+from core.geometry import Transform
 from core.optics import CameraModel
+from core.sensors import Image
 from tests.console.calibration.wizard import boards, png
 from tests.core.gate.ranks import apart, permitted
 
@@ -118,7 +121,7 @@ def test_a_worker_that_does_not_die_at_once_holds_nobody_up(monkeypatch: pytest.
 
 def test_a_job_has_so_much_processor_time_and_no_more() -> None:
     noise = np.random.default_rng(0).integers(0, 255, (1000, 1500), np.uint8)
-    camera = CameraParameters.of(CameraModel(width=1500, height=1000, fx=3e3, fy=3e3, cx=1500, cy=1000))
+    camera = CameraModel(width=1500, height=1000, fx=3e3, fy=3e3, cx=1500, cy=1000)
 
     async def work(worker: Worker) -> None:
         with pytest.raises(WorkerLost, match="too long"):
@@ -142,6 +145,39 @@ def test_an_answer_of_another_shape_is_not_believed() -> None:
         assert (await worker.ask(StraightenPicture(boards()[0], None), budget=2.0)).startswith(b"\xff\xd8")
 
     working(work)
+
+
+NO_ARRAYS: list[Any] = [
+    ("O", (1,), bytes(8)),  # objects
+    ("<c8", (1,), bytes(8)),  # complex
+    ("<f16", (1,), bytes(16)),
+    ("<f1", (1,), bytes(1)),
+    ("<f8", (2,), bytes(8)),  # more than there is
+    ("<f8", (-1,), bytes(8)),
+    ("<f8", (1,), bytes(7)),
+    ("|u1", (1,) * 5, bytes(1)),
+    ("|u1", (2**62, 2**62), b""),
+    ("|u1", (1,), "a"),
+    ("|u1", (1,)),
+    None,
+    [[1.0]],
+]
+
+
+@pytest.mark.parametrize("given", NO_ARRAYS)
+def test_an_array_that_is_none_is_not_believed(given: Any) -> None:
+    raw = msgspec.msgpack.encode({"rotation": given, "translation": ("<f8", (3,), bytes(24))})
+    with pytest.raises(msgspec.MsgspecError):
+        decoder(Transform).decode(raw)
+
+
+@pytest.mark.parametrize("kind", [bool, np.uint8, np.int16, ">i4", np.int64, np.float32, ">f8"])
+def test_arrays_cross_with_their_kind_and_shape_and_nobody_can_write_them(kind: Any) -> None:
+    for given in (np.arange(24).reshape(2, 3, 4)[:, ::2].astype(kind), np.zeros((0, 3), kind)):
+        raw = msgspec.msgpack.encode(Image(stamp=1.0, pixels=given), enc_hook=plain)
+        found = decoder(Image).decode(raw).pixels
+        assert found.dtype == np.dtype(kind).newbyteorder("<") and np.array_equal(found, given)
+        assert not found.flags.writeable
 
 
 def test_a_job_of_another_worker_is_refused_and_the_worker_stays(caplog: pytest.LogCaptureFixture) -> None:

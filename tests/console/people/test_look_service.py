@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import Awaitable, Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +13,14 @@ import numpy as np
 import psutil
 import pytest
 
-from console.people.look_jobs import PersonSeen, ViewingCamera
 from console.people.look_service import LookService
-from console.workers.job import Job
+from console.people.look_worker import LookForPeople, PeopleSeen
+from console.people.store import StoredLooks
+from console.workers.job import LENGTH, Job, JobResult, answer_decoder, packed
 from console.workers.worker import Worker
 from core.perception.people.looking import LookAnswer, LookQuestion
 from core.perception.people.parts import PeopleSettings
-from core.sensors import Camera, SensorFrame
+from core.sensors import SensorFrame
 from core.snapshot import Hearing, Snapshot, VoiceDirection
 from tests.console.robot.test_setpoint_sender import wanting
 from tests.core.perception.onnx_files import onnx_file
@@ -165,12 +166,16 @@ def test_the_embedded_detector_needs_no_worker(monkeypatch: pytest.MonkeyPatch, 
     assert service.for_pilot is None and "drawn figures" in service.says
 
 
-def test_cameras_and_people_cross_unchanged() -> None:
-    camera = Camera()
-    assert asdict(ViewingCamera.of(camera).camera.model) == asdict(camera.model)
+def test_a_person_with_looks_and_gaps_crosses_unchanged() -> None:
     (found,) = sticks().look(asked(white_body(640, 480, 320.0, 60.0, 330.0), 0.0, 2.9))
-    back = PersonSeen.of(found).rectangle
+    raw = packed(JobResult(PeopleSeen((found,), 0.1)))[LENGTH.size :]
+    told = answer_decoder(LookForPeople).decode(raw)
+    assert isinstance(told, JobResult)
+    (back,) = told.result.people
     assert (back.value, back.bearing, back.box, back.centre) == (found.value, found.bearing, found.box, found.centre)
     assert back.looks is not None and found.looks is not None
-    assert back.looks.colours == pytest.approx(found.looks.colours, nan_ok=True, abs=1e-4)
-    assert back.looks.proportions == pytest.approx(found.looks.proportions, nan_ok=True, abs=1e-4)
+    assert np.array_equal(back.looks.colours, found.looks.colours, equal_nan=True)
+    assert np.array_equal(back.looks.proportions, found.looks.proportions, equal_nan=True)
+    assert StoredLooks.of(back.looks).appearance.proportions == pytest.approx(
+        found.looks.proportions, nan_ok=True, abs=1e-4
+    )
