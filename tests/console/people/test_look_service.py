@@ -170,7 +170,7 @@ def test_a_person_with_looks_and_gaps_crosses_unchanged() -> None:
     (found,) = sticks().look(asked(white_body(640, 480, 320.0, 60.0, 330.0), 0.0, 2.9))
     raw = packed(JobResult(PeopleSeen((found,), 0.1)))[LENGTH.size :]
     told = answer_decoder(LookForPeople).decode(raw)
-    assert isinstance(told, JobResult)
+    assert isinstance(told, JobResult) and isinstance(told.result, PeopleSeen)
     (back,) = told.result.people
     assert (back.value, back.bearing, back.box, back.centre) == (found.value, found.bearing, found.box, found.centre)
     assert back.looks is not None and found.looks is not None
