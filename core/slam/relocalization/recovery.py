@@ -13,7 +13,7 @@ from core.message import Array
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import LostPhase, LostStatus
 from core.slam.relocalization.global_search import PoseFit, judge, search_near
-from core.slam.relocalization.hypotheses import BeliefSettings, PlaceHypotheses, PlaceHypothesis
+from core.slam.relocalization.hypotheses import BeliefThresholds, PlaceHypotheses, PlaceHypothesis
 from core.slam.relocalization.search_pyramid import ScanView, SearchPyramid
 from core.slam.scan_matching.match_covariance import match_spread
 
@@ -22,7 +22,7 @@ from core.slam.scan_matching.match_covariance import match_spread
 class RecoverySettings:
     """Settings of the search for the robot's place."""
 
-    belief: BeliefSettings = field(default_factory=BeliefSettings)
+    belief: BeliefThresholds = field(default_factory=BeliefThresholds)
     turn_rate: float = 0.6  # [rad/s] of looking around on the spot
     turn: float = math.tau  # [rad] of looking around after which the operator is asked
     patience: float = 20.0  # [s] after which the operator is asked

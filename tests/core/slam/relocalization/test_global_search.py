@@ -78,7 +78,7 @@ def test_a_corridor_leaves_the_way_along_it_open() -> None:
         pose = Pose(15.0, 0.9, 0.2 + step * math.radians(40))
         finish(thoughts.consider(seen(CORRIDOR, pose, seed=step)))
         assert thoughts.believed() is None
-    assert thoughts.looseness(thoughts.places[0]) > thoughts.settings.loose
+    assert thoughts.looseness(thoughts.places[0]) > thoughts.thresholds.max_shifted_share
 
 
 def test_views_from_apart_are_believed_and_one_is_not(lab: SearchPyramid) -> None:
