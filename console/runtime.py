@@ -244,7 +244,6 @@ class Runtime:
 
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """From the pilot's thread."""
-        frame = self.robot.profile.first_view(frame)
         picture = self.feed.encoded(frame.image, self._state_pace.saw(snapshot))
         self.scene.show(snapshot)
         self._call(self._took, snapshot, picture, frame)

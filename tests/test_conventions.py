@@ -156,6 +156,26 @@ def test_a_class_name_means_one_thing() -> None:
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
 
 
+def reached(node: ast.Attribute) -> list[str]:
+    """The names of `self.a.b.c` or `a.b.c`, without `self`."""
+    names, inner = list[str](), node
+    while isinstance(inner, ast.Attribute):
+        names.insert(0, inner.attr)
+        inner = inner.value
+    return [inner.id, *names] if isinstance(inner, ast.Name) and inner.id != "self" else names
+
+
+def test_mapper_and_pilot_ask_their_parts_and_not_the_parts_of_their_parts() -> None:
+    """No `a.b.c.d`: who needs more of a part's part gives the part a method, or names the object that is meant."""
+    left = [
+        f"{path.relative_to(ROOT)}:{node.lineno}: {'.'.join(reached(node))}"
+        for path in [*ROOT.glob("core/slam/**/*.py"), *ROOT.glob("core/pilot/**/*.py")]
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Attribute) and len(reached(node)) > 3
+    ]
+    assert left == [], f"{len(left)} places"
+
+
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
 def test_every_mutant_of_the_safety_campaign_still_changes_a_line(mutant: Mutant) -> None:
     assert (ROOT / mutant.file).read_text().count(mutant.before) == 1

@@ -135,7 +135,7 @@ class PilotThread:
                 snapshot = self.pilot.step(frame)
                 self._setpoint_sender.follow(snapshot)
                 self._robot.reach(frame.stamp)
-                self._publish(snapshot, frame)
+                self._publish(snapshot, self.pilot.frame)
                 self.pace.note(frame.stamp, arrived, time.monotonic() - arrived)
         except Exception as fault:
             self._over.set()

@@ -51,7 +51,3 @@ class Notices:
             self.newest = tuple(replace(notice, id=each.id) if each.cause == cause else each for each in self.newest)
         else:
             self._hang(stamp, notice.level, notice.text, cause)
-
-    def watch_pace(self, stamp: float, pace: float) -> None:
-        """The share of real time at which the robot's clock runs."""
-        self.watch(stamp, "pace", SLOW if pace < 1 else "", "warning", KEEPS_UP)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from core.calibration.laser.drift import MountWatch
@@ -20,7 +20,7 @@ from core.perception.people.looking import PersonLook
 from core.perception.people.voice_bearing import likeliest
 from core.pilot.command_executor import AcceptedCommand, CommandExecutor
 from core.pilot.landmark_perception import LandmarkPerception
-from core.pilot.notices import Notices
+from core.pilot.notices import KEEPS_UP, SLOW, Notices
 from core.pilot.repeated_readings import RepeatedReadings
 from core.pilot.scan_timing import ScanTiming
 from core.pilot.sensor_watch import SensorWatch, loss, recovery
@@ -38,7 +38,7 @@ from core.slam.motion import Motion
 from core.slam.odometry import Odometry
 from core.slam.relocalization.monitor import LocalizationSettings
 from core.slam.submap_manager import MapperSettings
-from core.snapshot import Ending, Hearing, Snapshot
+from core.snapshot import Ending, Hearing, Level, Snapshot
 
 LOOKING_AROUND = "Looking around before the first move…"
 FOUND = "I know where I am again."
@@ -88,6 +88,7 @@ class Pilot:
         self._inbox = Inbox()
         self._who: PersonProfile | None = None
         self._look: PersonLook | None = None
+        self.frame = SensorFrame(stamp=-math.inf)  # the newest, for the console: what is used, with its own stamps
         self._reset(math.inf)
 
     def _reset(self, stamp: float) -> None:
@@ -192,22 +193,20 @@ class Pilot:
         with self._inbox.between_frames:
             self._begin_again_after_a_seek(frame.stamp)
             self._inbox.open(frame.stamp)
-            sensed = self._repeats.taken_out(frame, self._wheels)
-            frame = self._profile.first_view(sensed)
+            frame = self._repeats.taken_out(frame, self._wheels)
+            self._sensor_status = self._sensors.update(frame)
+            self.frame = frame = self._profile.first_view(frame)
             motion = self._odometry.update(frame)
             self._wheels = motion.wheels
             frame = self._timing.correct(frame, motion, self._odometry.lateness)
             seen = self._vision.look(frame, motion, self._is_idle)
+            voices = self._hearing.listen(frame.sound, frame.stamp, motion.increment)
             self._scanned = self._scanned if frame.scan is None else frame.stamp
-            self._mapper.may_turn = self._needs_a_place
-            estimate = self._mapper.update(frame, seen, motion)
+            estimate = self._mapper.update(frame, seen, motion, voices, self._needs_a_place)
             dead_reckoning = self._dead_reckoning.update(motion.increment)
             self._mount.watch(frame.stamp, estimate.pose, seen.pairs, self._vision.camera)
-            hearing = self._hearing.hear(frame.sound, frame.stamp, estimate)
-            if (voices := self._hearing.bearings(motion.increment, frame.stamp)) is not None:
-                self._mapper.hear(voices)
-                estimate = self._mapper.estimate
-            self._report(sensed)
+            hearing = self._hearing.hear(frame.stamp, estimate)
+            self._report(frame)
             twist = self._decide(frame, motion, estimate.pose)
             self._stamp = frame.stamp
             return self._publish(frame, motion, estimate, dead_reckoning, hearing, twist)
@@ -318,54 +317,50 @@ class Pilot:
         self._contact = frame.contact
         if frame.trouble:
             self._executor.end("failed", frame.trouble)
-        self._notices.watch(frame.stamp, "blind", BLIND if self._is_blind else "", "warning", "")
-        self._notices.watch(frame.stamp, "base", frame.trouble, "error", "The base answers again.")
         lost = self._mapper.lost
         if self._needs_a_place and lost is None and self._lost and self._mapper.strayed:
             self._executor.end("failed", AGAIN)
         elif self._needs_a_place and lost is not None and lost.phase == "asking":
             self._executor.end("failed", lost.words)
         self._lost = lost is not None
-        self._notices.watch(frame.stamp, "place", lost.words if lost else "", "warning", self._mapper.found or FOUND)
-        self._report_sensors(frame)
-        self._notices.watch(frame.stamp, "camera", self._vision.trouble, "warning", "The pictures can be used again.")
-        sound = self._hearing.trouble
-        self._notices.watch(frame.stamp, "microphones", sound, "warning", "The sound can be used again.")
-        contradiction = self._hearing.contradiction
-        self._notices.watch(frame.stamp, "array", contradiction, "warning", "The microphones agree again.")
-        self._notices.watch(
-            frame.stamp, "picture", self._vision.poor, "warning", "The camera sees well enough again."
-        )
-        self._notices.watch(frame.stamp, "mount", self._mount.alarm, "warning", "The camera sits as calibrated.")
+        for trouble in self._troubles(frame):
+            self._notices.watch(frame.stamp, *trouble)
         remark = self._timing.take_remark()
         if remark:
             self._notices.add(frame.stamp, "warning", remark)
-        if not self._profile.simulated:  # there the clock waits, and the page shows how fast it runs
-            self._notices.watch_pace(frame.stamp, frame.pace)
-        for one in self.faults:
-            self._notices.watch(frame.stamp, one.code, one.sentence, "warning", "")
         for one in frame.faults:
             self._notices.add(frame.stamp, "warning", one.sentence, cause=f"{one.code} {one.sensor}")
         for note in frame.notes:
             self._notices.add(frame.stamp, "info", note)
 
-    def _report_sensors(self, frame: SensorFrame) -> None:
-        """Tell the operator which sensors hang or are lost; not while a recording stands still."""
+    def _troubles(self, frame: SensorFrame) -> Iterator[tuple[str, str, Level, str]]:
+        """Everything that is watched: its cause, the trouble in this frame ("" = none), its level, its relief."""
+        vision, hearing, lost = self._vision, self._hearing, self._mapper.lost
+        yield "blind", BLIND if self._is_blind else "", "warning", ""
+        yield "base", frame.trouble, "error", "The base answers again."
+        yield "place", lost.words if lost else "", "warning", self._mapper.found or FOUND
         for (kind, name), trouble in self._repeats.troubles():
-            self._notices.watch(
-                frame.stamp,
-                f"hanging {kind} {name}",
-                trouble,
-                "warning",
-                f"The {kind} {name} shows something new again.",
-            )
-        self._sensor_status = self._sensors.update(frame)
+            yield f"hanging {kind} {name}", trouble, "warning", f"The {kind} {name} shows something new again."
+        yield from self._lost_sensors()
+        yield "camera", vision.trouble, "warning", "The pictures can be used again."
+        yield "microphones", hearing.trouble, "warning", "The sound can be used again."
+        yield "array", hearing.contradiction, "warning", "The microphones agree again."
+        yield "picture", vision.poor, "warning", "The camera sees well enough again."
+        yield "mount", self._mount.alarm, "warning", "The camera sits as calibrated."
+        slow = (
+            frame.pace < 1 and not self._profile.simulated
+        )  # a simulated robot's clock waits, and the page shows it
+        yield "pace", SLOW if slow else "", "warning", KEEPS_UP
+        for fault in self.faults:
+            yield fault.code, fault.sentence, "warning", ""
+
+    def _lost_sensors(self) -> Iterator[tuple[str, str, Level, str]]:
         for status in self._sensor_status:
             alone = sum(other.kind == status.kind for other in self._sensor_status) == 1
             cause = f"silent {status.kind} {status.name}"
             lost = status.state == "lost" and not self._repeats.hangs(status.kind, status.name)
             trouble = loss(status, alone) if lost else self._sensors.untimely(status.kind, status.name)
-            self._notices.watch(frame.stamp, cause, trouble, "error", recovery(status, alone))
+            yield cause, trouble, "error", recovery(status, alone)
 
     def _publish(
         self,

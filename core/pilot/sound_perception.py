@@ -48,6 +48,7 @@ class SoundPerception:
         self._recall = MotionHistory()
         self._heard: tuple[Direction, ...] = ()  # in the array's frame, with the newest frame
         self._power = 0.0
+        self._listening = False  # sound came with the newest frame
         self.trouble = ""  # why the sound is of no use
         self.call: VoiceBearing | None = None  # the voice that was heard last, as it was heard
         self._utterances: deque[tuple[Direction, ...]] = deque(maxlen=UTTERANCES)
@@ -61,14 +62,16 @@ class SoundPerception:
             self._utterances.clear()
             self.contradiction = ""
 
-    def hear(self, sound: Sound | None, stamp: float, estimate: Estimate) -> Hearing | None:
-        """The sound up to `stamp` [s] → what is heard and where; None on a robot without microphones."""
+    def listen(self, sound: Sound | None, stamp: float, increment: Increment | None = None) -> BearingSet | None:
+        """Take the sound up to `stamp` [s] → bearings of the directions that became known with it, if any.
+
+        `increment`: the robot's move since the sound before; None: it stood. The bearings are of some moments ago;
+        the microphones are where they were then, seen from the robot now.
+        """
+        self._recall.add(stamp, increment or Increment())
+        self._listening, self._heard = sound is not None, ()
         if self._array is None or self._listener is None:
             return None
-        heading = estimate.pose.heading
-        self._poses.append((stamp, estimate.pose, float(estimate.covariance[2, 2])))
-        while self._poses[0][0] < stamp - REMEMBERED:
-            self._poses.popleft()
         heard: tuple[HeardDirections, ...] = ()
         if sound is not None and len(sound.samples):
             self._measure(sound)
@@ -78,11 +81,22 @@ class SoundPerception:
             except BadInput as trouble:
                 self.trouble = str(trouble)
         self._judge_array(heard)
-        voices = self._follow(heard, stamp, estimate)
+        self._heard = tuple(one for moment in heard for one in moment.directions if sure(one, self._settings))
+        return self._bearings(stamp, self._array) if self._heard else None
+
+    def hear(self, stamp: float, estimate: Estimate) -> Hearing | None:
+        """Return the voices in the sound up to `stamp` [s] that `listen` took; None without microphones."""
+        if self._array is None or self._listener is None:
+            return None
+        heading = estimate.pose.heading
+        self._poses.append((stamp, estimate.pose, float(estimate.covariance[2, 2])))
+        while self._poses[0][0] < stamp - REMEMBERED:
+            self._poses.popleft()
+        voices = self._follow(stamp, estimate)
         return Hearing(
-            listening=sound is not None,
-            speaking=sound is not None and self._listener.speaking,
-            level_db=max(SILENCE_DB, 10 * math.log10(self._power + 1e-30)) if sound is not None else None,
+            listening=self._listening,
+            speaking=self._listening and self._listener.speaking,
+            level_db=max(SILENCE_DB, 10 * math.log10(self._power + 1e-30)) if self._listening else None,
             voices=tuple(self._shown(voice, stamp, heading) for voice in voices if voice.id in self._newest),
         )
 
@@ -112,22 +126,16 @@ class SoundPerception:
                 found.append(bearing)
         return tuple(found)
 
-    def bearings(self, increment: Increment, stamp: float) -> BearingSet | None:
-        """The directions that became known with the frame of `stamp` [s], `increment` its move, as bearings.
-
-        They are of some moments ago; the ears are where they were then, seen from the robot now.
-        """
-        self._recall.add(stamp, increment)
-        if not self._heard or self._array is None:
-            return None
+    def _bearings(self, stamp: float, array: MicrophoneArray) -> BearingSet | None:
+        """The newest directions of this array, seen from the robot at `stamp` [s]."""
         then = self._heard[-1].stamp
         move = self._recall.moved(stamp, then)
         found = [one for one in self._heard if one.stamp == then]
-        if move is None or not found:
+        if move is None:
             return None
         return BearingSet(
             stamp=then,
-            eye=move.pose @ self._array.mounting,
+            eye=move.pose @ array.mounting,
             bearings=np.array([one.azimuth for one in found]),
             sds=np.array([one.azimuth_sd for one in found]),
             looks=np.zeros(len(found)),
@@ -147,9 +155,8 @@ class SoundPerception:
         fault = contradiction(found, self._array, self._settings)
         self.contradiction = "" if fault is None else fault.sentence
 
-    def _follow(self, heard: tuple[HeardDirections, ...], stamp: float, estimate: Estimate) -> tuple[Voice, ...]:
-        """Directions of one frame → the voices, seen from the world."""
-        self._heard = tuple(one for moment in heard for one in moment.directions if sure(one, self._settings))
+    def _follow(self, stamp: float, estimate: Estimate) -> tuple[Voice, ...]:
+        """The newest directions → the voices, seen from the world."""
         found = [self._in_world(one) for one in self._heard]
         voices = self._tracker.update(found, stamp)
         for voice in voices:

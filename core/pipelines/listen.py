@@ -79,7 +79,9 @@ class SpeechListener:
 
     def feed(self, sound: Sound) -> tuple[HeardSpeech, ...]:
         """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
-        heard = self._ears.hear(sound, sound.stamp + sound.duration, STILL)
+        stamp = sound.stamp + sound.duration
+        self._ears.listen(sound, stamp)
+        heard = self._ears.hear(stamp, STILL)
         if heard is not None:
             self._voices = heard.voices or self._voices
         return self._located(self._words.feed(self._words.prepared(sound)))

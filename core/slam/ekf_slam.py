@@ -134,6 +134,11 @@ class EkfSlam:
         self._publish(look)
 
     @property
+    def pose(self) -> Pose:
+        """The robot's pose."""
+        return self.filter.pose
+
+    @property
     def estimate(self) -> Estimate:
         """The pose and its covariance in the world's axes."""
         return Estimate(pose=self.filter.pose, covariance=self.filter.pose_covariance())

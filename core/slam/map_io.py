@@ -12,12 +12,10 @@ from core.message import Array
 from core.sensors import Laser
 from core.slam.ekf.covariance import Covariance
 from core.slam.ekf.filter import ROBOT
-from core.slam.ekf_slam import EkfSlam
 from core.slam.map.closure import Constraint, LoopClosure
 from core.slam.map.keyframe import Keyframe
 from core.slam.map.map_file import FORM, MapFacts, SavedClosure, SavedMap
 from core.slam.map.map_graph import MapGraph
-from core.slam.map.occupancy import OccupancyMap
 from core.slam.map.pose_graph import GraphEdge
 from core.slam.map.submap import Submap
 from core.slam.motion import Increment
@@ -54,7 +52,7 @@ def keep(graph: MapGraph, resolution: float) -> SavedMap:
     facts = MapFacts(
         form=FORM,
         resolution_m=resolution,
-        landmarks=[[replace(row) for row in submap.slam.table.rows] for submap in graph.submaps],
+        landmarks=[[replace(row) for row in submap.table.rows] for submap in graph.submaps],
         closures=[_saved(loop_closure) for loop_closure in graph.loop_closures],
     )
     return SavedMap(arrays=arrays, facts=facts)
@@ -75,15 +73,14 @@ def restore(saved: SavedMap, graph: MapGraph, parts: MapperSettings, laser: Lase
     if abs(facts.resolution_m - parts.occupancy.resolution) > 1e-9:
         raise BadInput(f"The map has cells of {facts.resolution_m:g} m; set occupancy.resolution to that.")
     for number, rows in enumerate(facts.landmarks):
-        slam = EkfSlam(parts.ekf, parts.motion, laser)
-        _refill(slam, arrays, number)
-        slam.resume([replace(row) for row in rows])
-        tile = OccupancyMap(parts.occupancy)
+        submap = parts.new_submap(number, laser)
+        _refill(submap, arrays, number)
+        submap.resume([replace(row) for row in rows])
         try:
-            tile.load(arrays[f"origin_{number}"], arrays[f"tile_{number}"])
+            submap.tile.load(arrays[f"origin_{number}"], arrays[f"tile_{number}"])
         except ValueError as trouble:
             raise BadInput(f"The map cannot be used with these settings: {trouble}.") from None
-        graph.submaps.append(Submap.of(number, slam, tile, parts.edges, parts.voices))
+        graph.submaps.append(submap)
     last = np.cumsum(arrays["view_beams"])
     for number, (end, beams) in enumerate(zip(last.tolist(), arrays["view_beams"].tolist(), strict=True)):
         view = Keyframe(
@@ -145,7 +142,7 @@ def _saved(loop_closure: LoopClosure) -> SavedClosure:
 
 
 def _submap(submap: Submap) -> dict[str, Array]:
-    form, number = submap.slam.filter, submap.id
+    form, number = submap.filter, submap.id
     form.settle()
     origin, tile = submap.tile.cells
     return {
@@ -157,9 +154,9 @@ def _submap(submap: Submap) -> dict[str, Array]:
     }
 
 
-def _refill(slam: EkfSlam, arrays: dict[str, Array], number: int) -> None:
+def _refill(submap: Submap, arrays: dict[str, Array], number: int) -> None:
     """The filter's landmarks and covariance."""
-    whole, form = arrays[f"covariance_{number}"], slam.filter
+    whole, form = arrays[f"covariance_{number}"], submap.filter
     form.points = arrays[f"places_{number}"].astype(np.float64)
     form.covariance = Covariance(whole[:ROBOT, :ROBOT])
     if len(form.places):

@@ -80,7 +80,7 @@ class MapView:
         """The landmarks of all submaps, in the world, each with a number of its own."""
         changed, revision = False, self._graph.revision
         for submap in self._graph.submaps:
-            own, known = submap.slam.landmarks, self._landmarks.get(submap.id)
+            own, known = submap.landmarks, self._landmarks.get(submap.id)
             if known is not None and known[0] == revision and known[1] is own:
                 continue
             pose = self._base(submap)
@@ -92,7 +92,7 @@ class MapView:
 
     def associations(self, active: Submap) -> tuple[Association, ...]:
         """The newest sightings' fates, in the world."""
-        pose, own = self._base(active), active.slam.associations
+        pose, own = self._base(active), active.associations
         known = self._associations
         if known[0] != pose or known[1] is not own:
             placed = tuple(

@@ -73,10 +73,20 @@ class Mapper:
         self._enters, self._believed = saved is not None, believed
         self._global_grid.finish(self.submaps.active.id)
         self.strayed = False  # whether the place that was found last is another one than was believed
-        self.may_turn = False  # whether the robot may turn on the spot by itself while its place is looked for
 
-    def update(self, frame: SensorFrame, seen: FramePerception, motion: Motion) -> Estimate:
-        """Take one frame: what is seen in it, and the robot's move since the frame before → the estimate."""
+    def update(
+        self,
+        frame: SensorFrame,
+        seen: FramePerception,
+        motion: Motion,
+        voices: BearingSet | None = None,
+        may_turn: bool = False,
+    ) -> Estimate:
+        """Take one frame: what is seen in it, and the robot's move since the frame before → the estimate.
+
+        `voices`: directions that became known with this frame. `may_turn`: the robot may turn on the spot by itself
+        while its place is searched for.
+        """
         self._begin_in_loaded_map(frame.stamp)
         self._predict(motion)
         if motion.restarted:
@@ -85,14 +95,10 @@ class Mapper:
         self._correct_by_landmarks(frame, seen)
         self._correct_by_edges(seen)
         self._update_map(frame.stamp, seen)
-        self._relocalize(frame.stamp, seen, motion)
+        self._relocalize(frame.stamp, seen, motion, may_turn)
         self._close_loops(frame.stamp, busy=seen.beams is not None)
+        self._correct_by_voices(voices)
         return self.estimate
-
-    def hear(self, voices: BearingSet) -> None:
-        """Correct by voices whose directions became known with the newest frame: one who stands is a landmark."""
-        if not self._monitor.lost:
-            self.submaps.active.voices.see(voices)
 
     @property
     def estimate(self) -> Estimate:
@@ -108,11 +114,10 @@ class Mapper:
     def anchored_pose(self) -> AnchoredPose:
         """The robot's pose, anchored to a view so that it moves with the map."""
         active = self.submaps.active
-        local = active.slam.filter.pose
         if not active.views:
-            return AnchoredPose(-1, local)
+            return AnchoredPose(-1, active.pose)
         newest = active.views[-1]
-        return AnchoredPose(newest.id, newest.local.inverse() @ local)
+        return AnchoredPose(newest.id, newest.local.inverse() @ active.pose)
 
     def where(self, stand: AnchoredPose) -> Pose:
         """The world pose of a place by the present map."""
@@ -136,7 +141,7 @@ class Mapper:
     @property
     def slam(self) -> SlamHealth:
         """The health of the filter in the active submap."""
-        return self.submaps.active.slam.health
+        return self.submaps.active.health
 
     @property
     def lost(self) -> LostStatus | None:
@@ -163,7 +168,7 @@ class Mapper:
     @property
     def looking_around(self) -> bool:
         """The still start is not over: the first move had better wait."""
-        return len(self.graph.submaps) == 1 and self.submaps.active.slam.looking_around
+        return len(self.graph.submaps) == 1 and self.submaps.active.looking_around
 
     def undo(self, closure: int) -> bool:
         """Take a closure back: the map no longer bends to it → whether there is one of that number."""
@@ -204,22 +209,21 @@ class Mapper:
             self._monitor.begin(stamp, "this map was just loaded", self.grid, self._believed)
 
     def _predict(self, motion: Motion) -> None:
-        self.submaps.active.slam.advance(motion.increment)
+        self.submaps.active.advance(motion.increment)
 
     def _match_scan(self, stamp: float, seen: FramePerception, motion: Motion) -> None:
         """Let the scan correct the wheels' move since the sightings before, and see whether all is well."""
         if seen.beams is None:
             return
-        points = seen.beams.points
-        slam = self.submaps.active.slam
-        wheels = moved = slam.filter.pending
+        points, active = seen.beams.points, self.submaps.active
+        wheels = moved = active.filter.pending
         if self.parts.matching.corrects and not motion.by_scans and not self._monitor.lost:
-            moved = self._tracker.track(slam.filter.pose @ wheels.pose.inverse(), wheels, points)
-            slam.filter.amend(moved)
+            moved = self._tracker.track(active.pose @ wheels.pose.inverse(), wheels, points)
+            active.filter.amend(moved)
         self.submaps.moved(moved)
         if self._monitor.needs(stamp):
             pose = self.estimate.pose
-            self._monitor.observe(stamp, self._tracker, wheels.pose, slam.health, points, self.grid, pose)
+            self._monitor.observe(stamp, self._tracker, wheels.pose, active.health, points, self.grid, pose)
 
     def _correct_by_landmarks(self, frame: SensorFrame, seen: FramePerception) -> None:
         """EKF update; what the scan sees through is missing from the map."""
@@ -228,12 +232,19 @@ class Mapper:
         view = None
         if frame.scan is not None and seen.beams is not None:
             view = VisibilityCheck(frame.scan, seen.beams.viewpoint)
-        self.submaps.active.slam.see(seen.sightings, view)
+        self.submaps.active.see(seen.sightings, view)
 
     def _correct_by_edges(self, seen: FramePerception) -> None:
         """Correct by vertical edges of which only bearings are seen."""
         if seen.edges is not None and not self._monitor.lost:
-            self.submaps.active.edges.see(seen.edges, None if seen.beams is None else seen.beams.points)
+            active = self.submaps.active
+            active.edges.see(seen.edges, None if seen.beams is None else seen.beams.points)
+
+    def _correct_by_voices(self, voices: BearingSet | None) -> None:
+        """Correct by directions of voices: a talker who stands is a landmark."""
+        if voices is not None and not self._monitor.lost:
+            active = self.submaps.active
+            active.voices.see(voices)
 
     def _update_map(self, stamp: float, seen: FramePerception) -> None:
         """Draw the scan, and keep it if it shows anything new; nothing is written while the place is in doubt."""
@@ -250,11 +261,12 @@ class Mapper:
             if len(self.graph.views) > known:
                 self._loop_closer.look_at(known, stamp)
                 self._tracker.around(submaps.points_around())
-        self._points = submaps.active.slam.filter.pose.apply(beams.points)
+        pose = submaps.active.pose
+        self._points = pose.apply(beams.points)
 
-    def _relocalize(self, stamp: float, seen: FramePerception, motion: Motion) -> None:
+    def _relocalize(self, stamp: float, seen: FramePerception, motion: Motion, may_turn: bool) -> None:
         """Take one step of the search for the robot's place, if it is lost."""
-        found = self._monitor.search(stamp, motion.increment.pose, seen.beams, self.may_turn)
+        found = self._monitor.search(stamp, motion.increment.pose, seen.beams, may_turn)
         if found is not None:
             believed = self.estimate.pose
             turned = abs(wrap(found.pose.heading - believed.heading))

@@ -12,13 +12,13 @@ from core.message import Array
 from core.perception.landmarks.frame_perception import Beams
 from core.sensors import Laser
 from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
-from core.slam.ekf_slam import EkfSettings, EkfSlam
+from core.slam.ekf_slam import EkfSettings
 from core.slam.estimate import Estimate
 from core.slam.loop_closure.contradiction import contradiction, place_again
 from core.slam.map.closure import ClosureSettings
 from core.slam.map.keyframe import keyframe, thinned
 from core.slam.map.map_graph import MapGraph
-from core.slam.map.occupancy import OccupancyMap, OccupancySettings
+from core.slam.map.occupancy import OccupancySettings
 from core.slam.map.pose_graph import GraphEdge, compose_covariance
 from core.slam.map.settings import SubmapSettings
 from core.slam.map.submap import Submap
@@ -47,6 +47,10 @@ class MapperSettings:
     edges: BearingSettings = field(default_factory=BearingSettings)
     voices: VoiceLandmarkSettings = field(default_factory=VoiceLandmarkSettings)
 
+    def new_submap(self, number: int, laser: Laser | None) -> Submap:
+        """Make an empty submap, the robot at its origin."""
+        return Submap(number, self.ekf, self.motion, laser, self.occupancy, self.edges, self.voices)
+
 
 class SubmapManager:
     """Owns the active submap; puts views into the map graph."""
@@ -68,7 +72,7 @@ class SubmapManager:
     @property
     def estimate(self) -> Estimate:
         """The robot's pose and its covariance in the world's axes."""
-        inner, base = self.active.slam.estimate, self.base
+        inner, base = self.active.estimate, self.base
         if base == Pose() and not self.spread.any():
             return inner
         covariance = compose_covariance(base, self.spread, inner.pose, inner.covariance)
@@ -81,7 +85,7 @@ class SubmapManager:
 
     def draw(self, beams: Beams) -> None:
         """Put a scan on the active submap's tile."""
-        pose = self.active.slam.filter.pose
+        pose = self.active.pose
         self.active.tile.insert(pose @ beams.viewpoint, pose.apply(beams.ends), beams.hits)
 
     def mend(self, beams: Beams) -> None:
@@ -92,17 +96,17 @@ class SubmapManager:
         """
         if not self._graph.views or self._driven is None or not self.is_new or int(beams.hits.sum()) < 2:
             return
-        slam, limit, last = self.active.slam, self._parts.floor.contradiction, self._graph.poses[-1]
-        place = last.inverse() @ self.base @ slam.filter.pose
+        state, limit, last = self.active.filter, self._parts.floor.contradiction, self._graph.poses[-1]
+        place = last.inverse() @ self.base @ state.pose
         now = keyframe(-1, self.active.id, 0.0, place, beams)
         if contradiction(self._graph.views[-1], now, place) <= limit:
             return
         better = place_again(self._graph, now, place)
         if better is not None and contradiction(self._graph.views[-1], now, better) <= limit:
-            slam.filter.predict(Increment(place.inverse() @ better, MENDED))
+            state.predict(Increment(place.inverse() @ better, MENDED))
             self._driven = Increment(Pose(), MENDED)
         else:
-            slam.filter.doubt(CONTRADICTED)
+            state.doubt(CONTRADICTED)
             self._driven = self._driven.then(Increment(Pose(), CONTRADICTED))
 
     def keep(self, stamp: float, beams: Beams) -> Submap | None:
@@ -113,7 +117,7 @@ class SubmapManager:
             self._add(stamp, beams, self._tie() if self.active.views else None)
             return None
         left, tie, here = self.active, self._tie(), self.estimate
-        self._interrupt(left)
+        left.interrupt()
         entered = self._known_here(thinned(beams.points))
         if entered is None:
             self.active, self.spread = self._new(), here.covariance
@@ -128,8 +132,7 @@ class SubmapManager:
         """Set the robot to the world pose at which it was found, with covariance (3, 3); the way there is unknown."""
         views = self._graph.views
         if not views:
-            self._interrupt(self.active)
-            self.active.slam.filter.reset_pose(pose, covariance)
+            self.active.reset_pose(pose, covariance)
             return
         places = self._graph.pose_array()
         nearest = int(np.argmin(np.hypot(places[:, 0] - pose.x, places[:, 1] - pose.y)))
@@ -142,7 +145,7 @@ class SubmapManager:
 
     def points_around(self) -> list[Array]:
         """Points (K, 2) [m] of the newest views and of the nearest ones, in the active submap's frame."""
-        settings, graph, here = self._parts.floor, self._graph, self.active.slam.filter.pose
+        settings, graph, here = self._parts.floor, self._graph, self.active.pose
         newest = [] if self._driven is None else graph.views[-settings.lately :]
         near = sorted(self.active.views, key=lambda view: view.local.distance_to(here.x, here.y))
         chosen = {view.id: view for view in (*newest, *near[: settings.nearby])}
@@ -159,7 +162,7 @@ class SubmapManager:
     @property
     def is_new(self) -> bool:
         """True if the map has no view like the present one."""
-        pose, views = self.active.slam.filter.pose, self.active.views
+        pose, views = self.active.pose, self.active.views
         if views and self._driven is not None and not self._apart(pose, views[-1].local):
             return False
         settings = self._parts.floor
@@ -169,10 +172,8 @@ class SubmapManager:
         return alike < settings.alike and crowd < settings.crowd
 
     def _new(self) -> Submap:
-        """Make a new submap, the robot at its origin."""
-        slam = EkfSlam(self._parts.ekf, self._parts.motion, self._laser)
-        parts, tile = self._parts, OccupancyMap(self._parts.occupancy)
-        submap = Submap.of(len(self._graph.submaps), slam, tile, parts.edges, parts.voices)
+        """Begin a new submap."""
+        submap = self._parts.new_submap(len(self._graph.submaps), self._laser)
         self._graph.submaps.append(submap)
         return submap
 
@@ -186,14 +187,14 @@ class SubmapManager:
         return abs(wrap(one.heading - other.heading))
 
     def _leaves(self) -> bool:
-        settings, pose = self._parts.floor, self.active.slam.filter.pose
+        settings, pose = self._parts.floor, self.active.pose
         far = math.hypot(pose.x, pose.y)
-        full = self.active.slam.table.corners > settings.landmarks
+        full = self.active.table.corners > settings.landmarks
         return far > settings.size or (full and far > settings.smallest)
 
     def _add(self, stamp: float, beams: Beams, tie: GraphEdge | None) -> None:
         """A new view of the active submap, tied to an anchor and to the view before."""
-        local, graph = self.active.slam.filter.pose, self._graph
+        local, graph = self.active.pose, self._graph
         view = keyframe(len(graph.views), self.active.id, stamp, local, beams)
         pose = graph.poses[tie.a] @ tie.move if tie is not None else self.base @ local
         driven = None
@@ -205,7 +206,7 @@ class SubmapManager:
 
     def _tie(self) -> GraphEdge:
         """Return the edge from the active submap's anchor to the robot, by the filter; its node is the next view."""
-        settings, anchor, inner = self._parts.floor, self.active.anchor, self.active.slam.estimate
+        settings, anchor, inner = self._parts.floor, self.active.anchor, self.active.estimate
         floor = np.diag([settings.tie_sd**2, settings.tie_sd**2, settings.tie_heading_sd**2])
         onto = np.eye(3)
         onto[:2, :2] = rotation(-anchor.local.heading)
@@ -214,16 +215,10 @@ class SubmapManager:
 
     def _enter(self, submap: Submap, local: Pose, covariance: Array) -> None:
         """Continue in a known submap."""
-        self._interrupt(self.active)
+        self.active.interrupt()
         self.active = submap
-        submap.slam.filter.reset_pose(local, covariance)
+        submap.reset_pose(local, covariance)
         self.respread()
-
-    @staticmethod
-    def _interrupt(submap: Submap) -> None:
-        """The robot leaves a submap, or is elsewhere in it: directions are followed no further."""
-        submap.edges.interrupt()
-        submap.voices.interrupt()
 
     def _known_here(self, points: Array) -> tuple[Submap, Pose, Array] | None:
         """A submap that lies here for certain, with the robot's pose in it and its covariance."""

@@ -106,7 +106,8 @@ def hear(settings: Settings) -> None:
     ears = SoundPerception(Profile(name="ears", url="sim:ears", arrays=(RESPEAKER_ODAS,)), found)
     voice = far_voice(RESPEAKER_ODAS, 0.7, 0.1, duration=1.5)
     for piece in voice.pieces(0.05):
-        ears.hear(piece, piece.stamp + piece.duration, standing(0.0))
+        ears.listen(piece, piece.stamp + piece.duration)
+        ears.hear(piece.stamp + piece.duration, standing(0.0))
     talkers(voice, RESPEAKER_ODAS, settings=found)
 
 

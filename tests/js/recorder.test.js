@@ -47,7 +47,6 @@ const WHOLE = {
   note: "",
   cause: "",
   robot: "lab",
-  messages: {},
 };
 const WALK = { ...WHOLE, code: null, values: null };
 

@@ -1,4 +1,4 @@
-"""Views in a row that contradict each other, and the place where they do not: asked by the submap manager."""
+"""Views in a row that look through each other's walls, and the place at which they do not."""
 
 from __future__ import annotations
 
@@ -31,12 +31,7 @@ def place_again(graph: MapGraph, view: Keyframe, seen: Pose) -> Pose | None:
     newest, back = graph.views[-1], graph.poses[-1].inverse()
     before = range(max(0, newest.id - BEFORE + 1), newest.id + 1)
     points = np.vstack([(back @ graph.poses[number]).apply(graph.views[number].points) for number in before])
-    search = search_wide(LikelihoodField(points), view.points, seen, REACH, ANGLE)
-    while True:
-        try:
-            next(search)
-        except StopIteration as end:
-            found = [match for match in end.value if match.score >= SCORE]
-            break
-    best = min(found, key=lambda match: contradiction(newest, view, match.pose) - match.score, default=None)
+    *_, found = search_wide(LikelihoodField(points), view.points, seen, REACH, ANGLE)
+    likely = [match for match in found if match.score >= SCORE]
+    best = min(likely, key=lambda match: contradiction(newest, view, match.pose) - match.score, default=None)
     return None if best is None else best.pose

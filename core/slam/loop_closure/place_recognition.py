@@ -12,7 +12,7 @@ from core.message import Array
 from core.slam.map.closure import ClosureSettings, Constraint
 from core.slam.map.keyframe import Keyframe
 from core.slam.scan_matching.field_matching import ScanMatchingSettings, ambiguity, search_wide, spread
-from core.slam.scan_matching.likelihood_field import LikelihoodField
+from core.slam.scan_matching.likelihood_field import LikelihoodField, Match
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,10 @@ def recognise(
 
     The link, or None where nothing fits or anything speaks against it. One piece of work with every `next`.
     """
-    found = yield from search_wide(place.field, view.points, guess, *reach)
+    found: list[Match] = []
+    for places in search_wide(place.field, view.points, guess, *reach):
+        found = places
+        yield
     if not found or found[0].score < settings.score:
         return None
     if len(found) > 1 and found[1].score > settings.rival * found[0].score:

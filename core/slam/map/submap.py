@@ -2,34 +2,48 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
+from core.geometry import Pose
+from core.message import Array
+from core.sensors import Laser
 from core.slam.bearings.bearing_landmarks import BearingLandmarks
 from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
-from core.slam.ekf_slam import EkfSlam
+from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.map.keyframe import Keyframe
-from core.slam.map.occupancy import OccupancyMap
+from core.slam.map.occupancy import OccupancyMap, OccupancySettings
+from core.slam.motion import MotionSettings
 
 
-@dataclass
-class Submap:
-    """A frame whose origin is where the robot entered first."""
+class Submap(EkfSlam):
+    """EKF-SLAM in a frame whose origin is where the robot entered first; also by landmarks of bearings alone."""
 
-    @staticmethod
-    def of(
-        number: int, slam: EkfSlam, tile: OccupancyMap, edges: BearingSettings, voices: VoiceLandmarkSettings
-    ) -> Submap:
-        """Make a submap whose filter also has landmarks of which only bearings are measured."""
-        return Submap(number, slam, tile, BearingLandmarks(slam.filter, edges), BearingLandmarks(slam.filter, voices))
-
-    id: int
-    slam: EkfSlam
-    tile: OccupancyMap
-    edges: BearingLandmarks
-    voices: BearingLandmarks
-    views: list[Keyframe] = field(default_factory=list[Keyframe])
+    def __init__(
+        self,
+        number: int,
+        ekf: EkfSettings | None = None,
+        motion: MotionSettings | None = None,
+        laser: Laser | None = None,
+        occupancy: OccupancySettings | None = None,
+        edges: BearingSettings | None = None,
+        voices: BearingSettings | None = None,
+    ) -> None:
+        super().__init__(ekf, motion, laser)
+        self.id = number
+        self.tile = OccupancyMap(occupancy)
+        self.edges = BearingLandmarks(self.filter, edges or BearingSettings())
+        self.voices = BearingLandmarks(self.filter, voices or VoiceLandmarkSettings())
+        self.views: list[Keyframe] = []
 
     @property
     def anchor(self) -> Keyframe:
         """The view that ties the submap to the graph: its first."""
         return self.views[0]
+
+    def interrupt(self) -> None:
+        """The robot leaves, or is elsewhere in here: directions are followed no further."""
+        self.edges.interrupt()
+        self.voices.interrupt()
+
+    def reset_pose(self, pose: Pose, covariance: Array) -> None:
+        """Set the robot's pose in here and its covariance (3, 3): it was found, or it comes back."""
+        self.interrupt()
+        self.filter.reset_pose(pose, covariance)

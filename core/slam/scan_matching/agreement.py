@@ -310,9 +310,10 @@ class SenseAgreement:
             self._ripening.append(pair)
         while self._ripening and self._ripening[0].end + MAX_LATE_S <= track[-1, 0]:
             ripe = self._ripening.popleft()
+            move = ripe.scans
             if ripe.start - MAX_LATE_S >= track[0, 0]:
                 ends = np.interp(np.add.outer((ripe.start, ripe.end), LATES_S), track[:, 0], track[:, 3])
-                self._turns.append((ripe.scans.pose.heading, ends[1] - ends[0]))
+                self._turns.append((move.pose.heading, ends[1] - ends[0]))
         self._looked += 1
         if self._looked % PAIRS_PER_LOOK == 0:
             self._judge()
@@ -328,7 +329,8 @@ class SenseAgreement:
             self._say("agreement.early" if late > 0 else "agreement.late", late=f"{abs(late):.2f}")
         if abs(self.lateness) >= MIN_LATE_S or len(self._pairs) < MIN_TURNS:
             return
-        seen = np.array([pair.scans.pose.vector for pair in self._pairs])
+        moves = [pair.scans for pair in self._pairs]
+        seen = np.array([move.pose.vector for move in moves])
         rolled = np.array([pair.wheels.vector for pair in self._pairs])
         turned = find_turn_scale(seen, rolled)
         if turned < 0:

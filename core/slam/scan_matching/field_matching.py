@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -124,11 +124,11 @@ def ambiguity(field: LikelihoodField, points: Array, match: Match, reach: float 
 
 def search_wide(
     field: LikelihoodField, points: Array, guess: Pose, reach: float, angle: float
-) -> Generator[None, None, list[Match]]:
+) -> Iterator[list[Match]]:
     """The best places, different ones, within ±`reach` [m] and ±`angle` [rad] of a guess, best first.
 
     A coarse lattice over the field widened to the lattice's step, so that no peak falls between; then each of the
-    highest peaks is refined. One piece of work with every `next`.
+    highest peaks is refined. Each value is a piece of work and holds the places found by then; the last holds all.
     """
     steps, turns = max(1, round(reach / (STRIDE * CELL))), max(1, round(angle / TURN))
     margin = STRIDE * steps + STRIDE
@@ -139,7 +139,7 @@ def search_wide(
     offsets = (shift[:, None] * wide.shape[1] + shift[None, :]).ravel()
     headings = guess.heading + TURN * np.arange(-turns, turns + 1)
     scores = np.empty((len(headings), len(shift), len(shift)))
-    yield
+    yield []
     for number, heading in enumerate(headings):
         place = few @ rotation(float(heading)).T + (guess.x, guess.y)
         cells = np.floor((place - field.origin) / CELL).astype(int) + 2 * margin
@@ -147,7 +147,7 @@ def search_wide(
         flat = cells[:, 1] * wide.shape[1] + cells[:, 0]
         scores[number] = wide.ravel()[flat[None, :] + offsets[:, None]].mean(axis=1).reshape(len(shift), -1)
         if number % AT_ONCE == AT_ONCE - 1:
-            yield
+            yield []
     found: list[Match] = []
     for turn, row, column in _peaks(scores):
         x, y = guess.x + CELL * shift[column], guess.y + CELL * shift[row]
@@ -156,8 +156,7 @@ def search_wide(
         match = field.refine(points, better)
         if not any(same_place(match.pose, other.pose) and match.score <= other.score for other in found):
             found = [other for other in found if not same_place(match.pose, other.pose)] + [match]
-        yield
-    return sorted(found, key=lambda match: -match.score)
+        yield sorted(found, key=lambda match: -match.score)
 
 
 def same_place(one: Pose, other: Pose) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from console.control.notices import SHOWN, Notifications
-from core.pilot.notices import Notices
+from core.pilot.notices import KEEPS_UP, SLOW, Notices
 
 
 def texts(board: Notifications) -> list[str]:
@@ -15,7 +15,7 @@ def test_a_trouble_of_the_pilot_is_one_notice_here_too_however_slow_it_is() -> N
     board.tell("info", "Anna took over.")
     numbers: set[int] = set()
     for stamp, pace in enumerate((0.85, 0.48, 0.54, 0.60, 0.63, 0.68, 0.89, 1.0)):
-        pilot.watch_pace(stamp, pace)
+        pilot.watch(stamp, "pace", SLOW if pace < 1 else "", "warning", KEEPS_UP)
         board.adopt(pilot.newest, stamp)
         numbers.add(board.shown[-1].id)
         assert len(board.shown) == 2

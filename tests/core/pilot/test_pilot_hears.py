@@ -23,7 +23,7 @@ from core.simulation.acoustics.shoebox import diffuse_noise, plane_waves
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
 from core.slam.estimate import Estimate
-from core.snapshot import VoiceDirection
+from core.snapshot import Hearing, VoiceDirection
 from core.speech.practice_voice import practice_voice
 from core.speech.understanding.grammar import understand
 from tests.core.perception.voices import RATE, far_voice
@@ -39,13 +39,20 @@ def standing(heading: float) -> Estimate:
     return Estimate(pose=Pose(heading=heading), covariance=1e-6 * np.eye(3))
 
 
+def hear(ears: SoundPerception, sound: Sound, heading: float) -> Hearing:
+    """The next piece of sound, to a robot that stands."""
+    stamp = sound.stamp + sound.duration
+    ears.listen(sound, stamp)
+    told = ears.hear(stamp, standing(heading))
+    assert told is not None
+    return told
+
+
 def heard(array: MicrophoneArray, heading: float, azimuth: float, elevation: float) -> VoiceDirection:
     """A voice from there, seen from the robot, in frames of a 20th of a second."""
     ears, voices = ears_with(array), ()
     for piece in far_voice(array, azimuth, elevation, duration=1.5).pieces(0.05):
-        told = ears.hear(piece, piece.stamp + piece.duration, standing(heading))
-        assert told is not None
-        voices = told.voices or voices
+        voices = hear(ears, piece, heading).voices or voices
     (voice,) = voices
     return voice
 
@@ -69,10 +76,10 @@ def test_the_other_side_of_an_upright_array_is_told_from_where_the_robot_stands(
 def test_samples_that_are_no_numbers_are_no_level(number: float) -> None:
     ears = ears_with(RESPEAKER_ODAS)
     spoilt: Array = np.full((800, 4), number)
-    told = ears.hear(Sound(stamp=0.0, rate=RATE, samples=spoilt), 0.05, standing(0.0))
-    assert told is not None and told.level_db == SILENCE_DB and "no numbers" in ears.trouble
-    told = ears.hear(Sound(stamp=0.05, rate=RATE, samples=np.full((800, 4), 0.1)), 0.1, standing(0.0))
-    assert told is not None and told.level_db == pytest.approx(-20.0, abs=0.1) and ears.trouble == ""
+    told = hear(ears, Sound(stamp=0.0, rate=RATE, samples=spoilt), 0.0)
+    assert told.level_db == SILENCE_DB and "no numbers" in ears.trouble
+    told = hear(ears, Sound(stamp=0.05, rate=RATE, samples=np.full((800, 4), 0.1)), 0.0)
+    assert told.level_db == pytest.approx(-20.0, abs=0.1) and ears.trouble == ""
 
 
 @pytest.mark.parametrize("other_first", [True, False], ids=["ends into the words", "begins in the words"])
@@ -91,7 +98,7 @@ def test_words_are_the_caller_s_though_someone_else_talks_into_them(other_first:
         samples[round(since * RATE) :][: len(sound)] += sound
     ears = ears_with(RESPEAKER_ODAS)
     for piece in Sound(stamp=0.0, rate=RATE, samples=0.05 * samples).pieces(0.05):
-        ears.hear(piece, piece.stamp + piece.duration, standing(0.3))
+        hear(ears, piece, 0.3)
     said = begin if other_first else 1.0
     heard = ears.heard_in(said, said + 0.7)
     assert {one.stamp for one in heard} <= {said + 0.7, said + 0.35, said / 4 + 3 * (said + 0.7) / 4}

@@ -10,15 +10,12 @@ import pytest
 
 from core.geometry import Pose
 from core.perception.landmarks.frame_perception import Beams
-from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
-from core.slam.ekf_slam import EkfSlam
 from core.slam.loop_closure import loop_closer
 from core.slam.loop_closure.loop_closer import LoopCloser
 from core.slam.map import map_graph as atlas_module
 from core.slam.map.closure import ClosureSettings, Constraint
 from core.slam.map.keyframe import keyframe
 from core.slam.map.map_graph import MapGraph, reweighted
-from core.slam.map.occupancy import OccupancyMap
 from core.slam.map.pose_graph import EdgeTable, GraphEdge
 from core.slam.map.submap import Submap
 from core.slam.motion import Increment
@@ -33,9 +30,7 @@ def go_on(graph: MapGraph) -> None:
     """One view more, straight ahead; a new submap where it is time to."""
     number = len(graph.views)
     if number % PER_SUBMAP == 0:
-        graph.submaps.append(
-            Submap.of(len(graph.submaps), EkfSlam(), OccupancyMap(), BearingSettings(), VoiceLandmarkSettings())
-        )
+        graph.submaps.append(Submap(len(graph.submaps)))
     submap = len(graph.submaps) - 1
     local = Pose(STEP * (number % PER_SUBMAP))
     view = keyframe(number, submap, float(number), local, Beams(ends=ENDS, hits=HITS))

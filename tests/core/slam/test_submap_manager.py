@@ -165,11 +165,11 @@ def test_a_scan_that_went_astray_is_put_where_nothing_is_looked_through() -> Non
     for moment in moments[:-1]:
         told(floor, moment)
     last = moments[-1]
-    slam, views = floor.submaps.active.slam, len(floor.graph.views)
-    right = slam.filter.pose @ (moments[-2].truth.inverse() @ last.truth)
-    slam.filter.reset_pose(right @ Pose(0.5, 0.6, 0.35), 1e-4 * np.eye(3))
+    slam, views = floor.submaps.active, len(floor.graph.views)
+    right = slam.pose @ (moments[-2].truth.inverse() @ last.truth)
+    slam.reset_pose(right @ Pose(0.5, 0.6, 0.35), 1e-4 * np.eye(3))
     floor.submaps.mend(last.seen.beams)
-    off = right.inverse() @ slam.filter.pose
+    off = right.inverse() @ slam.pose
     assert math.hypot(off.x, off.y) < 0.06
     assert abs(off.heading) < math.radians(1.5)
     assert slam.filter.pose_covariance()[0, 0] > 0.04**2
@@ -183,7 +183,7 @@ def test_a_map_grows_with_what_it_shows_and_not_with_how_long_it_is_driven_in() 
     ends, hits = 3.0 * np.stack((np.cos(bearings), np.sin(bearings)), axis=1), np.ones(9, bool)
     kept: list[int] = []
     for number in range(2400):
-        rooms.active.slam.filter.reset_pose(Pose(*rng.uniform((-1, -1, -math.pi), (1, 1, math.pi))), 1e-4 * np.eye(3))
+        rooms.active.reset_pose(Pose(*rng.uniform((-1, -1, -math.pi), (1, 1, math.pi))), 1e-4 * np.eye(3))
         rooms.keep(float(number), Beams(ends=ends, hits=hits))
         kept.append(len(graph.views))
     quarters = np.diff([0, *kept[599::600]])

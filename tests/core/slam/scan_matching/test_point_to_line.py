@@ -22,7 +22,6 @@ from core.slam.scan_matching.field_matching import (
 )
 from core.slam.scan_matching.likelihood_field import LikelihoodField, Match
 from core.slam.scan_matching.point_to_line import NEAR, WallPoints, align, residuals
-from tests.core.slam.map.test_pose_graph import whole
 from tests.core.slam.ring import LASER
 
 HERE, THERE = Pose(0.2, -0.1, 0.4), Pose(0.7, 0.3, 0.9)
@@ -83,7 +82,7 @@ def test_a_wide_search_finds_a_place_two_metres_off() -> None:
     rng = np.random.default_rng(3)
     field = LikelihoodField(np.vstack([HERE.apply(view(HERE, rng).points), THERE.apply(view(THERE, rng).points)]))
     points, truth = view(Pose(0.5, 0.0, 0.6), rng).points, Pose(0.5, 0.0, 0.6)
-    found = whole(search_wide(field, points, Pose(-1.2, 1.1, 0.9), 2.5, math.radians(24)))
+    *_, found = search_wide(field, points, Pose(-1.2, 1.1, 0.9), 2.5, math.radians(24))
     assert same_place(found[0].pose, truth)
     assert found[0].pose.distance_to(truth.x, truth.y) < 0.04
     assert all(not same_place(found[0].pose, other.pose) for other in found[1:])
