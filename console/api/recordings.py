@@ -112,6 +112,15 @@ async def download(name: Name, recorder: Recorder) -> Response:
     return FileResponse(path, media_type=MEDIA_TYPE, headers=named(path.name))
 
 
+@recordings.get(
+    "/recordings/{name}/picture", response_class=Response, responses={200: {"content": {"image/jpeg": {}}}}
+)
+@needs("viewer")
+async def picture(name: Name, recorder: Recorder) -> Response:
+    """A small picture out of its middle. 404 where it has none."""
+    return Response(await recorder.picture(name), media_type="image/jpeg")
+
+
 @recordings.patch("/recordings/{name}", status_code=204)
 @needs("operator")
 async def change(name: Name, asked: ChangeRecordingRequest, recorder: Recorder) -> Response:

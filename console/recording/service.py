@@ -27,6 +27,7 @@ from console.recording.work import (
     FinishedRecording,
     FinishRecording,
     KeepRing,
+    PictureRecording,
     ReadRecording,
     RecordedMoment,
     RecordMoments,
@@ -65,6 +66,7 @@ KEPT_BY = "{person} kept it."
 RECORDS = "It is being recorded."
 RECOVERING = "It was not finished; it is recovered now, or at the next start."
 CUT = "It was not finished; it plays as far as it can be read."
+NO_PICTURE = "This recording has no picture."
 UNKNOWN = "There is no such recording; it may have been deleted."
 BAD_NAME = "A recording's name has 1 to {letters} letters, digits, spaces, dots, hyphens or underscores."
 LOST = "The recorder was lost: {trouble} What it had written is kept."
@@ -423,6 +425,15 @@ class RecordingService(Part):
         if path is None or not path.is_file():
             raise Problem(404, UNKNOWN)
         return path
+
+    async def picture(self, name: str) -> bytes:
+        """A small picture of a finished recording, as a JPEG. Raises Problem 404 where it has none."""
+        job = PictureRecording(str(await asyncio.to_thread(self.file, name)))
+        async with self._turn:
+            picture = await self._worker.ask(job, budget=FILE_BUDGET_S)
+        if not picture:
+            raise Problem(404, NO_PICTURE)
+        return picture
 
     async def rewrite(self, name: str, note: str | None, new_name: str | None) -> None:
         """Give a recording another note, or another name. Raises BadInput, Problem 404, 409, Unwritable."""

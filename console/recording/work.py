@@ -7,24 +7,31 @@ or for a picture to be packed. When the console hangs up the file is finished.
 from __future__ import annotations
 
 import atexit
+import contextlib
 import pickle
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import msgspec
+import numpy as np
 from mcap.reader import make_reader
 
 from console.workers.job import Handler, Job
 from core.errors import Unwritable
 from core.geometry import Pose
+from core.message import Array
 from core.recording.mcap_writing import BROKEN_RECORD, NANOSECONDS, PART, McapRecording, RecordedFile, recovered
+from core.recording.ros import Envelope, decode
 from core.recording.ros_writing import RosEncoder, RosMessage
 from core.sensors import Camera, Laser, SensorFrame
 from core.slam.estimate import Estimate, Landmark
 from core.slam.map.occupancy import OccupancyGrid
 
+CAMERA_TOPIC = "/camera/image/compressed"  # of the first camera
+PICTURE_WIDTH = 240  # [pixel] of the one in the list
 DESCRIPTION = "beckon"  # name of the metadata record
 RECOVERED = "The recorder had ended unexpectedly; what it had written was recovered."
 
@@ -111,6 +118,12 @@ class ReadRecording(Job[FinishedRecording], frozen=True):
     path: str
 
 
+class PictureRecording(Job[bytes], frozen=True):
+    """Take a small picture out of the middle of one file."""
+
+    path: str
+
+
 class RecorderWorker:
     """Keeps the file that grows, and the ring."""
 
@@ -133,6 +146,7 @@ class RecorderWorker:
             KeepRing.handled_by(self.keep),
             RecoverRecordings.handled_by(self.recover),
             ReadRecording.handled_by(self.read),
+            PictureRecording.handled_by(self.picture),
         )
 
     def describe(self, job: DescribeRobot) -> None:
@@ -233,10 +247,36 @@ class RecorderWorker:
             robot=described.get("robot", ""),
         )
 
+    def picture(self, job: PictureRecording) -> bytes:
+        """What the camera saw in the middle of the drive, as a JPEG; empty where it has no picture."""
+        with contextlib.suppress(OSError, cv2.error, *BROKEN_RECORD), Path(job.path).open("rb") as file:
+            reader = make_reader(file)
+            summary = reader.get_summary()
+            counted = None if summary is None else summary.statistics
+            if counted is None:
+                return b""
+            middle = (counted.message_start_time + counted.message_end_time) // 2
+            for since in (middle, None):
+                for schema, channel, message in reader.iter_messages([CAMERA_TOPIC], start_time=since):
+                    kind = "" if schema is None else schema.name
+                    raw = Envelope(channel.topic, kind, channel.message_encoding, 0.0, message.data)
+                    return small_picture(decode(raw, kind).data)
+        return b""
+
     def _end(self) -> None:
         recording, self._recording = self._recording, None
         if recording is not None:
             recording.finish()
+
+
+def small_picture(packed: Array) -> bytes:
+    """A JPEG, or another packed picture → a JPEG of `PICTURE_WIDTH`; empty where it is none."""
+    pixels: Array | None = cv2.imdecode(np.asarray(packed, np.uint8), cv2.IMREAD_COLOR)
+    if pixels is None:
+        return b""
+    height = round(PICTURE_WIDTH * pixels.shape[0] / pixels.shape[1])
+    small = cv2.resize(pixels, (PICTURE_WIDTH, height), interpolation=cv2.INTER_AREA)
+    return cv2.imencode(".jpg", small)[1].tobytes()
 
 
 def described(

@@ -47,6 +47,7 @@ const WHOLE = {
   note: "",
   cause: "",
   robot: "lab",
+  messages: {},
 };
 const WALK = { ...WHOLE, code: null, values: null };
 

@@ -13,6 +13,7 @@ import { address, call, post } from "./api.js";
  * @property {string} note
  * @property {string} cause a sentence, or ""
  * @property {string} robot
+ * @property {Record<string, number>} messages by topic
  * @property {string | null} code of the cause
  * @property {import("../ui/texts.js").Values | null} values in the cause
  */
@@ -49,6 +50,10 @@ export const change = (name, fresh) =>
 
 /** @param {string} name */
 export const remove = (name) => call(one(name), { method: "DELETE" });
+
+/** A small picture of it, null where its camera saw nothing. @param {Recording} recording */
+export const pictureOf = ({ name, started_s: started, messages }) =>
+  messages["/camera/image/compressed"] ? address(`${one(name)}/picture?of=${started}`).href : null;
 
 /** @param {string} name */
 export const fileOf = (name) => address(one(name)).href;

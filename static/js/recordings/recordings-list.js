@@ -1,7 +1,7 @@
 // Element <recordings-list>: every recording, newest first: play, take away, rename, note, delete.
 
 import { askToOpen } from "../connect/opening.js";
-import { fileOf } from "../net/recordings-api.js";
+import { fileOf, pictureOf } from "../net/recordings-api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { recorderOf } from "../ui/recorder.js";
@@ -11,6 +11,8 @@ import { about, stateOf, urlOf } from "./recordings-model.js";
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("./recordings-model.js").RecordingsModel} RecordingsModel */
 /** @typedef {import("./recordings-model.js").Recording} Recording */
+
+const DRAWINGS = { runs: "recording", whole: "tape", cut: "warning", unfinished: "warning" };
 
 class RecordingsList extends Panel {
   /** @type {RecordingsModel | null} */
@@ -82,11 +84,14 @@ class RecordingsList extends Panel {
   #row(one) {
     const { name, note, cause } = one;
     const state = stateOf(one, this.#running);
+    const picture = pictureOf(one);
     const acts = make("div", { class: "map-acts" });
     const row = make(
       "li",
       { class: "map recording", "data-state": state, "data-recording": name },
-      icon(state === "runs" ? "recording" : state === "whole" ? (cause ? "keep" : "tape") : "warning"),
+      picture && state === "whole"
+        ? make("img", { class: "map-preview", src: picture, alt: "", width: "80", height: "60", loading: "lazy" })
+        : icon(DRAWINGS[state]),
       make(
         "div",
         { class: "map-body" },

@@ -92,6 +92,8 @@ def test_recordings_are_listed_renamed_noted_taken_away_and_deleted(live: Live, 
     [row] = [row for row in rows if row["name"] == "a turn"]
     assert row["note"] == "of the suite" and row["complete"] and row["seconds"] > 1 and row["started_s"] > 1e9
     assert ask(live, "GET", "recordings/a%20turn").body == recorded[1].read_bytes()
+    picture = ask(live, "GET", "recordings/a%20turn/picture")
+    assert picture.headers["content-type"] == "image/jpeg" and picture.body.startswith(b"\xff\xd8")
     copy = live.home / "recordings" / "copy.mcap"
     shutil.copy(recorded[1], copy)
     assert ask(live, "PATCH", "recordings/copy", {"name": "other", "note": "n"}).status == 204
@@ -103,6 +105,7 @@ def test_recordings_are_listed_renamed_noted_taken_away_and_deleted(live: Live, 
     (live.home / "recordings" / "other.mcap").write_bytes(b"damaged")
     rows = {row["name"]: row for row in ask(live, "GET", "recordings").json["recordings"]}
     assert (rows["a turn"]["robot"], rows["a turn"]["cause"]) == (live.robot.profile.name, "")
+    assert ask(live, "GET", "recordings/other/picture").status == 404
     assert (rows["other"]["note"], rows["other"]["code"]) == ("", "recording.cut")
     assert (rows["left"]["complete"], rows["left"]["code"]) == (False, "recording.recovering")
     (live.home / "recordings" / "left.mcap.part").unlink()
