@@ -20,7 +20,7 @@ import numpy as np
 from mcap.reader import make_reader
 
 from console.workers.job import Handler, Job
-from core.errors import Unwritable
+from core.errors import Refused, Unwritable
 from core.geometry import Pose
 from core.message import Array
 from core.recording.mcap_writing import BROKEN_RECORD, NANOSECONDS, PART, McapRecording, RecordedFile, recovered
@@ -197,16 +197,16 @@ class RecorderWorker:
             yield encoder.text(topic, frame.stamp, content)
 
     def finish(self, job: FinishRecording) -> FinishedRecording:
-        """Close the file. Raises Unwritable."""
+        """Close the file. Raises Refused, Unwritable."""
         recording, self._recording = self._recording, None
         if recording is None:
-            raise Unwritable("Nothing is being recorded.")
+            raise Refused("Nothing is being recorded.")
         return FinishedRecording.of(recording.finish())
 
     def keep(self, job: KeepRing) -> FinishedRecording:
-        """Write the ring. Raises Unwritable."""
+        """Write the ring. Raises Refused, Unwritable."""
         if not self._ring:
-            raise Unwritable("There is nothing to keep yet: the recorder has just begun to listen.")
+            raise Refused("There is nothing to keep yet: the recorder has just begun to listen.")
         since = self._ring[-1][0] - job.seconds
         kept = [(logged, one) for logged, one in self._ring if logged >= since]
         recording = described(McapRecording(Path(job.path)), job.described, job.attached)

@@ -19,13 +19,13 @@ from websockets.sync.connection import Connection
 from console.access.guard import Access
 from console.access.logins import Logins
 from console.app import create_app
+from console.recording.service import RecordingService
 from console.runtime import Runtime
 from console.serve import Server, configured
 from console.speech.quality_runs import QualityRuns
 from core.pilot import Pilot
 from core.recording.settings import RecordingSettings
 from core.robots.requests import SetListening
-from core.settings import Settings
 from tests.console.in_process import InProcessRobot
 
 MORE = 100.0  # [s] that a busy machine may take
@@ -69,14 +69,13 @@ class Live:
         self.port = int(self.listener.getsockname()[1])
         self.cookie_name = f"beckon_{self.port}"
         access = Access(logins, cookie=self.cookie_name, no_auth=no_auth)
-        settings = Settings(recording=RecordingSettings(ring_s=ring_s))
         self.runtime = Runtime(
             self.robot,
             make_pilot or (lambda: Pilot(self.robot.profile)),
             home=folder,
             access=access,
-            settings=settings,
         )
+        self.runtime.parts[RecordingService]._settings = RecordingSettings(ring_s=ring_s)
         self.app = create_app(self.runtime)
         self.server = Server(configured(self.app, *(tls or ())), self.runtime, lambda: None)
         self._thread = threading.Thread(target=self._run, daemon=True)
