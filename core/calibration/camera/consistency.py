@@ -204,7 +204,7 @@ def _chance_of_parts(some: Corners, split: _Split, gain: float) -> float:
 
 
 def _gain_of_own_cameras(precision: Array, pull: Array) -> tuple[float, int]:
-    """What a camera of its own for every view would gain in all [pixel²], and the number of its unknowns."""
+    """The gain of a camera of its own for every view in all [pixel²], and the number of its unknowns."""
     scale = 1 / np.sqrt(np.maximum(np.einsum("mii->mi", precision), 1e-300))
     values, vectors = np.linalg.eigh(precision * scale[:, :, None] * scale[:, None, :])
     parts = np.einsum("mij,mi->mj", vectors, pull * scale)

@@ -54,7 +54,7 @@ def test_every_way_in_but_the_door_itself_refuses_a_stranger(live: Live) -> None
         else:
             assert live.ask(method, path).status == 401, (method, path)
             assert live.ask(method, path, token="nonsense").status == 401, (method, path)
-    pages = ("calibrate", "hearing", "people", "maps", "experiments", "connect", "help")
+    pages = ("calibrate", "hearing", "people", "maps", "recordings", "experiments", "connect", "help")
     assert public == {
         ("GET", "/"),
         *(("GET", f"/{page}{end}") for page in pages for end in ("", ".html")),
