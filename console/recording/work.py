@@ -248,7 +248,7 @@ class RecorderWorker:
         )
 
     def picture(self, job: PictureRecording) -> bytes:
-        """What the camera saw in the middle of the drive, as a JPEG; empty where it has no picture."""
+        """The camera's picture of the middle of the drive, as a JPEG; empty where there is none."""
         with contextlib.suppress(OSError, cv2.error, *BROKEN_RECORD), Path(job.path).open("rb") as file:
             reader = make_reader(file)
             summary = reader.get_summary()

@@ -122,7 +122,7 @@ class RosDevice(Device):
                 self._commands.finish()
             self.topics = self.sensors.topics = replace(self.topics, cmd_vel_type=SENT_AS[name])
             self._unmoved, self._doubt, self._switched = UnmovedBase(), None, True
-            with contextlib.suppress(OSError):  # a link that is lost is told the new type when it is back
+            with contextlib.suppress(OSError):  # a link that is lost gets the new type when it is back
                 self._advertise_speeds(self.topics)
         return SentSpeeds(name)
 
