@@ -156,6 +156,27 @@ def test_a_class_name_means_one_thing() -> None:
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
 
 
+MAX_ONE_WORD_NUMBERS = 1201  # constants of one word that hold a number; it may only fall
+
+
+def one_word_numbers(tree: ast.Module) -> list[str]:
+    """The constants of a module that hold numbers and say only one word: neither quantity nor unit."""
+    left: list[str] = []
+    for node in tree.body:
+        if isinstance(node, ast.Assign):
+            targets = [name for target in node.targets for name in ast.walk(target) if isinstance(name, ast.Name)]
+            values = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
+            if any(isinstance(one, ast.Constant) and type(one.value) in (int, float) for one in values):
+                left += [name.id for name in targets if name.id.isupper() and "_" not in name.id]
+    return left
+
+
+def test_a_numeric_constant_says_its_quantity_and_unit() -> None:
+    """A ratchet: `MAX_OCCLUSION_S` rather than `LONGEST`. Who renames some lowers the number."""
+    trees = (ast.parse(path.read_text()) for room in ("core", "console") for path in ROOT.glob(f"{room}/**/*.py"))
+    assert sum(len(one_word_numbers(tree)) for tree in trees) == MAX_ONE_WORD_NUMBERS
+
+
 def reached(node: ast.Attribute) -> list[str]:
     """The names of `self.a.b.c` or `a.b.c`, without `self`."""
     names, inner = list[str](), node
