@@ -283,9 +283,12 @@ def test_every_overlay_shows_a_snapshot_twice(live: Live) -> None:
     server, _ = open_viser()
     try:
         overlays = [overlay(server.scene, live.robot.profile) for overlay in OVERLAYS]
+        drawn = [set(server.scene._handle_from_node_name)]
         for _ in range(2):
             for overlay in overlays:
                 overlay.show(live.runtime.snapshot)
+            drawn.append(set(server.scene._handle_from_node_name))
+        assert len(drawn[1]) > len(OVERLAYS) and drawn[2] == drawn[1]  # the second time nothing new is made
     finally:
         close_viser(server)
 

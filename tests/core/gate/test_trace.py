@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -123,11 +124,14 @@ def test_a_diary_comes_back_from_its_file_without_the_line_that_was_cut(tmp_path
 
 
 def test_a_full_disk_does_not_disturb_the_gate() -> None:
+    before = threading.active_count()
     line_writer = open_trace(Path("/dev/full"))
     writer = TraceWriter(line_writer)
+    assert threading.active_count() == before + 1
     for n in range(1000):
         writer.write(GateStatus(v=0.1 * n), n, "", 0.1 * n)
     line_writer.close()
+    assert threading.active_count() == before  # its thread lived to the end, and ended
 
 
 def test_another_file_is_no_diary(tmp_path: Path) -> None:
