@@ -44,6 +44,9 @@ def spoken_from(azimuth: float, words: str) -> Sound:
     return Sound(stamp=0.0, rate=RATE, samples=heard + noise)
 
 
+TRIES = 3
+
+
 @pytest.mark.skipif(not can_speak(), reason="the sentence needs the extra voice")
 def test_a_console_obeys_what_another_program_hears(live: Live, tmp_path: Path) -> None:
     write_wav(tmp_path / "said.wav", spoken_from(AZIMUTH, "turn left"))
@@ -58,17 +61,23 @@ def test_a_console_obeys_what_another_program_hears(live: Live, tmp_path: Path) 
 
     before = {row["id"] for row in history()}
 
-    def obeyed() -> dict[str, Any] | None:
+    def answered() -> dict[str, Any] | None:
         rows = [row for row in history() if row["id"] not in before and row["source"] == "file"]
-        return next((row for row in rows if row["state"] in ("running", "done")), None)
+        return next(iter(rows), None)
 
     try:
         settings = replace(Settings(), speech=SpeechSettings(engine="sphinx"))
-        pieces = read_sound(tmp_path / "said.wav").pieces(PIECE)
-        listen(pieces, settings, load_array("respeaker-odas"), TextFileWriter(tmp_path, "--text-files"))
+        writer = TextFileWriter(tmp_path, "--text-files")
+        for _ in range(TRIES):  # what a busy computer reads too late is refused, and said again
+            listen(read_sound(tmp_path / "said.wav").pieces(PIECE), settings, load_array("respeaker-odas"), writer)
+            live.until(lambda: (tmp_path / SPEECH).read_text() == "")
+            if live.until(answered)["state"] in ("running", "done"):
+                break
+            before |= {row["id"] for row in history()}
         source = files.source((tmp_path / "source.txt").stat().st_mtime)
         assert source.azimuth == pytest.approx(AZIMUTH, abs=max(3 * source.sd, math.radians(2)))
-        assert live.until(obeyed)["words"] == "turn left"
+        [row] = [row for row in history() if row["id"] not in before and row["source"] == "file"]
+        assert row["words"] == "turn left" and row["state"] in ("running", "done")
         assert (tmp_path / SPEECH).read_text() == ""
     finally:
         task.cancel()
