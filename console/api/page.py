@@ -15,7 +15,7 @@ from console.scene.viser_host.page import ScenePage
 
 page = APIRouter()
 
-PAGES = ("calibrate", "hearing", "people", "maps", "recordings", "experiments", "connect", "help")
+PAGE_NAMES = ("calibrate", "hearing", "people", "maps", "recordings", "experiments", "connect", "help")
 """Pages beside the console itself; static/js/shell/pages.js has their rows. All are one document."""
 
 
@@ -25,7 +25,7 @@ async def shell(request: Request) -> Response:
     return Response(text, media_type="text/html", headers=NO_CACHE)
 
 
-for path in ("/", *(f"/{name}{end}" for name in PAGES for end in ("", ".html"))):
+for path in ("/", *(f"/{name}{end}" for name in PAGE_NAMES for end in ("", ".html"))):
     page.get(path, include_in_schema=False)(needs("public")(shell))
 
 

@@ -57,7 +57,7 @@ RING_DELAY_S = 5.0  # [s] after the first motion: its start must not be what slo
 AFTER_INCIDENT_S = 3.0  # [s] that are still kept after what caused it
 INCIDENT_PAUSE_S = 30.0  # [s] until another one is kept by itself
 DISK_PERIOD_S = 2.0  # [s] between two looks at the disk
-MEGABYTE = 1e6
+BYTES_PER_MB = 1e6
 RUNS = "A recording runs already; stop it first."
 NOTHING_RUNS = "Nothing is being recorded."
 NOTHING_HELD = "Nothing is held in memory: the setting ring_s of [recording] is 0."
@@ -357,7 +357,7 @@ class RecordingService(Part):
         if self._running is None or now - self._disk_at < DISK_PERIOD_S:
             return
         self._disk_at = now
-        free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / MEGABYTE)
+        free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / BYTES_PER_MB)
         if free < self._settings.free_mb:
             await self._end(LOW_DISK.format(free=free))
         elif self._is_long(now):
@@ -366,7 +366,7 @@ class RecordingService(Part):
 
     def _is_long(self, now: float) -> bool:
         size = 0 if self._running is None else self._running.bytes
-        return now - self._began > 60 * self._settings.file_minutes or size > MEGABYTE * self._settings.file_mb
+        return now - self._began > 60 * self._settings.file_minutes or size > BYTES_PER_MB * self._settings.file_mb
 
     async def _end(self, why: str) -> None:
         try:

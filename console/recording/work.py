@@ -23,7 +23,7 @@ from console.workers.job import Handler, Job
 from core.errors import Refused, Unwritable
 from core.geometry import Pose
 from core.message import Array
-from core.recording.mcap_writing import BROKEN_RECORD, NANOSECONDS, PART, McapRecording, RecordedFile, recovered
+from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, PART, McapRecording, RecordedFile, recovered
 from core.recording.ros import Envelope, decode
 from core.recording.ros_writing import RosEncoder, RosMessage
 from core.sensors import Camera, Laser, SensorFrame
@@ -238,10 +238,10 @@ class RecorderWorker:
         counted = summary.statistics
         return FinishedRecording(
             path.stem,
-            (counted.message_end_time - counted.message_start_time) / NANOSECONDS,
+            (counted.message_end_time - counted.message_start_time) / NS_PER_S,
             size,
             {summary.channels[number].topic: count for number, count in counted.channel_message_counts.items()},
-            counted.message_start_time / NANOSECONDS,
+            counted.message_start_time / NS_PER_S,
             cause=described.get("cause", ""),
             note=described.get("note", ""),
             robot=described.get("robot", ""),

@@ -29,7 +29,7 @@ from core.recording.ros_writing import LATCHED_QOS, LATCHED_TOPICS, RosMessage, 
 PART, REBUILT = ".part", ".rebuilt"  # behind the name of a recording that grows, or is recovered
 CHUNK_BYTES = 262_144  # of messages, packed together: a seek unpacks few of them
 FLUSH_PERIOD_S = 0.8  # [s] of messages that may be lost with the process
-NANOSECONDS = 1_000_000_000
+NS_PER_S = 1_000_000_000
 BROKEN_RECORD = (McapError, struct.error, zstandard.ZstdError, ValueError)  # what a reader raises at a damaged one
 
 
@@ -66,7 +66,7 @@ class McapRecording:
     @property
     def seconds(self) -> float:
         """From the first message to the last [s]."""
-        return (self._last - self._first) / NANOSECONDS
+        return (self._last - self._first) / NS_PER_S
 
     @property
     def written(self) -> RecordedFile:
@@ -78,12 +78,12 @@ class McapRecording:
 
     def add(self, messages: Iterable[RosMessage], logged: float) -> None:
         """Write messages that came at `logged` [s], Unix time."""
-        log_time = max(round(logged * NANOSECONDS), 0)
+        log_time = max(round(logged * NS_PER_S), 0)
         try:
             for one in messages:
                 number = self._counts[one.topic]
                 self._counts[one.topic] += 1
-                stamp = max(round(one.stamp * NANOSECONDS), 0)
+                stamp = max(round(one.stamp * NS_PER_S), 0)
                 self._writer.add_message(self._channel(one.topic, one.kind), log_time, one.data, stamp, number)
             if time.monotonic() - self._flushed > FLUSH_PERIOD_S:
                 self.flush()
@@ -170,10 +170,8 @@ def recovered(part: Path, more: Mapping[str, str]) -> RecordedFile | None:
                     case Message() if record.channel_id in channels:
                         channel = channels[record.channel_id]
                         kind = schemas[channel.schema_id].name
-                        stamp = record.publish_time / NANOSECONDS
-                        other.add(
-                            [RosMessage(channel.topic, kind, stamp, record.data)], record.log_time / NANOSECONDS
-                        )
+                        stamp = record.publish_time / NS_PER_S
+                        other.add([RosMessage(channel.topic, kind, stamp, record.data)], record.log_time / NS_PER_S)
                     case Attachment():
                         other.attach(record.name, record.media_type, record.data)
                     case Metadata():

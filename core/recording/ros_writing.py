@@ -33,7 +33,7 @@ uint32 number_of_channels
 BASE, ODOM, WORLD = "base_link", "odom", "map"  # names of the frames
 JPEG_QUALITY = 90  # of 100
 ELLIPSE_SIGMA = 2.0  # standard deviations that the ellipse of a landmark shows
-CYLINDER = 3  # visualization_msgs/Marker
+CYLINDER_MARKER = 3  # visualization_msgs/Marker
 MAX_PCM = 32767  # of a sample
 LATCHED_QOS = (
     "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline: {sec: 9223372036, nsec: 854775807}\n"
@@ -303,7 +303,7 @@ class RosEncoder:
             header=self._header(stamp, WORLD),
             ns="landmarks",
             id=row.id,
-            type=CYLINDER,
+            type=CYLINDER_MARKER,
             action=0,
             pose=self._pose(Pose(x, y, math.atan2(vectors[1, 1], vectors[0, 1]))),
             scale=self._vector(along, across, 0.02),

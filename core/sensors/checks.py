@@ -52,7 +52,7 @@ class UnusableReading(BadInput):
         self.faults = tuple(faults)
 
 
-SCANS = (
+SCAN_CHECKS = (
     ReadingCheck(
         "scan.malformed",
         "form",
@@ -96,7 +96,7 @@ SCANS = (
     ),
 )
 
-ODOMETRY = (
+ODOMETRY_CHECKS = (
     ReadingCheck(
         "odometry.malformed",
         "form",
@@ -119,7 +119,7 @@ ODOMETRY = (
     ),
 )
 
-RECORDED_ODOMETRY = (
+RECORDED_ODOMETRY_CHECKS = (
     ReadingCheck(
         "odometry.no_heading",
         "form",
@@ -163,7 +163,7 @@ RECORDED_ODOMETRY = (
     ),
 )
 
-CLOCKS = (
+CLOCK_CHECKS = (
     ReadingCheck(
         "clock.set",
         "time",
@@ -214,7 +214,7 @@ CLOCKS = (
     ),
 )
 
-ROBOTS = (
+ROBOT_CHECKS = (
     ReadingCheck(
         "robots.several",
         "form",
@@ -244,7 +244,7 @@ ROBOTS = (
     ),
 )
 
-MOUNTINGS = (
+MOUNTING_CHECKS = (
     ReadingCheck(
         "mount.unknown",
         "form",
@@ -262,7 +262,7 @@ MOUNTINGS = (
     ),
 )
 
-AGREEMENT = (
+AGREEMENT_CHECKS = (
     ReadingCheck(
         "agreement.mirrored",
         "agreement",
@@ -323,7 +323,7 @@ AGREEMENT = (
     ),
 )
 
-PICTURES = (
+PICTURE_CHECKS = (
     ReadingCheck(
         "picture.malformed",
         "form",
@@ -402,7 +402,7 @@ PICTURES = (
     ),
 )
 
-SOUND = (
+SOUND_CHECKS = (
     ReadingCheck(
         "sound.malformed",
         "form",
@@ -512,7 +512,7 @@ SOUND = (
     ),
 )
 
-FILES = (
+FILE_CHECKS = (
     ReadingCheck(
         "picture.unreadable",
         "form",
@@ -578,7 +578,18 @@ FILES = (
 
 CHECKS: dict[str, ReadingCheck] = {
     check.code: check
-    for table in (SCANS, ODOMETRY, RECORDED_ODOMETRY, CLOCKS, ROBOTS, MOUNTINGS, AGREEMENT, PICTURES, SOUND, FILES)
+    for table in (
+        SCAN_CHECKS,
+        ODOMETRY_CHECKS,
+        RECORDED_ODOMETRY_CHECKS,
+        CLOCK_CHECKS,
+        ROBOT_CHECKS,
+        MOUNTING_CHECKS,
+        AGREEMENT_CHECKS,
+        PICTURE_CHECKS,
+        SOUND_CHECKS,
+        FILE_CHECKS,
+    )
     for check in table
 }
 

@@ -29,7 +29,7 @@ MINORITY = 1 / 3  # share of the views up to which the others decide
 PRIOR = np.array(
     [0.3, 0.3, 0.1, 0.1, 0.3, 0.5, 0.03, 0.03]
 )  # of f, f, width, width, k1, k2, p1, p2: another camera's
-CHANCE = 3e-5  # of two focal lengths where there is one, over all ways to part the views
+FALSE_ALARM_CHANCE = 3e-5  # of two focal lengths where there is one, over all ways to part the views
 SHARE_IN_TIME, SHARE_SORTED = 0.6, 0.8  # of the differences between the views' focal lengths, that two explain
 SMALL_MINORITY = 1 / 6  # the same as MINORITY, where no view by itself is known to be odd
 OWN_LEAST = 1e-6  # of a view's scaled information: below this it says nothing of a direction
@@ -120,7 +120,7 @@ def find_two_focal_lengths(corners: Corners, solution: BundleSolution) -> Pictur
     ):
         parts = [np.isin(np.arange(count), order[:first]) for first in range(2, count - 1)]
         gain, odd = max(((test.gain(part), part) for part in parts), key=lambda each: each[0])
-        if gain > share * test.most_gain and ways * test.chance(gain) < CHANCE:
+        if gain > share * test.most_gain and ways * test.chance(gain) < FALSE_ALARM_CHANCE:
             odd = odd if 2 * odd.sum() <= count else ~odd
             rest, camera = test.cameras(odd)
             return PictureGroup(views=kept[odd], camera=camera, rest=rest, cause=ZOOMED, minority=SMALL_MINORITY)
@@ -180,7 +180,7 @@ def _significant(some: Corners, split: _Split, solution: BundleSolution, open_vi
     )
     before = float(_costs(some, pooled).sum())
     after = float(np.choose(split.labels, split.costs).sum())
-    if not _explains(some, before, after) or _chance_of_parts(some, split, before - after) > CHANCE:
+    if not _explains(some, before, after) or _chance_of_parts(some, split, before - after) > FALSE_ALARM_CHANCE:
         return None
     return PictureGroup(
         views=open_views[split.labels == 1],

@@ -22,7 +22,7 @@ CHEST = 1.15  # [m] above the floor: of whom less is in view is not asked for
 SHOULDERS = 1.4  # [m] above the floor: of whom less is in view is found in few pictures
 MOST = 2  # distances of one question
 WEDGE = 2.0  # sd of a direction within which legs may be the caller's
-BODY = 0.3  # [m] to either side that are added to it …
+BODY_MARGIN_M = 0.3  # [m] to either side that are added to it …
 MIDDLE_M = 0.15  # … where no picture shows whose legs they are
 
 
@@ -64,7 +64,7 @@ class PersonPictures:
         """Ask for anybody `towards` a bearing [rad, robot frame] with its sd [rad]."""
         if self._busy(stamp):
             return
-        near = _within(standers, camera, towards, BODY)
+        near = _within(standers, camera, towards, BODY_MARGIN_M)
         hinted = () if self._guess else tuple(from_eye(one, camera)[0] for one in near[:MOST])
         waiting = AskedPicture(stamp, pose, standers, legs_alone(standers, camera, towards))
         self._ask(waiting, image, camera, towards, hinted)

@@ -30,7 +30,7 @@ WORST = 1e4  # doubt
 FIRST = 100.0  # doubt in wheels that are unknown yet; good ones are trusted after a few seconds of driving
 SURPRISED = 0.3  # of a contradiction remains as doubt in the scan, too
 OPEN = 100.0  # [1/m²], [1/rad²]: of a direction with less information a scan says nothing
-SDS = 3.0  # of an unknown move, around which it is looked for
+SEARCH_WIDTH_SD = 3.0  # of an unknown move, around which it is looked for
 SMALL = 1e-9  # [m²], [rad²] that keeps a standing wheel's covariance regular
 
 
@@ -85,7 +85,9 @@ class ScanTracker:
             return reach, angle
         place_sd, heading_sd = np.sqrt(np.diag(wheels.covariance)[1:]).tolist()
         settings = self.settings
-        return min(reach + SDS * place_sd, settings.widest), min(angle + SDS * heading_sd, settings.widest_angle)
+        return min(reach + SEARCH_WIDTH_SD * place_sd, settings.widest), min(
+            angle + SEARCH_WIDTH_SD * heading_sd, settings.widest_angle
+        )
 
     def _fuse(self, wheels: Increment, seen: Pose, own: Array) -> Increment:
         """The wheels' move and the scan's (`own`: its information where it ends), by how sure each of them is.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 
-from console.api.page import PAGES
+from console.api.page import PAGE_NAMES
 from console.sentences import static_folder
 from tests.console.live import Live
 
@@ -18,11 +18,11 @@ def test_the_table_of_contents_can_be_read_without_the_console(live: Live) -> No
 
 def test_every_page_of_the_shell_is_the_same_document_under_its_old_addresses_too(live: Live) -> None:
     document = live.ask("GET", "/").body
-    for page in PAGES:
+    for page in PAGE_NAMES:
         for address in (f"/{page}", f"/{page}.html"):
             assert live.ask("GET", address).body == document, address
     rows = re.findall(r'path: "([a-z]+)"', (static_folder() / "js/shell/pages.js").read_text())
-    assert sorted(rows) == sorted(PAGES)
+    assert sorted(rows) == sorted(PAGE_NAMES)
 
 
 def test_a_page_has_its_tables_and_its_way_back(live: Live) -> None:
