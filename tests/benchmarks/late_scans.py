@@ -159,6 +159,25 @@ class Outcome:
     reason: str  # the gate's, at the end
 
 
+def see(gate: Gate, field: NearField, frame: SensorFrame, now: float) -> None:
+    """Show the gate a frame as the driver's process does."""
+    near = field.see(frame, moving=gate.twist.moves)
+    if near is not None:
+        gate.see(near.points, now, near.field, near.age)
+    elif field.untimely is not None:
+        gate.see_untimely(field.untimely, now)
+    gate.touch(False, now)
+    gate.heartbeat(now)
+
+
+def pressed_on(gate: Gate, tick: int, press: int, speed: float, now: float) -> int:
+    """Hold the stick at `speed` [m/s], and press again after a stop → the number of the press."""
+    status = gate.status()
+    press += status.need_neutral
+    gate.accept(Setpoint(1, tick, "jog", press, 0.0 if status.need_neutral else speed, 0.0, gate.nonce), now)
+    return press
+
+
 def drive(
     driver: Driver, late: float, speed: float, lie: Callable[[float], float], *, always: bool = False
 ) -> Outcome:
@@ -175,18 +194,9 @@ def drive(
             waiting.append((now + (late if lies or always else 0.0), scan_at(x, lie(now) if lies else now, rng)))
         while waiting and waiting[0][0] <= now:
             driver.scan(waiting.popleft()[1])
-        near = field.see(driver.frame(), moving=gate.twist.moves)
-        if near is not None:
-            gate.see(near.points, now, near.field, near.age)
-        elif field.untimely is not None:
-            gate.see_untimely(field.untimely, now)
-        gate.touch(False, now)
-        gate.heartbeat(now)
+        see(gate, field, driver.frame(), now)
         if now >= DRIVE_S and tick % 2 == 0:
-            status = gate.status()
-            press += status.need_neutral
-            v = 0.0 if status.need_neutral else speed
-            gate.accept(Setpoint(1, tick, "jog", press, v, 0.0, gate.nonce), now)
+            press = pressed_on(gate, tick, press, speed, now)
         x += gate.tick(now).v * TICK
         gap = min(gap, WALL_M - x - RADIUS_M)
         zero = None if gate.twist.moves or not lies else now - LIE_S if zero is None else zero
@@ -290,18 +300,9 @@ def press(robot: Robot, world: WallWorld, late: float, speed: float, lie: Callab
     for tick in itertools.count():
         time.sleep(max(0.0, start + tick * TICK - time.monotonic()))
         now = time.monotonic() - start
-        near = field.see(robot.read(), moving=gate.twist.moves)
-        if near is not None:
-            gate.see(near.points, now, near.field, near.age)
-        elif field.untimely is not None:
-            gate.see_untimely(field.untimely, now)
-        gate.touch(False, now)
-        gate.heartbeat(now)
+        see(gate, field, robot.read(), now)
         if now >= SETTLING_S and tick % 2 == 0:
-            status = gate.status()
-            pressed += status.need_neutral
-            v = 0.0 if status.need_neutral else speed
-            gate.accept(Setpoint(1, tick, "jog", pressed, v, 0.0, gate.nonce), now)
+            pressed = pressed_on(gate, tick, pressed, speed, now)
         robot.drive(gate.tick(now))
         if lies_from == math.inf and now >= SETTLING_S + RUN_UP_S:
             lies_from, world.late, world.lie = time.monotonic(), late, lie
