@@ -264,13 +264,15 @@ class RecordingService(Part):
         await asyncio.to_thread(self._make_folder)
         self._listens, self._listened = True, self._listened or time.monotonic()
         async with self._turn:
+            if self._running is not None:  # another one has begun while this one waited
+                raise Problem(409, RUNS)
             await self._ready()
             job = BeginRecording(str(self._path(name)), self._description("", note), await self._files())
             await self._worker.ask(job, budget=FILE_BUDGET_S)
             self._writes = self._worker.starts
-        self._running = FinishedRecording(
-            name, 0.0, 0, {}, time.time(), complete=False, note=note, robot=self._robot.profile.name
-        )
+            self._running = FinishedRecording(
+                name, 0.0, 0, {}, time.time(), complete=False, note=note, robot=self._robot.profile.name
+            )
         self.revision += 1
         self._began = time.monotonic()
         if note:
@@ -301,7 +303,6 @@ class RecordingService(Part):
             described = self._description(cause, "")
             job = KeepRing(str(self._path(name)), seconds, described, await self._files())
             kept = await self._worker.ask(job, budget=FILE_BUDGET_S)
-        self._kept_at = time.monotonic()
         self.revision += 1
         if who is not None:
             self._history.add("keep_recording", who, words=name)
@@ -347,7 +348,7 @@ class RecordingService(Part):
 
     async def _after_batch(self, now: float) -> None:
         if self._incident is not None and now > self._incident[0]:
-            why, self._incident = self._incident[1], None
+            why, self._incident, self._kept_at = self._incident[1], None, now
             try:
                 kept = await self.keep(self._settings.ring_s, why)
                 words = KEPT.format(seconds=kept.seconds, name=kept.name, cause=why.rstrip("."))

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -141,3 +142,12 @@ def test_a_killed_recorder_loses_a_second_and_the_rest_is_recovered(live: Live, 
     [row] = [row for row in ask(live, "GET", "recordings").json["recordings"] if row["name"] == "cut"]
     assert row["complete"] and row["seconds"] > written.seconds - 2.0
     assert (row["code"], row["note"]) == ("recording.recovered", "")
+
+
+def test_of_two_who_begin_at_once_one_records_and_one_is_refused(live: Live, recorded: Any) -> None:
+    with ThreadPoolExecutor(2) as pool:
+        begun = list(pool.map(lambda name: ask(live, "POST", "recordings/start", {"name": name}), ("one", "two")))
+    assert sorted(one.status for one in begun) == [201, 409]
+    done = ask(live, "POST", "recordings/stop")
+    assert done.json["name"] in ("one", "two")
+    assert not list((live.home / "recordings").glob("*.part"))
