@@ -59,8 +59,10 @@ def run(chosen: argparse.Namespace) -> int:
 
 def record(robot: Robot, out: Path, seconds: float | None, say: Any) -> RecordedFile:
     """Write what the robot senses. Raises Unwritable; an interruption finishes the file."""
+    from core.recording.frame_record import FrameRecord
     from core.recording.mcap_writing import McapRecording
     from core.recording.ros_writing import RosEncoder
+    from core.sensors.recordable import recordable
 
     encoder = RosEncoder(robot.profile.lasers, robot.profile.cameras)
     recording, period = McapRecording(out), 1 / robot.profile.rate
@@ -70,7 +72,9 @@ def record(robot: Robot, out: Path, seconds: float | None, say: Any) -> Recorded
         while seconds is None or time.monotonic() - began < seconds:
             frame = robot.read()
             first = list(encoder.fixed(frame.stamp)) if not recording.written.messages else []
-            recording.add([*first, *encoder.readings(frame)], time.time())
+            frame = recordable(frame)
+            written_as = [encoder.frame(FrameRecord.of(frame)), *encoder.readings(frame)]
+            recording.add([*first, *written_as], time.time())
             if time.monotonic() - reported >= REPORT_PERIOD_S:
                 reported = time.monotonic()
                 rest = "" if seconds is None else f" of {seconds:.0f}"

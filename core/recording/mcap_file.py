@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from core.recording.ros import Envelope
 from core.recording.source import BinaryLog, unpack
 
 MAGIC = b"\x89MCAP0\r\n"
+NANOSECOND_S = 1e-9
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
 LAST_OPCODE = 0x0F
 
@@ -39,15 +40,25 @@ class _Channel:
     schema: int
 
 
+@dataclass(frozen=True)
+class ChunkSpan:
+    """A chunk in the file, and from when to when it goes by the recorder's clock."""
+
+    begin: int  # [bytes] of its content
+    length: int
+    first: float  # [s]
+    last: float
+
+
 def messages(path: Path, settings: LogSettings, tally: ReadReport) -> Iterator[Envelope]:
     """Every message of an MCAP file in the order of the file. Raises BadInput when it is none."""
     with BinaryLog(path, settings.largest_file) as source:
         if source.at(0, len(MAGIC)) != MAGIC:
             raise BadInput(f"{path.name} is not an MCAP file: it does not begin as one.")
-        yield from _McapWalk(source, settings.largest_block, tally).messages()
+        yield from McapWalk(source, settings.largest_block, tally).messages()
 
 
-class _McapWalk:
+class McapWalk:
     """One pass over the records."""
 
     def __init__(self, source: BinaryLog, largest_block: int, tally: ReadReport):
@@ -60,6 +71,12 @@ class _McapWalk:
         self._budget = max(50 * source.size, 4 * largest_block)  # [bytes] that all blocks together may unpack to
 
     def messages(self) -> Iterator[Envelope]:
+        """Every message, in the order of the file."""
+        for opcode, begin, length in self.records():
+            yield from self.within(opcode, begin, length)
+
+    def records(self) -> Iterator[tuple[int, int, int]]:
+        """Opcode, begin and length of every record that is sound, and of a chunk that is cut by the file's end."""
         offset, closed = len(MAGIC), False
         while not closed:
             head = self._source.at(offset, HEAD.size)
@@ -74,18 +91,35 @@ class _McapWalk:
                 what = "it is damaged" if again else "the file ends in the middle of a record"
                 self._tally.skip(what, f"byte {offset}")
                 if opcode == CHUNK and again is None:
-                    yield from self._chunk(begin, self._source.size - begin)
+                    yield opcode, begin, self._source.size - begin
                 if again is None:
                     return
                 offset = again
                 continue
-            if opcode == CHUNK:
-                yield from self._chunk(begin, length)
-            elif opcode == STATISTICS:
-                self._statistics(self._source.at(begin, 8))
-            elif opcode in (SCHEMA, CHANNEL, MESSAGE):
-                yield from self._record(opcode, self._source.at(begin, min(length, self._largest_block)))
+            yield opcode, begin, length
             closed, offset = opcode == FOOTER, end
+
+    def within(self, opcode: int, begin: int, length: int) -> Iterator[Envelope]:
+        """The messages of one record."""
+        if opcode == CHUNK:
+            yield from self._chunk(begin, length)
+        elif opcode == STATISTICS:
+            self._statistics(self._source.at(begin, 8))
+        elif opcode in (SCHEMA, CHANNEL, MESSAGE):
+            yield from self._record(opcode, self._source.at(begin, min(length, self._largest_block)))
+
+    def span(self, begin: int, length: int) -> ChunkSpan | None:
+        """Return the place of a chunk and from when to when it goes; None where it is cut before that."""
+        head = self._source.at(begin, CHUNK_HEAD.size)
+        if len(head) < CHUNK_HEAD.size:
+            return None
+        first, last, *_ = CHUNK_HEAD.unpack(head)
+        return ChunkSpan(begin, length, first * NANOSECOND_S, last * NANOSECOND_S)
+
+    def know(self, schemas: Iterable[tuple[int, str]], channels: Iterable[tuple[int, str, str, int]]) -> None:
+        """Learn from the summary: number and name; number, topic, encoding and schema."""
+        self._schemas |= dict(schemas)
+        self._channels |= {number: _Channel(topic, encoding, kind) for number, topic, encoding, kind in channels}
 
     def _restart(self, start: int) -> int | None:
         """The next offset from `start` on where a chunk seems to begin, or None."""
@@ -136,7 +170,8 @@ class _McapWalk:
                 number, _, log_time, _ = MESSAGE_HEAD.unpack_from(content)
                 channel = self._channels[number]
                 kind = self._schemas.get(channel.schema, "")
-                yield Envelope(channel.topic, kind, channel.encoding, log_time * 1e-9, content[MESSAGE_HEAD.size :])
+                logged, packed = log_time * NANOSECOND_S, content[MESSAGE_HEAD.size :]
+                yield Envelope(channel.topic, kind, channel.encoding, logged, packed)
         except (struct.error, KeyError, ValueError):
             self._tally.skip("it is damaged")
 

@@ -360,7 +360,12 @@ def decode(envelope: Envelope, kind: str) -> Any:
 
 def stamp_of(header: Any) -> float:
     """A message's header → its stamp [s]."""
-    return float(header.stamp.sec + header.stamp.nanosec * 1e-9)
+    return seconds_of(header.stamp)
+
+
+def seconds_of(time: Any) -> float:
+    """A time of ROS → [s]."""
+    return float(time.sec + time.nanosec * 1e-9)
 
 
 def turned_over(scan: Scan) -> Scan:

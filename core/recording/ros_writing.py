@@ -9,13 +9,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from core.geometry import Pose, Transform
+from core.recording import frame_record
+from core.recording.frame_record import FRAME, FrameRecord
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
+from core.sensors.recordable import PNG_MAGIC, pack_picture, pcm_of
 from core.slam.estimate import Estimate, Landmark
 from core.slam.map.occupancy import OccupancyGrid
 
@@ -31,10 +33,8 @@ uint32 sample_rate
 uint32 number_of_channels
 """
 BASE, ODOM, WORLD = "base_link", "odom", "map"  # names of the frames
-JPEG_QUALITY = 90  # of 100
 ELLIPSE_SIGMA = 2.0  # standard deviations that the ellipse of a landmark shows
 CYLINDER_MARKER = 3  # visualization_msgs/Marker
-MAX_PCM = 32767  # of a sample
 LATCHED_QOS = (
     "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline: {sec: 9223372036, nsec: 854775807}\n"
     "  lifespan: {sec: 9223372036, nsec: 854775807}\n  liveliness: 1\n"
@@ -138,29 +138,32 @@ class RosEncoder:
     def _picture(self, image: Image) -> RosMessage:
         first = self._cameras[0] if self._cameras else None
         name = image.camera or (first.name if first is not None else "camera")
-        _, packed = cv2.imencode(".jpg", image.pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+        packed = image.packed or pack_picture(image.pixels)
         topic = "/camera" if first is None or name == first.name else f"/camera/{name}"
         return self._message(
             f"{topic}/image/compressed",
             COMPRESSED,
             image.stamp,
             header=self._header(image.stamp, name),
-            format="jpeg",
-            data=packed.ravel(),
+            format="png" if packed.startswith(PNG_MAGIC) else "jpeg",
+            data=np.frombuffer(packed, np.uint8),
         )
 
     def _sound(self, sound: Sound) -> RosMessage:
-        pcm = np.clip(np.rint(sound.samples * MAX_PCM), -MAX_PCM - 1, MAX_PCM).astype("<i2")
         return self._message(
             "/audio",
             RAW_AUDIO,
             sound.stamp,
             timestamp=self._time(sound.stamp),
-            data=np.frombuffer(np.ascontiguousarray(pcm).tobytes(), np.uint8),
+            data=np.frombuffer(np.ascontiguousarray(pcm_of(sound.samples)).tobytes(), np.uint8),
             format="pcm-s16",
             sample_rate=int(sound.rate),
             number_of_channels=sound.samples.shape[1],
         )
+
+    def frame(self, record: FrameRecord) -> RosMessage:
+        """The part of a frame that its other messages do not hold to the last bit, and what was made of it."""
+        return self.text(FRAME, record.stamp, frame_record.encode(record).decode())
 
     # results
 

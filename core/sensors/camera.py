@@ -29,6 +29,7 @@ class Image:
     stamp: float  # [s]
     camera: str = ""  # name of the camera that took it; "": of the only one
     pixels: Array  # (H, W, 3) uint8, blue-green-red
+    packed: bytes = b""  # JPEG or PNG that `pixels` are the content of, to the last bit; b"": none was made
 
     @property
     def malformation(self) -> str:

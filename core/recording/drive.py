@@ -1,0 +1,257 @@
+"""Beckon's own recordings: every frame as the pilot took it, and what the console made of it, at any time.
+
+A moment is one frame with its results; all its messages have one log time. Nothing is held but the index and a few
+chunks, so a recording may be as long as the disk.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from core.errors import BadInput
+from core.geometry import Pose
+from core.message import Array
+from core.recording import frame_record
+from core.recording.frame_record import FRAME, FrameRecord
+from core.recording.mcap_chunks import McapChunks
+from core.recording.mcap_file import HEAD, MAGIC
+from core.recording.odometry_track import heading_of
+from core.recording.read_report import ReadReport
+from core.recording.recording import LogSettings, RecordingReport
+from core.recording.ros import Envelope, seconds_of, stamp_of
+from core.recording.ros_writing import COMPRESSED, LASER_SCAN, ODOMETRY, RAW_AUDIO, typestore
+from core.recording.source import first_bytes
+from core.sensors import Image, Scan, SensorFrame, Sound, Wheels
+from core.sensors.recordable import samples_of, unpack_picture
+
+LIBRARY = b"beckon"  # in the header of the file
+CAMERA_TOPIC, INFO_TOPIC = "/camera/image/compressed", "/camera/camera_info"
+FORM = "Beckon's recording"
+SAME_MOMENT_S = 1e-9
+BEFORE_SEEK_S = 2.0  # [s] before a place that are read for the newest of what changes often
+UNREADABLE = (ValueError, msgspec.MsgspecError, AttributeError, struct.error, UnicodeDecodeError, BadInput)
+
+
+@dataclass(frozen=True)
+class DriveMoment:
+    """One frame, and everything else that was written with it."""
+
+    logged: float  # [s] Unix time
+    frame: SensorFrame
+    record: FrameRecord | None  # None: recorded before there were any
+    others: tuple[Envelope, ...] = field(default=())  # results, as they lie in the file
+
+
+def is_drive(path: Path) -> bool:
+    """Return whether a file was recorded by Beckon."""
+    head = first_bytes(path, 200)
+    try:
+        at = len(MAGIC) + HEAD.size
+        (length,) = struct.unpack_from("<I", head, at)
+        (other,) = struct.unpack_from("<I", head, at + 4 + length)
+    except struct.error:
+        return False
+    return head.startswith(MAGIC) and head[at + 8 + length :][: min(other, 100)].startswith(LIBRARY)
+
+
+class DriveRecording:
+    """One recording that stays open."""
+
+    def __init__(self, path: Path, settings: LogSettings | None = None) -> None:
+        """Raises BadInput where nothing in the file can be read."""
+        self.path = path
+        self._tally = ReadReport(path)
+        self._chunks = McapChunks(path, settings or LogSettings(), self._tally)
+        self.start = self._chunks.spans[0].first  # [s] Unix time
+        self.duration = max(max(span.last for span in self._chunks.spans) - self.start, 0.0)  # [s]
+        self.counts = self._chunks.counts  # messages by topic
+        self.exact = FRAME in self.counts
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._chunks.close()
+
+    @property
+    def report(self) -> RecordingReport:
+        """Everything that was read until now, and what could not be."""
+        if not self._chunks.indexed:
+            self._tally.warn("The recording was not finished; it plays as far as it can be read.")
+        self._tally.topics = [f"{topic}: {count}" for topic, count in sorted(self.counts.items())]
+        return self._tally.report(FORM)
+
+    def moments(self, since: float = 0.0) -> Iterator[DriveMoment]:
+        """Every moment from `since` [s] after the start on, in the order in which it was recorded."""
+        for logged, group in self._groups(self._chunks.number_at(self.start + since)):
+            if logged >= self.start + since - SAME_MOMENT_S and (moment := self._moment(logged, group)) is not None:
+                yield moment
+
+    def __iter__(self) -> Iterator[SensorFrame]:
+        return (moment.frame for moment in self.moments())
+
+    def latest(self, topic: str, until: float) -> Envelope | None:
+        """The newest message of a topic up to `until` [s] after the start, however long before it was written."""
+        end = self.start + until + SAME_MOMENT_S
+        for number in reversed(self._chunks.numbers_with(topic)):
+            if self._chunks.spans[number].first > end:
+                continue
+            found = [one for one in self._chunks.messages(number) if one.topic == topic and one.logged <= end]
+            if found:
+                return found[-1]
+        return None
+
+    def every(self, topic: str) -> Iterator[Envelope]:
+        """Every message of a topic; only the chunks that hold some are read."""
+        for number in self._chunks.numbers_with(topic):
+            yield from (one for one in self._chunks.messages(number) if one.topic == topic)
+
+    def groups(self) -> Iterator[tuple[float, tuple[Envelope, ...]]]:
+        """Time [s] after the start and messages of every moment, none of them read."""
+        return ((logged - self.start, group) for logged, group in self._groups(0))
+
+    def _groups(self, first: int) -> Iterator[tuple[float, tuple[Envelope, ...]]]:
+        """Messages that were written together, from a chunk on; a moment may go on in the next chunk."""
+        held: list[Envelope] = []
+        for number in range(first, len(self._chunks.spans)):
+            for one in self._chunks.messages(number):
+                if held and one.logged != held[0].logged:
+                    yield held[0].logged, tuple(held)
+                    held = []
+                held.append(one)
+        if held:
+            yield held[0].logged, tuple(held)
+
+    def _moment(self, logged: float, group: tuple[Envelope, ...]) -> DriveMoment | None:
+        """The messages of one moment → the moment; None where no frame is in it."""
+        record = self._record(group)
+        readings = _Readings()
+        others: list[Envelope] = []
+        for one in group:
+            try:
+                taken = readings.take(one)
+            except Exception:  # whatever a decoder raises on damaged bytes, the next message may be fine
+                self._tally.skip("it cannot be decoded", f"a message of {one.topic}")
+                continue
+            self._tally.read += 1
+            if not taken:
+                others.append(one)
+        frame = readings.frame(record)
+        return None if frame is None else DriveMoment(logged, frame, record, tuple(others))
+
+    def _record(self, group: tuple[Envelope, ...]) -> FrameRecord | None:
+        for one in group:
+            if one.topic == FRAME:
+                try:
+                    return frame_record.decode(text_of(one))
+                except UNREADABLE:
+                    self._tally.skip("it cannot be decoded", f"a message of {one.topic}")
+        return None
+
+
+class _Readings:
+    """The readings of one moment."""
+
+    def __init__(self) -> None:
+        self._wheels: tuple[float, Wheels] | None = None
+        self._scan: Scan | None = None
+        self._image: Image | None = None
+        self._sound: Sound | None = None
+
+    def take(self, one: Envelope) -> bool:
+        """Take a message in → whether it is a reading. Raises whatever the decoder raises."""
+        if one.kind not in (LASER_SCAN, ODOMETRY, COMPRESSED, RAW_AUDIO):
+            return False
+        content = decoded(one)
+        match one.kind:
+            case kind if kind == LASER_SCAN:
+                self._scan = _scan(one.topic, content)
+            case kind if kind == ODOMETRY:
+                self._wheels = _wheels(content)
+            case kind if kind == COMPRESSED:
+                self._image = _image(content)
+            case _:
+                self._sound = _sound(content)
+        return True
+
+    def frame(self, record: FrameRecord | None) -> SensorFrame | None:
+        """All of it; None where nothing was read."""
+        if record is None:
+            return self._plain()
+        image = self._image
+        if image is not None and record.image is not None:
+            image = replace(image, stamp=record.image[0], camera=record.image[1])
+        return record.frame(
+            None if self._scan is None else self._scan.ranges,
+            image,
+            None if self._sound is None else self._sound.samples,
+        )
+
+    def _plain(self) -> SensorFrame | None:
+        """The frame of a recording without records of frames: its stamp is that of its newest reading."""
+        stamps = [one.stamp for one in (self._scan, self._image, self._sound) if one is not None]
+        stamps += [self._wheels[0]] if self._wheels is not None else []
+        if not stamps:
+            return None
+        return SensorFrame(
+            stamp=self._wheels[0] if self._wheels is not None else max(stamps),
+            wheels=None if self._wheels is None else self._wheels[1],
+            scan=self._scan,
+            image=self._image,
+            sound=self._sound,
+        )
+
+
+def decoded(one: Envelope) -> Any:
+    """A message's bytes → its fields. Raises whatever the decoder raises on damaged bytes."""
+    return typestore().deserialize_cdr(one.content, one.kind)
+
+
+def text_of(one: Envelope) -> bytes:
+    """The text of a std_msgs/String, without decoding what need not be. Raises ValueError."""
+    (length,) = struct.unpack_from("<I", one.content, 4)
+    if not 0 < length <= len(one.content) - 8:
+        raise ValueError("a text longer than its message")
+    return one.content[8 : 8 + length - 1]
+
+
+def _scan(topic: str, content: Any) -> Scan:
+    name = topic.removeprefix("/scan").strip("/")
+    return Scan(
+        stamp=stamp_of(content.header),
+        laser=name or content.header.frame_id,
+        ranges=content.ranges.astype(np.float64),
+        angle_min=float(content.angle_min),
+        angle_step=float(content.angle_increment),
+        range_min=float(content.range_min),
+        range_max=float(content.range_max),
+        time_step=float(content.time_increment),
+    )
+
+
+def _wheels(content: Any) -> tuple[float, Wheels]:
+    place, turned, twist = content.pose.pose.position, content.pose.pose.orientation, content.twist.twist
+    heading = float(heading_of(turned.x, turned.y, turned.z, turned.w))
+    wheels = Wheels(
+        odometry=Pose(place.x, place.y, heading), speed=float(twist.linear.x), turn_rate=float(twist.angular.z)
+    )
+    return stamp_of(content.header), wheels
+
+
+def _image(content: Any) -> Image:
+    packed = content.data.tobytes()
+    pixels = unpack_picture(packed)
+    if pixels is None:
+        raise ValueError("no picture")
+    return Image(stamp=stamp_of(content.header), camera=content.header.frame_id, pixels=pixels, packed=packed)
+
+
+def _sound(content: Any) -> Sound:
+    channels = int(content.number_of_channels)
+    pcm: Array = np.frombuffer(content.data.tobytes(), "<i2").reshape(-1, channels)
+    return Sound(stamp=seconds_of(content.timestamp), rate=int(content.sample_rate), samples=samples_of(pcm))
