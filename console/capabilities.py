@@ -28,6 +28,7 @@ from console.people.service import EnrollmentService
 from console.recording.service import RecordingService
 from console.robot.link import RobotLink
 from console.speech.browser_microphone import BrowserMicrophone
+from console.speech.listener import SpokenOutcome
 from console.speech.quality_runs import QualityRuns
 from console.speech.robot_voice import RobotVoice
 from console.speech.room_transcription import RoomTranscriber
@@ -35,6 +36,7 @@ from console.speech.voice_commands import VoiceCommands
 from core.sensors import SensorFrame
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.settings import Settings
+from core.snapshot import VoiceDirection
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,9 +62,13 @@ def recorder(base: ConsoleBase, parts: Parts) -> RecordingService:
     service = RecordingService(
         base.home, base.settings.recording, base.robot, base.history, base.notifications, calibrations
     )
-    parts[RoomTranscriber].when_heard.append(
-        lambda decision, utterance, _: service.heard(utterance.words, decision.verdict, utterance.command)
-    )
+
+    def heard(outcome: SpokenOutcome, _: VoiceDirection | None) -> None:
+        decision = outcome.utterance.decision
+        if outcome.utterance.final:
+            service.heard(decision.words, decision.verdict, decision.command and decision.command.heard_as)
+
+    parts[RoomTranscriber].when_heard.append(heard)
     return service
 
 
@@ -80,7 +86,14 @@ def room_transcriber(base: ConsoleBase, parts: Parts) -> RoomTranscriber:
     def source(frame: SensorFrame) -> tuple[Sound | None, MicrophoneArray | None]:
         return None if array.helped else frame.sound, base.robot.profile.microphones
 
-    transcriber = RoomTranscriber(base.dispatcher, base.history, base.notifications, base.settings.speech, source)
+    transcriber = RoomTranscriber(
+        parts[VoiceCommands],
+        parts[PendingCommands],
+        base.dispatcher,
+        base.notifications,
+        base.settings.speech,
+        source,
+    )
     transcriber.keep_up = partial(base.robot.reach, part="ears")
     return transcriber
 
@@ -105,11 +118,11 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
         lambda: parts[CalibrationService].newest,
     ),
     lambda base, _: LookService(base.settings.people, lambda words: base.notifications.tell("warning", words)),
-    room_transcriber,
     lambda base, _: PendingCommands(base.dispatcher, base.lease, base.history, base.notifications),
     lambda base, parts: VoiceCommands(
-        parts[RoomTranscriber], base.dispatcher, base.lease, parts[PendingCommands], base.notifications
+        base.dispatcher, base.lease, parts[PendingCommands], base.history, base.notifications
     ),
+    room_transcriber,
     lambda base, _: BrowserMicrophone(base.settings.speech),
     lambda base, _: RobotVoice(settings=base.settings.voice),
     lambda base, _: SettingsInUse(base.settings, base.settings_file or base.home / SETTINGS, base.adopted),

@@ -322,7 +322,7 @@ def exchange_text_files(options: Options, runtime: Runtime) -> None:
         writer = SpokenTextFiles(
             TextFileWriter(options.write_text_files, "--write-text-files"), runtime.notifications
         )
-        runtime.parts[RoomTranscriber].when_understood.append(writer.understood)
+        runtime.parts[RoomTranscriber].when_heard.append(writer.heard)
         runtime.parts.add(writer)
 
 

@@ -1,6 +1,6 @@
 """The socket `/ws/audio`: a browser's microphone up, transcripts down.
 
-Words become a pending command or go to the dispatcher. STOP is obeyed before the sentence is over.
+What becomes of the words: see `console.speech.listener`.
 """
 
 from __future__ import annotations
@@ -11,9 +11,8 @@ import itertools
 import math
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -23,24 +22,21 @@ from console.access.logins import Person
 from console.access.open_sockets import TooMany
 from console.access.strict_json import read_json
 from console.broadcast import CloseSocket
-from console.control.command_freshness import Spoken
-from console.control.history import EntryFields
 from console.control.pending_commands import PendingCommand, PendingCommands
 from console.http.problems import Problem
 from console.http.rate_counter import RateCounter, size_of
 from console.messages import audio
 from console.runtime import Runtime
-from console.sentences import code_of
 from console.speech.browser_microphone import BrowserMicrophone, TalkTurn
+from console.speech.listener import SpokenOutcome, WordListener
 from console.speech.robot_voice import RobotVoice
 from console.speech.room_mouth import RoomMouth
-from console.speech.room_transcription import RoomTranscriber, RoomUtterance, UnrecognizedSpeechLog
-from console.speech.spoken_stops import SpokenStops, stopped
+from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import VoiceCommands
 from console.workers.tasks import end
 from core.errors import BadInput, Refused
-from core.snapshot import Ending
-from core.speech.recognition.decision import Decision, RecognizedUtterance, said_back
+from core.snapshot import Ending, VoiceDirection
+from core.speech.recognition.decision import RecognizedUtterance
 
 MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and after a stall of the network they come at once
 MOST_BYTES = 2**19  # a second; sound is 32,000, and 15 s of it may come at once
@@ -48,14 +44,6 @@ MOST_WAITING = 50  # messages down that may wait for a browser that does not rea
 SOURCE = "voice"
 PAGES = itertools.count(1)
 GONE = CloseSocket(1000, "The browser left.")
-
-
-class Outcome(NamedTuple):
-    """Outcome of words: an entry of the history, a pending command, or neither and why."""
-
-    entry: int | None = None
-    pending_command: int | None = None
-    reason: str | None = None
 
 
 class AudioSocket:
@@ -69,9 +57,10 @@ class AudioSocket:
         self._down: asyncio.Queue[audio.AudioDown] = asyncio.Queue(MOST_WAITING)
         self._closing: CloseSocket | None = None
         self._number = 0
-        self._stops = SpokenStops()
+        self._listener = WordListener(
+            SOURCE, person, runtime.parts[PendingCommands], runtime.dispatcher, runtime.history
+        )
         self._until = math.inf  # [s] when the socket was closed: nothing was said later
-        self._unrecognized = UnrecognizedSpeechLog(runtime.history)
         self._mouth: RoomMouth | None = None  # of the person in the simulated room who speaks instead
 
     async def run(self) -> None:
@@ -196,7 +185,7 @@ class AudioSocket:
             return
         turn = TalkTurn(
             asked.mode,
-            partial(self._hear, asked.mode == "held"),
+            self._hear,
             lambda why, on: self._tell(audio.ListeningMessage(on, why)),
             self._page,
             partial(self._runtime.lease.rank, self._person),
@@ -211,7 +200,7 @@ class AudioSocket:
         now = time.monotonic()
         turn.sent(self._runtime.states.oldest(asked.seen, now), now)
         self._turn = turn
-        self._stops.another_clock()
+        self._listener.another_clock()
         self._tell(audio.ListeningMessage(True))
 
     # from a mouth in the simulated room
@@ -249,90 +238,25 @@ class AudioSocket:
     def _so_far(self, words: str) -> None:
         self._tell(audio.PartialTranscript(words))
 
-    def _heard_in_room(self, decision: Decision, one: RoomUtterance, reason: str) -> None:
+    def _heard_in_room(self, outcome: SpokenOutcome, _: VoiceDirection | None) -> None:
         """Show an utterance of the room that is this person's."""
-        if self._mouth is None or not self._mouth.awaits_words:
+        if self._mouth is None or not self._mouth.awaits_words or not outcome.utterance.final:
             return
-        waiting = self._runtime.parts[PendingCommands].waiting
-        command = decision.command
-        self._number += 1
-        self._tell(
-            audio.Transcript(
-                id=self._number,
-                words=decision.words,
-                final=True,
-                accepted=command is not None and not reason,
-                heard_as="" if command is None else command.heard_as,
-                reason=reason,
-                suggestions=list(decision.did_you_mean),
-                seconds=round(one.t1_s - one.t0_s, 2),
-                delay_s=round(max(0.0, time.monotonic() - self._runtime.parts[RoomTranscriber].said(one).ended), 3),
-                pending_command=waiting.id if waiting is not None and not reason else None,
-            )
-        )
+        self._show(outcome, max(0.0, time.monotonic() - outcome.said.ended))
         if self._mouth.over:
             self._end_mouth()
 
     # what was heard
 
-    def _hear(self, held: bool, utterance: RecognizedUtterance, delay: float) -> None:
-        """Act on recognized words, which were surely meant for the robot where the button was `held`; `delay`: how
-        long after their sound they came [s].
-        """
-        if held:
-            utterance = replace(utterance, decision=said_back(utterance.decision))
-        heard = self._stops.hear(utterance)
-        became = Outcome()
-        if heard == "stopped":
-            utterance = stopped(utterance)
-        elif heard == "stop":
-            became = Outcome(entry=self._obey(utterance, delay).entry)
-            self._stops.obeyed(self._runtime.dispatcher.words)
-        elif utterance.final and utterance.decision.command is not None:
-            became = self._obey(utterance, delay)
-        elif utterance.final:
-            became = Outcome(entry=self._refuse(utterance.decision))
-        decision = utterance.decision
-        command = decision.command
-        reason = decision.reason if became.reason is None else became.reason
-        self._number += 1
-        self._tell(
-            audio.Transcript(
-                id=self._number,
-                words=decision.words,
-                final=utterance.final,
-                accepted=command is not None and not reason,
-                heard_as="" if command is None else command.heard_as,
-                reason=reason,
-                suggestions=list(decision.did_you_mean),
-                seconds=round(utterance.end - utterance.begin, 2),
-                delay_s=round(delay, 3),
-                entry=became.entry,
-                pending_command=became.pending_command,
-                **code_of(reason)._asdict(),
-            )
-        )
+    def _hear(self, utterance: RecognizedUtterance, delay: float) -> None:
+        """Act on recognized words, which came so long after their sound [s]."""
+        self._show(self._listener.hear(utterance, min(time.monotonic() - delay, self._until)), delay)
 
-    def _obey(self, utterance: RecognizedUtterance, delay: float) -> Outcome:
-        """Try to carry out words → the history entry, the pending command, or the reason why there is neither."""
-        ended = min(time.monotonic() - delay, self._until)
-        said = self._stops.said(utterance.begin, Spoken(ended - (utterance.end - utterance.begin), ended))
-        try:
-            taken = self._runtime.parts[PendingCommands].take(utterance.decision, SOURCE, self._person, said)
-            waits = isinstance(taken, PendingCommand)
-            return Outcome(pending_command=taken.id) if waits else Outcome(entry=taken.id)
-        except Problem as problem:
-            return Outcome(reason=problem.detail)
+    def _show(self, outcome: SpokenOutcome, delay: float) -> None:
+        self._number += 1
+        self._tell(outcome.transcript(self._number, delay))
 
     def _rejected(self, pending_command: PendingCommand) -> None:
         """A pending command of this person was rejected."""
         if pending_command.source == SOURCE and pending_command.person.id == self._person.id:
             self._runtime.parts[BrowserMicrophone].reject(pending_command.words, self._page)
-
-    def _refuse(self, decision: Decision) -> int | None:
-        """Record a rejection in the history."""
-        if not decision.words:
-            entry = self._unrecognized.tell(self._person, source=SOURCE, remark=decision.reason)
-            return None if entry is None else entry.id
-        given = EntryFields(source=SOURCE, remark=decision.reason, words=decision.words)
-        return self._runtime.history.add("command", self._person, state="refused", **given).id

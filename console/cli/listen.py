@@ -80,7 +80,7 @@ def listen(
 ) -> None:
     """Read the words of sounds as they come, and write what is understood. Raises BadInput, Unavailable."""
     from console.control.text_file_writer import RENEWAL
-    from console.speech.spoken_stops import SpokenStops
+    from console.speech.listener import SpokenStops
     from core.pipelines.listen import SpeechListener
 
     listener = SpeechListener(settings, array)

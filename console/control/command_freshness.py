@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from console.access.logins import Person
 from console.control.lease import Lease
 from console.control.robot_time import RobotTime
+from console.http.problems import Problem
 from core.commands.confirmation_delay import OBEYED_WITHIN
 
 EARS = "ears"  # source of words that the robot itself heard, and dated
@@ -53,6 +54,14 @@ class _StopEvent:
     utterance: object = None  # that it was part of
 
 
+class StaleWords(Problem):
+    """Words that something overtook, or that came `late`."""
+
+    def __init__(self, why: str, *, late: bool) -> None:
+        super().__init__(409, why)
+        self.late = late
+
+
 class CommandFreshness:
     """Knows the newest event of each kind that makes words void. Lives on the event loop."""
 
@@ -87,6 +96,11 @@ class CommandFreshness:
         """A page of this person closed: nothing moves the robot that they had said before."""
         now = time.monotonic()
         self._left = {person: at for person, at in self._left.items() if now - at < 60.0} | {who.id: now}
+
+    def check(self, said: Spoken, source: str, who: Person) -> None:
+        """Check that these words may move the robot. Raises StaleWords."""
+        if why := self.why_not(said, source, who):
+            raise StaleWords(why, late=bool(self.why_late(said, source)))
 
     def why_late(self, said: Spoken, source: str) -> str:
         """Why words of this age are not obeyed, a sentence; "" when they may be."""

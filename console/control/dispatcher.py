@@ -131,8 +131,8 @@ class CommandDispatcher:
         """
         try:
             self._check_motion(who, heard)
-            if said is not None and (why := self.words.why_not(said, source, who)):
-                raise Problem(409, why)
+            if said is not None:
+                self.words.check(said, source, who)
             self._obtain(who)
             if self._active.does(heard):
                 raise Problem(

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from console.access.logins import Person
-from console.control.command_freshness import Spoken
+from console.control.command_freshness import Spoken, StaleWords
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History, row_of
 from console.control.history_store import HistoryEntry
@@ -90,11 +90,6 @@ class PendingCommands(Part):
             self._late = None
         return self._late
 
-    def offer_late(self, command: Command, source: str) -> None:
-        """Offer a command that is refused because it came too late."""
-        self._newest += 1
-        self._late = LateCommand(self._newest, source, command, time.monotonic() + LATE_OFFER_S)
-
     def take(self, decision: Decision, source: str, who: Person, said: Spoken) -> HistoryEntry | PendingCommand:
         """Take what was decided about spoken words → the active command's entry, or the pending command; `said`: when
         it was spoken. Raises Problem 403 to 503, 422 for rejected words.
@@ -102,12 +97,16 @@ class PendingCommands(Part):
         command = decision.command
         if command is None:
             raise Problem(422, decision.reason)
-        if self._dispatcher.words.why_late(said, source):
-            self.offer_late(command, source)
-        if not decision.waits:
-            return self._dispatcher.dispatch(command, source, who, said)
         words = command.heard_as
-        self._dispatcher.admit(command, words, source, who, said)
+        try:
+            if not decision.waits:
+                return self._dispatcher.dispatch(command, source, who, said)
+            self._dispatcher.admit(command, words, source, who, said)
+        except StaleWords as stale:
+            if stale.late:
+                self._newest += 1
+                self._late = LateCommand(self._newest, source, command, time.monotonic() + LATE_OFFER_S)
+            raise
         why, now = f"“{words}” came after it.", time.monotonic()
         self._end("pre-empted", why)
         self._dispatcher.words.void(why, at=said.ended)

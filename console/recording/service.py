@@ -221,7 +221,7 @@ class RecordingService(Part):
     # events
 
     def heard(self, words: str, verdict: str, command: str | None) -> None:
-        """Words near the robot, or of a person at a page."""
+        """Words near the robot."""
         if self._listens:
             self._events.heard(words, verdict, command)
 

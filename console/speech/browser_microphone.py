@@ -9,18 +9,18 @@ import asyncio
 import logging
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from console.messages.audio import AUDIO_RATE, ListenMode
 from console.part import Part
-from console.speech.room_transcription import PARTIAL_EVERY, PARTIAL_REST
 from console.speech.transcription_client import TranscriptionClient
 from console.workers.tasks import end
 from console.workers.worker import WorkerLost
 from core.errors import BeckonError, Refused
 from core.message import Array
-from core.speech.recognition.decision import RecognizedUtterance
+from core.speech.recognition.decision import RecognizedUtterance, said_back
 from core.speech.settings import SpeechSettings
 
 log = logging.getLogger(__name__)
@@ -54,7 +54,6 @@ class TalkTurn:
         self.page = page
         self.rank = rank
         self.hear, self.say, self.show, self.read = hear, say, show, read
-        self.partial_from = 0.0  # [s] from when on the words so far are read again
         self.over = False  # nothing more will be said
         self.news = asyncio.Event()
         self._waiting: list[Array] = []
@@ -200,16 +199,15 @@ class BrowserMicrophone(Part):
                 self._turn = None
 
     async def _read_so_far(self, turn: TalkTurn) -> None:
-        """Show the words so far, now and then: the end of the sentence must not wait for them."""
-        begun = time.monotonic()
-        if turn.mode != "held" or turn.over or begun < turn.partial_from or turn.waiting > PIECE:
+        """Show the words so far, while the button is held."""
+        if turn.mode != "held" or turn.over or turn.waiting > PIECE:
             return
         words = await self._worker.words_so_far()
-        now = time.monotonic()
-        turn.partial_from = now + max(PARTIAL_EVERY, PARTIAL_REST * (now - begun))
         if words and not turn.over:
             turn.show(words)
 
     def _tell(self, turn: TalkTurn, heard: list[RecognizedUtterance]) -> None:
-        for utterance in heard:
-            turn.hear(utterance, turn.late(utterance.end))
+        """Words with the button held were surely meant for the robot: those that are no command are said back."""
+        for one in heard:
+            utterance = replace(one, decision=said_back(one.decision)) if turn.mode == "held" else one
+            turn.hear(utterance, turn.late(one.end))

@@ -15,8 +15,8 @@ from dataclasses import replace
 import numpy as np
 
 from console.messages.audio import AUDIO_RATE
-from console.speech.room_transcription import ROOM, RoomTranscriber
-from console.speech.voice_commands import VoiceCommands
+from console.speech.room_transcription import RoomTranscriber
+from console.speech.voice_commands import ROOM, VoiceCommands
 from core.errors import BeckonError, Refused
 from core.message import Array
 from core.robots.requests import (
@@ -45,21 +45,26 @@ class RoomMouth:
     """One turn to speak, from the press until its words were heard. Lives on the event loop."""
 
     def __init__(
-        self, wanted: str, ask: Ask, ears: RoomTranscriber, spoken: VoiceCommands, trouble: Callable[[str], None]
+        self,
+        wanted: str,
+        ask: Ask,
+        transcriber: RoomTranscriber,
+        voice_commands: VoiceCommands,
+        trouble: Callable[[str], None],
     ) -> None:
         """`wanted`: who speaks, or NEAREST; `trouble`: called with a sentence when they cannot, with "" when all that
         was said has been read.
         """
-        self._ears = ears
         self.over = False  # the button was released
-        self._wanted, self._ask, self._spoken, self._trouble = wanted, ask, spoken, trouble
+        self._wanted, self._ask, self._trouble = wanted, ask, trouble
+        self._transcriber, self._voice_commands = transcriber, voice_commands
         self._waiting = bytearray(SILENCE)  # at once, so that the room's echo is known when words come
         self._news = asyncio.Event()
         self._news.set()
         self._hushed = False
         self._ended = math.inf  # [s] when the button was released
         self._task = asyncio.get_running_loop().create_task(self._speak())
-        spoken.at_console = True
+        voice_commands.at_console = True
 
     @property
     def awaits_words(self) -> bool:
@@ -88,15 +93,15 @@ class RoomMouth:
         """The turn is over, and nothing of it is awaited."""
         self.rest()
         self._ended = -math.inf
-        self._ears.speaker = ROOM
-        self._spoken.at_console = False
+        self._voice_commands.speaker = ROOM
+        self._voice_commands.at_console = False
 
     async def _speak(self) -> None:
         """Hand the sound on to the room as it comes."""
         try:
             name = await speaker_in_room(self._ask, self._wanted)
-            if (who := self._spoken.operator) is not None:
-                self._ears.speaker = replace(who, name=f"{who.name}, through {name}'s mouth")
+            if (who := self._voice_commands.operator) is not None:
+                self._voice_commands.speaker = replace(who, name=f"{who.name}, through {name}'s mouth")
             await self._ask(SetListening(on=True))
             while True:
                 await self._news.wait()
@@ -108,7 +113,7 @@ class RoomMouth:
                 over = self.over and not self._waiting
                 said = await self._ask(Speak(id=name, pcm=sound or SILENCE, rate_hz=AUDIO_RATE, more=not over))
                 if over:
-                    await self._read_out(self._ears.stamp + said.seconds)
+                    await self._read_out(self._transcriber.stamp + said.seconds)
                     return
                 if self._waiting:
                     self._news.set()
@@ -118,7 +123,7 @@ class RoomMouth:
 
     async def _read_out(self, end: float) -> None:
         """Wait until the room's sound is read up to well after the words, which end at `end` [s], robot's clock."""
-        while self.awaits_words and self._ears.read_to < end + HEARD_OUT and not self._ears.trouble:
+        while self.awaits_words and self._transcriber.read_to < end + HEARD_OUT and not self._transcriber.trouble:
             await asyncio.sleep(LOOK)
         if self._ended > -math.inf:
             self._trouble("")

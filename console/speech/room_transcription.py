@@ -1,7 +1,6 @@
 """The robot's own ears: its sound goes to the worker that reads words, and the words are shown.
 
-STOP is obeyed from any voice, before the sentence is over. Anything else that is understood is shown, and moves
-the robot only where the operator has taken on the words: see `console.speech.voice_commands`.
+What becomes of them, and whether they move the robot: see `console.speech.voice_commands`.
 """
 
 from __future__ import annotations
@@ -15,46 +14,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from console.access.logins import Person
-from console.control.command_freshness import Spoken
+from console.control.command_freshness import EARS
 from console.control.dispatcher import CommandDispatcher
-from console.control.history import History
-from console.control.history_store import HistoryEntry
 from console.control.notices import Notifications
-from console.control.pending_commands import PendingCommand
+from console.control.pending_commands import PendingCommand, PendingCommands
 from console.messages.hearing import TranscriptionStatus
 from console.part import Part
-from console.speech.spoken_stops import SpokenStops, stopped
+from console.speech.listener import SpokenOutcome
 from console.speech.transcription_client import TranscriptionClient
+from console.speech.voice_commands import VoiceCommands
 from console.workers.tasks import end
 from console.workers.worker import WorkerLost
 from core.errors import BeckonError
 from core.geometry import wrap
-from core.perception.people.voice_bearing import VoiceBearing
 from core.sensors import SensorFrame, Sound
 from core.sensors.microphones import MicrophoneArray, joined, usable
 from core.snapshot import VOICE_AFTER, Snapshot, VoiceDirection, voice_between
-from core.speech.recognition.decision import Decision, RecognizedUtterance, Verdict
+from core.speech.recognition.decision import RecognizedUtterance, Verdict
 from core.speech.settings import MOST_WAITING, PIECE, SpeechSettings
 from core.speech.transcription.piece_length import PieceLength
-
-
-class UnrecognizedSpeechLog:
-    """Words of one listener that nobody understands. Lives on the event loop."""
-
-    def __init__(self, history: History) -> None:
-        self._history = history
-        self._newest_id = 0  # of the entry in the history
-
-    def tell(self, who: Person, *, source: str, remark: str) -> HistoryEntry | None:
-        """Into the history, unless it is the newest there already."""
-        newest = self._history.newest_first(commands_only=True, limit=1)
-        if newest and newest[0].id == self._newest_id:
-            return None
-        entry = self._history.add("command", who, state="refused", source=source, words="", remark=remark)
-        self._newest_id = entry.id
-        return entry
-
 
 log = logging.getLogger(__name__)
 
@@ -62,11 +40,7 @@ MOST_LOSSES = 3  # of the worker, one after the other
 REMEMBERED = 50  # utterances
 OFFERED = 15.0  # [s] that commands are offered that rejected words most likely were
 CREEPS = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
-PARTIAL_EVERY = 0.4  # [s] between two readings of a sentence under way, at least
-PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
 MAY_WAIT = 0.5  # [s] of sound that may wait unread before a simulated robot's clock waits for it
-ROOM = Person("room", "a voice in the room", "viewer")
-NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
 SoundSource = Callable[[SensorFrame], tuple[Sound | None, MicrophoneArray | None]]
 
 
@@ -93,8 +67,9 @@ class RoomTranscriber(Part):
 
     def __init__(
         self,
+        voice_commands: VoiceCommands,
+        pending_commands: PendingCommands,
         dispatcher: CommandDispatcher,
-        history: History,
         notifications: Notifications,
         settings: SpeechSettings | None = None,
         source: SoundSource = lambda frame: (frame.sound, None),
@@ -104,33 +79,25 @@ class RoomTranscriber(Part):
         self.stamp = 0.0  # [s] robot clock of the newest snapshot
         self.trouble = ""  # why words are not read
         self.utterances: deque[RoomUtterance] = deque(maxlen=REMEMBERED)
-        self.obey: Callable[[Decision, RoomUtterance, VoiceBearing | None], str] | None = (
-            None  # takes words on, or tells why not
-        )
-        self.when_understood: list[Callable[[Decision, VoiceDirection | None, float], None]] = []
-        """Called with a decision, the voice, and when the words ended [s], by our own clock."""
-        self.when_heard: list[Callable[[Decision, RoomUtterance, str], None]] = []
-        """Called with every utterance, and why it was not obeyed; "": it was."""
+        self.when_heard: list[Callable[[SpokenOutcome, VoiceDirection | None], None]] = []
+        """Called with what became of every utterance, and of every STOP at once, and with the voice."""
         self.when_so_far: list[Callable[[str], None]] = []  # called with the words of the sentence under way
         self.keep_up: Callable[[float | None], None] = lambda _: None
         """Called with the stamp [s] up to which words are read, while sound waits for it; None: none waits."""
-        self.speaker = ROOM  # in whose name words are shown that nobody obeys
         self.read_to = -np.inf  # [s] robot clock, up to which words were read
         self._reading: float | None = None  # [s] robot clock, begin of the sound that is being read
         self._kept_up: float | None = None  # with which `keep_up` was called last
-        self._so_far_at = 0.0  # [s] from when on they are read again
-        self._dispatcher, self._history, self._notifications = dispatcher, history, notifications
+        self._voice_commands, self._time, self._notifications = voice_commands, dispatcher.words.time, notifications
+        pending_commands.when_rejected.append(self.reject)
         self._worker = TranscriptionClient()
         self._array: MicrophoneArray | None = None  # of which a beam can be made
         self._waiting: Sound | None = None
         self._piece = PieceLength()
         self._voices: tuple[VoiceDirection, ...] = ()
         self._task: asyncio.Task[None] | None = None
-        self._stops = SpokenStops()
         self._newest = 0
         self._source = source
         self._drove = (-np.inf, -np.inf)  # [s] from when to when the robot moved last
-        self._unrecognized = UnrecognizedSpeechLog(history)
         self._losses = 0  # of the worker, one after the other
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
@@ -146,11 +113,11 @@ class RoomTranscriber(Part):
         """
         if snapshot.stamp < self.stamp:  # another clock: the robot was started again
             self._drove = (-np.inf, -np.inf)
-            self._stops.another_clock()
+            self._voice_commands.another_clock()
             self.read_to = -np.inf
         self.stamp = snapshot.stamp
         self._piece.follow(self.stamp, snapshot.hearing is not None and snapshot.hearing.speaking)
-        self._dispatcher.words.time.note(self.stamp, sensed or time.monotonic())
+        self._time.note(self.stamp, sensed or time.monotonic())
         if abs(snapshot.velocity.v) > CREEPS or abs(snapshot.velocity.w) > CREEPS:
             since, until = self._drove
             self._drove = (since if self.stamp - until < VOICE_AFTER else self.stamp, self.stamp)
@@ -188,13 +155,8 @@ class RoomTranscriber(Part):
 
     def reject(self, pending_command: PendingCommand) -> None:
         """A command from here waited and was rejected."""
-        if pending_command.source == "ears":
+        if pending_command.source == EARS:
             self._worker.reject(pending_command.words)
-
-    def said(self, one: RoomUtterance) -> Spoken:
-        """When an utterance was said, by our own clock."""
-        ended = self._dispatcher.words.time.ours(one.t1_s)
-        return self._stops.said(one.t0_s, Spoken(ended - (one.t1_s - one.t0_s), ended))
 
     async def close(self) -> None:
         """Read no more."""
@@ -204,7 +166,7 @@ class RoomTranscriber(Part):
 
     @property
     def words(self) -> TranscriptionStatus:
-        """How it is with them."""
+        """The state of reading the room's words."""
         newest = self.utterances[-1] if self.utterances else None
         fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFERED
         offered = newest.suggested_commands if newest is not None and fresh else ()
@@ -250,14 +212,11 @@ class RoomTranscriber(Part):
 
     async def _read_so_far(self) -> None:
         """Show the words of the sentence under way to those who want them, where no sound waits for it."""
-        begun = time.monotonic()
-        waits = self._dispatcher.words.time.simulated  # then the robot's clock does, and no word is late by this
+        waits = self._time.simulated  # then the robot's clock does, and no word is late by this
         late = not waits and self._waiting is not None and self._waiting.duration > PIECE
-        if not self.when_so_far or begun < self._so_far_at or late:
+        if not self.when_so_far or late:
             return
         words = await self._worker.words_so_far()
-        now = time.monotonic()
-        self._so_far_at = now + max(PARTIAL_EVERY, PARTIAL_REST * (now - begun))
         for show in self.when_so_far if words else ():
             show(words)
 
@@ -272,54 +231,23 @@ class RoomTranscriber(Part):
 
     def _hear(self, utterance: RecognizedUtterance) -> None:
         """One utterance, or a STOP within one that is not over."""
-        speaker = self.speaker
-        heard = self._stops.hear(utterance)
-        if heard == "stop":
-            self._dispatcher.stop(ROOM, "ears")
-            self._stops.obeyed(self._dispatcher.words)
-            self._tell(utterance.decision, None, time.monotonic())
-        if not utterance.final:
-            return
-        voice = voice_between(self._voices, utterance.begin, utterance.end)
-        one = self._utterance(stopped(utterance) if heard != "words" else utterance, voice)
-        self.utterances.append(one)
-        if heard != "words":
-            self._tell_heard(stopped(utterance).decision, one, "")
-            return
-        self._tell(utterance.decision, voice, self.said(one).ended)
-        if not one.words:
-            if not self._motors(one):
-                self._unrecognized.tell(speaker, source="ears", remark=one.reason)
-                self._tell_heard(utterance.decision, one, one.reason)
-            return
-        reason = NOT_OBEYED if one.accepted else one.reason
-        if one.accepted and self.obey is not None:
-            reason = self.obey(utterance.decision, one, None if voice is None else voice.call)
-        self._tell_heard(utterance.decision, one, reason)
-        if not reason:
-            return
-        self._history.add(
-            "command",
-            speaker,
-            state="refused",
-            source="ears",
-            words=one.words,
-            heard_as=one.command or "",
-            remark=reason,
-        )
+        voice, decision = voice_between(self._voices, utterance.begin, utterance.end), utterance.decision
+        if decision.command is not None and not decision.stops:
+            call = None if voice is None else voice.call
+            command = replace(decision.command, call=call, said=utterance.said)
+            utterance = replace(utterance, decision=replace(decision, command=command))
+        motors = self._is_of_motors(utterance)
+        outcome = self._voice_commands.hear(utterance, self._time.ours(utterance.end), maybe_noise=motors)
+        if utterance.final:
+            self.utterances.append(self._utterance(outcome.utterance, voice))
+        if decision.words or not motors:
+            for tell in tuple(self.when_heard):
+                tell(outcome, voice)
 
-    def _tell(self, decision: Decision, voice: VoiceDirection | None, ended: float) -> None:
-        for tell in self.when_understood:
-            tell(decision, voice, ended)
-
-    def _tell_heard(self, decision: Decision, one: RoomUtterance, reason: str) -> None:
-        for tell in tuple(self.when_heard):
-            tell(decision, one, reason)
-
-    def _motors(self, unrecognized: RoomUtterance) -> bool:
-        """Return whether the robot moved while it heard that: then it is its own motors, most likely."""
+    def _is_of_motors(self, utterance: RecognizedUtterance) -> bool:
+        """Return whether the robot moved while it heard that: without words it is its own motors, most likely."""
         since, until = self._drove
-        return unrecognized.t0_s <= until and unrecognized.t1_s >= since
+        return utterance.begin <= until and utterance.end >= since
 
     def _utterance(self, utterance: RecognizedUtterance, best: VoiceDirection | None) -> RoomUtterance:
         decision, command = utterance.decision, utterance.decision.command

@@ -9,9 +9,9 @@ from console.control.notices import Notifications
 from console.control.text_file_reader import TextFileCommand, TextFileSource
 from console.control.text_file_writer import RENEWAL, TextFileWriter
 from console.part import Part
+from console.speech.listener import SpokenOutcome
 from core.errors import Unwritable
 from core.snapshot import VoiceDirection
-from core.speech.recognition.decision import Decision
 
 MOST_WAITING = 20  # commands; a folder that takes none for longer has no use of older ones
 
@@ -23,10 +23,14 @@ class SpokenTextFiles(Part):
         self._files, self._notifications = files, notifications
         self._waiting: asyncio.Queue[tuple[str, VoiceDirection | None, float]] = asyncio.Queue(MOST_WAITING)
 
-    def understood(self, decision: Decision, voice: VoiceDirection | None, ended: float) -> None:
-        """Take the decision about words that ended at `ended` [s] by the steady clock; only accepted ones count."""
-        if decision.verdict == "accept" and decision.command is not None and not self._waiting.full():
-            self._waiting.put_nowait((decision.command.heard_as, voice, ended))
+    def heard(self, outcome: SpokenOutcome, voice: VoiceDirection | None) -> None:
+        """Take words, whether they are obeyed here or not; only commands that were heard for sure count."""
+        decision, stops = outcome.utterance.decision, outcome.heard == "stop"
+        if outcome.heard == "stopped" or decision.verdict != "accept" or decision.command is None:
+            return
+        if not self._waiting.full():
+            ended = time.monotonic() if stops else outcome.said.ended
+            self._waiting.put_nowait((decision.command.heard_as, None if stops else voice, ended))
 
     async def run(self) -> None:
         """Write, one after the other, and give signs of life."""

@@ -19,6 +19,8 @@ from core.speech.understanding.grammar import Refusal, command_of
 
 BUDGET = 20.0  # [s] of processor time for a piece of sound
 LONGEST = 300  # characters of a sentence under way
+PARTIAL_PERIOD_S = 0.4  # [s] between two readings of a sentence under way, at least
+PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
 FEW = 8  # commands rejected while nobody listens: of more than these only the newest count
 
 
@@ -31,6 +33,7 @@ class TranscriptionClient:
         self._rejected: deque[tuple[str, float]] = deque(maxlen=FEW)  # sent with the next sound
         self._speaker = 0
         self._begun = 0  # the process's start that knows how to listen
+        self._partial_from = 0.0  # [s] from when on a sentence under way is read again
 
     @property
     def alive(self) -> bool:
@@ -61,7 +64,7 @@ class TranscriptionClient:
         """
         if speaker != self._speaker:
             self._rejected.clear()
-        self._speaker = speaker
+        self._speaker, self._partial_from = speaker, 0.0
         job = BeginListening(settings, held, array, speaker)
         self.engine = await self._worker.ask(job, budget=BUDGET)
         self._begun = self._worker.starts
@@ -83,8 +86,16 @@ class TranscriptionClient:
         self._rejected.append((words, time.monotonic()))
 
     async def words_so_far(self) -> str:
-        """The words of the sentence under way, as far as it goes; "" where none are known."""
-        return (await self._worker.ask(ReadSoFar(), budget=BUDGET))[:LONGEST]
+        """The words of the sentence under way, as far as it goes; "" where none are known, or too soon after the last
+        ones: the end of the sentence must not wait for them.
+        """
+        begun = time.monotonic()
+        if begun < self._partial_from:
+            return ""
+        words = (await self._worker.ask(ReadSoFar(), budget=BUDGET))[:LONGEST]
+        now = time.monotonic()
+        self._partial_from = now + max(PARTIAL_PERIOD_S, PARTIAL_REST * (now - begun))
+        return words
 
     async def finish(self) -> list[RecognizedUtterance]:
         """End the sound → the utterances that became known with that."""

@@ -7,47 +7,42 @@ What goes far or to a person waits a moment: see `console.control.pending_comman
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 from console.access.logins import Person
-from console.control.command_freshness import SPOKEN_SOURCES
+from console.control.command_freshness import EARS, SPOKEN_SOURCES, Spoken, StaleWords
 from console.control.dispatcher import CommandDispatcher
+from console.control.history import History
+from console.control.history_store import HistoryEntry
 from console.control.lease import Lease
 from console.control.notices import Notifications
-from console.control.pending_commands import PendingCommands
+from console.control.pending_commands import PendingCommand, PendingCommands
 from console.http.problems import Problem
 from console.part import Part
-from console.speech.room_transcription import RoomTranscriber, RoomUtterance
+from console.speech.listener import SpokenOutcome, WordListener
 from core.errors import Refused
-from core.perception.people.voice_bearing import VoiceBearing
-from core.speech.recognition.decision import Decision
+from core.speech.recognition.decision import Decision, RecognizedUtterance
 
-SOURCE = "ears"
+ROOM = Person("room", "a voice in the room", "viewer")
+NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
 NOT_YOURS = "The person who accepted voice commands no longer drives; voices in the room are only shown again."
 HIGHER = "Someone drives by hand or by the page; a voice does not interrupt that. Only stop does."
 
 
-class VoiceCommands(Part):
-    """Lives on the event loop."""
+class VoiceCommands(WordListener, Part):
+    """The listener of the robot's own ears. STOP is obeyed from any voice."""
 
     def __init__(
         self,
-        ears: RoomTranscriber,
         dispatcher: CommandDispatcher,
         lease: Lease,
         pending_commands: PendingCommands,
+        history: History,
         notifications: Notifications,
     ) -> None:
+        super().__init__(EARS, ROOM, pending_commands, dispatcher, history)
         self.operator: Person | None = None  # who has taken the words on
         self.at_console = False  # the operator's own microphone is the voice: it may interrupt their other commands
-        pending_commands.when_rejected.append(ears.reject)
-        self._ears, self._dispatcher, self._lease, self._pending_commands, self._notifications = (
-            ears,
-            dispatcher,
-            lease,
-            pending_commands,
-            notifications,
-        )
+        self._lease, self._notifications = lease, notifications
 
     def take_on(self, who: Person) -> None:
         """Obey voices in the room in this operator's name from now on. Raises Problem 403, 409."""
@@ -59,31 +54,37 @@ class VoiceCommands(Part):
             )
         except Refused as refused:
             raise Problem(409, str(refused)) from None
-        self.operator, self._ears.obey = who, self._obey
+        self.operator = who
 
     def let_go(self) -> None:
         """Words are only shown again."""
-        self.operator = self._ears.obey = None
-        self._pending_commands.forget(SOURCE, "Voices in the room are obeyed no more.")
+        self.operator = None
+        self._pending_commands.forget(EARS, "Voices in the room are obeyed no more.")
 
-    def _obey(self, decision: Decision, said: RoomUtterance, call: VoiceBearing | None) -> str:
-        """Begin, or wait a moment and begin → "", or why not."""
-        who, command = self.operator, decision.command
-        if who is None or not self._lease.held_by(who):
+    def _stop(self, decision: Decision, said: Spoken) -> int | None:
+        self._dispatcher.stop(ROOM, EARS)
+        return None
+
+    def _obey(self, utterance: RecognizedUtterance, said: Spoken) -> SpokenOutcome:
+        if objection := self._objection():
+            return self._refuse(utterance, said, objection)
+        return super()._obey(utterance, said)
+
+    def _objection(self) -> str:
+        """Why no command of a voice is obeyed now, a sentence; "" when it may be."""
+        if self.operator is None:
+            return NOT_OBEYED
+        if not self._lease.held_by(self.operator):
             self.let_go()
             return NOT_YOURS
-        when = self._ears.said(said)
-        late = self._dispatcher.words.why_not(when, SOURCE, who)
-        if command is not None:
-            command = replace(command, call=call, said=decision.said or (said.t0_s, said.t1_s))
-        if late or command is None:
-            if command is not None and self._dispatcher.words.why_late(when, SOURCE):
-                self._pending_commands.offer_late(command, SOURCE)
-            return late or decision.reason
-        if not self.at_console and self._dispatcher.busy_above(SPOKEN_SOURCES):
-            return HIGHER
+        busy = not self.at_console and self._dispatcher.busy_above(SPOKEN_SOURCES)
+        return HIGHER if busy else ""
+
+    def _take(self, decision: Decision, said: Spoken) -> HistoryEntry | PendingCommand:
+        assert self.operator is not None
         try:
-            self._pending_commands.take(replace(decision, command=command), SOURCE, who, when)
+            return self._pending_commands.take(decision, EARS, self.operator, said)
         except Problem as problem:
-            self._notifications.tell("warning", problem.detail)
-        return ""
+            if not isinstance(problem, StaleWords):
+                self._notifications.tell("warning", problem.detail)
+            raise

@@ -11,11 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.control.command_freshness import CommandFreshness
+from console.control.command_freshness import CommandFreshness, Spoken
 from console.control.history import History
 from console.control.lease import Lease
+from console.control.notices import Notifications
+from console.control.pending_commands import PendingCommands
 from console.control.robot_time import RobotTime
-from console.speech.room_transcription import ROOM, RoomTranscriber, RoomUtterance
+from console.speech.room_transcription import RoomTranscriber
+from console.speech.voice_commands import ROOM, VoiceCommands
 from core.gate import Twist
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
 from core.speech.recognition.decision import RecognizedUtterance
@@ -37,6 +40,15 @@ class Reads:
 
     async def feed(self, samples: Any, rate: int, stamp: float) -> list[RecognizedUtterance]:
         return [replace(self.utterances.pop(0), begin=stamp, end=stamp + 0.2)]
+
+
+def transcriber(dispatcher: Any, history: History) -> RoomTranscriber:
+    """The robot's ears, whose words nobody has taken on."""
+    lease, notifications = Lease(), Notifications()
+    dispatcher.when_cancelled = []
+    pending_commands = PendingCommands(dispatcher, lease, history, notifications)
+    voice_commands = VoiceCommands(dispatcher, lease, pending_commands, history, notifications)
+    return RoomTranscriber(voice_commands, pending_commands, dispatcher, notifications)
 
 
 def hear(
@@ -69,20 +81,19 @@ def test_stop_is_obeyed_when_the_robot_was_started_anew_and_its_clock_with_it(
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
     words = SimpleNamespace(stopped_by=lambda _: None, time=RobotTime())
     dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source), words=words)
-    ears = RoomTranscriber(dispatcher, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    ears = transcriber(dispatcher, History(tmp_path, lambda _: None))
     told = list[str]()
-    ears.when_understood.append(lambda decision, voice, ended: told.append(decision.words))
+    ears.when_heard.append(lambda outcome, voice: told.append(f"{outcome.heard}: {outcome.utterance.decision.words}"))
     hear([STOP, STOP, STOP, TURN], [100.0, 100.2, 1.0, 3.0], ears, worker)
     assert stops == ["ears", "ears"]  # the second is the same word's, heard again
-    assert told == ["stop", "stop", "turn left"]
+    assert told == ["stop: stop", "stopped: stop", "stop: stop", "words: turn left"]
 
 
 def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     worker = Reads()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
     history = History(tmp_path, lambda _: None)
-    ears = RoomTranscriber(SimpleNamespace(words=CommandFreshness(Lease())), history, SimpleNamespace())  # type: ignore[arg-type]
-
+    ears = transcriber(SimpleNamespace(words=CommandFreshness(Lease())), history)
     history.open()
     hear([NOTHING, NOTHING, NOTHING, TURN, NOTHING, NOTHING], [0.2 * n for n in range(6)], ears, worker)
     told = [entry.words for entry in reversed(history.newest_first(commands_only=True))]
@@ -106,7 +117,7 @@ def test_a_piece_that_is_no_numbers_is_a_gap_and_not_the_end_of_all_words(
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
     words = CommandFreshness(Lease())
     dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source), words=words)
-    ears = RoomTranscriber(dispatcher, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    ears = transcriber(dispatcher, History(tmp_path, lambda _: None))
     piece = Sound(stamp=1.0, rate=16_000, samples=np.full((3200, 4), broken))
     snapshot: Any = SimpleNamespace(stamp=1.0, hearing=None, velocity=Twist(0.0, 0.0))
     ears.feed(snapshot, piece, RESPEAKER_ODAS)
@@ -117,14 +128,14 @@ def test_a_piece_that_is_no_numbers_is_a_gap_and_not_the_end_of_all_words(
 
 def test_words_are_as_old_as_their_sound_whenever_the_console_takes_it(tmp_path: Path) -> None:
     """Sensed at 1000 s of our clock, taken by the console ten seconds late."""
-    ears = RoomTranscriber(
-        SimpleNamespace(words=CommandFreshness(Lease())), History(tmp_path, lambda _: None), SimpleNamespace()
-    )  # type: ignore[arg-type]
+    ears = transcriber(SimpleNamespace(words=CommandFreshness(Lease())), History(tmp_path, lambda _: None))
+    came: list[Spoken] = []
+    ears.when_heard.append(lambda outcome, voice: came.append(outcome.said))
     for stamp in (4.0, 5.0, 6.0):
         snapshot: Any = SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.0, 0.0))
         ears.feed(snapshot, None, None, 1000.0 + 1.5 * (stamp - 5.0))  # the robot's clock is slow
-    one = RoomUtterance(1, 4.2, 4.8, "turn left", True, "turn left", "", None, None, "accept", 1.0)
-    said = ears.said(one)
+    ears._hear(replace(TURN, begin=4.2, end=4.8))
+    ears._hear(replace(TURN, begin=7.0, end=7.5))  # after all that is known of its clock
+    said, late = came
     assert (said.began, said.ended) == pytest.approx((999.2, 999.8))
-    late = ears.said(replace(one, t0_s=7.0, t1_s=7.5))  # after all that is known of its clock
     assert late.ended == 1001.5

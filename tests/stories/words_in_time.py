@@ -156,13 +156,13 @@ class Story:
         history = History(folder, lambda _: None)
         self.dispatcher = CommandDispatcher(self, self.lease, history, board)  # type: ignore[arg-type]
         self.dispatcher.pilot = self  # type: ignore[assignment]
-        with patch("console.speech.room_transcription.TranscriptionClient", lambda: self.room_reader):
-            self.ears = RoomTranscriber(self.dispatcher, history, board)
-        with patch("console.speech.browser_microphone.TranscriptionClient", lambda: self.page_reader):
-            self.microphone = BrowserMicrophone()
         self.pending_commands = Waiting(self.dispatcher, self.lease, history, board)
         self.pending_commands.seen = self.seen
-        self.spoken = VoiceCommands(self.ears, self.dispatcher, self.lease, self.pending_commands, board)
+        self.spoken = VoiceCommands(self.dispatcher, self.lease, self.pending_commands, history, board)
+        with patch("console.speech.room_transcription.TranscriptionClient", lambda: self.room_reader):
+            self.ears = RoomTranscriber(self.spoken, self.pending_commands, self.dispatcher, board)
+        with patch("console.speech.browser_microphone.TranscriptionClient", lambda: self.page_reader):
+            self.microphone = BrowserMicrophone()
         self.sockets, self.history, self.states = OpenSockets(), history, StateTimes()
         self.parts = Parts()
         for part in (self.ears, self.microphone, self.pending_commands, self.spoken, RobotVoice()):

@@ -13,12 +13,15 @@ from typing import Any
 
 import pytest
 
+from console.control.command_freshness import Spoken
 from console.control.text_file_reader import SOURCE, SPEECH, TextFileCommand, TextFileReader, TextFileSource
 from console.control.text_file_writer import TextFileWriter
 from console.serve import Options, check
+from console.speech.listener import SpokenOutcome
 from console.speech.spoken_text_files import SpokenTextFiles
 from core.commands import VOCABULARY
 from core.errors import BadInput, Unwritable
+from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.understanding.grammar import Refusal, understand
 from tests.core.speech.ears import sure
 
@@ -75,8 +78,10 @@ def test_the_console_writes_what_was_accepted(tmp_path: Path) -> None:
 
     async def write() -> None:
         task = asyncio.create_task(files.run())
-        files.understood(replace(sure("turn right"), verdict="confirm"), voice, time.monotonic())
-        files.understood(sure("follow me"), voice, time.monotonic())
+        now = time.monotonic()
+        for decision in (replace(sure("turn right"), verdict="confirm"), sure("follow me")):
+            utterance = RecognizedUtterance(begin=0.0, end=1.0, decision=decision)
+            files.heard(SpokenOutcome(utterance, Spoken(now - 1.0, now)), voice)
         for _ in range(100):
             if (tmp_path / SPEECH).exists():
                 break

@@ -6,16 +6,18 @@ import sys
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from console.control.pending_commands import PendingCommands
-from console.speech.room_transcription import NOT_OBEYED, RoomTranscriber, RoomUtterance
+from console.speech.listener import SpokenOutcome
+from console.speech.room_transcription import RoomTranscriber, RoomUtterance
 from console.speech.transcription_client import within_bounds
-from console.speech.voice_commands import HIGHER, VoiceCommands
+from console.speech.voice_commands import HIGHER, NOT_OBEYED, VoiceCommands
 from core.commands.command import Command
 from core.errors import Refused
-from core.perception.people.voice_bearing import VoiceBearing
-from core.speech.recognition.decision import Decision
+from core.snapshot import VoiceDirection
+from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.understanding.grammar import parse, understand
 from tests.console.live import Live
 from tests.core.speech.ears import sure
@@ -41,10 +43,32 @@ def said(live: Live, words: str, age: float = 0.0, own: tuple[float, float] | No
     begin = ears.stamp + 0.1
     live.until(lambda: ears.stamp > begin + 0.1)
     end = ears.stamp - age
-    one = RoomUtterance(1, end - 0.1, end, words, True, words, "", 0.0, 0.05, "accept", 1.0)
-    heard = replace(decision(words), said=own)
-    call = VoiceBearing(stamp=end, azimuth=0.0, sd=0.05, x=0.0, y=0.0)
-    return live.on_loop(lambda: NOT_OBEYED if ears.obey is None else ears.obey(heard, one, call))
+    one = RecognizedUtterance(begin=end - 0.1, end=end, decision=replace(decision(words), said=own))
+    came: list[SpokenOutcome] = []
+
+    def hear() -> str:
+        ears._voices = (voice(end),)
+        ears.when_heard.append(lambda outcome, _: came.append(outcome))
+        ears._hear(one)
+        ears.when_heard.pop()
+        return came[0].reason
+
+    return live.on_loop(hear)
+
+
+def voice(stamp: float) -> VoiceDirection:
+    return VoiceDirection(
+        id=1,
+        stamp=stamp,
+        age=0.0,
+        azimuth=0.0,
+        azimuth_world=0.0,
+        sd=0.05,
+        sd_heard=0.05,
+        elevation=None,
+        strength=1.0,
+        heard_at=np.zeros(2),
+    )
 
 
 def newest(live: Live) -> dict[str, Any]:
@@ -184,8 +208,8 @@ def test_what_the_pilot_does_not_do_now_is_told_and_the_ears_go_on(
     assert listen(live, True).status == 200
     monkeypatch.setattr(live.runtime.dispatcher.pilot, "tell", not_now)
     monkeypatch.setattr(live.runtime.parts[PendingCommands], "delay", 0.05)
-    for words in ("turn left", "come here"):
-        assert said(live, words) == ""
+    for words, why in (("turn left", "Not now: I look for my place."), ("come here", "")):
+        assert said(live, words) == why
         row = live.until(lambda words=words: newest(live) if newest(live)["heard_as"] == words else None)
         assert (row["state"], row["remark"]) == ("refused", "Not now: I look for my place.")
     assert live.runtime.parts[RoomTranscriber].trouble == "" and live.runtime.parts[PendingCommands].waiting is None
