@@ -17,14 +17,14 @@ class DeviceClock:
     """Minimum filter of receive minus device time: what is late by the link's jitter does not count.
 
     A source that is late while another is not stays late, however long: what is driven by old readings touches what
-    it does not see. By stamps alone, a link that lags as a whole looks like a clock that was held up, as a
-    simulator's is: where all sources are late for `HELD_UP_S`, over which nothing is driven by them, the clock
-    follows. One that tells the time of day is never held up: what lags behind it is late however long it lasts, and
-    so it is with a clock that is asked not to follow. Of several sources one whose stamps step alone is not believed.
+    it does not see. By stamps alone, a link that lags as a whole looks like a clock that was held up. Only one of a
+    simulator is held up: such a clock `follows` where all sources are late for `HELD_UP_S`, over which nothing is
+    driven by them. Any other keeps to the quickest of its messages, however long all others are late; so does one
+    that tells the time of day. Of several sources one whose stamps step alone is not believed.
     """
 
-    def __init__(self, drift: float = MAX_DRIFT, *, follows: bool = True) -> None:
-        """`drift`: share by which the device's clock may run slow; `follows`: also one that was held up."""
+    def __init__(self, drift: float = MAX_DRIFT, *, follows: bool = False) -> None:
+        """`drift`: share by which the device's clock may run slow; `follows`: a simulator's, that may be held up."""
         self._drift, self._follows = drift, follows
         self._late: set[str] = set()  # sources whose newest message was late …
         self._late_since: float | None = None  # … and since when all are [s]

@@ -160,7 +160,7 @@ class SensorTime:
     def __init__(self, apart: float | None, late: float) -> None:
         """`apart` [s]: robot's clock minus the sensor's, as asked; None: not known. `late` [s]: a scan at least."""
         self._apart, self._late = apart, late
-        self._clock = DeviceClock(follows=False)
+        self._clock = DeviceClock()
         self._last: int | None = None
         self._turns = 0
         self._scans = 0

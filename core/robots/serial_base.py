@@ -177,7 +177,7 @@ class SerialBase(Device):
         self._link: ByteLink | None = None
         self._buffer = b""
         self._equipment: Equipment | None = None
-        self._clock: DeviceClock | None = None  # since the link came up
+        self._clock = DeviceClock(RESONATOR_DRIFT)  # a base that was switched off counts from 0: it steps
 
     def open(self) -> Equipment:
         """Open the port and ask the robot what it is."""
@@ -204,12 +204,11 @@ class SerialBase(Device):
         if self._equipment is None or self._equipment.base is None:
             return
         odometry = WheelOdometry(self._equipment.base.wheelbase or 0.1)
-        clock = self._clock = DeviceClock(RESONATOR_DRIFT)
         heard = time.monotonic()
         while time.monotonic() - heard < LOST_AFTER:
             for words in self._lines(LOST_AFTER / 10):
                 try:
-                    self._hand_on(words, odometry, clock, readings)
+                    self._hand_on(words, odometry, readings)
                 except BadLine:
                     self.rejected += 1
                     continue
@@ -219,7 +218,7 @@ class SerialBase(Device):
 
     def findings(self) -> Findings:
         """The base's clock."""
-        offset = self._clock.offset if self._clock else None
+        offset = self._clock.offset
         return Findings(clocks=() if offset is None else (ClockOffset(clock="base", offset_s=round(offset, 4)),))
 
     def drive(self, twist: Twist) -> None:
@@ -253,12 +252,12 @@ class SerialBase(Device):
                 self.rejected += 1
         return found
 
-    def _hand_on(self, words: list[str], odometry: WheelOdometry, clock: DeviceClock, readings: Readings) -> None:
+    def _hand_on(self, words: list[str], odometry: WheelOdometry, readings: Readings) -> None:
         match words:
             case ["O", counter, *wheels] if counter.isdecimal() and int(counter) < COUNTER:
                 left, right = parse_numbers(wheels, 2)
                 pose, speed, turn_rate = odometry.move(int(counter), left, right)
-                readings.wheels(pose, speed, turn_rate, clock.stamp(odometry.stamp, readings.now()))
+                readings.wheels(pose, speed, turn_rate, self._clock.stamp(odometry.stamp, readings.now()))
             case ["B", ("0" | "1") as pressed]:
                 readings.contact(pressed == "1")
             case ["P", charge]:

@@ -28,6 +28,7 @@ TOPICS = {
     "/battery_state": BATTERY,
     "/tf_static": TF,
 }
+CLOCK = {"/clock": "rosgraph_msgs/msg/Clock"}  # that a simulator gives the time is told by its topic
 CONTROLLER = "/diff_drive_controller.cmd_vel_timeout"
 PERIOD = 1.0  # [s] between repeated descriptions
 
@@ -69,6 +70,7 @@ class FoxgloveEmulator:
         self.maker = RosMessageMaker(SIMULATED_START_S)
         self.navigation: EmulatedNavigation | None = None  # set it before `start`, and
         self.urdf = ""  # on /robot_description
+        self.simulates = True  # it has a simulator's clock, which a slow computer holds up
         self._client_channels: dict[tuple[int, int], str] = {}
         self._server: Any = None
         self.parameters: dict[str, Any] = {}  # of the robot's nodes; needs the capability Parameters
@@ -104,7 +106,8 @@ class FoxgloveEmulator:
         )
         self.port = self._server.port
         own = (self.navigation.topics if self.navigation else {}) | ({DESCRIPTION: STRING} if self.urdf else {})
-        topics = TOPICS | own | (dict.fromkeys(self.listens, self.cmd_vel_type) if self.tells else {})
+        topics = TOPICS | own | (CLOCK if self.simulates else {})
+        topics |= dict.fromkeys(self.listens, self.cmd_vel_type) if self.tells else {}
         self._channels = {topic: self._channel(foxglove, context, topic, kind) for topic, kind in topics.items()}
         if "ConnectionGraph" in self.capabilities:
             graph = ConnectionGraph()

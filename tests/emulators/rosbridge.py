@@ -26,7 +26,7 @@ from core.geometry import Pose
 from core.robots.ros.typestore import GOAL, STRING, TWIST, TWIST_STAMPED, usual_types
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve as serve_by_hand
-from tests.emulators.foxglove import PERIOD, TOPICS
+from tests.emulators.foxglove import CLOCK, PERIOD, TOPICS
 from tests.emulators.own_navigation import EmulatedNavigation
 from tests.emulators.ros_messages import DESCRIPTION, PROFILE, SIMULATED_START_S, URDF, RosMessageMaker
 from tests.emulators.world import World
@@ -67,6 +67,7 @@ class RosbridgeEmulator:
         self.maker = RosMessageMaker(SIMULATED_START_S)
         self.navigation: EmulatedNavigation | None = None  # set it before `start`, and
         self.urdf = ""  # on /robot_description, in ROS 1 a parameter
+        self.simulates = True  # it has a simulator's clock, which a slow computer holds up
         self.parameters: dict[str, Any] = {}  # of ROS 1 "/controller/cmd_vel_timeout", ROS 2 "/node:cmd_vel_timeout"
         self.clients: list[ServerConnection] = []
         self._stamp = 0.0
@@ -84,7 +85,8 @@ class RosbridgeEmulator:
     @property
     def topics(self) -> dict[str, str]:
         described = {DESCRIPTION: STRING} if self.urdf and not self.ros1 else {}
-        return TOPICS | described | (self.navigation.topics if self.navigation else {})
+        clock = CLOCK if self.simulates else {}
+        return TOPICS | clock | described | (self.navigation.topics if self.navigation else {})
 
     def start(self) -> None:
         self._server = serve(self._serve, "127.0.0.1", self.port, compression=None, max_size=None)

@@ -43,6 +43,7 @@ class SerialRobot:
         self._left = self._right = 0.0
         self._last: Pose | None = None
         self._milliseconds = 0
+        self._left_out = 0.0  # [s] of the world's, that its clock has shown
         self._contact = False
         world.on_wheels.append(self._roll)
         world.on_contact.append(self._touch)
@@ -61,7 +62,7 @@ class SerialRobot:
     def start(self) -> None:
         """Switch on: it counts from zero."""
         self._left = self._right = 0.0
-        self._last, self._milliseconds = None, 0
+        self._last, self._milliseconds, self._left_out = None, 0, self._world.left_out
         self._port.start()
 
     def stop(self) -> None:
@@ -86,7 +87,8 @@ class SerialRobot:
             self._left += forward - move.heading * WHEELBASE / 2
             self._right += forward + move.heading * WHEELBASE / 2
         self._last = wheels.odometry
-        self._milliseconds += 25
+        self._milliseconds += 25 + round(1e3 * (self._world.left_out - self._left_out))  # no clock is held up
+        self._left_out = self._world.left_out
         if not self.silent:
             self.send(f"O {self._milliseconds} {self._left:.4f} {self._right:.4f}")
 

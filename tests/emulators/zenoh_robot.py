@@ -31,7 +31,7 @@ from core.robots.ros.typestore import (
 )
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve
-from tests.emulators.foxglove import TOPICS
+from tests.emulators.foxglove import CLOCK, TOPICS
 from tests.emulators.own_navigation import EmulatedNavigation
 from tests.emulators.ros_messages import DESCRIPTION, PROFILE, SIMULATED_START_S, URDF, RosMessageMaker, speeds_of
 from tests.emulators.world import World
@@ -187,6 +187,7 @@ class ZenohEmulator:
         self.maker = RosMessageMaker(SIMULATED_START_S)
         self.navigation: EmulatedNavigation | None = None  # set it before `start`, and
         self.urdf = ""  # on /robot_description
+        self.simulates = True  # it has a simulator's clock, which a slow computer holds up
         self.timeout: float | None = None  # [s] cmd_vel_timeout of its controller; None: it has no such parameter
         self.node: RmwNode | None = None
         self.router: zenoh.Session | None = None
@@ -230,6 +231,7 @@ class ZenohEmulator:
         node.listener(f"{self.namespace}/cmd_vel", self.cmd_vel_type, self._command)
         node.listener(f"{self.namespace}/stop_lock", BOOL, self._locked)
         own = (self.navigation.topics if self.navigation else {}) | ({DESCRIPTION: STRING} if self.urdf else {})
+        own |= CLOCK if self.simulates else {}
         self.puts = {
             topic: node.publisher(self.namespace + topic, kind, latched=topic in ("/tf_static", "/map", DESCRIPTION))
             for topic, kind in (TOPICS | own).items()

@@ -53,6 +53,7 @@ MAX_SPEED_HELD_S = 0.5  # over which a speed is carried on to the next one
 AUDIO_RATE = 16_000  # [Hz] of audio that does not say it
 SOUND_GAP = 0.1  # [s] by which a block of sound may come early or late and still follow the one before
 MOST_CHANNELS = 32
+MIN_RESTART_S = 8.0  # that a computer with ROS takes to start, at least
 
 
 class RosClocks:
@@ -62,10 +63,13 @@ class RosClocks:
     or leaps, the others of its clock show that it does.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, simulated: bool) -> None:
+        """`simulated`: the robot's clock is a simulator's, which may be held up."""
+        self._simulated = simulated
         self._clocks: deque[DeviceClock] = deque(maxlen=MOST_CLOCKS)
         self._users: dict[str, DeviceClock] = {}  # topic → the clock of its stamps
         self._newest: dict[str, float] = {}  # topic → when its newest message was measured [s]
+        self.received = -math.inf  # [s] when the newest message with a stamp came
 
     def stamp(self, topic: str, own: float, received: float) -> float:
         """A message's own stamp [s], 0 for none, and when it came → when it was measured.
@@ -74,6 +78,7 @@ class RosClocks:
         """
         if own <= 0 or not math.isfinite(own):
             return self._newest.get(topic, received)
+        self.received = received
         clock = self._users[topic] = self._users.get(topic) or self._agreeing(own, received)
         self._newest[topic] = clock.stamp(own, received, topic)
         return self._newest[topic]
@@ -83,7 +88,7 @@ class RosClocks:
         for clock in self._clocks:
             if clock.offset is not None and abs(received - own - clock.offset) < SAME_CLOCK:
                 return clock
-        self._clocks.appendleft(DeviceClock())
+        self._clocks.appendleft(DeviceClock(follows=self._simulated))
         return self._clocks[0]
 
     @property
@@ -113,7 +118,8 @@ class RosSensors:
         self._placed: set[str] = set()  # sensors whose mounting the robot says
         self._traffic = Traffic()
         self._readings: Readings | None = None
-        self._clocks = RosClocks()
+        self._now: Callable[[], float] = time.monotonic  # [s], since it is attached by the clock of its readings
+        self._clocks = RosClocks(simulated=topics.simulated)
         self._tree = FrameTree()
         self._base_frame = topics.base_frame
         self._lasers: dict[str, tuple[str, Laser]] = {}  # topic → frame, geometry
@@ -160,8 +166,11 @@ class RosSensors:
         return silent if placed or not moving else [*silent, moving]
 
     def attach(self, readings: Readings) -> None:
-        """Hand on what comes from now on."""
-        self._clocks, self._last, self._sound_end = RosClocks(), {}, 0.0
+        """Hand on what comes from now on. After a loss too short for a restart its clocks are known: it may lag."""
+        if self._now != readings.now or self._now() - self._clocks.received > MIN_RESTART_S:
+            self._clocks = RosClocks(simulated=self.topics.simulated)
+        self._now = readings.now
+        self._last, self._sound_end = {}, 0.0
         self._readings = readings
         for sentence in self.notices:
             readings.note(sentence)
@@ -200,9 +209,6 @@ class RosSensors:
         """A message as it came, decoded already."""
         if topic in self._takers:
             self._take(topic, content, self._now())
-
-    def _now(self) -> float:
-        return self._readings.now() if self._readings else time.monotonic()
 
     def _take(self, topic: str, content: Any, received: float) -> None:
         try:

@@ -39,6 +39,7 @@ TYPES = {
 """Message types that a topic may carry for each role; the first is preferred."""
 
 DESCRIPTION = "/robot_description"
+CLOCK = "/clock"  # of a simulator
 MOST_SCANS = 2
 NOTHING = "none"  # a setting's value for "do not use any"
 NAME = re.compile(r"/?[A-Za-z_][\w/.-]{0,200}")
@@ -108,6 +109,7 @@ class RosTopics:
     cmd_vel: str = "/cmd_vel"
     cmd_vel_type: str = TWIST
     guessed: bool = False  # the type of the speeds: nothing on the robot says it
+    simulated: bool = False  # a simulator gives the time
     lock: str = ""
     base_frame: str = ""
     types: Mapping[str, str]  # topic → its type, of all that are read
@@ -203,6 +205,7 @@ class _Chooser:
             cmd_vel=cmd_vel,
             cmd_vel_type=cmd_vel_type,
             guessed=guessed,
+            simulated=CLOCK in self._types,
             lock="" if self._settings.lock == NOTHING else _absolute(self._settings.lock, self._space),
             base_frame=self._settings.base_frame,
             types=self._chosen,

@@ -13,6 +13,7 @@ import pytest
 from core.errors import BadInput, Unavailable
 from core.gate import ZERO, Twist
 from core.robots.live import LiveRobot
+from core.robots.readings import Readings
 from core.robots.serial_base import (
     BadLine,
     SerialBase,
@@ -245,6 +246,21 @@ def test_a_counter_that_went_back_twice_is_a_robot_that_was_started_again() -> N
         odometry.move(200, 0.0, 0.0)
     with pytest.raises(OSError, match="started again"):
         odometry.move(220, 0.0, 0.0)
+
+
+def test_a_lag_stays_known_when_the_link_was_lost_and_a_counter_from_zero_is_a_clock_anew() -> None:
+    base, now = open_device("//192.0.2.1"), 0.0
+    readings = Readings(lambda: now)
+    odometry, late = WheelOdometry(0.2), list[float]()
+    for lag, counter in ((0.0, 5000), (3.0, 10000), (0.0, 100)):  # at first, after a loss, after a restart
+        odometry = WheelOdometry(0.2)
+        for step in range(40):
+            now += 0.025
+            base._hand_on(["O", str(counter + 25 * step - round(1e3 * lag)), "0", "0"], odometry, readings)
+        offset = base.findings().clocks[0].offset_s
+        late.append(now - odometry.stamp - offset)
+        now += 4.0
+    assert late == pytest.approx([0.0, 3.0, 0.0], abs=0.05)
 
 
 @pytest.mark.parametrize("rest", ["", "//", "///dev/x?bauds=9600", "///dev/x?baud=fast", "//host:70000"])

@@ -234,7 +234,7 @@ def test_a_picture_of_half_the_calibrated_size_has_half_the_focal_length() -> No
 
 
 def test_topics_whose_stamps_agree_share_a_clock_and_a_strange_one_has_its_own() -> None:
-    clocks = RosClocks()
+    clocks = RosClocks(simulated=False)
     for number in range(50):
         now = 0.1 * number
         assert clocks.stamp("/odom", 1000.0 + now, now + 0.002) == pytest.approx(now + 0.002, abs=1e-4)
@@ -249,7 +249,7 @@ def test_topics_whose_stamps_agree_share_a_clock_and_a_strange_one_has_its_own()
 
 @pytest.mark.parametrize("late", [0.4, 1.0, 3.0, 6.0, 30.0])
 def test_a_topic_that_falls_behind_is_dated_by_its_own_stamps_however_late_it_is(late: float) -> None:
-    clocks, messages = RosClocks(), list[tuple[float, str, float]]()
+    clocks, messages = RosClocks(simulated=False), list[tuple[float, str, float]]()
     for number in range(600):
         own = 0.1 * number
         messages += [(own + 0.002, "/odom", own), (own + (late if own > 5.0 else 0.01), "/scan", own)]
@@ -259,7 +259,7 @@ def test_a_topic_that_falls_behind_is_dated_by_its_own_stamps_however_late_it_is
 
 @pytest.mark.parametrize("late", [0.4, 3.0, 8.0])
 def test_a_topic_that_was_always_late_is_known_by_the_others_of_its_clock(late: float) -> None:
-    clocks = RosClocks()
+    clocks = RosClocks(simulated=False)
     for number in range(100):
         received = 0.1 * number
         clocks.stamp("/scan", 1000.0 + received - late, received)
@@ -269,7 +269,7 @@ def test_a_topic_that_was_always_late_is_known_by_the_others_of_its_clock(late: 
 
 @pytest.mark.parametrize("step", [-3600.0, -60.0, -1.0, 1.0, 60.0])
 def test_a_topic_that_steps_alone_does_not_make_the_clock_and_is_believed_when_it_is_back(step: float) -> None:
-    clocks = RosClocks()
+    clocks = RosClocks(simulated=False)
     for number in range(300):
         received = 0.1 * number
         leap = step if 10.0 < received < 20.0 else 0.0
@@ -278,7 +278,7 @@ def test_a_topic_that_steps_alone_does_not_make_the_clock_and_is_believed_when_i
 
 
 def test_a_clock_that_is_set_for_all_its_topics_is_followed_at_once() -> None:
-    clocks, off = RosClocks(), list[float]()
+    clocks, off = RosClocks(simulated=False), list[float]()
     for number in range(600):
         received = 0.1 * number
         set_by = (0.0, 3600.0, -7200.0)[number // 200]
@@ -289,11 +289,36 @@ def test_a_clock_that_is_set_for_all_its_topics_is_followed_at_once() -> None:
 
 
 def test_a_clock_that_was_set_is_learnt_anew_by_the_stamps_that_step() -> None:
-    clocks = RosClocks()
+    clocks = RosClocks(simulated=False)
     for number in range(300):
         received = 0.1 * number
         own = 1000.0 + received + (0.0 if received < 10.0 else -60.0 if received < 20.0 else 3600.0)
         assert received - clocks.stamp("/scan", own - 0.004, received) == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("silent", "late"), [(4.0, 3.0), (7.0, 3.0), (20.0, 0.0)])
+def test_a_lag_stays_known_over_a_loss_that_is_too_short_for_a_restart(silent: float, late: float) -> None:
+    wire = Wire()
+    for lag in (0.0, 3.0):
+        wire.sensors.attach(wire.readings)
+        for _ in range(20):
+            wire.clock += 0.1
+            wire.take("/scan", wire.maker.scan(wire.scan(wire.clock - lag)))
+        wire.sensors.detach()
+        scan = wire.readings.frame().scan
+        wire.clock += silent
+    assert scan is not None and wire.readings.now() - silent - scan.stamp == pytest.approx(late, abs=0.4)
+
+
+@pytest.mark.parametrize("clock", [(), (("/clock", "rosgraph_msgs/msg/Clock"),)])
+def test_only_a_simulators_clock_is_held_up(clock: tuple[tuple[str, str], ...]) -> None:
+    topics, late = choose_topics((*TOPICS.items(), *clock), RosSettings()), 0.0
+    clocks = RosClocks(simulated=topics.simulated)
+    for number in range(100):
+        own = 0.1 * number
+        lag = 0.0 if own < 2.0 else 1.5
+        late = max(own + lag - clocks.stamp(topic, 10.0 + own, own + lag) for topic in ("/scan", "/odom"))
+    assert late == pytest.approx(0.0 if clock else 1.5, abs=0.01)
 
 
 class Sent:
