@@ -71,26 +71,24 @@ def open_log(
     ids: Ids = "given",
     still: bool = False,
     *,
-    pictures: bool = False,
+    whole: bool = False,
 ) -> Recording:
     """Read a log whole, whatever its form. Raises BadInput with a sentence when nothing in it can be used.
 
     `path` may end in `#number`: the run of an archive of runs, the robot of an MRCLAM folder. With ids "hidden" the
     identities in a sightings log are not shown; `still` takes in the still frames where a log has them;
-    `pictures` those of the first camera of a ROS log.
+    `whole`: the pictures of the first camera of a ROS log and its sound, too.
     """
     place, number, folder = _split(str(path))
     if folder:
-        return _folder(place, number, ids, settings, pictures=pictures)
+        return _folder(place, number, ids, settings, whole=whole)
     if is_packed(place):
         with unpacked_file(place, settings.largest_file) as content:
-            return replace(_file(content, number, ids, still, settings, pictures=pictures), path=place)
-    return _file(place, number, ids, still, settings, pictures=pictures)
+            return replace(_file(content, number, ids, still, settings, whole=whole), path=place)
+    return _file(place, number, ids, still, settings, whole=whole)
 
 
-def _file(
-    place: Path, number: int | None, ids: Ids, still: bool, settings: LogSettings, *, pictures: bool
-) -> Recording:
+def _file(place: Path, number: int | None, ids: Ids, still: bool, settings: LogSettings, *, whole: bool) -> Recording:
     """One file that is not packed."""
     head = first_bytes(place, 16)
     suffix = next((form for magic, form in MAGIC.items() if head.startswith(magic)), place.suffix.lower())
@@ -100,7 +98,7 @@ def _file(
         raise BadInput(f"{place.name} is one recording; leave out #{number}.")
     if suffix in ROS_FORMS:
         form, messages = ROS_FORMS[suffix]
-        return _ros(place, form, messages, settings, pictures=pictures)
+        return _ros(place, form, messages, settings, whole=whole)
     return _text(place, ids, settings)
 
 
@@ -115,15 +113,15 @@ def _split(path: str) -> tuple[Path, int | None, bool]:
         raise BadInput("The path of the log cannot be used on this machine.") from problem
 
 
-def _folder(folder: Path, number: int | None, ids: Ids, settings: LogSettings, *, pictures: bool) -> Recording:
+def _folder(folder: Path, number: int | None, ids: Ids, settings: LogSettings, *, whole: bool) -> Recording:
     if any((folder / name).exists() for name in ("Barcodes.dat", "Barcodes.dat.gz")):
         return mrclam.read(folder, 1 if number is None else number, ids, settings)
-    return _ros(folder, "ROS 2 bag", ros2_bag.folder_messages, settings, pictures=pictures)
+    return _ros(folder, "ROS 2 bag", ros2_bag.folder_messages, settings, whole=whole)
 
 
-def _ros(path: Path, form: str, messages: Messages, settings: LogSettings, *, pictures: bool) -> ScanRecording:
+def _ros(path: Path, form: str, messages: Messages, settings: LogSettings, *, whole: bool) -> ScanRecording:
     tally = ReadReport(path)
-    collected = RosMessages(settings, tally, pictures=pictures)
+    collected = RosMessages(settings, tally, whole=whole)
     collected.take_all(messages(path, settings, tally))
     return collected.finish(path, form)
 

@@ -26,7 +26,8 @@ from core.recording.odometry_track import heading_of
 from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings, RecordingReport
 from core.recording.ros import Envelope, seconds_of, stamp_of
-from core.recording.ros_writing import COMPRESSED, LASER_SCAN, ODOMETRY, RAW_AUDIO, typestore
+from core.recording.ros_sound import RAW_AUDIO
+from core.recording.ros_writing import COMPRESSED, LASER_SCAN, ODOMETRY, typestore
 from core.recording.source import first_bytes
 from core.sensors import Image, Scan, SensorFrame, Sound, Wheels
 from core.sensors.recordable import samples_of, unpack_picture

@@ -14,7 +14,7 @@ from core.message import message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording.odometry_track import OdometryTrack
 from core.recording.recorded_picture import RecordedPicture
-from core.sensors import Camera, Fault, Laser, Scan, SensorFrame, Wheels
+from core.sensors import Camera, Fault, Laser, Scan, SensorFrame, Sound, Wheels
 from core.setting import Meta, Section
 from core.slam.motion import Increment
 
@@ -28,6 +28,9 @@ class LogSettings(Section):
         str, Meta(meaning='empty: the Odometry topic with the most readings, else tf; "none": scans only')
     ] = ""
     odometry_frame: Annotated[str, Meta(meaning='parent of the tf that is taken for odometry; empty: "odom"')] = ""
+    sound_topic: Annotated[str, Meta(meaning="empty: the topic with the most sound")] = ""
+    sound_rate: Annotated[int, Meta("Hz", 0, 192_000, "of AudioData without AudioInfo; 0: as its bytes come")] = 0
+    sound_channels: Annotated[int, Meta("", 0, 64, "of AudioData without AudioInfo; 0: as its bytes come")] = 0
     base_frame: Annotated[str, Meta(meaning='the robot\'s own frame; empty: "base_link" or "base_footprint"')] = ""
     mounting_x: Annotated[
         float | None, Meta("m", -10, 10, "x of robot_from_laser; not given: as the log says, or 0")
@@ -50,6 +53,11 @@ class LogSettings(Section):
     def largest_block(self) -> int:
         """Bytes a compressed block may unpack to."""
         return int(self.largest_block_mb * 1e6)
+
+    @property
+    def sound(self) -> tuple[str, int, int]:
+        """Topic, rate [Hz] and channels of the sound."""
+        return self.sound_topic, self.sound_rate, self.sound_channels
 
     @property
     def most_readings(self) -> int:
@@ -146,6 +154,7 @@ class ScanRecording:
     report: RecordingReport
     pictures: tuple[RecordedPicture, ...] = ()  # of the first camera, where they were asked for
     camera: Camera | None = None  # that took them
+    sounds: tuple[Sound, ...] = ()  # the pieces of one microphone board, where they were asked for
 
     @property
     def start(self) -> float:

@@ -25,6 +25,7 @@ from core.recording.recording import LogSettings, ScanRecording, logged_stamp, s
 from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
 from core.recording.ros_frames import FrameTree, Placed
 from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE, RosPictures
+from core.recording.ros_sound import AUDIO_DATA, AUDIO_INFO, AUDIO_STAMPED, RAW_AUDIO, RosSounds, with_sound
 from core.recording.scans import in_time_order, make_scan, scan_recording, unit_of
 from core.sensors import Scan
 from core.sensors.checks import refusal
@@ -33,6 +34,8 @@ LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry",
 SAME_AS = {"tf/msg/tfMessage": TF}
 MIN_QUATERNION = 0.25  # squared length of one that says a heading
 TIMED = frozenset({LASER_SCAN, ODOMETRY, TF})
+SEEN = frozenset({IMAGE, COMPRESSED, CAMERA_INFO})
+HEARD = frozenset({RAW_AUDIO, AUDIO_DATA, AUDIO_STAMPED, AUDIO_INFO})
 
 
 @dataclass(frozen=True)
@@ -76,9 +79,10 @@ def _is_of_wheels(name: str, topic: _OdometryTopic) -> bool:
 class RosMessages:
     """Takes messages one by one, keeps what matters, and makes the recording at the end."""
 
-    def __init__(self, settings: LogSettings, tally: ReadReport, *, pictures: bool = False):
-        """`pictures`: keep those of the first camera, too."""
-        self._pictures = RosPictures() if pictures else None
+    def __init__(self, settings: LogSettings, tally: ReadReport, *, whole: bool = False):
+        """`whole`: keep the pictures of the first camera and the sound, too."""
+        self._pictures = RosPictures() if whole else None
+        self._sounds = RosSounds(*settings.sound) if whole else None
         self._settings = settings
         self._tally = tally
         self._scans: dict[str, _ScanTopic] = {}
@@ -114,8 +118,10 @@ class RosMessages:
             known = self._take_json
         elif kind in (LASER_SCAN, ODOMETRY, TF) and envelope.encoding in ("cdr", "ros1"):
             known = {LASER_SCAN: self._take_scan, ODOMETRY: self._take_odometry, TF: self._take_tf}[kind]
-        elif self._pictures is not None and kind in (IMAGE, COMPRESSED, CAMERA_INFO):
+        elif self._pictures is not None and kind in SEEN:
             known = self._take_picture
+        elif self._sounds is not None and kind in HEARD:
+            known = self._take_sound
         else:
             self._count_other(envelope)
             return
@@ -184,6 +190,10 @@ class RosMessages:
         content = decode(envelope, kind)
         return self._pictures.take(envelope.topic, content, kind, stamp_of(content.header) or envelope.logged)
 
+    def _take_sound(self, envelope: Envelope, kind: str) -> bool:
+        assert self._sounds is not None
+        return self._sounds.take(envelope.topic, decode(envelope, kind), kind, envelope.logged)
+
     def _take_tf(self, envelope: Envelope, kind: str) -> bool:
         fixed = envelope.topic.endswith("tf_static")
         for transform in decode(envelope, kind).transforms:
@@ -223,8 +233,9 @@ class RosMessages:
         seen, camera = (), None
         if self._pictures is not None:
             seen, camera = self._pictures.finish(scans[0].stamp, scans[-1].stamp, self._tally)
+        heard = () if self._sounds is None else self._sounds.finish(self._tally)
         recording = scan_recording(path, scans, track, self._tally, form, self._settings, placed.pose, placed.height)
-        return replace(recording, pictures=seen, camera=camera)
+        return replace(recording, pictures=seen, camera=camera, sounds=heard)
 
     def _robots(self) -> tuple[str, ...]:
         """The names of the robots in the log; () where it is one."""
@@ -344,11 +355,10 @@ def ros2_name(kind: str) -> str:
 
 @functools.cache
 def _typestore(ros1: bool) -> Typestore:
-    if not ros1:
-        return get_typestore(Stores.ROS2_JAZZY)
-    store = get_typestore(Stores.ROS1_NOETIC)  # which knows everything but tf
-    store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TF))
-    return store
+    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
+    if ros1:  # which knows everything but tf
+        store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TF))
+    return with_sound(store)
 
 
 def decode(envelope: Envelope, kind: str) -> Any:

@@ -23,24 +23,32 @@ QUALITY = 88  # of the JPEG that raw pictures are kept as
 MOST_HELD = 200_000_000  # [bytes] of pictures; later ones are left out
 HEIGHT = 0.16  # [m] of a camera of which nothing is known
 
-COLOURS: dict[str, tuple[type, int, int | None]] = {
-    "bgr8": (np.uint8, 3, None),
-    "8UC3": (np.uint8, 3, None),
-    "rgb8": (np.uint8, 3, cv2.COLOR_RGB2BGR),
-    "bgra8": (np.uint8, 4, cv2.COLOR_BGRA2BGR),
-    "rgba8": (np.uint8, 4, cv2.COLOR_RGBA2BGR),
-    "mono8": (np.uint8, 1, cv2.COLOR_GRAY2BGR),
-    "8UC1": (np.uint8, 1, cv2.COLOR_GRAY2BGR),
-    "yuv422": (np.uint8, 2, cv2.COLOR_YUV2BGR_UYVY),
-    "uyvy": (np.uint8, 2, cv2.COLOR_YUV2BGR_UYVY),
-    "yuv422_yuy2": (np.uint8, 2, cv2.COLOR_YUV2BGR_YUY2),
-    "yuyv": (np.uint8, 2, cv2.COLOR_YUV2BGR_YUY2),
-    "bayer_rggb8": (np.uint8, 1, cv2.COLOR_BayerRGGB2BGR),
-    "bayer_bggr8": (np.uint8, 1, cv2.COLOR_BayerBGGR2BGR),
-    "bayer_gbrg8": (np.uint8, 1, cv2.COLOR_BayerGBRG2BGR),
-    "bayer_grbg8": (np.uint8, 1, cv2.COLOR_BayerGRBG2BGR),
+COLOURS: dict[str, tuple[int, int | None]] = {
+    "bgr8": (3, None),
+    "8UC3": (3, None),
+    "rgb8": (3, cv2.COLOR_RGB2BGR),
+    "bgra8": (4, cv2.COLOR_BGRA2BGR),
+    "8UC4": (4, cv2.COLOR_BGRA2BGR),
+    "rgba8": (4, cv2.COLOR_RGBA2BGR),
+    "mono8": (1, cv2.COLOR_GRAY2BGR),
+    "8UC1": (1, cv2.COLOR_GRAY2BGR),
+    "yuv422": (2, cv2.COLOR_YUV2BGR_UYVY),
+    "uyvy": (2, cv2.COLOR_YUV2BGR_UYVY),
+    "yuv422_yuy2": (2, cv2.COLOR_YUV2BGR_YUY2),
+    "yuyv": (2, cv2.COLOR_YUV2BGR_YUY2),
+    "bayer_rggb8": (1, cv2.COLOR_BayerRGGB2BGR),
+    "bayer_bggr8": (1, cv2.COLOR_BayerBGGR2BGR),
+    "bayer_gbrg8": (1, cv2.COLOR_BayerGBRG2BGR),
+    "bayer_grbg8": (1, cv2.COLOR_BayerGRBG2BGR),
 }
-"""A raw picture's encoding → type and number of its channels, and what makes blue-green-red of it."""
+"""A raw picture's encoding → number of its channels, and what makes blue-green-red of it."""
+WIDE = {
+    f"{name.removesuffix('8')}16": COLOURS[name]
+    for name in COLOURS
+    if name.startswith(("bgr", "rgb", "mono", "bayer"))
+}
+"""The same with 16 bits a channel, full scale 65535."""
+WIDE_TO_BYTE = 257  # 65535 / 255
 
 
 class RosPictures:
@@ -97,16 +105,20 @@ class RosPictures:
 
 def raw_pixels(content: Any) -> Array:
     """A sensor_msgs/Image → blue-green-red (H, W, 3) uint8. Raises BadInput."""
-    if content.encoding not in COLOURS:
+    wide = content.encoding in WIDE
+    if not wide and content.encoding not in COLOURS:
         raise BadInput(f"pictures of encoding {content.encoding[:30]!r} are not read")
-    kind, channels, conversion = COLOURS[content.encoding]
+    channels, conversion = (WIDE if wide else COLOURS)[content.encoding]
     height, width, step = int(content.height), int(content.width), int(content.step)
-    if not (
-        0 < width * height <= pictures.MOST_PIXELS and width * channels <= step and len(content.data) >= step * height
-    ):
+    row = width * channels * (2 if wide else 1)  # [bytes]
+    if not (0 < width * height <= pictures.MOST_PIXELS and row <= step and len(content.data) >= step * height):
         raise BadInput("the picture's size does not fit its data")
-    rows = np.frombuffer(bytes(content.data[: step * height]), kind).reshape(height, step)[:, : width * channels]
-    pixels = np.ascontiguousarray(rows).reshape(height, width, channels)
+    rows = np.frombuffer(bytes(content.data[: step * height]), np.uint8).reshape(height, step)[:, :row]
+    pixels = np.ascontiguousarray(rows)
+    if wide:
+        numbers = pixels.view(">u2" if content.is_bigendian else "<u2")
+        pixels = np.rint(numbers / WIDE_TO_BYTE).astype(np.uint8)
+    pixels = pixels.reshape(height, width, channels)
     return pixels if conversion is None else cv2.cvtColor(pixels, conversion)
 
 

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
 from core.geometry import Pose, Transform
 from core.recording import frame_record
 from core.recording.frame_record import FRAME, FrameRecord
+from core.recording.ros_sound import RAW_AUDIO, with_sound
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
 from core.sensors.recordable import PNG_MAGIC, pack_picture, pcm_of
 from core.slam.estimate import Estimate, Landmark
@@ -23,15 +24,9 @@ from core.slam.map.occupancy import OccupancyGrid
 
 LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 COMPRESSED, CAMERA_INFO = "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo"
-RAW_AUDIO, TEXT, DEGREES = "foxglove_msgs/msg/RawAudio", "std_msgs/msg/String", "std_msgs/msg/Int32"
+TEXT, DEGREES = "std_msgs/msg/String", "std_msgs/msg/Int32"
 MAP, POSE = "nav_msgs/msg/OccupancyGrid", "geometry_msgs/msg/PoseWithCovarianceStamped"
 MARKERS, TWIST = "visualization_msgs/msg/MarkerArray", "geometry_msgs/msg/Twist"
-RAW_AUDIO_FIELDS = """builtin_interfaces/Time timestamp
-uint8[] data
-string format
-uint32 sample_rate
-uint32 number_of_channels
-"""
 BASE, ODOM, WORLD = "base_link", "odom", "map"  # names of the frames
 ELLIPSE_SIGMA = 2.0  # standard deviations that the ellipse of a landmark shows
 CYLINDER_MARKER = 3  # visualization_msgs/Marker
@@ -55,10 +50,8 @@ class RosMessage:
 
 @functools.cache
 def typestore() -> Typestore:
-    """The types of ROS 2 Jazzy, and the one for raw sound that Foxglove plays."""
-    store = get_typestore(Stores.ROS2_JAZZY)
-    store.register(get_types_from_msg(RAW_AUDIO_FIELDS, RAW_AUDIO))
-    return store
+    """The types of ROS 2 Jazzy, and those of sound, of which Foxglove plays RawAudio."""
+    return with_sound(get_typestore(Stores.ROS2_JAZZY))
 
 
 def definition(kind: str) -> str:

@@ -24,7 +24,7 @@ from core.robots.requests import (
     finite,
     not_taken,
 )
-from core.sensors import Image, SensorFrame
+from core.sensors import Image, SensorFrame, Sound
 
 GAP, GAP_PERIODS = 1.0, 5.0  # [s], and times the usual period, without a scan that are worth a mark
 MOST_GAPS = 40
@@ -68,6 +68,7 @@ class ReplayedRobot:
         self._clock = self._shown = recording.start  # [s] log time that was played, and that of the newest frame
         self._next = 0  # number of the next scan
         self._pictured = 0  # number of the next picture
+        self._heard = recording.start  # [s] log time up to which the sound was played
         self._speed = 1.0
         self._playing = True
         self._waits = True  # after its first scan
@@ -100,6 +101,7 @@ class ReplayedRobot:
             wheels=self._recording.wheels_at(self._shown),
             scan=scan,
             image=self._picture(),
+            sound=self._sound(),
             notes=notes,
             running=running,
             progress=self._progress,
@@ -115,6 +117,16 @@ class ReplayedRobot:
             return None if due is None else Image(stamp=due.stamp, pixels=due.pixels)
         except BadInput:
             return None
+
+    def _sound(self) -> Sound | None:
+        """The sound since the frame before; where it is in pieces, the rest of the first of them."""
+        begin = self._heard
+        for piece in self._recording.sounds:
+            part = piece.part(begin, self._shown)
+            if len(part.samples):
+                self._heard = part.newest
+                return part
+        return None
 
     @property
     def requests(self) -> Requests:
@@ -201,12 +213,13 @@ class ReplayedRobot:
         self._next = sum(stamp < self._clock for stamp in stamps)
         self._next = min(self._next, len(self._recording.scans) - 1)
         self._pictured = sum(picture.stamp < self._clock for picture in self._recording.pictures)
+        self._heard = self._clock
 
 
 def open_robot(rest: str, *, seed: int, settings: LogSettings | None) -> ReplayedRobot:
     """`rest` is the path of the log after `log:`. Raises BadInput when it cannot be played."""
     del seed  # nothing is left to chance
-    recording = open_log(rest, settings or LogSettings(), pictures=True)
+    recording = open_log(rest, settings or LogSettings(), whole=True)
     if not isinstance(recording, ScanRecording):
         raise BadInput(
             f"{Path(rest).name} holds sightings of landmarks, not scans, so there is nothing to play. "

@@ -424,6 +424,13 @@ SOUND_CHECKS = (
         "driver of the microphones stamps it by.",
     ),
     ReadingCheck(
+        "sound.no_rate",
+        "form",
+        "the bytes per second of sound that says no rate with those of usual microphones",
+        "{sensor} says neither its sample rate nor its channels; {rate} Hz and {channels} of 16 bits are taken "
+        "({why}). Record its AudioInfo, too, or set log.sound_rate and log.sound_channels.",
+    ),
+    ReadingCheck(
         "array.dead",
         "form",
         "level of a channel with that of no sound at all",

@@ -11,8 +11,9 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from core.recording.ros_sound import RAW_AUDIO
 from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED_IMAGE, LASER_SCAN, ODOMETRY
-from core.robots.ros.typestore import BOOL, GOAL, RAW_AUDIO, STRING, TF, TWIST, TWIST_STAMPED
+from core.robots.ros.typestore import BOOL, GOAL, STRING, TF, TWIST, TWIST_STAMPED
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve
 from tests.emulators.own_navigation import EmulatedNavigation

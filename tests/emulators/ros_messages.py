@@ -13,8 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from core.geometry import Pose, Transform
 from core.message import Array
+from core.recording.ros_sound import RAW_AUDIO, with_sound
 from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED_IMAGE, LASER_SCAN, ODOMETRY
-from core.robots.ros.typestore import OTHERS, PARAMETER_NAMES, PARAMETER_VALUES, RAW_AUDIO, STRING, TF
+from core.robots.ros.typestore import OTHERS, PARAMETER_NAMES, PARAMETER_VALUES, STRING, TF
 from core.sensors import Image, Scan, Sound, Wheels
 from core.simulation.robot import SimulatedRobot
 
@@ -57,9 +58,9 @@ ODOMETRY_START = Pose(3.0, -2.0, 0.7)  # a real robot's odometry does not begin 
 def ros2_types() -> Any:
     """The usual types of ROS 2 with those that the emulators need besides."""
     store = get_typestore(Stores.ROS2_HUMBLE)
-    for name in (RAW_AUDIO, PARAMETER_NAMES, PARAMETER_VALUES):
+    for name in (PARAMETER_NAMES, PARAMETER_VALUES):
         store.register(get_types_from_msg(OTHERS[name], name))
-    return store
+    return with_sound(store)
 
 
 class RosMessageMaker:

@@ -21,9 +21,10 @@ from core.message import Array
 from core.optics import CameraModel
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
-from core.recording.ros import stamp_of, turned_over
+from core.recording.ros import seconds_of, stamp_of, turned_over
 from core.recording.ros_frames import FrameTree, flat
 from core.recording.ros_pictures import VIEW, camera_model, raw_pixels
+from core.recording.ros_sound import AUDIO_STAMPED, RAW_AUDIO, SampleForm, is_packed_sound, raw_audio
 from core.recording.scans import make_scan
 from core.robots.device import Base, Equipment
 from core.robots.device_clock import DeviceClock
@@ -32,7 +33,7 @@ from core.robots.readings import Readings
 from core.robots.ros.findings import Traffic, roles_of
 from core.robots.ros.navigation import RosNavigation, SendGoalMessage
 from core.robots.ros.topics import COMPRESSED_IMAGE, RosSettings, RosTopics
-from core.robots.ros.typestore import RAW_AUDIO, RobotTypes
+from core.robots.ros.typestore import RobotTypes
 from core.robots.urdf import Body, parse_body
 from core.sensors import Camera, Fault, Image, Laser, Scan, Sound
 from core.sensors.checks import fault
@@ -50,9 +51,7 @@ MOVED_M, MOVED_RAD = 0.005, 0.01  # [m], [rad] of odometry from which it has
 SAME_CLOCK = 10.0  # [s] by which stamps of one clock differ at most; a longer lag looks like another clock
 MOST_CLOCKS = 8
 MAX_SPEED_HELD_S = 0.5  # over which a speed is carried on to the next one
-AUDIO_RATE = 16_000  # [Hz] of audio that does not say it
 SOUND_GAP = 0.1  # [s] by which a block of sound may come early or late and still follow the one before
-MOST_CHANNELS = 32
 MIN_RESTART_S = 8.0  # that a computer with ROS takes to start, at least
 
 
@@ -355,22 +354,22 @@ class RosSensors:
             self._readings.battery(share if share <= 1 else share / 100)  # some drivers say per cent
 
     def _take_sound(self, topic: str, content: Any, received: float) -> None:
-        rate, channels, own = AUDIO_RATE, 1, 0.0
-        if self.topics.types[topic] == RAW_AUDIO:
-            if content.format != "pcm-s16":
-                raise BadRecord("its sound is compressed")
-            rate, channels = int(content.sample_rate), int(content.number_of_channels)
-            own = content.timestamp.sec + content.timestamp.nanosec * 1e-9
-        if not (4_000 <= rate <= 192_000 and 1 <= channels <= MOST_CHANNELS):
-            raise BadRecord("its sound has no usable rate")
-        samples = np.frombuffer(bytes(content.data), "<i2")
-        samples = samples[: len(samples) // channels * channels].reshape(-1, channels) / 32768.0
+        kind, form, own = self.topics.types[topic], SampleForm(), 0.0
+        if kind == RAW_AUDIO:
+            form, packed = raw_audio(content)
+            own = seconds_of(content.timestamp)
+        else:
+            packed = bytes((content.audio if kind == AUDIO_STAMPED else content).data)
+            own = stamp_of(content.header) if kind == AUDIO_STAMPED else own
+        if kind != RAW_AUDIO and is_packed_sound(packed):
+            raise BadRecord("its sound is compressed")
+        samples = form.samples_of(packed)
         stamp = self._clocks.stamp(topic, own, received)
         if abs(stamp - self._sound_end) < SOUND_GAP:
             stamp = self._sound_end
-        self._sound_end = stamp + len(samples) / rate
+        self._sound_end = stamp + len(samples) / form.rate
         if self._readings is not None and len(samples):
-            self._readings.sound(Sound(stamp=stamp, rate=rate, samples=samples.astype(np.float32)))
+            self._readings.sound(Sound(stamp=stamp, rate=form.rate, samples=samples))
 
     def _mounted(self, topic: str) -> Laser:
         """The laser of a topic, at its place on the robot."""

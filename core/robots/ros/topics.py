@@ -11,7 +11,8 @@ from core.errors import BadInput, Unavailable
 from core.message import message
 from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
 from core.recording.ros import ros2_name
-from core.robots.ros.typestore import AUDIO_DATA, GOAL, RAW_AUDIO, STRING, TF, TWIST, TWIST_STAMPED
+from core.recording.ros_sound import AUDIO_DATA, AUDIO_STAMPED, RAW_AUDIO
+from core.robots.ros.typestore import GOAL, STRING, TF, TWIST, TWIST_STAMPED
 from core.sensors.microphones import load_array
 
 LASER_SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
@@ -28,7 +29,7 @@ TYPES = {
     "odometry": (ODOMETRY,),
     "image": (COMPRESSED_IMAGE, IMAGE),
     "camera_info": (CAMERA_INFO,),
-    "sound": (RAW_AUDIO, AUDIO_DATA),
+    "sound": (RAW_AUDIO, AUDIO_STAMPED, AUDIO_DATA),
     "battery": (BATTERY,),
     "map": (GRID,),
     "pose": (POSE,),

@@ -11,6 +11,7 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from rosbags.typesys.store import Typestore
 
 from core.gate import Twist
+from core.recording.ros_sound import with_sound
 
 RosEncoding = Literal["cdr", "ros1"]
 
@@ -19,16 +20,11 @@ GOAL = "geometry_msgs/msg/PoseStamped"
 BOOL = "std_msgs/msg/Bool"
 STRING = "std_msgs/msg/String"
 TF = "tf2_msgs/msg/TFMessage"
-RAW_AUDIO = "foxglove_msgs/msg/RawAudio"
-AUDIO_DATA = "audio_common_msgs/msg/AudioData"
 PARAMETER_NAMES = "rcl_interfaces/msg/ParameterNames"  # not of ROS: the request of GetParameters,
 PARAMETER_VALUES = "rcl_interfaces/msg/ParameterValues"  # and its answer
 LARGEST_DEFINITION = 1_000_000  # [characters] of a type's text; real ones have some thousand
 
 OTHERS = {
-    RAW_AUDIO: "builtin_interfaces/Time timestamp\nuint8[] data\nstring format\n"
-    "uint32 sample_rate\nuint32 number_of_channels",
-    AUDIO_DATA: "uint8[] data",
     TF: "geometry_msgs/TransformStamped[] transforms",
     PARAMETER_NAMES: "string[] names",
     PARAMETER_VALUES: "rcl_interfaces/ParameterValue[] values",
@@ -43,7 +39,7 @@ def usual_types(encoding: RosEncoding) -> Typestore:
     for name, text in OTHERS.items():
         if name not in store.types:
             store.register(get_types_from_msg(text, name))
-    return store
+    return with_sound(store)
 
 
 class RobotTypes:

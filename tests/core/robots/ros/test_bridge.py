@@ -12,10 +12,11 @@ import pytest
 from core.gate import ZERO, Twist
 from core.geometry import OPTICAL, Pose, Transform
 from core.recording.ros_pictures import camera_model, raw_pixels
+from core.recording.ros_sound import RAW_AUDIO
 from core.robots.readings import Readings
 from core.robots.ros.bridge import RosClocks, RosSensors, UnmovedBase, VelocityCommands
 from core.robots.ros.topics import IMAGE, RosSettings, choose_topics
-from core.robots.ros.typestore import RAW_AUDIO, TF, RobotTypes
+from core.robots.ros.typestore import TF, RobotTypes
 from core.sensors import Image, Scan, Sound, Wheels
 from tests.emulators.ros_messages import PROFILE, RosMessageMaker
 

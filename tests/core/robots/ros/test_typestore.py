@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from core.gate import Twist
-from core.robots.ros.typestore import RAW_AUDIO, TWIST, TWIST_STAMPED, RobotTypes
+from core.recording.ros_sound import RAW_AUDIO
+from core.robots.ros.typestore import TWIST, TWIST_STAMPED, RobotTypes
 
 HEADER = bytes.fromhex("00010000")
 SPEEDS = bytes.fromhex("9a9999999999b93f") + bytes(32) + bytes.fromhex("000000000000e03f")
