@@ -32,11 +32,11 @@ from core.gate.status import GateStatus
 from core.message import Array
 from core.robots import Profile
 from core.slam.consistency import faded_band
-from core.slam.ekf_slam import FADE
+from core.slam.ekf_slam import NIS_FADE
 from core.slam.estimate import Estimate, Landmark
 from core.snapshot import ActiveCommandStatus, CameraView, Notice, Snapshot
 
-NIS_BAND = faded_band(FADE)
+NIS_BAND = faded_band(NIS_FADE)
 
 
 @dataclass(frozen=True)

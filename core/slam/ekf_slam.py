@@ -30,7 +30,7 @@ from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
 from core.slam.motion import Increment, MotionSettings, WheelTrack
 
 FORMS: dict[str, type[Filter]] = {"invariant": InvariantFilter, "paper": PaperFilter}
-FADE = 0.98  # memory of the running NIS, per sighting
+NIS_FADE = 0.98  # memory of the running NIS, per sighting
 
 
 @dataclass(frozen=True)
@@ -249,7 +249,7 @@ class EkfSlam:
         if count < self.settings.slip_fewest:  # more of them show by each other whether the robot errs
             self._usual.note(distances)
         for distance in distances:
-            self._nis = distance / 2 if self._nis is None else FADE * self._nis + (1 - FADE) * distance / 2
+            self._nis = distance / 2 if self._nis is None else NIS_FADE * self._nis + (1 - NIS_FADE) * distance / 2
 
     def _notice_slip(self, indices: Array, innovation: Innovation, total: Array, odd: Array) -> bool:
         """Return whether the sightings together say that the robot is elsewhere; then its pose is put in doubt."""

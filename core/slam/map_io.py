@@ -11,10 +11,10 @@ from core.geometry import Pose
 from core.message import Array
 from core.sensors import Laser
 from core.slam.ekf.covariance import Covariance
-from core.slam.ekf.filter import ROBOT
+from core.slam.ekf.filter import POSE_SIZE
 from core.slam.map.closure import Constraint, LoopClosure
 from core.slam.map.keyframe import Keyframe
-from core.slam.map.map_file import FORM, MapFacts, SavedClosure, SavedMap
+from core.slam.map.map_file import FORM_NUMBER, MapFacts, SavedClosure, SavedMap
 from core.slam.map.map_graph import MapGraph
 from core.slam.map.pose_graph import GraphEdge
 from core.slam.map.submap import Submap
@@ -50,7 +50,7 @@ def keep(graph: MapGraph, resolution: float) -> SavedMap:
     for submap in graph.submaps:
         arrays |= _submap(submap)
     facts = MapFacts(
-        form=FORM,
+        form=FORM_NUMBER,
         resolution_m=resolution,
         landmarks=[[replace(row) for row in submap.table.rows] for submap in graph.submaps],
         closures=[_saved(loop_closure) for loop_closure in graph.loop_closures],
@@ -149,7 +149,7 @@ def _submap(submap: Submap) -> dict[str, Array]:
         f"tile_{number}": tile.copy(),
         f"origin_{number}": np.array(origin, np.float64),
         f"places_{number}": form.places.copy(),
-        f"covariance_{number}": form.covariance.block(0, ROBOT + 2 * len(form.places)),
+        f"covariance_{number}": form.covariance.block(0, POSE_SIZE + 2 * len(form.places)),
         f"pose_{number}": form.pose.vector,
     }
 
@@ -158,9 +158,9 @@ def _refill(submap: Submap, arrays: dict[str, Array], number: int) -> None:
     """The filter's landmarks and covariance."""
     whole, form = arrays[f"covariance_{number}"], submap.filter
     form.points = arrays[f"places_{number}"].astype(np.float64)
-    form.covariance = Covariance(whole[:ROBOT, :ROBOT])
+    form.covariance = Covariance(whole[:POSE_SIZE, :POSE_SIZE])
     if len(form.places):
-        form.covariance.append(whole[ROBOT:, :ROBOT], whole[ROBOT:, ROBOT:])
+        form.covariance.append(whole[POSE_SIZE:, :POSE_SIZE], whole[POSE_SIZE:, POSE_SIZE:])
     form.pose = _pose(arrays[f"pose_{number}"])
     form.reset_pose(_pose(arrays[f"pose_{number}"]), np.diag([1.0, 1.0, 1.0]))
 

@@ -14,7 +14,7 @@ from core.slam.map.map_graph import MapGraph
 from core.slam.map.status import ClosureState, ClosureStatus, SubmapView
 from core.slam.map.submap import Submap
 
-DRAWN = 10  # scans after which a submap's extent is published again
+SCANS_PER_DRAWING = 10  # scans after which a submap's extent is published again
 WORDS: dict[ClosureState, str] = {
     "accepted": "I have been here before: {views} views agree.",
     "undone": "Undone by the operator.",
@@ -36,7 +36,7 @@ class MapView:
 
     def submaps(self, active: Submap) -> tuple[SubmapView, ...]:
         """The submaps and their places."""
-        key = self._graph.revision, len(self._graph.submaps), active.id, -(-active.tile.revision // DRAWN)
+        key = self._graph.revision, len(self._graph.submaps), active.id, -(-active.tile.revision // SCANS_PER_DRAWING)
         if key != self._submaps[0]:
             views = tuple(
                 SubmapView(id=submap.id, pose=self._base(submap), extent=_extent(submap), active=submap is active)

@@ -27,8 +27,8 @@ from core.slam.relocalization.recovery import Click
 from core.slam.scan_matching.scan_tracker import ScanTracker
 from core.slam.submap_manager import MapperSettings, SubmapManager
 
-STRAYED, STRAYED_TURN = 0.3, math.radians(15)  # [m], [rad] from where the robot believed to be: another place
-LATER = 5.0  # pieces of work that a frame with a scan leaves to the frames after it
+STRAYED_M, STRAYED_RAD = 0.3, math.radians(15)  # from where the robot believed to be: another place
+MAX_OWED_PIECES = 5.0  # pieces of work that a frame with a scan leaves to the frames after it
 NO_POINTS = np.zeros((0, 2))
 
 
@@ -270,7 +270,7 @@ class Mapper:
         if found is not None:
             believed = self.estimate.pose
             turned = abs(wrap(found.pose.heading - believed.heading))
-            self.strayed = believed.distance_to(found.pose.x, found.pose.y) > STRAYED or turned > STRAYED_TURN
+            self.strayed = believed.distance_to(found.pose.x, found.pose.y) > STRAYED_M or turned > STRAYED_RAD
             self.submaps.reset_pose(found.pose, found.covariance)
             self._tracker.around(self.submaps.points_around())
 
@@ -280,7 +280,7 @@ class Mapper:
         self._stamp = stamp
         settings = self.parts.floor
         self._owed = min(self._owed + elapsed * settings.pieces, settings.most_pieces)
-        pieces = 0 if busy and self._owed < LATER else int(self._owed)
+        pieces = 0 if busy and self._owed < MAX_OWED_PIECES else int(self._owed)
         self._owed -= pieces
         if pieces:
             self._global_grid.work(self.submaps.active.id, 1)

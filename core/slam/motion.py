@@ -13,7 +13,7 @@ from core.message import Array
 from core.sensors import Wheels
 from core.setting import Meta, Section
 
-STILL = 1e-7  # [m] and [rad]: below, the wheels stand
+STILL_MOTION = 1e-7  # [m] and [rad]: below, the wheels stand
 UNKNOWN_SD_M = 0.09  # from which a move is looked for wherever it may have led
 
 
@@ -58,7 +58,7 @@ class Increment:
     @property
     def still(self) -> bool:
         """True if nothing has moved."""
-        return not self.is_unknown and math.hypot(self.pose.x, self.pose.y) + abs(self.pose.heading) < STILL
+        return not self.is_unknown and math.hypot(self.pose.x, self.pose.y) + abs(self.pose.heading) < STILL_MOTION
 
     @property
     def is_unknown(self) -> bool:
@@ -90,7 +90,7 @@ def control_jacobian(forward: float, turn: float) -> Array:
 
 def rolled(pose: Pose, elapsed: float, settings: MotionSettings) -> Increment:
     """A move as the wheels report it over `elapsed` [s] → the move with its covariance; none while they stand."""
-    if math.hypot(pose.x, pose.y) + abs(pose.heading) < STILL:
+    if math.hypot(pose.x, pose.y) + abs(pose.heading) < STILL_MOTION:
         return Increment(pose)
     half = 0.5 * pose.heading
     forward = math.copysign(math.hypot(pose.x, pose.y), pose.x * math.cos(half) + pose.y * math.sin(half))

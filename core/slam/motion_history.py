@@ -13,9 +13,9 @@ from core.perception.landmarks.landmarks import Sighting
 from core.sensors import Scan, Wheels
 from core.slam.motion import Increment
 
-SPAN = 2.0  # [s] that are kept
-LATE = 0.05  # [s] after its last beam from when a scan is late: until then the wheels' twist suffices
-AROUND = 0.1  # [s] over which the twist at some time is measured
+SPAN_S = 2.0  # that are kept
+LATE_SCAN_S = 0.05  # after its last beam from when a scan is late: until then the wheels' twist suffices
+TWIST_WINDOW_S = 0.1  # over which the twist at some time is measured
 
 
 class MotionHistory:
@@ -31,7 +31,7 @@ class MotionHistory:
             self._moves.clear()
             self._since = stamp
         self._moves.append((stamp, move))
-        while stamp - self._moves[0][0] > SPAN:
+        while stamp - self._moves[0][0] > SPAN_S:
             self._since = self._moves.popleft()[0]
 
     def between(self, start: float, end: float) -> Increment | None:
@@ -49,15 +49,17 @@ class MotionHistory:
     def taken(self, scan: Scan, now: float) -> float:
         """Return the time [s] whose pose suits the scan best: `now`, or the last beam's time of a late scan."""
         end = float(scan.times[-1])
-        return end if now - end > LATE and self.between(end, now) is not None else now
+        return end if now - end > LATE_SCAN_S and self.between(end, now) is not None else now
 
     def wheels(self, then: float, now: float, wheels: Wheels | None) -> Wheels | None:
         """The wheels at a time `then` [s]; `wheels` are those of `now`."""
-        move = self.between(then - AROUND, then) if then < now and wheels is not None else None
+        move = self.between(then - TWIST_WINDOW_S, then) if then < now and wheels is not None else None
         if wheels is None or move is None:
             return wheels
         forward = float(np.copysign(np.hypot(move.pose.x, move.pose.y), move.pose.x))
-        return Wheels(odometry=wheels.odometry, speed=forward / AROUND, turn_rate=move.pose.heading / AROUND)
+        return Wheels(
+            odometry=wheels.odometry, speed=forward / TWIST_WINDOW_S, turn_rate=move.pose.heading / TWIST_WINDOW_S
+        )
 
     def moved(self, then: float, now: float) -> Increment | None:
         """The move from one time to another [s], either way round; None where it is not known."""

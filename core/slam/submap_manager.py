@@ -27,7 +27,7 @@ from core.slam.relocalization.monitor import LocalizationSettings
 from core.slam.scan_matching.field_matching import ScanMatchingSettings, match_scan, spread
 from core.slam.scan_matching.likelihood_field import LikelihoodField
 
-UNSURE = 1e-6  # [m²], [rad²] that a driven way is uncertain at least, so that the graph can be solved
+MIN_VARIANCE = 1e-6  # [m²], [rad²] that a driven way is uncertain at least, so that the graph can be solved
 CONTRADICTED = np.diag([0.4**2, 0.4**2, math.radians(8) ** 2])  # of the pose when scans contradict each other
 MENDED = np.diag([0.05**2, 0.05**2, math.radians(1) ** 2])  # of a place that was found instead
 CARRIED = np.diag([1e4, 1e4, 1e2])  # [m²], [rad²] of a way that was not measured
@@ -199,7 +199,7 @@ class SubmapManager:
         pose = graph.poses[tie.a] @ tie.move if tie is not None else self.base @ local
         driven = None
         if graph.views:
-            covariance = CARRIED if self._driven is None else self._driven.covariance + UNSURE * np.eye(3)
+            covariance = CARRIED if self._driven is None else self._driven.covariance + MIN_VARIANCE * np.eye(3)
             driven = Increment(graph.poses[-1].inverse() @ pose, covariance)
         self._driven = Increment()
         graph.add(view, driven, tie, pose)

@@ -14,9 +14,9 @@ from core.perception.landmarks.landmarks import Sighting
 from core.setting import Meta, Section
 
 GRAZE = math.radians(15)  # within the rim of its sector a corner's wall is seen too flat
-SURE = 0.7  # of the range from which a corner was ever made out: from here it should be again
+SURE_RANGE_SHARE = 0.7  # of the range from which a corner was ever made out: from here it should be again
 ON_WALLS = ("rise", "fall")  # kinds of edges that only the camera sees, in its field
-STEADY = 20  # hits after which the opening is averaged no further
+STEADY_HITS = 20  # hits after which the opening is averaged no further
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class LandmarkTable:
         row.farthest = max(row.farthest, sighting.range)
         if sighting.opening is not None and row.opening is not None:
             off = wrap(sighting.opening + heading - row.opening)
-            row.opening = wrap(row.opening + off / min(row.hits, STEADY))
+            row.opening = wrap(row.opening + off / min(row.hits, STEADY_HITS))
         if row.tentative and row.hits >= self.settings.probation:
             row.tentative = False
 
@@ -151,7 +151,7 @@ class LandmarkTable:
     def expected(self, index: int, reach: float, bearing: float) -> bool:
         """Return whether a corner should be visible from `reach` [m] away, at the robot's `bearing` [rad] from it."""
         row = self.rows[index]
-        if row.kind in ON_WALLS or reach > SURE * row.farthest:
+        if row.kind in ON_WALLS or reach > SURE_RANGE_SHARE * row.farthest:
             return False
         return row.opening is None or abs(wrap(bearing - row.opening)) < row.sector - GRAZE
 

@@ -15,7 +15,7 @@ from core.slam.association.associate import MatchSettings
 from core.slam.association.joint_compatibility import Pairs
 from core.slam.association.landmark_table import LandmarkTable
 from core.slam.consistency import squared_error
-from core.slam.ekf.filter import EQUAL, Filter
+from core.slam.ekf.filter import EQUAL_VARIANCE_M2, Filter
 from core.slam.ekf.measurement_model import squared_distance
 
 
@@ -60,7 +60,7 @@ def _distance(held: tuple[int, ...], apart: Array, spread: Array) -> float:
     """Squared distance of some pairs from being one landmark each."""
     rows = (2 * np.array(held)[:, None] + np.arange(2)).ravel()
     wanted = apart[list(held)].ravel()
-    return float(wanted @ np.linalg.solve(spread[np.ix_(rows, rows)] + EQUAL * np.eye(len(rows)), wanted))
+    return float(wanted @ np.linalg.solve(spread[np.ix_(rows, rows)] + EQUAL_VARIANCE_M2 * np.eye(len(rows)), wanted))
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def _join_found_again(state: Filter, table: LandmarkTable, hit: list[int], setti
     apart, spread = state.all_apart(*np.array(pairs).T)
     count = len(pairs)
     own = spread.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
-    near = np.flatnonzero(squared_distance(apart, own + EQUAL * np.eye(2))[0] < settings.gate)
+    near = np.flatnonzero(squared_distance(apart, own + EQUAL_VARIANCE_M2 * np.eye(2))[0] < settings.gate)
     rows = (2 * near[:, None] + np.arange(2)).ravel()
     found = found_again(
         tuple(pairs[k] for k in near),
@@ -143,7 +143,7 @@ def _coincide(state: Filter, table: LandmarkTable, a: int, b: int, settings: Ass
     difference, spread = state.apart(a, b)
     if table.left_behind[[a, b]].any() and np.trace(spread) > settings.double_reach**2:
         return False
-    return squared_error(difference, spread + EQUAL * np.eye(2)) < settings.double
+    return squared_error(difference, spread + EQUAL_VARIANCE_M2 * np.eye(2)) < settings.double
 
 
 def _join(state: Filter, table: LandmarkTable, pairs: Pairs) -> None:

@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 from core.message import Array
 
-NEVER = 1e6  # cost of what is not allowed
+FORBIDDEN_COST = 1e6  # cost of what is not allowed
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ def associate(
     """
     allowed = alike & (distances < gate)
     far = np.where(alike, distances > fresh, distances > gate).all(axis=1)
-    costs = np.where(allowed, distances + sizes, NEVER)
+    costs = np.where(allowed, distances + sizes, FORBIDDEN_COST)
     pairs = _solve(costs, allowed, gate)
     sure = tuple(pair for pair in pairs if not _is_doubtful(pair, pairs, costs, allowed, gate, margin))
     return Assignment(sure, tuple(int(row) for row in np.flatnonzero(far)))
@@ -88,7 +88,7 @@ def _is_doubtful(
             continue
         forced, open_to = costs.copy(), allowed.copy()
         open_to[row], open_to[:, other] = False, False
-        forced[~open_to] = NEVER
+        forced[~open_to] = FORBIDDEN_COST
         rest = _solve(forced, open_to, gate)
         if _total([*rest, (row, int(other))], costs, allowed, gate) < best + margin:
             return True

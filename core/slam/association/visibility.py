@@ -9,7 +9,7 @@ from core.message import Array
 from core.sensors import Scan
 
 WINDOW = np.arange(-3, 4)  # beams around a bearing
-MARGIN = 0.15  # [m] that a beam may end short of a landmark or beyond
+BEAM_MARGIN_M = 0.15  # that a beam may end short of a landmark or beyond
 
 
 class VisibilityCheck:
@@ -35,5 +35,5 @@ class VisibilityCheck:
         around = self._ranges[np.clip(beam, 0, len(self._ranges) - 1)]
         inside &= (~np.isnan(around)).sum(axis=1) > len(WINDOW) // 2
         nearest = np.where(np.isnan(around), np.inf, around).min(axis=1)
-        slack = MARGIN + 3 * spreads
+        slack = BEAM_MARGIN_M + 3 * spreads
         return inside & (np.abs(nearest - reach) <= slack), inside & (nearest > reach + slack)

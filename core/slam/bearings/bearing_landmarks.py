@@ -35,15 +35,15 @@ from core.slam.ekf.filter import AttachedPoint, Filter, Innovation
 
 Crossing = tuple[Array, Array, Array]  # place (2,), its covariances (2, size) and own (2, 2)
 
-ALIKE = 2.5  # times that the steps in brightness of one edge may differ
-CLEAR = 0.5  # of the second nearest direction's distance, at most, for the nearest to be the same
+MAX_STEP_RATIO = 2.5  # times that the steps in brightness of one edge may differ
+MAX_SECOND_SHARE = 0.5  # of the second nearest direction's distance, at most, for the nearest to be the same
 VAGUE = math.radians(2.0)  # sd of a bearing from which it does not say which landmark is seen again
-SURELY = 2.5  # sd that a landmark seen again may be off
-COINCIDE = 9.21  # squared distance of two landmarks that are one, 99 % at 2 dof
-FEWEST = 3  # views that make a landmark: two cross anywhere
+MAX_OFF_SDS = 2.5  # sd that a landmark seen again may be off
+COINCIDE_CHI2 = 9.21  # squared distance of two landmarks that are one, 99 % at 2 dof
+MIN_VIEWS = 3  # views that make a landmark: two cross anywhere
 AT_ONCE = 3  # directions of which it is tried with one look: the work of a step has a bound
-PROVEN = 3  # corrections with which a landmark that was found again must agree before it is used
-FAR = 10.0  # cost of a pair that is none
+PROVEN_CORRECTIONS = 3  # corrections with which a landmark that was found again must agree before it is used
+NO_PAIR_COST = 10.0  # cost of a pair that is none
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Track:
     seen: float  # [s] last
     views: list[View] = field(default_factory=list[View])
     landmark: BearingLandmark | None = None
-    agreed: int = PROVEN  # corrections that agreed since the landmark was found again
+    agreed: int = PROVEN_CORRECTIONS  # corrections that agreed since the landmark was found again
 
 
 class BearingLandmarks:
@@ -106,7 +106,7 @@ class BearingLandmarks:
             self._remembered = self._state.pose
             self._keep_views(seen, fresh)
             ripe = sorted(
-                (track for track, _ in fresh if len(track.views) >= FEWEST), key=lambda one: -len(one.views)
+                (track for track, _ in fresh if len(track.views) >= MIN_VIEWS), key=lambda one: -len(one.views)
             )
             for track in ripe[:AT_ONCE]:
                 self._make(track, seen, points)
@@ -158,10 +158,10 @@ class BearingLandmarks:
         spreads = seen_now(self._state, seen.eye, points, angles).state.diagonal()
         sds = np.sqrt(spreads[:, None] + self._variances(seen, np.array(left))[None, :])
         off = np.abs(wrap_all(seen.bearings[left][None, :] - angles[:, None])) / sds
-        off[(sds > VAGUE) | ~_alike(np.array([one.look for one in dormant]), seen.looks[left])] = FAR
+        off[(sds > VAGUE) | ~_alike(np.array([one.look for one in dormant]), seen.looks[left])] = NO_PAIR_COST
         pairs: list[tuple[Track, int]] = []
-        for a, b in np.argwhere(off < SURELY).tolist():
-            if min(_second(off[a], b), _second(off[:, b], a)) > 2 * SURELY:
+        for a, b in np.argwhere(off < MAX_OFF_SDS).tolist():
+            if min(_second(off[a], b), _second(off[:, b], a)) > 2 * MAX_OFF_SDS:
                 row, landmark = left[b], dormant[a]
                 angle = self._state.pose.heading + seen.eye.heading + float(seen.bearings[row])
                 track = Track(angle, float(seen.looks[row]), seen.stamp, landmark=landmark, agreed=0)
@@ -174,12 +174,12 @@ class BearingLandmarks:
         if not self._tracks or not len(seen.bearings):
             return [], set()
         gaps = self._gaps(seen, eye) / reach
-        gaps[~_alike(np.array([track.look for track in self._tracks]), seen.looks)] = FAR
-        rows, columns = linear_sum_assignment(np.minimum(gaps, FAR))
+        gaps[~_alike(np.array([track.look for track in self._tracks]), seen.looks)] = NO_PAIR_COST
+        rows, columns = linear_sum_assignment(np.minimum(gaps, NO_PAIR_COST))
         pairs = [
             (self._tracks[a], b)
             for a, b in zip(rows.tolist(), columns.tolist(), strict=True)
-            if gaps[a, b] < 1 and gaps[a, b] <= CLEAR * min(_second(gaps[a], b), _second(gaps[:, b], a))
+            if gaps[a, b] < 1 and gaps[a, b] <= MAX_SECOND_SHARE * min(_second(gaps[a], b), _second(gaps[:, b], a))
         ]
         return pairs, set(np.flatnonzero((gaps < 1).any(axis=0)).tolist())
 
@@ -207,13 +207,13 @@ class BearingLandmarks:
         innovation = seen_now(self._state, seen.eye, [one.point for one in landmarks], seen.bearings[rows])
         total = innovation.state + np.diag(self._variances(seen, rows))
         fits = _agreeing(total, innovation.residuals[:, 0], self._settings.gate)
-        kept = [k for k in fits if pairs[k][0].agreed >= PROVEN]
+        kept = [k for k in fits if pairs[k][0].agreed >= PROVEN_CORRECTIONS]
         for k, (track, _) in enumerate(pairs):
             track.agreed += k in fits
-            if k not in fits and track.agreed < PROVEN:
+            if k not in fits and track.agreed < PROVEN_CORRECTIONS:
                 self._tracks.remove(track)
         for k, landmark in enumerate(landmarks):
-            proven = pairs[k][0].agreed >= PROVEN
+            proven = pairs[k][0].agreed >= PROVEN_CORRECTIONS
             landmark.contradictions = 0 if k in fits else landmark.contradictions + proven
         self.used += len(kept)
         self.refused += len(landmarks) - len(kept)
@@ -315,7 +315,7 @@ class BearingLandmarks:
             both = coincide(self._state, point, landmark.point)
             spread = both.state + 1e-9 * np.eye(2)
             close = math.sqrt(float(np.trace(spread))) < limits.again
-            if close and squared_error(both.residuals[:, 0], spread) < COINCIDE:
+            if close and squared_error(both.residuals[:, 0], spread) < COINCIDE_CHI2:
                 near.append((landmark, both))
         if len(near) != 1:
             return None
@@ -357,13 +357,13 @@ def _alike(some: Array, others: Array) -> Array:
     """Looks (T,) and (M,) → (T, M) bool: whether each two may be of one edge."""
     a, b = some[:, None], others[None, :]
     size = np.maximum(np.minimum(np.abs(a), np.abs(b)), 1e-9)
-    similar = np.maximum(np.abs(a), np.abs(b)) <= ALIKE * size
+    similar = np.maximum(np.abs(a), np.abs(b)) <= MAX_STEP_RATIO * size
     return ((a * b > 0) & similar) | (a == 0) | (b == 0)
 
 
 def _second(gaps: Array, best: int) -> float:
     """The least of gaps (K,) besides the one at `best`."""
-    return float(np.delete(gaps, best).min(initial=FAR))
+    return float(np.delete(gaps, best).min(initial=NO_PAIR_COST))
 
 
 def _agreeing(total: Array, residuals: Array, gate: float) -> list[int]:

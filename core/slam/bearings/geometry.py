@@ -15,10 +15,10 @@ import numpy as np
 
 from core.geometry import Pose, wrap, wrap_all
 from core.message import Array
-from core.slam.ekf.filter import ROBOT, AttachedPoint, Filter, Innovation, perpendicular
+from core.slam.ekf.filter import POSE_SIZE, AttachedPoint, Filter, Innovation, perpendicular
 from core.slam.ekf.measurement_model import expected
 
-AHEAD = 1.0  # [m]
+AHEAD_M = 1.0
 
 
 @dataclass(eq=False)
@@ -32,7 +32,7 @@ class PastPose:
 def remember(state: Filter, eye: Pose) -> PastPose:
     """Keep where an eye is now; `eye` is robot_from_eye."""
     state.settle()
-    x, y = eye.x + AHEAD * math.cos(eye.heading), eye.y + AHEAD * math.sin(eye.heading)
+    x, y = eye.x + AHEAD_M * math.cos(eye.heading), eye.y + AHEAD_M * math.sin(eye.heading)
     here = state.attach_seen(np.array([math.hypot(eye.x, eye.y), math.atan2(eye.y, eye.x)]))
     return PastPose(here, state.attach_seen(np.array([math.hypot(x, y), math.atan2(y, x)])))
 
@@ -55,8 +55,8 @@ def seen_now(state: Filter, eye: Pose, points: Sequence[AttachedPoint], bearings
     indices = np.array([state.index_of(point) for point in points], dtype=int)
     expectations, slopes = expected(state.pose @ eye, state.points[indices])
     across, lever = slopes[:, 1], state.lever(state.points[indices])
-    columns = ROBOT + 2 * indices[:, None] + np.arange(2)
-    robot = state.covariance.rows(np.arange(ROBOT))
+    columns = POSE_SIZE + 2 * indices[:, None] + np.arange(2)
+    robot = state.covariance.rows(np.arange(POSE_SIZE))
     relative = state.covariance.rows(columns) - robot[:2] + lever[:, :, None] * robot[2]
     crossing = np.einsum("mk,mks->ms", across, relative)
     seen = crossing[:, columns] - crossing[:, None, :2] + crossing[:, 2, None, None] * lever
@@ -87,7 +87,7 @@ def coincide(state: Filter, one: AttachedPoint, other: AttachedPoint) -> Innovat
     """Two landmarks are one."""
     indices = [state.index_of(one), state.index_of(other)]
     place, otherwhere = state.points[indices]
-    columns = ROBOT + 2 * np.array(indices)[:, None] + np.arange(2)
+    columns = POSE_SIZE + 2 * np.array(indices)[:, None] + np.arange(2)
     turning = state.turning(place[None]) - state.turning(otherwhere[None])
     rows = state.covariance.rows(columns)
     crossing = rows[0] - rows[1] + turning.T * state.covariance.row(2)
@@ -118,7 +118,7 @@ def crossed(
     slopes[0, 0], slopes[0, 1] = axes[0] - to_place[0], -axes[0]
     slopes[1, 2], slopes[1, 3] = axes[1] - to_place[1], -axes[1]
     inverse = np.linalg.inv(to_place)
-    columns = (ROBOT + 2 * np.array(indices)[:, None] + np.arange(2)).ravel()
+    columns = (POSE_SIZE + 2 * np.array(indices)[:, None] + np.arange(2)).ravel()
     rows = -inverse @ slopes.reshape(2, 8) @ state.covariance.rows(columns)
     own = -rows[:, columns] @ slopes.reshape(2, 8).T @ inverse.T + sd**2 * inverse @ inverse.T
     return place, rows, 0.5 * (own + own.T)
@@ -126,7 +126,7 @@ def crossed(
 
 def _of_points(state: Filter, indices: list[int], slopes: Array, residual: float) -> Innovation:
     """A number that depends on differences of points (P): its derivatives (P, 2) → the innovation."""
-    columns = (ROBOT + 2 * np.array(indices)[:, None] + np.arange(2)).ravel()
+    columns = (POSE_SIZE + 2 * np.array(indices)[:, None] + np.arange(2)).ravel()
     crossing = slopes.reshape(1, -1) @ state.covariance.rows(columns)
     return Innovation(crossing, crossing[:, columns] @ slopes.reshape(-1, 1), np.array([[residual]]))
 

@@ -9,7 +9,7 @@ from scipy.linalg import get_blas_funcs, get_lapack_funcs
 
 from core.message import Array
 
-BLOCK = 64  # capacity comes in multiples of this
+BLOCK_SIZE = 64  # capacity comes in multiples of this
 syrk: Any = get_blas_funcs("syrk", dtype=np.float64)
 potrf, trtrs = cast(tuple[Any, Any], get_lapack_funcs(("potrf", "trtrs"), dtype=np.float64))
 
@@ -23,7 +23,7 @@ class Covariance:
 
     def __init__(self, start: Array) -> None:
         self.size = len(start)
-        self._square = np.zeros((BLOCK, BLOCK), order="F")
+        self._square = np.zeros((BLOCK_SIZE, BLOCK_SIZE), order="F")
         self._square[: self.size, : self.size] = np.triu(start)
 
     def row(self, index: int) -> Array:
@@ -76,7 +76,7 @@ class Covariance:
         """New states with covariances `rows` (k, size) to the present ones and `block` (k, k) among themselves."""
         count, size = len(block), self.size
         if size + count > len(self._square):
-            capacity = max(2 * len(self._square), -(-(size + count) // BLOCK) * BLOCK)
+            capacity = max(2 * len(self._square), -(-(size + count) // BLOCK_SIZE) * BLOCK_SIZE)
             larger = np.zeros((capacity, capacity), order="F")
             larger[:size, :size] = self._square[:size, :size]
             self._square = larger

@@ -13,9 +13,9 @@ from core.slam.ekf.covariance import Covariance
 from core.slam.ekf.measurement_model import expected, place_of, residual
 from core.slam.motion import Increment
 
-EQUAL = 1e-9  # [m²] that one landmark may lie apart from itself
-PARTS = 5  # of an equality, taken one after the other
-ROBOT = 3  # states of the robot: x, y, heading; two for every landmark follow
+EQUAL_VARIANCE_M2 = 1e-9  # that one landmark may lie apart from itself
+EQUALITY_PARTS = 5  # of an equality, taken one after the other
+POSE_SIZE = 3  # states of the robot: x, y, heading; two for every landmark follow
 
 
 def perpendicular(vectors: Array) -> Array:
@@ -56,7 +56,7 @@ class Filter(ABC):
         self.pose = pose or Pose()
         self.points = np.zeros((0, 2))  # (N + E, 2) [m], world: the landmarks, then the attached points
         self.attached: list[AttachedPoint] = []
-        self.covariance = Covariance(np.zeros((ROBOT, ROBOT)))
+        self.covariance = Covariance(np.zeros((POSE_SIZE, POSE_SIZE)))
         self._base = self.pose  # where the covariance was settled last
         self._pending = Increment()
 
@@ -108,14 +108,14 @@ class Filter(ABC):
         self.settle()
         onto = self._world_from_error()
         spread = onto @ self.covariance.dense() @ onto.T
-        spread[:ROBOT] = spread[:, :ROBOT] = 0.0
-        spread[:ROBOT, :ROBOT] = covariance
+        spread[:POSE_SIZE] = spread[:, :POSE_SIZE] = 0.0
+        spread[:POSE_SIZE, :POSE_SIZE] = covariance
         self.pose = self._base = pose
         back = 2 * np.eye(len(spread)) - self._world_from_error()
         spread = back @ spread @ back.T
-        self.covariance = Covariance(spread[:ROBOT, :ROBOT])
+        self.covariance = Covariance(spread[:POSE_SIZE, :POSE_SIZE])
         if len(self.points):
-            self.covariance.append(spread[ROBOT:, :ROBOT], spread[ROBOT:, ROBOT:])
+            self.covariance.append(spread[POSE_SIZE:, :POSE_SIZE], spread[POSE_SIZE:, POSE_SIZE:])
 
     def settle(self) -> None:
         """Bring the covariance up to the present pose (eq. 21)."""
@@ -130,8 +130,8 @@ class Filter(ABC):
         self.settle()
         sightings, slopes = expected(self.pose, self.places)
         lever, count = self.lever(self.places), len(self.places)
-        robot = self.covariance.rows(np.arange(ROBOT))
-        own, cross = robot[:, :ROBOT], robot[:, ROBOT : ROBOT + 2 * count].reshape(ROBOT, count, 2)
+        robot = self.covariance.rows(np.arange(POSE_SIZE))
+        own, cross = robot[:, :POSE_SIZE], robot[:, POSE_SIZE : POSE_SIZE + 2 * count].reshape(POSE_SIZE, count, 2)
         shared = cross[:2].transpose(1, 2, 0)
         spread = self._own_blocks() + own[:2, :2] - shared - shared.transpose(0, 2, 1)
         if lever.any():
@@ -145,8 +145,8 @@ class Filter(ABC):
         count = len(indices)
         expectations, slopes = expected(self.pose, self.places[indices])
         lever = self.lever(self.places[indices])
-        columns = ROBOT + 2 * indices[:, None] + np.arange(2)
-        robot = self.covariance.rows(np.arange(ROBOT))
+        columns = POSE_SIZE + 2 * indices[:, None] + np.arange(2)
+        robot = self.covariance.rows(np.arange(POSE_SIZE))
         relative = self.covariance.rows(columns) - robot[:2] + lever[:, :, None] * robot[2]
         crossing = (slopes @ relative).reshape(2 * count, -1)
         seen = crossing[:, columns] - crossing[:, None, :2] + crossing[:, 2, None, None] * lever
@@ -167,17 +167,17 @@ class Filter(ABC):
         """Return the (2M, 2M) that `doubt` would add to the covariance of the sightings of landmarks (M,)."""
         _, slopes = expected(self.pose, self.places[indices])
         arms = perpendicular(self.places[indices] - (self.pose.x, self.pose.y))
-        onto = np.empty((len(indices), 2, ROBOT))
+        onto = np.empty((len(indices), 2, POSE_SIZE))
         onto[:, :, :2] = -rotation(self.pose.heading)
         onto[:, :, 2] = -arms
-        change = (slopes @ onto).reshape(-1, ROBOT)
+        change = (slopes @ onto).reshape(-1, POSE_SIZE)
         return change @ unnoticed @ change.T
 
     def add(self, sighting: Array, noise: Array) -> int:
         """A new landmark (eq. 31-33) → its index."""
         place, rows, own = self._seen_from_here(sighting, noise)
         index = len(self.places)
-        self.covariance.insert(ROBOT + 2 * index, rows, own)
+        self.covariance.insert(POSE_SIZE + 2 * index, rows, own)
         self.points = np.insert(self.points, index, place, axis=0)
         return index
 
@@ -186,13 +186,13 @@ class Filter(ABC):
         self.settle()
         place, slope = place_of(self.pose, sighting)
         lever = self.lever(place[None])[0]
-        robot = self.covariance.rows(np.arange(ROBOT))
+        robot = self.covariance.rows(np.arange(POSE_SIZE))
         rows = robot[:2] - lever[:, None] * robot[2]
         return place, rows, rows[:, :2] - np.outer(rows[:, 2], lever) + slope @ noise @ slope.T
 
     def drop(self, index: int) -> None:
         """Forget a landmark."""
-        self.covariance.drop(ROBOT + 2 * index, 2)
+        self.covariance.drop(POSE_SIZE + 2 * index, 2)
         self.points = np.delete(self.points, index, axis=0)
 
     def attach(self, place: Array, rows: Array, own: Array) -> AttachedPoint:
@@ -234,10 +234,10 @@ class Filter(ABC):
         Taken in equal parts: where a long loop closes all turns by much, and what a turn does is not linear.
         """
         self.settle()
-        for rest in reversed(range(PARTS)):
+        for rest in reversed(range(EQUALITY_PARTS)):
             crossing, spread = self._differences(firsts, seconds)
             wanted = (self.places[seconds] - self.places[firsts]).ravel()
-            total = (1 + rest) * spread + EQUAL * np.eye(len(spread))
+            total = (1 + rest) * spread + EQUAL_VARIANCE_M2 * np.eye(len(spread))
             self._move(self.covariance.absorb(crossing, total, wanted))
         self._base = self.pose
         for index in sorted(seconds.tolist(), reverse=True):
@@ -245,12 +245,12 @@ class Filter(ABC):
 
     def pose_covariance(self) -> Array:
         """Covariance (3, 3) of x, y, heading in the world's axes."""
-        turning = np.eye(ROBOT)
+        turning = np.eye(POSE_SIZE)
         turning[:2, 2] = self.turning(np.array([self._base.x, self._base.y]))
-        settled = turning @ self.covariance.block(0, ROBOT) @ turning.T
+        settled = turning @ self.covariance.block(0, POSE_SIZE) @ turning.T
         if self._pending.still:
             return settled
-        carry, onto = np.eye(ROBOT), np.eye(ROBOT)
+        carry, onto = np.eye(POSE_SIZE), np.eye(POSE_SIZE)
         carry[:2, 2] = -(self.pose.y - self._base.y), self.pose.x - self._base.x
         onto[:2, :2] = rotation(self._base.heading)
         return carry @ settled @ carry.T + onto @ self._pending.covariance @ onto.T
@@ -259,7 +259,7 @@ class Filter(ABC):
         """Covariances (N, 2, 2) of the landmarks in the world's axes."""
         turning = self.turning(self.places)
         heading = self.covariance.row(2)
-        cross = heading[ROBOT : ROBOT + 2 * len(self.places)].reshape(-1, 2)
+        cross = heading[POSE_SIZE : POSE_SIZE + 2 * len(self.places)].reshape(-1, 2)
         spread = self._own_blocks()
         for k in range(2):
             for m in range(2):
@@ -269,7 +269,7 @@ class Filter(ABC):
 
     def _differences(self, firsts: Array, seconds: Array) -> tuple[Array, Array]:
         """K pairs of landmarks → covariance of their differences with the state (2K, size) and their own (2K, 2K)."""
-        a, b = (ROBOT + 2 * indices[:, None] + np.arange(2) for indices in (firsts, seconds))
+        a, b = (POSE_SIZE + 2 * indices[:, None] + np.arange(2) for indices in (firsts, seconds))
         turning = self.turning(self.places[firsts]) - self.turning(self.places[seconds])
         crossing = self.covariance.rows(a) - self.covariance.rows(b) + turning[:, :, None] * self.covariance.row(2)
         crossing = crossing.reshape(2 * len(firsts), -1)
@@ -278,17 +278,17 @@ class Filter(ABC):
 
     def _world_from_error(self) -> Array:
         """(size, size): the state's errors in the world's axes from the errors as this form measures them."""
-        onto = np.eye(ROBOT + 2 * len(self.points))
+        onto = np.eye(POSE_SIZE + 2 * len(self.points))
         onto[:2, 2] = self.turning(np.array([self.pose.x, self.pose.y]))
-        onto[ROBOT:, 2] = self.turning(self.points).ravel()
+        onto[POSE_SIZE:, 2] = self.turning(self.points).ravel()
         return onto
 
     def _own_blocks(self) -> Array:
         """Every landmark's own block of the covariance (N, 2, 2)."""
         count = len(self.places)
-        last = ROBOT + 2 * count
-        diagonal = self.covariance.diagonal()[ROBOT:last]
+        last = POSE_SIZE + 2 * count
+        diagonal = self.covariance.diagonal()[POSE_SIZE:last]
         blocks = np.empty((count, 2, 2))
         blocks[:, 0, 0], blocks[:, 1, 1] = diagonal[::2], diagonal[1::2]
-        blocks[:, 0, 1] = blocks[:, 1, 0] = self.covariance.diagonal(1)[ROBOT:last:2]
+        blocks[:, 0, 1] = blocks[:, 1, 0] = self.covariance.diagonal(1)[POSE_SIZE:last:2]
         return blocks

@@ -14,7 +14,7 @@ import numpy as np
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
-from core.slam.ekf.filter import ROBOT, Filter, perpendicular
+from core.slam.ekf.filter import POSE_SIZE, Filter, perpendicular
 from core.slam.motion import Increment
 
 
@@ -50,7 +50,7 @@ class InvariantFilter(Filter):
         here = np.array([self.pose.x, self.pose.y])
         factor[:, :2] = (rotation(base.heading) @ root[:2] - np.outer(perpendicular(here), root[2])).T
         factor[:, 2] = root[2]
-        factor[:, ROBOT:] = np.outer(root[2], -perpendicular(self.points).ravel())
+        factor[:, POSE_SIZE:] = np.outer(root[2], -perpendicular(self.points).ravel())
         self.covariance.lift(factor)
 
     def _move(self, correction: Array) -> None:
@@ -58,4 +58,4 @@ class InvariantFilter(Filter):
         turn, shift = rotation(angle), shift_matrix(angle)
         x, y = (turn @ (self.pose.x, self.pose.y) + shift @ correction[:2]).tolist()
         self.pose = Pose(x, y, wrap(self.pose.heading + angle))
-        self.points = self.points @ turn.T + correction[ROBOT:].reshape(-1, 2) @ shift.T
+        self.points = self.points @ turn.T + correction[POSE_SIZE:].reshape(-1, 2) @ shift.T

@@ -9,7 +9,7 @@ import numpy as np
 from core.geometry import Pose, wrap_all
 from core.message import Array
 
-NEAREST = 1e-6  # [m]: closer, a bearing means nothing
+MIN_RANGE_M = 1e-6  # closer, a bearing means nothing
 
 
 def expected(pose: Pose, places: Array) -> tuple[Array, Array]:
@@ -19,7 +19,7 @@ def expected(pose: Pose, places: Array) -> tuple[Array, Array]:
     its derivative. The change with the robot's place is the opposite one.
     """
     dx, dy = places[:, 0] - pose.x, places[:, 1] - pose.y
-    reach = np.maximum(np.hypot(dx, dy), NEAREST)
+    reach = np.maximum(np.hypot(dx, dy), MIN_RANGE_M)
     sightings = np.column_stack((reach, wrap_all(np.arctan2(dy, dx) - pose.heading)))
     slopes = np.empty((len(places), 2, 2))
     slopes[:, 0, 0], slopes[:, 0, 1] = dx / reach, dy / reach

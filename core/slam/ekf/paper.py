@@ -6,7 +6,7 @@ import numpy as np
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
-from core.slam.ekf.filter import ROBOT, Filter, perpendicular
+from core.slam.ekf.filter import POSE_SIZE, Filter, perpendicular
 from core.slam.motion import Increment
 
 
@@ -32,7 +32,7 @@ class PaperFilter(Filter):
             added = change * heading
             added[row] += change * (heading[row] + change * heading[2])
             self.covariance.add_to_row(row, added)
-        onto = np.eye(ROBOT)
+        onto = np.eye(POSE_SIZE)
         onto[:2, :2] = rotation(base.heading)
         self.covariance.add_to_block(0, onto @ move.covariance @ onto.T)
 
@@ -42,4 +42,4 @@ class PaperFilter(Filter):
             self.pose.y + float(correction[1]),
             wrap(self.pose.heading + float(correction[2])),
         )
-        self.points = self.points + correction[ROBOT:].reshape(-1, 2)
+        self.points = self.points + correction[POSE_SIZE:].reshape(-1, 2)

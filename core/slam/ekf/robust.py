@@ -15,8 +15,8 @@ from core.setting import Meta, Section
 
 potrf, potri, potrs = cast(tuple[Any, Any, Any], get_lapack_funcs(("potrf", "potri", "potrs"), dtype=np.float64))
 
-ROUNDS = 3  # in which trust is withdrawn, at most
-STEEPNESS = 1.5  # with which it falls beyond the limit
+MAX_ROUNDS = 3  # in which trust is withdrawn, at most
+WEIGHT_EXPONENT = 1.5  # with which it falls beyond the limit
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,13 @@ def trust(innovation: Array, noises: Array, residuals: Array, odd: Array, limit:
     by one, sightings that all err alike because the prediction does would lose their say just when they are right.
     """
     weights = np.ones(len(residuals))
-    for turn in range(ROUNDS):
+    for turn in range(MAX_ROUNDS):
         if turn:
             odd = mahalanobis(with_noise(innovation, (weights - 1.0)[:, None, None] * noises), residuals)
         beyond = odd > limit
         if not beyond.any():
             break
-        weights[beyond] *= (odd[beyond] / limit) ** STEEPNESS
+        weights[beyond] *= (odd[beyond] / limit) ** WEIGHT_EXPONENT
     return weights
 
 
@@ -112,7 +112,7 @@ def _agreeing(innovation: Array, residuals: Array, limit: float) -> int:
     return len(kept)
 
 
-FEWEST = 5  # sightings before anything is said of what is usual
+MIN_SIGHTINGS = 5  # sightings before anything is said of what is usual
 MEDIAN = 2 * math.log(2)  # of a squared distance in two dimensions, when all is as it should be
 
 
@@ -132,7 +132,7 @@ class AdaptiveGate:
     @property
     def factor(self) -> float:
         """Factor by which the soft gate is wider at present; 1: not at all."""
-        if len(self._lately) < FEWEST:
+        if len(self._lately) < MIN_SIGHTINGS:
             return 1.0
         return max(1.0, float(np.median(self._lately)) / self._promised)
 

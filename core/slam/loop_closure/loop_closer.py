@@ -16,22 +16,22 @@ from core.slam.map.pose_graph import Equations, GraphEdge, Marginals, edge_error
 from core.slam.scan_matching.field_matching import ScanMatchingSettings
 from core.slam.scan_matching.point_to_line import WallPoints, align
 
-AROUND = 14  # views that make a place
+PLACE_VIEWS = 14  # views that make a place
 AROUND_REACH = 5.0  # [m] from its base
-PLACES = 8  # that are kept ready
-SUBMAPS = 3  # submaps that one view is searched in
-SPAN = 80  # views to either side whose links may support a new one
-WITNESSES = 30  # of them, at most
-WAITING = 60  # views that wait to be looked at; the oldest are left to the second look
-BESIDE = 2.5  # [m] to views that a view is laid on finely …
-TURNED = 0.5  # … a radian between them counted as so many metres
-NEIGHBOURS = 12  # of them
-MANY, SHARE = 300, 0.02  # alignments after which the map is straightened, and share of all that they must be then
-EDGES = 3000  # on which a piece of work takes as long as a small one more
-READY = 200  # views whose walls are kept ready
-MOVED, MOVED_TURN = 0.2, np.deg2rad(3.0)  # [m], [rad] of a submap against a view: reason to search again
-BENT = 0.04  # [m] and
-BENT_TURN = np.deg2rad(0.4)  # [rad] of a link that the map does not follow yet: reason to straighten it
+MAX_PLACES = 8  # that are kept ready
+MAX_SUBMAPS = 3  # submaps that one view is searched in
+SUPPORT_SPAN = 80  # views to either side whose links may support a new one
+MAX_WITNESSES = 30  # of them, at most
+MAX_WAITING_VIEWS = 60  # views that wait to be looked at; the oldest are left to the second look
+NEIGHBOUR_DISTANCE_M = 2.5  # to views that a view is laid on finely …
+METRES_PER_RADIAN = 0.5  # … a radian between them counted as so many metres
+MAX_NEIGHBOURS = 12  # of them
+MIN_ALIGNMENTS, MIN_ALIGNMENTS_SHARE = 300, 0.02  # after which the map is straightened: alignments, and share of all
+EDGES_PER_PIECE = 3000  # on which a piece of work takes as long as a small one more
+MAX_READY_VIEWS = 200  # views whose walls are kept ready
+MOVED_M, MOVED_RAD = 0.2, np.deg2rad(3.0)  # of a submap against a view: reason to search again
+BENT_M = 0.04  # and …
+BENT_RAD = np.deg2rad(0.4)  # … of a link that the map does not follow yet: reason to straighten it
 
 
 class LoopCloser:
@@ -57,7 +57,7 @@ class LoopCloser:
         """Queue a new view, to look for its place when there is time."""
         self._stamp = stamp
         self._waiting.append(view)
-        if len(self._waiting) > WAITING:
+        if len(self._waiting) > MAX_WAITING_VIEWS:
             self._again.append(self._waiting.popleft())
 
     def work(self, pieces: int) -> int:
@@ -118,16 +118,16 @@ class LoopCloser:
 
     def _is_worth_it(self, least: int) -> bool:
         """Return whether enough new alignments wait, also as a share of all, to solve the whole map."""
-        return self._fresh >= max(least, SHARE * len(self._graph.aligned))
+        return self._fresh >= max(least, MIN_ALIGNMENTS_SHARE * len(self._graph.aligned))
 
     def _align(self, number: int) -> Generator[None, None, None]:
         """Lay a view on the older ones next to it, finely."""
         graph, poses = self._graph, self._graph.pose_array()
         gaps = np.hypot(*(poses[:number, :2] - poses[number, :2]).T)
-        gaps += TURNED * np.abs(wrap_all(poses[:number, 2] - poses[number, 2]))
-        near = np.flatnonzero(gaps < BESIDE)
+        gaps += METRES_PER_RADIAN * np.abs(wrap_all(poses[:number, 2] - poses[number, 2]))
+        near = np.flatnonzero(gaps < NEIGHBOUR_DISTANCE_M)
         near = near[graph.connected(near, np.array(number))]
-        for other in near[np.argsort(gaps[near], kind="stable")][:NEIGHBOURS].tolist():
+        for other in near[np.argsort(gaps[near], kind="stable")][:MAX_NEIGHBOURS].tolist():
             if (other, number) in graph.aligned:
                 continue
             found = align(self._walls(other), self._walls(number), graph.poses[other].inverse() @ graph.poses[number])
@@ -135,12 +135,12 @@ class LoopCloser:
                 graph.aligned[other, number] = GraphEdge(other, number, *found, doubted=True)
                 self._fresh += 1
             yield
-        self._crooked |= self._is_worth_it(MANY)
+        self._crooked |= self._is_worth_it(MIN_ALIGNMENTS)
 
     def _walls(self, number: int) -> WallPoints:
         """The walls of a view, the latest kept ready."""
         if number not in self._ready:
-            if len(self._ready) >= READY:
+            if len(self._ready) >= MAX_READY_VIEWS:
                 del self._ready[next(iter(self._ready))]
             self._ready[number] = WallPoints(self._graph.views[number])
         return self._ready[number]
@@ -190,14 +190,14 @@ class LoopCloser:
             )
             if submap != view.submap and not known and self._is_untried(view, submap):
                 bases.append(base)
-        return bases[:SUBMAPS]
+        return bases[:MAX_SUBMAPS]
 
     def _is_untried(self, view: Keyframe, submap: int) -> bool:
         """Return whether the map has moved enough since a search without a result to repeat it."""
         place = self._graph.world_from(submap).inverse() @ self._graph.poses[view.id]
         before = self._tried.get((view.id, submap))
         return before is None or (
-            before.distance_to(place.x, place.y) > MOVED or abs(wrap(before.heading - place.heading)) > MOVED_TURN
+            before.distance_to(place.x, place.y) > MOVED_M or abs(wrap(before.heading - place.heading)) > MOVED_RAD
         )
 
     @property
@@ -221,8 +221,8 @@ class LoopCloser:
             back = graph.poses[base.id].inverse()
             placed = [(back @ graph.poses[view.id], view) for view in submap.views]
             placed.sort(key=lambda each: each[0].distance_to(0.0, 0.0))
-            around = [each for each in placed[:AROUND] if each[0].distance_to(0.0, 0.0) < AROUND_REACH]
-            if len(self._places) >= PLACES:
+            around = [each for each in placed[:PLACE_VIEWS] if each[0].distance_to(0.0, 0.0) < AROUND_REACH]
+            if len(self._places) >= MAX_PLACES:
                 del self._places[next(iter(self._places))]
             self._places[key] = RecognizedPlace.of(base, around)
         return self._places[key]
@@ -254,9 +254,9 @@ class LoopCloser:
             for loop_closure in self._graph.loop_closures
             if not loop_closure.undone
             for other in loop_closure.links
-            if other is not link and abs(other.a - link.a) < SPAN and abs(other.b - link.b) < SPAN
+            if other is not link and abs(other.a - link.a) < SUPPORT_SPAN and abs(other.b - link.b) < SUPPORT_SPAN
         ]
-        return around[-WITNESSES:]
+        return around[-MAX_WITNESSES:]
 
     def _accept(self, link: Constraint) -> None:
         graph = self._graph
@@ -269,7 +269,7 @@ class LoopCloser:
         off = edge_errors(graph.pose_array()[[link.a, link.b]], np.array([0]), np.array([1]), link.move.vector[None])[
             0
         ]
-        self._crooked |= new or bool(np.hypot(off[0], off[1]) > BENT or abs(off[2]) > BENT_TURN)
+        self._crooked |= new or bool(np.hypot(off[0], off[1]) > BENT_M or abs(off[2]) > BENT_RAD)
 
     def _follows_the_way(self, link: Constraint) -> bool:
         return departure(link, self._graph.way(link.a, link.b)) < self.settings.agree
@@ -282,7 +282,7 @@ class LoopCloser:
         graph, self._crooked, self._fresh = self._graph, False, 0
         links, start = graph.links(), graph.pose_array()
         edges = graph.edges(links)
-        self._size += len(edges) // EDGES
+        self._size += len(edges) // EDGES_PER_PIECE
         yield
         solution = yield from solve(start, edges, self.settings.doubt)
         left = dict(zip(links, solution.squared[len(solution.squared) - len(links) :].tolist(), strict=True))

@@ -14,10 +14,8 @@ from core.slam.map.map_graph import MapGraph
 from core.slam.map.occupancy import OccupancyGrid, OccupancySettings
 from core.slam.map.submap import Submap
 
-PERIOD = 0.5  # [s] between two maps, at least, once there are several tiles
-FREELY = (
-    0.375  # share of the bound to which one tile may claim free space: no two of them wipe out a third one's wall
-)
+MAP_PERIOD_S = 0.5  # between two maps, at least, once there are several tiles
+FREE_BOUND_SHARE = 0.375  # of the bound, to which one tile may claim free space: no two wipe out a third one's wall
 AT_HOME = 1e-9  # [m], [rad]: a tile that lies so is taken as it is
 
 
@@ -42,7 +40,7 @@ class GlobalGrid:
             self._revision = tile.revision
             return tile
         key = self._still_key, active.id, active.tile.revision
-        if self._grid is not None and (key == self._key or 0 <= stamp - self._stamp < PERIOD):
+        if self._grid is not None and (key == self._key or 0 <= stamp - self._stamp < MAP_PERIOD_S):
             return self._grid
         placed = self._graph.world_from(active.id), self._known(active)
         canvas = _Canvas.around([placed], self._still, self._settings)
@@ -154,7 +152,7 @@ class _Canvas:
         size = (int(high[0] - low[0]), int(high[1] - low[1]))
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         laid = cv2.warpAffine(tile.values, onto, size, flags=flags, borderValue=0.0)
-        laid = np.maximum(laid, -self._settings.bound * FREELY)
+        laid = np.maximum(laid, -self._settings.bound * FREE_BOUND_SHARE)
         part = self.values[low[1] : high[1], low[0] : high[0]]
         np.clip(part + laid, -self._settings.bound, self._settings.bound, out=part)
 

@@ -10,10 +10,10 @@ from core.geometry import Pose
 from core.message import Array, message
 from core.perception.landmarks.frame_perception import Beams
 
-POINTS = 240  # of a scan that are matched, at most
-TOLERANCE = 0.2  # [m] within which a point lies on what a beam met …
+MAX_POINTS = 240  # of a scan that are matched, at most
+TOLERANCE_M = 0.2  # within which a point lies on what a beam met …
 TOLERANCE_SHARE = 0.03  # … or this times its distance
-BESIDE = 2  # beams to either side whose shortest counts: poses are not exact
+BEAMS_BESIDE = 2  # beams to either side whose shortest counts: poses are not exact
 
 
 @message
@@ -55,9 +55,9 @@ class Keyframe:
         gap = bearings[after] - bearings[after - 1]
         step = 3.0 * float(np.median(np.diff(bearings)))
         looked = (bearing >= bearings[0]) & (bearing <= bearings[-1]) & (gap < step)
-        around = np.clip(after[:, None] + np.arange(-BESIDE - 1, BESIDE + 1), 0, len(bearings) - 1)
+        around = np.clip(after[:, None] + np.arange(-BEAMS_BESIDE - 1, BEAMS_BESIDE + 1), 0, len(bearings) - 1)
         nearest, farthest = lengths[around].min(axis=1), lengths[around].max(axis=1)
-        slack = np.maximum(TOLERANCE, TOLERANCE_SHARE * distance)
+        slack = np.maximum(TOLERANCE_M, TOLERANCE_SHARE * distance)
         on = looked & (distance > nearest - slack) & (distance < farthest + slack)
         return on, looked & (distance < nearest - slack)
 
@@ -69,6 +69,6 @@ def keyframe(number: int, submap: int, stamp: float, local: Pose, beams: Beams) 
     return Keyframe(id=number, submap=submap, stamp=stamp, local=local, ends=ends, hits=beams.hits, eye=eye)
 
 
-def thinned(points: Array, most: int = POINTS) -> Array:
+def thinned(points: Array, most: int = MAX_POINTS) -> Array:
     """Points (N, 2) → at most `most` of them, evenly."""
     return points[:: max(1, -(-len(points) // most))]

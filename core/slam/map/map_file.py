@@ -14,8 +14,8 @@ from core.message import Array, message
 from core.slam.association.landmark_table import LandmarkRecord
 from core.slam.map.status import ClosureState
 
-FORM = 1  # of the files; another number is not read
-LARGEST = 2_000_000_000  # bytes of all arrays together
+FORM_NUMBER = 1  # of the files; another number is not read
+MAX_ARRAY_BYTES = 2_000_000_000  # bytes of all arrays together
 WORDS, ARRAYS = "map.json", "map.npz"
 CLOSURES = "bonds"  # the key of the loop closures in map.json
 
@@ -99,7 +99,7 @@ class SavedMap:
             words = json.loads((folder / WORDS).read_text(encoding="utf-8"))
             with np.load(folder / ARRAYS, allow_pickle=False) as archive:
                 sizes = sum(member.file_size for member in archive.zip.infolist())
-                if sizes > LARGEST:
+                if sizes > MAX_ARRAY_BYTES:
                     raise BadInput(f"The map {folder.name} is too large.")
                 arrays = {name: archive[name] for name in archive.files}
         except BadInput:
@@ -114,7 +114,7 @@ class SavedMap:
 def _facts(words: object, name: str) -> MapFacts:
     """Content of `map.json` → the facts. Raises BadInput."""
     try:
-        if msgspec.convert(words, MapForm).form != FORM:
+        if msgspec.convert(words, MapForm).form != FORM_NUMBER:
             raise BadInput(f"The map {name} is damaged: it is of another form.")
         return msgspec.convert(words, MapFacts)
     except msgspec.ValidationError:

@@ -89,8 +89,8 @@ class GrowingTable:
 
 
 UNSURE_WAY, UNSURE_FROM = 20.0, 0.2  # [m per m], [m]: sd of an edge beyond which it counts as a longer way
-SHORTEST = 0.01  # [m] that an edge counts at least
-BENT = 0.1  # [m], [rad] that a view must have moved for that
+MIN_EDGE_M = 0.01  # that an edge counts at least
+BENT_MOVE = 0.1  # [m], [rad] that a view must have moved for that
 
 
 class MapGraph:
@@ -198,7 +198,7 @@ class MapGraph:
         ways.extend([_reach(self._step(k)) for k in range(ways.count, len(self.driven))])
         ties.extend([_reach(tie) for tie in self.tied[ties.count :]])
         links = self.links()
-        linked = np.array(([link.a for link in links], [link.b for link in links], [SHORTEST] * len(links)))
+        linked = np.array(([link.a for link in links], [link.b for link in links], [MIN_EDGE_M] * len(links)))
         a, b, lengths = np.hstack((ways.array.T, ties.array.T, linked))
         graph = sparse.csr_matrix((lengths, (a.astype(int), b.astype(int))), shape=(len(self.views), len(self.views)))
         return csgraph.dijkstra(graph, directed=False, indices=view, limit=limit)
@@ -242,7 +242,7 @@ class MapGraph:
         """New world poses (K, 3) of the first views, the later ones follow; `marginals`: how sure they then are."""
         moved = poses - self.pose_array()[: len(poses)]
         self.bends += bool(
-            np.hypot(moved[:, 0], moved[:, 1]).max() > BENT or np.abs(wrap_all(moved[:, 2])).max() > BENT
+            np.hypot(moved[:, 0], moved[:, 1]).max() > BENT_MOVE or np.abs(wrap_all(moved[:, 2])).max() > BENT_MOVE
         )
         self.poses = [Pose(*row) for row in self.bent(poses).tolist()]
         self._rows = GrowingTable(3)
@@ -253,7 +253,7 @@ class MapGraph:
 
 def _reach(edge: GraphEdge) -> tuple[float, float, float]:
     """From, to, and how long [m] an edge counts on a way."""
-    return edge.a, edge.b, max(SHORTEST, math.hypot(edge.move.x, edge.move.y)) + _detour(edge)
+    return edge.a, edge.b, max(MIN_EDGE_M, math.hypot(edge.move.x, edge.move.y)) + _detour(edge)
 
 
 def _detour(edge: GraphEdge) -> float:

@@ -15,9 +15,9 @@ from scipy.sparse import linalg
 from core.geometry import Pose, wrap_all
 from core.message import Array
 
-ROUNDS = 12  # of Gauss-Newton, at most
-ENOUGH = 1e-4  # [m] and [rad]: no pose moves further than this any more
-SETTLED = 1e-9  # damping that keeps the equations solvable
+MAX_ROUNDS = 12  # of Gauss-Newton, at most
+CONVERGED_STEP = 1e-4  # [m] and [rad]: no pose moves further than this any more
+MIN_DAMPING = 1e-9  # damping that keeps the equations solvable
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,14 +134,14 @@ def solve(poses: Array, edges: EdgeTable, doubt: float) -> Generator[None, None,
     equations, poses = Equations(edges, len(poses)), poses.copy()
     squared, weights = equations.weigh(poses, doubt)
     yield
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         system, slope = equations.at(poses, weights)
         yield
         step = equations.by_pose(_factor(system, "NATURAL").solve(-slope))
         poses[1:] += step
         poses[:, 2] = wrap_all(poses[:, 2])
         squared, weights = equations.weigh(poses, doubt)
-        if np.abs(step).max(initial=0.0) < ENOUGH:
+        if np.abs(step).max(initial=0.0) < CONVERGED_STEP:
             break
         yield
     return GraphSolution(poses, weights, squared)
@@ -191,7 +191,7 @@ class Equations:
             np.add.at(slope, self.order[first], np.einsum("eki,ek->ei", one, errors))
         mixed = of_a.transpose(0, 2, 1) @ of_b
         own = (one.transpose(0, 2, 1) @ one for one in (of_a, of_b))
-        settled = np.broadcast_to(SETTLED * np.eye(3), (size, 3, 3))
+        settled = np.broadcast_to(MIN_DAMPING * np.eye(3), (size, 3, 3))
         parts = np.concatenate((*own, mixed, mixed.transpose(0, 2, 1), settled)).reshape(-1, 9)
         blocks = (self._gather @ parts).reshape(-1, 3, 3)
         whole: Any = sparse.bsr_matrix((blocks, self._indices, self._indptr), shape=(3 * size, 3 * size)).tocsr()

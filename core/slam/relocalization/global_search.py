@@ -15,13 +15,13 @@ import numpy as np
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
-from core.slam.relocalization.search_pyramid import POOL, REACH, ScanView, SearchPyramid
-from core.slam.scan_matching.likelihood_field import CELL
+from core.slam.relocalization.search_pyramid import MAX_REACH_M, POOL_M, ScanView, SearchPyramid
+from core.slam.scan_matching.likelihood_field import CELL_M
 
-FEWEST = 25  # points of a view that can be searched with
-BEAMS = 120  # of a view that are followed through the map
-RING = (0.3, 0.75)  # [m] aside: where a place that is pinned down fits clearly worse
-BLANK = 2  # coarse cells around a peak of the correlation that belong to it
+MIN_VIEW_POINTS = 25  # points of a view that can be searched with
+MAX_BEAMS = 120  # of a view that are followed through the map
+RING_M = (0.3, 0.75)  # aside: where a place that is pinned down fits clearly worse
+PEAK_CELLS = 2  # coarse cells around a peak of the correlation that belong to it
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class PoseFit:
 
 def search(pyramid: SearchPyramid, view: ScanView, settings: SearchSettings) -> Generator[None, None, list[PoseFit]]:
     """A view → where on the whole map it may have been taken, best first; yields between pieces of work."""
-    if len(view.points) < FEWEST:
+    if len(view.points) < MIN_VIEW_POINTS:
         return []
     places = yield from _correlate(pyramid, view, settings)
     return (yield from _look_closer(pyramid, view, places, settings))
@@ -61,7 +61,7 @@ def search_near(
     pyramid: SearchPyramid, view: ScanView, guess: Pose, reach: float, angle: float, settings: SearchSettings
 ) -> Generator[None, None, list[PoseFit]]:
     """The same within `reach` [m] and ±`angle` [rad] of a guess only; π: any heading."""
-    if len(view.points) < FEWEST:
+    if len(view.points) < MIN_VIEW_POINTS:
         return []
     few = _few(view, settings)
     tile = 0.5
@@ -89,7 +89,7 @@ def judge(pyramid: SearchPyramid, view: ScanView, guess: Pose) -> PoseFit | None
     pose = pyramid.field.refine(view.points, guess)
     if not pyramid.standing(pose.pose.x, pose.pose.y):
         return None
-    few = view.points[:: max(1, -(-len(view.points) // BEAMS))]
+    few = view.points[:: max(1, -(-len(view.points) // MAX_BEAMS))]
     start = pose.pose.apply(view.start[None])[0]
     ends, misses = pose.pose.apply(few), pose.pose.apply(view.misses)
     against = np.concatenate(
@@ -100,17 +100,17 @@ def judge(pyramid: SearchPyramid, view: ScanView, guess: Pose) -> PoseFit | None
 
 def aside(pyramid: SearchPyramid, view: ScanView, pose: Pose) -> Array:
     """Scores (31, 31) of a view shifted by up to ±0.75 m from a pose in steps of 0.05 m; [15, 15]: not shifted."""
-    shift = CELL * np.arange(-15, 16)
+    shift = CELL_M * np.arange(-15, 16)
     offsets = np.stack(np.meshgrid(shift, shift, indexing="ij"), axis=-1).reshape(-1, 1, 2)
-    points = pose.apply(view.points[:: max(1, -(-len(view.points) // BEAMS))])
+    points = pose.apply(view.points[:: max(1, -(-len(view.points) // MAX_BEAMS))])
     return pyramid.values(points[None] + offsets).mean(axis=1).reshape(31, 31)
 
 
 def ring() -> Array:
     """(31, 31) bool: the shifts of `aside` that count as another place."""
-    shift = CELL * np.arange(-15, 16)
+    shift = CELL_M * np.arange(-15, 16)
     distance = np.hypot(shift[:, None], shift[None, :])
-    return (distance >= RING[0]) & (distance <= RING[1])
+    return (distance >= RING_M[0]) & (distance <= RING_M[1])
 
 
 def same(one: Pose, other: Pose, apart: float = 0.3, turned: float = math.radians(8)) -> bool:
@@ -127,8 +127,8 @@ def _correlate(
 ) -> Generator[None, None, list[tuple[float, Pose]]]:
     """Coarse places, each with the bound of its score."""
     reach = np.hypot(view.points[:, 0], view.points[:, 1])
-    points = view.points[reach < REACH]
-    widest = 2 * math.ceil(float(reach[reach < REACH].max(initial=0.0)) / POOL) + 2
+    points = view.points[reach < MAX_REACH_M]
+    widest = 2 * math.ceil(float(reach[reach < MAX_REACH_M].max(initial=0.0)) / POOL_M) + 2
     rows, columns = pyramid.bound.shape
     size = (cv2.getOptimalDFTSize(rows + widest), cv2.getOptimalDFTSize(columns + widest))
     map_spectrum = pyramid.spectrum(size)
@@ -137,7 +137,7 @@ def _correlate(
     each = max(1, int(settings.work / (size[0] * size[1])))
     for number in range(settings.headings):
         heading = wrap(number * math.tau / settings.headings)
-        cells = np.floor(points @ rotation(heading).T / POOL).astype(int)
+        cells = np.floor(points @ rotation(heading).T / POOL_M).astype(int)
         raster = np.zeros(size, np.float32)
         np.add.at(raster, (cells[:, 1] % size[0], cells[:, 0] % size[1]), 1.0 / max(len(points), 1))
         product = cv2.mulSpectrums(map_spectrum, cv2.dft(raster), 0, conjB=True)
@@ -147,9 +147,11 @@ def _correlate(
             _, score, _, (column, row) = cv2.minMaxLoc(bound)
             if score <= 0.0:
                 break
-            x, y = pyramid.field.origin + POOL * (np.array([column, row]) + 0.5)
+            x, y = pyramid.field.origin + POOL_M * (np.array([column, row]) + 0.5)
             places.append((score, Pose(float(x), float(y), heading)))
-            bound[max(0, row - BLANK) : row + BLANK + 1, max(0, column - BLANK) : column + BLANK + 1] = -1.0
+            bound[
+                max(0, row - PEAK_CELLS) : row + PEAK_CELLS + 1, max(0, column - PEAK_CELLS) : column + PEAK_CELLS + 1
+            ] = -1.0
         if number % each == each - 1:
             yield
     return places

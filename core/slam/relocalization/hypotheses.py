@@ -11,9 +11,9 @@ import numpy as np
 from core.geometry import Pose, wrap
 from core.slam.relocalization.global_search import PoseFit, SearchSettings, aside, judge, ring, same, search
 from core.slam.relocalization.search_pyramid import ScanView, SearchPyramid
-from core.slam.scan_matching.likelihood_field import FARTHEST
+from core.slam.scan_matching.likelihood_field import MAX_SHIFT_M
 
-NEWEST = 3  # views that are shifted to see whether the walls pin them down
+SHIFTED_VIEWS = 3  # views that are shifted to see whether the walls pin them down
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class PlaceHypotheses:
 
     def looseness(self, place: PlaceHypothesis) -> float:
         """Return the best score of the newest views 0.3 to 0.75 m aside, as a share of their score at the place."""
-        tied = list(zip(self.views, place.fits, strict=True))[-NEWEST:]
+        tied = list(zip(self.views, place.fits, strict=True))[-SHIFTED_VIEWS:]
         scores = np.mean([aside(self.pyramid, view, fit.pose) for view, fit in tied], axis=0)
         return float(scores[ring()].max() / max(float(scores[15, 15]), 1e-9))
 
@@ -182,7 +182,7 @@ class PlaceHypotheses:
         way = math.hypot(move.x, move.y)
         reach = limits.drift_m + limits.drift_share * way
         angle = limits.veer_rad + limits.veer_share * abs(move.heading) + limits.veer_rad_per_m * way
-        if reach > FARTHEST:
+        if reach > MAX_SHIFT_M:
             return None  # the odometry no longer says where the robot may be
         expected = pose @ move
         few = view.points[:: max(1, len(view.points) // limits.search.points)]

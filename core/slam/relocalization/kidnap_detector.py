@@ -14,10 +14,10 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.setting import Meta, Section
 from core.slam.map.occupancy import OccupancyGrid
-from core.slam.relocalization.search_pyramid import FREE, OCCUPIED
+from core.slam.relocalization.search_pyramid import FREE, OCCUPIED_LOG_ODDS
 
-FEWEST = 20  # points on known ground that are evidence
-AROUND = 2  # [cells] of a wall within which a point lies at it
+MIN_KNOWN_POINTS = 20  # points on known ground that are evidence
+WALL_RADIUS_CELLS = 2  # of a wall within which a point lies at it
 
 
 @dataclass(frozen=True)
@@ -150,12 +150,12 @@ class WidenedWalls:
         if grid.log_odds.size == 0:
             return None
         if grid is not self._grid:
-            wide = np.ones((2 * AROUND + 1, 2 * AROUND + 1), np.uint8)
-            self._near = cv2.dilate((grid.log_odds > OCCUPIED).astype(np.uint8), wide) > 0
+            wide = np.ones((2 * WALL_RADIUS_CELLS + 1, 2 * WALL_RADIUS_CELLS + 1), np.uint8)
+            self._near = cv2.dilate((grid.log_odds > OCCUPIED_LOG_ODDS).astype(np.uint8), wide) > 0
             self._grid = grid
         cells = np.floor((points - grid.origin) / grid.resolution).astype(int)
         column, row = cells[((cells >= 0) & (cells < grid.log_odds.shape[::-1])).all(axis=1)].T
         at_wall = self._near[row, column]
         in_free = ~at_wall & (grid.log_odds[row, column] < FREE)
         known = int(at_wall.sum() + in_free.sum())
-        return float(at_wall.sum() / known) if known >= FEWEST else None
+        return float(at_wall.sum() / known) if known >= MIN_KNOWN_POINTS else None

@@ -20,7 +20,7 @@ from core.slam.relocalization.recovery import Click, RecoveredPose, Recovery, Re
 from core.slam.relocalization.search_pyramid import ScanView
 from core.slam.scan_matching.scan_tracker import ScanTracker
 
-SETTLED = 3.0  # [s] after the start or after being found in which nothing is suspected: the map is only just there
+SETTLING_S = 3.0  # after the start or after being found in which nothing is suspected: the map is only just there
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class LocalizationMonitor:
     def needs(self, stamp: float) -> bool:
         """Return whether a scan at this time is to be judged."""
         self._since = stamp if self._since is None or stamp < self._since else self._since
-        return self._watched and not self.lost and stamp > self._since + SETTLED
+        return self._watched and not self.lost and stamp > self._since + SETTLING_S
 
     def observe(
         self,

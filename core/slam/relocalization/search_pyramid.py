@@ -12,15 +12,15 @@ from core.geometry import Pose
 from core.message import Array, message
 from core.perception.landmarks.frame_perception import Beams
 from core.slam.map.occupancy import OccupancyGrid
-from core.slam.scan_matching.likelihood_field import CELL, LikelihoodField
+from core.slam.scan_matching.likelihood_field import CELL_M, LikelihoodField
 
-OCCUPIED = 0.6  # log odds from which a cell holds something
+OCCUPIED_LOG_ODDS = 0.6  # log odds from which a cell holds something
 FREE = -0.3  # log odds up to which it is known to hold nothing
-COARSE = 6  # cells of the likelihood field to a coarse one
-POOL = COARSE * CELL  # [m] of a coarse cell
-NEAR = 0.2  # [m] around a wall where a point still belongs to it
-SLACK = 0.08  # [m] to either side of a beam that may graze a wall
-REACH = 12.0  # [m] beyond which points are not searched with: they ask for finer headings
+CELLS_PER_POOL = 6  # cells of the likelihood field to a coarse one
+POOL_M = CELLS_PER_POOL * CELL_M  # of a coarse cell
+NEAR_WALL_M = 0.2  # around a wall where a point still belongs to it
+BEAM_SLACK_M = 0.08  # to either side of a beam that may graze a wall
+MAX_REACH_M = 12.0  # beyond which points are not searched with: they ask for finer headings
 FEWEST_CELLS = 40  # occupied ones; with fewer there is nothing to be found again
 
 
@@ -60,7 +60,7 @@ class SearchPyramid:
     def __init__(self, grid: OccupancyGrid, field: LikelihoodField, gap: Array) -> None:
         self.grid, self.field = grid, field
         self.gap = gap  # (rows, columns) [m] to the next wall
-        self.occupied = grid.log_odds > OCCUPIED
+        self.occupied = grid.log_odds > OCCUPIED_LOG_ODDS
         self.free = grid.log_odds < FREE
         self.bound = _bound(field.values)
         self.standable = self._standable()
@@ -72,13 +72,13 @@ class SearchPyramid:
 
         Yields between pieces of work; returns None for a map too empty to find anything on.
         """
-        cells = np.argwhere(grid.log_odds > OCCUPIED)
+        cells = np.argwhere(grid.log_odds > OCCUPIED_LOG_ODDS)
         if len(cells) < FEWEST_CELLS:
             return None
         yield
         field = LikelihoodField(grid.origin + (cells[:, ::-1] + 0.5) * grid.resolution if points is None else points)
         yield
-        gap = cv2.distanceTransform((grid.log_odds <= OCCUPIED).astype(np.uint8), cv2.DIST_L2, 3)
+        gap = cv2.distanceTransform((grid.log_odds <= OCCUPIED_LOG_ODDS).astype(np.uint8), cv2.DIST_L2, 3)
         gap *= np.float32(grid.resolution)
         yield
         pyramid = SearchPyramid(grid, field, gap)
@@ -95,7 +95,7 @@ class SearchPyramid:
 
     def values(self, points: Array) -> Array:
         """Points (..., 2) [m], world → the field's value (...) in their cells; 0 outside."""
-        cells = np.floor((points - self.field.origin) / CELL).astype(int)
+        cells = np.floor((points - self.field.origin) / CELL_M).astype(int)
         rows, columns = self.field.values.shape
         inside = (cells[..., 0] >= 0) & (cells[..., 0] < columns) & (cells[..., 1] >= 0) & (cells[..., 1] < rows)
         flat = np.where(inside, cells[..., 1] * columns + cells[..., 0], 0)
@@ -111,7 +111,7 @@ class SearchPyramid:
     def known(self, points: Array) -> Array:
         """Points (K, 2) [m], world → (K,) int: 1 at a wall, -1 in the middle of free floor, 0 anything else."""
         row, column, inside = self._indices(points)
-        return np.where(inside, np.where(self.gap[row, column] < NEAR, 1, -1 * self.free[row, column]), 0)
+        return np.where(inside, np.where(self.gap[row, column] < NEAR_WALL_M, 1, -1 * self.free[row, column]), 0)
 
     def crossed(self, start: Array, ends: Array) -> Array:
         """Beams from `start` (2,) to `ends` (K, 2) [m], world → (K,) bool: those that went through a wall.
@@ -123,19 +123,19 @@ class SearchPyramid:
         length = np.hypot(way[:, 0], way[:, 1])
         ray = way / np.maximum(length, 1e-9)[:, None]
         found = self._through(start, ray, length)
-        aside = SLACK * ray[:, ::-1] * (-1.0, 1.0)
+        aside = BEAM_SLACK_M * ray[:, ::-1] * (-1.0, 1.0)
         for side in (aside, -aside):
             found[found] = self._through(start + side[found], ray[found], length[found])
         return found
 
     def _through(self, starts: Array, rays: Array, lengths: Array) -> Array:
         """Beams from (2,) or (K, 2) [m], world, along unit vectors (K, 2) → (K,) bool: those that cross a wall."""
-        count = max(2, math.ceil(min(float(lengths.max(initial=0.0)), REACH) / self.grid.resolution))
+        count = max(2, math.ceil(min(float(lengths.max(initial=0.0)), MAX_REACH_M) / self.grid.resolution))
         along = self.grid.resolution * np.arange(1, count)
         row, column, inside = self._indices(starts[..., None, :] + along[:, None] * rays[:, None, :])
-        before = (along[None, :] < (lengths - NEAR)[:, None]) & inside
+        before = (along[None, :] < (lengths - NEAR_WALL_M)[:, None]) & inside
         behind = np.maximum.accumulate(self.occupied[row, column] & before, axis=1)
-        through = behind & before & (self.gap[row, column] > 0.75 * NEAR)
+        through = behind & before & (self.gap[row, column] > 0.75 * NEAR_WALL_M)
         return np.logical_or.reduce(through, axis=1)
 
     def _cells(self, points: Array) -> Array:
@@ -151,7 +151,7 @@ class SearchPyramid:
         """Return where a robot may stand: (rows, columns) bool, of the shape of `bound`."""
         rows, columns = self.bound.shape
         free = self.grid.origin + (np.argwhere(self.free[::2, ::2])[:, ::-1] * 2 + 0.5) * self.grid.resolution
-        coarse = np.floor((free - self.field.origin) / POOL).astype(int)
+        coarse = np.floor((free - self.field.origin) / POOL_M).astype(int)
         coarse = coarse[((coarse >= 0) & (coarse < (columns, rows))).all(axis=1)]
         standable = np.zeros((rows, columns), bool)
         standable[coarse[:, 1], coarse[:, 0]] = True
@@ -160,10 +160,10 @@ class SearchPyramid:
 
 def _bound(values: Array) -> Array:
     """A field → its coarse upper bound (rows, columns), which holds for any shift within one coarse cell."""
-    rows, columns = (-(-side // COARSE) for side in values.shape)
-    grown = np.zeros(((rows + 1) * COARSE, (columns + 1) * COARSE), np.float32)
+    rows, columns = (-(-side // CELLS_PER_POOL) for side in values.shape)
+    grown = np.zeros(((rows + 1) * CELLS_PER_POOL, (columns + 1) * CELLS_PER_POOL), np.float32)
     grown[: values.shape[0], : values.shape[1]] = values
-    most = grown.reshape(rows + 1, COARSE, columns + 1, COARSE).max(axis=(1, 3))
+    most = grown.reshape(rows + 1, CELLS_PER_POOL, columns + 1, CELLS_PER_POOL).max(axis=(1, 3))
     return np.maximum.reduce([most[:-1, :-1], most[1:, :-1], most[:-1, 1:], most[1:, 1:]])
 
 

@@ -14,17 +14,17 @@ from core.geometry import Pose, rotation, wrap
 from core.message import Array
 from core.setting import Meta, Section
 from core.slam.map.keyframe import thinned
-from core.slam.scan_matching.likelihood_field import CELL, LikelihoodField, Match
+from core.slam.scan_matching.likelihood_field import CELL_M, LikelihoodField, Match
 from core.slam.scan_matching.match_covariance import match_information, match_spread
 
-STRIDE = 4  # cells of one step of the wide search
+STRIDE_CELLS = 4  # cells of one step of the wide search
 TURN = math.radians(2.0)  # [rad] of one step of the wide search
-COARSE = 100  # points that the searches look at
-APART, APART_TURN = 0.5, math.radians(8)  # [m], [rad]: matches that differ by more are different places
-TRIED = 6  # peaks of the wide search that are refined
-SLIDE, WIDE = 0.1, 1.0  # [m]: how finely and how far around a match it is asked whether it fits there too
-ANYWHERE = 0.99  # of the spread of all places that are asked, from which the match may be at any of them
-NEARLY = 0.04  # of score that a place may fit worse and still be possible
+COARSE_POINTS = 100  # points that the searches look at
+APART_M, APART_RAD = 0.5, math.radians(8)  # matches that differ by more are different places
+MAX_REFINED_PEAKS = 6  # peaks of the wide search that are refined
+SLIDE_STEP_M, SLIDE_REACH_M = 0.1, 1.0  # how finely and how far around a match it is asked whether it fits there too
+ANYWHERE_SHARE = 0.99  # of the spread of all places that are asked, from which the match may be at any of them
+EQUAL_SCORE = 0.04  # of score that a place may fit worse and still be possible
 AT_ONCE = 4  # headings of the wide search in one piece of work
 
 
@@ -60,9 +60,9 @@ def window(move: Pose, settings: ScanMatchingSettings) -> tuple[float, float]:
 
 def match_scan(field: LikelihoodField, points: Array, guess: Pose, reach: float, angle: float) -> Match:
     """The best pose of a scan's points (M, 2) [m] within ±`reach` [m] and ±`angle` [rad] of a guess."""
-    few = thinned(points, COARSE)
-    coarse = field.search(few, guess, reach, angle, 2 * CELL, math.radians(1))
-    fine = field.search(few, coarse, CELL, math.radians(0.5), CELL, math.radians(0.25))
+    few = thinned(points, COARSE_POINTS)
+    coarse = field.search(few, guess, reach, angle, 2 * CELL_M, math.radians(1))
+    fine = field.search(few, coarse, CELL_M, math.radians(0.5), CELL_M, math.radians(0.25))
     return field.refine(points, fine)
 
 
@@ -103,22 +103,22 @@ def blurred(information: Array, doubt: Array) -> Array:
     return np.linalg.solve(np.eye(len(doubt)) + information @ doubt, information)
 
 
-def ambiguity(field: LikelihoodField, points: Array, match: Match, reach: float = WIDE) -> Array:
+def ambiguity(field: LikelihoodField, points: Array, match: Match, reach: float = SLIDE_REACH_M) -> Array:
     """Covariance (2, 2) [m²] of where else within `reach` [m] the points (M, 2) fit nearly as well, field's axes.
 
     Every place around weighs the less the worse it fits (Olson, ICRA 2009). What looking no farther than `reach` adds
     is taken out again: where all places around fit alike, along a bare corridor, the match says nothing.
     """
-    few = thinned(points, COARSE)
-    count = max(2, round(reach / SLIDE))
-    steps = SLIDE * np.arange(-count, count + 1)
+    few = thinned(points, COARSE_POINTS)
+    count = max(2, round(reach / SLIDE_STEP_M))
+    steps = SLIDE_STEP_M * np.arange(-count, count + 1)
     shifts = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
     placed = match.pose.apply(few)
     here = field.cells_at(placed[None]).mean()
     scores = field.cells_at(placed[None] + shifts[:, None]).mean(axis=1)
-    weights = np.exp(np.minimum((scores - here) / NEARLY, 0.0))
+    weights = np.exp(np.minimum((scores - here) / EQUAL_SCORE, 0.0))
     found, directions = np.linalg.eigh((shifts * weights[:, None]).T @ shifts / (weights.sum() + 1.0))
-    share = np.minimum(found / np.mean(steps**2), ANYWHERE)
+    share = np.minimum(found / np.mean(steps**2), ANYWHERE_SHARE)
     return directions * (found / (1.0 - share)) @ directions.T
 
 
@@ -130,19 +130,19 @@ def search_wide(
     A coarse lattice over the field widened to the lattice's step, so that no peak falls between; then each of the
     highest peaks is refined. Each value is a piece of work and holds the places found by then; the last holds all.
     """
-    steps, turns = max(1, round(reach / (STRIDE * CELL))), max(1, round(angle / TURN))
-    margin = STRIDE * steps + STRIDE
-    wide = cv2.dilate(field.values.astype(np.float32), np.ones((STRIDE + 1, STRIDE + 1), np.uint8))
+    steps, turns = max(1, round(reach / (STRIDE_CELLS * CELL_M))), max(1, round(angle / TURN))
+    margin = STRIDE_CELLS * steps + STRIDE_CELLS
+    wide = cv2.dilate(field.values.astype(np.float32), np.ones((STRIDE_CELLS + 1, STRIDE_CELLS + 1), np.uint8))
     wide = np.pad(wide, 2 * margin)
-    few = thinned(points, COARSE)
-    shift = np.arange(-steps, steps + 1) * STRIDE
+    few = thinned(points, COARSE_POINTS)
+    shift = np.arange(-steps, steps + 1) * STRIDE_CELLS
     offsets = (shift[:, None] * wide.shape[1] + shift[None, :]).ravel()
     headings = guess.heading + TURN * np.arange(-turns, turns + 1)
     scores = np.empty((len(headings), len(shift), len(shift)))
     yield []
     for number, heading in enumerate(headings):
         place = few @ rotation(float(heading)).T + (guess.x, guess.y)
-        cells = np.floor((place - field.origin) / CELL).astype(int) + 2 * margin
+        cells = np.floor((place - field.origin) / CELL_M).astype(int) + 2 * margin
         cells = np.clip(cells, margin, np.array(wide.shape[::-1]) - margin - 1)
         flat = cells[:, 1] * wide.shape[1] + cells[:, 0]
         scores[number] = wide.ravel()[flat[None, :] + offsets[:, None]].mean(axis=1).reshape(len(shift), -1)
@@ -150,9 +150,9 @@ def search_wide(
             yield []
     found: list[Match] = []
     for turn, row, column in _peaks(scores):
-        x, y = guess.x + CELL * shift[column], guess.y + CELL * shift[row]
+        x, y = guess.x + CELL_M * shift[column], guess.y + CELL_M * shift[row]
         coarse = Pose(float(x), float(y), wrap(float(headings[turn])))
-        better = field.search(few, coarse, 3 * CELL, TURN, CELL, TURN / 2)
+        better = field.search(few, coarse, 3 * CELL_M, TURN, CELL_M, TURN / 2)
         match = field.refine(points, better)
         if not any(same_place(match.pose, other.pose) and match.score <= other.score for other in found):
             found = [other for other in found if not same_place(match.pose, other.pose)] + [match]
@@ -161,13 +161,13 @@ def search_wide(
 
 def same_place(one: Pose, other: Pose) -> bool:
     """Return whether two matches are the same place."""
-    return one.distance_to(other.x, other.y) < APART and abs(wrap(one.heading - other.heading)) < APART_TURN
+    return one.distance_to(other.x, other.y) < APART_M and abs(wrap(one.heading - other.heading)) < APART_RAD
 
 
 def _peaks(scores: Array) -> list[tuple[int, int, int]]:
     """The highest cells of scores (headings, rows, columns), none next to a higher one."""
     left, found = scores.copy(), list[tuple[int, int, int]]()
-    while len(found) < TRIED:
+    while len(found) < MAX_REFINED_PEAKS:
         turn, row, column = (int(index) for index in np.unravel_index(int(left.argmax()), left.shape))
         if left[turn, row, column] <= 0:
             break

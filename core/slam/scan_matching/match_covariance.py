@@ -6,8 +6,8 @@ import numpy as np
 
 from core.message import Array
 
-NEIGHBOURS = 16  # points to either side among which they are, at most
-BENT = 0.05  # [m] of a point off the line between them, at most
+MAX_NEIGHBOURS = 16  # points to either side among which they are, at most
+MAX_BEND_M = 0.05  # of a point off the line between them, at most
 
 
 def match_information(points: Array, *, point_sd: float, wall: float, believed: Array | None = None) -> Array:
@@ -55,7 +55,7 @@ def _on_walls(points: Array, wall: float) -> tuple[Array, Array, Array]:
     index = np.arange(len(points))
     most = np.minimum(index, index[::-1])
     steps = np.minimum(1, most)
-    for step in range(2, NEIGHBOURS + 1):
+    for step in range(2, MAX_NEIGHBOURS + 1):
         wider = np.minimum(step, most)
         longer = np.hypot(*(points[index + wider] - points[index - wider]).T) < wall
         steps = np.where(longer & (steps == step - 1), wider, steps)
@@ -63,7 +63,7 @@ def _on_walls(points: Array, wall: float) -> tuple[Array, Array, Array]:
     reach = np.hypot(ends[:, 0], ends[:, 1])
     aside = points - points[index - steps]
     off = np.abs(ends[:, 0] * aside[:, 1] - ends[:, 1] * aside[:, 0]) / np.maximum(reach, 1e-9)
-    rows = np.flatnonzero((reach > 1e-6) & (reach < wall) & (off < BENT))
+    rows = np.flatnonzero((reach > 1e-6) & (reach < wall) & (off < MAX_BEND_M))
     along, doubts = _fitted(points, rows - steps[rows], rows + steps[rows] + 1)
     return rows, along, doubts
 

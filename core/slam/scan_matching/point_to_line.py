@@ -13,17 +13,17 @@ from core.message import Array
 from core.perception.landmarks.frame_perception import Beams
 from core.slam.map.keyframe import Keyframe
 
-FAR, NEAR = 0.35, 0.1  # [m] within which points belong to each other, in the first and in the last rounds
-SHRINK = 0.75  # from one round to the next
-ROUNDS = 12
-GAP, WALL = 0.35, 0.5  # [m] between neighbours on one wall, and across two of them, at most
-ALONG = 0.8  # cosine between two walls that may be one
-SOFT = 0.05  # [m] off the wall at which a point weighs half
-FEWEST = 30  # points
+FIRST_REACH_M, LAST_REACH_M = 0.35, 0.1  # within which points belong together in the first and in the last rounds
+REACH_FACTOR = 0.75  # from one round to the next
+MAX_ROUNDS = 12
+MAX_GAP_M, MAX_WALL_M = 0.35, 0.5  # between neighbours on one wall, and across two of them, at most
+MIN_NORMALS_COSINE = 0.8  # cosine between two walls that may be one
+HALF_WEIGHT_M = 0.05  # off the wall at which a point weighs half
+MIN_POINTS = 30  # points
 POINT_SD = 0.1  # [m] of a point off its wall, their dependence on each other taken in
 LEAST = np.array([0.01, 0.01, math.radians(0.2)])  # [m], [rad] sd that is claimed at least
 UNKNOWN = np.array([0.5, 0.5, math.radians(10)])  # [m], [rad] sd where no wall gives information
-SHARE = 0.5  # of the points that find their wall, at least
+MIN_PAIRED_SHARE = 0.5  # of the points that find their wall, at least
 
 
 class WallPoints:
@@ -34,7 +34,7 @@ class WallPoints:
         along = points[2:] - points[:-2]
         length = np.hypot(along[:, 0], along[:, 1])
         steps = np.hypot(*(points[1:] - points[:-1]).T) if len(points) else np.zeros(0)
-        good = (length < WALL) & (length > 1e-6) & (steps[:-1] < GAP) & (steps[1:] < GAP)
+        good = (length < MAX_WALL_M) & (length > 1e-6) & (steps[:-1] < MAX_GAP_M) & (steps[1:] < MAX_GAP_M)
         self.points = points[1:-1][good]  # (M, 2) [m], robot frame
         self.normals = np.column_stack((-along[good, 1], along[good, 0])) / length[good, None]  # (M, 2)
         self._tree = KDTree(self.points) if len(self.points) else None
@@ -59,26 +59,26 @@ def align(base: WallPoints, other: WallPoints, guess: Pose) -> tuple[Pose, Array
     The covariance is in the base's frame. None where too few points find a wall. Point-to-line matching (Censi, ICRA
     2008) with Cauchy weights.
     """
-    if min(len(base.points), len(other.points)) < FEWEST:
+    if min(len(base.points), len(other.points)) < MIN_POINTS:
         return None
-    pose, reach = guess, FAR
-    for _ in range(ROUNDS):
+    pose, reach = guess, FIRST_REACH_M
+    for _ in range(MAX_ROUNDS):
         pairs = residuals(base, other, pose, reach)
         if pairs is None:
             return None
         off, slopes = pairs
-        weights = 1.0 / (1.0 + (off / SOFT) ** 2)
+        weights = 1.0 / (1.0 + (off / HALF_WEIGHT_M) ** 2)
         curvature = (slopes * weights[:, None]).T @ slopes
         move = -np.linalg.solve(curvature + 1e-3 * np.eye(3), (slopes * weights[:, None]).T @ off)
         pose = Pose(pose.x + float(move[0]), pose.y + float(move[1]), wrap(pose.heading + float(move[2])))
-        if np.abs(move).max() < 1e-4 and reach <= NEAR:
+        if np.abs(move).max() < 1e-4 and reach <= LAST_REACH_M:
             break
-        reach = max(NEAR, SHRINK * reach)
-    pairs = residuals(base, other, pose, NEAR)
-    if pairs is None or len(pairs[0]) < SHARE * len(other.points):
+        reach = max(LAST_REACH_M, REACH_FACTOR * reach)
+    pairs = residuals(base, other, pose, LAST_REACH_M)
+    if pairs is None or len(pairs[0]) < MIN_PAIRED_SHARE * len(other.points):
         return None
     off, slopes = pairs
-    weights = 1.0 / (1.0 + (off / SOFT) ** 2)
+    weights = 1.0 / (1.0 + (off / HALF_WEIGHT_M) ** 2)
     information = (slopes * weights[:, None]).T @ slopes / POINT_SD**2
     return pose, np.linalg.inv(information + np.diag(UNKNOWN**-2.0)) + np.diag(LEAST**2)
 
@@ -90,9 +90,9 @@ def residuals(base: WallPoints, other: WallPoints, pose: Pose, reach: float) -> 
     found, index = base.nearest(turned + np.array([pose.x, pose.y]), reach)
     rows = np.flatnonzero(found)
     walls = index[rows]
-    alike = np.abs(((other.normals[rows] @ turn) * base.normals[walls]).sum(axis=1)) > ALONG
+    alike = np.abs(((other.normals[rows] @ turn) * base.normals[walls]).sum(axis=1)) > MIN_NORMALS_COSINE
     rows, walls = rows[alike], walls[alike]
-    if len(rows) < FEWEST:
+    if len(rows) < MIN_POINTS:
         return None
     normals, arms = base.normals[walls], turned[rows]
     off = ((arms + np.array([pose.x, pose.y]) - base.points[walls]) * normals).sum(axis=1)

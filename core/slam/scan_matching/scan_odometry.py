@@ -46,9 +46,9 @@ class ScanOdometrySettings(Section):
     )
 
 
-FEWEST = 20  # points of a scan that can be matched
-FASTEST, QUICKEST = 5.0, 8.0  # [m/s], [rad/s] of a robot; a faster one was stamped wrongly
-COASTING = 1.0  # [s] for which the former motion goes on unseen, at most
+MIN_POINTS = 20  # points of a scan that can be matched
+MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S = 5.0, 8.0  # of a robot; a faster one was stamped wrongly
+MAX_COASTING_S = 1.0  # for which the former motion goes on unseen, at most
 
 
 class ScanOdometry:
@@ -94,9 +94,9 @@ class ScanOdometry:
     def _search(self, field: LikelihoodField, points: Array, elapsed: float) -> Match | None:
         """Search around where the motion leads, coarse then fine, and refine; None where nothing fits."""
         settings = self.settings
-        if len(points) < FEWEST:
+        if len(points) < MIN_POINTS:
             return None
-        expected = self._matched @ _scaled(self._motion, min(elapsed, COASTING))
+        expected = self._matched @ _scaled(self._motion, min(elapsed, MAX_COASTING_S))
         thinned = points[:: max(1, len(points) // settings.points)]
         coarse = field.search(thinned, expected, settings.reach, settings.angle, 0.1, math.radians(1))
         fine = field.search(thinned, coarse, 0.05, math.radians(0.5), 0.05, math.radians(0.25))
@@ -128,8 +128,8 @@ class ScanOdometry:
         """No match: expect the motion to die down, be unsure, and begin a new local map."""
         settings = self.settings
         self._motion = _scaled(self._motion, settings.coast)
-        self._matched = self._matched @ _scaled(self._motion, min(elapsed, COASTING))
-        if len(points) >= FEWEST:
+        self._matched = self._matched @ _scaled(self._motion, min(elapsed, MAX_COASTING_S))
+        if len(points) >= MIN_POINTS:
             self._frames.clear()
             self._keep(points)
         self.pose, before = self._matched, self.pose
@@ -138,7 +138,7 @@ class ScanOdometry:
 
     def _begin(self, points: Array) -> Increment:
         """The first scan with enough in it begins the local map."""
-        if len(points) >= FEWEST:
+        if len(points) >= MIN_POINTS:
             self._keep(points)
         return Increment()
 
@@ -162,7 +162,7 @@ class ScanOdometry:
 def _per_second(move: Pose, elapsed: float) -> Pose:
     """A move within `elapsed` [s] → per second; none where no robot moves so fast, because the stamps are wrong."""
     way = math.hypot(move.x, move.y)
-    if way >= FASTEST * elapsed or abs(move.heading) >= QUICKEST * elapsed:
+    if way >= MAX_SPEED_M_S * elapsed or abs(move.heading) >= MAX_TURN_RATE_RAD_S * elapsed:
         return Pose()
     return _scaled(move, 1 / elapsed)
 

@@ -13,12 +13,12 @@ from core.message import Array
 from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.frame_perception import Beams
 from core.sensors import Laser, Scan
-from core.slam.scan_matching.point_to_line import NEAR, WallPoints, residuals
+from core.slam.scan_matching.point_to_line import LAST_REACH_M, WallPoints, residuals
 
 BEAM_RAD = math.radians(1.4)  # over which neighbouring beams are drawn together …
 EDGE_M = 0.25  # … where they end no farther apart
 MAX_POINTS_LAID = 60  # of the later scan
-REACHES_M = (0.35, 0.2, NEAR, NEAR)  # within which points belong to each other, round by round
+REACHES_M = (0.35, 0.2, LAST_REACH_M, LAST_REACH_M)  # within which points belong to each other, round by round
 SOFT_M = 0.03  # off its wall, at which a point weighs half
 POINT_SD_M = 0.06  # of a point off its wall, their dependence on each other taken in
 GOOD_SHARE, LEAST_SHARE = 0.95, 0.75  # of the usual fit: enough to guess no further, to believe the move

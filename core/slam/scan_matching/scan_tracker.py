@@ -12,7 +12,7 @@ from core.message import Array
 from core.slam.map.keyframe import thinned
 from core.slam.motion import Increment
 from core.slam.scan_matching.field_matching import (
-    NEARLY,
+    EQUAL_SCORE,
     ScanMatchingSettings,
     blurred,
     information,
@@ -21,17 +21,17 @@ from core.slam.scan_matching.field_matching import (
 )
 from core.slam.scan_matching.likelihood_field import LikelihoodField, Match
 
-FEWEST = 20  # points of a scan that can be matched
-SLIP = 16.3  # chi-square, 3 degrees of freedom, 99.9 %: wheels and scan contradict each other
-LEARN = 0.05  # by which the doubt in the wheels follows what one scan says of them
-USUAL = 2.0  # squared distance per degree of freedom that says nothing against the wheels: matches are not white
-SHOCK = 4.0  # that one scan can say, at most
-WORST = 1e4  # doubt
-FIRST = 100.0  # doubt in wheels that are unknown yet; good ones are trusted after a few seconds of driving
-SURPRISED = 0.3  # of a contradiction remains as doubt in the scan, too
-OPEN = 100.0  # [1/m²], [1/rad²]: of a direction with less information a scan says nothing
+MIN_POINTS = 20  # points of a scan that can be matched
+SLIP_CHI2 = 16.3  # chi-square, 3 degrees of freedom, 99.9 %: wheels and scan contradict each other
+DOUBT_GAIN = 0.05  # by which the doubt in the wheels follows what one scan says of them
+USUAL_MISFIT = 2.0  # squared distance per dof that says nothing against the wheels: matches are not white
+MAX_MISFIT_STEP = 4.0  # that one scan can say, at most
+MAX_DOUBT = 1e4  # doubt
+FIRST_DOUBT = 100.0  # doubt in wheels that are unknown yet; good ones are trusted after a few seconds of driving
+CONTRADICTION_SHARE = 0.3  # of a contradiction remains as doubt in the scan, too
+MIN_INFORMATION = 100.0  # [1/m²], [1/rad²]: of a direction with less information a scan says nothing
 SEARCH_WIDTH_SD = 3.0  # of an unknown move, around which it is looked for
-SMALL = 1e-9  # [m²], [rad²] that keeps a standing wheel's covariance regular
+MIN_VARIANCE = 1e-9  # [m²], [rad²] that keeps a standing wheel's covariance regular
 
 
 class ScanTracker:
@@ -42,7 +42,7 @@ class ScanTracker:
         self.score: float | None = None  # of the newest match
         self.seen: Pose | None = None  # the newest move by the scans alone
         self.slipping = False
-        self.doubt = FIRST  # how much worse the wheels may be than they claim: a factor on their covariance
+        self.doubt = FIRST_DOUBT  # how much worse the wheels may be than they claim: a factor on their covariance
         self.shown = 1.0  # how much worse the scans have shown them to be
         self._field: LikelihoodField | None = None
         self._stood: Pose | None = None  # where the scan before lay, while the wheels stand
@@ -59,14 +59,14 @@ class ScanTracker:
         """
         self.score, self.seen, self.slipping = None, None, False
         stood, self._stood = self._stood if wheels.still else None, None
-        if self._field is None or len(points) < FEWEST:
+        if self._field is None or len(points) < MIN_POINTS:
             return wheels
         few = thinned(points)
         reach, angle = self._window(wheels)
         guess = stood or start @ wheels.pose
         match = match_scan(self._field, few, guess, reach, angle)
         own = information(self._field, few, match, reach, self.settings)
-        if np.linalg.matrix_rank(own, OPEN, hermitian=True) < len(own):
+        if np.linalg.matrix_rank(own, MIN_INFORMATION, hermitian=True) < len(own):
             match = _nearer(self._field, few, guess, match)
         self.score = match.score
         if match.score >= self.settings.score:
@@ -101,21 +101,21 @@ class ScanTracker:
         error = seen.vector - wheels.pose.vector
         error[2] = wrap(float(error[2]))
         values, axes = np.linalg.eigh(found)
-        values, axes = values[values > OPEN], axes[:, values > OPEN]
+        values, axes = values[values > MIN_INFORMATION], axes[:, values > MIN_INFORMATION]
         found, held = (axes * values) @ axes.T, axes @ axes.T
-        claimed = wheels.covariance + SMALL * np.eye(3)
+        claimed = wheels.covariance + MIN_VARIANCE * np.eye(3)
         sides = math.sqrt(self.doubt) * held + math.sqrt(self.shown) * (np.eye(3) - held)
         believed = sides @ claimed @ sides
         squared = float(error @ blurred(found, believed) @ error)
         shown = float(error @ blurred(found, self.shown * claimed) @ error)
         self.doubt = _learnt(self.doubt, squared, len(values))
         self.shown = _learnt(self.shown, shown, len(values))
-        self.slipping = squared > SLIP
+        self.slipping = squared > SLIP_CHI2
         x, y, turn = (held @ error).tolist() if self.slipping else (0.0, 0.0, 0.0)
         surprise = np.diag([x * x + y * y, x * x + y * y, turn * turn])
         believed += surprise
         gain = believed @ blurred(found, believed)
-        covariance = believed - gain @ believed + SURPRISED**2 * surprise
+        covariance = believed - gain @ believed + CONTRADICTION_SHARE**2 * surprise
         fused = Pose(*(wheels.pose.vector + gain @ error).tolist())
         return Increment(fused, 0.5 * (covariance + covariance.T))
 
@@ -127,11 +127,13 @@ def _nearer(field: LikelihoodField, points: Array, guess: Pose, best: Match) -> 
     little, a scan seems to fit better.
     """
     near = field.refine(points, guess)
-    return near if near.score > best.score - NEARLY else best
+    return near if near.score > best.score - EQUAL_SCORE else best
 
 
 def _learnt(doubt: float, squared: float, count: int) -> float:
     """A doubt in the wheels after a squared distance of `count` degrees of freedom between them and a scan."""
     if count == 0:
         return doubt
-    return min(max(doubt * math.exp(LEARN * min(squared / count - USUAL, SHOCK)), 1.0), WORST)
+    return min(
+        max(doubt * math.exp(DOUBT_GAIN * min(squared / count - USUAL_MISFIT, MAX_MISFIT_STEP)), 1.0), MAX_DOUBT
+    )

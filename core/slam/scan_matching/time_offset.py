@@ -22,30 +22,30 @@ from core.setting import Meta, Section
 from core.slam.scan_matching.field_matching import match_scan
 from core.slam.scan_matching.likelihood_field import LikelihoodField
 
-STEP = 0.01  # [s] of the search
-SLOPE = 0.01  # [s] to either side over which the turn rate is measured
-ROUNDS = 4  # of the refinement
+SEARCH_STEP_S = 0.01  # of the search
+SLOPE_HALF_S = 0.01  # to either side over which the turn rate is measured
+REFINEMENT_ROUNDS = 4  # of the refinement
 UNKNOWN_HEADING = 0.5  # [rad] sd of the heading in which a turn begins
-JITTERS = (0.002, 0.005, 0.01, 0.02, 0.04)  # [s] sd of a single stamp: the likeliest is taken
-MISFIT = 4.0  # squared residual per degree of freedom, beyond which odometry and scans are not of one motion
-RIVAL = 16.0  # by which the squared residual of any other minimum must be larger
-FEWEST = 6  # scans of a turn
+JITTER_SDS_S = (0.002, 0.005, 0.01, 0.02, 0.04)  # sd of a single stamp: the likeliest is taken
+MAX_MISFIT = 4.0  # squared residual per degree of freedom, beyond which odometry and scans are not of one motion
+MIN_RIVAL_EXCESS = 16.0  # by which the squared residual of any other minimum must be larger
+MIN_TURN_SCANS = 6  # scans of a turn
 LEAST_SD = 0.001  # [s] that is claimed at least: turns share the errors of the deskewing
-APART = 25.0  # squared distance from which a turn contradicts those before: the laser's clock was set
+CONTRADICTION_CHI2 = 25.0  # squared distance from which a turn contradicts those before: the laser's clock was set
 
-MOST = 64  # scans of a turn that the fit looks at
-AROUND = 0.5  # [s] before and after a turn that belong to it
-LONGEST = 12.0  # [s] of one turn
-OVER = 0.1  # [s] over which it is seen whether the robot turns, and a scan's own motion at least
+MAX_TURN_SCANS = 64  # scans of a turn that the fit looks at
+TURN_MARGIN_S = 0.5  # before and after a turn that belong to it
+MAX_TURN_S = 12.0  # of one turn
+TURN_WINDOW_S = 0.1  # over which it is seen whether the robot turns, and a scan's own motion at least
 SAME_READING = 1e-6  # [s] by which stamps of one reading differ
-GAP = 0.15  # [s] without odometry, over which the heading is not interpolated
+MAX_ODOMETRY_GAP_S = 0.15  # without odometry, over which the heading is not interpolated
 SCAN_GAP = 0.5  # [s] between scans of one turn, at most
-KEPT = 20.0  # [s] of odometry
-WAITING = 64  # scans that may wait
+ODOMETRY_MEMORY_S = 20.0  # of odometry
+MAX_WAITING_SCANS = 64  # scans that may wait
 PER_FRAME = 2  # scans that are matched in one frame, at most
-POINTS = 20  # of a scan, at least
-REACH, ANGLE = 0.1, math.radians(12)  # [m], [rad] around the expected pose that are searched
-SCORE = 0.4  # of a match, at least
+MIN_POINTS = 20  # of a scan, at least
+SEARCH_REACH_M, SEARCH_ANGLE_RAD = 0.1, math.radians(12)  # around the expected pose that are searched
+MIN_SCORE = 0.4  # of a match, at least
 BEAM_SHARE = 0.3  # of the angle between beams by which a heading by matching is uncertain too
 RIM = math.radians(3)  # [rad] at either end of the view of a scan that is matched on, where walls seem to end
 KEYFRAME_WAY, KEYFRAME_TURN = 0.4, math.radians(40)  # [m], [rad] after which a scan is matched on another one
@@ -90,7 +90,7 @@ class Estimated:
 
     def contradicts(self, other: Estimated) -> bool:
         """Return whether chance does not explain the difference."""
-        return (self.offset - other.offset) ** 2 > APART * (self.variance + other.variance)
+        return (self.offset - other.offset) ** 2 > CONTRADICTION_CHI2 * (self.variance + other.variance)
 
 
 class HeadingTrack:
@@ -106,11 +106,11 @@ class HeadingTrack:
             last = self._rows[-1]
             if stamp <= last[0] + SAME_READING:
                 return
-            if stamp - last[0] > GAP:
+            if stamp - last[0] > MAX_ODOMETRY_GAP_S:
                 self._rows.clear()
             heading = last[1] + wrap(heading - last[1])
         self._rows.append((stamp, heading, wheels.speed))
-        while self._rows[0][0] < stamp - KEPT:
+        while self._rows[0][0] < stamp - ODOMETRY_MEMORY_S:
             self._rows.popleft()
 
     @property
@@ -129,7 +129,7 @@ class HeadingTrack:
         if not self._rows:
             return 0.0
         stamp, heading, _ = self._rows[-1]
-        before = next((row for row in reversed(self._rows) if row[0] <= stamp - OVER), None)
+        before = next((row for row in reversed(self._rows) if row[0] <= stamp - TURN_WINDOW_S), None)
         return 0.0 if before is None else (heading - before[1]) / (stamp - before[0])
 
     def columns(self, since: float) -> tuple[Array, Array]:
@@ -146,7 +146,7 @@ class HeadingTrack:
     def wheels(self, at: float, duration: float) -> Wheels:
         """The wheels' mean twist over `duration` [s] around a time [s]."""
         stamps, _, speeds = np.array(self._rows).T
-        half = max(duration, OVER) / 2
+        half = max(duration, TURN_WINDOW_S) / 2
         at = min(at, self.newest - half)
         turn_rate = self.turned(at - half, at + half) / (2 * half)
         return Wheels(odometry=Pose(), speed=float(np.interp(at, stamps, speeds)), turn_rate=turn_rate)
@@ -163,7 +163,7 @@ def fit_time_offset(
     every stamp jitters by the likeliest of JITTERS. No scan is from later than when it came, so that the odometry up
     to then suffices.
     """
-    if len(stamps) < FEWEST:
+    if len(stamps) < MIN_TURN_SCANS:
         return None
     found = _search(stamps, headings, track, settings)
     if found is None:
@@ -171,7 +171,7 @@ def fit_time_offset(
     offset, jitter = found
     whitener, _ = _whitener(stamps + offset, track, jitter, settings)
     misfit, information = 0.0, 0.0
-    for _ in range(ROUNDS):
+    for _ in range(REFINEMENT_ROUNDS):
         times = stamps + offset
         slopes = solve_triangular(whitener, _rates(times, track), lower=True)
         left = solve_triangular(whitener, headings - np.interp(times, *track), lower=True)
@@ -180,7 +180,7 @@ def fit_time_offset(
             return None
         offset += float(slopes @ left) / information
         misfit = float(left @ left) / len(stamps)
-    if misfit > MISFIT or abs(offset) > settings.largest:
+    if misfit > MAX_MISFIT or abs(offset) > settings.largest:
         return None
     return Estimated(offset, max(misfit, 1.0) / information + LEAST_SD**2)
 
@@ -189,11 +189,11 @@ def _search(
     stamps: Array, headings: Array, track: tuple[Array, Array], settings: TimeOffsetSettings
 ) -> tuple[float, float] | None:
     """The best offset [s] on a lattice of STEP, and the likeliest jitter [s]; None at the rim or near a rival."""
-    count = round(settings.largest / STEP)
-    offsets = STEP * np.arange(-count, count + 1)
+    count = round(settings.largest / SEARCH_STEP_S)
+    offsets = SEARCH_STEP_S * np.arange(-count, count + 1)
     differences = headings[:, None] - np.interp(stamps[:, None] + offsets, *track)
     best, fits = 0.0, list[tuple[float, float, Array]]()
-    for jitter in JITTERS:
+    for jitter in JITTER_SDS_S:
         whitener, log_volume = _whitener(stamps + best, track, jitter, settings)
         costs = (solve_triangular(whitener, differences, lower=True) ** 2).sum(axis=0)
         best = float(offsets[costs.argmin()])
@@ -221,7 +221,7 @@ def _whitener(
 
 def _rates(times: Array, track: tuple[Array, Array]) -> Array:
     """The odometry's turn rates (N,) [rad/s] at times (N,) [s]."""
-    return (np.interp(times + SLOPE, *track) - np.interp(times - SLOPE, *track)) / (2 * SLOPE)
+    return (np.interp(times + SLOPE_HALF_S, *track) - np.interp(times - SLOPE_HALF_S, *track)) / (2 * SLOPE_HALF_S)
 
 
 def _has_rival(costs: Array, best: int) -> bool:
@@ -229,7 +229,7 @@ def _has_rival(costs: Array, best: int) -> bool:
     inner = costs[1:-1]
     lowest = np.flatnonzero((inner <= costs[:-2]) & (inner <= costs[2:])) + 1
     others = costs[lowest[np.abs(lowest - best) > 1]]
-    return bool(len(others)) and float(others.min()) < float(costs[best]) + RIVAL
+    return bool(len(others)) and float(others.min()) < float(costs[best]) + MIN_RIVAL_EXCESS
 
 
 class TurnMatcher:
@@ -255,7 +255,7 @@ class TurnMatcher:
         None where it fits nowhere: then the next one begins afresh.
         """
         points, _ = deskew(scan, self._laser, wheels, at)
-        if len(points) < POINTS:
+        if len(points) < MIN_POINTS:
             self._field = None
             return None
         if self._field is None:
@@ -264,11 +264,11 @@ class TurnMatcher:
             return self._heading
         guess = self._base.inverse() @ replace(self._pose, heading=wrap(self._pose.heading + turn))
         inside = points[self._in_view(guess.apply(points))]
-        if len(inside) < POINTS:
+        if len(inside) < MIN_POINTS:
             self._field = None
             return None
-        match = match_scan(self._field, inside, guess, REACH, ANGLE)
-        if match.score < SCORE:
+        match = match_scan(self._field, inside, guess, SEARCH_REACH_M, SEARCH_ANGLE_RAD)
+        if match.score < MIN_SCORE:
             self._field = None
             return None
         self._pose = self._base @ match.pose
@@ -295,7 +295,7 @@ class TimeOffsetEstimator:
         self._laser = laser
         self._track = HeadingTrack()
         self._matcher = TurnMatcher(laser)
-        self._waiting: deque[Scan] = deque(maxlen=WAITING)
+        self._waiting: deque[Scan] = deque(maxlen=MAX_WAITING_SCANS)
         self._turned = -math.inf  # [s] when the robot turned last
         self._turn: list[tuple[float, float]] = []  # stamp [s] and heading [rad] of the scans of the present turn
         self._present: Estimated | None = None  # by the present turn
@@ -322,7 +322,7 @@ class TimeOffsetEstimator:
 
     def _next(self) -> Scan | None:
         """The next scan of a turn; the last ones wait at rest, as a turn may begin, and are dropped later."""
-        around = self._settings.largest + AROUND
+        around = self._settings.largest + TURN_MARGIN_S
         while self._waiting:
             middle = _middle(self._waiting[0])
             if middle < self._turned + around:
@@ -339,7 +339,9 @@ class TimeOffsetEstimator:
         if self._turn and middle - self._turn[-1][0] > SCAN_GAP:
             self._turn.clear()
         earliest = middle - self._settings.largest
-        if earliest - OVER < self._track.oldest or earliest > self._track.newest:  # the latter: the odometry stalls
+        if (
+            earliest - TURN_WINDOW_S < self._track.oldest or earliest > self._track.newest
+        ):  # the latter: the odometry stalls
             self._turn.clear()
             return
         turn = self._track.turned(self._turn[-1][0] + offset, middle + offset) if self._turn else 0.0
@@ -356,13 +358,13 @@ class TimeOffsetEstimator:
         if not self._turn:
             self._present = None
             return
-        thinned = np.array(self._turn[:: -(-len(self._turn) // MOST)])
-        track = self._track.columns(self._turn[0][0] - self._settings.largest - OVER)
+        thinned = np.array(self._turn[:: -(-len(self._turn) // MAX_TURN_SCANS)])
+        track = self._track.columns(self._turn[0][0] - self._settings.largest - TURN_WINDOW_S)
         self._present = fit_time_offset(thinned[:, 0], thinned[:, 1], track, self._settings)
         joined = self._joined()
         if joined is not None and joined.variance < self._settings.accepted_sd**2:
             self.newest = joined
-        if self._turn[-1][0] - self._turn[0][0] > LONGEST:
+        if self._turn[-1][0] - self._turn[0][0] > MAX_TURN_S:
             self._end_turn()
 
     def _end_turn(self) -> None:

@@ -185,7 +185,7 @@ def test_no_frame_carries_two_pieces_on_a_large_graph(monkeypatch: pytest.Monkey
     graph = line(300)
     surveyor = surveyed(graph)
     surveyor.finish()
-    monkeypatch.setattr(loop_closer, "EDGES", 60)  # of about 600: a piece on them counts as ten
+    monkeypatch.setattr(loop_closer, "EDGES_PER_PIECE", 60)  # of about 600: a piece on them counts as ten
     surveyor._crooked, frames, pieces = True, 0, list[int]()
     while not graph.revision:
         before = surveyor._due

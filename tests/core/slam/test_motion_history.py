@@ -6,7 +6,7 @@ import pytest
 from core.geometry import Pose, arc
 from core.perception.landmarks.landmarks import Sighting
 from core.slam.motion import Increment, MotionSettings, rolled
-from core.slam.motion_history import SPAN, MotionHistory, carried
+from core.slam.motion_history import SPAN_S, MotionHistory, carried
 
 MOTION = MotionSettings()
 STEP = 0.1
@@ -42,8 +42,8 @@ def test_two_moves_after_each_other_are_one() -> None:
 def test_what_was_before_or_is_still_to_come_is_not_known() -> None:
     moves = history(steps=40)
     assert moves.between(3.9, 4.05) is None
-    assert moves.between(4.0 - SPAN - 0.3, 4.0) is None
-    assert moves.between(4.0 - SPAN + 0.05, 4.0) is not None
+    assert moves.between(4.0 - SPAN_S - 0.3, 4.0) is None
+    assert moves.between(4.0 - SPAN_S + 0.05, 4.0) is not None
 
 
 def test_after_a_jump_back_in_time_history_begins_anew() -> None:

@@ -10,7 +10,7 @@ from core.geometry import Pose, rotation, wrap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.relocalization.global_search import PoseFit, SearchSettings, judge, same, search, search_near
 from core.slam.relocalization.hypotheses import PlaceHypotheses, PlaceHypothesis
-from core.slam.relocalization.search_pyramid import POOL, SearchPyramid, thinned
+from core.slam.relocalization.search_pyramid import POOL_M, SearchPyramid, thinned
 from tests.core.slam.carried_scenes import CORRIDOR, ELSEWHERE, LAB, OBLONG, anywhere, charted, finish, mapped, seen
 
 SETTINGS = SearchSettings()
@@ -46,7 +46,7 @@ def test_the_coarse_score_is_never_lower_than_the_fine_one(lab: SearchPyramid) -
         points = seen(LAB, pose).points @ rotation(pose.heading).T
         place = rng.uniform(-0.5, 0.5, 2) + np.array([pose.x, pose.y])
         fine = lab.values(points + place).mean()
-        cells = np.floor(points / POOL).astype(int) + np.floor((place - lab.field.origin) / POOL).astype(int)
+        cells = np.floor(points / POOL_M).astype(int) + np.floor((place - lab.field.origin) / POOL_M).astype(int)
         inside = ((cells >= 0) & (cells < lab.bound.shape[::-1])).all(axis=1)
         coarse = lab.bound[cells[inside, 1], cells[inside, 0]].sum() / len(points)
         assert coarse >= fine - 1e-6

@@ -21,7 +21,7 @@ from core.slam.scan_matching.field_matching import (
     spread,
 )
 from core.slam.scan_matching.likelihood_field import LikelihoodField, Match
-from core.slam.scan_matching.point_to_line import NEAR, WallPoints, align, residuals
+from core.slam.scan_matching.point_to_line import LAST_REACH_M, WallPoints, align, residuals
 from tests.core.slam.ring import LASER
 
 HERE, THERE = Pose(0.2, -0.1, 0.4), Pose(0.7, 0.3, 0.9)
@@ -46,12 +46,12 @@ def test_the_slopes_of_an_alignment_are_those_of_differences() -> None:
     rng = np.random.default_rng(1)
     base, other = WallPoints(view(HERE, rng)), WallPoints(view(THERE, rng))
     pose = HERE.inverse() @ THERE
-    found = residuals(base, other, pose, NEAR)
+    found = residuals(base, other, pose, LAST_REACH_M)
     assert found is not None
     for axis in range(3):
         step = np.eye(3)[axis] * 1e-7
-        ahead = residuals(base, other, Pose(*(pose.vector + step).tolist()), NEAR)
-        behind = residuals(base, other, Pose(*(pose.vector - step).tolist()), NEAR)
+        ahead = residuals(base, other, Pose(*(pose.vector + step).tolist()), LAST_REACH_M)
+        behind = residuals(base, other, Pose(*(pose.vector - step).tolist()), LAST_REACH_M)
         assert ahead is not None
         assert behind is not None
         assert (ahead[0] - behind[0]) / 2e-7 == pytest.approx(found[1][:, axis], abs=1e-4)
