@@ -5,21 +5,22 @@ from __future__ import annotations
 import asyncio
 import io
 import zipfile
-from typing import Annotated, Literal
+from typing import Annotated
 
 import cv2
 import msgspec
-from fastapi import Path, Query, Response
+import numpy as np
+from fastapi import Path, Response
 from pydantic import Field
 
 from console.access.roles import needs
 from console.api import RequestBody, SavedMaps, Who, router
 from console.api.typed_route import Responses
 from console.http.downloads import file_named, zip_named
-from console.maps.export import known_part, png
+from console.maps.plan import plan_pdf, plan_svg
 from console.maps.store import LONGEST, MapInfo, SavedMapFacts
 from console.maps.trajectory import laid_out
-from console.scene.overlays.occupancy import paint
+from core.message import Array
 from core.pipelines.nav2_map import map_pixels, nav2_map
 from core.pipelines.slam_files import landmarks_csv, trajectory_tum
 from core.slam.map.occupancy import OccupancyGrid
@@ -55,6 +56,13 @@ class LoadingMap(msgspec.Struct, frozen=True):
     loads: str | None
 
 
+class MapOutlineRows(msgspec.Struct, frozen=True):
+    """Polygons of the map: each ring x, y, x, y, … in centimetres, world frame."""
+
+    walls_cm: list[list[int]]
+    floor_cm: list[list[int]]
+
+
 def answers(kind: str) -> Responses:
     """The responses, for the description."""
     return {200: {"content": {kind: {}}}}
@@ -70,17 +78,40 @@ async def nav2(maps: SavedMaps) -> Response:
 
 @maps.get("/map.png", response_class=Response, responses=answers("image/png"))
 @needs("viewer")
-async def picture(maps: SavedMaps, style: Annotated[Literal["nav2", "page"], Query()] = "nav2") -> Response:
-    """The map as PNG: free 254, occupied 0, unknown 205; or as the page draws it, without the unknown around.
+async def picture(maps: SavedMaps) -> Response:
+    """The map as PNG: free 254, occupied 0, unknown 205.
 
     The headers tell a cell's size and the lower left corner in the world frame, in metres.
     """
-    grid = maps.grid if style == "nav2" else known_part(maps.grid)
-    packed = await asyncio.to_thread(drawn, grid, style)
+    grid = maps.grid
+    packed = await asyncio.to_thread(lambda: cv2.imencode(".png", map_pixels(grid))[1].tobytes())
     x, y = (float(value) for value in grid.origin)
     frame = {"Map-Resolution-M": f"{grid.resolution:.9g}", "Map-Origin-M": f"{x:.6f}, {y:.6f}"}
-    rows, columns = grid.log_odds.shape
-    return Response(packed, media_type="image/png", headers={**frame, "Map-Cells": f"{columns}, {rows}"})
+    return Response(packed, media_type="image/png", headers=frame)
+
+
+@maps.get("/map/outline")
+@needs("viewer")
+async def outline(maps: SavedMaps) -> MapOutlineRows:
+    """Walls and free floor of the map as polygons, to be drawn at any scale; inner rings are holes."""
+    traced = await asyncio.to_thread(lambda: maps.outline)
+    return MapOutlineRows(rings_cm(traced.walls), rings_cm(traced.floor))
+
+
+@maps.get("/map.svg", response_class=Response, responses=answers("image/svg+xml"))
+@needs("viewer")
+async def svg(maps: SavedMaps) -> Response:
+    """The map as a plan to print or to draw on: SVG in millimetres of an A4 sheet, with a scale and the axes."""
+    packed = await asyncio.to_thread(lambda: plan_svg(maps.outline, maps.title))
+    return file_named(packed, "map.svg", "image/svg+xml")
+
+
+@maps.get("/map.pdf", response_class=Response, responses=answers("application/pdf"))
+@needs("viewer")
+async def pdf(maps: SavedMaps) -> Response:
+    """The map as a plan to print: PDF of one A4 sheet, all of it vectors."""
+    packed = await asyncio.to_thread(lambda: plan_pdf(maps.outline, maps.title))
+    return file_named(packed, "map.pdf", "application/pdf")
 
 
 @maps.get("/landmarks.csv", response_class=Response, responses=answers("text/csv"))
@@ -154,9 +185,9 @@ def zipped(grid: OccupancyGrid) -> bytes:
     return packed.getvalue()
 
 
-def drawn(grid: OccupancyGrid, style: str) -> bytes:
-    """A grid as PNG in one of the styles."""
-    return png(paint(grid)) if style == "page" else cv2.imencode(".png", map_pixels(grid))[1].tobytes()
+def rings_cm(rings: tuple[Array, ...]) -> list[list[int]]:
+    """Rings (N, 2) [m] → [x, y, x, y, …] each, in centimetres."""
+    return [np.round(100 * ring).astype(int).ravel().tolist() for ring in rings]
 
 
 def map_row(card: MapInfo) -> SavedMapRow:

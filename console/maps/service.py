@@ -30,6 +30,7 @@ from core.pilot.pilot import Pilot
 from core.sensors import SensorFrame
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.outline import MapOutline, trace_outline
 from core.slam.map.status import ClosureStatus
 from core.snapshot import Snapshot
 
@@ -67,6 +68,7 @@ class MapService(Part):
         self._unsaved = False
         self.kept_as = LAST_MAP  # name under which a map that would be lost is saved at the end
         self._autosaved_at: Pose | None = None  # where the robot was when its unsaved map was last kept
+        self._traced: tuple[OccupancyGrid, MapOutline] | None = None  # the newest outline and of what
         self._earlier_kept = False  # the last map of the console before this one has its own name
 
     # state
@@ -101,6 +103,19 @@ class MapService(Part):
         if self._newest is None or not (self._newest.grid.log_odds != 0).any():
             raise Problem(503, "There is no map yet; the robot is still looking around.")
         return self._newest.grid
+
+    @property
+    def outline(self) -> MapOutline:
+        """The outline of the map as it is now, traced once a map. Raises Problem 503 while there is none."""
+        grid = self.grid
+        if self._traced is None or self._traced[0] is not grid:
+            self._traced = (grid, trace_outline(grid))
+        return self._traced[1]
+
+    @property
+    def title(self) -> str:
+        """The line under a printed plan: name, robot, day."""
+        return " · ".join((self._name or "map", self._robot.profile.name, time.strftime("%Y-%m-%d")))
 
     # saved maps
 

@@ -184,13 +184,19 @@ def test_the_map_loads_as_navs_map_server_would_load_it(live: Live) -> None:
     assert (cells[tuple(unknown.T)] == -1).mean() > 0.99  # the map grows while it is read
 
 
-def test_the_picture_says_where_it_lies(live: Live) -> None:
-    answer = live.ask("GET", "/api/map.png?style=page", token=live.viewer)
+def test_the_map_is_had_as_picture_polygons_and_plan(live: Live) -> None:
+    answer = live.ask("GET", "/api/map.png", token=live.viewer)
     assert answer.body.startswith(b"\x89PNG")
-    columns, rows = (int(part) for part in answer.headers["map-cells"].split(","))
     x, y = (float(part) for part in answer.headers["map-origin-m"].split(","))
-    cell = float(answer.headers["map-resolution-m"])
-    assert x < 0 < x + cell * columns and y < 0 < y + cell * rows  # the robot woke at (0, 0)
+    assert x < 0 and y < 0 and float(answer.headers["map-resolution-m"]) == 0.05  # the robot woke at (0, 0)
+    told = live.ask("GET", "/api/map/outline", token=live.viewer).json
+    rings = [np.reshape(ring, (-1, 2)) for ring in told["walls_cm"]]
+    assert rings and all(len(ring) > 2 for ring in rings)
+    reach = np.concatenate(rings)
+    assert (reach.min(axis=0) < 0).all() and (reach.max(axis=0) > 0).all()
+    plan, drawing = (live.ask("GET", f"/api/map.{kind}", token=live.viewer) for kind in ("pdf", "svg"))
+    assert plan.body.startswith(b"%PDF-1.4") and plan.body.endswith(b"%%EOF\n")
+    assert drawing.body.startswith(b"<svg ") and b"evenodd" in drawing.body
 
 
 def test_landmarks_and_trajectory_go_along(live: Live) -> None:

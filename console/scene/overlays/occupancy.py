@@ -13,12 +13,14 @@ from console.scene.drawing.palette import FREE, WALL
 from core.message import Array
 from core.robots import Profile
 from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.outline import trace_outline
 from core.snapshot import Snapshot
 
-PERIOD = 0.5  # [s] at least between two pictures
-FINER = 3  # picture elements along a cell: walls get smooth edges
-LARGEST = 1800  # picture elements along a side
-LOW = -0.004  # [m], under the grid
+MIN_PERIOD_S = 0.5  # between two pictures
+CELL_PX, MAX_SIDE_PX = 3, 1800  # picture elements along a cell and along a side
+WALL_OPACITY, FLOOR_OPACITY = 235, 46
+SUBPIXEL_BITS = 4
+MAP_HEIGHT_M = -0.004  # under the grid
 
 
 class Occupancy:
@@ -30,13 +32,13 @@ class Occupancy:
         self._former: ImageHandle | None = None  # stays until the browser has unpacked what replaces it
         self._numbers = itertools.count(1)
         self._shown: OccupancyGrid | None = None
-        self._drawn_at = -PERIOD
+        self._drawn_at = -MIN_PERIOD_S
         self._placed: tuple[float, ...] = ()
 
     def show(self, snapshot: Snapshot) -> None:
         """Draw the grid, if it is new and it is time."""
         grid, now = snapshot.grid, time.monotonic()
-        if grid is self._shown or grid.log_odds.size == 0 or now - self._drawn_at < PERIOD:
+        if grid is self._shown or grid.log_odds.size == 0 or now - self._drawn_at < MIN_PERIOD_S:
             return
         self._shown, self._drawn_at = grid, now
         picture = paint(grid)
@@ -57,23 +59,28 @@ class Occupancy:
             render_height=height,
             format="png",
             wxyz=(0.0, 1.0, 0.0, 0.0),
-            position=(*placed[2:], LOW),
+            position=(*placed[2:], MAP_HEIGHT_M),
             cast_shadow=False,
             receive_shadow=False,
         )
 
 
 def paint(grid: OccupancyGrid) -> Array:
-    """Grid → picture (H, W, 4) uint8, row 0 at the highest y."""
+    """Grid → picture (H, W, 4) uint8 of its outline, row 0 at the highest y."""
     rows, columns = grid.log_odds.shape
-    finer = max(1, min(FINER, LARGEST // max(rows, columns)))
-    odds = np.clip(grid.log_odds[::-1], -2.0, 2.0).astype(np.float32)
-    if finer > 1:
-        odds = cv2.resize(odds, (columns * finer, rows * finer), interpolation=cv2.INTER_CUBIC)
-    wall = np.clip(odds / 1.2, 0.0, 1.0)
-    wall = wall * wall * (3 - 2 * wall)
-    free = np.clip(-odds / 1.2, 0.0, 1.0)
-    picture = np.empty((*odds.shape, 4), np.uint8)
+    finer = max(1, min(CELL_PX, MAX_SIDE_PX // max(rows, columns)))
+    outline, shape = trace_outline(grid), (rows * finer, columns * finer)
+    scale, corner = finer / grid.resolution, grid.origin + np.array([0.0, rows * grid.resolution])
+    wall, floor = (filled(rings, corner, scale, shape) for rings in (outline.walls, outline.floor))
+    picture = np.empty((*shape, 4), np.uint8)
     picture[..., :3] = np.where(wall[..., None] > 0, np.array(WALL), np.array(FREE))
-    picture[..., 3] = np.maximum(235 * wall, 46 * free).astype(np.uint8)
+    picture[..., 3] = np.maximum(wall * WALL_OPACITY, floor * FLOOR_OPACITY).astype(np.uint8)
     return picture
+
+
+def filled(rings: tuple[Array, ...], corner: Array, scale: float, shape: tuple[int, int]) -> Array:
+    """Rings [m] → how much of each picture element (H, W) lies within, 0..1; `corner` [m] is the upper left one."""
+    picture = np.zeros(shape, np.uint8)
+    drawn = [((ring - corner) * (scale, -scale) - 0.5) * 2**SUBPIXEL_BITS for ring in rings]
+    cv2.fillPoly(picture, [np.round(ring).astype(np.int32) for ring in drawn], 255, cv2.LINE_AA, SUBPIXEL_BITS)
+    return picture.astype(np.float32) / 255

@@ -1,7 +1,7 @@
 // HTTP client for maps: saved maps, relocalization, loop closures.
 
 import { t } from "../ui/texts.js";
-import { address, call, post, Refusal } from "./api.js";
+import { address, call, post } from "./api.js";
 
 /** @typedef {import("./messages.js").ClosureRow} ClosureRow */
 /**
@@ -17,12 +17,14 @@ import { address, call, post, Refusal } from "./api.js";
  * @property {number} closures
  */
 /**
- * @typedef {object} Plan picture of the map and its extent
- * @property {ImageBitmap} picture
+ * @typedef {object} Plan outline of the map in metres, and the extent of its walls
+ * @property {Path2D} walls
+ * @property {Path2D} floor
  * @property {import("../ui/floor-view.js").Extent} extent
  */
 
 const ROOT = "api/maps";
+const UNKNOWN_ROOM_CM = [-200, -200, 200, 200]; // shown while neither wall nor floor is known
 
 /** @param {string} name */
 const one = (name) => `${ROOT}/${encodeURIComponent(name)}`;
@@ -62,26 +64,40 @@ export const closures = async () => (await call("api/slam/closures")).closures;
 /** @param {{x_m: number, y_m: number, heading_rad: number | null, force: boolean}} where */
 export const here = (where) => post("api/slam/here", where);
 
-/** @returns {Promise<Array<[number, number]>>} laser points in the robot frame [m] */
-export const scan = async () => (await call("api/scan")).points_m;
+/** @returns {Promise<{stamp_s: number, points_m: Array<[number, number]>}>} laser points in the robot frame [m] */
+export const scan = () => call("api/scan");
 
 /** @returns {Promise<Plan>} */
 export async function plan() {
-  const answer = await fetch(address("api/map.png?style=page"), {
-    credentials: "same-origin",
-    cache: "no-store",
-  }).catch(() => {
-    throw new Refusal(0, t("api.no_answer"));
-  });
-  if (!answer.ok) {
-    const content = await answer.json().catch(() => null);
-    throw new Refusal(answer.status, content?.detail ?? t("api.answered", { status: answer.status }));
+  const { walls_cm: walls, floor_cm: floor } = await call("api/map/outline");
+  return {
+    walls: pathOf(walls),
+    floor: pathOf(floor),
+    extent: extentOf([walls, floor, [UNKNOWN_ROOM_CM]].find((rings) => rings.length > 0) ?? []),
+  };
+}
+
+/** @param {number[][]} rings x, y, x, y, … [cm] @returns {Path2D} */
+function pathOf(rings) {
+  const path = new Path2D();
+  for (const ring of rings) {
+    path.moveTo((ring[0] ?? 0) / 100, (ring[1] ?? 0) / 100);
+    for (let at = 2; at < ring.length; at += 2) path.lineTo((ring[at] ?? 0) / 100, (ring[at + 1] ?? 0) / 100);
+    path.closePath();
   }
-  /** @param {string} name */
-  const numbers = (name) => (answer.headers.get(name) ?? "").split(",").map(Number);
-  const [cell = NaN] = numbers("map-resolution-m");
-  const [left = NaN, bottom = NaN] = numbers("map-origin-m");
-  const [columns = NaN, rows = NaN] = numbers("map-cells");
-  const extent = { left, bottom, right: left + cell * columns, top: bottom + cell * rows };
-  return { picture: await createImageBitmap(await answer.blob()), extent };
+  return path;
+}
+
+/** @param {number[][]} rings x, y, x, y, … [cm] @returns {import("../ui/floor-view.js").Extent} */
+export function extentOf(rings) {
+  const extent = { left: Infinity, bottom: Infinity, right: -Infinity, top: -Infinity };
+  for (const ring of rings)
+    for (let at = 0; at < ring.length; at += 2) {
+      const [x, y] = [(ring[at] ?? 0) / 100, (ring[at + 1] ?? 0) / 100];
+      extent.left = Math.min(extent.left, x);
+      extent.right = Math.max(extent.right, x);
+      extent.bottom = Math.min(extent.bottom, y);
+      extent.top = Math.max(extent.top, y);
+    }
+  return extent;
 }

@@ -4,13 +4,15 @@ import * as maps from "../net/maps-api.js";
 import { CanvasHand } from "../ui/canvas-hand.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { apart, drawFlat } from "../ui/flat-drawing.js";
-import { FloorView } from "../ui/floor-view.js";
+import { FlatGround } from "../ui/flat-ground.js";
+import { FloorView, seenFrom } from "../ui/floor-view.js";
 import { fixed, metres } from "../ui/format.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { mapShown, onMapKind, whyFlat } from "../ui/map-choice.js";
 import { mapInWords } from "../ui/map-text.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
+import { PoseMotion } from "../ui/pose-motion.js";
 import { t } from "../ui/texts.js";
 import { onTheme } from "../ui/theme.js";
 import { ToGo } from "../ui/to-go.js";
@@ -26,6 +28,7 @@ const TOOLS = 36; // [px] that they take on the right
 const STEP = 0.25; // [m] of the keyboard's cursor
 const FAST = 4; // times that, with Shift
 const ZOOM = 1.4;
+const IDLE_SHARE = 4; // times the duration of a drawing pass between two
 const MOVING = 0.01; // [m/s], [rad/s]
 const SCAN_MS = { moving: 250, standing: 1000 };
 const PLAN_MS = { moving: 1500, standing: 10_000 };
@@ -34,6 +37,7 @@ const REACH = 24; // [px] around a person in which a press is for them
 /** @type {ReadonlyArray<readonly [Layer, string, string]>} */
 const LAYERS = [
   ["scan", t("flat-map.laser"), t("flat-map.the_newest_sweep")],
+  ["trail", t("flat-map.trail"), t("flat-map.where_the_robot_was_within")],
   ["way", t("flat-map.way_and_goal"), t("flat-map.where_the_robot_is_going_and")],
   ["people", t("flat-map.person"), t("flat-map.whom_the_running_command_looks_at")],
   ["voice", t("flat-map.voice"), t("flat-map.direction_of_a_voice_two_standard")],
@@ -79,6 +83,7 @@ class FlatMap extends Panel {
   #plan = null;
   /** @type {Array<[number, number]>} */
   #scan = [];
+  #scanned = 0; // [s] of the robot's clock
   #asked = { scan: -Infinity, plan: -Infinity, words: -Infinity }; // [ms]
   /** @type {Point | null} */
   #cursor = null;
@@ -86,6 +91,10 @@ class FlatMap extends Panel {
   /** @type {Point[]} */
   #measured = [];
   #drawn = ""; // what the newest drawing showed
+  #motion = new PoseMotion();
+  #ground = new FlatGround();
+  #glides = 0; // number of the frame that is asked for; 0: none
+  #cost = 0; // [ms] of the newest drawing
   #revision = -1; // of the pose graph when the plan was asked for
   /** @type {readonly import("../net/room-api.js").PersonInRoom[]} */
   #room = [];
@@ -103,6 +112,7 @@ class FlatMap extends Panel {
     popover(this.#layersButton, this.#layersPanel);
     this.session.on("restarted", () => {
       [this.#plan, this.#scan] = [null, []]; // of a robot that stood elsewhere
+      this.#motion.forget();
       this.#asked = { scan: -Infinity, plan: -Infinity, words: -Infinity };
     });
     this.#follow.addEventListener("click", () => this.#look(this.#looks === "robot" ? "free" : "robot"));
@@ -153,6 +163,10 @@ class FlatMap extends Panel {
   show(view) {
     this.#shown = view;
     const { state, up } = view;
+    if (state) {
+      const { x_m: x, y_m: y, heading_rad: heading } = state.pose;
+      this.#motion.saw(state.stamp_s, { x, y, heading }, performance.now() / 1000);
+    }
     this.classList.toggle("is-old", !up);
     if (this.hidden || !state || document.hidden || this.#canvas.clientWidth === 0) return;
     this.#read(state, up);
@@ -163,6 +177,26 @@ class FlatMap extends Panel {
     const rest = [path.length, goal?.x_m, goal?.y_m, direction?.id, Math.round(direction?.age_s ?? 99), up];
     const picture = [...near, ...rest, state.landmarks.length, this.#layers.has("ghost") && state.seq].join(" ");
     if (picture !== this.#drawn) this.#draw(picture);
+    this.#glide();
+  }
+
+  /** Draw as often as the display shows, while the robot moves: at most a quarter of the time is drawing. */
+  #glide() {
+    if (this.#glides || this.hidden || document.hidden || matchMedia("(prefers-reduced-motion: reduce)").matches)
+      return;
+    const begun = performance.now();
+    /** @param {number} now [ms] */
+    const frame = (now) => {
+      this.#glides = 0;
+      const shown = this.#motion.at(now / 1000);
+      if (!shown?.moving || this.hidden || document.hidden) return;
+      if (now - begun < IDLE_SHARE * this.#cost) this.#glides = requestAnimationFrame(frame);
+      else {
+        this.#draw(this.#drawn);
+        this.#glide();
+      }
+    };
+    this.#glides = requestAnimationFrame(frame);
   }
 
   /** @param {State} state @param {boolean} up */
@@ -172,7 +206,10 @@ class FlatMap extends Panel {
     if (up && now - this.#asked.scan > SCAN_MS[moves]) {
       this.#asked.scan = now;
       void maps.scan().then(
-        (points) => this.#draw("", () => (this.#scan = points)),
+        ({ stamp_s: stamp, points_m: points }) =>
+          this.#draw("", () => {
+            [this.#scan, this.#scanned] = [points, stamp];
+          }),
         () => undefined, // the link chip says that there is none
       );
     }
@@ -181,7 +218,6 @@ class FlatMap extends Panel {
       this.#revision = floor.graph_revision;
       void maps.plan().then(
         (plan) => {
-          this.#plan?.picture.close();
           this.#draw("", () => (this.#plan = plan));
         },
         () => undefined, // nothing is known yet
@@ -299,22 +335,39 @@ class FlatMap extends Panel {
     if (this.hidden || !state || this.#canvas.clientWidth === 0) return;
     this.#aim();
     if (picture) this.#drawn = picture;
+    const begun = performance.now();
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const { x_m: x, y_m: y, heading_rad: heading } = state.pose;
+    const shown = still ? null : this.#motion.at(begun / 1000);
     drawFlat(this.#canvas, this.#view, {
       state,
       plan: this.#plan,
-      scan: this.#scan,
+      scan: seenFrom(this.#scan, this.#motion.where(this.#scanned) ?? { x, y, heading }),
       layers: this.#layers,
       cursor: this.#cursor,
       measured: this.#measured,
       radius: hello?.robot.radius_m ?? 0.1,
       left: this.#toGo.saw(state).join(" · "),
       room: this.#room,
+      robot: shown?.at ?? { x, y, heading },
+      old: shown?.old ?? false,
+      trail: this.#motion.trail,
+      ground: this.#ground,
     });
+    this.#cost = performance.now() - begun;
   }
 }
 
 /** @type {Partial<Record<Layer, string>>} */
-const SWATCHES = { scan: "scan", way: "plan", voice: "voice", landmarks: "convex", ghost: "ghost", people: "person" };
+const SWATCHES = {
+  scan: "scan",
+  trail: "pose",
+  way: "plan",
+  voice: "voice",
+  landmarks: "convex",
+  ghost: "ghost",
+  people: "person",
+};
 
 /** @param {string} name @param {string} says */
 function tool(name, says) {

@@ -13,6 +13,8 @@ import { t } from "../ui/texts.js";
 const FILES = /** @type {const} */ ([
   ["api/map", t("map-card.map"), t("map-card.nav2_yaml_and_pgm")],
   ["api/map.png", t("map-card.picture"), "PNG"],
+  ["api/map.pdf", t("map-card.plan"), t("map-card.pdf_to_print")],
+  ["api/map.svg", t("map-card.drawing"), "SVG"],
   ["api/landmarks.csv", t("map-card.landmarks"), "CSV"],
   ["api/trajectory.tum", t("map-card.trajectory"), "TUM"],
 ]);

@@ -128,7 +128,6 @@ class PlaceView extends Panel {
 
   #close() {
     this.hidden = true;
-    this.#plan?.picture.close();
     this.#plan = null;
     this.#fingers.clear();
   }
@@ -148,7 +147,10 @@ class PlaceView extends Panel {
 
   async #look() {
     this.#scanAt = performance.now();
-    this.#scan = await maps.scan().catch(() => this.#scan);
+    this.#scan = await maps.scan().then(
+      ({ points_m: points }) => points,
+      () => this.#scan,
+    );
     this.#draw();
   }
 

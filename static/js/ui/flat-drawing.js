@@ -1,26 +1,28 @@
 // Drawing of the map from above: what is known of the floor, the robot in it, and where it goes.
 
-import { seenFrom } from "./floor-view.js";
 import { metres } from "./format.js";
-import { drawRobot, fresh } from "./place-drawing.js";
+import { colourOf, drawRobot, fresh } from "./place-drawing.js";
 import { t } from "./texts.js";
-import { onTheme } from "./theme.js";
 
 /** @typedef {import("../net/messages.js").State} State */
 /** @typedef {import("./floor-view.js").Point} Point */
 /** @typedef {import("./floor-view.js").FloorView} FloorView */
-/** @typedef {"scan" | "landmarks" | "way" | "voice" | "people" | "ghost" | "grid"} Layer */
+/** @typedef {"scan" | "trail" | "landmarks" | "way" | "voice" | "people" | "ghost" | "grid"} Layer */
 /**
  * @typedef {object} FlatScene
  * @property {State} state
  * @property {import("../net/maps-api.js").Plan | null} plan
- * @property {Array<[number, number]>} scan in the robot's frame [m]
+ * @property {readonly Point[]} scan [m]
  * @property {ReadonlySet<Layer>} layers that are shown
  * @property {Point | null} cursor of the keyboard [m]
  * @property {readonly Point[]} measured none, one or two points [m]
  * @property {number} radius [m] of the robot
  * @property {string} left of the way, in words
  * @property {readonly import("../net/room-api.js").PersonInRoom[]} room people in the simulated room
+ * @property {{x: number, y: number, heading: number}} robot as it is shown now
+ * @property {boolean} old nothing newer came for a while: the robot is drawn in grey
+ * @property {readonly {x: number, y: number, fresh: number}[]} trail fresh 0..1
+ * @property {import("./flat-ground.js").FlatGround} ground
  */
 
 const LABEL = "600 12px system-ui, sans-serif";
@@ -43,14 +45,19 @@ export function drawFlat(canvas, view, scene) {
   /** @param {string} name */
   const colour = (name) => colourOf(canvas, name);
   const brush = new Brush(context, view, colour);
-  const { state, layers } = scene;
+  const { state, layers, robot } = scene;
   const { pose } = state;
-  const robot = { x: pose.x_m, y: pose.y_m, heading: pose.heading_rad };
-  if (layers.has("grid")) brush.grid(canvas.clientWidth, canvas.clientHeight);
-  if (scene.plan) brush.plan(scene.plan);
+  context.drawImage(
+    scene.ground.picture(canvas, view, scene.plan, layers.has("grid"), colour),
+    0,
+    0,
+    canvas.clientWidth,
+    canvas.clientHeight,
+  );
+  if (layers.has("trail")) brush.trail(scene.trail);
   if (layers.has("way")) brush.way(state.path, state.goal, scene.left);
   if (layers.has("landmarks")) brush.landmarks(state.landmarks);
-  if (layers.has("scan")) brush.dots(seenFrom(scene.scan, robot), colour("scene-scan"));
+  if (layers.has("scan")) brush.scan(scene.scan, (point) => scene.ground.explains(point));
   if (layers.has("voice") && state.direction && state.direction.age_s < VOICE_S) brush.voice(state.direction);
   if (layers.has("people")) {
     const { person } = state;
@@ -63,30 +70,12 @@ export function drawFlat(canvas, view, scene) {
     const { x_m: x, y_m: y, heading_rad: heading } = state.dead_reckoning;
     brush.robot({ x, y, heading }, scene.radius, "scene-ghost", 0.6);
   }
-  brush.ellipse(robot, pose.cov, colour("scene-pose"));
-  brush.robot(robot, scene.radius, "scene-pose", 1);
+  const look = scene.old ? "faint" : "scene-pose";
+  brush.halo(robot, pose.cov, colour(look));
+  brush.robot(robot, scene.radius, look, 1);
   brush.measured(scene.measured);
   if (scene.cursor) brush.cross(scene.cursor);
   brush.scale(canvas.clientHeight);
-}
-
-/** @type {Map<string, string>} */
-const colours = new Map();
-onTheme(() => colours.clear());
-
-/**
- * Colour of a token, as the theme has it now: a brush does not know `light-dark()`.
- * @param {HTMLElement} element that has no colour of its own
- * @param {string} name
- */
-function colourOf(element, name) {
-  const known = colours.get(name);
-  if (known) return known;
-  element.style.color = `var(--${name})`;
-  const { color } = getComputedStyle(element);
-  element.style.color = "";
-  colours.set(name, color);
-  return color;
 }
 
 class Brush {
@@ -97,43 +86,55 @@ class Brush {
     this.colour = colour;
   }
 
-  /** Lines a metre apart. @param {number} width [px] @param {number} height [px] */
-  grid(width, height) {
+  /**
+   * What the map explains is faint; what stands where the map has floor is bright.
+   * @param {readonly Point[]} points [m]
+   * @param {(point: Point) => boolean} explained
+   */
+  scan(points, explained) {
     const { context, view } = this;
-    const step = view.scale < 12 ? 5 : 1;
-    const first = view.floor({ x: 0, y: height });
-    const last = view.floor({ x: width, y: 0 });
-    context.strokeStyle = this.colour("line");
-    context.lineWidth = 1;
-    context.beginPath();
-    for (let x = Math.ceil(first.x / step) * step; x <= last.x; x += step) {
-      const at = Math.round(view.drawn({ x, y: 0 }).x) + 0.5;
-      context.moveTo(at, 0);
-      context.lineTo(at, height);
-    }
-    for (let y = Math.ceil(first.y / step) * step; y <= last.y; y += step) {
-      const at = Math.round(view.drawn({ x: 0, y }).y) + 0.5;
-      context.moveTo(0, at);
-      context.lineTo(width, at);
-    }
-    context.stroke();
-  }
-
-  /** @param {import("../net/maps-api.js").Plan} plan */
-  plan({ picture, extent: { left, top, right, bottom } }) {
-    const [from, to] = [this.view.drawn({ x: left, y: top }), this.view.drawn({ x: right, y: bottom })];
-    this.context.imageSmoothingEnabled = this.view.scale < 60; // cells of 5 cm stay sharp when they are large
-    this.context.drawImage(picture, from.x, from.y, to.x - from.x, to.y - from.y);
-  }
-
-  /** @param {readonly Point[]} points [m] @param {string} colour */
-  dots(points, colour) {
-    const size = Math.min(4, Math.max(2, 0.05 * this.view.scale));
-    this.context.fillStyle = colour;
+    const size = Math.min(5, Math.max(2.5, 0.06 * view.scale));
+    context.fillStyle = this.colour("scene-scan");
     for (const point of points) {
-      const { x, y } = this.view.drawn(point);
-      this.context.fillRect(x - size / 2, y - size / 2, size, size);
+      const known = explained(point);
+      const { x, y } = view.drawn(point);
+      const wide = known ? 0.5 * size : size;
+      context.globalAlpha = known ? 0.3 : 1;
+      context.fillRect(x - wide / 2, y - wide / 2, wide, wide);
     }
+    context.globalAlpha = 1;
+  }
+
+  /** The way of the last half minute, which fades. @param {FlatScene["trail"]} passed */
+  trail(passed) {
+    const { context, view } = this;
+    context.strokeStyle = this.colour("scene-pose");
+    context.lineWidth = 3;
+    context.lineCap = "round";
+    for (const [index, { x, y, fresh }] of passed.entries()) {
+      const before = passed[index - 1];
+      if (!before) continue;
+      const [from, to] = [view.drawn(before), view.drawn({ x, y })];
+      context.globalAlpha = 0.5 * fresh;
+      context.beginPath();
+      context.moveTo(from.x, from.y);
+      context.lineTo(to.x, to.y);
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  }
+
+  /** Where the robot may be: two standard deviations, as a glow. @param {Point} at [m] @param {number[][]} cov [m²] @param {string} colour */
+  halo(at, cov, colour) {
+    const { context } = this;
+    this.#outlined(at, cov);
+    context.fillStyle = context.strokeStyle = colour;
+    context.globalAlpha = 0.16;
+    context.fill();
+    context.globalAlpha = 0.5;
+    context.lineWidth = 1;
+    context.stroke();
+    context.globalAlpha = 1;
   }
 
   /** @param {State["landmarks"]} rows */
@@ -232,18 +233,23 @@ class Brush {
 
   /** Two standard deviations. @param {Point} at [m] @param {number[][]} cov [m²] @param {string} colour */
   ellipse(at, cov, colour) {
+    this.#outlined(at, cov);
+    this.context.strokeStyle = colour;
+    this.context.lineWidth = 1.5;
+    this.context.stroke();
+  }
+
+  /** The path of an ellipse of two standard deviations. @param {Point} at [m] @param {number[][]} cov [m²] */
+  #outlined(at, cov) {
     const [a = 0, b = 0, d = 0] = [cov[0]?.[0], cov[0]?.[1], cov[1]?.[1]];
     const [mean, spread] = [(a + d) / 2, Math.hypot((a - d) / 2, b)];
     const { x, y } = this.view.drawn(at);
     const { context } = this;
-    context.strokeStyle = colour;
-    context.lineWidth = 1.5;
     context.beginPath();
     const [long, short] = [mean + spread, mean - spread].map(
       (variance) => SIGMAS * this.view.scale * Math.sqrt(Math.max(0, variance)),
     );
     context.ellipse(x, y, long ?? 0, short ?? 0, -0.5 * Math.atan2(2 * b, a - d), 0, 2 * Math.PI);
-    context.stroke();
   }
 
   /** @param {readonly Point[]} points [m] */

@@ -1,6 +1,9 @@
 // Drawing of the map from above with a proposed robot pose and the laser scan seen from there.
 
 import { seenFrom } from "./floor-view.js";
+import { onTheme } from "./theme.js";
+
+const WALL_EDGE_PX = 1.5; // so that a wall is seen from far away
 
 /** @typedef {{x: number, y: number, heading: number | null}} Placed heading null: unknown */
 /**
@@ -20,42 +23,78 @@ import { seenFrom } from "./floor-view.js";
 export function drawPlace(canvas, view, { plan, scan, placed, candidates, radius: metres }) {
   const context = fresh(canvas);
   if (!context) return;
-  const { left, top, right, bottom } = plan.extent;
-  const [from, to] = [view.drawn({ x: left, y: top }), view.drawn({ x: right, y: bottom })];
-  context.imageSmoothingQuality = "high";
-  context.drawImage(plan.picture, from.x, from.y, to.x - from.x, to.y - from.y);
-  const look = getComputedStyle(canvas);
   /** @param {string} name */
-  const colour = (name) => look.getPropertyValue(name).trim();
+  const colour = (name) => colourOf(canvas, name);
+  drawPlan(context, view, plan, colour);
   const radius = Math.max(7, view.scale * metres);
   for (const [index, { x_m: x, y_m: y, heading_rad: heading }] of candidates.entries()) {
     const strength = index === 0 ? 0.75 : 0.45;
     drawRobot(context, view.drawn({ x, y }), heading, {
       radius: 0.8 * radius,
-      colour: colour("--scene-ghost"),
+      colour: colour("scene-ghost"),
       strength,
     });
   }
   if (!placed) return;
   const { heading } = placed;
   if (heading !== null) {
-    context.fillStyle = colour("--scene-scan");
+    context.fillStyle = colour("scene-scan");
     const dot = Math.min(3, Math.max(1.6, 0.05 * view.scale));
     for (const point of seenFrom(scan, { ...placed, heading })) {
       const { x, y } = view.drawn(point);
       context.fillRect(x - dot / 2, y - dot / 2, dot, dot);
     }
   }
-  drawRobot(context, view.drawn(placed), heading, { radius, colour: colour("--scene-pose"), strength: 1 });
+  drawRobot(context, view.drawn(placed), heading, { radius, colour: colour("scene-pose"), strength: 1 });
+}
+
+/**
+ * The floor in one even tint and the walls on it, as sharp at every scale.
+ * @param {CanvasRenderingContext2D} context
+ * @param {import("./floor-view.js").FloorView} view
+ * @param {import("../net/maps-api.js").Plan} plan
+ * @param {(name: string) => string} colour
+ */
+export function drawPlan(context, { scale, left, top }, { walls, floor }, colour) {
+  context.save();
+  context.transform(scale, 0, 0, -scale, left, top);
+  context.fillStyle = colour("plan-floor");
+  context.fill(floor, "evenodd");
+  context.fillStyle = context.strokeStyle = colour("plan-wall");
+  context.lineWidth = WALL_EDGE_PX / scale;
+  context.lineJoin = "round";
+  context.fill(walls, "evenodd");
+  context.stroke(walls);
+  context.restore();
+}
+
+/** @type {Map<string, string>} */
+const colours = new Map();
+onTheme(() => colours.clear());
+
+/**
+ * Colour of a token, as the theme has it now: a brush does not know `light-dark()`.
+ * @param {HTMLElement} element that has no colour of its own
+ * @param {string} name
+ */
+export function colourOf(element, name) {
+  const known = colours.get(name);
+  if (known) return known;
+  element.style.color = `var(--${name})`;
+  const { color } = getComputedStyle(element);
+  element.style.color = "";
+  colours.set(name, color);
+  return color;
 }
 
 /**
  * The canvas's brush, after its size was fitted and everything wiped.
  * @param {HTMLCanvasElement} canvas
+ * @param {{width: number, height: number}} [size] [px] of one that is not in the page
  */
-export function fresh(canvas) {
+export function fresh(canvas, size = { width: canvas.clientWidth, height: canvas.clientHeight }) {
   const context = canvas.getContext("2d");
-  const { clientWidth: width, clientHeight: height } = canvas;
+  const { width, height } = size;
   const fine = devicePixelRatio || 1;
   if (canvas.width !== Math.round(width * fine)) canvas.width = Math.round(width * fine);
   if (canvas.height !== Math.round(height * fine)) canvas.height = Math.round(height * fine);

@@ -318,15 +318,15 @@ def test_an_ellipse_encloses_what_its_covariance_says() -> None:
 
 
 def test_the_map_picture_has_north_up_and_the_unknown_transparent() -> None:
-    odds = np.zeros((4, 6), np.float32)
-    odds[0, :] = 3.0
-    odds[2, :] = -3.0
+    odds = np.zeros((40, 60), np.float32)
+    odds[:10, :] = 3.0
+    odds[20:30, :] = -3.0
     picture = paint(OccupancyGrid(revision=1, resolution=0.05, origin=np.zeros(2), log_odds=odds))
     assert picture.shape[2] == 4 and picture.dtype == np.uint8
     height = picture.shape[0]
-    assert picture[-2, 3, 3] > 180
-    assert 0 < picture[int(height * 0.375), 3, 3] < 80
-    assert picture[1, 3, 3] == 0
+    assert picture[-15, 90, 3] > 180
+    assert 0 < picture[int(height * 0.375), 90, 3] < 80
+    assert picture[1, 90, 3] == 0
 
 
 def test_a_turned_solid_is_closed_and_keeps_its_radius() -> None:

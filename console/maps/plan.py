@@ -1,0 +1,151 @@
+"""The map as a plan to print: walls, free floor, a scale, the axes of the world; SVG or PDF, in true proportion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from core.errors import BadInput
+from core.message import Array
+from core.slam.map.outline import MapOutline
+
+PAGE_MM = (297.0, 210.0)  # A4, the long side across
+MARGIN_MM, FOOT_MM = 12.0, 14.0
+MIN_BAR_MM = 30.0  # length of the scale
+MAX_MM_PER_M = 100.0  # a small room is drawn 1:10 at most
+BAR_LENGTHS_M = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
+AXIS_MM = 8.0
+POINTS_PER_MM = 72 / 25.4
+WALL_GREY, FLOOR_GREY, TEXT_GREY = 0.2, 0.93, 0.25
+LETTER_MM = 3.2
+PDF_CHARACTERS = "latin-1"
+
+
+@dataclass(frozen=True)
+class PlanLayout:
+    """The place of the map on its sheet: millimetres from the lower left corner."""
+
+    mm_per_m: float
+    left_m: float
+    bottom_m: float
+    offset_x_mm: float
+    offset_y_mm: float
+    bar_m: float
+
+    @classmethod
+    def of(cls, outline: MapOutline) -> PlanLayout:
+        """As large as the sheet allows. Raises BadInput where nothing is drawn."""
+        if (extent := outline.extent) is None:
+            raise BadInput("There is no wall in this map yet: drive the robot around the room first.")
+        left, bottom, right, top = extent
+        wide, high = PAGE_MM[0] - 2 * MARGIN_MM, PAGE_MM[1] - 2 * MARGIN_MM - FOOT_MM
+        scale = min(MAX_MM_PER_M, wide / max(right - left, 0.1), high / max(top - bottom, 0.1))
+        bar = next((length for length in BAR_LENGTHS_M if length * scale >= MIN_BAR_MM), BAR_LENGTHS_M[-1])
+        across, up = ((room - scale * size) / 2 for room, size in ((wide, right - left), (high, top - bottom)))
+        return cls(scale, left, bottom, MARGIN_MM + across, MARGIN_MM + FOOT_MM + up, bar)
+
+    def ring(self, points: Array) -> list[tuple[float, float]]:
+        """Points (N, 2) [m], world → on the sheet [mm], cut at its edge."""
+        x = self.offset_x_mm + self.mm_per_m * (points[:, 0] - self.left_m)
+        y = self.offset_y_mm + self.mm_per_m * (points[:, 1] - self.bottom_m)
+        x, y = x.clip(MARGIN_MM, PAGE_MM[0] - MARGIN_MM), y.clip(MARGIN_MM + FOOT_MM, PAGE_MM[1] - MARGIN_MM)
+        return list(zip(x.tolist(), y.tolist(), strict=True))
+
+    @property
+    def strokes(self) -> list[list[tuple[float, float]]]:
+        """Polylines of the scale and of the axes x and y of the world [mm]."""
+        low, bar, right = MARGIN_MM, self.bar_m * self.mm_per_m, PAGE_MM[0] - MARGIN_MM - 2 * AXIS_MM
+        scale = [(MARGIN_MM, low + 2), (MARGIN_MM, low), (MARGIN_MM + bar, low), (MARGIN_MM + bar, low + 2)]
+        tip_x = [(right + AXIS_MM - 2, low + 1), (right + AXIS_MM, low), (right + AXIS_MM - 2, low - 1)]
+        tip_y = [(right - 1, low + AXIS_MM - 2), (right, low + AXIS_MM), (right + 1, low + AXIS_MM - 2)]
+        return [scale, [(right, low + AXIS_MM), (right, low), (right + AXIS_MM, low)], tip_x, tip_y]
+
+    def words(self, title: str) -> list[tuple[float, float, str]]:
+        """Return every text with its lower left corner [mm]."""
+        right = PAGE_MM[0] - MARGIN_MM - 2 * AXIS_MM
+        bar = MARGIN_MM + self.bar_m * self.mm_per_m + 3
+        return [
+            (bar, MARGIN_MM, f"{self.bar_m:g} m"),
+            (bar + 20, MARGIN_MM, title),
+            (right + AXIS_MM + 1.5, MARGIN_MM - 1, "x"),
+            (right - 1, MARGIN_MM + AXIS_MM + 1.5, "y"),
+        ]
+
+
+def plan_svg(outline: MapOutline, title: str) -> bytes:
+    """Outline → SVG of an A4 sheet; user units are millimetres. Raises BadInput."""
+    layout = PlanLayout.of(outline)
+    wide, high = PAGE_MM
+
+    def path(lines: Iterable[list[tuple[float, float]]], end: str = "") -> str:
+        return "".join("M" + "L".join(f"{x:.2f} {high - y:.2f}" for x, y in line) + end for line in lines)
+
+    def grey(level: float) -> str:
+        return "#" + f"{round(255 * level):02x}" * 3
+
+    texts = "".join(
+        f'<text x="{x:.2f}" y="{high - y:.2f}">{escaped(words)}</text>' for x, y, words in layout.words(title)
+    )
+    walls, floor = (path(map(layout.ring, rings), "Z") for rings in (outline.walls, outline.floor))
+    drawn = (
+        f'<path fill="{grey(FLOOR_GREY)}" fill-rule="evenodd" d="{floor}"/>'
+        f'<path fill="{grey(WALL_GREY)}" stroke="{grey(WALL_GREY)}" stroke-width="0.3" stroke-linejoin="round" '
+        f'fill-rule="evenodd" d="{walls}"/>'
+        f'<path fill="none" stroke="{grey(TEXT_GREY)}" stroke-width="0.4" d="{path(layout.strokes)}"/>'
+        f'<g fill="{grey(TEXT_GREY)}" font-family="Helvetica, Arial, sans-serif" font-size="{LETTER_MM}">{texts}</g>'
+    )
+    size = f'width="{wide:g}mm" height="{high:g}mm" viewBox="0 0 {wide:g} {high:g}"'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size}>'
+    return f"{head}<title>{escaped(title)}</title>{drawn}</svg>\n".encode()
+
+
+def plan_pdf(outline: MapOutline, title: str) -> bytes:
+    """Outline → PDF 1.4 of one A4 sheet, all of it vectors. Raises BadInput."""
+    layout = PlanLayout.of(outline)
+
+    def path(lines: Iterable[list[tuple[float, float]]], end: str) -> str:
+        return " ".join(
+            " ".join(f"{x:.2f} {y:.2f} {'l' if index else 'm'}" for index, (x, y) in enumerate(line)) + end
+            for line in lines
+        )
+
+    texts = " ".join(
+        f"BT /F {LETTER_MM} Tf {x:.2f} {y:.2f} Td ({quoted(words)}) Tj ET" for x, y, words in layout.words(title)
+    )
+    walls, floor = (path(map(layout.ring, rings), " h") for rings in (outline.walls, outline.floor))
+    content = (
+        f"{POINTS_PER_MM:.6f} 0 0 {POINTS_PER_MM:.6f} 0 0 cm 1 j {FLOOR_GREY} g {floor} f* "
+        f"{WALL_GREY} g {WALL_GREY} G 0.3 w {walls} B* "
+        f"{TEXT_GREY} g {TEXT_GREY} G 0.4 w {path(layout.strokes, ' S')} {texts}"
+    ).encode(PDF_CHARACTERS, "replace")
+    box = " ".join(f"{side * POINTS_PER_MM:.2f}" for side in PAGE_MM)
+    page = f"/MediaBox [0 0 {box}] /Contents 4 0 R /Resources << /Font << /F 5 0 R >> >>"
+    return pdf_file(
+        b"<< /Type /Catalog /Pages 2 0 R >>",
+        b"<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
+        f"<< /Type /Page /Parent 2 0 R {page} >>".encode(),
+        f"<< /Length {len(content)} >>\nstream\n".encode() + content + b"\nendstream",
+        b"<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica /Encoding /WinAnsiEncoding >>",
+    )
+
+
+def pdf_file(*objects: bytes) -> bytes:
+    """Objects 1, 2, … (the first is the catalogue) → a PDF with its table of places."""
+    packed, places = b"%PDF-1.4\n", list[int]()
+    for number, body in enumerate(objects, 1):
+        places.append(len(packed))
+        packed += b"%d 0 obj\n%s\nendobj\n" % (number, body)
+    table = b"".join(b"%010d 00000 n \n" % place for place in places)
+    count = len(objects) + 1
+    head = b"xref\n0 %d\n0000000000 65535 f \n%s" % (count, table)
+    return packed + head + b"trailer\n<< /Size %d /Root 1 0 R >>\nstartxref\n%d\n%%%%EOF\n" % (count, len(packed))
+
+
+def escaped(words: str) -> str:
+    """Words as text of an XML element."""
+    return words.replace("&", "&amp;").replace("<", "&lt;")
+
+
+def quoted(words: str) -> str:
+    """Words as a PDF string."""
+    return words.replace("\\", "\\\\").replace("(", "\\(").replace(")", "\\)")

@@ -1,0 +1,48 @@
+"""The plan of a map to print: true to scale, inside its sheet, and readable by other programs."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from console.maps.plan import MARGIN_MM, PAGE_MM, PlanLayout, plan_pdf, plan_svg
+from core.errors import BadInput
+from core.slam.map.outline import MapOutline
+
+SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+
+
+@pytest.mark.parametrize("size_m", [0.4, 5.0, 60.0])
+@pytest.mark.parametrize("shape", [(1.0, 1.0), (1.0, 0.1), (0.1, 1.0)])
+def test_a_plan_is_true_to_scale_and_stays_on_its_sheet(size_m: float, shape: tuple[float, float]) -> None:
+    ring = SQUARE * size_m * np.array(shape) + (-3.0, 7.0)
+    layout = PlanLayout.of(MapOutline((ring,), (10 * ring,)))
+    drawn, around = np.array(layout.ring(ring)), np.array(layout.ring(10 * ring))
+    assert np.ptp(drawn, axis=0) == pytest.approx(layout.mm_per_m * size_m * np.array(shape))
+    assert (around >= MARGIN_MM - 1e-9).all() and (around <= np.array(PAGE_MM) - MARGIN_MM + 1e-9).all()
+    bar = layout.strokes[0]
+    assert bar[2][0] - bar[1][0] == pytest.approx(layout.bar_m * layout.mm_per_m)
+
+
+def test_svg_and_pdf_hold_the_same_walls() -> None:
+    outline = MapOutline((2 * SQUARE,), (3 * SQUARE,))
+    drawing = ElementTree.fromstring(plan_svg(outline, "lab <1> & (2)"))
+    assert drawing.attrib["viewBox"] == "0 0 297 210"
+    texts = [element.text for element in drawing.iter("{http://www.w3.org/2000/svg}text")]
+    assert "lab <1> & (2)" in texts
+    packed = plan_pdf(outline, "lab <1> & (2)")
+    places = [int(place) for place in re.findall(rb"(\d{10}) 00000 n", packed)]
+    assert [packed[place:].split(b" ", 1)[0] for place in places] == [b"1", b"2", b"3", b"4", b"5"]
+    length = int(re.search(rb"/Length (\d+)", packed).group(1))  # type: ignore[union-attr]
+    content = packed.split(b"stream\n", 1)[1]
+    assert content[length:].startswith(b"\nendstream") and rb"lab <1> & \(2\)" in content
+    assert zlib.crc32(packed) == zlib.crc32(plan_pdf(outline, "lab <1> & (2)"))
+
+
+def test_a_map_without_walls_is_refused_with_what_to_do() -> None:
+    with pytest.raises(BadInput, match="drive the robot around"):
+        plan_svg(MapOutline((), ()), "map")
