@@ -60,7 +60,7 @@ def recorder(base: ConsoleBase, parts: Parts) -> RecordingService:
     """The words near the robot go into its recordings, too."""
     calibrations = (base.home / "calibration", base.settings_file or base.home / SETTINGS)
     service = RecordingService(
-        base.home, base.settings.recording, base.robot, base.history, base.notifications, calibrations
+        base.home, base.settings.recording, base.robot, base.history, base.notifications, base.lease, calibrations
     )
 
     def heard(outcome: SpokenOutcome, _: VoiceDirection | None) -> None:

@@ -13,7 +13,11 @@ from core.perception.image_quality.quality import PictureQuality
 from core.perception.landmarks.edges import ImageEdge
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing
+from core.recording.frame_record import ClosureAct, PlaceAct
+from core.robots import Profile
+from core.sensors import SensorFrame
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
+from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import MapStatus
 from core.slam.motion import Increment
@@ -120,6 +124,41 @@ class Hearing:
     voices: tuple[VoiceDirection, ...] = ()  # most recently heard first
 
 
+PilotAct = PlaceAct | ClosureAct | SavedMap | Profile
+"""An act between two frames that changes the estimate: a place, a closure, a loaded map, the robot as calibrated."""
+
+
+@message
+class PilotInputs:
+    """All that the pilot took with one frame: the same again gives the same estimate, to the last bit."""
+
+    frame: SensorFrame  # as it came
+    deaf: bool = False  # its sound was not listened to: the robot itself spoke
+    doing: str = ""  # name of the command that was under way when it came
+    acts: tuple[PilotAct, ...] = ()  # since the frame before
+    first: bool = False  # the pilot began with it
+
+
+@message
+class Comparison:
+    """The other way of a recording that is shown: what is computed now beside what was recorded, or the reverse.
+
+    Poses lie in the world of the way that is shown.
+    """
+
+    pose: Pose
+    trail: Array  # (K, 2) [m]
+    landmarks: Array  # (N, 2) [m]
+    distance: float  # [m] between the two poses
+    turn: float  # [rad]: other minus shown
+    worst: float  # [m]: the largest distance since what is computed began
+    landmark_counts: tuple[int, int]  # recorded, computed
+    edge_counts: tuple[int, int]  # of the newest picture
+    direction: float | None  # [rad] between the voices that were heard last; None: one has none
+    frames: int  # that were compared
+    same: bool  # every pose, edge, direction and map until now, to the last bit
+
+
 @message
 class Snapshot:
     """The state of everything after one frame. Only the pilot makes one."""
@@ -157,3 +196,5 @@ class Snapshot:
     running: bool = True
     progress: float | None = None
     truth: Pose | None = None  # simulator only, passed through for scoring; never read by an estimator
+    inputs: PilotInputs | None = None  # that it was made of
+    other: Comparison | None = None  # the other way of a recording, where both are shown

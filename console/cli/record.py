@@ -59,11 +59,16 @@ def run(chosen: argparse.Namespace) -> int:
 
 def record(robot: Robot, out: Path, seconds: float | None, say: Any) -> RecordedFile:
     """Write what the robot senses. Raises Unwritable; an interruption finishes the file."""
-    from core.recording.frame_record import FrameRecord
+    from msgspec import Raw
+
+    from core.recording.frame_record import FrameRecord, RobotRecord
     from core.recording.mcap_writing import McapRecording
     from core.recording.ros_writing import RosEncoder
+    from core.robots.profile_json import profile_to_json
     from core.sensors.recordable import recordable
 
+    described, fresh = Raw(profile_to_json(robot.profile)), True
+    card = RobotRecord(built=described, used=described)
     encoder = RosEncoder(robot.profile.lasers, robot.profile.cameras)
     recording, period = McapRecording(out), 1 / robot.profile.rate
     began = due = time.monotonic()
@@ -71,7 +76,8 @@ def record(robot: Robot, out: Path, seconds: float | None, say: Any) -> Recorded
     try:
         while seconds is None or time.monotonic() - began < seconds:
             frame = robot.read()
-            first = list(encoder.fixed(frame.stamp)) if not recording.written.messages else []
+            first = [*encoder.fixed(frame.stamp), encoder.robot(frame.stamp, card)] if fresh else []
+            fresh = False
             frame = recordable(frame)
             written_as = [encoder.frame(FrameRecord.of(frame)), *encoder.readings(frame)]
             recording.add([*first, *written_as], time.time())

@@ -9,14 +9,17 @@ import pickle
 import re
 import shutil
 import time
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
 import msgspec
+import numpy as np
 
 from console import beckon_version
 from console.access.logins import Person
 from console.control.history import History
+from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.part import Part
@@ -38,13 +41,18 @@ from console.sentences import code_of
 from console.workers.worker import Worker
 from core.errors import BadInput, BeckonError
 from core.files import saving, write_atomic
+from core.pilot.trail import NO_POINTS
 from core.recording.mcap_writing import PART
 from core.recording.settings import RecordingSettings
+from core.robots import Profile
+from core.robots.profile_json import profile_to_json
 from core.sensors import SensorFrame
+from core.slam.map.occupancy import OccupancyGrid
 from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
 
+NO_GRID = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
 FOLDER, NOTES = "recordings", "recordings.json"  # in the data folder
 ENDING = ".mcap"
 MAX_NAME_LETTERS, MAX_NOTE_LETTERS = 80, 2000
@@ -107,9 +115,11 @@ class RecordingService(Part):
         robot: RobotLink,
         history: History,
         notifications: Notifications,
+        lease: Lease,
         attached: tuple[Path, ...] = (),
     ) -> None:
         """`attached`: files and folders of the data folder that go into every recording."""
+        self._lease = lease
         self._folder, self._notes_file = home / FOLDER, home / NOTES
         self._settings, self._robot, self._history, self._notifications = settings, robot, history, notifications
         self._attached = attached
@@ -130,6 +140,8 @@ class RecordingService(Part):
         self._turn = asyncio.Lock()
         self._map_at = self._disk_at = -1e9
         self._grid = self._voice = -1
+        self._seen = -1e9  # [s] stamp of the newest view
+        self._used: Profile | None = None  # the robot as calibrated
         self._incident: tuple[float, str] | None = None  # [s] monotonic when it is kept, and why
         self._kept_at = -1e9
         self._wake = asyncio.Event()
@@ -188,6 +200,8 @@ class RecordingService(Part):
         due = self._moved > 0 and time.monotonic() - self._moved > RING_DELAY_S
         if not self._listens and (self._running is not None or due):
             self._listens, self._listened = True, time.monotonic()
+        acts = () if snapshot.inputs is None else snapshot.inputs.acts
+        self._used = next((act for act in reversed(acts) if isinstance(act, Profile)), self._used)
         if not self._listens or "replay" in self._robot.profile.capabilities:
             return
         if why := self._events.take(snapshot, self._notifications.shown, self._robot.status()):
@@ -199,21 +213,22 @@ class RecordingService(Part):
         self._wake.set()
 
     def _moment(self, snapshot: Snapshot, frame: SensorFrame) -> RecordedMoment:
-        stamp, gate = snapshot.stamp, self._robot.status()
-        grid = None
-        if snapshot.grid.revision != self._grid and not 0 <= stamp - self._map_at < MAP_PERIOD_S:
-            grid, self._grid, self._map_at = snapshot.grid, snapshot.grid.revision, stamp
+        stamp, view, holder = snapshot.stamp, snapshot.view, self._lease.holder
+        map_is_new = snapshot.grid.revision != self._grid and not 0 <= stamp - self._map_at < MAP_PERIOD_S
+        if map_is_new:
+            self._grid, self._map_at = snapshot.grid.revision, stamp
+        view_is_new = view is not None and view.stamp != self._seen
+        self._seen = self._seen if view is None else view.stamp
         azimuth, voices = None, () if snapshot.hearing is None else snapshot.hearing.voices
         if voices and voices[0].id != self._voice:
             azimuth, self._voice = voices[0].azimuth, voices[0].id
         return RecordedMoment(
             logged=time.time() - (max(time.monotonic() - frame.sensed, 0.0) if frame.sensed else 0.0),
-            frame=frame,
-            estimate=snapshot.estimate,
-            odometry=None if frame.wheels is None else frame.wheels.odometry,
-            speeds=(gate.v, gate.w),
-            landmarks=snapshot.landmarks if grid is not None else None,
-            grid=grid,
+            snapshot=slimmed(snapshot, with_map=map_is_new),
+            gate=self._robot.status(),
+            operator="" if holder is None else holder.name,
+            map_is_new=map_is_new,
+            view_is_new=view_is_new,
             azimuth=azimuth,
             texts=self._events.taken(),
         )
@@ -274,6 +289,7 @@ class RecordingService(Part):
                 name, 0.0, 0, {}, time.time(), complete=False, note=note, robot=self._robot.profile.name
             )
         self.revision += 1
+        self._grid, self._map_at = -1, -1e9  # the file has the map from its beginning on
         self._began = time.monotonic()
         if note:
             await self._set_note(name, note)
@@ -342,8 +358,8 @@ class RecordingService(Part):
         if self._worker.alive and self._described == self._worker.starts:
             return
         profile = self._robot.profile
-        sensors = pickle.dumps((profile.lasers, profile.cameras), pickle.HIGHEST_PROTOCOL)
-        await self._worker.ask(DescribeRobot(sensors, self._settings.ring_s), budget=FILE_BUDGET_S)
+        built, used = profile_to_json(profile), profile_to_json(self._used or profile)
+        await self._worker.ask(DescribeRobot(built, used, self._settings.ring_s), budget=FILE_BUDGET_S)
         self._described = self._worker.starts
 
     async def _after_batch(self, now: float) -> None:
@@ -529,6 +545,21 @@ class RecordingService(Part):
         content = msgspec.json.encode(self._notes)
         with saving("The note could not be saved"):
             await asyncio.to_thread(write_atomic, self._notes_file, content)
+
+
+def slimmed(snapshot: Snapshot, *, with_map: bool) -> Snapshot:
+    """A snapshot without what is large and is not recorded."""
+    return replace(
+        snapshot,
+        scan_points=NO_POINTS,
+        trail=NO_POINTS,
+        dead_reckoning_trail=NO_POINTS,
+        associations=(),
+        landmarks=snapshot.landmarks if with_map else (),
+        grid=snapshot.grid if with_map else NO_GRID,
+        notices=(),
+        sensors=(),
+    )
 
 
 def with_cause(cause: str) -> dict[str, object]:

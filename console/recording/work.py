@@ -21,16 +21,19 @@ from mcap.reader import make_reader
 
 from console.workers.job import Handler, Job
 from core.errors import Refused, Unwritable
-from core.geometry import Pose
+from core.gate.status import GateStatus
 from core.message import Array
+from core.pilot.drive_record import record_of
+from core.recording.drive import CAMERA_TOPIC
+from core.recording.frame_record import ROBOT, RobotRecord
 from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, PART, McapRecording, RecordedFile, recovered
 from core.recording.ros import Envelope, decode
 from core.recording.ros_writing import RosEncoder, RosMessage
-from core.sensors import Camera, Laser, SensorFrame
-from core.slam.estimate import Estimate, Landmark
-from core.slam.map.occupancy import OccupancyGrid
+from core.robots import Profile
+from core.robots.profile_json import profile_from_json, profile_to_json
+from core.sensors import SensorFrame
+from core.snapshot import PilotInputs, Snapshot
 
-CAMERA_TOPIC = "/camera/image/compressed"  # of the first camera
 PICTURE_WIDTH = 240  # [pixel] of the one in the list
 DESCRIPTION = "beckon"  # name of the metadata record
 RECOVERED = "The recorder had ended unexpectedly; what it had written was recovered."
@@ -41,12 +44,11 @@ class RecordedMoment:
     """One frame, and what the console made of it; what has not changed is None."""
 
     logged: float  # [s] Unix time
-    frame: SensorFrame
-    estimate: Estimate
-    odometry: Pose | None
-    speeds: tuple[float, float]  # [m/s], [rad/s] that the gate let through
-    landmarks: tuple[Landmark, ...] | None = None
-    grid: OccupancyGrid | None = None
+    snapshot: Snapshot  # without what can be computed from the rest
+    gate: GateStatus
+    operator: str  # name; "": nobody drives
+    map_is_new: bool = False
+    view_is_new: bool = False
     azimuth: float | None = None  # [rad] of a voice
     texts: tuple[tuple[str, str | Mapping[str, object]], ...] = ()  # topic, words or JSON
 
@@ -75,7 +77,8 @@ class FinishedRecording(msgspec.Struct, frozen=True):
 class DescribeRobot(Job[None], frozen=True):
     """The sensors whose readings come, before the first of them."""
 
-    sensors: bytes  # pickled: lasers, cameras
+    built: bytes  # its profile, JSON
+    used: bytes  # the same as calibrated until now
     ring_s: float  # [s] that are kept in memory
 
 
@@ -129,6 +132,7 @@ class RecorderWorker:
 
     def __init__(self) -> None:
         self._encoder = RosEncoder()
+        self._robot = RobotRecord(msgspec.Raw(b"{}"), msgspec.Raw(b"{}"))
         self._recording: McapRecording | None = None
         self._ring: deque[tuple[float, RosMessage]] = deque()
         self._latched: dict[str, tuple[float, RosMessage]] = {}  # newest of each topic that a file begins with
@@ -151,10 +155,12 @@ class RecorderWorker:
 
     def describe(self, job: DescribeRobot) -> None:
         """Another robot, or the first."""
-        sensors: tuple[tuple[Laser, ...], tuple[Camera, ...]] = pickle.loads(job.sensors)
-        self._encoder, self._ring_s = RosEncoder(*sensors), job.ring_s
+        profile = profile_from_json(job.built)
+        self._encoder, self._ring_s = RosEncoder(profile.lasers, profile.cameras), job.ring_s
         self._ring.clear()
-        self._latched = {one.topic: (0.0, one) for one in self._encoder.fixed(0.0)}
+        self._robot = RobotRecord(msgspec.Raw(job.built), msgspec.Raw(job.used))
+        fixed = (*self._encoder.fixed(0.0), self._encoder.robot(0.0, self._robot))
+        self._latched = {one.topic: (0.0, one) for one in fixed}
 
     def begin(self, job: BeginRecording) -> None:
         """Open a file. Raises Unwritable."""
@@ -176,21 +182,27 @@ class RecorderWorker:
             except Unwritable:
                 self._end()
                 raise
-        self._latched |= {one.topic: (logged, one) for one in messages if one.topic == "/map"}
+        self._latched |= {one.topic: (logged, one) for one in messages if one.topic in ("/map", ROBOT)}
         if self._ring_s > 0:
             self._ring.extend((logged, one) for one in messages)
             while self._ring and self._ring[0][0] < logged - self._ring_s:
                 self._ring.popleft()
 
     def _messages(self, moment: RecordedMoment) -> Iterator[RosMessage]:
-        frame, encoder = moment.frame, self._encoder
+        snapshot, encoder, gate = moment.snapshot, self._encoder, moment.gate
+        inputs = snapshot.inputs or PilotInputs(frame=SensorFrame(stamp=snapshot.stamp))
+        frame, wheels = inputs.frame, inputs.frame.wheels
+        news = {"map_is_new": moment.map_is_new, "view_is_new": moment.view_is_new}
+        yield encoder.frame(record_of(snapshot, gate.state, moment.operator, **news))
+        for used in (act for act in inputs.acts if isinstance(act, Profile)):
+            self._robot = msgspec.structs.replace(self._robot, used=msgspec.Raw(profile_to_json(used)))
+            yield encoder.robot(frame.stamp, self._robot)
         yield from encoder.readings(frame)
-        yield from encoder.pose(frame.stamp, moment.estimate, moment.odometry)
-        yield encoder.speeds(frame.stamp, *moment.speeds)
-        if moment.landmarks is not None:
-            yield encoder.landmarks(frame.stamp, moment.landmarks)
-        if moment.grid is not None:
-            yield encoder.grid(frame.stamp, moment.grid)
+        yield from encoder.pose(frame.stamp, snapshot.estimate, None if wheels is None else wheels.odometry)
+        yield encoder.speeds(frame.stamp, gate.v, gate.w)
+        if moment.map_is_new:
+            yield encoder.landmarks(frame.stamp, snapshot.landmarks)
+            yield encoder.grid(frame.stamp, snapshot.grid)
         if moment.azimuth is not None:
             yield encoder.direction(frame.stamp, moment.azimuth)
         for topic, content in moment.texts:

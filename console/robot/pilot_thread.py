@@ -7,7 +7,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
@@ -130,9 +129,8 @@ class PilotThread:
                 if frame is None:
                     continue
                 arrived = time.monotonic()
-                if frame.sound is not None and self._deaf(frame.stamp):
-                    frame = replace(frame, sound=None)
-                snapshot = self.pilot.step(frame)
+                deaf = frame.sound is not None and self._deaf(frame.stamp)
+                snapshot = self.pilot.step(frame, deaf=deaf)
                 self._setpoint_sender.follow(snapshot)
                 self._robot.reach(frame.stamp)
                 self._publish(snapshot, self.pilot.frame)

@@ -26,6 +26,7 @@ from core.pilot.scan_timing import ScanTiming
 from core.pilot.sensor_watch import SensorWatch, loss, recovery
 from core.pilot.sound_perception import SoundPerception
 from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
+from core.recording.frame_record import ClosureAct, PlaceAct
 from core.robots import Profile
 from core.sensors import Fault, SensorFrame, Wheels
 from core.settings import Settings
@@ -38,7 +39,7 @@ from core.slam.motion import Motion
 from core.slam.odometry import Odometry
 from core.slam.relocalization.monitor import LocalizationSettings
 from core.slam.submap_manager import MapperSettings
-from core.snapshot import Ending, Hearing, Level, Snapshot
+from core.snapshot import Ending, Hearing, Level, PilotAct, PilotInputs, Snapshot
 
 LOOKING_AROUND = "Looking around before the first move…"
 FOUND = "I know where I am again."
@@ -56,16 +57,23 @@ class Inbox:
 
     def __init__(self) -> None:
         self.between_frames = threading.Lock()  # held while a frame is worked on
-        self._waiting: deque[Callable[[float], object]] = deque()
+        self._waiting: deque[tuple[Callable[[float], object], PilotAct | None]] = deque()
 
-    def put(self, request: Callable[[float], object]) -> None:
-        """Call this with the stamp [s] of the next frame, before anything else is made of it. From any thread."""
-        self._waiting.append(request)
+    def put(self, request: Callable[[float], object], act: PilotAct | None = None) -> None:
+        """Call this with the stamp [s] of the next frame, before anything else is made of it. From any thread.
 
-    def open(self, stamp: float) -> None:
-        """Do what was asked for until now. From the pilot's thread."""
+        `act`: what it is, where it changes the estimate.
+        """
+        self._waiting.append((request, act))
+
+    def open(self, stamp: float) -> tuple[PilotAct, ...]:
+        """Do what was asked for until now → what of it changes the estimate. From the pilot's thread."""
+        acts: list[PilotAct] = []
         for _ in range(len(self._waiting)):
-            self._waiting.popleft()(stamp)
+            request, act = self._waiting.popleft()
+            request(stamp)
+            acts += [] if act is None else [act]
+        return tuple(acts)
 
 
 class Pilot:
@@ -89,6 +97,8 @@ class Pilot:
         self._who: PersonProfile | None = None
         self._look: PersonLook | None = None
         self.frame = SensorFrame(stamp=-math.inf)  # the newest, for the console: what is used, with its own stamps
+        self._doing = ""  # name of the command that was under way when the newest frame came
+        self._first = True  # no frame was taken yet
         self._reset(math.inf)
 
     def _reset(self, stamp: float) -> None:
@@ -128,7 +138,7 @@ class Pilot:
 
     def look_through(self, profile: Profile) -> None:
         """See and hear with this profile from the next frame on: it was calibrated."""
-        self._inbox.put(lambda _: self._adopt(profile))
+        self._act(profile)
 
     def obey_only(self, who: PersonProfile | None) -> None:
         """Come to and follow only this person from the next frame on; None: anybody."""
@@ -144,19 +154,23 @@ class Pilot:
 
     def undo_closure(self, number: int) -> None:
         """Take back a place that was recognised, from the next frame on."""
-        self._inbox.put(lambda _: self._mapper.undo(number))
+        self._act(ClosureAct(number, believed=False))
 
     def redo_closure(self, number: int) -> None:
         """Believe it again."""
-        self._inbox.put(lambda _: self._mapper.redo(number))
+        self._act(ClosureAct(number, believed=True))
 
     def place_at(self, x: float, y: float, heading: float | None = None) -> None:
         """The operator says "I am here": world [m], [rad]."""
-        self._inbox.put(lambda _: self._mapper.place_at(x, y, heading))
+        self._act(PlaceAct(x, y, heading))
 
     def enter_map(self, saved: SavedMap) -> None:
         """Go on in this map from the next frame on; the robot looks for its place in it."""
-        self._inbox.put(lambda _: self._enter(saved))
+        self._act(saved)
+
+    def _act(self, act: PilotAct) -> None:
+        """Do this before the next frame, and remember that it was done."""
+        self._inbox.put(lambda _: self._perform(act), act)
 
     def keep_map(self) -> SavedMap:
         """The whole map as it is between two frames. Raises Refused while there is none."""
@@ -188,28 +202,47 @@ class Pilot:
         """Return an earlier anchored pose on the present map."""
         return self._mapper.where(stand)
 
-    def step(self, frame: SensorFrame) -> Snapshot:
-        """Take one frame → its snapshot."""
+    def step(self, frame: SensorFrame, *, deaf: bool = False) -> Snapshot:
+        """Take one frame → its snapshot; `deaf`: its sound is not listened to."""
         with self._inbox.between_frames:
             self._begin_again_after_a_seek(frame.stamp)
-            self._inbox.open(frame.stamp)
-            frame = self._repeats.taken_out(frame, self._wheels)
-            self._sensor_status = self._sensors.update(frame)
-            self.frame = frame = self._profile.first_view(frame)
-            motion = self._odometry.update(frame)
-            self._wheels = motion.wheels
-            frame = self._timing.correct(frame, motion, self._odometry.lateness)
-            seen = self._vision.look(frame, motion, self._is_idle)
-            voices = self._hearing.listen(frame.sound, frame.stamp, motion.increment)
-            self._scanned = self._scanned if frame.scan is None else frame.stamp
-            estimate = self._mapper.update(frame, seen, motion, voices, self._needs_a_place)
-            dead_reckoning = self._dead_reckoning.update(motion.increment)
-            self._mount.watch(frame.stamp, estimate.pose, seen.pairs, self._vision.camera)
-            hearing = self._hearing.hear(frame.stamp, estimate)
-            self._report(frame)
-            twist = self._decide(frame, motion, estimate.pose)
-            self._stamp = frame.stamp
-            return self._publish(frame, motion, estimate, dead_reckoning, hearing, twist)
+            acts, first, self._first = self._inbox.open(frame.stamp), self._first, False
+            doing = self._executor.active_command
+            name = "" if doing is None else doing.name
+            return self._take(PilotInputs(frame=frame, deaf=deaf, doing=name, acts=acts, first=first))
+
+    def repeat(self, inputs: PilotInputs) -> Snapshot:
+        """Take a recorded frame with all that the pilot of that day took with it → its snapshot.
+
+        Nothing is obeyed again: which command was under way stands in the inputs.
+        """
+        with self._inbox.between_frames:
+            self._begin_again_after_a_seek(inputs.frame.stamp)
+            for act in inputs.acts:
+                self._perform(act)
+            return self._take(inputs)
+
+    def _take(self, inputs: PilotInputs) -> Snapshot:
+        """See and hear, estimate, decide, publish."""
+        frame, self._doing = inputs.frame, inputs.doing
+        frame = replace(frame, sound=None) if inputs.deaf else frame
+        frame = self._repeats.taken_out(frame, self._wheels)
+        self._sensor_status = self._sensors.update(frame)
+        self.frame = frame = self._profile.first_view(frame)
+        motion = self._odometry.update(frame)
+        self._wheels = motion.wheels
+        frame = self._timing.correct(frame, motion, self._odometry.lateness)
+        seen = self._vision.look(frame, motion, self._is_idle)
+        voices = self._hearing.listen(frame.sound, frame.stamp, motion.increment)
+        self._scanned = self._scanned if frame.scan is None else frame.stamp
+        estimate = self._mapper.update(frame, seen, motion, voices, self._needs_a_place)
+        dead_reckoning = self._dead_reckoning.update(motion.increment)
+        self._mount.watch(frame.stamp, estimate.pose, seen.pairs, self._vision.camera)
+        hearing = self._hearing.hear(frame.stamp, estimate)
+        self._report(frame)
+        twist = self._decide(frame, motion, estimate.pose)
+        self._stamp = frame.stamp
+        return replace(self._publish(frame, motion, estimate, dead_reckoning, hearing, twist), inputs=inputs)
 
     def _located(self, accepted: AcceptedCommand) -> AcceptedCommand:
         """A command to a person with the directions that were heard in its words, where that is remembered."""
@@ -232,6 +265,18 @@ class Pilot:
             self._executor.end("failed", "The robot's clock was reset.")
             self._reset(stamp)
 
+    def _perform(self, act: PilotAct) -> None:
+        """Do what people did between two frames."""
+        match act:
+            case PlaceAct(x, y, heading):
+                self._mapper.place_at(x, y, heading)
+            case ClosureAct(number, believed):
+                (self._mapper.redo if believed else self._mapper.undo)(number)
+            case SavedMap():
+                self._enter(act)
+            case _:
+                self._adopt(act)
+
     def _adopt(self, profile: Profile) -> None:
         """See and hear with the sensors of this profile."""
         self._profile = profile
@@ -248,7 +293,7 @@ class Pilot:
     @property
     def _is_idle(self) -> bool:
         """True while a robot that could drive has nothing to do and knows where it is."""
-        nothing = self._executor.active_command is None and not self._mapper.looking_around
+        nothing = not self._doing and not self._mapper.looking_around
         return nothing and self._profile.drives and self._mapper.lost is None
 
     @property
@@ -281,8 +326,7 @@ class Pilot:
     @property
     def _needs_a_place(self) -> bool:
         """True while a command is under way that moves the robot to a place."""
-        doing = self._executor.active_command
-        return doing is not None and self._profile.drives and _goes_to_a_place(doing.name)
+        return bool(self._doing) and self._profile.drives and _goes_to_a_place(self._doing)
 
     def _surroundings(self, frame: SensorFrame, motion: Motion, pose: Pose) -> ControlContext:
         wheels = motion.wheels

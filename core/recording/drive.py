@@ -118,13 +118,15 @@ class DriveRecording:
 
     def _groups(self, first: int) -> Iterator[tuple[float, tuple[Envelope, ...]]]:
         """Messages that were written together, from a chunk on; a moment may go on in the next chunk."""
-        held: list[Envelope] = []
+        held, framed = list[Envelope](), False  # a record of a frame is among them
         for number in range(first, len(self._chunks.spans)):
             for one in self._chunks.messages(number):
-                if held and one.logged != held[0].logged:
+                begins = one.topic == FRAME and framed
+                if held and (begins or one.logged != held[0].logged):
                     yield held[0].logged, tuple(held)
-                    held = []
+                    held, framed = [], False
                 held.append(one)
+                framed = framed or one.topic == FRAME
         if held:
             yield held[0].logged, tuple(held)
 

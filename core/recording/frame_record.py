@@ -70,7 +70,7 @@ class UsedAct(Struct, frozen=True, tag="used"):
     profile: bytes  # JSON
 
 
-PilotAct = PlaceAct | ClosureAct | MapAct | UsedAct
+TakenAct = PlaceAct | ClosureAct | MapAct | UsedAct
 """An act of people between two frames that changes the estimate."""
 
 
@@ -80,25 +80,34 @@ class TakenRecord(Struct, frozen=True, omit_defaults=True):
     first: bool = False  # a pilot began with this frame
     deaf: bool = False  # the sound was not listened to: the robot spoke
     doing: str = ""  # name of the command that was under way
-    acts: tuple[PilotAct, ...] = ()
+    acts: tuple[TakenAct, ...] = ()
 
 
 class ResultRecord(Struct, frozen=True, omit_defaults=True):
     """All that the console made of the frame; rows that have not changed are None."""
 
     pose: Row
+    covariance: tuple[float, ...]  # (3, 3), row by row
     dead_reckoning: Row
     velocity: tuple[float, float] = (0.0, 0.0)  # [m/s], [rad/s]
     gate: str = ""  # state
     operator: str = ""
     command: dict[str, object] | None = None  # that runs
     endings: tuple[dict[str, object], ...] = ()
-    voices: tuple[dict[str, object], ...] | None = None
-    edges: tuple[tuple[float, ...], ...] | None = None  # u, v of top and bottom, bearing, matched
-    landmarks: tuple[tuple[float | str, ...], ...] | None = None  # id, x, y, xx, xy, yy, hits, misses, kind
+    voices: tuple[dict[str, object], ...] = ()
+    edges: tuple[tuple[float, ...], ...] | None = None  # u, v of top and bottom, bearing, matched, step
+    landmarks: tuple[tuple[float | str, ...], ...] | None = None  # id, x, y, xx, xy, yx, yy, hits, misses, kind
     map_digest: str = ""  # of the grid that was sent with this frame, to the last bit
     goal: tuple[float, ...] | None = None
-    path: tuple[tuple[float, ...], ...] | None = None
+    path: tuple[tuple[float, ...], ...] = ()
+    lost: str = ""  # a sentence while the robot does not know where it is
+
+
+class RobotRecord(Struct, frozen=True):
+    """The robot's profile as built, and as calibrated when the recording began; see `core.robots.profile_json`."""
+
+    built: msgspec.Raw
+    used: msgspec.Raw
 
 
 class FrameRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):

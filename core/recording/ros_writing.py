@@ -15,7 +15,7 @@ from rosbags.typesys.store import Typestore
 
 from core.geometry import Pose, Transform
 from core.recording import frame_record
-from core.recording.frame_record import FRAME, FrameRecord
+from core.recording.frame_record import FRAME, ROBOT, FrameRecord, RobotRecord
 from core.recording.ros_sound import RAW_AUDIO, with_sound
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
 from core.sensors.recordable import PNG_MAGIC, pack_picture, pcm_of
@@ -35,7 +35,7 @@ LATCHED_QOS = (
     "  lifespan: {sec: 9223372036, nsec: 854775807}\n  liveliness: 1\n"
     "  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}\n  avoid_ros_namespace_conventions: false\n"
 )
-LATCHED_TOPICS = frozenset({"/map", "/tf_static", "/camera/camera_info"})
+LATCHED_TOPICS = frozenset({"/map", "/tf_static", "/camera/camera_info", ROBOT})
 
 
 @dataclass(frozen=True)
@@ -157,6 +157,10 @@ class RosEncoder:
     def frame(self, record: FrameRecord) -> RosMessage:
         """The part of a frame that its other messages do not hold to the last bit, and what was made of it."""
         return self.text(FRAME, record.stamp, frame_record.encode(record).decode())
+
+    def robot(self, stamp: float, record: RobotRecord) -> RosMessage:
+        """The robot that is recorded."""
+        return self.text(ROBOT, stamp, frame_record.encode(record).decode())
 
     # results
 

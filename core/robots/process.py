@@ -42,6 +42,7 @@ from core.robots.ipc_messages import (
 from core.robots.nearness import NearField
 from core.robots.requests import read_request
 from core.sensors import SensorFrame
+from core.sensors.recordable import recordable
 
 TIMEOUT = 0.3  # [s] watchdog over the gate: without a twist for so long the base is stopped
 SLOWEST = 40.0  # times slower than real a simulated robot lives while gate or console do not come to their work
@@ -100,7 +101,7 @@ class DriverLoop:
         self._stamp, self._stepped = frame.stamp, frame.sensed
         self._tell_gate(frame)
         self._pace.step(time.monotonic())
-        frame = replace(frame, nonce=nonce, pace=self._pace.share)
+        frame = replace(recordable(frame), nonce=nonce, pace=self._pace.share)
         self._frame_sender.put_frame(frame, may_wait=self._may_wait(frame))
         if self._frame_sender.gone or os.getppid() != self._parent:
             self._has_console = False

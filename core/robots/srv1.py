@@ -243,7 +243,7 @@ class Srv1(Device):
         pixels = decode_picture(jpeg)
         if extra or pixels is None:
             raise LostStep("no picture")
-        readings.image(Image(stamp=stamp, pixels=pixels))
+        readings.image(Image(stamp=stamp, pixels=pixels, packed=bytes(jpeg)))
 
     def _resynchronise(self) -> None:
         """Bring the firmware to where it waits for a command, with the motors stopped. Raises LostStep.

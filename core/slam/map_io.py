@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -143,7 +144,9 @@ def _saved(loop_closure: LoopClosure) -> SavedClosure:
 
 def _submap(submap: Submap) -> dict[str, Array]:
     form, number = submap.filter, submap.id
-    form.settle()
+    if not form.pending.still:  # a copy settles: saving a map changes nothing of what is estimated
+        form = deepcopy(form)
+        form.settle()
     origin, tile = submap.tile.cells
     return {
         f"tile_{number}": tile.copy(),

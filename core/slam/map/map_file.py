@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
@@ -91,6 +92,24 @@ class SavedMap:
                 np.savez_compressed(file, allow_pickle=False, **self.arrays)
             facts = msgspec.to_builtins(self.facts, enc_hook=float)  # of numpy's numbers
             write_atomic(folder / WORDS, json.dumps(facts, indent=1))
+
+    def to_bytes(self) -> bytes:
+        """The whole map in one piece, for a recording."""
+        file = io.BytesIO()
+        facts = json.dumps(msgspec.to_builtins(self.facts, enc_hook=float)).encode()
+        np.savez(file, allow_pickle=False, **self.arrays, **{WORDS: np.frombuffer(facts, np.uint8)})
+        return file.getvalue()
+
+    @staticmethod
+    def from_bytes(content: bytes, name: str) -> SavedMap:
+        """Read what `to_bytes` made. Raises BadInput."""
+        try:
+            with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+                arrays = {key: archive[key] for key in archive.files}
+            words = json.loads(arrays.pop(WORDS).tobytes())
+        except Exception:  # zipfile, json and numpy raise many kinds on damaged bytes
+            raise BadInput(f"The map {name} is damaged.") from None
+        return checked(SavedMap(arrays=arrays, facts=_facts(words, name)), name)
 
     @staticmethod
     def from_files(folder: Path) -> SavedMap:

@@ -1,0 +1,276 @@
+"""A recorded drive in its two ways: as recorded, and as computed now from the raw readings.
+
+Both are snapshots of one stamp. What is computed now takes each frame with all that the pilot of that day took with
+it, so the same settings give the same poses, map, edges and directions to the last bit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from core.errors import BadInput
+from core.gate import ZERO
+from core.geometry import Pose, wrap
+from core.message import Array
+from core.perception.landmarks.deskew import beam_ends
+from core.pilot.drive_record import (
+    command_of,
+    digest_of,
+    edges_of,
+    inputs_of,
+    landmarks_of,
+    path_of,
+    pose_of,
+    twist_of,
+    voices_of,
+)
+from core.pilot.pilot import Pilot
+from core.pilot.trail import NO_POINTS, Trail, frozen
+from core.recording.drive import DriveMoment, DriveRecording, decoded, text_of
+from core.recording.frame_record import ROBOT, ResultRecord, RobotRecord, TakenRecord
+from core.recording.ros import Envelope
+from core.robots import Profile
+from core.robots.profile_json import profile_from_json
+from core.sensors import Laser, SensorFrame
+from core.settings import Settings
+from core.slam.estimate import Estimate, Landmark, SlamHealth
+from core.slam.map.occupancy import OccupancyGrid
+from core.slam.motion import Increment
+from core.snapshot import CameraView, Comparison, Hearing, Snapshot
+
+MAP = "/map"  # topic
+MAX_ODDS = 8.0  # log odds of a cell that is held to be sure
+AS_RECORDED = SlamHealth(mode="recorded")
+EMPTY_GRID = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
+NO_COVARIANCE = np.zeros((3, 3))
+
+
+@dataclass(frozen=True)
+class RecordedRobot:
+    """The robot of a recording, as built and as calibrated then."""
+
+    built: Profile
+    used: Profile
+
+
+def robot_of(drive: DriveRecording, at: float = 0.0) -> RecordedRobot:
+    """The robot as it was `at` [s] from the start. Raises BadInput where the recording does not describe it."""
+    found = drive.latest(ROBOT, at) or next(drive.every(ROBOT), None)
+    if found is None:
+        raise BadInput(f"{drive.path.name} does not say which robot it was recorded of.")
+    try:
+        record = msgspec.json.decode(text_of(found), type=RobotRecord)
+    except (msgspec.MsgspecError, ValueError):
+        raise BadInput(f"The robot's description in {drive.path.name} is damaged.") from None
+    return RecordedRobot(profile_from_json(bytes(record.built)), profile_from_json(bytes(record.used)))
+
+
+class AsRecorded:
+    """The results of that day, from moment to moment."""
+
+    def __init__(self, profile: Profile) -> None:
+        self._lasers = {laser.name: laser for laser in profile.lasers}
+        self._laser = profile.laser or Laser()
+        self._trail, self._drifted = Trail(), Trail()
+        self._points, self._landmarks, self._grid = NO_POINTS, (), EMPTY_GRID
+        self._view: CameraView | None = None
+        self.digest = ""  # of the newest map that was sent, as it was then
+
+    def begin(self, grid: Envelope | None, landmarks: tuple[Landmark, ...], trail: Array = NO_POINTS) -> None:
+        """Go on from another place in the recording, with what was known there."""
+        self._trail, self._drifted = Trail(), Trail()
+        for x, y in trail.tolist():
+            self._trail.add(x, y)
+        self._points, self._landmarks, self._view = NO_POINTS, landmarks, None
+        self._grid = EMPTY_GRID if grid is None else self._decoded(grid)
+
+    def take(self, moment: DriveMoment) -> Snapshot | None:
+        """One moment → what was shown of it; None where nothing was computed that day."""
+        frame, record = moment.frame, moment.record
+        results = None if record is None else record.results
+        if results is None:
+            return None
+        for one in moment.others:
+            if one.topic == MAP:
+                self._grid, self.digest = self._decoded(one), results.map_digest
+        if results.landmarks is not None:
+            self._landmarks = landmarks_of(results.landmarks)
+        pose, dead = pose_of(results.pose), pose_of(results.dead_reckoning)
+        self._see(frame, pose)
+        image = frame.image
+        if results.edges is not None and image is not None:
+            height, width = image.pixels.shape[:2]
+            edges = edges_of(results.edges)
+            self._view = CameraView(
+                stamp=image.stamp, width=width, height=height, edges=edges, laser=np.zeros((0, 3))
+            )
+        return self._snapshot(frame, results, pose, dead)
+
+    def _snapshot(self, frame: SensorFrame, results: ResultRecord, pose: Pose, dead: Pose) -> Snapshot:
+        voices = voices_of(results.voices)
+        return Snapshot(
+            stamp=frame.stamp,
+            estimate=Estimate(pose=pose, covariance=np.array(results.covariance).reshape(3, 3)),
+            dead_reckoning=Estimate(pose=dead, covariance=NO_COVARIANCE),
+            increment=Increment(),
+            velocity=twist_of(results.velocity),
+            setpoint=ZERO,
+            scan_points=self._points,
+            landmarks=self._landmarks,
+            slam=AS_RECORDED,
+            grid=self._grid,
+            trail=self._trail.add(pose.x, pose.y),
+            dead_reckoning_trail=self._drifted.add(dead.x, dead.y),
+            path=path_of(results.path),
+            goal=None if results.goal is None else np.array(results.goal),
+            active_command=command_of(results.command),
+            view=self._view,
+            hearing=Hearing(listening=frame.sound is not None, speaking=False, level_db=None, voices=voices),
+            contact=frame.contact,
+            battery=frame.battery,
+            truth=frame.truth,
+        )
+
+    def _see(self, frame: SensorFrame, pose: Pose) -> None:
+        """Draw a scan where the robot was that day."""
+        if frame.scan is None:
+            return
+        laser = self._lasers.get(frame.scan.laser, self._laser)
+        ends, hits = beam_ends(frame.scan, laser, frame.wheels, frame.stamp)
+        self._points = frozen(pose.apply(ends[hits]))
+
+    def _decoded(self, one: Envelope) -> OccupancyGrid:
+        """The map, to the percent."""
+        content: Any = decoded(one)
+        info, place = content.info, content.info.origin
+        chance = np.asarray(content.data, np.float32).reshape(info.height, info.width)
+        share = np.clip(chance / 100, 0.02, 0.98)
+        odds = np.where(chance < 0, 0.0, np.clip(np.log(share / (1 - share)), -MAX_ODDS, MAX_ODDS))
+        corner = place.position
+        return OccupancyGrid(
+            revision=self._grid.revision + 1,
+            resolution=float(info.resolution),
+            origin=np.array([corner.x, corner.y]),
+            log_odds=odds.astype(np.float32),
+        )
+
+
+class ComputedNow:
+    """Everything estimated again from the raw readings, from one moment on."""
+
+    def __init__(self, drive: DriveRecording, settings: Settings) -> None:
+        self._drive, self._settings = drive, settings
+        self._pilot: Pilot | None = None
+        self._drawn = Pose()  # recorded_from_computed
+        self.since = 0.0  # [s] from the start of the recording
+        self.whole = False  # it began with the first frame of a pilot, as that day
+
+    def take(self, moment: DriveMoment) -> Snapshot:
+        """One moment → what is computed of it. Raises BadInput where the recording does not describe its robot."""
+        taken = TakenRecord() if moment.record is None else moment.record.taken or TakenRecord()
+        inputs = inputs_of(moment.frame, taken)
+        begins = self._pilot is None
+        if begins or taken.first:
+            self.since = moment.logged - self._drive.start
+            self.whole = taken.first and (begins or self.whole)
+            robot = robot_of(self._drive, self.since)
+            self._pilot = Pilot(robot.built, self._settings)
+            if not taken.first:
+                inputs = replace(inputs, acts=(robot.used, *inputs.acts))
+        assert self._pilot is not None
+        snapshot = self._pilot.repeat(inputs)
+        if begins:
+            self._drawn = self._found(moment, snapshot.estimate.pose)
+        return snapshot
+
+    def _found(self, moment: DriveMoment, pose: Pose) -> Pose:
+        """Return where the computed world lies in the recorded one: the robot stood at one place."""
+        results = None if moment.record is None else moment.record.results
+        return Pose() if results is None or self.whole else pose_of(results.pose) @ pose.inverse()
+
+    @property
+    def recorded_from_computed(self) -> Pose:
+        """The recorded world is another one where what is computed began in the middle of a drive."""
+        return self._drawn
+
+    def settle(self) -> tuple[tuple[Landmark, ...], OccupancyGrid]:
+        """The drive is over → landmarks and map."""
+        return ((), EMPTY_GRID) if self._pilot is None else self._pilot.finish()
+
+
+@dataclass
+class Comparer:
+    """The difference of the two ways in numbers, since what is computed began."""
+
+    frames: int = 0
+    worst: float = 0.0  # [m]
+    same: bool = True  # poses, edges, directions and maps until now, to the last bit
+    _digest: str = field(default="", repr=False)  # of the recorded map that was compared last
+    _maps: tuple[str, str] = ("", "")
+
+    def compare(self, moment: DriveMoment, recorded: Snapshot, computed: Snapshot, drawn: Pose) -> Comparison:
+        """Compare two snapshots of one moment; `drawn`: recorded_from_computed."""
+        results = None if moment.record is None else moment.record.results
+        computed_pose = computed.estimate.pose
+        there = drawn @ computed_pose
+        here = recorded.estimate.pose
+        apart = here.distance_to(there.x, there.y)
+        edges, directions = _edges(recorded), _directions(recorded)
+        edges_now, directions_now = _edges(computed), _directions(computed)
+        same = (
+            here == computed_pose
+            and np.array_equal(recorded.estimate.covariance, computed.estimate.covariance)
+            and directions == directions_now
+            and (results is None or results.edges is None or edges == edges_now)
+        )
+        if results is not None and results.map_digest:
+            self._maps = results.map_digest, digest_of(computed.grid)
+            same = same and self._maps[0] == self._maps[1]
+        self.frames, self.worst, self.same = self.frames + 1, max(self.worst, apart), self.same and same
+        return Comparison(
+            pose=there,
+            trail=frozen(drawn.apply(computed.trail)),
+            landmarks=frozen(drawn.apply(_places(computed))),
+            distance=apart,
+            turn=wrap(there.heading - here.heading),
+            worst=self.worst,
+            landmark_counts=(len(recorded.landmarks), len(computed.landmarks)),
+            edge_counts=(len(edges), len(edges_now)),
+            direction=_direction_apart(recorded, computed),
+            frames=self.frames,
+            same=self.same,
+        )
+
+
+def both_ways(drive: DriveRecording, settings: Settings) -> Iterator[tuple[DriveMoment, Snapshot | None, Snapshot]]:
+    """A whole recording: every moment as recorded, and as computed now. Raises BadInput."""
+    recorded, computed = AsRecorded(robot_of(drive).built), ComputedNow(drive, settings)
+    for moment in drive.moments():
+        yield moment, recorded.take(moment), computed.take(moment)
+
+
+def _edges(snapshot: Snapshot) -> list[tuple[float, ...]]:
+    """The edges of the newest picture, as numbers that are compared."""
+    view = snapshot.view
+    return [] if view is None else [(*edge.top, *edge.bottom, edge.bearing, edge.step) for edge in view.edges]
+
+
+def _directions(snapshot: Snapshot) -> list[tuple[float, ...]]:
+    voices = () if snapshot.hearing is None else snapshot.hearing.voices
+    return [(one.id, one.stamp, one.azimuth_world, one.sd, one.strength) for one in voices]
+
+
+def _direction_apart(recorded: Snapshot, computed: Snapshot) -> float | None:
+    """The angle [rad] between the voices that were heard last, in the robot's frame; None where one is missing."""
+    ours, theirs = (() if one.hearing is None else one.hearing.voices for one in (recorded, computed))
+    return math.remainder(theirs[0].azimuth - ours[0].azimuth, math.tau) if ours and theirs else None
+
+
+def _places(snapshot: Snapshot) -> Array:
+    return np.array([one.position for one in snapshot.landmarks]).reshape(-1, 2)

@@ -1,0 +1,103 @@
+"""Drives that are recorded by the recorder's own work, without its process, as fast as the pilot goes."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+
+from console.recording.service import slimmed
+from console.recording.work import (
+    BeginRecording,
+    DescribeRobot,
+    FinishRecording,
+    RecordedMoment,
+    RecorderWorker,
+    RecordMoments,
+)
+from core.gate.status import GateStatus
+from core.pilot import Pilot
+from core.pilot.drive_record import digest_of
+from core.robots import Profile, Robot
+from core.robots.profile_json import profile_to_json
+from core.sensors import SensorFrame
+from core.sensors.recordable import recordable
+from core.settings import Settings
+from core.snapshot import Snapshot
+
+BEGAN_S = 1_790_000_000.0  # Unix time
+MAP_EVERY = 40  # frames
+BATCH = 40  # moments that go to the recorder at once
+
+
+class RecordedPilot:
+    """A pilot whose every frame is recorded."""
+
+    def __init__(self, path: Path, profile: Profile, settings: Settings | None = None) -> None:
+        self.pilot = Pilot(profile, settings)
+        self.profile = profile
+        self.snapshots: list[Snapshot] = []
+        self.gate = GateStatus()
+        self._recorder, self._waiting = RecorderWorker(), list[RecordedMoment]()
+        card = profile_to_json(profile)
+        self._recorder.describe(DescribeRobot(card, card, 0.0))
+        self._recorder.begin(BeginRecording(str(path), {"robot": profile.name}, []))
+        self._map = self._view = -1.0
+
+    def step(self, frame: SensorFrame, *, deaf: bool = False) -> Snapshot:
+        """Take a frame as a driver hands it on."""
+        snapshot = self.pilot.step(recordable(frame), deaf=deaf)
+        number, view = len(self.snapshots), snapshot.view
+        map_is_new = number % MAP_EVERY == 0 and snapshot.grid.revision != self._map
+        self._map = snapshot.grid.revision if map_is_new else self._map
+        view_is_new = view is not None and view.stamp != self._view
+        self._view = self._view if view is None else view.stamp
+        self._waiting.append(
+            RecordedMoment(
+                logged=BEGAN_S + number / self.profile.rate,
+                snapshot=slimmed(snapshot, with_map=map_is_new),
+                gate=self.gate,
+                operator="Ada",
+                map_is_new=map_is_new,
+                view_is_new=view_is_new,
+            )
+        )
+        self.snapshots.append(snapshot)
+        if len(self._waiting) >= BATCH:
+            self._send()
+        return snapshot
+
+    def finish(self) -> None:
+        """End the recording."""
+        self._send()
+        self._recorder.finish(FinishRecording())
+
+    def _send(self) -> None:
+        moments, self._waiting = self._waiting, []
+        self._recorder.record(RecordMoments(pickle.dumps(moments)))
+
+
+def drive(
+    robot: Robot,
+    path: Path,
+    frames: int,
+    acts: Callable[[int, RecordedPilot], object],
+    settings: Settings | None = None,
+    deaf: Iterable[int] = (),
+) -> RecordedPilot:
+    """Drive a robot by its own pilot and record it; `acts` does what people do before a frame."""
+    recorded, silent = RecordedPilot(path, robot.profile, settings), set(deaf)
+    for number in range(frames):
+        acts(number, recorded)
+        snapshot = recorded.step(robot.read(), deaf=number in silent)
+        robot.drive(snapshot.setpoint)
+    recorded.finish()
+    return recorded
+
+
+def fingerprint(snapshots: Iterable[Snapshot]) -> tuple[bytes, str]:
+    """Every pose with its covariance, and the last map."""
+    rows = [(*vars(one.estimate.pose).values(), *one.estimate.covariance.ravel()) for one in snapshots]
+    return np.array(rows).tobytes(), digest_of(list(snapshots)[-1].grid)

@@ -1,0 +1,134 @@
+"""A recorded drive is computed again to the last bit: poses, map, edges, directions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from core.commands.command import Command
+from core.pilot.recorded_drive import AsRecorded, Comparer, ComputedNow, robot_of
+from core.recording.drive import DriveRecording
+from core.robots import Robot
+from core.robots.requests import CarryRobot, SetListening, Speak
+from core.settings import Settings
+from core.simulation.robot import open_robot
+from core.snapshot import Snapshot
+from core.speech.understanding.grammar import understand
+from tests.console.recording.drives import RecordedPilot, drive, fingerprint
+
+FRAMES = 260
+
+Act = Callable[[int, RecordedPilot], object]
+
+
+def tell(recorded: RecordedPilot, words: str) -> None:
+    command = understand(words)
+    assert isinstance(command, Command)
+    recorded.pilot.tell(len(recorded.snapshots) + 1, command, "typed", "Ada")
+
+
+def by_commands(robot: Robot) -> Act:
+    """A turn, a way, a wall that is followed: at rest between them."""
+    orders = {125: "turn left", 230: "continue 0.5 meters"}
+    return lambda number, recorded: tell(recorded, orders[number]) if number in orders else None
+
+
+def by_voices(robot: Robot) -> Act:
+    """Somebody talks, to a robot that now and then talks itself."""
+    robot.ask(SetListening(on=True))
+
+    def act(number: int, recorded: RecordedPilot) -> None:
+        if number % 90 == 20:
+            robot.ask(Speak(x_m=1.2, y_m=0.8 - number / 200, text="robot come here please"))
+        if number == 125:
+            tell(recorded, "turn right")
+
+    return act
+
+
+def carried(robot: Robot) -> Act:
+    """Taken up and put down elsewhere, and told where it is."""
+
+    def act(number: int, recorded: RecordedPilot) -> None:
+        if number == 125:
+            tell(recorded, "continue 0.6 meters")
+        if number == 180:
+            robot.ask(CarryRobot(x_m=0.6, y_m=0.4, heading_rad=1.0))
+        if number == 230:
+            recorded.pilot.place_at(0.6, 0.4, 1.0)
+
+    return act
+
+
+def on_a_loaded_map(robot: Robot) -> Act:
+    """The map of a while ago is loaded in the middle of a way, and a camera of another calibration is used."""
+    kept = []
+
+    def act(number: int, recorded: RecordedPilot) -> None:
+        if number == 125:
+            tell(recorded, "continue 0.8 meters")
+        if number == 170:
+            kept.append(recorded.pilot.keep_map())
+        if number == 210:
+            recorded.pilot.enter_map(kept[0])
+        if number == 220:
+            camera = recorded.profile.camera
+            assert camera is not None
+            recorded.pilot.look_through(recorded.profile.with_camera(camera))
+            recorded.pilot.undo_closure(0)
+
+    return act
+
+
+def all_at_once(robot: Robot) -> Act:
+    """A way, voices, a robot that is carried, and a map that is loaded: what the suite has time for."""
+    robot.ask(SetListening(on=True))
+    kept = []
+
+    def act(number: int, recorded: RecordedPilot) -> None:
+        if number in (20, 100):
+            robot.ask(Speak(x_m=1.2, y_m=0.8 - number / 200, text="come here"))
+        if number == 90:
+            tell(recorded, "continue 0.5 meters")
+        if number == 125:
+            kept.append(recorded.pilot.keep_map())
+        if number == 135:
+            robot.ask(CarryRobot(x_m=0.6, y_m=0.4, heading_rad=1.0))
+            recorded.pilot.place_at(0.6, 0.4, 1.0)
+        if number == 155:
+            recorded.pilot.enter_map(kept[0])
+
+    return act
+
+
+LONGER = [
+    pytest.param(acts, marks=pytest.mark.campaign) for acts in (by_commands, by_voices, carried, on_a_loaded_map)
+]
+
+
+def again(path: Path, settings: Settings | None = None) -> tuple[list[Snapshot], Comparer, ComputedNow]:
+    """A recording, computed now."""
+    recording = DriveRecording(path)
+    recorded = AsRecorded(robot_of(recording).built)
+    computed, comparer = ComputedNow(recording, settings or Settings()), Comparer()
+    snapshots: list[Snapshot] = []
+    for moment in recording.moments():
+        then = recorded.take(moment)
+        assert then is not None
+        snapshots.append(computed.take(moment))
+        comparer.compare(moment, then, snapshots[-1], computed.recorded_from_computed)
+    assert recording.report.skipped == 0
+    return snapshots, comparer, computed
+
+
+@pytest.mark.parametrize("acts", [all_at_once, *LONGER])
+def test_the_same_settings_compute_the_same_to_the_last_bit(acts: Callable[[Robot], Act], tmp_path: Path) -> None:
+    robot, path = open_robot("lab", seed=3, settings=None), tmp_path / "drive.mcap"
+    frames = 180 if acts is all_at_once else FRAMES
+    live = drive(robot, path, frames, acts(robot), deaf=range(110, 120)).snapshots
+    snapshots, comparer, computed = again(path)
+    assert computed.whole and len(snapshots) == len(live)
+    assert fingerprint(snapshots) == fingerprint(live)
+    assert comparer.same and comparer.frames == len(live) and comparer.worst == 0.0
