@@ -130,6 +130,9 @@ class RecordingTranscriber:
         words = channel
         if words is None:
             words = self._array.channels[0] if self._array is not None else first_heard(sound)
+        if self._array is None and not sound.samples[:, words].any():
+            faults.append(fault("array.dead", channels=words + 1))
+            warnings.append(faults[-1].sentence)
         said, stops = self._words(sound, None if beam else words)
         if self.wordless:
             warnings.append(self.wordless)

@@ -483,6 +483,14 @@ SOUND_CHECKS = (
         " 2 to 5).",
     ),
     ReadingCheck(
+        "array.sharing",
+        "agreement",
+        "the noise that two channels share with what others do, where sound is shorter than their distance",
+        "Channels {channels} share noise that the others do not: one holds sound of the other (cross-talk, or a "
+        "processed channel), or their microphones sit closer than the profile says, so directions are not sure. "
+        "Check cables, channels and positions_m of the array profile.",
+    ),
+    ReadingCheck(
         "array.swapped",
         "agreement",
         "the times of all microphones with a plane wave, in the profile's order and with two exchanged",

@@ -300,7 +300,7 @@ def main() -> None:
     """Measure and say the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--faults", type=int, default=200, help="at least")
-    parser.add_argument("--seed", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=41)
     chosen = parser.parse_args()
     each = 4
     rooms = math.ceil(chosen.faults / (each * len(ARRAYS)))

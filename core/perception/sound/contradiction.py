@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Literal
 
 import numpy as np
 
 from core.message import Array, message
-from core.perception.sound.plane_wave import NOISE_LAG_SD, PlaneWaveFit, explain
+from core.perception.sound.plane_wave import PlaneWaveFit, explain
 from core.sensors.microphones import MicrophoneArray
 
 LATE = np.arange(1, 101) * 4e-6  # [s] that are tried
 EXPLAINED = 1.5  # times the expected misfit: a cause that leaves more is none
 
-CauseKind = Literal["foreign", "processed", "swapped", "late", "misfit"]
+CauseKind = Literal["foreign", "sharing", "processed", "swapped", "late", "misfit"]
 
 
 @message
@@ -38,6 +39,9 @@ def likely_causes(fits: Sequence[PlaneWaveFit], array: MicrophoneArray) -> tuple
     foreign = np.flatnonzero(np.mean([one.foreign for one in fits], axis=0) > 0.5)
     if len(foreign):
         return (Cause(kind="foreign", microphones=tuple(foreign.tolist()), misfit=0.0),)
+    sharing = Counter(one.sharing for one in fits if one.sharing)
+    if 2 * sharing.total() > len(fits):
+        return (Cause(kind="sharing", microphones=sharing.most_common(1)[0][0], misfit=0.0),)
     found = sorted(_hypotheses(fits, array), key=lambda one: one.misfit)
     found = [one for one in found if one.misfit <= EXPLAINED]
     alone = any(one.kind == "late" and len(one.microphones) == 1 for one in found)
@@ -107,4 +111,4 @@ def _misfit_in_noise(fits: Sequence[PlaneWaveFit], late: Array) -> Array:
     if not heard:
         return np.zeros(late.shape[1])
     squares = np.mean([np.sum((one - one.mean(0)) ** 2, axis=0) for one in heard], axis=0)
-    return np.sqrt(squares / (len(late) - 1)) / NOISE_LAG_SD
+    return np.sqrt(squares / (len(late) - 1)) / fits[0].expected_noise_sd

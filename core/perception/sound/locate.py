@@ -75,7 +75,7 @@ def direction_of(
     lags = pair_lags(correlation, array)
     peak = find_peak(correlation, array, grid, _seeds(lags, array), settings.bands)
     steered = array.baselines @ axes_of(array).T / array.speed @ peak.within
-    fit = fit_plane_wave(correlation, array, np.stack((steered, lags)), noise)
+    fit = fit_plane_wave(correlation, array, np.stack((steered, lags)), noise, settings.bands)
     return _declared(peak, fit, array, stamp + float(amount @ seen.times / amount.sum()), settings)
 
 

@@ -19,7 +19,8 @@ from core.message import Array, message
 LAG_SD = 0.0007  # [m] of a microphone's time, in a sound that comes from one direction alone
 ECHO_SD = 0.008  # [m] added to it for a sound without a direct path; less with more strength
 FASTEST = 1.02  # of the speed of sound along the array: warmer air, a profile that is a little too large
-NOISE_LAG_SD = 0.003  # [m] of a microphone's time in half a second of noise from everywhere
+NOISE_LEAN = 0.08  # of an array's radius: noise from everywhere is never quite even (48 waves: 1 / sqrt(3 · 48))
+CHANCE_SDS = 1.645  # a misfit that one sound in twenty has by chance adds nothing to a direction's deviation
 FOREIGN = 0.35  # of what the others share; a channel that shares less hears something else
 
 
@@ -31,9 +32,11 @@ class PlaneWaveFit:
     within: Array  # (D,) of the best direction along the array's axes
     residuals: Array  # (M,) [m] by which each hears later than that direction explains
     freedom: int  # of the residuals; 0: any times fit some direction
-    expected_sd: float  # [m] of one residual on an array without a fault
+    expected_sd: float  # [m] of one residual on an array without a fault, in this sound
+    expected_noise_sd: float  # [m] of one of `noise_times` on an array without a fault
     shared: Array  # (M,) -1..1, agreement of each channel with the one that it agrees with best
     noise_times: Array | None = None  # (M,) [m] the same of noise from everywhere; None: there is no such noise
+    sharing: tuple[int, ...] = ()  # two microphones that share noise which others do not; (): none do
 
     @property
     def residual_sd(self) -> float:
@@ -55,17 +58,30 @@ class PlaneWaveFit:
     @property
     def misfit(self) -> float:
         """The part that no plane wave or no noise from everywhere explains, of what is expected; infinite with a
-        foreign channel.
+        foreign channel, and with two that hear each other.
         """
-        if self.foreign.any():
+        if self.foreign.any() or self.sharing:
             return math.inf
-        return max(self.residual_sd / self.expected_sd, self.noise_sd / NOISE_LAG_SD)
+        return max(self.residual_sd / self.expected_sd, self.noise_sd / self.expected_noise_sd)
 
     @property
     def excess(self) -> float:
-        """Variance [m²] of one microphone's time beyond what is expected."""
-        in_noise = max(0.0, self.noise_sd**2 - NOISE_LAG_SD**2)
-        return max(0.0, self.residual_sd**2 - self.expected_sd**2) + in_noise
+        """Variance [m²] of one microphone's time beyond what it is by chance."""
+        in_noise = _beyond_chance(self.noise_sd, self.expected_noise_sd, len(self.times) - 1)
+        return in_noise + _beyond_chance(self.residual_sd, self.expected_sd, self.freedom)
+
+
+def _beyond_chance(sd: float, expected: float, freedom: int) -> float:
+    """Variance beyond the one that squares of so many normal numbers reach by chance (Wilson and Hilferty, 1931)."""
+    if not freedom:
+        return 0.0
+    spread = 2 / (9 * freedom)
+    return max(0.0, sd**2 - (1 - spread + CHANCE_SDS * math.sqrt(spread)) ** 3 * expected**2)
+
+
+def noise_sd_of(positions: Array) -> float:
+    """Positions (M, D) [m] → deviation [m] of one microphone's time in noise from everywhere."""
+    return math.hypot(LAG_SD, NOISE_LEAN * math.sqrt(float(np.sum(np.var(positions, axis=0)))))
 
 
 def explain(positions: Array, times: Array) -> tuple[Array, Array, Array]:

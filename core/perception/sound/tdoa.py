@@ -11,7 +11,7 @@ import numpy as np
 
 from core.message import Array
 from core.perception.sound.least_squares import axes_of
-from core.perception.sound.plane_wave import ECHO_SD, LAG_SD, PlaneWaveFit, explain
+from core.perception.sound.plane_wave import ECHO_SD, LAG_SD, PlaneWaveFit, explain, noise_sd_of
 from core.perception.sound.spectra import Noise
 from core.perception.sound.srp import FINER, Correlation
 from core.sensors.microphones import MicrophoneArray
@@ -20,6 +20,8 @@ SLACK = 0.5  # [samples] beyond the way between two microphones that a peak may 
 ROUNDS = 10
 LATEST_SAMPLES = 10  # by which a channel is searched for in noise
 MAX_UNLIKE = 0.08  # mean squared difference of the noise's coherence from that of noise from everywhere
+SHARED_NOISE = 0.18  # squared coherence of two microphones beyond that of the two with least, where sound is short
+FEWEST_BINS = 8  # of a spectrum, in which that is looked for
 CLOSE = 1e-7  # [s] a step of a time that is no longer worth making
 
 
@@ -41,16 +43,22 @@ def pair_lags(correlation: Correlation, array: MicrophoneArray) -> Array:
     return np.clip(best, -reach, reach) / correlation.rate
 
 
-def fit_plane_wave(correlation: Correlation, array: MicrophoneArray, starts: Array, noise: Noise) -> PlaneWaveFit:
+def fit_plane_wave(
+    correlation: Correlation, array: MicrophoneArray, starts: Array, noise: Noise, bands: int
+) -> PlaneWaveFit:
     """Correlation of all pairs, and the pairs' lags (S, P) [s] at which to begin → the microphones' times that agree
-    best, the plane wave through them, and the noise's times. Raises BadInput where the microphones lie in a line.
+    best, the plane wave through them, and the noise's times. As far as the `bands` of the spectrum disagree, a rest
+    is expected. Raises BadInput where the microphones lie in a line.
     """
     axes = axes_of(array)
     power, leads = max(
         (_climb(correlation, array, _times_of(array, lags)) for lags in starts), key=lambda one: one[0]
     )
     strength = min(1.0, max(0.0, power / max(correlation.total, 1e-300)))
-    within, residuals, freedom = explain(array.positions @ axes.T, array.speed * leads[:, None])
+    places = array.positions @ axes.T
+    apart = np.column_stack((np.zeros_like(leads), _steps_of_bands(correlation, array, leads, bands)))
+    within, residuals, freedom = explain(places, array.speed * (leads[:, None] + apart))
+    uncertain = np.sum((residuals[:, 1:] - residuals[:, :1]) ** 2) * bands / (bands - 1) / max(int(freedom[0]), 1)
     agreement = np.real(_turned(correlation, array, leads)).sum(0)
     shared = np.full((len(leads), len(leads)), -1.0)
     first, second = array.pairs.T
@@ -60,9 +68,11 @@ def fit_plane_wave(correlation: Correlation, array: MicrophoneArray, starts: Arr
         within=within[:, 0],
         residuals=residuals[:, 0],
         freedom=int(freedom[0]),
-        expected_sd=math.hypot(array.position_sd, LAG_SD, ECHO_SD * (1 - strength)),
+        expected_sd=math.hypot(array.position_sd, LAG_SD, ECHO_SD * (1 - strength), math.sqrt(uncertain)),
+        expected_noise_sd=noise_sd_of(places),
         shared=np.maximum(shared, shared.T).max(1),
         noise_times=_noise_times(noise, correlation, array),
+        sharing=_sharing(noise, correlation, array),
     )
 
 
@@ -85,6 +95,24 @@ def _noise_times(noise: Noise, correlation: Correlation, array: MicrophoneArray)
     return array.speed * leads if np.mean(np.abs(turned - diffuse) ** 2) < MAX_UNLIKE else None
 
 
+def _sharing(noise: Noise, correlation: Correlation, array: MicrophoneArray) -> tuple[int, ...]:
+    """Two microphones that share noise which others do not; () where all share as much, or little.
+
+    Above the first zero of sin(x)/x between the closest two, noise from everywhere has little in common at any two,
+    and that of a fan much at all. A channel that holds the sound of another (cross-talk, a sum), or sits closer to it
+    than the profile says, has much with that one alone.
+    """
+    short = correlation.omega * np.linalg.norm(array.baselines, axis=1).min() > math.pi * array.speed
+    if np.count_nonzero(short) < FEWEST_BINS:
+        return ()
+    first, second = array.pairs.T
+    cross = noise.cross[short]
+    power = np.real(np.diagonal(cross, axis1=1, axis2=2))
+    common = np.mean(np.abs(cross[:, first, second]) ** 2 / (power[:, first] * power[:, second] + 1e-300), axis=0)
+    most = int(np.argmax(common))
+    return tuple(array.pairs[most].tolist()) if common[most] - common.min() > SHARED_NOISE else ()
+
+
 def _times_of(array: MicrophoneArray, lags: Array) -> Array:
     """Lags (P,) [s] of the pairs → leads (M,) [s] that agree with them best, 0 on the average."""
     return np.linalg.lstsq(_differences(array), lags, rcond=None)[0]
@@ -102,6 +130,20 @@ def _turned(correlation: Correlation, array: MicrophoneArray, leads: Array) -> A
     return correlation.values * np.exp(1j * np.outer(correlation.omega, leads[second] - leads[first]))
 
 
+def _steps_of_bands(correlation: Correlation, array: MicrophoneArray, leads: Array, bands: int) -> Array:
+    """Steps (M, B) [s] by which every band of the spectrum would have the leads (M,) [s] changed."""
+    turned, omega = _turned(correlation, array, leads), correlation.omega[:, None]
+    slopes = -omega * np.imag(turned) @ _differences(array)
+    votes = np.column_stack([band.sum(0) for band in np.array_split(slopes, bands)])
+    return np.linalg.lstsq(_bend(turned, omega, array), votes - votes.mean(1, keepdims=True), rcond=None)[0]
+
+
+def _bend(turned: Array, omega: Array, array: MicrophoneArray) -> Array:
+    """Bend (M, M) of the power over the leads, made safe."""
+    bend, differences = np.abs((omega**2 * np.real(turned)).sum(0)), _differences(array)
+    return (differences.T * np.maximum(bend, 1e-3 * bend.max() + 1e-300)) @ differences
+
+
 def _climb(correlation: Correlation, array: MicrophoneArray, leads: Array) -> tuple[float, Array]:
     """Newton's steps uphill from leads (M,) [s] → the power where they end, and the leads."""
     differences, omega = _differences(array), correlation.omega[:, None]
@@ -109,10 +151,7 @@ def _climb(correlation: Correlation, array: MicrophoneArray, leads: Array) -> tu
     power = float(np.real(turned).sum())
     for _ in range(ROUNDS):
         slope = -(omega * np.imag(turned)).sum(0)
-        bend = np.abs((omega**2 * np.real(turned)).sum(0))
-        bend = np.maximum(bend, 1e-3 * bend.max() + 1e-300)
-        hessian = (differences * bend[:, None]).T @ differences
-        step = np.linalg.lstsq(hessian, differences.T @ slope, rcond=None)[0]
+        step = np.linalg.lstsq(_bend(turned, omega, array), differences.T @ slope, rcond=None)[0]
         while np.abs(step).max() > CLOSE:
             there = _turned(correlation, array, leads + step)
             higher = float(np.real(there).sum())

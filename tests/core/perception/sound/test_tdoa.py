@@ -7,17 +7,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
+from scipy.stats import chi2
 
 from core.errors import BadInput
+from core.perception.sound.array_diagnostics import contradiction
 from core.perception.sound.direction import Direction, unit
 from core.perception.sound.least_squares import direction_from_lags, fit_lags, on_sphere
-from core.perception.sound.locate import DEFAULT, sure, whitened
+from core.perception.sound.locate import DEFAULT, locate, sure, whitened
 from core.perception.sound.paper import ALPHA, GAMMA, averaged, correlations, locate_as_printed, mask
+from core.perception.sound.plane_wave import PlaneWaveFit, noise_sd_of
 from core.perception.sound.spectra import cross_spectra, noise_of, quiet_frames, spectra
 from core.perception.sound.tdoa import pair_lags
-from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, lags_of, tetrahedron
+from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, lags_of, ring, tetrahedron
+from core.simulation.acoustics.shoebox import diffuse_noise
 from tests.core.perception.voices import PRE_ROLL, RATE, far_voice
 
 ARRAYS = [RESPEAKER_ODAS, tetrahedron()]
@@ -135,3 +139,39 @@ def test_the_printed_form_is_not_judged_by_a_strength_that_it_does_not_have():
 def test_as_printed_a_sound_must_fill_a_frame():
     with pytest.raises(BadInput, match="1024"):
         correlations(np.zeros((100, 4)))
+
+
+@pytest.mark.parametrize("array", [*ARRAYS, ring("eight", 0.0525, 0.0, 0.785, 8)], ids=lambda a: a.name)
+@given(draws=st.lists(st.floats(-1, 1), min_size=8, max_size=8), scale=st.floats(0.1, 10))
+def test_what_a_misfit_is_by_chance_adds_nothing_to_a_direction_and_more_does(array, draws, scale):
+    count = len(array.positions)
+    noise = scale * noise_sd_of(array.positions) * np.array(draws[:count])
+    fit = PlaneWaveFit(
+        times=np.zeros(count),
+        within=np.zeros(2),
+        residuals=np.zeros(count),
+        freedom=0,
+        expected_sd=0.001,
+        expected_noise_sd=noise_sd_of(array.positions),
+        shared=np.ones(count),
+        noise_times=noise,
+    )
+    by_chance = math.sqrt(float(chi2.ppf(0.95, count - 1)) / (count - 1))
+    assume(abs(fit.misfit - by_chance) > 0.02)
+    assert (fit.excess > 0) == (fit.misfit > by_chance)
+    assert noise_sd_of(2 * array.positions) > 1.5 * noise_sd_of(array.positions)
+
+
+@pytest.mark.parametrize(("own", "other"), [(0.6, 0.4), (0.5, 0.5)])
+def test_two_channels_that_hear_each_other_make_no_direction_sure_and_are_named(own, other):
+    array = ring("three", 0.04, 0.3, 2 * math.pi / 3, 3)
+    voice = far_voice(array, 0.6, 0.2)
+    surrounding = 0.003 * diffuse_noise(np.random.default_rng(0), array.positions, len(voice.samples), RATE)
+    right = voice.samples + surrounding
+    wrong = np.column_stack((own * right[:, 0] + other * right[:, 1], right[:, 1:]))
+    for samples, sharing in ((right, ()), (wrong, (0, 1))):
+        found = locate(replace(voice, samples=samples), array, speech_from=PRE_ROLL)
+        assert found is not None and found.fit is not None and found.fit.sharing == sharing
+        assert sure(found) == (not sharing)
+        told = contradiction([found], array)
+        assert (told is None) == (not sharing) and (told is None or "Channels 1 and 2 share noise" in told.sentence)
