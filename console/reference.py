@@ -58,7 +58,8 @@ def cli_page() -> str:
     """Every subcommand with its options."""
     intro = (
         "`beckon` alone is `beckon run`. Every command that computes something takes `--json`. Exit codes: 0 done, "
-        "1 could not be done (a sentence on standard error says why), 2 wrong usage."
+        "1 could not be done (a sentence on standard error says why), 2 wrong usage. With `--json` a refusal is one "
+        'object, too: `{"error": sentence, "code": code}`.'
     )
     return page("Command line", intro, *(section(*one) for one in leaves("beckon", build_parser(), "")))
 

