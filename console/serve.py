@@ -48,7 +48,7 @@ from console.runtime import Runtime
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.spoken_text_files import SpokenTextFiles
 from core.errors import BadInput, BeckonError, Unavailable
-from core.gate.scheduling import CONSOLE, come_first
+from core.gate.scheduling import CONSOLE_RANK, come_first
 from core.pilot import Pilot
 from core.settings import load
 from core.speech.recognition.engines import chosen
@@ -405,7 +405,7 @@ def is_readable(options: Options) -> bool:
 def take_precedence(options: Options) -> None:
     """Run before other programs where a real robot may move, or where it is asked for."""
     if options.precedence or not options.robot.startswith(("sim:", "log:")):
-        come_first(CONSOLE)  # all threads: each may hold what the pilot needs next
+        come_first(CONSOLE_RANK)  # all threads: each may hold what the pilot needs next
 
 
 def is_simulated(url: str) -> bool:

@@ -16,7 +16,7 @@ from console.cli.answer import add_json, tell, write, write_json
 from console.data_folder import home_folder
 from core.errors import Unavailable, Unwritable
 from core.files import check_folder
-from core.gate.scheduling import CONSOLE, come_first
+from core.gate.scheduling import CONSOLE_RANK, come_first
 from core.install import install_extra, install_packages, requirements
 from core.message import message
 from core.models import MODEL, MODELS, find
@@ -255,7 +255,7 @@ def pipe() -> CheckResult:
 def precedence() -> CheckResult:
     """Check that a machine that is busy with something else still steers in time."""
     found: list[bool] = []
-    asking = threading.Thread(target=lambda: found.append(come_first(CONSOLE)))  # no other thread keeps it
+    asking = threading.Thread(target=lambda: found.append(come_first(CONSOLE_RANK)))  # no other thread keeps it
     asking.start()
     asking.join()
     return CheckResult(

@@ -22,7 +22,7 @@ from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.part import Part
 from core.commands.command import Command
-from core.commands.confirmation_delay import DELAY, ConfirmationDelay
+from core.commands.confirmation_delay import CONFIRMATION_DELAY_S, ConfirmationDelay
 from core.sensors import SensorFrame
 from core.snapshot import Ending, Snapshot
 from core.speech.recognition.decision import Decision
@@ -67,7 +67,7 @@ class PendingCommands(Part):
     def __init__(
         self, dispatcher: CommandDispatcher, lease: Lease, history: History, notifications: Notifications
     ) -> None:
-        self.delay = DELAY
+        self.delay = CONFIRMATION_DELAY_S
         self.waiting: PendingCommand | None = None
         self._dispatcher, self._lease, self._history, self._notifications = dispatcher, lease, history, notifications
         self._newest = 0

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
-from core.gate.scheduling import PILOT, stay_first
+from core.gate.scheduling import PILOT_RANK, stay_first
 from core.pilot.pilot import Pilot
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
@@ -121,7 +121,7 @@ class PilotThread:
             self._thread.join(2.0)
 
     def _run(self) -> None:
-        stay_first(PILOT)
+        stay_first(PILOT_RANK)
         try:
             while not self._over.is_set():
                 self._turned = time.monotonic()

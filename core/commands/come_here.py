@@ -12,7 +12,7 @@ from core.errors import Refused
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalController
 
-MISSED = 3.0  # [s] without a sight of the person, after which the robot says so when it has come
+MAX_UNSEEN_S = 3.0  # without a sight of the person, after which the robot says so when it has come
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +58,7 @@ class Coming:
             self._whole = max(apart - short, 0.05)
         step = self._approach.drive(here, aim)
         if step.state == "there":
-            if here.stamp - self._attending.track.measured > MISSED:
+            if here.stamp - self._attending.track.measured > MAX_UNSEEN_S:
                 return Progress(finished="failed", remark="I came to where you stood, but I see you there no more.")
             return Progress(
                 finished="done", remark=f"Here I am, {apart:.2f} m from you.", fraction=1.0, person=person

@@ -18,7 +18,7 @@ from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing
 
 Target = Literal["none", "place", "person"]
-FAR = 2.0  # [m] from which a distance is confirmed
+MIN_CONFIRMED_DISTANCE_M = 2.0  # from which a distance is confirmed
 ARC_STEP = 0.1  # [rad] at most between two points of an arc
 NOWHERE = np.zeros((0, 2))
 
@@ -116,7 +116,7 @@ class CommandSpec(ABC):
 
     def needs_confirmation(self, numbers: Mapping[str, float]) -> bool:
         """Return whether it waits for the confirmation delay, however surely it was heard: it goes far."""
-        return self.target != "none" or abs(numbers.get("distance_m", 0.0)) > FAR
+        return self.target != "none" or abs(numbers.get("distance_m", 0.0)) > MIN_CONFIRMED_DISTANCE_M
 
     def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:
         """Return what it would do from `pose`; `radius` [m] at which a turn is drawn."""

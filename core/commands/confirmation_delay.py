@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 OBEYED_WITHIN = 2.0  # [s] after their end at which a spoken command may still start
-DELAY = 2.0  # [s]
-READING = 1.2  # [s] after a person spoke, in which their STOP can have been recognised
-LONGEST = 4.0  # [s] by which a room that never falls silent postpones a command
+CONFIRMATION_DELAY_S = 2.0
+RECOGNITION_TIME_S = 1.2  # after a person spoke, in which their STOP can have been recognised
+MAX_POSTPONED_S = 4.0  # by which a room that never falls silent postpones a command
 
 
 @dataclass(frozen=True)
@@ -18,10 +18,10 @@ class ConfirmationDelay:
     latest: float
 
     @classmethod
-    def from_now(cls, now: float, length: float = DELAY) -> ConfirmationDelay:
+    def from_now(cls, now: float, length: float = CONFIRMATION_DELAY_S) -> ConfirmationDelay:
         """Return the delay of a command that was understood just now."""
-        return cls(begins=now + length, latest=now + length + LONGEST)
+        return cls(begins=now + length, latest=now + length + MAX_POSTPONED_S)
 
     def while_speaking(self, now: float) -> ConfirmationDelay:
         """Return the delay while a person speaks at `now` [s]."""
-        return replace(self, begins=min(max(self.begins, now + READING), self.latest))
+        return replace(self, begins=min(max(self.begins, now + RECOGNITION_TIME_S), self.latest))

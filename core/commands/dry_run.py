@@ -20,13 +20,13 @@ from core.perception.people.pose.view import Viewpoint
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing, from_side
 
-PAUSE = 0.18  # [s] between two questions: five a second are enough
-WAIT = 2.0  # [s] after which an answer is expected no more
-GONE = 1.0  # [s] without a sight after which the person is hidden …
-FORGOTTEN = 3.0  # [s] … and after which anybody who calls is looked for again
+QUESTION_PERIOD_S = 0.18  # between two questions: five a second are enough
+MAX_ANSWER_S = 2.0  # after which an answer is expected no more
+MAX_HIDDEN_S = 1.0  # without a sight after which the person is hidden …
+FORGET_PERSON_S = 3.0  # … and after which anybody who calls is looked for again
 LOOK_FOR = 15.0  # [s] until it gives up
-START = 60.0  # [s] that a worker with networks may take to start
-SHOWN = 15.0  # [s] for which COME HERE shows whom it found
+MAX_START_S = 60.0  # that a worker with networks may take to start
+SHOW_FOUND_S = 15.0  # for which COME HERE shows whom it found
 NEAR_SD = 0.1  # [rad] within which someone who was found is looked for again
 DISTANCE_SD = 0.15  # share of a distance that only the picture gives
 
@@ -58,10 +58,10 @@ class DryRun:
         self._take(here)
         self._ask(here, call)
         person = self._person
-        if person is None or here.stamp - person.stamp > FORGOTTEN:
+        if person is None or here.stamp - person.stamp > FORGET_PERSON_S:
             self._person = None
             return self._nobody(here, call)
-        if here.stamp - person.stamp > GONE:
+        if here.stamp - person.stamp > MAX_HIDDEN_S:
             hidden = _hidden(person)
             return Progress(remark="Dry run: you are hidden; I would wait for you.", person=hidden)
         return self._person_seen(here, person)
@@ -74,10 +74,10 @@ class DryRun:
 
     def _ask(self, here: ControlContext, call: VoiceBearing | None) -> None:
         """Ask for the person where they were, else where the voice is, else anywhere."""
-        waits = self._asked is not None and here.stamp - self._asked_last < WAIT
+        waits = self._asked is not None and here.stamp - self._asked_last < MAX_ANSWER_S
         if here.image is None or here.camera is None or here.look is None or waits:
             return
-        if here.stamp - self._asked_last < PAUSE:
+        if here.stamp - self._asked_last < QUESTION_PERIOD_S:
             return
         bearing, sd = _towards(here, self._person, call)
         question = LookQuestion(
@@ -111,7 +111,7 @@ class DryRun:
         if call is not None and not _in_view(here, call):
             would = _would(wrap(call.azimuth - here.pose.heading), 0.0)
             return Progress(remark=f"Dry run: {heard}; I would {would} and look who spoke.")
-        patience = LOOK_FOR if self._answered else START
+        patience = LOOK_FOR if self._answered else MAX_START_S
         if here.stamp - self._began > patience and self._found_first is None:
             raise Refused(f"Dry run: {self._missed(here, heard)}")
         looks = f"{heard} and look who spoke" if heard else "I know of no direction and look for anybody"
@@ -134,7 +134,7 @@ class DryRun:
         towards = here.pose.heading + angle
         stand = np.array([here.pose.x + way * math.cos(towards), here.pose.y + way * math.sin(towards)])
         words = f"Dry run: I see you {apart:.1f} m away; I would {_would(angle, way)}."
-        over = not follows and self._found_first is not None and here.stamp - self._found_first > SHOWN
+        over = not follows and self._found_first is not None and here.stamp - self._found_first > SHOW_FOUND_S
         return Progress(
             finished="done" if over else "",
             remark=words,

@@ -20,7 +20,7 @@ from core.navigation.wall import APART, RightWall, WallLine, walls_on_the_right
 
 NO_WALL = "I see no wall on my right within {:g} m. Turn me so that one is on my right, or send me nearer to one."
 NO_ROOM = "There is no room for me at the wall on my right. Send me to another one."
-PLACES = 6  # at the wall that are tried
+MAX_PLACES = 6  # at the wall that are tried
 AT_THE_WALL = "Following the wall on the right"
 LOST = "The wall on my right is gone; I stopped. Send me to another one."
 
@@ -102,7 +102,7 @@ class FollowingWall:
         if away[0] <= self._distance + here.wall.near:
             return None
         why = ""
-        for found, far in zip(places[:PLACES], away.tolist(), strict=False):
+        for found, far in zip(places[:MAX_PLACES], away.tolist(), strict=False):
             if any(math.dist(found, shut) < APART for shut in self._shut):
                 continue
             out = (robot - found) / far

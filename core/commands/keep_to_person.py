@@ -11,10 +11,10 @@ from core.navigation.goal_controller import GoalAim, GoalStep
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.tracking import PersonTrack
 
-WAITING = 0.5  # [s] without a picture, after which the robot stands …
-BLIND = 1.0  # [s] … and after which nobody is followed any more
-PICTURED = 1.5  # [s] for which a picture that showed more than legs counts
-BERTH = 0.35  # [m] from the body to the middle of who walks by, within which the robot stands
+MAX_PICTURE_GAP_S = 0.5  # without a picture, after which the robot stands …
+MAX_BLIND_S = 1.0  # … and after which nobody is followed any more
+MAX_RECTANGLE_AGE_S = 1.5  # for which a picture that showed more than legs counts
+PASSING_BERTH_M = 0.35  # from the body to the middle of who walks by, within which the robot stands
 ONLY_LEGS = "I see only legs; the laser keeps you."
 
 
@@ -43,12 +43,12 @@ class KeepToPerson:
             self._track = self._seeking.decide_again(self._track, here)
         self.track.follow(here.stamp, here.pose, here.scan_points, here.scan_stamp, here.image, here.camera)
         person, silent = self.track.person, here.stamp - self.track.looked
-        if person is None or silent > BLIND:
+        if person is None or silent > MAX_BLIND_S:
             return Progress(finished="failed", remark="No picture comes from the camera any more; I stay here.")
-        if silent > WAITING:
+        if silent > MAX_PICTURE_GAP_S:
             return Progress(remark="No picture comes from the camera; I wait.", person=person)
         own = np.array([here.pose.x, here.pose.y])
-        if self.track.passed_by(own, here.stamp, here.body.radius + BERTH):
+        if self.track.passed_by(own, here.stamp, here.body.radius + PASSING_BERTH_M):
             return Progress(remark="Someone passes close by; I wait.", person=person)
         return person
 
@@ -57,7 +57,7 @@ def following_words(keeping: KeepToPerson, person: TrackedPerson, seen: str, hid
     """Return the remark about a person who is kept to: how they are known now."""
     if person.state != "seen":
         return hidden
-    pictured = person.stamp - person.rectangle_stamp < PICTURED
+    pictured = person.stamp - person.rectangle_stamp < MAX_RECTANGLE_AGE_S
     return f"{seen} {ONLY_LEGS}" if keeping.track.only_legs and "laser" in person.used and not pictured else seen
 
 

@@ -18,12 +18,12 @@ from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing
 from core.perception.sound.triangulation import Bearing, VoicePlace, cross
 
-ASIDE = (0.9, -0.9, 1.3, -1.3, 0.5, -0.5)  # [rad] off the voice's direction, to hear it from elsewhere
-APART = 0.15  # [m] between two places from which a voice counts as heard from a new place
+ASIDE_ANGLES_RAD = (0.9, -0.9, 1.3, -1.3, 0.5, -0.5)  # off the voice's direction, to hear it from elsewhere
+MIN_BASELINE_M = 0.15  # between two places from which a voice counts as heard from a new place
 AGAIN = "Say it again, so that I hear you from here too."
-GATE = 11.8  # chi-square, 2 degrees of freedom
-WIDEST = 0.5  # [m] sd of a crossing that is gone to
-LEGS = 0.3  # [m] sd that is added to a crossing around which legs are searched
+LEGS_GATE_CHI2 = 11.8  # chi-square, 2 degrees of freedom
+MAX_CROSSING_SD_M = 0.5  # sd of a crossing that is gone to
+LEGS_SD_M = 0.3  # sd that is added to a crossing around which legs are searched
 
 
 class LocateVoice:
@@ -68,7 +68,7 @@ class LocateVoice:
         if call is None or call.stamp <= self._calls[-1].stamp or call.sd > here.company.sure:
             return
         last = self._calls[-1]
-        if math.hypot(call.x - last.x, call.y - last.y) < APART:
+        if math.hypot(call.x - last.x, call.y - last.y) < MIN_BASELINE_M:
             self._calls[-1] = call if call.sd < last.sd else last
         else:
             self._calls.append(call)
@@ -76,7 +76,7 @@ class LocateVoice:
         self._place = place
         if place.position is not None and place.covariance is not None:
             widest = math.sqrt(float(np.linalg.eigvalsh(place.covariance)[-1]))
-            if widest < WIDEST:
+            if widest < MAX_CROSSING_SD_M:
                 self._person = self._stands(place.position, place.covariance, here)
 
     def _stands(self, position: Array, covariance: Array, here: ControlContext) -> TrackedPerson:
@@ -84,8 +84,8 @@ class LocateVoice:
         c, s = math.cos(here.pose.heading), math.sin(here.pose.heading)
         turn = np.array([[c, -s], [s, c]])
         local = here.pose.inverse().apply(position[None])[0]
-        spread = turn.T @ covariance @ turn + LEGS**2 * np.eye(2)
-        legs = nearest_to(find_standers(here.scan_points), local, spread, GATE)
+        spread = turn.T @ covariance @ turn + LEGS_SD_M**2 * np.eye(2)
+        legs = nearest_to(find_standers(here.scan_points), local, spread, LEGS_GATE_CHI2)
         sound = self._calls[-1].ray
         fused = Fused(position=position, covariance=covariance, used=("sound",))
         laser = None
@@ -104,7 +104,7 @@ class LocateVoice:
 
     def _step_aside(self, here: ControlContext) -> GoalController:
         """Plan to the first reachable place aside of the way to the voice. Raises Refused when there is none."""
-        for angle in ASIDE:
+        for angle in ASIDE_ANGLES_RAD:
             away = self._calls[0].azimuth + angle
             x = here.pose.x + here.company.sidestep * math.cos(away)
             y = here.pose.y + here.company.sidestep * math.sin(away)

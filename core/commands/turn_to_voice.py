@@ -21,10 +21,10 @@ from core.perception.people.consensus import GatheredCoordinates
 from core.perception.people.tracking import PersonTrack
 from core.perception.people.voice_bearing import VoiceBearing, from_side, likeliest
 
-TOWARDS = 0.06  # [rad] within which the robot looks at the voice
+HEADING_TOLERANCE_RAD = 0.06  # within which the robot looks at the voice
 BY_CHANCE = 0.2  # [rad] within which it need not turn
-SETTLED = 0.15  # [s] at rest before pictures count
-RIVAL = 0.4  # of a voice's strength, from which another one may be the caller's as well
+SETTLING_S = 0.15  # at rest before pictures count
+RIVAL_STRENGTH_SHARE = 0.4  # of a voice's strength, from which another one may be the caller's as well
 MIN_LOOKS = 3  # pictures that have to be judged before nobody is there
 MAX_WAITS = 5.0  # times the time of a search that they may take on a slow computer
 MOST_VOICES = 4  # that are looked at
@@ -76,7 +76,7 @@ class TurnToVoice:
         self._number, self.call = number, self._calls[number]
         self._track = PersonTrack(here.people, here.tracking, here.who, here.look)
         self._facing = abs(self._error(here)) < BY_CHANCE
-        self._arrival = Arrival(TOWARDS, here.steering)
+        self._arrival = Arrival(HEADING_TOLERANCE_RAD, here.steering)
         self._headway = StallDetector(0.05, here.steering.stalled_after)
         self._since = here.stamp
 
@@ -87,7 +87,7 @@ class TurnToVoice:
         self._keep_to(self._found, here)
         if not self._facing:
             return self._turn(here)
-        if here.camera is not None and here.stamp - self._since > SETTLED:
+        if here.camera is not None and here.stamp - self._since > SETTLING_S:
             self._looked += here.image is not None
             self._track.begin(self.call, here.stamp, here.pose, here.scan_points, here.image, here.camera)
             if self._looked and not self._judged and self._lasted(here) > here.company.look_for:
@@ -118,12 +118,12 @@ class TurnToVoice:
 
     def _lasted(self, here: ControlContext) -> float:
         """Return for how long [s] the robot has looked at the voice."""
-        return here.stamp - self._since - SETTLED
+        return here.stamp - self._since - SETTLING_S
 
     def _following(self) -> int | None:
         """The next voice that has to be looked at; None: there is none."""
         for number in range(self._number + 1, len(self._calls)):
-            if self._calls[number].strength >= RIVAL * self._best:
+            if self._calls[number].strength >= RIVAL_STRENGTH_SHARE * self._best:
                 return number
         return None
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from core.commands.command import Command
 from core.errors import Refused
-from core.gate import TICK, Gate, Setpoint, TraceRow, TraceWriter, check
+from core.gate import TICK_S, Gate, Setpoint, TraceRow, TraceWriter, check
 from core.geometry import Pose
 from core.perception.people.engines import open_detector
 from core.perception.people.looking import ImmediateLook
@@ -94,7 +94,7 @@ class Rehearsal:
     def _tick_until(self, end: float) -> None:
         while self._next_tick < end - 1e-9:
             self.gate.tick(self._next_tick)
-            self._next_tick = next(self._ticks) * TICK
+            self._next_tick = next(self._ticks) * TICK_S
 
     def frames(self, seconds: float) -> Iterator[Snapshot]:
         """The frames of the next so many seconds."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from core.commands import spec_of
 from core.commands.command import Command
-from core.commands.confirmation_delay import DELAY, LONGEST, OBEYED_WITHIN, ConfirmationDelay
+from core.commands.confirmation_delay import CONFIRMATION_DELAY_S, MAX_POSTPONED_S, OBEYED_WITHIN, ConfirmationDelay
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput, Refused
 from core.experiments.rehearsal import Rehearsal
@@ -271,7 +271,7 @@ class SpokenRoom:
         """Wait until the command begins → whether a STOP was heard: Ann says it when the command is wrong."""
         now = self.robot.snapshot.stamp
         objects, moment = now + REACTION, ConfirmationDelay.from_now(now)
-        for snapshot, spoken in self.overheard(DELAY + LONGEST):
+        for snapshot, spoken in self.overheard(CONFIRMATION_DELAY_S + MAX_POSTPONED_S):
             watch(snapshot)
             if not right and snapshot.stamp >= objects:
                 self._say(STOP_MOVING.words[0])

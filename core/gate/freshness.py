@@ -36,7 +36,7 @@ class Nonces:
         return nonce > self._marked
 
 
-REMEMBERED = 4096
+MAX_REMEMBERED_PRESSES = 4096
 
 
 class InputIds:
@@ -68,5 +68,5 @@ class InputIds:
     def refuse(self, source: str, press: int) -> None:
         """Mark this press as over, present or not. The oldest of very many are forgotten."""
         self._over[source, press] = None
-        if len(self._over) > REMEMBERED:
+        if len(self._over) > MAX_REMEMBERED_PRESSES:
             del self._over[next(iter(self._over))]

@@ -20,11 +20,11 @@ from core.gate.status import BUSY, EXPIRED, GATE_LATE, GateStatus, State
 from core.gate.trace import Event, TraceWriter
 from core.gate.twist import ZERO, Twist
 
-TICK = 0.02  # [s] between ticks
-LATE = 0.1  # [s] between ticks after which the gate does not trust itself
+TICK_S = 0.02  # between ticks
+LATE_TICK_S = 0.1  # between ticks after which the gate does not trust itself
 HOLD_S = 2.0  # [s] for which a command waits that a busy computer does not steer
 STEADY_S = 0.2  # [s] of unbroken heartbeat before it goes on: a stop that waited in the console comes first
-BLIND = 1.0  # [s] without a scan after which standing becomes a trip
+MAX_BLIND_S = 1.0  # without a scan after which standing becomes a trip
 
 
 class Gate:
@@ -195,7 +195,7 @@ class Gate:
         elif self._held is not None and now > self._held.until:
             self._trip(self._held.reason, now)
         self._ticked = now
-        self._set_twist(self._permit(min(max(now - self._set_at, 0.0), LATE), now), now)
+        self._set_twist(self._permit(min(max(now - self._set_at, 0.0), LATE_TICK_S), now), now)
         self._nonces.issue(now)
         self._write("", now)
         return self._twist
@@ -204,18 +204,18 @@ class Gate:
         """Return why the setpoint in force must end, "" if it need not."""
         if self._ticked is not None and now < self._ticked:
             return "the gate's clock ran backwards"
-        if self._ticked is not None and now - self._ticked > LATE:
+        if self._ticked is not None and now - self._ticked > LATE_TICK_S:
             return GATE_LATE
         if silence := self._deadman.trouble(accepted.arrived, now):
             return silence
-        if self._untimely_age(now) > BLIND or BLIND < now - self._last_sign < math.inf:
+        if self._untimely_age(now) > MAX_BLIND_S or MAX_BLIND_S < now - self._last_sign < math.inf:
             return self._blindness(now) or "no scan comes" if self.limits.guard else "the robot is silent"
         return ""
 
     def _untimely_age(self, now: float) -> float:
         """Age [s] of the scans that come and are left out for it; 0: none is."""
         age, at = self._untimely
-        return age if self._seen < at and now - at <= BLIND and self.limits.guard else 0.0
+        return age if self._seen < at and now - at <= MAX_BLIND_S and self.limits.guard else 0.0
 
     def _blindness(self, now: float) -> str:
         """Why the scans that come are not driven by, in words; "" where none comes."""
@@ -342,7 +342,7 @@ class Gate:
     def _set_twist(self, permitted: Permitted, now: float) -> None:
         """Set the twist of the wheels from now on."""
         if self._twist.moves:
-            self._guard.roll(self._twist, min(max(now - self._set_at, 0.0), LATE))
+            self._guard.roll(self._twist, min(max(now - self._set_at, 0.0), LATE_TICK_S))
         self._permitted, self._twist, self._set_at = permitted, permitted.twist, now
         if self._twist.v != 0.0:
             self._side = math.copysign(1.0, self._twist.v)

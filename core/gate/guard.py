@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from core.gate.limits import Limits, is_number
 from core.gate.twist import ZERO, Twist
 
-HORIZON = 1.5  # [m] up to which points are given; farther away, nothing is known to be free
-REACTION = 0.2  # [s] from a point's appearance to slower wheels: a turn of the laser, its way here, a tick …
+HORIZON_M = 1.5  # up to which points are given; farther away, nothing is known to be free
+REACTION_S = 0.2  # from a point's appearance to slower wheels: a turn of the laser, its way here, a tick …
 ON_THE_WAY_S = 0.1  # [s] … of which its way here, at least; a scan that is older adds what it is older by
-TOUCH = 0.005  # [m] around the body that count as touching
+TOUCH_M = 0.005  # around the body that count as touching
 GRAZE_SPEED = 0.1  # [m/s] past something that is within the margin at the side
-CRAWL = 0.01  # [m/s] under which it is better to stand
+CRAWL_SPEED_M_S = 0.01  # under which it is better to stand
 BACKING_SPEED = 0.1  # [m/s] backwards, where the laser does not see
-MEMORY = 10.0  # [s] that a point counts which the laser has turned its back on …
-REMEMBERED = 150  # … and so many of them at most
+POINT_MEMORY_S = 10.0  # that a point counts which the laser has turned its back on …
+MAX_REMEMBERED_POINTS = 150  # … and so many of them at most
 
 Point = tuple[float, float]
 
@@ -45,7 +45,7 @@ class ObstacleGuard:
         self._moved = (0.0, 0.0, 0.0)  # x, y [m], heading [rad] since the points were seen
         self._rolled = 0.0  # [s]
         self._field = math.pi  # [rad]
-        self._reaction = REACTION  # [s]
+        self._reaction = REACTION_S  # [s]
 
     @property
     def backing_speed(self) -> float:
@@ -61,14 +61,14 @@ class ObstacleGuard:
         kept = [
             (point, until)
             for point, until in zip(self._points_now(), self._until, strict=True)
-            if abs(math.atan2(point[1], point[0])) > field and math.hypot(*point) < HORIZON and until > self._rolled
-        ][:REMEMBERED]
+            if abs(math.atan2(point[1], point[0])) > field and math.hypot(*point) < HORIZON_M and until > self._rolled
+        ][:MAX_REMEMBERED_POINTS]
         pairs = (point for point in points if isinstance(point, list | tuple) and len(point) == 2)
         seen = [(point[0], point[1]) for point in pairs if is_number(point[0]) and is_number(point[1])]
         self._points = (*seen, *(point for point, _ in kept))
-        self._until = (*([self._rolled + MEMORY] * len(seen)), *(until for _, until in kept))
+        self._until = (*([self._rolled + POINT_MEMORY_S] * len(seen)), *(until for _, until in kept))
         self._moved, self._field = (0.0, 0.0, 0.0), field
-        self._reaction = REACTION + max(age - ON_THE_WAY_S, 0.0)
+        self._reaction = REACTION_S + max(age - ON_THE_WAY_S, 0.0)
 
     def roll(self, twist: Twist, elapsed: float) -> None:
         """Move the points by `elapsed` seconds of this twist."""
@@ -88,7 +88,7 @@ class ObstacleGuard:
         allowed, nearest = self._allowed(twist, points)
         if nearest is None or allowed >= self._limits.max_speed:
             return Permitted(twist)
-        if allowed < CRAWL:
+        if allowed < CRAWL_SPEED_M_S:
             turn = self._turn(Twist(0.0, twist.w), points).twist
             return Permitted(turn, 0.0, nearest, "something is in the way")
         if abs(twist.v) <= allowed:
@@ -99,7 +99,7 @@ class ObstacleGuard:
     def _turn(self, twist: Twist, points: list[Point]) -> Permitted:
         """Permit turning on the spot unless a point lies inside the outline."""
         nearest = min(points, key=lambda point: math.hypot(*point), default=None)
-        if nearest is None or math.hypot(*nearest) >= self._limits.radius - 2 * TOUCH:
+        if nearest is None or math.hypot(*nearest) >= self._limits.radius - 2 * TOUCH_M:
             return Permitted(twist)
         return Permitted(ZERO, 0.0, nearest, "something is inside the robot's outline")
 
@@ -111,13 +111,13 @@ class ObstacleGuard:
 
     def _allowed(self, twist: Twist, points: list[Point]) -> tuple[float, Point | None]:
         """The speed [m/s] from which the body can still stop in time, and the point that says so."""
-        allowed, nearest = self._stoppable(HORIZON), None
+        allowed, nearest = self._stoppable(HORIZON_M), None
         for point in points:
             way, miss = approach(twist, point, self._limits.radius + self._limits.margin)
             if math.isinf(way):
                 continue
             speed = self._stoppable(way)
-            if miss > self._limits.radius + TOUCH:
+            if miss > self._limits.radius + TOUCH_M:
                 speed = max(speed, GRAZE_SPEED)
             if speed < allowed:
                 allowed, nearest = speed, point

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from core.errors import BadInput
-from core.gate.gate import TICK, Gate
+from core.gate.gate import TICK_S, Gate
 from core.gate.latch import Latch
 from core.gate.limits import Limits, is_count
 from core.gate.packets import packet_socket, send_packet, take_packets
@@ -38,7 +38,7 @@ from core.gate.requests import (
     read_report,
     read_request,
 )
-from core.gate.scheduling import GATE, stay_first
+from core.gate.scheduling import GATE_RANK, stay_first
 from core.gate.setpoint import Setpoint
 from core.gate.simulated_clock import SimulatedClock
 from core.gate.status import GateStatus
@@ -46,8 +46,8 @@ from core.gate.suspend import SleepWatch, time_asleep
 from core.gate.trace import TraceWriter, open_trace
 from core.gate.twist import ZERO
 
-FAREWELL = 2.0  # [s] of zeros when the console is gone
-ABSENT = 1.0  # [s] between looks whether the console still is this process's parent
+FAREWELL_S = 2.0  # of zeros when the console is gone
+PARENT_CHECK_S = 1.0  # between looks whether the console still is this process's parent
 FIRST_NONCE = 2**50  # a random number below it, so that no nonce of an earlier gate is ever valid again
 
 
@@ -92,8 +92,8 @@ class GateLoop:
                 if now >= min(due, self._expires):
                     self._tick(now if self._simulated is None else self._simulated.advance(now))
                 if now >= due:
-                    due = due + TICK if now - due < TICK else now + TICK
-                if now - looked > ABSENT:
+                    due = due + TICK_S if now - due < TICK_S else now + TICK_S
+                if now - looked > PARENT_CHECK_S:
                     looked = now
                     if os.getppid() != parent:
                         self._console_gone()
@@ -213,7 +213,7 @@ class GateLoop:
         if self._ends_at is None:
             self._gate.disarm(self._now, "the console is gone")
             self._tell_driver()
-            self._ends_at = time.monotonic() + FAREWELL
+            self._ends_at = time.monotonic() + FAREWELL_S
             self._selector.unregister(self._console)
 
     def _tell_driver(self) -> None:
@@ -257,7 +257,7 @@ def main(arguments: list[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
-    stay_first(GATE)
+    stay_first(GATE_RANK)
     latch = Latch(given.home)
     try:
         limits = Limits.of(json.loads(given.limits))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 
-GATE, PILOT, CONSOLE = 3, 2, 1  # the console: its other threads, and the driver
+GATE_RANK, PILOT_RANK, CONSOLE_RANK = 3, 2, 1  # the console: its other threads, and the driver
 
 
 def come_first(rank: int) -> bool:
@@ -15,7 +15,7 @@ def come_first(rank: int) -> bool:
     a pilot that came before its gate would be worse than none that comes first.
     """
     with contextlib.suppress(OSError, AttributeError):
-        for each in (GATE, rank):
+        for each in (GATE_RANK, rank):
             os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(each))
         return True
     return False

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from core.gate.requests import GateHeartbeat, GateReach, ReachingPart
 
-AHEAD = 0.1  # [s] that the simulator may be ahead of the gate, of each part of the console, and of the heartbeat
-STEP = 0.04  # [s] that the clock advances at a tick, at most: two ticks
+MAX_AHEAD_S = 0.1  # that the simulator may be ahead of the gate, of each part of the console, and of the heartbeat
+MAX_STEP_S = 0.04  # that the clock advances at a tick, at most: two ticks
 
 
 class SimulatedClock:
@@ -46,7 +46,7 @@ class SimulatedClock:
         passed = 0.0 if self._ticked is None else real - self._ticked
         self._ticked = real
         least = self._frame + min(max(real - self._came, 0.0), self._period)
-        self.now += min(max(least - self.now, 0.0), max(passed, 0.0), STEP)
+        self.now += min(max(least - self.now, 0.0), max(passed, 0.0), MAX_STEP_S)
         return self.now
 
     @property
@@ -55,4 +55,4 @@ class SimulatedClock:
         if self._first is None:
             return None
         beat = [self._beat + self._first] if "pilot" in self._reached else []
-        return min([self.now + self._first, *beat, *self._reached.values()]) + AHEAD
+        return min([self.now + self._first, *beat, *self._reached.values()]) + MAX_AHEAD_S

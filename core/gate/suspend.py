@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-NAP = 0.1  # [s] of sleep that count
-TRIES = 5
+MIN_SLEEP_S = 0.1  # of sleep that count
+MAX_TRIES = 5
 
 
 def time_asleep() -> float:
@@ -15,10 +15,10 @@ def time_asleep() -> float:
     if boottime is None:
         return 0.0
     asleep = 0.0
-    for _ in range(TRIES):
+    for _ in range(MAX_TRIES):
         before, now, after = time.monotonic(), time.clock_gettime(boottime), time.monotonic()
         asleep = now - 0.5 * (before + after)
-        if after - before < 0.1 * NAP:  # else this process waited for the processor between the clocks
+        if after - before < 0.1 * MIN_SLEEP_S:  # else this process waited for the processor between the clocks
             break
     return asleep
 
@@ -34,4 +34,4 @@ class SleepWatch:
         """Return the time [s] for which the machine has slept since the last call; 0.0 when it did not."""
         before, self._before = self._before, self._asleep()
         slept = self._before - before
-        return slept if slept > NAP else 0.0
+        return slept if slept > MIN_SLEEP_S else 0.0

@@ -50,7 +50,7 @@ class LineWriter:
 
 Event = Literal["", "boot", "arm", "disarm", "stop", "halt", "reset", "hold", "trip"]
 EVENTS: tuple[Event, ...] = ("", "boot", "arm", "disarm", "stop", "halt", "reset", "hold", "trip")
-QUIET = 500_000_000  # [ns] after which a row is written though nothing changed
+MAX_ROW_GAP_NS = 500_000_000  # after which a row is written though nothing changed
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class TraceWriter:
         row = TraceRow(stamp, *state, event)
         last = self._written
         changed = last is None or event != "" or astuple(last)[1:-1] != state
-        if last is not None and not changed and stamp - last.t_mono_ns < QUIET:
+        if last is not None and not changed and stamp - last.t_mono_ns < MAX_ROW_GAP_NS:
             self._unwritten = row
             return
         if changed and self._unwritten is not None:
@@ -177,7 +177,7 @@ class _Inspector:
         elapsed = (row.t_mono_ns - last.t_mono_ns) * 1e-9 if last is not None else 0.0
         if elapsed < 0.0 and row.event != "boot":
             self._complain(row, "time ran backwards")
-        if elapsed > 1.2e-9 * QUIET and any(before) and row.event not in ("hold", "trip"):
+        if elapsed > 1.2e-9 * MAX_ROW_GAP_NS and any(before) and row.event not in ("hold", "trip"):
             self._complain(row, f"nothing was noted for {elapsed:.2f} s while moving")
         for name, was, now, most in (
             ("speed", before[0], row.v, limits.max_acceleration),

@@ -26,19 +26,19 @@ from core.slam.motion_history import MotionHistory
 from core.snapshot import CameraView
 
 NO_POINTS = np.zeros((0, 2))
-FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
+MAX_EDGE_AGE_S = 0.2  # for which edges may confirm corners, and points may be drawn on a picture
 AT_REST = 3.0  # [s] of standing after which one picture more tells nothing that thirty did not
 READ_AT_REST = 5.0  # [s] after which one scan more tells nothing that fifty did not: they draw the map of this place
 LOOK_AT_REST = 0.45  # [s] between the pictures that are looked at then while something changes in them
 LOOK_WHEN_SLOW_S = 0.15  # [s] between the pictures that are looked at where the computer is too slow for all
 LIKE_BEFORE = 1.95  # [s] between the pictures and scans that are looked at then while nothing changes
-CELL = 8  # [pixel] of a picture's cells, whose brightness shows whether it has changed
-BRIGHTER = 6.0  # [grey levels] in a cell: twenty times what noise does to it
-CHANGED = 0.1  # [m] by which a beam differs, at least, where something has moved
+CELL_PX = 8  # of a picture's cells, whose brightness shows whether it has changed
+MIN_BRIGHTNESS_STEP = 6.0  # [grey levels] in a cell: twenty times what noise does to it
+MIN_RANGE_CHANGE_M = 0.1  # by which a beam differs, at least, where something has moved
 CHANGED_SHARE = 0.05  # the same as a share of its range: 3.5 standard deviations where a range is known to 1 %
-FEW = 0.01  # of the beams that may differ although nothing has: edges are hit now and missed now
-AWAITED = 0.3  # [s] since the newest scan for which a picture's edges wait for the next
-RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
+MAX_CHANGED_BEAMS_SHARE = 0.01  # of the beams that may differ although nothing has: edges are hit now and missed now
+MAX_SCAN_WAIT_S = 0.3  # since the newest scan for which a picture's edges wait for the next
+MAX_TRACKED_EDGE_AGE_S = 0.5  # for which edges may confirm corners where the move between the two is remembered
 
 
 class LandmarkPerception:
@@ -82,7 +82,7 @@ class LandmarkPerception:
             except BadInput as trouble:
                 self.trouble = str(trouble)
         if frame.scan is None:
-            waits = frame.stamp - self._points_stamp < AWAITED  # a scan says which of them confirm a corner
+            waits = frame.stamp - self._points_stamp < MAX_SCAN_WAIT_S  # a scan says which of them confirm a corner
             return FramePerception(edges=None if waits else self._alone(self._edges, NO_POINTS, frame.stamp)[1])
         if idle and self._is_like_before(frame.scan, frame.stamp):
             return FramePerception()
@@ -108,7 +108,7 @@ class LandmarkPerception:
         """True where a part of the picture is brighter or darker than in the one that was looked at last."""
         small = _shrunk(image.pixels)
         last = self._small
-        return last is None or last.shape != small.shape or float(np.abs(small - last).max()) > BRIGHTER
+        return last is None or last.shape != small.shape or float(np.abs(small - last).max()) > MIN_BRIGHTNESS_STEP
 
     def _is_like_before(self, scan: Scan, stamp: float) -> bool:
         """True for most scans of a robot that stands in a room in which nothing moves."""
@@ -119,8 +119,8 @@ class LandmarkPerception:
             return False
         known = np.isfinite(scan.ranges) & np.isfinite(last.ranges)
         ranges = last.ranges[known]
-        least = np.maximum(CHANGED, CHANGED_SHARE * ranges)
-        return float(np.mean(np.abs(scan.ranges[known] - ranges) > least)) <= FEW
+        least = np.maximum(MIN_RANGE_CHANGE_M, CHANGED_SHARE * ranges)
+        return float(np.mean(np.abs(scan.ranges[known] - ranges) > least)) <= MAX_CHANGED_BEAMS_SHARE
 
     def _judge(self, image: Image, wheels: Wheels | None) -> None:
         """Judge the picture's quality, and note since when none could be used."""
@@ -151,7 +151,7 @@ class LandmarkPerception:
 
     def _points_in_picture(self, camera: Camera, stamp: float, wheels: Wheels | None) -> Array:
         elapsed = stamp - self._points_stamp
-        if elapsed > FRESH:
+        if elapsed > MAX_EDGE_AGE_S:
             return np.zeros((0, 3))
         moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels else Pose()
         return laser_in_picture(self._points, self._laser, camera, moved)
@@ -163,7 +163,7 @@ class LandmarkPerception:
         ends, hits = beam_ends(scan, laser, felt, then)
         corners = find_corners(scan, laser, ends[hits], np.flatnonzero(hits), self._settings.corners)
         since = self._recall.moved(then, self._edges_stamp)
-        known = RECALLED if since is not None else FRESH
+        known = MAX_TRACKED_EDGE_AGE_S if since is not None else MAX_EDGE_AGE_S
         fresh = self._edges if abs(then - self._edges_stamp) < known else ()
         sightings, edges = sight(
             corners,
@@ -237,4 +237,4 @@ class LandmarkPerception:
 
 def _shrunk(pixels: Array) -> Array:
     """A picture (H, W) or (H, W, 3) uint8 → the mean brightness of its cells, float32."""
-    return cv2.resize(pixels, None, fx=1 / CELL, fy=1 / CELL, interpolation=cv2.INTER_AREA).astype(np.float32)
+    return cv2.resize(pixels, None, fx=1 / CELL_PX, fy=1 / CELL_PX, interpolation=cv2.INTER_AREA).astype(np.float32)

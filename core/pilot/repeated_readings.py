@@ -12,7 +12,7 @@ from core.robots import Profile
 from core.sensors import SensorFrame, Wheels
 from core.snapshot import SensorKind
 
-REPEATS = 2  # equal readings in a row, on the move, that mean the sensor hangs
+MIN_REPEATS = 2  # equal readings in a row, on the move, that mean the sensor hangs
 
 Sensor = tuple[SensorKind, str]  # kind and name
 
@@ -55,11 +55,11 @@ class RepeatedReadings:
             sentence = (
                 f"The {which} repeats one {what} while the robot moves; it is not used until another one comes."
             )
-            yield sensor, sentence if repeats >= REPEATS else ""
+            yield sensor, sentence if repeats >= MIN_REPEATS else ""
 
     def hangs(self, kind: SensorKind, name: str) -> bool:
         """Return whether this sensor repeats itself."""
-        return self._repeats.get((kind, name), 0) >= REPEATS
+        return self._repeats.get((kind, name), 0) >= MIN_REPEATS
 
     def _hangs(self, sensor: Sensor, data: Array, moving: bool) -> bool:
         last, self._last[sensor] = self._last.get(sensor), data
@@ -67,4 +67,4 @@ class RepeatedReadings:
             self._repeats[sensor] = 0
         elif moving:
             self._repeats[sensor] = self._repeats.get(sensor, 0) + 1
-        return self._repeats.get(sensor, 0) >= REPEATS
+        return self._repeats.get(sensor, 0) >= MIN_REPEATS

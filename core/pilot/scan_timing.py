@@ -9,9 +9,9 @@ from core.sensors import Laser, Scan, SensorFrame
 from core.slam.motion import Motion
 from core.slam.scan_matching.time_offset import Estimated, TimeOffset, TimeOffsetEstimator, TimeOffsetSettings
 
-REMARKABLE = 0.02  # [s] off what is configured, from which the operator hears of it
+REMARKABLE_OFFSET_S = 0.02  # off what is configured, from which the operator hears of it
 REMARK_SD = 0.005  # [s] sd of a figure that is shown to the operator, at most
-SURE = 3.0  # sd by which stamps must be off before they are corrected
+MIN_OFFSET_SDS = 3.0  # sd by which stamps must be off before they are corrected
 
 
 class ScanTiming:
@@ -62,7 +62,7 @@ class ScanTiming:
         """Return a sentence for the operator, once for every laser whose stamps are wrong; "" if there is none."""
         for name, timing in self._offsets.items():
             configured = self._lasers.get(name, self._laser).time_offset
-            remarkable = abs(timing.applied - configured) > REMARKABLE and timing.sd < REMARK_SD
+            remarkable = abs(timing.applied - configured) > REMARKABLE_OFFSET_S and timing.sd < REMARK_SD
             if remarkable and name not in self._remarked:
                 self._remarked.add(name)
                 which = f"laser {name}" if len(self._lasers) > 1 else "laser"
@@ -75,7 +75,7 @@ class ScanTiming:
 
     def _correction(self, found: Estimated) -> float:
         """Correction of the stamps beyond what is configured [s]; none as long as chance may explain it."""
-        sure = max(self._settings.corrected, SURE * found.variance**0.5)
+        sure = max(self._settings.corrected, MIN_OFFSET_SDS * found.variance**0.5)
         return found.offset if abs(found.offset) > sure else 0.0
 
 

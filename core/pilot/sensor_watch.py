@@ -9,7 +9,7 @@ from core.sensors import Fault, SensorFrame
 from core.sensors.checks import MAX_AGE_S, time_fault
 from core.snapshot import SensorKind, SensorState, SensorStatus
 
-STALE, LOST = 3.0, 6.0  # periods without a reading …
+STALE_PERIODS, LOST_PERIODS = 3.0, 6.0  # periods without a reading …
 STALE_AT_LEAST, LOST_AT_LEAST = 0.25, 0.5  # [s] … and no sooner than this
 STEERING_PERIODS = 1.5  # of slow odometry, over which it is carried on before nothing is steered by it
 ANY_FRAME = 10.0  # [Hz] at which sound has to come, though it comes with every frame, and what has no known rate
@@ -91,9 +91,9 @@ class SensorWatch:
     def _status(self, kind: SensorKind, name: str) -> SensorStatus:
         rate, age = self._rates[kind, name], self._stamp - self._newest[kind, name]
         state: SensorState = "live"
-        if age > max(LOST / rate, LOST_AT_LEAST):
+        if age > max(LOST_PERIODS / rate, LOST_AT_LEAST):
             state = "lost"
-        elif age > max(STALE / rate, STALE_AT_LEAST) or self.untimely(kind, name):
+        elif age > max(STALE_PERIODS / rate, STALE_AT_LEAST) or self.untimely(kind, name):
             state = "stale"
         return SensorStatus(kind=kind, name=name, state=state, age=age, rate=rate)
 

@@ -27,11 +27,11 @@ from core.slam.motion import Increment
 from core.slam.motion_history import MotionHistory
 from core.snapshot import Hearing, VoiceDirection
 
-REMEMBERED = 10.0  # [s] of headings: an utterance is judged once more when it is over
+HEADING_MEMORY_S = 10.0  # of headings: an utterance is judged once more when it is over
 SILENCE_DB = -120.0
-UTTERANCES = 5  # by which the array is judged
-FADE = 0.15  # [s] over which the level falls
-VAGUE = 0.5  # [rad] sd from which an elevation is not shown
+MAX_UTTERANCES = 5  # by which the array is judged
+LEVEL_FADE_S = 0.15  # over which the level falls
+MAX_ELEVATION_SD_RAD = 0.5  # sd from which an elevation is not shown
 
 
 class SoundPerception:
@@ -51,7 +51,7 @@ class SoundPerception:
         self._listening = False  # sound came with the newest frame
         self.trouble = ""  # why the sound is of no use
         self.call: VoiceBearing | None = None  # the voice that was heard last, as it was heard
-        self._utterances: deque[tuple[Direction, ...]] = deque(maxlen=UTTERANCES)
+        self._utterances: deque[tuple[Direction, ...]] = deque(maxlen=MAX_UTTERANCES)
         self.contradiction = ""  # what the microphones contradict each other in, so that no voice is gone to
 
     def hear_with(self, array: MicrophoneArray | None) -> None:
@@ -90,7 +90,7 @@ class SoundPerception:
             return None
         heading = estimate.pose.heading
         self._poses.append((stamp, estimate.pose, float(estimate.covariance[2, 2])))
-        while self._poses[0][0] < stamp - REMEMBERED:
+        while self._poses[0][0] < stamp - HEADING_MEMORY_S:
             self._poses.popleft()
         voices = self._follow(stamp, estimate)
         return Hearing(
@@ -143,7 +143,7 @@ class SoundPerception:
 
     def _measure(self, sound: Sound) -> None:
         power = float(np.mean(np.asarray(sound.samples, float) ** 2)) if usable(sound.samples) else 0.0
-        self._power = max(power, self._power * math.exp(-sound.duration / FADE))
+        self._power = max(power, self._power * math.exp(-sound.duration / LEVEL_FADE_S))
 
     def _judge_array(self, heard: tuple[HeardDirections, ...]) -> None:
         """Ask at the end of utterances whether the newest ones fit the array."""
@@ -200,7 +200,7 @@ class SoundPerception:
             azimuth_world=wrap(voice.bearing),
             sd=voice.bearing_sd,
             sd_heard=self._surest[voice.id],
-            elevation=newest.elevation if newest.elevation_sd < VAGUE else None,
+            elevation=newest.elevation if newest.elevation_sd < MAX_ELEVATION_SD_RAD else None,
             ambiguity=newest.turned(-heading).ambiguity,
             strength=newest.strength,
             heard_at=self._places[voice.id],

@@ -19,10 +19,10 @@ from core.message import message
 if TYPE_CHECKING:
     from serial import Serial
 
-CHUNK = 65536  # bytes that are read at once, at most
-CONNECTING = 3.0  # [s] until a TCP connection stands
-POLLING = 0.05  # [s] for which a serial port waits at a time
-WRITING = 0.05  # [s] after which what cannot be written is a lost link
+CHUNK_BYTES = 65536  # bytes that are read at once, at most
+CONNECT_TIMEOUT_S = 3.0  # until a TCP connection stands
+READ_TIMEOUT_S = 0.05  # for which a serial port waits at a time
+WRITE_TIMEOUT_S = 0.05  # after which what cannot be written is a lost link
 HARDWARE = f"Serial ports need the package pyserial of the extra hardware: {install_extra('hardware')}"
 WINDOWS_PORT = re.compile(r"com\d+$", re.I)  # a serial port, not a host
 
@@ -118,18 +118,18 @@ class TcpLink:
     def __init__(self, host: str, port: int) -> None:
         """Connect. Raises Unavailable with a sentence."""
         try:
-            self._socket = socket.create_connection((host, port), CONNECTING)
+            self._socket = socket.create_connection((host, port), CONNECT_TIMEOUT_S)
         except OSError as trouble:
             raise Unavailable(f"{host}:{port} cannot be reached: {trouble.strerror or trouble}.") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._writer = self._socket.dup()  # with a time-out of its own
-        self._writer.settimeout(WRITING)
+        self._writer.settimeout(WRITE_TIMEOUT_S)
 
     def read(self, timeout: float) -> bytes:
         """See ByteLink."""
         self._socket.settimeout(max(timeout, 1e-4))
         try:
-            data = self._socket.recv(CHUNK)
+            data = self._socket.recv(CHUNK_BYTES)
         except TimeoutError:
             return b""
         if not data:
@@ -166,7 +166,7 @@ class SerialLink:
                 first = self._port.read(1)
                 self._check()
                 if first:
-                    return first + self._port.read(min(self._port.in_waiting, CHUNK))
+                    return first + self._port.read(min(self._port.in_waiting, CHUNK_BYTES))
                 if time.monotonic() >= end:
                     return b""
 
@@ -196,7 +196,7 @@ def _open_port(path: str, baud: int, dtr: bool) -> Serial:
     except ModuleNotFoundError:
         raise Unavailable(f"{HARDWARE}.") from None
     try:
-        port = Serial(baudrate=baud, timeout=POLLING, write_timeout=WRITING, exclusive=True)
+        port = Serial(baudrate=baud, timeout=READ_TIMEOUT_S, write_timeout=WRITE_TIMEOUT_S, exclusive=True)
         port.port, port.dtr = path, dtr
         port.open()
         return port

@@ -25,25 +25,25 @@ from core.robots.connect import connect
 from core.robots.connection import ReadConnection
 from core.robots.driver_session import DriverSession
 from core.robots.frame_sender import resting_rate
-from core.robots.process import TIMEOUT
+from core.robots.process import TWIST_TIMEOUT_S
 from core.robots.requests import SetListening, SpeedsType, SwitchSpeeds
 from core.sensors import SensorFrame
 from core.sensors.checks import MAX_AGE_S, Fault, distinct
 from core.sensors.microphones import MicrophoneArray, Sound, joined
 
-SPEED, DRIVING = 0.02, 1.0  # [m/s], [s]: what the robot is asked to do
+TEST_SPEED_M_S, TEST_DRIVE_S = 0.02, 1.0  # what the robot is asked to do
 MOVING_SHARE = 0.3  # of the way that was asked for, from which it moves
-STANDING = 0.25 * SPEED  # [m/s] below which it stands
+STANDING = 0.25 * TEST_SPEED_M_S  # [m/s] below which it stands
 SENSOR_START = 10.0  # [s] in which every sensor has to deliver for the first time
-MEASURING = 3.0  # [s] at least
-READINGS = 12  # of the slowest sensor that are waited for
-LONGEST = 12.0  # [s] of measuring
+MIN_MEASURING_S = 3.0  # at least
+MIN_READINGS = 12  # of the slowest sensor that are waited for
+MAX_MEASURING_S = 12.0  # of measuring
 UNKNOWN_RATE_HZ = 4.0  # of a sensor whose rate is not known: how long it is measured
-SLOWER, FASTER = 0.8, 1.25  # times the rate of the profile that a sensor may have
+MIN_RATE_RATIO, MAX_RATE_RATIO = 0.8, 1.25  # times the rate of the profile that a sensor may have
 FRAME_SHARE = 0.8  # of the frames that must come
-FUTURE = 0.010  # [s] by which a stamp may lead
+MAX_STAMP_LEAD_S = 0.010  # by which a stamp may lead
 PUNCTUAL_SHARE = 0.9  # of the readings that must be there within `MAX_AGE_S` of their stamps
-STOPPING = 0.5  # [s] from a request to a base that stands
+MAX_STOPPING_S = 0.5  # from a request to a base that stands
 LOST_WITHIN, BACK_WITHIN = 15.0, 30.0  # [s] after the link was cut, and after it was restored
 LETTING_GO = 2.0  # [s] that threads and sockets may take to end
 
@@ -176,7 +176,7 @@ class Suite:
         self._say(f"waiting for {', '.join(missing) or 'the first frame'}")
         self.session.frames(SENSOR_START, until=all_there)
         slowest = min((one.rate or UNKNOWN_RATE_HZ for one in series_of([], profile)), default=profile.rate)
-        seconds = min(max(MEASURING, READINGS / slowest), LONGEST)
+        seconds = min(max(MIN_MEASURING_S, MIN_READINGS / slowest), MAX_MEASURING_S)
         self._say(f"measuring for {seconds:.0f} s")
         read, rate = self._measure(seconds)
         expected = resting_rate(profile.rate)
@@ -205,7 +205,7 @@ class Suite:
 
     def _check_series(self, one: SensorSeries) -> None:
         expected = min(one.rate or one.measured, self.session.profile.rate)
-        fits = SLOWER * expected <= one.measured <= FASTER * expected and one.measured > 0
+        fits = MIN_RATE_RATIO * expected <= one.measured <= MAX_RATE_RATIO * expected and one.measured > 0
         nothing = f"Nothing came within {SENSOR_START:g} s; is it switched on and connected?"
         other = (
             f"The profile says {expected:g} Hz; write rate = {one.measured:.3g} under [{one.entry}] of robot.toml."
@@ -226,7 +226,7 @@ class Suite:
 
     def _check_ages(self, one: SensorSeries) -> None:
         first, typical = min(one.ages), float(np.quantile(one.ages, PUNCTUAL_SHARE))
-        passed = first >= -FUTURE and typical <= MAX_AGE_S
+        passed = first >= -MAX_STAMP_LEAD_S and typical <= MAX_AGE_S
         ahead = (
             f"Stamps lie {-1000 * first:.0f} ms in the future; stamp every reading with readings.now() as it comes."
         )
@@ -234,13 +234,19 @@ class Suite:
             f"Readings are {1000 * typical:.0f} ms old when they come, and nothing is driven by one older than "
             f"{1000 * MAX_AGE_S:.0f} ms; look for a slow link, a queue on the way or a clock that was set."
         )
-        figure = typical if first >= -FUTURE else first
-        self.add(f"{one.name} age", passed, 1000 * figure, "ms", late if first >= -FUTURE else ahead)
+        figure = typical if first >= -MAX_STAMP_LEAD_S else first
+        self.add(f"{one.name} age", passed, 1000 * figure, "ms", late if first >= -MAX_STAMP_LEAD_S else ahead)
 
     def _check_sound(self, array: MicrophoneArray, read: Sequence[SensorFrame], seconds: float) -> None:
         share = sum(frame.sound.duration for frame in read if frame.sound is not None) / seconds
         advice = "of the sound comes; samples are lost on the way, or the rate of the array is another one."
-        self.add(f"{array.name} sound", SLOWER <= share <= FASTER, 100 * share, "%", f"{100 * share:.0f} % {advice}")
+        self.add(
+            f"{array.name} sound",
+            MIN_RATE_RATIO <= share <= MAX_RATE_RATIO,
+            100 * share,
+            "%",
+            f"{100 * share:.0f} % {advice}",
+        )
         heard: Sound | None = None
         for frame in read:
             heard = joined(heard, frame.sound, seconds)
@@ -270,11 +276,11 @@ class Suite:
                 self._check_stop()
                 self._check_silence()
             else:
-                self.session.frames(STOPPING, ZERO)
+                self.session.frames(MAX_STOPPING_S, ZERO)
                 self.skip("The robot does not move.", "stop", "silence")
 
     def _check_drive(self) -> None:
-        asked, moved, guessed = SPEED * DRIVING, self._driven(), self._guessed_type()
+        asked, moved, guessed = TEST_SPEED_M_S * TEST_DRIVE_S, self._driven(), self._guessed_type()
         self._moved = moved > MOVING_SHARE * asked
         if guessed and abs(moved) <= MOVING_SHARE * asked:
             moved = self._try_other_type(guessed)
@@ -291,8 +297,10 @@ class Suite:
 
     def _driven(self) -> float:
         """Drive for a while → how far [m] by the odometry."""
-        self._say(f"driving at {100 * SPEED:g} cm/s")
-        read = [frame.wheels for frame in self.session.frames(DRIVING, Twist(SPEED, 0.0)) if frame.wheels]
+        self._say(f"driving at {100 * TEST_SPEED_M_S:g} cm/s")
+        read = [
+            frame.wheels for frame in self.session.frames(TEST_DRIVE_S, Twist(TEST_SPEED_M_S, 0.0)) if frame.wheels
+        ]
         return (read[0].odometry.inverse() @ read[-1].odometry).x if read else 0.0
 
     def _guessed_type(self) -> SpeedsType | None:
@@ -307,12 +315,12 @@ class Suite:
     def _try_other_type(self, guessed: SpeedsType) -> float:
         """Drive once more, with speeds of the type that was not guessed → how far [m] by the odometry."""
         other: SpeedsType = "Twist" if guessed == "TwistStamped" else "TwistStamped"
-        self.session.frames(STOPPING, ZERO)
+        self.session.frames(MAX_STOPPING_S, ZERO)
         self.session.robot.ask(SwitchSpeeds(type=other))
         self._say(f"it did not move; speeds are sent as {other} instead of {guessed}")
-        self.session.frames(STOPPING, ZERO)
+        self.session.frames(MAX_STOPPING_S, ZERO)
         moved = self._driven()
-        self._moved = moved > MOVING_SHARE * SPEED * DRIVING
+        self._moved = moved > MOVING_SHARE * TEST_SPEED_M_S * TEST_DRIVE_S
         advice = f'It moves by {other}: write cmd_vel_type = "{other}" under [robot] of robot.toml.'
         neither = f"It moves neither by {guessed} nor by {other}; does anything on the robot listen to its topic?"
         self.add(f"speeds as {guessed}", False, advice=advice if self._moved else neither)
@@ -321,14 +329,18 @@ class Suite:
     def _check_stop(self) -> None:
         self.session.ask(ZERO)
         lasted = self._until_it_stands(ZERO)
-        self._add_stop("stop", lasted, STOPPING, "The base goes on after a stop; does `drive` pass zero on at once?")
+        self._add_stop(
+            "stop", lasted, MAX_STOPPING_S, "The base goes on after a stop; does `drive` pass zero on at once?"
+        )
 
     def _check_silence(self) -> None:
         self._say("driving once more, then saying nothing")
-        self.session.frames(DRIVING / 2, Twist(SPEED, 0.0))
+        self.session.frames(TEST_DRIVE_S / 2, Twist(TEST_SPEED_M_S, 0.0))
         lasted = self._until_it_stands(None)
-        self._add_stop("silence", lasted, TIMEOUT + STOPPING, "The base goes on although nothing was asked of it.")
-        self.session.frames(STOPPING, ZERO)
+        self._add_stop(
+            "silence", lasted, TWIST_TIMEOUT_S + MAX_STOPPING_S, "The base goes on although nothing was asked of it."
+        )
+        self.session.frames(MAX_STOPPING_S, ZERO)
 
     def _until_it_stands(self, twist: Twist | None) -> float | None:
         """How long [s] after the newest request the odometry stands; None: it does not."""
@@ -354,7 +366,7 @@ class Suite:
         advice = "`run` has to return or raise OSError when the link is lost; a link that is silent for a second is."
         self.add("loss noticed", lost, advice=advice)
         interruption.restore()
-        twist = Twist(SPEED, 0.0) if drive else None
+        twist = Twist(TEST_SPEED_M_S, 0.0) if drive else None
         began = time.monotonic()
         missing = set(sensor_names(self.session.profile))
 
@@ -378,7 +390,7 @@ class Suite:
         fastest = max(speeds, default=0.0)
         advice = "The robot goes on by itself when the link is back; it has to stand until zero was asked for."
         self.add("standing after reconnect", fastest < STANDING, 100 * fastest, "cm/s", advice)
-        self.session.frames(STOPPING, ZERO)
+        self.session.frames(MAX_STOPPING_S, ZERO)
 
     # what is left
 

@@ -21,7 +21,7 @@ from core.sensors.microphones import MicrophoneArray
 Origin = Literal["robot", "file", "assumed"]
 """Whence a figure is known: the robot or its driver says it, the robot file does, or nobody."""
 
-DIGITS = 5
+DECIMAL_DIGITS = 5
 
 
 class FoundPart(msgspec.Struct, frozen=True, kw_only=True):
@@ -183,7 +183,7 @@ def _laser(laser: Laser, origin: Origin) -> FoundLaser:
         x_m=x,
         y_m=y,
         heading_rad=heading,
-        height_m=round(laser.height, DIGITS),
+        height_m=round(laser.height, DECIMAL_DIGITS),
         mounting=origin,
         beams=laser.beams,
         range_max_m=laser.range_max,
@@ -217,7 +217,7 @@ def _array(array: MicrophoneArray, origin: Origin) -> FoundMicrophones:
         x_m=x,
         y_m=y,
         heading_rad=heading,
-        height_m=round(array.height, DIGITS),
+        height_m=round(array.height, DECIMAL_DIGITS),
         mounting=origin,
         microphones=len(array.positions),
     )
@@ -229,7 +229,7 @@ def _flat(mounting: Pose) -> tuple[float, float, float]:
 
 def _short(value: float) -> float:
     """Rounded, and never −0."""
-    return round(value, DIGITS) + 0.0
+    return round(value, DECIMAL_DIGITS) + 0.0
 
 
 def angles_of(mounting: Transform) -> tuple[float, float, float]:

@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 
 PERIOD = 1 / 40  # [s] between twists while speeds are asked for, as the gate sends them
 READ = 1 << 20  # bytes taken at once
-PATIENCE = 5.0  # [s] in which the loop ends
+LOOP_END_TIMEOUT_S = 5.0  # in which the loop ends
 
 
 class DriverSession:
@@ -77,7 +77,7 @@ class DriverSession:
         """Stop the base and let go of everything."""
         self.ask(ZERO)
         send_control(self._control, LeavePacket())
-        self._thread.join(PATIENCE)
+        self._thread.join(LOOP_END_TIMEOUT_S)
         self.robot.close()
         self._stream.close()  # whatever waits to be sent is given up
         self._sender.close()

@@ -17,14 +17,14 @@ from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
 from core.robots.ros.topics import DESCRIPTION, RosTopics
 from core.robots.ros.typestore import BOOL, GOAL, RobotTypes
 
-PORT = 8765
-SPEEDS, LOCK, GOALS = 1, 2, 3  # numbers of the channels that are written to
-MESSAGE = 0x01  # opcode both ways
+DEFAULT_PORT = 8765
+SPEEDS_CHANNEL, LOCK_CHANNEL, GOALS_CHANNEL = 1, 2, 3  # numbers of the channels that are written to
+MESSAGE_OPCODE = 0x01  # opcode both ways
 MESSAGE_HEAD = struct.Struct("<BIQ")  # opcode, subscription, time [ns]
 SEND_HEAD = struct.Struct("<BI")  # opcode, channel
 MOST_CHANNELS_LISTED = 10_000
-WARNING = 1  # level of a status message from which on the operator is to know
-QUIET = 0.3  # [s] without a further topic after which the list is whole
+WARNING_LEVEL = 1  # level of a status message from which on the operator is to know
+LISTING_QUIET_S = 0.3  # without a further topic after which the list is whole
 
 
 class AdvertisedChannel(NamedTuple):
@@ -59,7 +59,7 @@ class FoxgloveRobot(RosSocket):
         self._reset()
 
     def _is_listed(self) -> bool:
-        quiet = time.monotonic() - self._newest > QUIET
+        quiet = time.monotonic() - self._newest > LISTING_QUIET_S
         return self._capabilities is not None and bool(self._channels) and quiet
 
     def _chosen(self) -> RosTopics:
@@ -87,16 +87,16 @@ class FoxgloveRobot(RosSocket):
 
     def _advertise(self, topics: RosTopics) -> None:
         written = (
-            (SPEEDS, topics.cmd_vel, topics.cmd_vel_type),
-            (LOCK, topics.lock, BOOL),
-            (GOALS, topics.goal, GOAL),
+            (SPEEDS_CHANNEL, topics.cmd_vel, topics.cmd_vel_type),
+            (LOCK_CHANNEL, topics.lock, BOOL),
+            (GOALS_CHANNEL, topics.goal, GOAL),
         )
         channels = [self._own_channel(number, topic, kind) for number, topic, kind in written if topic]
         self._send(json.dumps({"op": "advertise", "channels": channels}))
 
     def _advertise_speeds(self, topics: RosTopics) -> None:
-        channel = self._own_channel(SPEEDS, topics.cmd_vel, topics.cmd_vel_type)
-        self._send(json.dumps({"op": "unadvertise", "channelIds": [SPEEDS]}))
+        channel = self._own_channel(SPEEDS_CHANNEL, topics.cmd_vel, topics.cmd_vel_type)
+        self._send(json.dumps({"op": "unadvertise", "channelIds": [SPEEDS_CHANNEL]}))
         self._send(json.dumps({"op": "advertise", "channels": [channel]}))
 
     def _own_channel(self, number: int, topic: str, kind: str) -> dict[str, Any]:
@@ -113,20 +113,23 @@ class FoxgloveRobot(RosSocket):
     def _send_twist(self, twist: Twist) -> None:
         if self.topics is not None:
             payload = self.types.encode_twist(self.topics.cmd_vel_type, twist, self.topics.base_frame)
-            self._send(SEND_HEAD.pack(MESSAGE, SPEEDS) + payload)
+            self._send(SEND_HEAD.pack(MESSAGE_OPCODE, SPEEDS_CHANNEL) + payload)
 
     def _send_lock(self, closed: bool) -> None:
         if self.topics is not None and self.topics.lock:
-            self._send(SEND_HEAD.pack(MESSAGE, LOCK) + self.types.encode_bool(closed))
+            self._send(SEND_HEAD.pack(MESSAGE_OPCODE, LOCK_CHANNEL) + self.types.encode_bool(closed))
 
     def _send_goal(self, frame: str, goal: Pose) -> None:
-        self._send(SEND_HEAD.pack(MESSAGE, GOALS) + self.types.encode_goal(frame, goal.x, goal.y, goal.heading))
+        self._send(
+            SEND_HEAD.pack(MESSAGE_OPCODE, GOALS_CHANNEL)
+            + self.types.encode_goal(frame, goal.x, goal.y, goal.heading)
+        )
 
     def _read(self, raw: str | bytes) -> tuple[str, Any] | None:
         if isinstance(raw, str):
             self._read_text(json.loads(raw))
             return None
-        if raw[0] != MESSAGE:
+        if raw[0] != MESSAGE_OPCODE:
             return None
         _, number, _ = MESSAGE_HEAD.unpack_from(raw)
         return self._numbers[number], memoryview(raw)[MESSAGE_HEAD.size :]
@@ -142,7 +145,7 @@ class FoxgloveRobot(RosSocket):
                 for number in fields["channelIds"]:
                     self._channels.pop(number, None)
                     self._numbers.pop(number, None)
-            case "status" if fields["level"] >= WARNING:
+            case "status" if fields["level"] >= WARNING_LEVEL:
                 self._note(f"The robot's bridge says: {str(fields['message'])[:300]}")
             case "connectionGraphUpdate":
                 self._take_graph(fields)
@@ -195,4 +198,4 @@ class FoxgloveRobot(RosSocket):
 
 def open_device(rest: str) -> Device:
     """`//host:8765?tls=1&cmd_vel=/tab_vel` → the robot. Raises BadInput."""
-    return FoxgloveRobot(parse_address(rest, PORT))
+    return FoxgloveRobot(parse_address(rest, DEFAULT_PORT))

@@ -16,8 +16,8 @@ from core.sensors.microphones import joined
 
 LENGTH = struct.Struct("<Q")
 LONGEST_SOUND = 3.0  # [s] that may wait unsent
-OFTEN = 16.0  # [Hz] of frames that are often enough while the robot stands
-ANSWERS = 64  # that may wait; more are dropped
+MIN_STANDING_RATE_HZ = 16.0  # of frames that are often enough while the robot stands
+MAX_WAITING_ANSWERS = 64  # that may wait; more are dropped
 
 
 def merged(older: SensorFrame, newer: SensorFrame) -> SensorFrame:
@@ -39,7 +39,7 @@ def merged(older: SensorFrame, newer: SensorFrame) -> SensorFrame:
 
 def resting_rate(rate: float) -> float:
     """The robot's rate [Hz] → that of its frames to the console while it stands: two as one, where often enough."""
-    return rate / 2 if rate / 2 >= OFTEN else rate
+    return rate / 2 if rate / 2 >= MIN_STANDING_RATE_HZ else rate
 
 
 class FrameSender:
@@ -47,7 +47,7 @@ class FrameSender:
 
     def __init__(self, end: socket.socket) -> None:
         self._end = end
-        self._answers: deque[Any] = deque(maxlen=ANSWERS)
+        self._answers: deque[Any] = deque(maxlen=MAX_WAITING_ANSWERS)
         self._frame: SensorFrame | None = None
         self._waits = False  # the frame goes with the next
         self._wake = threading.Condition()

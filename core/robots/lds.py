@@ -28,11 +28,11 @@ from core.sensors import Laser, Scan
 EXAMPLE = "lds:///dev/ttyUSB0?model=rplidar-a1"
 TCP_PORT = 2000
 MISSING = f"Lidars on a serial port need the package lds2d of the extra hardware: {install_extra('hardware')}"
-WAITING = 0.2  # [s] for which bytes are waited for at a time
+READ_TIMEOUT_S = 0.2  # for which bytes are waited for at a time
 LOST_AFTER = 3.0  # [s] without a whole turn
-OPENING = 5.0  # [s] until the first point: the motor has to start
+OPENING_TIMEOUT_S = 5.0  # until the first point: the motor has to start
 WHOLE = 1.5 * math.pi  # [rad] that must have been swept for a turn to count
-TURNS = 5  # turns whose median duration is that of a turn
+MEDIAN_TURNS = 5  # turns whose median duration is that of a turn
 RPLIDAR_PWM = b"\xa5\xf0\x02\x94\x02\xc1"  # the motor of an A2 at 660 of 1023
 
 
@@ -91,7 +91,7 @@ class TurnCollector:
         self._ranges = np.full(laser.beams, np.nan)
         self._last = 0.0  # [rad]
         self._swept = 0.0  # [rad] since the head looked behind
-        self._durations: deque[float] = deque(maxlen=TURNS)
+        self._durations: deque[float] = deque(maxlen=MEDIAN_TURNS)
         self._ended: float | None = None  # [s] when the last turn ended; None: no turn was seen from its begin yet
 
     def add(self, clockwise: float, distance: float, now: float) -> Scan | None:
@@ -139,7 +139,7 @@ class LidarTransport:
         """Bytes that came, however much `size` is; b"" when nothing did. Raises OSError after the deadline."""
         if time.monotonic() > self.deadline:
             raise OSError("no whole turn comes")
-        return self._link.read(WAITING)
+        return self._link.read(READ_TIMEOUT_S)
 
     def write(self, data: bytes) -> int:
         """Send all."""
@@ -172,7 +172,7 @@ class LidarDevice(Device):
         """Open the port, start the head, and wait for the first point."""
         create, baud = _driver_class(self._model.driver)
         link = open_link(self._address, self._baud or baud, dtr=self._model.dtr)
-        self._transport = LidarTransport(link, OPENING)
+        self._transport = LidarTransport(link, OPENING_TIMEOUT_S)
         self._driver = create(self._transport)
         self._start(link)
         self._points = self._driver.points()

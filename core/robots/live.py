@@ -30,9 +30,9 @@ Sensor = TypeVar("Sensor", Laser, Camera, MicrophoneArray)
 
 log = logging.getLogger(__name__)
 
-SOONEST, LATEST = 0.25, 5.0  # [s] until the next try to connect
-OPENING = 20.0  # [s] that the devices may take at first
-SPREAD = 0.3  # share by which the pauses differ, so that devices do not all knock at once
+MIN_RETRY_PAUSE_S, MAX_RETRY_PAUSE_S = 0.25, 5.0  # until the next try to connect
+OPENING_TIMEOUT_S = 20.0  # that the devices may take at first
+PAUSE_SPREAD_SHARE = 0.3  # share by which the pauses differ, so that devices do not all knock at once
 
 
 class DeviceLink:
@@ -110,18 +110,18 @@ class DeviceLink:
         return replace_struct(clock, ahead_s=round(tells - time.time(), 4)) if tells > LONG_AGO_S else clock
 
     def _run(self) -> None:
-        pause = SOONEST
+        pause = MIN_RETRY_PAUSE_S
         while not self._over.is_set():
             began = time.monotonic()
             why = self._live()
             self.up = False
             if self._over.is_set() or (self.equipment is None and self.settled.is_set()):
                 return
-            if time.monotonic() - began > LATEST:
-                pause = SOONEST
+            if time.monotonic() - began > MAX_RETRY_PAUSE_S:
+                pause = MIN_RETRY_PAUSE_S
             self._readings.note(why)
-            self._over.wait(pause * random.uniform(1 - SPREAD, 1 + SPREAD))
-            pause = min(2 * pause, LATEST)
+            self._over.wait(pause * random.uniform(1 - PAUSE_SPREAD_SHARE, 1 + PAUSE_SPREAD_SHARE))
+            pause = min(2 * pause, MAX_RETRY_PAUSE_S)
 
     def _live(self) -> str:
         """Connect and run until the end → a sentence why it ended."""
@@ -182,10 +182,10 @@ class LiveRobot:
         self._links = [DeviceLink(name, device, self._readings) for name, device in devices]
         for link in self._links:
             link.start()
-        deadline = time.monotonic() + OPENING
+        deadline = time.monotonic() + OPENING_TIMEOUT_S
         for link in self._links:
             if not link.settled.wait(max(0.0, deadline - time.monotonic())):
-                link.trouble = Unavailable(f"{link.name} did not answer within {OPENING:g} s.")
+                link.trouble = Unavailable(f"{link.name} did not answer within {OPENING_TIMEOUT_S:g} s.")
         missing = next((link for link in self._links if link.equipment is None), None)
         if missing is not None:
             self.close()

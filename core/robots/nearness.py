@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.gate.guard import HORIZON
+from core.gate.guard import HORIZON_M
 from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks.deskew import deskew
@@ -17,12 +17,12 @@ from core.sensors import Laser, Scan, SensorFrame, Wheels
 from core.sensors.checks import MAX_AGE_S, MAX_LEAD_S
 
 SECTOR = math.radians(2.0)  # one point each
-READABLE = 0.1  # share of beams that must say something, even if it is "nothing there"
-REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs …
-RECENT = 0.2  # [s] for which what another laser saw counts
+MIN_READABLE_SHARE = 0.1  # share of beams that must say something, even if it is "nothing there"
+MIN_REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs …
+MAX_OTHER_SCAN_AGE_S = 0.2  # for which what another laser saw counts
 PUNCTUAL_S = 0.05  # [s] of age until which the wheels' present twist says how far the robot went since a scan
 FORGOTTEN_S = 2.0  # [s] after which a laser that was late and is silent holds up the others no longer
-RESTED = 20  # … until another one comes, or it has stood for so many: the gate has given up by then
+RESTED_SCANS = 20  # … until another one comes, or it has stood for so many: the gate has given up by then
 
 
 class NearScan(NamedTuple):
@@ -38,7 +38,7 @@ def near_points(scan: Scan, laser: Laser, frame: SensorFrame) -> list[tuple[floa
     points, _ = deskew(scan, laser, frame.wheels, frame.stamp)
     distances = np.hypot(points[:, 0], points[:, 1])
     order = np.argsort(distances)
-    order = order[distances[order] <= HORIZON]
+    order = order[distances[order] <= HORIZON_M]
     sectors = np.floor(np.arctan2(points[order, 1], points[order, 0]) / SECTOR)
     _, first = np.unique(sectors, return_index=True)
     return [(round(float(x), 4), round(float(y), 4)) for x, y in points[order[first]]]
@@ -103,7 +103,9 @@ class NearField:
         seen = replace(scan, stamp=scan.stamp - max(scan.newest - frame.stamp, 0.0))
         points = near_points(seen, laser, replace(frame, wheels=self._way(frame, age)))
         self._seen[laser.name] = frame.stamp, here, np.array(points).reshape(-1, 2)
-        recent = {name: one for name, one in self._seen.items() if 0.0 <= frame.stamp - one[0] <= RECENT}
+        recent = {
+            name: one for name, one in self._seen.items() if 0.0 <= frame.stamp - one[0] <= MAX_OTHER_SCAN_AGE_S
+        }
         for name, (_, there, others) in recent.items():
             if name != laser.name:
                 moved = (here.inverse() @ there).apply(others)
@@ -160,7 +162,7 @@ class Freshness:
         """
         repeated = self._last is not None and np.array_equal(self._last, scan.ranges, equal_nan=True)
         self._rested = self._rested + 1 if repeated and not moving else 0
-        if not repeated or self._rested >= RESTED:
+        if not repeated or self._rested >= RESTED_SCANS:
             self._repeats = 0
         elif moving:
             self._repeats += 1
@@ -168,7 +170,7 @@ class Freshness:
         echoes = scan.ranges[scan.valid]
         if len(echoes):
             self._nearest = float(echoes.min())
-        elif self._nearest <= HORIZON:
+        elif self._nearest <= HORIZON_M:
             return False
         readable = int(np.count_nonzero(scan.valid | np.isposinf(scan.ranges)))
-        return self._repeats < REPEATS and readable >= READABLE * len(scan.ranges) > 0
+        return self._repeats < MIN_REPEATS and readable >= MIN_READABLE_SHARE * len(scan.ranges) > 0

@@ -44,11 +44,11 @@ from core.robots.requests import read_request
 from core.sensors import SensorFrame
 from core.sensors.recordable import recordable
 
-TIMEOUT = 0.3  # [s] watchdog over the gate: without a twist for so long the base is stopped
-SLOWEST = 40.0  # times slower than real a simulated robot lives while gate or console do not come to their work
-BEHIND = 0.1  # [s] that may be caught up; more is given up, and said when it goes on
+TWIST_TIMEOUT_S = 0.3  # watchdog over the gate: without a twist for so long the base is stopped
+MAX_SLOWDOWN_FACTOR = 40.0  # by which a simulated robot lives slower while gate or console do not come to their work
+MAX_BEHIND_S = 0.1  # that may be caught up; more is given up, and said when it goes on
 PACE_WINDOW = 10.0  # [s] over which the pace is measured
-CALM = 6  # windows without a delay after which the computer keeps up again: a busy one is quick now and then
+CALM_WINDOWS = 6  # windows without a delay after which the computer keeps up again: a busy one is quick now and then
 
 
 class DriverLoop:
@@ -90,11 +90,11 @@ class DriverLoop:
         period = 1 / self._profile.rate
         if self._stamp + period <= self._until:
             return self._pace.due
-        return max(self._pace.due, self._stepped + SLOWEST * period)
+        return max(self._pace.due, self._stepped + MAX_SLOWDOWN_FACTOR * period)
 
     def _step(self) -> None:
         now = time.monotonic()
-        if self._twist.moves and now - self._twist_at > TIMEOUT:
+        if self._twist.moves and now - self._twist_at > TWIST_TIMEOUT_S:
             self._drive(ZERO, now)
         nonce = self._nonce
         frame = replace(self._robot.read(), sensed=time.monotonic())
@@ -204,7 +204,7 @@ class DriverPace:
     def step(self, now: float) -> None:
         """A frame was made."""
         self.due += self._period
-        if now - self.due > BEHIND:
+        if now - self.due > MAX_BEHIND_S:
             self._given_up += now - self.due
             self.due = now
         window = now - self._since
@@ -214,7 +214,7 @@ class DriverPace:
         self._calm_windows = 0 if slow else self._calm_windows + 1
         if slow:
             self.share = 1 - self._given_up / window
-        elif self._calm_windows >= CALM:
+        elif self._calm_windows >= CALM_WINDOWS:
             self.share = 1.0
         self._given_up, self._since = 0.0, now
 

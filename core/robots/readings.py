@@ -15,9 +15,9 @@ from core.sensors.checks import are_finite, distinct, fault, time_fault
 from core.sensors.microphones import joined
 from core.sensors.wheels import is_restart
 
-SILENT = 0.5  # [s] over which a reading of the wheels is carried on to the frame; then nothing is known of them
-WAITING = 4  # scans that may wait for a frame
-COUNTED = 3.0  # [s] over which readings of the wheels are counted for their rate …
+MAX_WHEELS_AGE_S = 0.5  # over which a reading of the wheels is carried on to the frame; then nothing is known of them
+MAX_WAITING_SCANS = 4  # scans that may wait for a frame
+RATE_WINDOW_S = 3.0  # over which readings of the wheels are counted for their rate …
 LONG_ENOUGH = 2.0  # [s] … once they have come for so long: a few that waited on the way come all at once
 LONGEST_SOUND = 3.0  # [s] that may wait for a frame
 FAULT_AGAIN_S = 5.0  # [s] after which a fault that lasts is said again
@@ -30,7 +30,7 @@ Names = dict[tuple[type, str], str]
 class Waiting:
     """Readings since the last frame, and states that last."""
 
-    scans: deque[Scan] = field(default_factory=lambda: deque[Scan](maxlen=WAITING))
+    scans: deque[Scan] = field(default_factory=lambda: deque[Scan](maxlen=MAX_WAITING_SCANS))
     wheels: tuple[float, Wheels] | None = None  # with their stamp [s]
     rolled: deque[float] = field(default_factory=deque[float])  # [s] when readings came
     place: Pose = field(default_factory=Pose)  # newest odometry handed on
@@ -222,7 +222,7 @@ class Readings:
         if self._here.wheels is None:
             return None
         taken, wheels = self._here.wheels
-        if stamp - taken > SILENT:
+        if stamp - taken > MAX_WHEELS_AGE_S:
             return None
         return replace(wheels.carried(max(stamp - taken, 0.0)), rate=self._rate())
 
@@ -230,7 +230,7 @@ class Readings:
         """Count a reading of the wheels."""
         came = self._here.rolled
         came.append(now)
-        while came[0] < now - COUNTED:
+        while came[0] < now - RATE_WINDOW_S:
             came.popleft()
 
     def _rate(self) -> float | None:

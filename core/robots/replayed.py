@@ -26,9 +26,9 @@ from core.robots.requests import (
 )
 from core.sensors import Image, SensorFrame, Sound
 
-GAP, GAP_PERIODS = 1.0, 5.0  # [s], and times the usual period, without a scan that are worth a mark
+GAP_S, GAP_PERIODS = 1.0, 5.0  # [s], and times the usual period, without a scan that are worth a mark
 MOST_GAPS = 40
-SLOWEST, FASTEST = 0.1, 10.0  # times the speed of life
+MIN_PLAYBACK_SPEED, MAX_PLAYBACK_SPEED = 0.1, 10.0  # times the speed of life
 
 
 def profile_of(recording: ScanRecording, url: str = "") -> Profile:
@@ -50,7 +50,7 @@ def gaps_of(recording: ScanRecording) -> tuple[tuple[float, float], ...]:
     apart = np.diff(stamps)
     if not len(apart):
         return ()
-    long = np.flatnonzero(apart > max(GAP, GAP_PERIODS * float(np.median(apart))))
+    long = np.flatnonzero(apart > max(GAP_S, GAP_PERIODS * float(np.median(apart))))
     longest = np.sort(long[np.argsort(apart[long])[-MOST_GAPS:]])
     return tuple((float(stamps[number]), float(stamps[number + 1])) for number in longest)
 
@@ -170,7 +170,7 @@ class ReplayedRobot:
     def fastest(self) -> float:
         """The speed at which every frame carries a scan, in times the speed of life."""
         scans = len(self._recording.scans)
-        return self._profile.rate * self._recording.duration / (scans - 1) if scans > 1 else FASTEST
+        return self._profile.rate * self._recording.duration / (scans - 1) if scans > 1 else MAX_PLAYBACK_SPEED
 
     @property
     def _end(self) -> float:
@@ -200,8 +200,10 @@ class ReplayedRobot:
         self._playing = self._waits = False
 
     def _set_speed(self, speed: float) -> None:
-        if not SLOWEST <= speed <= FASTEST:
-            raise BadInput(f"The speed of a recording lies between {SLOWEST:g} and {FASTEST:g}.")
+        if not MIN_PLAYBACK_SPEED <= speed <= MAX_PLAYBACK_SPEED:
+            raise BadInput(
+                f"The speed of a recording lies between {MIN_PLAYBACK_SPEED:g} and {MAX_PLAYBACK_SPEED:g}."
+            )
         self._speed = speed
 
     def _seek(self, share: float) -> None:

@@ -32,8 +32,8 @@ from core.robots.urdf import Body, load_body
 from core.sensors import Camera, Laser
 from core.sensors.microphones import MicrophoneArray, load_array
 
-FLAT = 0.7  # cosine of the tilt from which on a link no longer lies flat
-LARGEST = 200_000  # bytes of a robot file
+FLAT_TILT_COSINE = 0.7  # cosine of the tilt from which on a link no longer lies flat
+MAX_ROBOT_FILE_BYTES = 200_000  # bytes of a robot file
 
 
 def about(meaning: str) -> msgspec.Meta:
@@ -121,7 +121,7 @@ class RobotFile(Table, frozen=True):
 def load_robot_file(path: Path) -> RobotFile:
     """Read a robot file. Raises BadInput with a sentence that names the entry."""
     try:
-        if path.stat().st_size > LARGEST:
+        if path.stat().st_size > MAX_ROBOT_FILE_BYTES:
             raise BadInput(f"{path.name} is too large for a robot file; some ten lines are expected.")
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError):
@@ -267,7 +267,7 @@ def _on_link(laser: Laser, at: Transform) -> tuple[Laser, bool]:
     heading = math.atan2(float(at.rotation[1, 0]), float(at.rotation[0, 0]))
     x, y, z = (float(number) for number in at.translation)
     place = replace(laser, mounting=Pose(x, y, heading), height=z if z > 0 else laser.height)
-    return place, abs(float(at.rotation[2, 2])) < FLAT
+    return place, abs(float(at.rotation[2, 2])) < FLAT_TILT_COSINE
 
 
 def _camera(camera: Camera, table: CameraTable | None, folder: Path, body: Body | None) -> Camera:
@@ -291,7 +291,7 @@ def mounting_of(x: float, table: CameraTable) -> Transform:
 
 def optical_mounting(at: Transform) -> Transform:
     """A camera's link → robot_from_camera: the optical frame itself (z looks ahead), or the camera's body."""
-    if at.rotation[2, 2] < FLAT:
+    if at.rotation[2, 2] < FLAT_TILT_COSINE:
         return at
     return at @ Transform(rotation=OPTICAL, translation=np.zeros(3))
 

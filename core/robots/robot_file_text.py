@@ -29,7 +29,7 @@ ChosenRole = Literal[
 ]
 NOTHING = "none"  # a driver's word for "do not use any"
 BARE = re.compile(r"[A-Za-z0-9_-]+")
-DEEPEST = 8  # tables in tables
+MAX_TABLE_DEPTH = 8  # tables in tables
 
 
 class TopicChoice(msgspec.Struct, frozen=True, kw_only=True):
@@ -111,7 +111,7 @@ def _text(text: str) -> str:
 
 def _value(value: Any, depth: int = 0) -> str:
     """A value in TOML. Raises BadInput for what has no form there."""
-    if depth > DEEPEST:
+    if depth > MAX_TABLE_DEPTH:
         raise BadInput("The robot file's tables lie too deep in each other.")
     match value:
         case bool():

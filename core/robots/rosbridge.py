@@ -25,7 +25,7 @@ from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
 from core.robots.ros.topics import DESCRIPTION, RosTopics
 from core.robots.ros.typestore import BOOL, GOAL, TWIST_STAMPED, RobotTypes
 
-PORT = 9090
+DEFAULT_PORT = 9090
 TYPES, TOPICS = "/rosapi/topics_and_raw_types", "/rosapi/topics"  # services; older robots have only the second
 NODES, LISTENERS = "/rosapi/nodes", "/rosapi/subscribers"  # for the parameters of ROS 2, which belong to nodes,
 NAMES, PARAMETER = "/rosapi/get_param_names", "/rosapi/get_param"  # and for those of ROS 1
@@ -239,7 +239,7 @@ def open_device(rest: str) -> Device:
 
     Raises BadInput, or Unavailable without the package cbor2.
     """
-    address = parse_address(rest, PORT, ("encoding",))
+    address = parse_address(rest, DEFAULT_PORT, ("encoding",))
     if address.options.get("encoding", "cbor") not in ("cbor", "json"):
         raise BadInput("encoding is cbor or json.")
     return RosbridgeRobot(address)

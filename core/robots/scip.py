@@ -25,15 +25,15 @@ from core.sensors import Laser, Scan
 
 EXAMPLE = "scip:///dev/ttyACM0 or scip://192.168.0.10:10940"
 TCP_PORT = 10940
-BAUDS = (19200, 38400, 115200)  # of RS-232 units, in the order in which they are tried; USB takes any
-ANSWERING = 0.3  # [s] until the answer to a short command
-QUIET = 0.15  # [s] of silence after which nothing more is on its way
-DRAINING = 1.5  # [s] at most until a stream that ran is over
-TRIES, SILENT_TRIES = 5, 2  # at each baud rate; the latter where nothing at all comes back
+BAUD_RATES = (19200, 38400, 115200)  # of RS-232 units, in the order in which they are tried; USB takes any
+ANSWER_TIMEOUT_S = 0.3  # until the answer to a short command
+DRAIN_QUIET_S = 0.15  # of silence after which nothing more is on its way
+MAX_DRAIN_S = 1.5  # at most until a stream that ran is over
+MAX_TRIES, SILENT_TRIES = 5, 2  # at each baud rate; the latter where nothing at all comes back
 LARGEST_REPLY = 65536  # bytes without an empty line after which they are garbage
 LOST_AFTER = 3.0  # [s] without a good scan; at least 16 periods
 CLOCK_ROUNDS = 8  # questions for the sensor's time
-SETTLING = 10  # scans from which the delay of a scan is learnt
+SETTLING_SCANS = 10  # scans from which the delay of a scan is learnt
 WRAP = 1 << 24  # [ms] at which the sensor's counter starts over
 JUMP_MS = 5000  # a timestamp that differs more from the last is no timestamp of the next scan
 NO_ECHO_BELOW = 20  # values below are error codes: too weak, too strong, inconsistent
@@ -186,7 +186,7 @@ class SensorTime:
         self._scans += 1
         if self._apart is None:
             return stamp - self._late
-        if self._scans <= SETTLING:
+        if self._scans <= SETTLING_SCANS:
             self._late = stamp - device - self._apart
             return device + self._apart
         return stamp - self._late
@@ -265,7 +265,7 @@ class ScipLaser(Device):
     def _bauds(self) -> tuple[int, ...]:
         if not self._address.port_path:
             return (0,)
-        return tuple(dict.fromkeys((self._baud, *BAUDS))) if self._baud else BAUDS
+        return tuple(dict.fromkeys((self._baud, *BAUD_RATES))) if self._baud else BAUD_RATES
 
     def _connect(self, baud: int) -> None:
         self._hang_up()
@@ -284,7 +284,7 @@ class ScipLaser(Device):
     def _ready(self) -> bool:
         """End whatever the sensor is doing → whether it waits for commands now."""
         silent = 0
-        for _ in range(TRIES):
+        for _ in range(MAX_TRIES):
             lines = self._answer(b"QT")
             try:
                 status = status_of(lines, b"QT") if lines else b""
@@ -306,10 +306,10 @@ class ScipLaser(Device):
             self._write(b"TM2\n")
         elif len(lines) > 1 and lines[1].startswith(b"E"):
             self._write(b"SCIP2.0\n")
-        drain(self._link, QUIET, DRAINING)
+        drain(self._link, DRAIN_QUIET_S, MAX_DRAIN_S)
         self._forget()
 
-    def _answer(self, command: bytes, patience: float = ANSWERING) -> list[bytes]:
+    def _answer(self, command: bytes, patience: float = ANSWER_TIMEOUT_S) -> list[bytes]:
         """Send a command → the lines of the next reply, [] when none comes."""
         self._forget()
         self._write(command + b"\n")
@@ -321,9 +321,9 @@ class ScipLaser(Device):
         return []
 
     def _ask_parameters(self) -> ScipParameters:
-        for _ in range(TRIES):
+        for _ in range(MAX_TRIES):
             try:
-                return parse_parameters(self._answer(b"PP", 4 * ANSWERING))
+                return parse_parameters(self._answer(b"PP", 4 * ANSWER_TIMEOUT_S))
             except BadReply:
                 self.rejected += 1
         raise Unavailable(f"The laser at {self._address.name} does not say what it is; switch it off and on.")

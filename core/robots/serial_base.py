@@ -37,15 +37,15 @@ from core.robots.readings import Readings
 
 EXAMPLE = "serial:///dev/ttyUSB0?baud=115200"
 TCP_PORT = 2000
-BAUD = 115200
+BAUD_RATE = 115200
 LONGEST_LINE = 120  # bytes
-ASKING = 0.3  # [s] between questions what the robot is
+QUESTION_PERIOD_S = 0.3  # between questions what the robot is
 RESET_TIME = 5.0  # [s] that it may take to answer: opening the port resets many boards
 LOST_AFTER = 1.0  # [s] without odometry
 SPEED_OVER = 0.06  # [s] over which speeds are taken from the wheels
 COUNTER = 1 << 32  # [ms] at which the robot's counter starts over
 LONGEST_GAP = 2.0  # [s] between readings; more is a robot that was started again
-CRUISE = 0.1  # [m/s]
+CRUISE_SPEED_M_S = 0.1
 BOUNDS = {
     "wheelbase": (0.01, 5.0),
     "radius": (0.01, 5.0),
@@ -115,7 +115,7 @@ def parse_description(words: list[str]) -> Equipment:
     base = Base(
         radius=numbers.get("radius"),
         wheelbase=numbers["wheelbase"],
-        cruise=None if max_speed is None else min(CRUISE, max_speed),
+        cruise=None if max_speed is None else min(CRUISE_SPEED_M_S, max_speed),
         max_speed=max_speed,
         max_turn_rate=numbers.get("max_turn_rate"),
         failsafe=numbers.get("failsafe"),
@@ -173,7 +173,7 @@ class SerialBase(Device):
     def __init__(self, address: LinkAddress) -> None:
         self.rejected = 0  # lines with a wrong sum or without sense
         self._address = address
-        self._baud = address.whole("baud", BAUD, 1200, 4_000_000)
+        self._baud = address.whole("baud", BAUD_RATE, 1200, 4_000_000)
         self._link: ByteLink | None = None
         self._buffer = b""
         self._equipment: Equipment | None = None
@@ -185,7 +185,7 @@ class SerialBase(Device):
         self._link = open_link(self._address, self._baud)
         asked, end = 0.0, time.monotonic() + RESET_TIME
         while time.monotonic() < end:
-            if time.monotonic() - asked > ASKING:
+            if time.monotonic() - asked > QUESTION_PERIOD_S:
                 self.drive(ZERO)
                 self._write("?")
                 asked = time.monotonic()

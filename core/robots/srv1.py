@@ -30,24 +30,24 @@ from core.sensors import Camera, Image
 
 EXAMPLE = "srv1://192.168.0.15:10001"
 TCP_PORT = 10001
-WIDTH, HEIGHT = 320, 240  # pixels: larger pictures keep a stop waiting for longer
-NOMINAL = replace(TABLE_3, width=WIDTH, height=HEIGHT, cy=TABLE_3.cy - (TABLE_3.height - HEIGHT) / 2)
-OPENING = 6.0  # [s] for the boot text and the first answers
-ANSWERING = 0.5  # [s] until a short answer
-BUSY, STALLED = 0.3, 0.5  # [s] without the first, and without any other byte of a picture
-PICTURE = 3.0  # [s] for a whole picture
-REPEATING = 0.2  # [s] after which the same speeds are sent again
-DEADMAN = 0.4  # [s] without `drive` after which the motors are stopped
-IDLE = 0.05  # [s]
-STOPPING = 0.7  # [s] at most that closing waits for the last command; then the firmware's failsafe has to do it
-FAILSAFE = 2.0  # [s], the firmware's own
+WIDTH_PX, HEIGHT_PX = 320, 240  # pixels: larger pictures keep a stop waiting for longer
+NOMINAL = replace(TABLE_3, width=WIDTH_PX, height=HEIGHT_PX, cy=TABLE_3.cy - (TABLE_3.height - HEIGHT_PX) / 2)
+OPENING_TIMEOUT_S = 6.0  # for the boot text and the first answers
+ANSWER_TIMEOUT_S = 0.5  # until a short answer
+FIRST_BYTE_TIMEOUT_S, NEXT_BYTE_TIMEOUT_S = 0.3, 0.5  # without the first, and without any other byte of a picture
+PICTURE_TIMEOUT_S = 3.0  # for a whole picture
+REPEAT_PERIOD_S = 0.2  # after which the same speeds are sent again
+DEADMAN_S = 0.4  # without `drive` after which the motors are stopped
+IDLE_WAIT_S = 0.05
+CLOSE_TIMEOUT_S = 0.7  # at most that closing waits for the last command; then the firmware's failsafe has to do it
+FAILSAFE_S = 2.0  # [s], the firmware's own
 LARGEST_PICTURE = 2_000_000  # bytes
-RESYNCHRONISING = (0.1, 0.2, 0.3, 0.4)  # [s] that an answer may take, try by try
-ARGUMENTS = 3  # bytes behind a command, at most
-HEADER = 10  # bytes before a picture: `##IMJ`, size, length
-STOPPED = (0, 0)
-SLUGGISH = 2  # percent below which the motors do not turn
-PULSE = 0.1  # [s] over which pulses make up for a speed that is slower
+RESYNC_TIMEOUTS_S = (0.1, 0.2, 0.3, 0.4)  # that an answer may take, try by try
+MAX_ARGUMENT_BYTES = 3  # bytes behind a command, at most
+HEADER_BYTES = 10  # bytes before a picture: `##IMJ`, size, length
+STOPPED_PERCENTS = (0, 0)
+MIN_MOTOR_PERCENT = 2  # percent below which the motors do not turn
+PULSE_S = 0.1  # over which pulses make up for a speed that is slower
 
 
 class LostStep(OSError):
@@ -60,7 +60,7 @@ def motor_percents(twist: Twist, wheelbase: float, left: float, right: float) ->
     `wheelbase` [m], `left`, `right` [m/s] at 100 percent.
     """
     if not twist.is_finite():
-        return STOPPED
+        return STOPPED_PERCENTS
     sides = ((twist.v - twist.w * wheelbase / 2) / left, (twist.v + twist.w * wheelbase / 2) / right)
     scale = 100 / max(1.0, *map(abs, sides))
     return sides[0] * scale, sides[1] * scale
@@ -75,18 +75,18 @@ class MotorSide:
 
     def next(self, wanted: float, now: float) -> int:
         """The percent to send at `now` [s]."""
-        elapsed = min(now - self._at, PULSE)
+        elapsed = min(now - self._at, PULSE_S)
         self._at = now
-        if wanted == 0 or abs(wanted) >= 2 * SLUGGISH:
+        if wanted == 0 or abs(wanted) >= 2 * MIN_MOTOR_PERCENT:
             self._owed, self._sent = 0.0, round(wanted)
             return self._sent
-        most = SLUGGISH * PULSE
+        most = MIN_MOTOR_PERCENT * PULSE_S
         self._owed = max(-most, min(most, self._owed + (wanted - self._sent) * elapsed))
-        due = wanted + self._owed / PULSE
-        if abs(due) >= SLUGGISH:
+        due = wanted + self._owed / PULSE_S
+        if abs(due) >= MIN_MOTOR_PERCENT:
             self._sent = round(due)
         else:
-            self._sent = int(math.copysign(SLUGGISH, due)) if abs(due) > SLUGGISH / 2 else 0
+            self._sent = int(math.copysign(MIN_MOTOR_PERCENT, due)) if abs(due) > MIN_MOTOR_PERCENT / 2 else 0
         return self._sent
 
 
@@ -101,7 +101,7 @@ def decode_picture(jpeg: bytes) -> Array | None:
         return None
     with contextlib.suppress(cv2.error):
         pixels = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
-        if pixels is not None and pixels.shape == (HEIGHT, WIDTH, 3):
+        if pixels is not None and pixels.shape == (HEIGHT_PX, WIDTH_PX, 3):
             return pixels
     return None
 
@@ -121,20 +121,20 @@ class Srv1(Device):
         self._changed, self._closing = threading.Event(), threading.Event()
         self._idle = threading.Event()  # `run` is over, and the motors were stopped as far as that was possible
         self._idle.set()
-        self._wanted: tuple[float, float] = STOPPED
+        self._wanted: tuple[float, float] = STOPPED_PERCENTS
         self._wanted_at = 0.0
 
     def open(self) -> Equipment:
         """Connect, find the firmware's place between two commands, stop, and switch its failsafe on."""
-        self._wanted, self._buffer = STOPPED, b""
+        self._wanted, self._buffer = STOPPED_PERCENTS, b""
         self._closing.clear()
         self._link = TcpLink(self._address.host, self._address.port)
-        end = time.monotonic() + OPENING
+        end = time.monotonic() + OPENING_TIMEOUT_S
         while True:
             try:
                 self._resynchronise()
-                self._exchange(b"F\0\0", b"#F", ANSWERING)
-                self._exchange(b"b", b"#b", ANSWERING)
+                self._exchange(b"F\0\0", b"#F", ANSWER_TIMEOUT_S)
+                self._exchange(b"b", b"#b", ANSWER_TIMEOUT_S)
                 break
             except LostStep:
                 if time.monotonic() > end:
@@ -147,7 +147,7 @@ class Srv1(Device):
             cruise=min(0.1, slower),
             max_speed=slower,
             max_turn_rate=min(2 * slower / self._wheelbase, 3.0),
-            failsafe=FAILSAFE,
+            failsafe=FAILSAFE_S,
             failsafe_words="2 s, but any byte counts; a stop waits for the picture under way, 3 s at worst",
             odometry=False,
         )
@@ -159,32 +159,32 @@ class Srv1(Device):
         self._idle.clear()
         try:
             self._work(readings)
-            self._exchange(motor_command(STOPPED), b"#M", ANSWERING)
+            self._exchange(motor_command(STOPPED_PERCENTS), b"#M", ANSWER_TIMEOUT_S)
         finally:
             self._idle.set()
 
     def _work(self, readings: Readings) -> None:
         """Talk to the robot until the device is closed."""
-        sent, sent_at, asked = STOPPED, 0.0, 0.0
+        sent, sent_at, asked = STOPPED_PERCENTS, 0.0, 0.0
         left, right = MotorSide(), MotorSide()
         while not self._closing.is_set():
             self._changed.clear()
             now = time.monotonic()
-            wanted = self._wanted if now - self._wanted_at < DEADMAN else STOPPED
+            wanted = self._wanted if now - self._wanted_at < DEADMAN_S else STOPPED_PERCENTS
             percents = left.next(wanted[0], now), right.next(wanted[1], now)
             try:
-                if percents != sent or now - sent_at > REPEATING:
-                    self._exchange(motor_command(percents), b"#M", ANSWERING)
+                if percents != sent or now - sent_at > REPEAT_PERIOD_S:
+                    self._exchange(motor_command(percents), b"#M", ANSWER_TIMEOUT_S)
                     sent, sent_at = percents, now
                 elif self._rate and now - asked >= 1 / self._rate:
                     asked = now
                     self._take_picture(readings)
                 else:
-                    self._changed.wait(IDLE)
+                    self._changed.wait(IDLE_WAIT_S)
             except LostStep:
                 self.rejected += 1
                 self._resynchronise()
-                sent = STOPPED
+                sent = STOPPED_PERCENTS
 
     def drive(self, twist: Twist) -> None:
         """Set speeds for the device's thread to send."""
@@ -196,7 +196,7 @@ class Srv1(Device):
         """Stop, after the picture under way, and let go."""
         self._closing.set()
         self._changed.set()
-        self._idle.wait(STOPPING)
+        self._idle.wait(CLOSE_TIMEOUT_S)
         if self._link is not None:
             self._link.close()
 
@@ -226,19 +226,19 @@ class Srv1(Device):
 
     def _take_picture(self, readings: Readings) -> None:
         """Ask for a picture and wait for all of it; a busy camera may send none. Raises LostStep."""
-        stamp, end = readings.now(), time.monotonic() + PICTURE
+        stamp, end = readings.now(), time.monotonic() + PICTURE_TIMEOUT_S
         self._write(b"I")
         try:
-            self._fill(1, BUSY, end)
+            self._fill(1, FIRST_BYTE_TIMEOUT_S, end)
         except LostStep:
             self.rejected += 1
             return
-        self._fill(HEADER, STALLED, end)
-        length = int.from_bytes(self._buffer[6:HEADER], "little")
+        self._fill(HEADER_BYTES, NEXT_BYTE_TIMEOUT_S, end)
+        length = int.from_bytes(self._buffer[6:HEADER_BYTES], "little")
         if not self._buffer.startswith(b"##IMJ") or not 0 < length <= LARGEST_PICTURE:
             raise LostStep("no picture")
-        self._fill(HEADER + length, STALLED, end)
-        jpeg, extra = self._buffer[HEADER : HEADER + length], self._buffer[HEADER + length :]
+        self._fill(HEADER_BYTES + length, NEXT_BYTE_TIMEOUT_S, end)
+        jpeg, extra = self._buffer[HEADER_BYTES : HEADER_BYTES + length], self._buffer[HEADER_BYTES + length :]
         self._buffer = b""
         pixels = decode_picture(jpeg)
         if extra or pixels is None:
@@ -251,17 +251,17 @@ class Srv1(Device):
         Zeros are no commands (`#?`), or the arguments that a command under way still waits for. It is stopped twice:
         the first answer may be to a command that waited in a robot which was frozen.
         """
-        for patience in RESYNCHRONISING:
+        for patience in RESYNC_TIMEOUTS_S:
             if self._link is None:
                 raise OSError("the link is closed")
-            self._write(bytes(ARGUMENTS))
+            self._write(bytes(MAX_ARGUMENT_BYTES))
             if self._link.read(patience):
-                drain(self._link, patience / 2, PICTURE)
+                drain(self._link, patience / 2, PICTURE_TIMEOUT_S)
             self._buffer = b""
             with contextlib.suppress(LostStep):
                 for _ in range(2):
-                    self._exchange(motor_command(STOPPED), b"#M", patience)
-                    drain(self._link, patience / 2, PICTURE)
+                    self._exchange(motor_command(STOPPED_PERCENTS), b"#M", patience)
+                    drain(self._link, patience / 2, PICTURE_TIMEOUT_S)
                 return
             self._buffer = b""
         raise LostStep("the robot does not stop")

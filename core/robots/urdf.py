@@ -17,13 +17,13 @@ from core.errors import BadInput
 from core.geometry import Transform
 from core.message import Array, message
 
-LARGEST = 5_000_000  # bytes of a URDF
+MAX_URDF_BYTES = 5_000_000  # bytes of a URDF
 LARGEST_MESH = 20_000_000  # bytes
 MOST_LINKS = 2000
 MOST_SHAPES = 300
 MOST_TRIANGLES = 200_000  # of all meshes together
 BASES = ("base_footprint", "base_link", "base")
-GREY = (150, 154, 162)
+GREY_RGB = (150, 154, 162)
 STL_HEAD, STL_TRIANGLE = 84, 50  # bytes
 
 
@@ -33,7 +33,7 @@ class BodyShape:
 
     vertices: Array  # (N, 3) float32 [m]
     faces: Array  # (M, 3) int32
-    colour: tuple[int, int, int] = GREY
+    colour: tuple[int, int, int] = GREY_RGB
 
 
 @message
@@ -55,7 +55,7 @@ class Body:
 def load_body(path: Path) -> Body:
     """Read a URDF, with the meshes beside it. Raises BadInput with a sentence."""
     try:
-        if path.stat().st_size > LARGEST:
+        if path.stat().st_size > MAX_URDF_BYTES:
             raise _too_large(path.name)
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError):
@@ -68,7 +68,7 @@ def parse_body(text: str, name: str, folder: Path | None = None) -> Body:
 
     Raises BadInput with a sentence that begins with `name`.
     """
-    if len(text) > LARGEST:
+    if len(text) > MAX_URDF_BYTES:
         raise _too_large(name)
     root = _parsed(text, name)
     joints = _joints(root, name)
@@ -256,11 +256,11 @@ def _numbers(element: Element, name: str, count: int, otherwise: str = "") -> Ar
 def _colour(visual: Element) -> tuple[int, int, int]:
     colour = visual.find("material/color")
     if colour is None:
-        return GREY
+        return GREY_RGB
     try:
         red, green, blue, _ = np.clip(_numbers(colour, "rgba", 4) * 255, 0, 255).astype(int).tolist()
     except BadInput:
-        return GREY
+        return GREY_RGB
     return red, green, blue
 
 

@@ -22,9 +22,9 @@ from core.sensors.microphones import MicrophoneArray, Sound, load_array
 
 EXAMPLE = "audio://ReSpeaker?array=respeaker-odas, audio://default, audio:///talk.wav"
 KEYS = ("array", "channels", "rate", "first")
-BLOCK = 0.02  # [s] of sound that are handed on at once
-WAITING = 100  # blocks that may wait
-SILENCE = 2.0  # [s] without a block after which the device is lost
+BLOCK_S = 0.02  # of sound that are handed on at once
+MAX_WAITING_BLOCKS = 100  # blocks that may wait
+MAX_SILENCE_S = 2.0  # without a block after which the device is lost
 RESPEAKER = {"channels": 6, "rate": 16_000, "first": 1}  # 6-channel firmware: processed, four raw, playback
 NEEDS = f"Microphones of this computer need the extra hardware: {install_extra('hardware')}"
 LIBRARY = "sounddevice finds no PortAudio; on Debian: sudo apt install libportaudio2."
@@ -51,7 +51,7 @@ class SoundDevice(Device):
             else:
                 raise BadInput(f"{key} of microphones is a whole number, not {value[:20]!r}.")
         self._profile = load_array(self._array) if self._array else None
-        self._blocks: deque[np.ndarray] = deque(maxlen=WAITING)
+        self._blocks: deque[np.ndarray] = deque(maxlen=MAX_WAITING_BLOCKS)
         self._came, self._over = threading.Event(), threading.Event()
         self._stream: Any = None
 
@@ -67,7 +67,7 @@ class SoundDevice(Device):
                 device=device,
                 channels=self._numbers.get("channels", 1 if self._profile is None else len(self._profile.channels)),
                 samplerate=self._rate,
-                blocksize=round(BLOCK * self._rate),
+                blocksize=round(BLOCK_S * self._rate),
                 dtype="int16",
                 callback=self._came_in,
             )
@@ -80,13 +80,13 @@ class SoundDevice(Device):
         """Hand on block by block; their stamps follow each other, whenever they come."""
         stamp: float | None = None
         while not self._over.is_set():
-            if not self._came.wait(SILENCE):
+            if not self._came.wait(MAX_SILENCE_S):
                 return
             self._came.clear()
             while self._blocks and not self._over.is_set():
                 samples = self._blocks.popleft().astype(np.float32) / 32768
                 length, now = len(samples) / self._rate, readings.now()
-                follows = stamp is not None and abs(now - length - stamp) < SILENCE
+                follows = stamp is not None and abs(now - length - stamp) < MAX_SILENCE_S
                 stamp = stamp if stamp is not None and follows else now - length
                 readings.sound(Sound(stamp=stamp, rate=self._rate, samples=samples))
                 stamp += length
@@ -122,7 +122,7 @@ class SoundFile(Device):
     def run(self, readings: Readings) -> None:
         """Hand on what is due."""
         start, number = readings.now(), 0
-        size = max(1, round(BLOCK * self._sound.rate))
+        size = max(1, round(BLOCK_S * self._sound.rate))
         while not self._over.wait(max(0.0, start + (number + 1) * size / self._sound.rate - readings.now())):
             first = number * size % max(len(self._sound.samples) - size, 1)
             samples = self._sound.samples[first : first + size]

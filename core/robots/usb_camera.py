@@ -20,8 +20,8 @@ from core.sensors import Camera, Image
 
 EXAMPLE = "camera://0, camera://rtsp/192.168.0.7/stream, camera:///path/film.mp4"
 KEYS = ("width", "height", "rate")
-OPENING = 8.0  # [s] for the first picture
-SILENCE = 3.0  # [s] without a picture after which the camera is lost
+OPENING_TIMEOUT_S = 8.0  # for the first picture
+MAX_SILENCE_S = 3.0  # without a picture after which the camera is lost
 PROTOCOLS = {"http": "http,https,tls,tcp,crypto", "https": "http,https,tls,tcp,crypto", "rtsp": "rtsp,rtp,udp,tcp"}
 """Of FFmpeg, by the way to a camera on the network: what a stream refers to may be fetched by these alone."""
 NETWORK = tuple(PROTOCOLS)
@@ -30,7 +30,7 @@ PICTURES_ONLY = (
     "format_whitelist;mpjpeg,mjpeg,jpeg_pipe,png_pipe,image2,mov,matroska,mpegts,h264,hevc,rtsp|max_redirects;0"
 )
 """For a URL that is not trusted: no playlists, no redirections."""
-FIELD = 1.05  # [rad] across the picture, until it is calibrated
+FIELD_OF_VIEW_RAD = 1.05  # across the picture, until it is calibrated
 GIVEN = os.environ.get(FFMPEG, "")
 
 
@@ -50,9 +50,9 @@ class VideoCamera(Device):
         """Wait for the first picture → a camera of its size. Raises OSError."""
         self._over, self._newest = threading.Event(), None
         threading.Thread(target=self._grab, args=(self._over,), name="camera-grabber", daemon=True).start()
-        first = self._next(0, OPENING)
+        first = self._next(0, OPENING_TIMEOUT_S)
         if first is None:
-            raise OSError(f"no picture came within {OPENING:g} s")
+            raise OSError(f"no picture came within {OPENING_TIMEOUT_S:g} s")
         height, width = first[1].shape[:2]
         camera = Camera(
             model=model_of(width, height),
@@ -65,7 +65,7 @@ class VideoCamera(Device):
         """Hand on the newest picture at most `rate` times a second."""
         number, due, period = 0, 0.0, 1 / self._options.get("rate", 10.0)
         while not self._over.is_set():
-            newest = self._next(number, SILENCE)
+            newest = self._next(number, MAX_SILENCE_S)
             if newest is None:
                 return
             number, pixels = newest
@@ -129,7 +129,7 @@ def model_of(width: int, height: int) -> CameraModel:
     """A pinhole of 60° for a camera that is not calibrated; the chapter's own where the size is the same."""
     if (width, height) == (TABLE_3.width, TABLE_3.height):
         return TABLE_3
-    focal = 0.5 * width / np.tan(0.5 * FIELD)
+    focal = 0.5 * width / np.tan(0.5 * FIELD_OF_VIEW_RAD)
     return CameraModel(fx=focal, fy=focal, cx=width / 2, cy=height / 2, width=width, height=height)
 
 

@@ -25,18 +25,18 @@ from core.robots.ros.typestore import BOOL, GOAL, PARAMETER_VALUES, RobotTypes
 from core.robots.ros.zenoh_keys import NO_HASH, Dialect, Endpoint
 from core.robots.ros.zenoh_session import TopicWriter, ZenohAddress, ZenohConnection, type_hash
 
-PORT = 7447
+DEFAULT_PORT = 7447
 MOST_DOMAIN = 232
-LISTING = 4.0  # [s] for the list of the robot's topics
-QUIET = 0.3  # [s] without a further topic after which the list is whole
-LEARNING = 3.0  # [s] for the first message of every topic
-TICK = 0.02  # [s] between looks at what is to be sent
-SILENCE = 2.0  # [s] without any message after which a robot that sends many is lost
-LIVELY = 20  # messages within LIVELY_SPAN that make such a robot
+LISTING_TIMEOUT_S = 4.0  # for the list of the robot's topics
+LISTING_QUIET_S = 0.3  # without a further topic after which the list is whole
+LEARNING_TIMEOUT_S = 3.0  # for the first message of every topic
+TICK_S = 0.02  # between looks at what is to be sent
+MAX_SILENCE_S = 2.0  # without any message after which a robot that sends many is lost
+LIVELY_MESSAGES = 20  # messages within LIVELY_SPAN that make such a robot
 LIVELY_SPAN = 4.0  # [s]
 MOST_NAMED = 8
-INTEGER, DOUBLE = 2, 3  # kinds of a parameter's value
-NUMBERS = (INTEGER, DOUBLE)
+INTEGER_KIND, DOUBLE_KIND = 2, 3  # kinds of a parameter's value
+NUMBERS = (INTEGER_KIND, DOUBLE_KIND)
 
 
 class ZenohRobot(RosDevice):
@@ -51,14 +51,16 @@ class ZenohRobot(RosDevice):
         self._latched: set[str] = set()
         self._speeds: TopicWriter | None = None
         self._lock: TopicWriter | None = None
-        self._arrived: deque[float] = deque(maxlen=LIVELY)  # [s] when the last messages came, latched ones apart
+        self._arrived: deque[float] = deque(
+            maxlen=LIVELY_MESSAGES
+        )  # [s] when the last messages came, latched ones apart
         self._fell_silent = False
         self._goals: TopicWriter | None = None
 
     def open(self) -> Equipment:
         """Connect, find the robot's topics and hear every one once. Raises Unavailable with a sentence."""
         link = self._link = ZenohConnection(self.address)
-        self._listen(link, LISTING, lambda: self._is_listed(link))
+        self._listen(link, LISTING_TIMEOUT_S, lambda: self._is_listed(link))
         endpoints = self._endpoints(link)
         dialect = self._dialect = endpoints[0].dialect
         topics = self.topics = self.topics or chosen_topics(endpoints, self.address.settings)
@@ -71,7 +73,9 @@ class ZenohRobot(RosDevice):
             self._speeds = link.writer(topics.cmd_vel, topics.cmd_vel_type, dialect)
             self._lock = link.writer(topics.lock, BOOL, dialect) if topics.lock else None
         self._goals = link.writer(topics.goal, GOAL, dialect) if topics.goal else None
-        self._listen(link, LEARNING, lambda: not sensors.missing and (self._arrived or not self._fell_silent))
+        self._listen(
+            link, LEARNING_TIMEOUT_S, lambda: not sensors.missing and (self._arrived or not self._fell_silent)
+        )
         if self._fell_silent and not self._arrived:
             raise Unavailable(f"The robot at {self.address.name} is there, but sends nothing.")
         self._fell_silent = False
@@ -93,7 +97,7 @@ class ZenohRobot(RosDevice):
         sensors.attach(readings)
         try:
             while not link.lost.is_set():
-                self._take(link, TICK)
+                self._take(link, TICK_S)
                 self._commands.tick()
                 if link.graph.changed != seen:
                     seen, listened = link.graph.changed, listens
@@ -114,7 +118,7 @@ class ZenohRobot(RosDevice):
             link.close()
 
     def _is_listed(self, link: ZenohConnection) -> bool:
-        return bool(link.graph.endpoints()) and time.monotonic() - link.graph.changed > QUIET
+        return bool(link.graph.endpoints()) and time.monotonic() - link.graph.changed > LISTING_QUIET_S
 
     def _endpoints(self, link: ZenohConnection) -> list[Endpoint]:
         """The robot's endpoints, all of one dialect. Raises Unavailable where there are none."""
@@ -154,14 +158,16 @@ class ZenohRobot(RosDevice):
         decoded = [self.types.decode(TIMEOUT, PARAMETER_VALUES, answer) for answer in answers]
         values = [one for answer in decoded if answer is not None for one in answer.values[:1]]
         return stopping(
-            one.double_value if one.type == DOUBLE else one.integer_value for one in values if one.type in NUMBERS
+            one.double_value if one.type == DOUBLE_KIND else one.integer_value
+            for one in values
+            if one.type in NUMBERS
         )
 
     def _listen(self, link: ZenohConnection, seconds: float, enough: Callable[[], object]) -> None:
         """Hear the robot out for so long at most, or until it is enough."""
         end = time.monotonic() + seconds
         while not enough() and time.monotonic() < end:
-            self._take(link, TICK)
+            self._take(link, TICK_S)
             if link.lost.is_set():
                 raise Unavailable(f"The zenoh router at {self.address.name} hung up.")
 
@@ -169,7 +175,7 @@ class ZenohRobot(RosDevice):
         """Hear all that waits, or the next that comes."""
         arrived, sensors = link.waiting.take(patience), self.sensors
         fresh = sum(topic not in self._latched for topic, _ in arrived)
-        self._arrived.extend([time.monotonic()] * min(fresh, LIVELY))
+        self._arrived.extend([time.monotonic()] * min(fresh, LIVELY_MESSAGES))
         if sensors is not None:
             for topic, payload in arrived:
                 self._hand_on(sensors, topic, payload)
@@ -180,8 +186,8 @@ class ZenohRobot(RosDevice):
     def _is_silent(self) -> bool:
         """Return whether a robot that has sent many messages sends none any more."""
         times = self._arrived
-        lively = len(times) == LIVELY and times[-1] - times[0] < LIVELY_SPAN
-        self._fell_silent = lively and time.monotonic() - times[-1] > SILENCE
+        lively = len(times) == LIVELY_MESSAGES and times[-1] - times[0] < LIVELY_SPAN
+        self._fell_silent = lively and time.monotonic() - times[-1] > MAX_SILENCE_S
         return self._fell_silent
 
     def _listens(self, link: ZenohConnection, topics: RosTopics) -> bool:
@@ -230,9 +236,11 @@ def parse_address(rest: str) -> ZenohAddress:
         host, port = parts.hostname, parts.port
         fields = dict(parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query)))
     except ValueError:
-        raise BadInput(f"A robot's address on zenoh looks like //192.168.0.7:{PORT}/robot1?domain=0.") from None
+        raise BadInput(
+            f"A robot's address on zenoh looks like //192.168.0.7:{DEFAULT_PORT}/robot1?domain=0."
+        ) from None
     if not host or parts.username or parts.fragment:
-        raise BadInput(f"A robot's address on zenoh looks like //192.168.0.7:{PORT}/robot1?domain=0.")
+        raise BadInput(f"A robot's address on zenoh looks like //192.168.0.7:{DEFAULT_PORT}/robot1?domain=0.")
     space = parts.path.strip("/")
     if space:
         fields["namespace"] = f"/{space}"
@@ -244,7 +252,7 @@ def parse_address(rest: str) -> ZenohAddress:
         raise BadInput("tls is 1 (encrypted) or 0.")
     return ZenohAddress(
         host=host,
-        port=PORT if port is None else port,
+        port=DEFAULT_PORT if port is None else port,
         domain=_domain(fields.pop("domain", "0")),
         secure=secure in ("1", "true"),
         authority=files["ca"],

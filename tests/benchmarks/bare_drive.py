@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.commands.command import Action, Progress
-from core.gate import TICK, ZERO, Gate, Limits, Setpoint, TraceWriter, Twist, check
+from core.gate import TICK_S, ZERO, Gate, Limits, Setpoint, TraceWriter, Twist, check
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext, SteeredBody
 from core.perception.landmarks.deskew import deskew
@@ -68,8 +68,8 @@ class BareDrive:
         self._seq += 1
         self.gate.accept(Setpoint(1, self._seq, "goal", 1, twist.v, twist.w, nonce), now)
         end = now + 1 / self.robot.profile.rate
-        while self._tick * TICK < end - 1e-9:
-            self.gate.tick(self._tick * TICK)
+        while self._tick * TICK_S < end - 1e-9:
+            self.gate.tick(self._tick * TICK_S)
             self._tick += 1
         self.robot.drive(self.gate.twist)
         self.here = self._sense()

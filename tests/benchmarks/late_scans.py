@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from core.gate import TICK, Gate, Limits, Setpoint
+from core.gate import TICK_S, Gate, Limits, Setpoint
 from core.geometry import Pose
 from core.robots import Robot
 from core.robots.connect import connect
@@ -187,8 +187,8 @@ def drive(
     gate.arm(1, "a stubborn hand", 0.0)
     waiting: deque[tuple[float, Scan]] = deque()
     x, press, gap, zero = 0.0, 1, math.inf, None
-    for tick in range(round(END_S / TICK)):
-        now = driver.now = TICK * tick
+    for tick in range(round(END_S / TICK_S)):
+        now = driver.now = TICK_S * tick
         lies = now >= LIE_S
         driver.wheels(Wheels(odometry=Pose(x), speed=gate.twist.v, turn_rate=0.0))
         if tick % 5 == 0:
@@ -198,7 +198,7 @@ def drive(
         see(gate, field, driver.frame(), now)
         if now >= DRIVE_S and tick % 2 == 0:
             press = pressed_on(gate, tick, press, speed, now)
-        x += gate.tick(now).v * TICK
+        x += gate.tick(now).v * TICK_S
         gap = min(gap, WALL_M - x - RADIUS_M)
         zero = None if gate.twist.moves or not lies else now - LIE_S if zero is None else zero
     return Outcome(gap, zero, gate.status().reason)
@@ -312,7 +312,7 @@ def press(robot: Robot, world: WallWorld, late: float, speed: float, lie: Callab
     lies_from, pressed = math.inf, 1
     gate.arm(1, "a stubborn hand", 0.0)
     for tick in itertools.count():
-        time.sleep(max(0.0, start + tick * TICK - time.monotonic()))
+        time.sleep(max(0.0, start + tick * TICK_S - time.monotonic()))
         now = time.monotonic() - start
         see(gate, field, robot.read(), now)
         if now >= SETTLING_S and tick % 2 == 0:

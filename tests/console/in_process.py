@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from core.gate.gate import TICK, Gate
+from core.gate.gate import TICK_S, Gate
 from core.gate.limits import Limits
 from core.gate.requests import ReachingPart
 from core.gate.setpoint import Setpoint
@@ -161,10 +161,10 @@ class InProcessRobot:
 
     def _tick(self) -> None:
         before = time.monotonic()
-        while not self._over.wait(TICK):
+        while not self._over.wait(TICK_S):
             with self._lock:
                 elapsed, before = time.monotonic() - before, time.monotonic()
-                passed = min(elapsed, 1.5 * TICK, self._ahead)
+                passed = min(elapsed, 1.5 * TICK_S, self._ahead)
                 self._now, self._ahead = self._now + passed, self._ahead - passed
                 self.gate.tick(self._now)
 

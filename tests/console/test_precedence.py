@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 from console.access.browser import browse
-from core.gate.scheduling import CONSOLE, GATE, PILOT, come_first
+from core.gate.scheduling import CONSOLE_RANK, GATE_RANK, PILOT_RANK, come_first
 from tests.browser.running_console import Running, write_log
 from tests.core.gate.ranks import apart, permitted
 
@@ -37,8 +37,8 @@ def test_the_gate_runs_before_the_pilot_and_both_before_others_where_that_is_per
         }
         threads = ranks_of(console.pid)
     if permitted():
-        assert ours == {"gate": [GATE], "driver": [CONSOLE]}
-        assert 0 < threads[PILOT] < threads[CONSOLE] and set(threads) == {PILOT, CONSOLE}
+        assert ours == {"gate": [GATE_RANK], "driver": [CONSOLE_RANK]}
+        assert 0 < threads[PILOT_RANK] < threads[CONSOLE_RANK] and set(threads) == {PILOT_RANK, CONSOLE_RANK}
     else:
         assert ours == {"gate": [0], "driver": [0]} and set(threads) == {0}
 
@@ -61,7 +61,7 @@ def test_the_browser_is_opened_like_any_other_program(monkeypatch: pytest.Monkey
     monkeypatch.setattr("console.access.browser.webbrowser.open", lambda _: policies.append(os.sched_getscheduler(0)))
 
     def opened() -> None:
-        come_first(CONSOLE)
+        come_first(CONSOLE_RANK)
         browse("http://127.0.0.1:8420/", tmp_path, 0.0)
 
     apart(opened)

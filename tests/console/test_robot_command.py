@@ -24,7 +24,7 @@ REPOSITORY = Path(__file__).parents[2]
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("SENSOR_START", "MEASURING"):
+    for name in ("SENSOR_START", "MIN_MEASURING_S"):
         monkeypatch.setattr(f"core.robots.conformance.{name}", 1.0)
 
 

@@ -40,7 +40,7 @@ from console.speech.robot_voice import RobotVoice
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import VoiceCommands
 from core.commands.command import Command
-from core.commands.confirmation_delay import DELAY, LONGEST, OBEYED_WITHIN
+from core.commands.confirmation_delay import CONFIRMATION_DELAY_S, MAX_POSTPONED_S, OBEYED_WITHIN
 from core.errors import Refused
 from core.gate import Twist
 from core.gate.status import GateStatus
@@ -232,7 +232,7 @@ class Story:
         waited = one.taken <= now
         reasons = {
             "too late": min(one.taken, now) - one.ended > OBEYED_WITHIN + LATE,
-            "waited too long": waited and now - one.taken > DELAY + LONGEST + 1.0,
+            "waited too long": waited and now - one.taken > CONFIRMATION_DELAY_S + MAX_POSTPONED_S + 1.0,
             "a stop came": any(since < at != one.stop_read for at in seen.stops),
             "a hand came": any(since < at for at in seen.jogs),
             "the driver changed": any(since < at for at in seen.hands),

@@ -41,7 +41,7 @@ from core.sensors.microphones import load_array
 
 FAILSAFE_WORDS = "Unknown whether it stops by itself; ask the robot's maker."
 NO_FAILSAFE = "The robot's controller has cmd_vel_timeout = 0: it does not stop when the link is lost. Set it to 0.5."
-ZEROS = 5  # messages that say zero, then silence: someone else may drive
+ZERO_MESSAGES = 5  # messages that say zero, then silence: someone else may drive
 ZERO_PERIOD = 0.02  # [s] between them
 LOCK_PERIOD = 0.1  # [s] of the lock's heartbeat
 
@@ -502,9 +502,9 @@ class VelocityCommands:
             if twist.moves and twist.is_finite():
                 if not self._owed:
                     self._beat(closed=False, now=self._clock())
-                self._owed = ZEROS
+                self._owed = ZERO_MESSAGES
                 self._put(twist)
-            elif self._owed == ZEROS:
+            elif self._owed == ZERO_MESSAGES:
                 self._put_zero()
         self.tick()
 
@@ -512,7 +512,7 @@ class VelocityCommands:
         """Send what is due; call it at least 20 times a second."""
         with self._guard:
             now = self._clock()
-            if 0 < self._owed < ZEROS and now - self._sent >= ZERO_PERIOD:
+            if 0 < self._owed < ZERO_MESSAGES and now - self._sent >= ZERO_PERIOD:
                 self._put_zero()
             if now - self._locked >= LOCK_PERIOD:
                 self._beat(closed=not (self._owed or self._let), now=now)
@@ -528,12 +528,12 @@ class VelocityCommands:
         with self._guard:
             self._let = False
             self._beat(closed=True, now=self._clock())
-            self._owed = ZEROS - 1
+            self._owed = ZERO_MESSAGES - 1
 
     def restart(self) -> None:
         """The link is up again: a robot that was moving when it was lost gets its zeros first."""
         with self._guard:
-            self._owed = min(self._owed, ZEROS - 1)
+            self._owed = min(self._owed, ZERO_MESSAGES - 1)
 
     def finish(self) -> None:
         """Send all zeros that are owed, at once."""

@@ -13,8 +13,8 @@ from core.robots.findings import CandidateTopic, Role, TopicRole, UsedTopic
 from core.robots.ros.topics import MOST_SCANS, NOTHING, RosSettings, RosTopics
 from core.robots.ros.typestore import TF
 
-LAST = 30  # messages of a topic, over which its rate is measured
-FEWEST = 3  # messages that tell a rate
+RATE_MESSAGES = 30  # messages of a topic, over which its rate is measured
+MIN_RATE_MESSAGES = 3  # messages that tell a rate
 
 NAMES: dict[Role, str] = {
     "odometry": "The odometry",
@@ -52,7 +52,7 @@ class Traffic:
     def note(self, topic: str, content: Any) -> None:
         """A message that could be used."""
         with self._lock:
-            self._times.setdefault(topic, deque(maxlen=LAST)).append(time.monotonic())
+            self._times.setdefault(topic, deque(maxlen=RATE_MESSAGES)).append(time.monotonic())
         frame = getattr(content, "child_frame_id", "") or getattr(getattr(content, "header", None), "frame_id", "")
         self._frames[topic] = str(frame).strip("/")
 
@@ -61,7 +61,7 @@ class Traffic:
         with self._lock:
             times = tuple(self._times.get(topic, ()))
         now = time.monotonic()
-        spread = times[-1] - times[0] if len(times) >= FEWEST else 0.0
+        spread = times[-1] - times[0] if len(times) >= MIN_RATE_MESSAGES else 0.0
         return UsedTopic(
             topic=topic,
             type=kind,

@@ -25,12 +25,12 @@ from core.robots.ros.topics import RosTopics
 
 MOST_CELLS = 16_000_000  # of a map: 200 m by 200 m in cells of 5 cm
 LARGEST_SIDE = 1500  # picture elements that are handed on
-FARTHEST = 10_000.0  # [m] from its map's origin that anything can be
-FINEST, COARSEST = 0.001, 2.0  # [m] of a cell
-LEVEL = 0.01  # share by which a map may be tilted
-HELD = 200  # readings of odometry, for the one that fits a pose
+MAX_COORDINATE_M = 10_000.0  # from its map's origin that anything can be
+MIN_CELL_M, MAX_CELL_M = 0.001, 2.0  # of a cell
+MAX_MAP_TILT = 0.01  # share by which a map may be tilted
+ODOMETRY_READINGS = 200  # readings of odometry, for the one that fits a pose
 SAME_TIME = 0.3  # [s] between a pose and the odometry that fits it
-ARRIVED, STANDING, RESTING = 0.3, 0.02, 3.0  # [m] from the goal, [m/s] and [s] at which it is taken to be reached
+ARRIVED_DISTANCE_M, STANDING_SPEED_M_S, RESTING_TIME_S = 0.3, 0.02, 3.0  # at which a goal is taken to be reached
 
 SendGoalMessage = Callable[[str, Pose], None]  # frame, goal; raises OSError when the link is lost
 
@@ -44,7 +44,7 @@ class RosNavigation:
         self._map: OwnMap | None = None
         self._number, self._refused = 0, ""
         self._frame = "map"
-        self._odometry: deque[tuple[float, Pose]] = deque(maxlen=HELD)  # own stamp, odom_from_robot
+        self._odometry: deque[tuple[float, Pose]] = deque(maxlen=ODOMETRY_READINGS)  # own stamp, odom_from_robot
         self._odometry_frame = ""
         self._here: tuple[float, Pose] | None = None  # robot clock, odom_from_robot
         self._map_from_odometry: Pose | None = None
@@ -111,12 +111,12 @@ class RosNavigation:
 
     def _look_whether_reached(self, speed: float, stamp: float) -> None:
         here, goal = self._map_from_robot(), self._goal
-        near = here is not None and goal is not None and here[1].distance_to(goal.x, goal.y) < ARRIVED
-        if not near or abs(speed) > STANDING:
+        near = here is not None and goal is not None and here[1].distance_to(goal.x, goal.y) < ARRIVED_DISTANCE_M
+        if not near or abs(speed) > STANDING_SPEED_M_S:
             self._resting_since = math.inf
         else:
             self._resting_since = min(self._resting_since, stamp)
-            if stamp - self._resting_since > RESTING:
+            if stamp - self._resting_since > RESTING_TIME_S:
                 self._goal = None
 
     # what is asked of it
@@ -140,7 +140,10 @@ class RosNavigation:
         """Send a goal on the robot's map. Raises BadInput, Refused, Unavailable."""
         if not self._topics.goal:
             raise Refused("This robot takes no goals: it has no topic for them (the setting goal names one).")
-        if not all(map(math.isfinite, (goal.x, goal.y, goal.heading))) or max(abs(goal.x), abs(goal.y)) > FARTHEST:
+        if (
+            not all(map(math.isfinite, (goal.x, goal.y, goal.heading)))
+            or max(abs(goal.x), abs(goal.y)) > MAX_COORDINATE_M
+        ):
             raise BadInput("A goal is finite, and no more than 10 km from the map's origin.")
         with self._guard:
             if self._map_from_robot() is None and not self._topics.lock:
@@ -189,7 +192,7 @@ def own_map(content: Any) -> OwnMap:
             f"The robot's own map is not shown: it has {width} by {height} cells, "
             f"and those with 1 to {MOST_CELLS // 10**6} million are."
         )
-    if not FINEST <= cell <= COARSEST:
+    if not MIN_CELL_M <= cell <= MAX_CELL_M:
         raise BadInput(f"The robot's own map is not shown: a side of {cell:g} m is no cell of a map.")
     cells = cells_of(content.data)
     if cells.size != width * height:
@@ -245,7 +248,7 @@ def planar(x: float, y: float, q: Any) -> Pose:
     if not all(isinstance(number, int | float) and math.isfinite(number) for number in numbers):
         raise BadInput("a pose is not finite")
     norm = q.x**2 + q.y**2 + q.z**2 + q.w**2
-    if max(abs(x), abs(y)) > FARTHEST or not 0.5 < norm < 2.0 or q.x**2 + q.y**2 > LEVEL:
+    if max(abs(x), abs(y)) > MAX_COORDINATE_M or not 0.5 < norm < 2.0 or q.x**2 + q.y**2 > MAX_MAP_TILT:
         raise BadInput("a pose does not lie in the plane")
     return Pose(float(x), float(y), float(heading_of(q.x, q.y, q.z, q.w)))
 

@@ -25,12 +25,12 @@ from core.robots.ros.topics import DESCRIPTION, NOTHING, RosSettings, RosTopics,
 from core.robots.ros.typestore import RobotTypes
 from core.robots.ros.web_socket import WebSocket
 
-CONNECTING = 3.0  # [s] to reach the robot
-LISTING = 4.0  # [s] for the list of its topics
-LEARNING = 3.0  # [s] for the first message of every topic
-DESCRIBING = 1.0  # [s] more for the robot's parameters
-TICK = 0.02  # [s] between looks at what is to be sent
-REMEMBERED = 32  # sentences of the robot that are not repeated
+CONNECT_TIMEOUT_S = 3.0  # to reach the robot
+LISTING_TIMEOUT_S = 4.0  # for the list of its topics
+LEARNING_TIMEOUT_S = 3.0  # for the first message of every topic
+DESCRIBING_TIMEOUT_S = 1.0  # more for the robot's parameters
+TICK_S = 0.02  # between looks at what is to be sent
+REMEMBERED_SENTENCES = 32  # sentences of the robot that are not repeated
 
 
 @message
@@ -100,14 +100,14 @@ class RosSocket(RosDevice):
         self._readings: Readings | None = None
         self._equipment: Equipment | None = None  # as it was found at the first connection
         self._notes: list[str] = []
-        self._said: deque[str] = deque(maxlen=REMEMBERED)
+        self._said: deque[str] = deque(maxlen=REMEMBERED_SENTENCES)
 
     def open(self) -> Equipment:
         """Connect, find the robot's topics and hear every one once. Raises Unavailable with a sentence."""
         self.types = RobotTypes()
         self._socket = self._connected()
         self._begin()
-        self._listen(LISTING, self._is_listed)
+        self._listen(LISTING_TIMEOUT_S, self._is_listed)
         if self.topics is None:
             self.topics = self._chosen()
         if self.sensors is None:
@@ -116,8 +116,8 @@ class RosSocket(RosDevice):
         sensors.types = self.types
         self._subscribe(self.topics)
         self._ask_parameters(self.topics)
-        self._listen(LEARNING, lambda: not sensors.missing)
-        self._listen(DESCRIBING, self._is_described)
+        self._listen(LEARNING_TIMEOUT_S, lambda: not sensors.missing)
+        self._listen(DESCRIBING_TIMEOUT_S, self._is_described)
         sensors.timeout = self.timeout
         if self.description and not self.topics.description and self.address.settings.description != NOTHING:
             sensors.describe(self.description, DESCRIPTION)
@@ -139,7 +139,7 @@ class RosSocket(RosDevice):
         self._restart()
         self.sensors.attach(readings)
         try:
-            while self._hear(TICK):
+            while self._hear(TICK_S):
                 self._commands.tick()
         finally:
             self.sensors.detach()
@@ -201,7 +201,7 @@ class RosSocket(RosDevice):
     def _connected(self) -> WebSocket:
         address = self.address
         try:
-            end = socket.create_connection((address.host, address.port), CONNECTING)
+            end = socket.create_connection((address.host, address.port), CONNECT_TIMEOUT_S)
         except OSError as trouble:
             why = trouble.strerror or "it did not answer in time"
             raise Unavailable(f"No {self.kind} at {address.name}: {why}. {self.advice}") from None
@@ -210,7 +210,7 @@ class RosSocket(RosDevice):
             if address.secure:
                 end = self._trust().wrap_socket(end, server_hostname=address.certified or address.host)
                 url = f"wss://{address.certified_name}/"
-            return WebSocket(end, url, self.subprotocols, CONNECTING)
+            return WebSocket(end, url, self.subprotocols, CONNECT_TIMEOUT_S)
         except ssl.SSLError as trouble:
             end.close()
             raise Unavailable(f"The connection to {address.name} cannot be encrypted: {trouble.reason}.") from None

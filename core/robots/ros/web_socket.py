@@ -26,9 +26,9 @@ from websockets.uri import parse_uri
 AT_ONCE = 1 << 18  # [bytes] that are taken from the system together
 MOST_WAITING = 1 << 20  # [bytes] that are read before their messages are looked at
 LARGEST = 1 << 26  # [bytes] of a message
-SENDING = 1.0  # [s] for which a robot may take nothing before the link counts as lost
-PING, PONG = 2.0, 5.0  # [s] of silence after which the robot is asked, and for its answer
-FAREWELL = 0.3  # [s] for what was sent last to be taken, and for the other end to hang up
+SEND_TIMEOUT_S = 1.0  # for which a robot may take nothing before the link counts as lost
+PING_AFTER_S, PONG_TIMEOUT_S = 2.0, 5.0  # of silence after which the robot is asked, and for its answer
+FAREWELL_S = 0.3  # for what was sent last to be taken, and for the other end to hang up
 QUICK_ACK = getattr(socket, "TCP_QUICKACK", None)  # Linux has it
 
 
@@ -58,7 +58,7 @@ class WebSocket:
         self._is_text = False
         self._heard = self._asked = time.monotonic()  # [s] when something came last, and a ping was sent
         end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        end.settimeout(SENDING)
+        end.settimeout(SEND_TIMEOUT_S)
         acknowledge_at_once(end)
         try:
             self._waiting = self._shake_hands(patience)  # messages that came with the answer to the handshake
@@ -99,7 +99,7 @@ class WebSocket:
                 self._flush()
         with contextlib.suppress(OSError):
             self._end.shutdown(socket.SHUT_WR)
-            until = time.monotonic() + FAREWELL
+            until = time.monotonic() + FAREWELL_S
             while (left := until - time.monotonic()) > 0 and self._is_readable(left) and self._end.recv(AT_ONCE):
                 pass
         self._end.close()
@@ -165,9 +165,9 @@ class WebSocket:
     def _ask_for_life(self) -> None:
         """Send a ping where nothing comes any more. Raises OSError where none is answered."""
         now = time.monotonic()
-        if now - self._heard > PING + PONG:
+        if now - self._heard > PING_AFTER_S + PONG_TIMEOUT_S:
             raise ConnectionResetError("the other end does not answer")
-        if now - max(self._heard, self._asked) > PING:
+        if now - max(self._heard, self._asked) > PING_AFTER_S:
             self._asked = now
             with self._mutex:
                 if self._protocol.state is OPEN:

@@ -33,14 +33,14 @@ from core.robots.ros.zenoh_keys import (
 if TYPE_CHECKING:
     import zenoh
 
-CONNECTING = 3.0  # [s] to reach the router
-FAREWELL = 0.3  # [s] for which the end of a session is waited for; a frozen router may take it 3 s
-LEASE = 2000  # [ms] of silence after which the router takes the console for gone
+CONNECT_TIMEOUT_S = 3.0  # to reach the router
+FAREWELL_S = 0.3  # for which the end of a session is waited for; a frozen router may take it 3 s
+LEASE_MS = 2000  # of silence after which the router takes the console for gone
 LARGEST = 2**26  # [bytes] of a message; a raw picture of 4K has 25 MB
 LARGEST_READING = 2**20  # [bytes] of a message that may wait for others
-DEEPEST = 64  # messages of a topic that may wait
+MAX_WAITING_MESSAGES = 64  # messages of a topic that may wait
 MOST_ENDPOINTS = 20_000
-ASKING = 1.0  # [s] for the answers of all nodes
+ANSWER_TIMEOUT_S = 1.0  # for the answers of all nodes
 MOST_ANSWERS = 1000
 MOST_LATCHED = 100  # messages of a latched topic: as many publishers of /tf_static
 
@@ -72,12 +72,12 @@ class ZenohAddress:
         fields: dict[str, Any] = {
             "mode": "client",
             "connect/endpoints": [f"{'tls' if self.secure else 'tcp'}/{self.name}"],
-            "connect/timeout_ms": round(CONNECTING * 1000),
+            "connect/timeout_ms": round(CONNECT_TIMEOUT_S * 1000),
             "connect/exit_on_failure": True,
             "scouting/multicast/enabled": False,
             "transport/shared_memory/enabled": False,
-            "transport/unicast/open_timeout": round(CONNECTING * 1000),
-            "transport/link/tx/lease": LEASE,
+            "transport/unicast/open_timeout": round(CONNECT_TIMEOUT_S * 1000),
+            "transport/link/tx/lease": LEASE_MS,
             "transport/link/rx/max_message_size": LARGEST,
         }
         if self.authority:
@@ -138,7 +138,7 @@ class WaitingMessages:
 
     def add(self, topic: str, *, newest_only: bool) -> None:
         """Messages of this topic will come."""
-        self._waiting[topic] = deque(maxlen=1 if newest_only else DEEPEST)
+        self._waiting[topic] = deque(maxlen=1 if newest_only else MAX_WAITING_MESSAGES)
 
     def put(self, topic: str, payload: bytes) -> None:
         """A message has come."""
@@ -202,7 +202,7 @@ class ZenohConnection:
         if self._closing.acquire(blocking=False):  # once
             farewell = threading.Thread(target=self._session.close, name="zenoh-farewell", daemon=True)
             farewell.start()
-            farewell.join(FAREWELL)
+            farewell.join(FAREWELL_S)
 
     def subscribe(self, topic: str, name: str, dialect: Dialect, *, latched: bool, newest_only: bool) -> None:
         """Have the messages of a topic put among those that wait; of a latched one also the last from before."""
@@ -245,7 +245,7 @@ class ZenohConnection:
             attachment=attached,
             target=self._zenoh.QueryTarget.ALL,
             consolidation=self._zenoh.ConsolidationMode.NONE,
-            timeout=ASKING,
+            timeout=ANSWER_TIMEOUT_S,
         )
         return [
             reply.ok.payload.to_bytes() for reply in itertools.islice(replies, MOST_ANSWERS) if reply.ok is not None
@@ -256,7 +256,7 @@ class ZenohConnection:
 
     def _opened(self, address: ZenohAddress) -> zenoh.Session:
         try:
-            socket.create_connection((address.host, address.port), CONNECTING).close()
+            socket.create_connection((address.host, address.port), CONNECT_TIMEOUT_S).close()
         except OSError as trouble:
             why = trouble.strerror or "it did not answer in time"
             raise Unavailable(

@@ -23,7 +23,7 @@ from console.workers.job import Job, answer_decoder, decoder, plain
 from console.workers.process import WORKERS, JobTable
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, Unavailable
-from core.gate.scheduling import CONSOLE, come_first
+from core.gate.scheduling import CONSOLE_RANK, come_first
 from core.geometry import Transform
 from core.optics import CameraModel
 from core.sensors import Image
@@ -65,7 +65,7 @@ def test_a_worker_of_a_console_that_comes_first_stands_back() -> None:
         assert os.sched_getscheduler(worker.pid or 0) == os.SCHED_OTHER
 
     def first() -> None:
-        assert come_first(CONSOLE)
+        assert come_first(CONSOLE_RANK)
         working(work)
 
     if not permitted():

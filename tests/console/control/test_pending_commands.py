@@ -20,7 +20,7 @@ from console.scene.overlays.command_preview import DASH, PreviewLines, dashed, s
 from console.speech.browser_microphone import BrowserMicrophone
 from console.speech.room_transcription import RoomTranscriber
 from core.commands.command import Command
-from core.commands.confirmation_delay import READING
+from core.commands.confirmation_delay import RECOGNITION_TIME_S
 from core.perception.people.voice_bearing import VoiceBearing
 from core.speech.understanding.grammar import understand
 from tests.console.live import Live, hear, say
@@ -192,7 +192,7 @@ def test_an_order_waits_on_while_someone_speaks(live: Live, pending_commands: Pe
         assert pending_commands.waiting is not None
         return pending_commands.waiting.when.begins - planned
 
-    assert live.on_loop(spoken) == pytest.approx(READING - 0.3, abs=0.1)
+    assert live.on_loop(spoken) == pytest.approx(RECOGNITION_TIME_S - 0.3, abs=0.1)
     live.until(lambda: shown(live) is None)
     assert newest(live)["name"] == "stop_at"
     live.on_loop(pending_commands.hear)  # nothing waits: nothing is put off

@@ -6,7 +6,12 @@ import pytest
 
 from core.commands import needs_confirmation
 from core.commands.command import Command
-from core.commands.confirmation_delay import DELAY, LONGEST, READING, ConfirmationDelay
+from core.commands.confirmation_delay import (
+    CONFIRMATION_DELAY_S,
+    MAX_POSTPONED_S,
+    RECOGNITION_TIME_S,
+    ConfirmationDelay,
+)
 from core.speech.understanding.grammar import understand
 
 
@@ -31,11 +36,11 @@ def test_what_goes_far_or_to_a_place_or_a_person_waits(words: str, waits: bool) 
 
 def test_a_command_is_postponed_while_a_person_speaks_but_not_for_ever() -> None:
     moment = ConfirmationDelay.from_now(10.0)
-    assert moment.begins == 10.0 + DELAY
+    assert moment.begins == 10.0 + CONFIRMATION_DELAY_S
     early = moment.while_speaking(10.1)
     assert early == moment
     late = moment.while_speaking(11.5)
-    assert late.begins == 11.5 + READING and late.latest == moment.latest
+    assert late.begins == 11.5 + RECOGNITION_TIME_S and late.latest == moment.latest
     for k in range(100):
         late = late.while_speaking(11.5 + 0.1 * k)
-    assert late.begins == 10.0 + DELAY + LONGEST
+    assert late.begins == 10.0 + CONFIRMATION_DELAY_S + MAX_POSTPONED_S

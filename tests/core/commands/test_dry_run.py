@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from core.commands.command import Command, Progress
-from core.commands.dry_run import FORGOTTEN, LOOK_FOR, SHOWN, START, DryRun
+from core.commands.dry_run import FORGET_PERSON_S, LOOK_FOR, MAX_START_S, SHOW_FOUND_S, DryRun
 from core.errors import Refused
 from core.geometry import OPTICAL, Transform
 from core.navigation.control_context import ControlContext
@@ -89,13 +89,13 @@ def test_of_two_directions_the_voice_decides_and_its_ray_is_kept() -> None:
 
 def test_come_here_ends_and_follow_me_waits_for_who_left() -> None:
     desk = Desk()
-    ended = desk.shows("come_here", SHOWN + 2.0)[-1]
+    ended = desk.shows("come_here", SHOW_FOUND_S + 2.0)[-1]
     assert ended.finished == "done" and not ended.twist.moves
     desk = Desk()
     command = Command(name="follow_me", numbers={}, heard_as="follow me")
     action = DryRun(command, desk.here)
     remarks: list[str] = []
-    for frame in range(round((2.0 + FORGOTTEN) / STEP)):
+    for frame in range(round((2.0 + FORGET_PERSON_S) / STEP)):
         if frame * STEP > 1.0:
             desk.pixels = np.zeros_like(desk.pixels)
         remarks.append(action.drive(desk.here).remark)
@@ -141,4 +141,4 @@ def test_a_worker_that_starts_late_is_waited_for_and_named() -> None:
     desk.look = Starting()
     assert not desk.shows("come_here", LOOK_FOR + 1.0)[-1].finished
     with pytest.raises(Refused, match="has not started yet"):
-        desk.shows("come_here", START + 1.0)
+        desk.shows("come_here", MAX_START_S + 1.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from core.gate import TICK, Gate, Limits, Setpoint, TraceRow, TraceWriter, check
+from core.gate import TICK_S, Gate, Limits, Setpoint, TraceRow, TraceWriter, check
 from core.gate.setpoint import Source
 
 
@@ -24,11 +24,11 @@ class Bench:
             self.let_go()
 
     def run(self, seconds: float) -> None:
-        for _ in range(round(seconds / TICK)):
+        for _ in range(round(seconds / TICK_S)):
             self.tick()
 
     def tick(self) -> None:
-        self.now += TICK
+        self.now += TICK_S
         if self.beats:
             self.gate.heartbeat(self.now)
         if self.scans and self._ticks % 5 == 0:
@@ -57,7 +57,7 @@ class Bench:
         self, source: Source, v: float, w: float = 0.0, press: int = 1, *, seconds: float, epoch: int = 1
     ) -> None:
         """Orders at 50 Hz for so long."""
-        for _ in range(round(seconds / TICK)):
+        for _ in range(round(seconds / TICK_S)):
             self.gate.accept(self.order(source, v, w, press, epoch=epoch), self.now)
             self.tick()
 

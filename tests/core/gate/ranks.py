@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-from core.gate.scheduling import GATE
+from core.gate.scheduling import GATE_RANK
 
 
 def apart(do: Callable[[], object]) -> object:
@@ -26,7 +26,7 @@ def permitted() -> bool:
 
     def ask() -> bool:
         with contextlib.suppress(OSError, AttributeError):
-            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(GATE))
+            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(GATE_RANK))
             return True
         return False
 

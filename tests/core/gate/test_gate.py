@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from core.gate import Gate, Limits, Setpoint
-from core.gate.freshness import REMEMBERED, InputIds
+from core.gate.freshness import MAX_REMEMBERED_PRESSES, InputIds
 from core.gate.setpoint import Source
 from core.gate.status import EXPIRED, TOO_BUSY, GateStatus
 from core.gate.trace import motion_after
@@ -466,10 +466,10 @@ def test_every_stop_is_seen_in_the_status_with_a_new_nonce(bench: Bench, stop: C
 
 def test_what_was_stopped_is_remembered_within_bounds() -> None:
     presses = InputIds()
-    for press in range(3 * REMEMBERED):
+    for press in range(3 * MAX_REMEMBERED_PRESSES):
         presses.refuse("jog", press)
     assert presses.begin("jog", 0)
-    assert not presses.begin("jog", 3 * REMEMBERED - 1)
+    assert not presses.begin("jog", 3 * MAX_REMEMBERED_PRESSES - 1)
 
 
 def test_an_expired_nonce_is_said_as_what_it_means_to_the_operator() -> None:

@@ -196,8 +196,8 @@ def test_a_gate_whose_parent_died_ends_though_another_holds_the_consoles_end_of_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, orphaned: bool
 ) -> None:
     parents = itertools.chain([7], itertools.repeat(1 if orphaned else 7))
-    monkeypatch.setattr(process, "ABSENT", 0.0)
-    monkeypatch.setattr(process, "FAREWELL", 0.0)
+    monkeypatch.setattr(process, "PARENT_CHECK_S", 0.0)
+    monkeypatch.setattr(process, "FAREWELL_S", 0.0)
     monkeypatch.setattr(process.os, "getppid", lambda: next(parents))
     ends = *packet_pair(), *packet_pair()
     gate = Gate(Limits())

@@ -8,7 +8,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from core.gate import TICK, Gate, Limits, Setpoint, TraceWriter, check
+from core.gate import TICK_S, Gate, Limits, Setpoint, TraceWriter, check
 
 LIMITS = Limits()
 speeds = st.one_of(
@@ -112,12 +112,12 @@ class AnyOrderOfThings(RuleBasedStateMachine):
 
     @rule(seconds=st.floats(0.101, 2.0))
     def the_gate_is_frozen(self, seconds: float) -> None:
-        self.now += seconds - TICK
+        self.now += seconds - TICK_S
         self.tick()
         assert not self.gate.twist.moves
 
     def tick(self) -> None:
-        self.now += TICK
+        self.now += TICK_S
         before = self.gate.status()
         twist = self.gate.tick(self.now)
         if self.gate.status().trips > before.trips:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.gate import Limits, Twist
-from core.gate.guard import CRAWL, GRAZE_SPEED, HORIZON, REMEMBERED, ObstacleGuard, approach
+from core.gate.guard import CRAWL_SPEED_M_S, GRAZE_SPEED, HORIZON_M, MAX_REMEMBERED_POINTS, ObstacleGuard, approach
 
 LIMITS = Limits()
 REACH = LIMITS.radius + LIMITS.margin
@@ -38,7 +38,7 @@ def test_the_way_to_a_point_is_what_walking_the_arc_finds(v: float, w: float, x:
     begins_inside = math.hypot(x, y) < REACH
     step = 0.002
     found = math.inf
-    for n in range(int(HORIZON / step)):
+    for n in range(int(HORIZON_M / step)):
         cx, cy = along(twist, n * step)
         if math.hypot(x - cx, y - cy) < REACH:
             found = n * step
@@ -50,7 +50,7 @@ def test_the_way_to_a_point_is_what_walking_the_arc_finds(v: float, w: float, x:
     elif math.isfinite(found):
         assert way == pytest.approx(found, abs=2 * step)
     else:
-        assert way > HORIZON - 2 * step
+        assert way > HORIZON_M - 2 * step
 
 
 def test_a_wall_ahead_slows_and_then_stops() -> None:
@@ -105,7 +105,7 @@ def test_along_a_wall_within_the_margin_it_goes_slowly_on() -> None:
 
 def test_a_wall_that_would_be_touched_stops_it() -> None:
     wall = [(0.02 * n, 0.098 - 0.003 * n) for n in range(60)]
-    assert guard_with(*wall).permit(Twist(0.3, 0.0)).twist.v < CRAWL
+    assert guard_with(*wall).permit(Twist(0.3, 0.0)).twist.v < CRAWL_SPEED_M_S
 
 
 def test_points_stay_where_they_are_while_the_robot_rolls() -> None:
@@ -190,4 +190,4 @@ def test_a_point_out_of_sight_is_remembered_once_and_not_for_ever() -> None:
     for number in range(1000):
         guard.see([(math.cos(number), math.sin(number))], field=1.0)
         guard.roll(Twist(0.1, 0.3), 0.1)
-    assert len(guard._points) <= REMEMBERED + 1  # pyright: ignore[reportPrivateUsage]
+    assert len(guard._points) <= MAX_REMEMBERED_POINTS + 1  # pyright: ignore[reportPrivateUsage]

@@ -8,13 +8,13 @@ from collections.abc import Callable
 
 import pytest
 
-from core.gate import TICK, Gate, Limits, Setpoint
+from core.gate import TICK_S, Gate, Limits, Setpoint
 from core.gate.requests import GateHeartbeat, GateReach
-from core.gate.simulated_clock import AHEAD, SimulatedClock
-from core.robots.process import SLOWEST
+from core.gate.simulated_clock import MAX_AHEAD_S, SimulatedClock
+from core.robots.process import MAX_SLOWDOWN_FACTOR
 
 PERIOD = 0.025  # [s]
-EACH_S = {"frame": PERIOD, "tick": TICK, "pilot": PERIOD, "beat": 0.05}  # between two turns of each part, at least
+EACH_S = {"frame": PERIOD, "tick": TICK_S, "pilot": PERIOD, "beat": 0.05}  # between two turns of each part, at least
 
 
 class LoadedComputer:
@@ -43,7 +43,7 @@ class LoadedComputer:
     def _frame(self) -> None:
         until = self.clock.until
         held = until is not None and self.stamp + PERIOD > until
-        if held and self.real < self._stepped + SLOWEST * PERIOD:
+        if held and self.real < self._stepped + MAX_SLOWDOWN_FACTOR * PERIOD:
             return
         self.stamp, self._stepped = self.stamp + PERIOD, self.real
         self.moved += self.speed * PERIOD
@@ -97,7 +97,7 @@ def test_ears_that_are_busy_hold_the_time_until_they_are_not() -> None:
     heard = at.stamp
     at.clock.hear(GateReach(heard, "ears"))
     at.run(8.0)
-    assert at.stamp - heard < AHEAD + 8.0 / SLOWEST + 2 * PERIOD and at.gate.status().trips == 0
+    assert at.stamp - heard < MAX_AHEAD_S + 8.0 / MAX_SLOWDOWN_FACTOR + 2 * PERIOD and at.gate.status().trips == 0
     at.clock.hear(GateReach(None, "ears"))
     at.run(2.0)
     assert at.stamp - heard > 1.8
@@ -111,7 +111,7 @@ def test_a_part_that_does_not_come_back_stops_a_simulated_robot_within_its_own_t
     at.run(20.0)
     limits = Limits()
     assert at.gate.status().holds and at.speed == 0.0
-    assert at.moved - moved < 0.2 * (AHEAD + max(limits.deadman, limits.heartbeat) + 2 * PERIOD)
+    assert at.moved - moved < 0.2 * (MAX_AHEAD_S + max(limits.deadman, limits.heartbeat) + 2 * PERIOD)
 
 
 def test_a_stop_holds_while_time_stands() -> None:

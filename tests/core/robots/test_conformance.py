@@ -19,7 +19,7 @@ import pytest
 from core.errors import BadInput
 from core.gate import ZERO, Twist
 from core.robots.conformance import (
-    STOPPING,
+    MAX_STOPPING_S,
     ConformanceReport,
     Holdings,
     Interruption,
@@ -30,7 +30,7 @@ from core.robots.conformance import (
 )
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
-from core.robots.process import TIMEOUT
+from core.robots.process import TWIST_TIMEOUT_S
 from core.robots.ros.typestore import TWIST_STAMPED
 from tests.core.robots.links import loopback
 from tests.emulators.camera import CameraEmulator
@@ -49,7 +49,7 @@ from tests.emulators.zenoh_robot import ZenohEmulator
 Speeds = list[tuple[float, float, float]]  # time.monotonic(), speeds that are zero when the robot shall stand
 
 STOPS = 20, 100  # requests of which the slowest but one counts; the second in the campaign
-BRIEF = {"MEASURING": 1.5, "DRIVING": 0.6, "LONGEST": 3.0}  # [s] of an examination here
+BRIEF = {"MIN_MEASURING_S": 1.5, "TEST_DRIVE_S": 0.6, "MAX_MEASURING_S": 3.0}  # of an examination here
 TRIES = 3  # examinations of a robot: other tests take the computer's time
 FRAME_SHARE = 0.5  # of the frames: one interpreter does the work of driver, robot and world
 GARBAGE = 200  # malformed messages
@@ -183,7 +183,7 @@ def examined(there: tuple[Subject, Emulated]) -> tuple[Subject, ConformanceRepor
             changed.setattr(f"core.robots.conformance.{name}", value)
         for tried in range(TRIES):
             changed.setattr("core.robots.conformance.FRAME_SHARE", FRAME_SHARE / 2**tried)
-            changed.setattr("core.robots.conformance.STOPPING", STOPPING * 2**tried)
+            changed.setattr("core.robots.conformance.MAX_STOPPING_S", MAX_STOPPING_S * 2**tried)
             report = check_robot(robot.url, drive=True, interruption=robot.restart)
             if report.passed:
                 break
@@ -272,7 +272,7 @@ def test_silence_is_zero_on_the_wire(wire: tuple[Subject, Emulated, DriverSessio
     session.ask(SLOW)
     until(lambda: moves(robot))
     until(lambda: not moves(robot))
-    assert TIMEOUT - 0.02 < speeds(robot)[-1][0] - session.asked_at < TIMEOUT + 0.1
+    assert TWIST_TIMEOUT_S - 0.02 < speeds(robot)[-1][0] - session.asked_at < TWIST_TIMEOUT_S + 0.1
 
 
 def test_after_a_restart_only_zero_comes_until_zero_was_asked_for(
@@ -371,7 +371,7 @@ class Faulty(Device):
 def test_a_fault_of_a_driver_is_found_and_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str, failed: str, advice: str
 ) -> None:
-    for name in ("SENSOR_START", "MEASURING", "DRIVING"):
+    for name in ("SENSOR_START", "MIN_MEASURING_S", "TEST_DRIVE_S"):
         monkeypatch.setattr(f"core.robots.conformance.{name}", 0.8)
     (tmp_path / "faulty_robot.py").write_text(FAULTY.replace("{fault}", fault))
     report = check_robot(f"py:{tmp_path}/faulty_robot.py:", drive=fault in ("drive", "stop"))
@@ -433,8 +433,8 @@ def test_a_rate_that_the_robot_does_not_say_is_reported_and_never_failed(told: f
 def test_the_other_type_of_speeds_is_tried_where_the_guessed_one_moves_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 0.3)
-    monkeypatch.setattr("core.robots.conformance.DRIVING", 1.0)
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING_TIMEOUT_S", 0.3)
+    monkeypatch.setattr("core.robots.conformance.TEST_DRIVE_S", 1.0)
     world = World()
     emulator = RosbridgeEmulator(world, cmd_vel_type=TWIST_STAMPED, tells=False)
     world.on_image.clear()

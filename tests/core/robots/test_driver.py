@@ -16,7 +16,7 @@ from core.gate import ZERO, Twist
 from core.gate.packets import packet_pair, send_packet, take_packets
 from core.robots import Profile, driver
 from core.robots.frame_sender import FrameReceiver, FrameSender
-from core.robots.process import SLOWEST, TIMEOUT, DriverLoop
+from core.robots.process import MAX_SLOWDOWN_FACTOR, TWIST_TIMEOUT_S, DriverLoop
 from core.robots.requests import AnswerT, RobotRequest, not_taken
 from core.sensors import Laser, Scan, SensorFrame
 
@@ -95,7 +95,7 @@ class Running:
 @pytest.fixture
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """What stops the base is not the silence of the gate."""
-    monkeypatch.setattr("core.robots.process.TIMEOUT", 60.0)
+    monkeypatch.setattr("core.robots.process.TWIST_TIMEOUT_S", 60.0)
 
 
 @pytest.fixture
@@ -109,7 +109,7 @@ def test_without_twists_the_base_is_told_to_stand(running: Running) -> None:
     running.start_driving()
     begun = running.robot.told[-1][0]
     running.until(lambda: not running.robot.twist.moves)
-    assert running.robot.told[-1][0] - begun >= TIMEOUT
+    assert running.robot.told[-1][0] - begun >= TWIST_TIMEOUT_S
     send_packet(running.gate, {"v": 0.2, "w": 0.0, "nonce": 2})
     running.until(lambda: running.robot.twist.moves)
 
@@ -194,7 +194,7 @@ def test_a_simulated_robot_lives_no_further_than_its_gate_lets_it_but_very_slowl
     begun = time.monotonic()
     time.sleep(0.2)
     stamp, passed = running.robot.stamp, time.monotonic() - begun
-    assert stamp <= until + (1 + passed / (SLOWEST / 40)) / 40
+    assert stamp <= until + (1 + passed / (MAX_SLOWDOWN_FACTOR / 40)) / 40
     send_packet(running.gate, {"v": 0.0, "w": 0.0, "nonce": 3})  # a gate of a real robot says no time
     running.until(lambda: running.robot.stamp > until + 0.2)
 

@@ -45,7 +45,7 @@ def scan(stamp: float = 0.0) -> bytes:
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> Iterator[SmallFoxglove]:
-    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 1.0)
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING_TIMEOUT_S", 1.0)
     server = SmallFoxglove([SCAN_CHANNEL, ("/cmd_vel", *definition(TWIST))])
     server.on_subscribed = lambda one: one.log(1, scan())
     yield server
@@ -140,7 +140,7 @@ def test_a_bridge_that_takes_no_speeds_is_a_robot_that_only_shows(small: SmallFo
 
 
 def test_speeds_go_where_the_connection_graph_has_a_listener(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 0.3)
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING_TIMEOUT_S", 0.3)
     emulator = FoxgloveEmulator(World(), listens=("/base/cmd_vel",), cmd_vel_type=TWIST_STAMPED)
     emulator.start()
     device = device_of(emulator.url)
@@ -177,7 +177,7 @@ def test_settings_come_from_the_address() -> None:
 
 
 def test_nobody_there_and_someone_else_there_are_sentences(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("core.robots.ros.socket_link.CONNECTING", 1.0)
+    monkeypatch.setattr("core.robots.ros.socket_link.CONNECT_TIMEOUT_S", 1.0)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -189,7 +189,7 @@ def test_nobody_there_and_someone_else_there_are_sentences(monkeypatch: pytest.M
 
 
 def test_a_robot_without_topics_is_a_sentence(small: SmallFoxglove, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("core.robots.ros.socket_link.LISTING", 1.0)
+    monkeypatch.setattr("core.robots.ros.socket_link.LISTING_TIMEOUT_S", 1.0)
     small.channels = []
     small.start()
     device = device_of(small.url)
@@ -200,7 +200,7 @@ def test_a_robot_without_topics_is_a_sentence(small: SmallFoxglove, monkeypatch:
 
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="a certificate needs openssl: apt install openssl")
 def test_an_encrypted_bridge_is_checked_by_its_certificate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 0.3)
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING_TIMEOUT_S", 0.3)
     made, key = certificate(tmp_path)
     emulator = FoxgloveEmulator(World(), tls=(made.read_bytes(), key.read_bytes()))
     emulator.start()

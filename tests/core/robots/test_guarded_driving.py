@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from core.gate import TICK, Gate, Limits, Setpoint, TraceWriter, check
+from core.gate import TICK_S, Gate, Limits, Setpoint, TraceWriter, check
 from core.robots.nearness import field_of, near_points
 from core.robots.requests import PlaceThing
 from core.sensors import SensorFrame
@@ -42,8 +42,8 @@ class Drive:
             self.gate.see(near_points(frame.scan, laser, frame), now, field_of(laser))
         self._seq += 1
         self.gate.accept(Setpoint(1, self._seq, "goal", 1, v, w, frame.nonce), now)
-        while self._tick * TICK <= now:
-            self.gate.tick(self._tick * TICK)
+        while self._tick * TICK_S <= now:
+            self.gate.tick(self._tick * TICK_S)
             self._tick += 1
         self.robot.drive(self.gate.twist)
         self.frame = frame

@@ -137,7 +137,7 @@ def test_the_motor_of_an_rplidar_a2_is_started(monkeypatch: pytest.MonkeyPatch) 
         return Deaf()
 
     monkeypatch.setattr("core.robots.lds.open_link", link)
-    monkeypatch.setattr("core.robots.lds.OPENING", 0.0)
+    monkeypatch.setattr("core.robots.lds.OPENING_TIMEOUT_S", 0.0)
     device = open_device("///dev/x?model=rplidar-a2")
     with pytest.raises(Unavailable):
         device.open()
@@ -208,7 +208,7 @@ def test_an_address_that_cannot_be_is_a_sentence(rest: str) -> None:
 
 
 def test_a_lidar_that_does_not_measure_is_a_sentence(ld19: LidarEmulator, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("core.robots.lds.OPENING", 0.5)
+    monkeypatch.setattr("core.robots.lds.OPENING_TIMEOUT_S", 0.5)
     ld19.turning = False
     device = device_of(ld19)
     with pytest.raises(Unavailable, match="no ld19 measures"):

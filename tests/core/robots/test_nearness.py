@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.gate.guard import HORIZON
+from core.gate.guard import HORIZON_M
 from core.geometry import Pose
-from core.robots.nearness import FORGOTTEN_S, RESTED, Freshness, NearField, field_of, near_points
+from core.robots.nearness import FORGOTTEN_S, RESTED_SCANS, Freshness, NearField, field_of, near_points
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 from core.sensors.checks import MAX_AGE_S, MAX_LEAD_S
 
@@ -43,7 +43,7 @@ def test_what_is_far_blind_or_free_is_left_out() -> None:
     scan = scan_of(ranges)
     ((x, y),) = near_points(scan, LASER, frame_of(scan))
     assert math.hypot(x, y) == pytest.approx(1.4, abs=1e-3)
-    assert HORIZON == 1.5
+    assert HORIZON_M == 1.5
 
 
 def test_points_are_in_the_robot_frame_wherever_the_laser_sits() -> None:
@@ -76,7 +76,7 @@ def test_no_echo_at_all_is_a_free_room_only_when_nothing_was_near_before() -> No
     freshness = Freshness()
     assert not freshness.shows(scan_of(nothing), moving=False)  # it never showed an echo
     near, far = nothing.copy(), nothing.copy()
-    near[300:320], far[300:320] = HORIZON - 0.1, HORIZON + 0.1
+    near[300:320], far[300:320] = HORIZON_M - 0.1, HORIZON_M + 0.1
     assert freshness.shows(scan_of(near), moving=False)
     assert not any(freshness.shows(scan_of(nothing), moving=moving) for moving in (False, True, False))
     assert freshness.shows(scan_of(far), moving=True)
@@ -98,7 +98,7 @@ def test_a_laser_that_hangs_does_not_come_back_by_standing_for_a_moment() -> Non
     assert freshness.shows(scan_of(ranges + 0.001), moving=True)
     for _ in range(3):
         freshness.shows(scan_of(ranges), moving=True)
-    assert any(freshness.shows(scan_of(ranges), moving=False) for _ in range(RESTED))
+    assert any(freshness.shows(scan_of(ranges), moving=False) for _ in range(RESTED_SCANS))
 
 
 def test_a_robot_that_stands_may_see_the_same_again() -> None:

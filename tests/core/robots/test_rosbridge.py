@@ -40,7 +40,7 @@ def scan(stamp: float) -> Scan:
 @pytest.fixture
 def emulator(monkeypatch: pytest.MonkeyPatch) -> Iterator[RosbridgeEmulator]:
     """Nothing is sensed but what a test says, and nothing is waited for."""
-    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 0.3)
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING_TIMEOUT_S", 0.3)
     one = RosbridgeEmulator(World())
     yield one
     one.stop()

@@ -255,7 +255,7 @@ def test_an_address_that_cannot_be_is_a_sentence(rest: str) -> None:
 
 
 def test_something_that_does_not_answer_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("core.robots.srv1.OPENING", 0.5)
+    monkeypatch.setattr("core.robots.srv1.OPENING_TIMEOUT_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         device = open_device(f"//127.0.0.1:{silent.getsockname()[1]}")
         with pytest.raises(Unavailable, match="no SRV-1 answers"):

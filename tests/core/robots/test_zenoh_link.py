@@ -24,7 +24,7 @@ from core.robots.live import LiveRobot
 from core.robots.ros.topics import LASER_SCAN
 from core.robots.ros.typestore import TWIST, TWIST_STAMPED
 from core.robots.ros.zenoh_keys import parse_token
-from core.robots.ros.zenoh_session import DEEPEST, LARGEST_READING, WaitingMessages
+from core.robots.ros.zenoh_session import LARGEST_READING, MAX_WAITING_MESSAGES, WaitingMessages
 from core.robots.zenoh_link import ZenohRobot, open_device
 from core.sensors import Scan, SensorFrame
 from tests.console.test_tls import certificate
@@ -62,7 +62,7 @@ def emulator() -> Iterator[ZenohEmulator]:
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Topics are waited for less long."""
-    monkeypatch.setattr("core.robots.zenoh_link.LISTING", 1.0)
+    monkeypatch.setattr("core.robots.zenoh_link.LISTING_TIMEOUT_S", 1.0)
 
 
 def notes_of(robot: LiveRobot, seconds: float) -> str:
@@ -143,7 +143,7 @@ def test_a_type_of_another_definition_is_left_out_with_a_sentence(
 ) -> None:
     emulator.stop()
     usual = emulator.hash_of
-    monkeypatch.setattr("core.robots.zenoh_link.LEARNING", 0.5)
+    monkeypatch.setattr("core.robots.zenoh_link.LEARNING_TIMEOUT_S", 0.5)
     emulator.hash_of = lambda kind: "RIHS01_" + "0" * 64 if kind == LASER_SCAN else usual(kind)  # type: ignore[method-assign]
     emulator.start()
     with live(device_of(emulator)) as robot:
@@ -269,7 +269,7 @@ def test_the_address_says_which_robot_and_which_of_its_topics() -> None:
 
 
 def test_nobody_there_and_someone_else_there_are_sentences(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("core.robots.ros.zenoh_session.CONNECTING", 1.0)
+    monkeypatch.setattr("core.robots.ros.zenoh_session.CONNECT_TIMEOUT_S", 1.0)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         rest = f"//127.0.0.1:{free.getsockname()[1]}"
@@ -344,13 +344,13 @@ def test_of_every_topic_so_many_messages_wait_and_of_pictures_the_newest() -> No
     arrived = waiting.take(0.0)
     assert [payload for topic, payload in arrived if topic == "/image"] == [b"99"]
     scans = [int(payload) for topic, payload in arrived if topic == "/scan"]
-    assert scans == list(range(100 - DEEPEST, 100)) and arrived[-2][0] == "/image"
-    assert waiting.dropped == 99 + 100 - DEEPEST + 1
+    assert scans == list(range(100 - MAX_WAITING_MESSAGES, 100)) and arrived[-2][0] == "/image"
+    assert waiting.dropped == 99 + 100 - MAX_WAITING_MESSAGES + 1
     assert waiting.take(0.0) == []
 
 
 def test_a_robot_that_is_closed_while_it_is_looked_for_is_let_go_of(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("core.robots.ros.zenoh_session.CONNECTING", 1.0)
+    monkeypatch.setattr("core.robots.ros.zenoh_session.CONNECT_TIMEOUT_S", 1.0)
     with socket.socket() as deaf:
         deaf.bind(("127.0.0.1", 0))
         deaf.listen()

@@ -216,7 +216,7 @@ def test_the_robot_stops_by_itself_when_the_console_is_silent(opened: Opened) ->
 def test_a_guessed_type_of_speeds_that_moves_nothing_is_named_and_the_other_one_moves_it(
     monkeypatch: pytest.MonkeyPatch, make: Callable[..., Any]
 ) -> None:
-    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 0.3)
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING_TIMEOUT_S", 0.3)
     world = World()
     emulator = make(world, cmd_vel_type=TWIST_STAMPED, tells=False)
     world.on_image.clear()  # nobody looks

@@ -96,7 +96,7 @@ def served(wire: str, topics: Topics, listeners: Collection[str]) -> Generator[t
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("LEARNING", "DESCRIBING"):
+    for name in ("LEARNING_TIMEOUT_S", "DESCRIBING_TIMEOUT_S"):
         monkeypatch.setattr(f"core.robots.ros.socket_link.{name}", 0.05)
 
 
@@ -127,7 +127,7 @@ def test_nothing_is_written_to_one_of_several_robots_before_it_is_named(
 
 def test_a_mounting_that_comes_on_tf_alone_and_stays_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     """As of a laser that is mounted a quarter turn to the left."""
-    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 10.0)
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING_TIMEOUT_S", 10.0)
     turned = Transform.of_pose(Pose(-0.04, 0.0, math.pi / 2), 0.2)
     tree = MAKER.encode(TF, transforms=[MAKER.transform("base_footprint", "laser", turned)])
     scan = Scan(stamp=1.0, ranges=np.ones(90, np.float32), angle_min=-0.5, angle_step=0.01)
