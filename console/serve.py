@@ -43,6 +43,7 @@ from console.http.timeouts import HEADER_TIME, ServerConfig, TimeoutHttp, Timeou
 from console.logging_setup import start_logging
 from console.part import BackgroundTask
 from console.people.inhabitants import move_in
+from console.recording.service import RecordingService
 from console.robot.supervisor import RobotSupervisor
 from console.runtime import Runtime
 from console.speech.room_transcription import RoomTranscriber
@@ -50,6 +51,7 @@ from console.speech.spoken_text_files import SpokenTextFiles
 from core.errors import BadInput, BeckonError, Unavailable
 from core.gate.scheduling import CONSOLE_RANK, come_first
 from core.pilot import Pilot
+from core.recording.foxglove_server import LOOPBACK_ADDRESS, check_installed
 from core.settings import load
 from core.speech.recognition.engines import chosen
 from core.speech.settings import SpeechSettings
@@ -90,6 +92,7 @@ class Options:
     text_files: Path | None = None  # the folder of speech.txt and source.txt
     precedence: bool = False  # run before other programs with a simulated robot, too
     nobody: bool = False  # nobody stands in the simulated room
+    foxglove: int | None = None  # the port where Foxglove watches live
     write_text_files: Path | None = None  # another one, for what the robot's microphones understood
 
 
@@ -222,6 +225,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
                 runtime.notifications.tell("warning", damaged)
 
         server = Server(config, runtime, listening)
+        runtime.parts[RecordingService].foxglove_port = options.foxglove or 0
         runtime.parts[ConnectionService].leave = server.leave
         runtime.parts[ConnectionService].reach = Reach(options.connect)
         recording = options.robot.removeprefix("log:")
@@ -356,6 +360,7 @@ def check(options: Options) -> None:
         if not HOST_NAME.fullmatch(in_address(name)) or is_wildcard(name):
             raise BadInput("--allow-host takes a host's name or address as it stands in the browser, without a port.")
     Reach(options.connect)
+    _check_foxglove(options.foxglove)
     _check_tls(options)
     if options.token_file is not None:
         read_token(options.token_file)
@@ -365,6 +370,21 @@ def check(options: Options) -> None:
             options.gate_trace.open("a").close()
         except OSError as trouble:
             raise BadInput(f"--gate-trace {options.gate_trace} cannot be written: {trouble.strerror}.") from None
+
+
+def _check_foxglove(port: int | None) -> None:
+    """Raises BadInput for a port that cannot be used, Unavailable without the package."""
+    if port is None:
+        return
+    if not 0 < port <= 65535:
+        raise BadInput("--foxglove takes a port from 1 to 65535; Foxglove itself looks at 8765.")
+    check_installed()
+    with socket.socket() as trial:
+        trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            trial.bind((LOOPBACK_ADDRESS, port))
+        except OSError as trouble:
+            raise BadInput(f"--foxglove {port} cannot be served: {trouble.strerror}. Take another port.") from None
 
 
 def _check_text_files(options: Options) -> None:

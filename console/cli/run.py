@@ -69,6 +69,13 @@ def add(places: Any) -> None:
         metavar="DIR",
         help="write what the robot's microphones understood into speech.txt and source.txt in this folder",
     )
+    parser.add_argument(
+        "--foxglove",
+        type=int,
+        default=None,
+        metavar="PORT",
+        help="serve the topics of a recording live to Foxglove and Lichtblick on this computer, to look at only",
+    )
     parser.set_defaults(run=run)
 
 
@@ -98,6 +105,7 @@ def run(chosen: argparse.Namespace) -> int:
             nobody=chosen.nobody,
             precedence=chosen.precedence,
             write_text_files=chosen.write_text_files,
+            foxglove=chosen.foxglove,
         )
     )
     return 0

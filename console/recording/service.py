@@ -35,6 +35,7 @@ from console.recording.work import (
     RecordedMoment,
     RecordMoments,
     RecoverRecordings,
+    ServeFoxglove,
 )
 from console.robot.link import RobotLink
 from console.sentences import code_of
@@ -58,6 +59,7 @@ ENDING = ".mcap"
 MAX_NAME_LETTERS, MAX_NOTE_LETTERS = 80, 2000
 NAME = re.compile(r"[\w][\w .-]*")
 BATCH_PERIOD_S = 0.25  # [s] between two batches for the recorder's process
+FOXGLOVE_PERIOD_S = 0.05  # [s] of the same where other programs watch live
 BATCH_BUDGET_S, FILE_BUDGET_S = 5.0, 120.0  # [s] of processor time
 MAX_WAITING_MOMENTS = 400  # frames that may wait; more are left out, with a notice
 MAP_PERIOD_S = 2.0  # [s] between two maps, at least
@@ -146,6 +148,7 @@ class RecordingService(Part):
         self._kept_at = -1e9
         self._wake = asyncio.Event()
         self.revision = 0  # of the list of recordings
+        self.foxglove_port = 0  # where Foxglove and others watch live; 0: nowhere
 
     # life
 
@@ -175,7 +178,7 @@ class RecordingService(Part):
         """Send what came to the recorder's process, and look at the disk."""
         while True:
             await self._wake.wait()
-            await asyncio.sleep(BATCH_PERIOD_S)
+            await asyncio.sleep(FOXGLOVE_PERIOD_S if self.foxglove_port else BATCH_PERIOD_S)
             self._wake.clear()
             await self._send()
             if self._unfinished:
@@ -195,14 +198,14 @@ class RecordingService(Part):
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """Take a frame and what was made of it, once the robot has moved or something is recorded."""
         moves = bool(snapshot.setpoint.v or snapshot.setpoint.w)
-        if moves and self._settings.ring_s > 0:
+        if moves and self.ring_limit_s > 0:
             self._moved = self._moved or time.monotonic()
-        due = self._moved > 0 and time.monotonic() - self._moved > RING_DELAY_S
+        due = bool(self.foxglove_port) or (self._moved > 0 and time.monotonic() - self._moved > RING_DELAY_S)
         if not self._listens and (self._running is not None or due):
             self._listens, self._listened = True, time.monotonic()
         acts = () if snapshot.inputs is None else snapshot.inputs.acts
         self._used = next((act for act in reversed(acts) if isinstance(act, Profile)), self._used)
-        if not self._listens or "replay" in self._robot.profile.capabilities:
+        if not self._listens or (self._replays and not self.foxglove_port):
             return
         if why := self._events.take(snapshot, self._notifications.shown, self._robot.status()):
             self._happened(why)
@@ -243,7 +246,7 @@ class RecordingService(Part):
     def _happened(self, why: str) -> None:
         """Something went wrong: the ring is kept in a moment."""
         now = time.monotonic()
-        if self._settings.ring_s > 0 and self._incident is None and now - self._kept_at > INCIDENT_PAUSE_S:
+        if self.ring_limit_s > 0 and self._incident is None and now - self._kept_at > INCIDENT_PAUSE_S:
             self._incident = (now + AFTER_INCIDENT_S, why)
 
     # recording
@@ -251,13 +254,18 @@ class RecordingService(Part):
     @property
     def ring_limit_s(self) -> float:
         """The longest part of a drive [s] that is held in memory; 0: none is."""
-        return self._settings.ring_s
+        return 0.0 if self._replays else self._settings.ring_s
+
+    @property
+    def _replays(self) -> bool:
+        """True for a recording that is played: it is not recorded again."""
+        return "replay" in self._robot.profile.capabilities
 
     @property
     def state(self) -> RecordingState:
         """The recorder now."""
         one, now = self._running, time.monotonic()
-        ring_s = min(now - self._listened, self._settings.ring_s) if self._listens else 0.0
+        ring_s = min(now - self._listened, self.ring_limit_s) if self._listens else 0.0
         if one is None:
             return RecordingState(None, "", 0.0, 0, 0.0, {}, ring_s)
         path = str(self._path(one.name)) + PART
@@ -265,7 +273,7 @@ class RecordingService(Part):
 
     async def start(self, name: str | None, note: str, who: Person) -> RecordingState:
         """Begin a recording. Raises BadInput, Problem 409, Unwritable."""
-        if "replay" in self._robot.profile.capabilities:
+        if self._replays:
             raise Problem(409, "This is a recording already; its file can be downloaded.")
         if self._running is not None:
             raise Problem(409, RUNS)
@@ -359,8 +367,16 @@ class RecordingService(Part):
             return
         profile = self._robot.profile
         built, used = profile_to_json(profile), profile_to_json(self._used or profile)
-        await self._worker.ask(DescribeRobot(built, used, self._settings.ring_s), budget=FILE_BUDGET_S)
+        await self._worker.ask(DescribeRobot(built, used, self.ring_limit_s), budget=FILE_BUDGET_S)
         self._described = self._worker.starts
+        if self.foxglove_port:
+            try:
+                await self._worker.ask(
+                    ServeFoxglove(self.foxglove_port, f"Beckon: {profile.name}"), budget=FILE_BUDGET_S
+                )
+            except BeckonError as trouble:
+                self.foxglove_port = 0
+                self._notifications.tell("error", str(trouble), "foxglove")
 
     async def _after_batch(self, now: float) -> None:
         if self._incident is not None and now > self._incident[0]:

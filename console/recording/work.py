@@ -9,6 +9,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import pickle
+import time
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ from core.gate.status import GateStatus
 from core.message import Array
 from core.pilot.drive_record import record_of
 from core.recording.drive import CAMERA_TOPIC
+from core.recording.foxglove_server import FoxgloveServer
 from core.recording.frame_record import ROBOT, RobotRecord
 from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, PART, McapRecording, RecordedFile, recovered
 from core.recording.ros import Envelope, decode
@@ -82,6 +84,13 @@ class DescribeRobot(Job[None], frozen=True):
     ring_s: float  # [s] that are kept in memory
 
 
+class ServeFoxglove(Job[None], frozen=True):
+    """Send everything that comes to Foxglove's clients, too; sent after the description of the robot."""
+
+    port: int
+    name: str
+
+
 class BeginRecording(Job[None], frozen=True):
     """Write from now on to this file."""
 
@@ -137,6 +146,7 @@ class RecorderWorker:
         self._ring: deque[tuple[float, RosMessage]] = deque()
         self._latched: dict[str, tuple[float, RosMessage]] = {}  # newest of each topic that a file begins with
         self._ring_s = 0.0
+        self._foxglove: FoxgloveServer | None = None
         atexit.register(self._end)
 
     @property
@@ -144,6 +154,7 @@ class RecorderWorker:
         """Every job it knows."""
         return (
             DescribeRobot.handled_by(self.describe),
+            ServeFoxglove.handled_by(self.serve),
             BeginRecording.handled_by(self.begin),
             RecordMoments.handled_by(self.record),
             FinishRecording.handled_by(self.finish),
@@ -162,6 +173,11 @@ class RecorderWorker:
         fixed = (*self._encoder.fixed(0.0), self._encoder.robot(0.0, self._robot))
         self._latched = {one.topic: (0.0, one) for one in fixed}
 
+    def serve(self, job: ServeFoxglove) -> None:
+        """Open a server. Raises Unavailable."""
+        self._foxglove = self._foxglove or FoxgloveServer(job.port, job.name)
+        self._foxglove.publish((one for _, one in self._latched.values()), time.time())
+
     def begin(self, job: BeginRecording) -> None:
         """Open a file. Raises Unwritable."""
         self._recording = described(McapRecording(Path(job.path)), job.described, job.attached)
@@ -175,6 +191,8 @@ class RecorderWorker:
     def _record(self, moment: RecordedMoment) -> None:
         messages = list(self._messages(moment))
         recording, logged = self._recording, moment.logged
+        if self._foxglove is not None:
+            self._foxglove.publish(messages, logged)
         if recording is not None:
             fresh = not recording.written.messages
             try:

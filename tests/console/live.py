@@ -57,8 +57,9 @@ class Live:
         tls: tuple[Path, Path] | None = None,
         pace: float = 1.0,
         ring_s: float = 0.0,
+        foxglove_port: int = 0,
     ) -> None:
-        """`ring_s`: of the recorder, whose process starts with the first motion."""
+        """`ring_s`: of the recorder, whose process starts with the first motion; `foxglove_port`: it serves there."""
         self.home = folder
         self.robot = InProcessRobot(url, pace=pace)
         logins = Logins()
@@ -76,6 +77,7 @@ class Live:
             access=access,
         )
         self.runtime.parts[RecordingService]._settings = RecordingSettings(ring_s=ring_s)
+        self.runtime.parts[RecordingService].foxglove_port = foxglove_port
         self.app = create_app(self.runtime)
         self.server = Server(configured(self.app, *(tls or ())), self.runtime, lambda: None)
         self._thread = threading.Thread(target=self._run, daemon=True)
