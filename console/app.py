@@ -37,6 +37,7 @@ from console.api.page import page, scene_page_file
 from console.api.page_files import PageFiles
 from console.api.pending_command import pending_command
 from console.api.people import people
+from console.api.places import places
 from console.api.playback import playback
 from console.api.recognizer import recognizer
 from console.api.recordings import recordings
@@ -68,6 +69,7 @@ ROUTERS = (
     login,
     sessions,
     maps,
+    places,
     connection,
     slam,
     playback,

@@ -21,6 +21,7 @@ from console.control.playback import PlaybackController
 from console.control.settings_in_use import NAME as SETTINGS
 from console.control.settings_in_use import SettingsInUse
 from console.experiments.runs import ExperimentRuns
+from console.maps.places import PlaceService
 from console.maps.service import MapService
 from console.part import Part, Parts
 from console.people.look_service import LookService
@@ -98,6 +99,13 @@ def room_transcriber(base: ConsoleBase, parts: Parts) -> RoomTranscriber:
     return transcriber
 
 
+def places(base: ConsoleBase, parts: Parts) -> PlaceService:
+    """Everything that reads words learns their names."""
+    service = PlaceService(parts[MapService], base.dispatcher)
+    service.when_changed += [parts[RoomTranscriber].learn, parts[BrowserMicrophone].learn]
+    return service
+
+
 CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
     lambda base, _: CalibrationService(
         base.home,
@@ -124,6 +132,7 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
     ),
     room_transcriber,
     lambda base, _: BrowserMicrophone(base.settings.speech),
+    places,
     lambda base, _: RobotVoice(settings=base.settings.voice),
     lambda base, _: SettingsInUse(base.settings, base.settings_file or base.home / SETTINGS, base.adopted),
     lambda base, parts: ConnectionService(base.home, base.robot, parts[MapService], base.settings.log),

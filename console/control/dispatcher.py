@@ -61,7 +61,8 @@ class CommandDispatcher:
         self, robot: RobotLink, lease: Lease, history: History, notifications: Notifications, own: OwnPhrases = ()
     ) -> None:
         """`own`: phrases of the user's that may be typed, too."""
-        self._own = own
+        self.own_phrases = own
+        self._places: OwnPhrases = ()
         self.setpoint_sender = SetpointSender(robot)
         self._stop_controller = StopController(
             robot, self.setpoint_sender, lease, history, notifications, partial(self.cancel, objected=True)
@@ -80,6 +81,15 @@ class CommandDispatcher:
         self._ticked = math.inf  # [s]
         self._obeyed = 0.0  # [s] when the gate last had nothing against the active command
 
+    @property
+    def phrases(self) -> OwnPhrases:
+        """All words that are understood beside the vocabulary: the user's own, and those of named places."""
+        return (*self.own_phrases, *self._places)
+
+    def know_places(self, phrases: OwnPhrases) -> None:
+        """Understand these words of places from now on, and no others."""
+        self._places = phrases
+
     # commands
 
     def submit(
@@ -88,7 +98,7 @@ class CommandDispatcher:
         """Understand words as they arrive → the history entry of the command that is now active; `said`: when they
         were, if that was not this moment; `call`: where the person is whom they concern. Raises Problem 403 to 503.
         """
-        heard = understand(text, own=self._own)
+        heard = understand(text, own=self.phrases)
         if call is not None and isinstance(heard, Command):
             if spec_of(heard.name).target != "person":
                 raise Problem(422, ONLY_TO_PERSONS)

@@ -57,7 +57,7 @@ class TextFileCommands(Part):
 
     async def order(self, words: str, said: Spoken) -> None:
         """One sentence, and when it was written: under way, or why not in the history and on the notice board."""
-        command = understand(words, spoken=True)
+        command = understand(words, spoken=True, own=self._dispatcher.phrases)
         if isinstance(command, Refusal):
             self._refuse(words, command.reason)
             return

@@ -17,6 +17,7 @@ from console.control.history import History
 from console.control.lease import Lease
 from console.http.problems import Problem
 from console.maps.export import FLOOR, PREVIEW, known_part, write_map
+from console.maps.marks import MapMarks, read_marks, write_marks
 from console.maps.store import LONGEST, MapInfo, MapStore, StoredMap, checked_name
 from console.maps.trajectory import Trajectory
 from console.messages import MapState
@@ -25,6 +26,7 @@ from console.robot.link import RobotLink
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import to_the_end
 from core.errors import BeckonError
+from core.files import saving
 from core.geometry import Pose
 from core.pilot.pilot import Pilot
 from core.sensors import SensorFrame
@@ -70,6 +72,8 @@ class MapService(Part):
         self._autosaved_at: Pose | None = None  # where the robot was when its unsaved map was last kept
         self._traced: tuple[OccupancyGrid, MapOutline] | None = None  # the newest outline and of what
         self._earlier_kept = False  # the last map of the console before this one has its own name
+        self.marks = MapMarks()  # of the map in use
+        self.marks_revision = 0
 
     # state
 
@@ -79,6 +83,9 @@ class MapService(Part):
             self._pilot, self._name = self._dispatcher.pilot, None
             self.trajectory.forget()
             self._stands_kept()
+            self._set_marks(MapMarks())
+        if self._newest is not None and self._newest.floor.graph_revision != snapshot.floor.graph_revision:
+            self._set_marks(self.marks)
         self._newest = snapshot
         if self._kept_at is None:
             self._kept_at = snapshot.estimate.pose
@@ -88,7 +95,7 @@ class MapService(Part):
     @property
     def shown(self) -> MapState:
         """The state of the map that every viewer is sent."""
-        return MapState(self._name, self._revision, self._unsaved)
+        return MapState(self._name, self._revision, self._unsaved, self.marks_revision)
 
     @property
     def snapshot(self) -> Snapshot:
@@ -133,7 +140,7 @@ class MapService(Part):
 
     async def _write(self, name: str, who: Person, *, replace: bool) -> MapInfo:
         grid, snapshot = known_part(self.grid), self.snapshot
-        pilot, trajectory = self._piloting(), self.trajectory.rows()
+        pilot, trajectory, marks = self._piloting(), self.trajectory.rows(), self.marks
         rows, columns = grid.log_odds.shape
         card = MapInfo(
             name=name,
@@ -150,7 +157,12 @@ class MapService(Part):
 
         def write() -> None:
             saved = pilot.keep_map()
-            self._store.keep(card, lambda folder: write_map(folder, saved, snapshot, trajectory), replace=replace)
+
+            def fill(folder: Path) -> None:
+                write_map(folder, saved, snapshot, trajectory)
+                write_marks(folder, marks)
+
+            self._store.keep(card, fill, replace=replace)
 
         await self._on_disk(self._taking_turns(write))
         return card
@@ -202,6 +214,7 @@ class MapService(Part):
             sizes = f"{100 * card.resolution_m:g} cm; the settings now say {100 * here:g} cm."
             raise Problem(409, f"This map was drawn with cells of {sizes}")
         saved = await self._on_disk(asyncio.to_thread(lambda: SavedMap.from_files(self._store.checked(kept) / FLOOR)))
+        marks = await self._on_disk(asyncio.to_thread(read_marks, kept.folder))
         self._not_anothers(who)
         pilot = self._piloting()
         pilot.enter_map(saved)
@@ -209,6 +222,7 @@ class MapService(Part):
         self.trajectory.forget()
         self._name = card.name
         self._stands_kept()
+        self._set_marks(marks)
         self._changed("load", card.name, who)
 
     async def delete(self, name: str, who: Person) -> None:
@@ -236,6 +250,48 @@ class MapService(Part):
         """A small picture of a saved map. Raises Problem 404, 503."""
         kept = await self.kept(name)
         return await self._on_disk(asyncio.to_thread((kept.folder / PREVIEW).read_bytes))
+
+    # what people marked on the map in use
+
+    async def mark(self, change: Callable[[MapMarks], MapMarks], words: str, who: Person) -> None:
+        """Change the marks, and have them on the disk with their map. Raises what `change` raises, Unwritable,
+        Problem 404, 503.
+        """
+        before = self.marks
+        marks = change(before)
+        _ = self.grid  # a mark without a map means nothing
+        self._set_marks(marks)
+        try:
+            await self._keep_marks(marks)
+        except BaseException:
+            if self.marks is marks:
+                self._set_marks(before)
+            raise
+        self._history.add("map", who, words=words)
+
+    async def _keep_marks(self, marks: MapMarks) -> None:
+        """Have them with the saved map that is in use; a map without a name is kept as the last one."""
+        name = self._name
+        if name is None:
+            self._unsaved = True
+            await self._keep_earlier()
+            await self._write(LAST_MAP, ITSELF, replace=True)
+            self._revision += 1
+            return
+
+        def write() -> None:
+            kept = self._store.find(name)
+            if kept is None:
+                raise FileNotFoundError(name)
+            with saving("The places could not be saved, and nothing was changed"):
+                write_marks(kept.folder, marks)
+
+        await self._on_disk(self._taking_turns(write))
+
+    def _set_marks(self, marks: MapMarks) -> None:
+        """These hold from now on, where the map is now."""
+        self.marks = marks
+        self.marks_revision += 1
 
     # the map that is in use
 

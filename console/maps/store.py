@@ -18,6 +18,7 @@ from typing import IO
 
 import msgspec
 
+from console.maps.marks import MARKS
 from core.errors import BadInput, Refused
 from core.files import checksum, is_intact, saving, sealed, sync_folder, write_atomic
 
@@ -102,7 +103,8 @@ class MapStore:
             with saving("The map could not be saved, and nothing was changed"):
                 aside.mkdir(parents=True)
                 write(aside)
-                card.files = {name: checksum(path.read_bytes()) for name, path in files_of(aside)}
+                found = [(name, path) for name, path in files_of(aside) if lasting(name)]
+                card.files = {name: checksum(path.read_bytes()) for name, path in found}
                 write_atomic(aside / CARD, json.dumps(sealed(msgspec.to_builtins(card)), indent=1))
                 for path in filter(Path.is_dir, [*aside.rglob("*"), aside]):
                     sync_folder(path)
@@ -218,3 +220,8 @@ def files_of(folder: Path) -> list[tuple[str, Path]]:
     """All files of a map but its card, by their names within its folder."""
     found = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
     return [(name, path) for name, path in found.items() if name != CARD]
+
+
+def lasting(name: str) -> bool:
+    """Return whether a file of a map stays as it was saved: marks change later, and bear their own checksum."""
+    return name != MARKS

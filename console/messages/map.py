@@ -82,6 +82,7 @@ class MapState(Struct):
     name: str | None  # None: none, the map is only in memory
     revision: int  # of the list of saved maps
     unsaved: bool  # the robot has moved since this map was begun, saved or loaded
+    marks: int  # rises whenever places have changed, or have moved with the map
 
 
 NEWEST = 20  # closures that are sent with every state; all of them stand under /api/slam/closures

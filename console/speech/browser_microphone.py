@@ -20,8 +20,11 @@ from console.workers.tasks import end
 from console.workers.worker import WorkerLost
 from core.errors import BeckonError, Refused
 from core.message import Array
+from core.navigation.places import NamedPlace
 from core.speech.recognition.decision import RecognizedUtterance, said_back
 from core.speech.settings import SpeechSettings
+from core.speech.understanding.grammar import OwnPhrases
+from core.speech.understanding.place_names import place_phrases
 
 log = logging.getLogger(__name__)
 
@@ -118,6 +121,7 @@ class BrowserMicrophone(Part):
     def __init__(self, settings: SpeechSettings | None = None) -> None:
         self.settings = settings or SpeechSettings()
         self._worker = TranscriptionClient()
+        self._names: OwnPhrases = ()
         self._turn: TalkTurn | None = None
         self._page = 0  # of the newest turn
         self._task: asyncio.Task[None] | None = None  # that reads the newest turn
@@ -149,6 +153,11 @@ class BrowserMicrophone(Part):
         """A command that was spoken at this page waited and was rejected."""
         if page == self._page:
             self._worker.reject(words)
+
+    def learn(self, places: tuple[NamedPlace, ...]) -> None:
+        """Hear these places by their names."""
+        self._names = place_phrases(places)
+        self._worker.learn(places)
 
     def tick(self, now: float) -> None:
         """Now and then: a worker that nobody needs is ended."""
@@ -209,5 +218,5 @@ class BrowserMicrophone(Part):
     def _tell(self, turn: TalkTurn, heard: list[RecognizedUtterance]) -> None:
         """Words with the button held were surely meant for the robot: those that are no command are said back."""
         for one in heard:
-            utterance = replace(one, decision=said_back(one.decision)) if turn.mode == "held" else one
+            utterance = replace(one, decision=said_back(one.decision, self._names)) if turn.mode == "held" else one
             turn.hear(utterance, turn.late(one.end))

@@ -27,6 +27,7 @@ from console.workers.tasks import end
 from console.workers.worker import WorkerLost
 from core.errors import BeckonError
 from core.geometry import wrap
+from core.navigation.places import NamedPlace
 from core.sensors import SensorFrame, Sound
 from core.sensors.microphones import MicrophoneArray, joined, usable
 from core.snapshot import VOICE_AFTER, Snapshot, VoiceDirection, voice_between
@@ -157,6 +158,10 @@ class RoomTranscriber(Part):
         """A command from here waited and was rejected."""
         if pending_command.source == EARS:
             self._worker.reject(pending_command.words)
+
+    def learn(self, places: tuple[NamedPlace, ...]) -> None:
+        """Hear these places by their names."""
+        self._worker.learn(places)
 
     async def close(self) -> None:
         """Read no more."""

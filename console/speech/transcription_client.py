@@ -11,7 +11,9 @@ import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
 from console.workers.worker import Worker
+from core.commands.stop_at import command_to
 from core.message import Array
+from core.navigation.places import NamedPlace
 from core.sensors.microphones import MicrophoneArray
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.settings import SpeechSettings
@@ -21,6 +23,7 @@ BUDGET = 20.0  # [s] of processor time for a piece of sound
 LONGEST = 300  # characters of a sentence under way
 PARTIAL_PERIOD_S = 0.4  # [s] between two readings of a sentence under way, at least
 PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
+NO_SUCH_PLACE = "There is no place of that name any more."
 FEW = 8  # commands rejected while nobody listens: of more than these only the newest count
 
 
@@ -34,6 +37,8 @@ class TranscriptionClient:
         self._speaker = 0
         self._begun = 0  # the process's start that knows how to listen
         self._partial_from = 0.0  # [s] from when on a sentence under way is read again
+        self._places: tuple[NamedPlace, ...] = ()
+        self._places_sent = True  # to the process
 
     @property
     def alive(self) -> bool:
@@ -44,6 +49,10 @@ class TranscriptionClient:
     def ready(self) -> bool:
         """True if the words of the next sound are read without starting a process first."""
         return self._worker.alive and self._worker.starts == self._begun
+
+    def learn(self, places: tuple[NamedPlace, ...]) -> None:
+        """Hear these places by their names from the next sound on."""
+        self._places, self._places_sent = places, False
 
     async def begun(self) -> bool:
         """Start the process where there is none; return whether it knows how to listen."""
@@ -65,7 +74,8 @@ class TranscriptionClient:
         if speaker != self._speaker:
             self._rejected.clear()
         self._speaker, self._partial_from = speaker, 0.0
-        job = BeginListening(settings, held, array, speaker)
+        job = BeginListening(settings, held, array, speaker, self._places)
+        self._places_sent = True
         self.engine = await self._worker.ask(job, budget=BUDGET)
         self._begun = self._worker.starts
 
@@ -78,8 +88,9 @@ class TranscriptionClient:
         rejected = [(words, now - then) for words, then in self._rejected]
         self._rejected.clear()
         channels = samples[0].size if len(samples) else 1
-        job = HearSound(raw, rate, stamp, channels, rejected)
-        return received(await self._worker.ask(job, budget=BUDGET))
+        job = HearSound(raw, rate, stamp, channels, rejected, None if self._places_sent else self._places)
+        self._places_sent = True
+        return received(await self._worker.ask(job, budget=BUDGET), self._places)
 
     def reject(self, words: str) -> None:
         """These words, as a command, were rejected: said again, they most likely are others."""
@@ -99,7 +110,7 @@ class TranscriptionClient:
 
     async def finish(self) -> list[RecognizedUtterance]:
         """End the sound → the utterances that became known with that."""
-        return received(await self._worker.ask(FinishListening(), budget=BUDGET))
+        return received(await self._worker.ask(FinishListening(), budget=BUDGET), self._places)
 
     def kill(self) -> None:
         """End the process now."""
@@ -110,17 +121,25 @@ class TranscriptionClient:
         await self._worker.gone()
 
 
-def received(utterances: Iterable[RecognizedUtterance]) -> list[RecognizedUtterance]:
-    """A worker's utterances as the console takes them: none asks for more than speech may."""
-    return [replace(one, decision=within_bounds(one.decision)) for one in utterances]
+def received(
+    utterances: Iterable[RecognizedUtterance], places: Iterable[NamedPlace] = ()
+) -> list[RecognizedUtterance]:
+    """A worker's utterances as the console takes them: none asks for more than speech may, or for a place that is
+    none of these.
+    """
+    return [replace(one, decision=within_bounds(one.decision, places)) for one in utterances]
 
 
-def within_bounds(decision: Decision) -> Decision:
+def within_bounds(decision: Decision, places: Iterable[NamedPlace] = ()) -> Decision:
     """The decision with its command built again within the bounds of speech, or the rejection of that command."""
     given = decision.command
     if given is None or decision.verdict == "reject":
         return replace(decision, verdict="reject", command=None)
-    command = command_of(given.name, given.numbers, spoken=True)
+    if given.place:
+        place = next((one for one in places if one.name == given.place), None)
+        command = Refusal(NO_SUCH_PLACE) if place is None else command_to(place)
+    else:
+        command = command_of(given.name, given.numbers, spoken=True)
     if isinstance(command, Refusal):
         return Decision(
             verdict="reject", words=decision.words, reason=command.reason, suggestions=command.suggestions

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from console.workers.job import Job
+from core.navigation.places import NamedPlace
 from core.sensors.microphones import MicrophoneArray
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.settings import SpeechSettings
@@ -13,13 +14,15 @@ class BeginListening(Job[str], frozen=True):
 
     `held`: everything up to `FinishListening` is one utterance. With an array the sound has a channel for each of its
     microphones, and the beam towards the voice is read; it listens all the time, so `held` says nothing there. What
-    was rejected is forgotten when another `speaker` begins. Raises Unavailable and BadInput with a sentence.
+    was rejected is forgotten when another `speaker` begins. `places` are heard by their names. Raises
+    Unavailable and BadInput with a sentence.
     """
 
     settings: SpeechSettings
     held: bool = False
     array: MicrophoneArray | None = None
     speaker: int = 0
+    places: tuple[NamedPlace, ...] = ()
 
 
 class HearSound(Job[list[RecognizedUtterance]], frozen=True):
@@ -30,6 +33,7 @@ class HearSound(Job[list[RecognizedUtterance]], frozen=True):
     stamp: float  # [s] of the first
     channels: int = 1
     rejected: list[tuple[str, float]] = []  # commands understood and then rejected; how long [s] before the end
+    places: tuple[NamedPlace, ...] | None = None  # that are heard by their names from now on; None: those of before
 
 
 class ReadSoFar(Job[str], frozen=True):

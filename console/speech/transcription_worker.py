@@ -8,14 +8,19 @@ import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
 from console.workers.job import Handler
+from core.navigation.places import NamedPlace
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import ActiveEngine, chosen, open_engine, open_keyword_spotter
-from core.speech.recognition.recognizer import KeywordSpotter, at_16_khz
+from core.speech.recognition.recognizer import KeywordSpotter, LearnsPhrases, at_16_khz
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
+from core.speech.understanding.own_phrases import own_phrases
+from core.speech.understanding.place_names import place_phrases
+
+NAMES_NEED_WHISPER = "The names of places are not heard: they need Whisper."
 
 
 class TranscriptionWorker:
@@ -25,6 +30,7 @@ class TranscriptionWorker:
         self._transcriber: Transcriber | ArrayTranscriber | None = None
         self._engine: tuple[SpeechSettings, ActiveEngine] | None = None
         self._spotter: KeywordSpotter | None = None  # of that engine, one for all who listen in turn: it takes 16 MB
+        self._places: tuple[NamedPlace, ...] = ()  # that the recognizer hears by their names
         self._speaker = 0
         self._rejected = RejectedCommands()  # of this speaker's, by whichever transcriber heard it
 
@@ -47,7 +53,9 @@ class TranscriptionWorker:
             opened = open_engine(job.settings)
             self._spotter = open_keyword_spotter(job.settings, opened.recognizer)
             self._engine = known = job.settings, opened
+            self._places = ()
         engine = known[1]
+        self._learn(job.places)
         if job.array is None:
             self._transcriber = Transcriber(
                 job.settings,
@@ -66,11 +74,23 @@ class TranscriptionWorker:
                 spotter=self._spotter,
                 rejected=self._rejected,
             )
-        return engine.why
+        unheard = job.places and not isinstance(engine.recognizer, LearnsPhrases)
+        return f"{engine.why} {NAMES_NEED_WHISPER}" if unheard else engine.why
+
+    def _learn(self, places: tuple[NamedPlace, ...]) -> None:
+        """Hear these places by their names, where the engine can."""
+        if self._engine is None or places == self._places:
+            return
+        settings, engine = self._engine
+        if isinstance(engine.recognizer, LearnsPhrases):
+            engine.recognizer.learn((*own_phrases(settings.phrases), *place_phrases(places)))
+        self._places = places
 
     def hear(self, job: HearSound) -> list[RecognizedUtterance]:
         """Read the words of a piece of sound."""
         assert self._transcriber is not None
+        if job.places is not None:
+            self._learn(job.places)
         numbers = np.frombuffer(job.samples, np.float32).astype(float).reshape(-1, job.channels)
         sound = at_16_khz(Sound(stamp=job.stamp, rate=job.rate, samples=numbers))
         for words, ago in job.rejected:

@@ -47,6 +47,7 @@ class Command:
     call: VoiceBearing | None = None  # from where it was spoken; None: it was not spoken, or the direction is unknown
     said: tuple[float, float] | None = None  # [s] robot's clock: from when to when its words were heard
     others: tuple[VoiceBearing, ...] = ()  # from where else a voice was heard meanwhile: an echo, another talker
+    place: str = ""  # the name of the place that it goes to; its numbers are where that is
 
 
 @message

@@ -11,6 +11,7 @@ from core.commands.command import Action, Command, CommandPreview, CommandSpec, 
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalAim, GoalController
+from core.navigation.places import NamedPlace
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,17 +43,18 @@ class StopAt(CommandSpec):
 
     def begin(self, command: Command, here: ControlContext) -> Action:
         """Plan the way. Raises Refused with a sentence when there is none."""
-        return Going((command.numbers["x_m"], command.numbers["y_m"]), here)
+        numbers = command.numbers
+        return Going((numbers["x_m"], numbers["y_m"]), here, numbers.get("heading_rad"))
 
 
 class Going:
     """A way under way."""
 
-    def __init__(self, goal: tuple[float, float], here: ControlContext) -> None:
-        """`goal` (x, y) [m], world. Raises Refused."""
+    def __init__(self, goal: tuple[float, float], here: ControlContext, heading: float | None = None) -> None:
+        """`goal` (x, y) [m], world; `heading` [rad] to look there, None: as it comes. Raises Refused."""
         self._goal = np.array(goal)
         self._whole = max(here.pose.distance_to(*goal), 1e-6)
-        self._approach = GoalController(GoalAim(x=goal[0], y=goal[1]), here)
+        self._approach = GoalController(GoalAim(x=goal[0], y=goal[1], heading=heading), here)
 
     def drive(self, here: ControlContext) -> Progress:
         """Take one frame."""
@@ -71,3 +73,17 @@ class Going:
 
 
 STOP_AT = StopAt()
+
+TO_PLACE = ("go to {name}", "go to the {name}", "stop at {name}", "stop at the {name}")
+"""Words of STOP AT with the name of a place; the first is the canonical one."""
+SAID_OF_PLACES = TO_PLACE[1]  # by most people
+
+
+def command_to(place: NamedPlace) -> Command:
+    """Build STOP AT for a named place: the bounds of spoken numbers do not concern it."""
+    numbers = {"x_m": place.x_m, "y_m": place.y_m}
+    if place.heading_rad is not None:
+        numbers["heading_rad"] = place.heading_rad
+    return Command(
+        name=STOP_AT.name, numbers=numbers, heard_as=TO_PLACE[0].format(name=place.name.lower()), place=place.name
+    )

@@ -23,6 +23,8 @@ import "./panels/map-card.js";
 import "./panels/map-switch.js";
 import "./panels/notice-list.js";
 import "./panels/own-navigation-card.js";
+import "./panels/place-list.js";
+import "./panels/place-sheet.js";
 import "./panels/place-view.js";
 import "./panels/playback-bar.js";
 import "./panels/robot-badge.js";

@@ -55,15 +55,15 @@ class Running:
         """Its process."""
         return self._process.pid
 
-    def ask(self, path: str, body: dict[str, Any] | None = None) -> Any:
-        """GET, or POST when there is a body; as the operator whose token was printed."""
+    def ask(self, path: str, body: dict[str, Any] | None = None, *, method: str | None = None) -> Any:
+        """GET, or POST when there is a body, or another method; as the operator whose token was printed."""
         token = self.driving.partition("#t=")[2]
         headers = {"authorization": f"Bearer {token}", "content-type": "application/json"}
         told = None if body is None else json.dumps(body).encode()
         with urllib.request.urlopen(
-            urllib.request.Request(self.url + path, told, headers), timeout=ANSWER_S
+            urllib.request.Request(self.url + path, told, headers, method=method), timeout=ANSWER_S
         ) as answer:
-            return json.load(answer)
+            return json.loads(answer.read() or "null")
 
     def truth(self) -> tuple[float, float, float]:
         """Where the simulated robot really is: x, y [m], heading [rad]."""

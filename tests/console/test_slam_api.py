@@ -117,7 +117,8 @@ def test_the_state_tells_rooms_closures_and_how_true_it_all_is(live: Live) -> No
     assert (first["id"], first["position_from"], first["score"]) == (1, {"x_m": 1.0, "y_m": 2.0}, 0.91)
     assert floor["lost"] is None and floor["match_score"] == 0.87 and floor["closures_count"] == 2
     assert 0 <= slam["error_m"] < 0.1 and slam["nis_band"] == pytest.approx(faded_band(0.98))
-    assert told["map"] == {"name": None, "revision": told["map"]["revision"], "unsaved": False}
+    counted = {name: told["map"][name] for name in ("revision", "marks")}
+    assert told["map"] == {"name": None, "unsaved": False, **counted}
 
 
 def test_many_closures_do_not_make_every_state_long(live: Live) -> None:

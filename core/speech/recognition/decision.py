@@ -72,11 +72,14 @@ class Decision:
         return tuple(one.heard_as for one in self.alternatives) or self.suggestions
 
 
-def said_back(decision: Decision) -> Decision:
-    """The decision about words that were surely meant for the robot: those that are no command are said back too."""
+def said_back(decision: Decision, own: OwnPhrases = ()) -> Decision:
+    """The decision about words that were surely meant for the robot: those that are no command are said back too.
+
+    `own`: phrases that are understood beside the vocabulary.
+    """
     if decision.words or not decision.heard:
         return decision
-    read = Sentence(decision.heard).spoken
+    read = Sentence(decision.heard, own).spoken
     offered = read.suggestions if isinstance(read, Refusal) else (read.heard_as,)
     suggestions = offered[:MOST_OFFERED]
     return replace(decision, words=decision.heard, reason=not_a_command(decision.heard), suggestions=suggestions)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from core.sensors.microphones import NO_NUMBERS, Sound, usable
 from core.sensors.resampling import resampled
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.settings import RATE
+from core.speech.understanding.grammar import OwnPhrases
 
 LOWEST_RATE = 8_000  # [Hz]: a telephone; below, consonants are gone
 
@@ -42,6 +43,15 @@ class Recognizer(Protocol):
 
     def decide(self, utterance: Utterance) -> Decision:
         """Decide about one whole utterance."""
+        ...
+
+
+@runtime_checkable
+class LearnsPhrases(Protocol):
+    """A recognizer that hears phrases of the user's, which may change while it listens."""
+
+    def learn(self, own: OwnPhrases) -> None:
+        """Hear these beside the vocabulary from now on, and no others."""
         ...
 
 

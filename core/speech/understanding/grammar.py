@@ -21,7 +21,9 @@ from functools import cache
 from core.commands import VOCABULARY
 from core.commands.command import Command, CommandSpec, Parameter
 from core.commands.continue_straight import CONTINUE
+from core.commands.stop_at import TO_PLACE, command_to
 from core.commands.stop_moving import AROUND_STOP, START, STOP_MOVING, STOP_PHRASES
+from core.navigation.places import NamedPlace
 from core.speech.understanding.numbers import AMOUNT, NUMBER, VALUES, read_amount, write_number
 
 
@@ -85,6 +87,8 @@ OTHER_WORDS = {
 """Words of the paper (Table 2, Fig. 17) that do not move this robot: why, and what does."""
 
 
+TO_SOMEWHERE = re.compile(r"(?:go to|stop at) \w")
+MOST_PLACES_OFFERED = 5
 AHEAD = re.compile(r"\b(?:ahead|advance|forwards?|straight|drive)\b")
 """Words of people who mean CONTINUE."""
 OTHER_LENGTHS = "cm|mm|km|(centi|milli|kilo)met(er|re)s?|feet|foot|ft|inch(es)?|yards?|miles?|steps?"
@@ -142,6 +146,7 @@ class OwnPhrase:
     pattern: str  # "drive {distance_m} meters"
     kind: CommandSpec
     read: re.Pattern[str]
+    place: NamedPlace | None = None  # that these words name
 
 
 OwnPhrases = tuple[OwnPhrase, ...]
@@ -156,17 +161,30 @@ class Refusal:
 
 
 @dataclass(frozen=True)
+class MatchedWords:
+    """The command that words are, before its bounds."""
+
+    kind: CommandSpec
+    numbers: dict[str, float]  # that stand in the words
+    place: NamedPlace | None = None  # that they name
+
+    def bounded(self, *, spoken: bool) -> Command | Refusal:
+        """Return the command, if every number lies within its bounds."""
+        return _bounded(self.kind, self.numbers, spoken) if self.place is None else command_to(self.place)
+
+
+@dataclass(frozen=True)
 class Parsed:
     """Words that went through the grammar once: a command without its bounds, or the reason why they are none."""
 
     words: str
     text: str | None  # the words, tidied; None where they are no plain utterance
-    found: tuple[CommandSpec, dict[str, float]] | Refusal
+    found: MatchedWords | Refusal
     why_not: str = ""  # a sentence: why the marks behind the words make them no command
 
     def bounded(self, *, spoken: bool) -> Command | Refusal:
         """Return the command within the bounds of what is `spoken`, or typed."""
-        verdict = self.found if isinstance(self.found, Refusal) else _bounded(*self.found, spoken)
+        verdict = self.found if isinstance(self.found, Refusal) else self.found.bounded(spoken=spoken)
         if self.why_not:
             offered = (verdict.heard_as,) if isinstance(verdict, Command) else verdict.suggestions
             verdict = Refusal(self.why_not, offered)
@@ -246,7 +264,7 @@ def faithful(offers: Iterable[str], words: str) -> tuple[str, ...]:
 
 def _numbers(words: str) -> list[float]:
     found = parse(words).found
-    return [] if isinstance(found, Refusal) else list(found[1].values())
+    return [] if isinstance(found, Refusal) else list(found.numbers.values())
 
 
 def _lengths(text: str) -> list[float] | None:
@@ -297,18 +315,33 @@ def _unreadable(words: str) -> Refusal:
     return Refusal("I read plain letters and digits on one line only. Type the command again.", _examples())
 
 
-def _matched(text: str, own: OwnPhrases) -> tuple[CommandSpec, dict[str, float]] | Refusal:
+def _matched(text: str, own: OwnPhrases) -> MatchedWords | Refusal:
     """A tidy text → the command that it is and the numbers in it."""
-    patterns = ((kind, READ[pattern]) for kind in VOCABULARY for pattern in kind.words)
-    for kind, read in (*patterns, *((phrase.kind, phrase.read) for phrase in own)):
+    patterns = ((kind, READ[pattern], None) for kind in VOCABULARY for pattern in kind.words)
+    for kind, read, place in (*patterns, *((phrase.kind, phrase.read, phrase.place) for phrase in own)):
         match = read.fullmatch(text)
         if match:
-            return kind, {name: read_length(value) for name, value in match.groupdict().items()}
+            return MatchedWords(kind, {name: read_length(value) for name, value in match.groupdict().items()}, place)
     if STOP_UTTERANCE.fullmatch(_letters(text)):
-        return STOP_MOVING, {}
+        return MatchedWords(STOP_MOVING, {})
     if text in OTHER_WORDS:
         return Refusal(*OTHER_WORDS[text])
-    return _near_miss(_unpunctuated(text))
+    plain = _unpunctuated(text)
+    return _other_place(plain, own) or _near_miss(plain)
+
+
+def _other_place(text: str, own: OwnPhrases) -> Refusal | None:
+    """The answer to words that go to a place which nobody has named; None where they go nowhere, or to numbers."""
+    known = [phrase.pattern for phrase in own if phrase.place is not None]
+    if not known or not TO_SOMEWHERE.match(text) or MENTIONS_NUMBER.search(text):
+        return None
+    close = nearest(text, known)
+    if close:
+        return Refusal("There is no place of that name. Did you mean one of these?", close)
+    return Refusal(
+        "There is no place of that name. These I know.",
+        tuple(known[: len(TO_PLACE) * MOST_PLACES_OFFERED : len(TO_PLACE)]),
+    )
 
 
 def command_of(name: str, numbers: Mapping[str, float], *, spoken: bool = False) -> Command | Refusal:

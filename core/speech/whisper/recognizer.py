@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -17,8 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from core.commands import VOCABULARY, spec_of
+from core.commands.command import CommandSpec
+from core.commands.stop_at import SAID_OF_PLACES, command_to
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import Array, message
+from core.navigation.places import NamedPlace
 from core.sensors.resampling import resampled
 from core.speech.recognition.decision import (
     MOST_OFFERED,
@@ -103,7 +106,7 @@ EXACT = 0.3  # [s] to which the times of words are known
 MOST_SPANS = 2  # of the times at which they may have been said that are read
 
 Key = tuple[str, tuple[tuple[str, float], ...], bool]
-"""A command's name and numbers, and whether a number lacks its whole part."""
+"""A command's name, or its words where they name a place; its numbers, and whether one lacks its whole part."""
 
 
 @message
@@ -153,16 +156,27 @@ class WhisperRecognizer:
 
         Raises BadInput.
         """
-        self._own = own
-        tokenizer = Tokenizer(folder / "tokenizer.json")  # 30 MB, not needed after this
-        spellings = Spellings(tokenizer.encode, (phrase.pattern for phrase in own))
+        self._folder = folder
+        self.encode = Encoder(ModelFile(folder / "model.bin"))
+        self._chance = _ChanceOfPhrases()
+        self.learn(own)
+
+    def learn(self, own: OwnPhrases) -> None:
+        """Hear these phrases of the user's beside the vocabulary from now on, and no others. Raises BadInput."""
+        tokenizer = Tokenizer(self._folder / "tokenizer.json")  # 30 MB, not needed after this
+        spellings = Spellings(tokenizer.encode, _patterns(own))
         columns = Columns(spellings, tokenizer)
-        model = ModelFile(folder / "model.bin")
-        self.encode = Encoder(model)
-        decoder = Decoder(model, self.encode.width, columns.tokens)
+        decoder = Decoder(ModelFile(self._folder / "model.bin"), self.encode.width, columns.tokens)
         self._search = JointSearch(decoder, spellings, columns)
-        self._fixed = _bounds_by_chance(decoder, columns, tokenizer, own)
-        self._decimals = _decimals_by_chance(decoder, columns, tokenizer)
+        phrases = _phrases(own)
+        texts = [f"{words.capitalize()}." for _, words in phrases]
+        nats: dict[str, float] = {}
+        for (name, _), one in zip(phrases, self._chance.of(texts, decoder, columns, tokenizer), strict=True):
+            nats[name] = max(nats.get(name, -math.inf), one)
+        self._fixed = {name: _bounds_of(likeliest) for name, likeliest in nats.items()}
+        decimals = (DECIMAL.format(digit=digit) for digit in range(10))
+        self._decimals = np.array(self._chance.of(decimals, decoder, columns, tokenizer))
+        self._own = own
 
     def decide(self, utterance: Utterance) -> Decision:
         """Compare the best meaning with free text and with the second meaning."""
@@ -325,8 +339,21 @@ def key_of(words: str, own: OwnPhrases = ()) -> Key | None:
     found = parse(as_understood(words), own).found
     if isinstance(found, Refusal):
         return None
-    spec, numbers = found
-    return spec.name, tuple(numbers.items()), lacks_whole_part(words)
+    return _named(found.kind, found.place), tuple(found.numbers.items()), lacks_whole_part(words)
+
+
+def _named(kind: CommandSpec, place: NamedPlace | None) -> str:
+    """The name of a command in a key: one to a place is called by its words."""
+    return kind.name if place is None else command_to(place).heard_as
+
+
+def _patterns(own: OwnPhrases) -> Iterator[str]:
+    """All patterns of the user's phrases; a place's name is also written with capitals."""
+    for phrase in own:
+        yield phrase.pattern
+        if phrase.place is not None:
+            written = re.escape(phrase.place.name.lower())
+            yield re.sub(f"{written}$", lambda name: name[0].title().replace("'S", "'s"), phrase.pattern)
 
 
 def _is_lone_motion(decision: Decision) -> bool:
@@ -385,22 +412,31 @@ def _best(meanings: list[Meaning]) -> tuple[Meaning, float]:
     return few[leads.index(lead)], lead
 
 
-def _bounds_by_chance(decoder: Decoder, columns: Columns, tokenizer: Tokenizer, own: OwnPhrases) -> dict[str, Bounds]:
-    """The bounds of every command without numbers, by the likeliest of its phrases."""
-    spec_words = [(kind.name, words) for kind in VOCABULARY for words in kind.words]
-    phrases = [(name, words) for name, words in spec_words if "{" not in words]
-    phrases += [(one.kind.name, one.pattern) for one in own if "{" not in one.pattern]
-    texts = [columns.columns(tokenizer.encode(f" {words.capitalize()}.")) for _, words in phrases]
-    likeliest: dict[str, float] = {}
-    for (name, _), nats in zip(phrases, by_chance(decoder, columns.begin, columns.end, texts), strict=True):
-        likeliest[name] = max(likeliest.get(name, -math.inf), float(nats))
-    return {name: _between(min(max((OFTEN - nats) / (OFTEN - RARELY), 0.0), 1.0)) for name, nats in likeliest.items()}
+def _phrases(own: OwnPhrases) -> list[tuple[str, str]]:
+    """Every command without numbers, by its name in a key, and its phrases; of a place the words said most."""
+    plain = [(kind.name, words) for kind in VOCABULARY for words in kind.words]
+    plain += [(one.kind.name, one.pattern) for one in own if one.place is None]
+    places = {one.place.name.lower(): one for one in own if one.place is not None}
+    named = [(_named(one.kind, one.place), SAID_OF_PLACES.format(name=name)) for name, one in places.items()]
+    return [(name, words) for name, words in (*plain, *named) if "{" not in words]
 
 
-def _decimals_by_chance(decoder: Decoder, columns: Columns, tokenizer: Tokenizer) -> Array:
-    """How likely each digit is written behind a point [nats], (10,)."""
-    texts = [columns.columns(tokenizer.encode(" " + DECIMAL.format(digit=digit))) for digit in range(10)]
-    return by_chance(decoder, columns.begin, columns.end, texts)
+class _ChanceOfPhrases(dict[str, float]):
+    """How likely texts are written by chance [nats]; what is known of earlier vocabularies holds on."""
+
+    def of(self, texts: Iterable[str], decoder: Decoder, columns: Columns, tokenizer: Tokenizer) -> list[float]:
+        """Return the nats of each text."""
+        wanted = list(texts)
+        fresh = [text for text in wanted if text not in self]
+        if fresh:
+            written = [columns.columns(tokenizer.encode(f" {text}")) for text in fresh]
+            self.update(zip(fresh, by_chance(decoder, columns.begin, columns.end, written).tolist(), strict=True))
+        return [self[text] for text in wanted]
+
+
+def _bounds_of(nats: float) -> Bounds:
+    """Return the bounds of a command of which the likeliest phrase has so many nats by chance."""
+    return _between(min(max((OFTEN - nats) / (OFTEN - RARELY), 0.0), 1.0))
 
 
 def _between(share: float) -> Bounds:

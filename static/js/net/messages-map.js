@@ -37,6 +37,7 @@
  * @property {string | null} name
  * @property {number} revision
  * @property {boolean} unsaved
+ * @property {number} marks
  */
 
 /**

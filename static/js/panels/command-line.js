@@ -2,6 +2,7 @@
 
 import { Recall, suggest } from "../drive/suggest.js";
 import { wordsOf } from "../net/api.js";
+import { kindsOf, marksOf } from "../net/marks-api.js";
 import { icon, make, mark } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { mayBegin } from "../ui/pending-command.js";
@@ -172,7 +173,10 @@ export class CommandLine extends Panel {
   /** @param {boolean} [evenIfEmpty] */
   #offer(evenIfEmpty = false) {
     const text = this.#box.value;
-    const offered = text.trim() || evenIfEmpty ? suggest(text, this.session.kinds) : [];
+    const offered =
+      text.trim() || evenIfEmpty
+        ? suggest(text, [...this.session.kinds, ...kindsOf(marksOf(this.session).places)])
+        : [];
     this.#offered = offered.filter((suggestion) => suggestion.text !== text.trim());
     this.#chosen = -1;
     this.#list.replaceChildren(

@@ -1,6 +1,7 @@
 // Element <flat-map>: the map from above. Press it to go there; it needs no WebGL and little else.
 
 import * as maps from "../net/maps-api.js";
+import { marksOf, wordsTo } from "../net/marks-api.js";
 import { CanvasHand } from "../ui/canvas-hand.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { apart, drawFlat } from "../ui/flat-drawing.js";
@@ -16,6 +17,7 @@ import { PoseMotion } from "../ui/pose-motion.js";
 import { t } from "../ui/texts.js";
 import { onTheme } from "../ui/theme.js";
 import { ToGo } from "../ui/to-go.js";
+import { askName } from "./place-list.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../ui/floor-view.js").Point} Point */
@@ -39,6 +41,7 @@ const LAYERS = [
   ["scan", t("flat-map.laser"), t("flat-map.the_newest_sweep")],
   ["trail", t("flat-map.trail"), t("flat-map.where_the_robot_was_within")],
   ["way", t("flat-map.way_and_goal"), t("flat-map.where_the_robot_is_going_and")],
+  ["places", t("flat-map.places"), t("flat-map.named_places_a_press_goes_there")],
   ["people", t("flat-map.person"), t("flat-map.whom_the_running_command_looks_at")],
   ["voice", t("flat-map.voice"), t("flat-map.direction_of_a_voice_two_standard")],
   ["landmarks", t("flat-map.corners"), t("flat-map.landmarks_the_ellipse_is_two_standard")],
@@ -71,6 +74,7 @@ class FlatMap extends Panel {
   #follow = tool("here", t("flat-map.follow_the_robot"));
   #fit = tool("whole", t("flat-map.whole_map"));
   #measure = tool("measure", t("flat-map.measure_a_distance"));
+  #namer = tool("pin", t("flat-map.name_a_place"));
   #layersButton = tool("layers", t("flat-map.layers"));
   #layersPanel = make("div", { class: "flat-layers", role: "group", "aria-label": t("flat-map.layers") });
   #tools = make("div", { class: "flat-tools", role: "toolbar", "aria-label": t("flat-map.map_2") });
@@ -88,6 +92,7 @@ class FlatMap extends Panel {
   /** @type {Point | null} */
   #cursor = null;
   #measures = false;
+  #names = false; // the next press names a place
   /** @type {Point[]} */
   #measured = [];
   #drawn = ""; // what the newest drawing showed
@@ -107,7 +112,7 @@ class FlatMap extends Panel {
     this.#layers = new Set(LAYERS.map(([layer]) => layer).filter((layer) => !hidden.has(layer)));
     this.#layersPanel.append(...LAYERS.map((row) => this.#switch(...row)));
     const layers = make("div", { class: "flat-layers-place" }, this.#layersButton, this.#layersPanel);
-    this.#tools.append(this.#fit, this.#follow, this.#measure, layers);
+    this.#tools.append(this.#fit, this.#follow, this.#measure, this.#namer, layers);
     this.append(this.#canvas, this.#why, this.#tools, this.#text, this.#said);
     popover(this.#layersButton, this.#layersPanel);
     this.session.on("restarted", () => {
@@ -117,8 +122,14 @@ class FlatMap extends Panel {
     });
     this.#follow.addEventListener("click", () => this.#look(this.#looks === "robot" ? "free" : "robot"));
     this.#fit.addEventListener("click", () => this.#look("whole"));
+    marksOf(this.session).addEventListener("change", () => this.#draw());
+    this.#namer.addEventListener("click", () => {
+      [this.#names, this.#measures] = [!this.#names, false];
+      if (this.#names) write(this.#said, t("flat-map.press_where_the_place_is"));
+      this.#draw();
+    });
     this.#measure.addEventListener("click", () => {
-      this.#measures = !this.#measures;
+      [this.#measures, this.#names] = [!this.#measures, false];
       this.#measured = [];
       this.#draw();
     });
@@ -236,7 +247,9 @@ class FlatMap extends Panel {
   #press(at, { clientX, clientY }) {
     const point = this.#view.floor(at);
     const pressed = this.#layers.has("people") ? this.#personAt(at) : null;
-    if (this.#measures) {
+    const place = this.#layers.has("places") ? this.#placeAt(at) : null;
+    if (this.#names) this.#name(point);
+    else if (this.#measures) {
       this.#measured = this.#measured.length === 1 ? [...this.#measured, point] : [point];
       const [one, other] = this.#measured;
       if (one && other) write(this.#said, metres(apart(one, other)));
@@ -244,7 +257,26 @@ class FlatMap extends Panel {
     } else if (pressed) {
       const detail = { name: pressed.id, x: point.x, y: point.y, clientX, clientY };
       this.dispatchEvent(new CustomEvent("person-press", { detail, bubbles: true }));
-    } else this.#go(point);
+    } else if (place) this.#goTo(place);
+    else this.#go(point);
+  }
+
+  /** @param {Point} point [m] */
+  #name(point) {
+    this.#names = false;
+    this.#draw();
+    askName(this, { at: point });
+  }
+
+  /** @param {import("../net/marks-api.js").Place} place */
+  #goTo(place) {
+    if (this.session.hello?.robot.drives === true) void this.session.say(wordsTo(place), "click");
+  }
+
+  /** @param {Point} at [px] */
+  #placeAt(at) {
+    const { places } = marksOf(this.session);
+    return places.find(({ x_m: x, y_m: y }) => apart(at, this.#view.drawn({ x, y })) < REACH / 2) ?? null;
   }
 
   /** @param {Point} at [px] */
@@ -279,6 +311,8 @@ class FlatMap extends Panel {
       const away = Math.hypot(this.#cursor.x - state.pose.x_m, this.#cursor.y - state.pose.y_m);
       const where = `x ${fixed(this.#cursor.x, 2)}, y ${fixed(this.#cursor.y, 2)}`;
       write(this.#said, t("flat-map.where_metres_from_the_robot", { where, metres: metres(away, 1) }));
+    } else if (event.key === "Enter" && this.#cursor && this.#names) {
+      this.#name(this.#cursor);
     } else if (event.key === "Enter" && this.#cursor && state.pending_command === null) {
       this.#go(this.#cursor);
     } else if (event.key === "+" || event.key === "-") {
@@ -331,7 +365,9 @@ class FlatMap extends Panel {
     mark(this.#follow, "aria-pressed", String(this.#looks === "robot"));
     mark(this.#fit, "aria-pressed", String(this.#looks === "whole"));
     mark(this.#measure, "aria-pressed", String(this.#measures));
-    this.classList.toggle("is-measuring", this.#measures);
+    mark(this.#namer, "aria-pressed", String(this.#names));
+    this.#namer.hidden = hello === null || hello === undefined || hello.you.role === "viewer";
+    this.classList.toggle("is-measuring", this.#measures || this.#names);
     if (this.hidden || !state || this.#canvas.clientWidth === 0) return;
     this.#aim();
     if (picture) this.#drawn = picture;
@@ -353,6 +389,7 @@ class FlatMap extends Panel {
       old: shown?.old ?? false,
       trail: this.#motion.trail,
       ground: this.#ground,
+      places: marksOf(this.session).places,
     });
     this.#cost = performance.now() - begun;
   }
@@ -367,6 +404,7 @@ const SWATCHES = {
   landmarks: "convex",
   ghost: "ghost",
   people: "person",
+  places: "place",
 };
 
 /** @param {string} name @param {string} says */

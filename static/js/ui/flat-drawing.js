@@ -7,7 +7,7 @@ import { t } from "./texts.js";
 /** @typedef {import("../net/messages.js").State} State */
 /** @typedef {import("./floor-view.js").Point} Point */
 /** @typedef {import("./floor-view.js").FloorView} FloorView */
-/** @typedef {"scan" | "trail" | "landmarks" | "way" | "voice" | "people" | "ghost" | "grid"} Layer */
+/** @typedef {"scan" | "trail" | "landmarks" | "way" | "voice" | "people" | "places" | "ghost" | "grid"} Layer */
 /**
  * @typedef {object} FlatScene
  * @property {State} state
@@ -23,6 +23,7 @@ import { t } from "./texts.js";
  * @property {boolean} old nothing newer came for a while: the robot is drawn in grey
  * @property {readonly {x: number, y: number, fresh: number}[]} trail fresh 0..1
  * @property {import("./flat-ground.js").FlatGround} ground
+ * @property {readonly import("../net/marks-api.js").Place[]} places
  */
 
 const LABEL = "600 12px system-ui, sans-serif";
@@ -59,6 +60,7 @@ export function drawFlat(canvas, view, scene) {
   if (layers.has("landmarks")) brush.landmarks(state.landmarks);
   if (layers.has("scan")) brush.scan(scene.scan, (point) => scene.ground.explains(point));
   if (layers.has("voice") && state.direction && state.direction.age_s < VOICE_S) brush.voice(state.direction);
+  if (layers.has("places")) for (const place of scene.places) brush.place(place);
   if (layers.has("people")) {
     const { person } = state;
     /** @param {{x_m: number, y_m: number}} one */
@@ -206,6 +208,27 @@ class Brush {
     this.context.fill();
     this.ellipse({ x, y }, cov, colour);
     this.label(at, state === "seen" ? name : t("flat-drawing.name_hidden_now", { name }));
+  }
+
+  /** @param {import("../net/marks-api.js").Place} place */
+  place({ name, x_m: x, y_m: y, heading_rad: heading }) {
+    const { context } = this;
+    const at = this.view.drawn({ x, y });
+    context.fillStyle = this.colour("accent");
+    context.strokeStyle = this.colour("surface");
+    context.lineWidth = 2;
+    context.beginPath();
+    context.arc(at.x, at.y, 6, 0, 2 * Math.PI);
+    context.fill();
+    context.stroke();
+    if (heading !== null) {
+      context.strokeStyle = this.colour("accent");
+      context.beginPath();
+      context.moveTo(at.x + 6 * Math.cos(heading), at.y - 6 * Math.sin(heading));
+      context.lineTo(at.x + 14 * Math.cos(heading), at.y - 14 * Math.sin(heading));
+      context.stroke();
+    }
+    this.label(at, name);
   }
 
   /** A person in the simulated room. @param {Point} point [m] @param {string} name */

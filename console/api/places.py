@@ -1,0 +1,99 @@
+"""Named places of the map in use."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+from fastapi import Path, Response
+from pydantic import Field
+
+from console.access.roles import needs
+from console.api import RequestBody, Who, part, router
+from console.maps.places import PlaceService
+from core.navigation.places import NamedPlace
+from core.speech.understanding.place_names import MAX_NAME_LETTERS
+
+places = router("places", 409, 503, 507)
+
+MAX_COORDINATE_M = 10_000.0
+
+Places = Annotated[PlaceService, part(PlaceService)]
+PlaceName = Annotated[str, Path(min_length=1, max_length=2 * MAX_NAME_LETTERS)]
+Coordinate = Annotated[float | None, Field(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
+Heading = Annotated[float | None, Field(ge=-7, le=7)]
+
+
+class NamePlaceRequest(RequestBody):
+    """A name, and where; without `x_m` and `y_m` where the robot is now. `heading_rad`: to look there in the end."""
+
+    name: str = Field(max_length=2 * MAX_NAME_LETTERS, examples=["kitchen"])
+    x_m: Coordinate = None
+    y_m: Coordinate = None
+    heading_rad: Heading = None
+
+
+class PlaceChange(RequestBody):
+    """The fields that change; `heading_rad` null: any heading will do."""
+
+    name: str | None = Field(default=None, max_length=2 * MAX_NAME_LETTERS)
+    x_m: Coordinate = None
+    y_m: Coordinate = None
+    heading_rad: Heading = None
+
+
+class PlaceRow(msgspec.Struct, frozen=True):
+    """A named place, where it is now."""
+
+    name: str
+    x_m: float
+    y_m: float
+    heading_rad: float | None
+
+
+class PlaceList(msgspec.Struct, frozen=True):
+    """All places of the map in use."""
+
+    places: list[PlaceRow]
+
+
+def row_of(place: NamedPlace) -> PlaceRow:
+    """A place, to a millimetre."""
+    heading = None if place.heading_rad is None else round(place.heading_rad, 4)
+    return PlaceRow(place.name, round(place.x_m, 3), round(place.y_m, 3), heading)
+
+
+@places.get("/places")
+@needs("viewer")
+async def listed(service: Places) -> PlaceList:
+    """The named places of the map in use. Each is understood in "go to NAME" and "stop at NAME"."""
+    return PlaceList([row_of(one) for one in service.places])
+
+
+@places.post("/places", status_code=201)
+@needs("operator")
+async def add(asked: NamePlaceRequest, service: Places, who: Who) -> PlaceRow:
+    """Name a place. A name that sounds like a command, a number or another place is refused with the pair."""
+    return row_of(await service.add(asked.name, _at(asked), asked.heading_rad, who))
+
+
+@places.patch("/places/{name}")
+@needs("operator")
+async def change(name: PlaceName, asked: PlaceChange, service: Places, who: Who) -> PlaceRow:
+    """Rename or move a place."""
+    turned = "heading_rad" in asked.model_fields_set
+    return row_of(
+        await service.change(name, who, to_name=asked.name, at=_at(asked), heading=asked.heading_rad, turned=turned)
+    )
+
+
+@places.delete("/places/{name}", status_code=204)
+@needs("operator")
+async def remove(name: PlaceName, service: Places, who: Who) -> Response:
+    """Forget a place."""
+    await service.remove(name, who)
+    return Response(status_code=204)
+
+
+def _at(asked: NamePlaceRequest | PlaceChange) -> tuple[float, float] | None:
+    return None if asked.x_m is None or asked.y_m is None else (asked.x_m, asked.y_m)

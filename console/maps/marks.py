@@ -1,0 +1,112 @@
+"""The marks that people make on a map: named places. They lie in the map's folder, sealed, and go where the map goes.
+
+Each mark is anchored to the submap that was nearest when it was made: where a loop closure moves the submap, the mark
+moves with it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from core.errors import BadInput
+from core.files import is_intact, sealed, write_atomic
+from core.geometry import Pose
+from core.message import Array
+from core.navigation.places import NamedPlace
+from core.slam.map.status import SubmapView
+
+MARKS = "marks.json"  # in the folder of a map
+MARKS_VERSION = 1
+MAX_MARKS_BYTES = 4_000_000
+
+
+class Anchor(msgspec.Struct, frozen=True):
+    """A submap, and where it lay when a mark was made."""
+
+    submap: int
+    x_m: float  # world_from_submap
+    y_m: float
+    heading_rad: float
+
+    def moved(self, submaps: Iterable[SubmapView]) -> Pose:
+        """Return the transform from the world as it was then to the world as it is now."""
+        now = next((one.pose for one in submaps if one.id == self.submap), None)
+        return Pose() if now is None else now @ Pose(self.x_m, self.y_m, self.heading_rad).inverse()
+
+
+class PlaceMark(msgspec.Struct, frozen=True):
+    """A place with a name, in the world as it was when it was made."""
+
+    name: str
+    x_m: float
+    y_m: float
+    heading_rad: float | None = None
+    anchor: Anchor | None = None
+    by: str = ""  # who made it
+
+    def now(self, submaps: Iterable[SubmapView]) -> NamedPlace:
+        """The place in the world as it is now."""
+        if self.anchor is None:
+            return NamedPlace(name=self.name, x_m=self.x_m, y_m=self.y_m, heading_rad=self.heading_rad)
+        here = self.anchor.moved(submaps) @ Pose(self.x_m, self.y_m, self.heading_rad or 0.0)
+        heading = None if self.heading_rad is None else here.heading
+        return NamedPlace(name=self.name, x_m=here.x, y_m=here.y, heading_rad=heading)
+
+
+class MapMarks(msgspec.Struct, frozen=True):
+    """All marks of one map."""
+
+    places: tuple[PlaceMark, ...] = ()
+
+
+def anchor_at(points: Array, submaps: Iterable[SubmapView]) -> Anchor | None:
+    """The submap nearest to the middle of points (N, 2) [m], world; None where there is none."""
+    middle = points.mean(axis=0)
+
+    def away(submap: SubmapView) -> float:
+        inner = submap.pose.inverse().apply(middle[None])[0]
+        low, high = submap.extent
+        outside = np.maximum(np.maximum(low - inner, inner - high), 0.0)
+        return float(np.hypot(*outside)) + 1e-3 * float(np.hypot(*(inner - (low + high) / 2)))
+
+    nearest = min(submaps, key=away, default=None)
+    if nearest is None or not math.isfinite(away(nearest)):
+        return None
+    return Anchor(nearest.id, nearest.pose.x, nearest.pose.y, nearest.pose.heading)
+
+
+def write_marks(folder: Path, marks: MapMarks) -> None:
+    """Write the marks into the folder of their map. Raises OSError."""
+    document = {"version": MARKS_VERSION, **msgspec.to_builtins(marks)}
+    write_atomic(folder / MARKS, json.dumps(sealed(document), indent=1))
+
+
+def read_marks(folder: Path) -> MapMarks:
+    """Read the marks of a map; those of earlier consoles have none. Raises BadInput with a sentence, OSError."""
+    path = folder / MARKS
+    if not path.exists():
+        return MapMarks()
+    if path.stat().st_size > MAX_MARKS_BYTES:
+        raise BadInput(f"The file {MARKS} of this map is too large.")
+    try:
+        document = json.loads(path.read_bytes())
+        intact = is_intact(document)
+    except (ValueError, RecursionError, TypeError, AttributeError):
+        document, intact = {}, False
+    if intact is not True:
+        raise BadInput(
+            f"The places of this map are damaged: {path} is not as it was saved. Restore this file from a backup, or "
+            "remove it to go on without them."
+        )
+    if document.get("version") != MARKS_VERSION:
+        raise BadInput(f"The places of this map were saved by another version of Beckon: {path}. Use that version.")
+    try:
+        return msgspec.convert(document, MapMarks)
+    except msgspec.ValidationError as trouble:
+        raise BadInput(f"The places of this map cannot be read: {path}: {trouble}.") from None

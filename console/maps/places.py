@@ -1,0 +1,147 @@
+"""Named places of the map in use: made, renamed and removed by people; words and ears know their names at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+
+from console.access.logins import Person
+from console.control.dispatcher import CommandDispatcher
+from console.http.problems import Problem
+from console.maps.marks import MapMarks, PlaceMark, anchor_at
+from console.maps.service import MapService
+from console.part import Part
+from core.geometry import wrap
+from core.navigation.places import NamedPlace
+from core.sensors import SensorFrame
+from core.snapshot import Snapshot
+from core.speech.understanding.place_names import (
+    MAX_PLACES,
+    check_name_apart,
+    place_phrases,
+    spoken_name,
+    tidy_name,
+)
+
+NO_SUCH_PLACE = "There is no place of that name."
+BEYOND_MAP_M = 10.0  # [m] that a place may lie outside the known map
+LOST = "The robot does not know where it is; name the place on the map, or wait until it is found."
+
+
+class PlaceService(Part):
+    """Lives on the event loop."""
+
+    def __init__(self, maps: MapService, dispatcher: CommandDispatcher) -> None:
+        self.places: tuple[NamedPlace, ...] = ()  # where they are now
+        self.when_changed: list[Callable[[tuple[NamedPlace, ...]], None]] = []
+        self._maps, self._dispatcher = maps, dispatcher
+        self._revision = -1
+
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
+        """Notice another map, and a map that has moved."""
+        self._refresh()
+
+    def find(self, name: str) -> NamedPlace:
+        """The place of this name, however it is written. Raises Problem 404."""
+        found = next((one for one in self.places if _key(one.name) == _key(name)), None)
+        if found is None:
+            raise Problem(404, NO_SUCH_PLACE)
+        return found
+
+    async def add(self, name: str, at: tuple[float, float] | None, heading: float | None, who: Person) -> NamedPlace:
+        """Name a place at (x, y) [m], world, or where the robot is; `heading` [rad] to look there, or None.
+
+        Raises BadInput with the pair where the name sounds like other words; Problem 409, 422, 503; Unwritable.
+        """
+        mark = self._mark(tidy_name(name), at, heading, who)
+
+        def change(marks: MapMarks) -> MapMarks:
+            if len(marks.places) >= MAX_PLACES:
+                raise Problem(409, f"A map holds {MAX_PLACES} places; remove one first.")
+            self._check_name(mark.name, marks.places)
+            return msgspec.structs.replace(marks, places=(*marks.places, mark))
+
+        await self._maps.mark(change, f"place {mark.name}", who)
+        self._refresh()
+        return self.find(mark.name)
+
+    async def change(
+        self,
+        name: str,
+        who: Person,
+        *,
+        to_name: str | None,
+        at: tuple[float, float] | None,
+        heading: float | None,
+        turned: bool,
+    ) -> NamedPlace:
+        """Rename or move a place; `turned`: `heading` is new, None for no heading any more. Raises as `add`, 404."""
+        old = self.find(name)
+        wanted = old.name if to_name is None else tidy_name(to_name)
+        heading = heading if turned else old.heading_rad
+        mark = self._mark(wanted, at or (old.x_m, old.y_m), heading, who)
+
+        def change(marks: MapMarks) -> MapMarks:
+            if wanted != old.name:
+                self._check_name(wanted, [one for one in marks.places if one.name != old.name])
+            return msgspec.structs.replace(
+                marks, places=tuple(mark if one.name == old.name else one for one in marks.places)
+            )
+
+        await self._maps.mark(change, f"place {old.name}: {mark.name}", who)
+        self._refresh()
+        return self.find(mark.name)
+
+    async def remove(self, name: str, who: Person) -> None:
+        """Forget a place. Raises Problem 404, 503, Unwritable."""
+        old = self.find(name)
+
+        def change(marks: MapMarks) -> MapMarks:
+            return msgspec.structs.replace(marks, places=tuple(one for one in marks.places if one.name != old.name))
+
+        await self._maps.mark(change, f"place {old.name} removed", who)
+        self._refresh()
+
+    # steps of the above
+
+    def _refresh(self) -> None:
+        """Have everybody know the places as they are now."""
+        if self._revision == self._maps.marks_revision:
+            return
+        self._revision = self._maps.marks_revision
+        submaps = self._maps.snapshot.floor.submaps
+        self.places = tuple(one.now(submaps) for one in self._maps.marks.places)
+        self._dispatcher.know_places(place_phrases(self.places))
+        for tell in self.when_changed:
+            tell(self.places)
+
+    def _mark(self, name: str, at: tuple[float, float] | None, heading: float | None, who: Person) -> PlaceMark:
+        snapshot = self._maps.snapshot
+        if at is None:
+            if snapshot.floor.lost is not None:
+                raise Problem(409, LOST)
+            at = snapshot.estimate.pose.x, snapshot.estimate.pose.y
+        self._check_on_map(*at)
+        x, y = (round(value, 3) for value in at)
+        turned = None if heading is None else round(wrap(heading), 4)
+        return PlaceMark(name, x, y, turned, anchor_at(np.array([at]), snapshot.floor.submaps), who.name)
+
+    def _check_on_map(self, x: float, y: float) -> None:
+        grid = self._maps.grid
+        low = grid.origin - BEYOND_MAP_M
+        high = grid.origin + grid.resolution * np.array(grid.log_odds.shape[::-1]) + BEYOND_MAP_M
+        if not (math.isfinite(x) and math.isfinite(y) and low[0] <= x <= high[0] and low[1] <= y <= high[1]):
+            raise Problem(422, f"That lies more than {BEYOND_MAP_M:g} m outside the map.")
+
+    def _check_name(self, name: str, others: list[PlaceMark] | tuple[PlaceMark, ...]) -> None:
+        if any(_key(one.name) == _key(name) for one in others):
+            raise Problem(409, "There is a place of that name already. Choose another name.")
+        check_name_apart(name, [one.name for one in others], self._dispatcher.own_phrases)
+
+
+def _key(name: str) -> str:
+    """Return the same key for two ways to write one name."""
+    return spoken_name(" ".join(name.split()))

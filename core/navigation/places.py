@@ -1,0 +1,15 @@
+"""Places that people have named on a map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedPlace:
+    """A place of the map that can be driven to by its name."""
+
+    name: str  # as people write it: "the Kitchen"
+    x_m: float  # world
+    y_m: float
+    heading_rad: float | None = None  # to look in the end; None: as it comes

@@ -1,0 +1,103 @@
+"""Names of places as words of STOP AT ("go to NAME"); a name that sounds like other words is refused."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Iterable
+
+from core.commands import VOCABULARY
+from core.commands.stop_at import STOP_AT, TO_PLACE
+from core.commands.stop_moving import STOP_PHRASES
+from core.errors import BadInput
+from core.navigation.places import NamedPlace
+from core.speech.understanding.grammar import OTHER_WORDS, OwnPhrase, OwnPhrases, compiled, says_stop, slips
+from core.speech.understanding.numbers import VALUES
+from core.speech.understanding.own_phrases import sound_key, too_close
+
+MIN_NAME_LETTERS, MAX_NAME_LETTERS = 3, 40
+MAX_PLACES = 60
+NAME = re.compile(r"[A-Za-z0-9]+(?:['-][A-Za-z0-9]+)*(?: [A-Za-z0-9]+(?:['-][A-Za-z0-9]+)*)*")
+ARTICLE = "the "
+NUMBER_WORDS = {str(value): word for word, value in VALUES.items()} | {
+    str(VALUES[tens] + VALUES[ones]): f"{tens} {ones}"
+    for tens in VALUES
+    if VALUES[tens] >= 20
+    for ones in VALUES
+    if 0 < VALUES[ones] < 10
+}
+"""A number up to 99 in digits → the same in words."""
+
+
+def tidy_name(name: str) -> str:
+    """A name as it is kept: single spaces, without an article. Raises BadInput with what a name may be."""
+    tidy = " ".join(name.split())
+    tidy = tidy[len(ARTICLE) :] if tidy.lower().startswith(ARTICLE) else tidy
+    if not MIN_NAME_LETTERS <= len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
+        raise BadInput(
+            f"A name that can be said has {MIN_NAME_LETTERS} to {MAX_NAME_LETTERS} letters from a to z, digits and "
+            "single spaces."
+        )
+    if not re.search("[A-Za-z]", tidy):
+        raise BadInput("A name has letters in it: a number alone would be taken for metres.")
+    if says_stop(tidy):
+        raise BadInput(f"The name “{tidy}” always stops the robot. Choose another name.")
+    return tidy
+
+
+def place_phrases(places: Iterable[NamedPlace]) -> OwnPhrases:
+    """Return the phrases that go to these places, with the numbers in their names in digits and in words."""
+    return tuple(
+        OwnPhrase(pattern.format(name=said), STOP_AT, compiled(pattern.format(name=said)), place)
+        for place in places
+        for said in _said(place.name)
+        for pattern in TO_PLACE
+    )
+
+
+def check_name_apart(name: str, places: Iterable[str], own: OwnPhrases = ()) -> None:
+    """Raise BadInput for a tidy name that sounds like a command, a number or another place, with the pair.
+
+    `places`: names of the others; `own`: phrases of the user's.
+    """
+    for other in places:
+        if _confusable(spoken_name(name), spoken_name(other)):
+            raise _alike(name, other)
+    for pattern in TO_PLACE:
+        words = pattern.format(name=spoken_name(name))
+        known = [one for kind in VOCABULARY for one in kind.words if kind is not STOP_AT or _like_numbers(name)]
+        for phrase in (*known, *OTHER_WORDS, *(one.pattern for one in own)):
+            if _confusable(words, phrase):
+                raise _alike(words, phrase)
+    for word in (*STOP_PHRASES, *VALUES):
+        if sound_key(spoken_name(name)) == sound_key(word):
+            raise _alike(name, word)
+
+
+def _confusable(one: str, other: str) -> bool:
+    """Return whether two phrases sound the same, or resemble each other both in sound and in letters."""
+    alike = too_close(one, other) and 3 * slips(one, other) <= max(len(one), len(other))
+    return alike or sound_key(one) == sound_key(other)
+
+
+def spoken_name(name: str) -> str:
+    """A name as it is said: small letters, numbers in words, without marks."""
+    return re.sub("[-']", "", _said(name)[-1])
+
+
+def _said(name: str) -> tuple[str, ...]:
+    """The ways to write a name in small letters: as it is, and with its numbers in words."""
+    ways = [(word, NUMBER_WORDS[word]) if word in NUMBER_WORDS else (word,) for word in name.lower().split()]
+    return tuple(dict.fromkeys(" ".join(words) for words in itertools.product(*ways)))
+
+
+def _like_numbers(name: str) -> bool:
+    """Return whether a name may be taken for the two numbers of STOP AT: it is two things with “and” between them."""
+    parts = spoken_name(name).split(" and ")
+    return len(parts) == 2 and any(part in VALUES for part in parts)
+
+
+def _alike(one: str, other: str) -> BadInput:
+    return BadInput(
+        f"“{one}” and “{other}” sound too much alike: one would be heard as the other. Choose another name."
+    )

@@ -1,0 +1,92 @@
+// HTTP client for what people marked on the map: named places. Read again whenever the console says that they changed.
+
+import { t } from "../ui/texts.js";
+import { call, post } from "./api.js";
+
+/** @typedef {import("../drive/suggest.js").Kind} Kind */
+/** @typedef {import("./session.js").Session} Session */
+/** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number | null}} Place */
+
+const PLACES = "api/places";
+const AGAIN_MS = 3000; // after which a reading that failed is repeated
+
+/** @param {string} root @param {string} name */
+const one = (root, name) => `${root}/${encodeURIComponent(name)}`;
+
+/** @param {string} path @param {"PATCH" | "PUT"} method @param {object} content */
+const send = (path, method, content) =>
+  call(path, { method, body: JSON.stringify(content), headers: { "content-type": "application/json" } });
+
+/** @param {Place} place @returns {Promise<Place>} */
+export const addPlace = (place) => post(PLACES, place);
+
+/** @param {string} name @param {Partial<Place>} change @returns {Promise<Place>} */
+export const changePlace = (name, change) => send(one(PLACES, name), "PATCH", change);
+
+/** @param {string} name */
+export const removePlace = (name) => call(one(PLACES, name), { method: "DELETE" });
+
+/** @param {Place} place the words that send the robot there */
+export const wordsTo = ({ name }) => `go to ${name.toLowerCase()}`;
+
+/**
+ * The places as rows of the vocabulary, for the completion of typed words.
+ * @param {readonly Place[]} places
+ * @returns {Kind[]}
+ */
+export const kindsOf = (places) =>
+  places.map((place) => ({
+    name: "stop_at",
+    words: [wordsTo(place), `stop at ${place.name.toLowerCase()}`],
+    numbers: [],
+    example: wordsTo(place),
+    summary: t("marks-api.drives_to_name", { name: place.name }),
+  }));
+
+/** The newest marks of the map in use; dispatches "change" when they are others. */
+export class MapMarks extends EventTarget {
+  /** @type {readonly Place[]} */
+  places = [];
+  #revision = -1;
+  #askedAt = -Infinity; // [ms]
+  #busy = false;
+
+  /** @param {Session} session */
+  constructor(session) {
+    super();
+    session.on("hello", () => (this.#revision = -1));
+    session.on("heard", ({ state }) => {
+      if (state && state.map.marks !== this.#revision) void this.#read(state.map.marks);
+    });
+  }
+
+  /** @param {number} revision */
+  async #read(revision) {
+    const now = performance.now();
+    if (this.#busy || (revision === this.#revision && now - this.#askedAt < AGAIN_MS)) return;
+    [this.#busy, this.#askedAt] = [true, now];
+    try {
+      this.places = (await call(PLACES)).places;
+      this.#revision = revision;
+      this.dispatchEvent(new Event("change"));
+    } catch {
+      // asked again with one of the next states
+    } finally {
+      this.#busy = false;
+    }
+  }
+}
+
+/** @type {WeakMap<Session, MapMarks>} */
+const known = new WeakMap();
+
+/**
+ * The marks of a session: one reading for all panels.
+ * @param {Session} session
+ * @returns {MapMarks}
+ */
+export function marksOf(session) {
+  const marks = known.get(session) ?? new MapMarks(session);
+  known.set(session, marks);
+  return marks;
+}

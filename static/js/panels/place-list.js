@@ -1,0 +1,102 @@
+// Element <place-list>: the named places of the map; a press sends the robot there.
+
+import { marksOf, removePlace, wordsTo } from "../net/marks-api.js";
+import { sure } from "../ui/confirm-button.js";
+import { icon, make } from "../ui/element.js";
+import { degrees, fixed } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/marks-api.js").Place} Place */
+
+/** @param {Element} from @param {{place?: Place, at?: {x: number, y: number}}} detail asks for a name */
+export const askName = (from, detail) =>
+  from.dispatchEvent(new CustomEvent("name-place", { detail, bubbles: true, composed: true }));
+
+class PlaceList extends Panel {
+  #remember = make(
+    "button",
+    { type: "button", class: "button" },
+    icon("pin"),
+    make("span", {}, t("place-list.remember_this_place")),
+  );
+  #empty = make("p", { class: "note" }, t("place-list.none_yet"));
+  #list = make("ul", { class: "places", "aria-label": t("place-list.places") });
+  #operates = false;
+  #drives = false;
+  #drawn = "";
+
+  /** @override */
+  build() {
+    const head = make("h3", {}, t("place-list.places"));
+    this.append(
+      make("div", { class: "slam-head" }, head, make("span", { class: "spring" }), this.#remember),
+      this.#empty,
+      this.#list,
+    );
+    this.#remember.addEventListener("click", () => askName(this, {}));
+    marksOf(this.session).addEventListener("change", () => this.#draw());
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ hello, up }) {
+    this.#operates = hello !== null && hello.you.role !== "viewer";
+    this.#drives = this.#operates && hello?.robot.drives === true;
+    this.#remember.hidden = !this.#drives;
+    this.#draw();
+    for (const button of this.querySelectorAll("button")) button.disabled = !up;
+  }
+
+  #draw() {
+    const { places } = marksOf(this.session);
+    const drawn = JSON.stringify([places, this.#operates, this.#drives]);
+    if (drawn === this.#drawn) return;
+    this.#drawn = drawn;
+    this.#empty.hidden = places.length > 0;
+    this.#list.replaceChildren(...places.map((place) => this.#row(place)));
+  }
+
+  /** @param {Place} place */
+  #row(place) {
+    const turned = place.heading_rad === null ? "" : `, ${degrees(place.heading_rad)}`;
+    const where = `${fixed(place.x_m, 2)}, ${fixed(place.y_m, 2)} m${turned}`;
+    const go = make(
+      "button",
+      { type: "button", class: "button place-go", "aria-label": t("place-list.go_to_name", { name: place.name }) },
+      t("place-list.go"),
+    );
+    go.addEventListener("click", () => void this.session.say(wordsTo(place), "click"));
+    const edit = make(
+      "button",
+      {
+        type: "button",
+        class: "icon-button small",
+        "aria-label": t("place-list.change_name", { name: place.name }),
+        title: t("place-list.change"),
+      },
+      icon("pencil"),
+    );
+    edit.addEventListener("click", () => askName(this, { place }));
+    const away = make(
+      "button",
+      { type: "button", class: "button small", "aria-label": t("place-list.remove_name", { name: place.name }) },
+      t("place-list.remove"),
+    );
+    away.addEventListener("click", () => {
+      if (sure(away, t("place-list.remove_it"))) void this.session.attempt(() => removePlace(place.name));
+    });
+    const body = make(
+      "div",
+      { class: "place-body" },
+      make("p", { class: "place-name" }, place.name),
+      make("p", { class: "note" }, where),
+    );
+    return make("li", { class: "place" }, body, this.#drives && go, this.#operates && edit, this.#operates && away);
+  }
+}
+
+customElements.define("place-list", PlaceList);

@@ -1,0 +1,101 @@
+"""Places on the page: remembered where the robot is, named on the map, gone to, renamed and removed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.running_console import Running
+from tests.browser.visit import PHONE, Visit
+
+Open = Callable[..., Visit]
+
+
+@pytest.fixture(autouse=True)
+def _no_places_stay(console: Running) -> Iterator[None]:
+    yield
+    for place in console.ask("api/places")["places"]:
+        console.ask(f"api/places/{place['name']}", method="DELETE")
+
+
+def shown(here: Visit, name: str) -> None:
+    """Keep a picture for a person to look at, where one is asked for."""
+    if folder := os.environ.get("BECKON_PICTURES"):
+        here.page.screenshot(path=f"{folder}/{name}.png")
+
+
+def flat(here: Visit) -> None:
+    if not here.find("flat-map").is_visible():
+        here.button("Flat").click()
+    expect(here.find("flat-map")).to_be_visible()
+
+
+def test_a_place_is_remembered_completed_gone_to_renamed_and_removed(visit: Open, console: Running) -> None:
+    here = visit()
+    here.open_tab("Maps")
+    here.button("Remember this place").click()
+    sheet = here.find("place-sheet")
+    sheet.get_by_label("Name, as you will say it").fill("bus stop")
+    sheet.get_by_role("button", name="Save").click()
+    expect(sheet.get_by_role("alert")).to_contain_text("always stops the robot")
+    here.complaints[:] = [each for each in here.complaints if "422" not in each]  # the browser notes the refusal
+    sheet.get_by_label("Name, as you will say it").fill("the window")
+    sheet.get_by_label("Look that way there").check()
+    shown(here, "place-sheet")
+    sheet.get_by_role("button", name="Save").click()
+    expect(sheet).to_be_hidden()
+    row = here.find("place-list:visible li.place").filter(has_text="window")
+    expect(row).to_be_visible()
+    here.find("#words").fill("go to win")
+    expect(here.find("#suggestions")).to_contain_text("go to window")
+    here.find("#words").fill("")
+    row.get_by_role("button", name="Go to window").click()
+    here.until(
+        lambda: any(one["heard_as"] == "go to window" for one in console.ask("api/commands/history")["commands"]),
+        "it was sent there",
+    )
+    shown(here, "place-list")
+    row.get_by_role("button", name="Change window").click()
+    sheet.get_by_label("Name, as you will say it").fill("door")
+    sheet.get_by_role("button", name="Save").click()
+    door = here.find("place-list:visible li.place").filter(has_text="door")
+    expect(door).to_be_visible()
+    door.get_by_role("button", name="Remove door").click()
+    door.get_by_role("button", name="Remove it?").click()
+    expect(door).to_have_count(0)
+
+
+@pytest.mark.parametrize("hand", ["finger", "keys"])
+def test_a_place_is_named_on_the_map(visit: Open, console: Running, hand: str) -> None:
+    here = visit(size=PHONE) if hand == "finger" else visit()
+    flat(here)
+    here.button("Name a place").click()
+    floor = here.find(".flat-floor")
+    if hand == "finger":
+        box = floor.bounding_box()
+        assert box is not None
+        here.page.touchscreen.tap(box["x"] + 0.45 * box["width"], box["y"] + 0.5 * box["height"])
+    else:
+        floor.focus()
+        floor.press("ArrowRight")
+        floor.press("Enter")
+    sheet = here.find("place-sheet")
+    sheet.get_by_label("Name, as you will say it").fill("kitchen")
+    shown(here, f"name-by-{hand}")
+    sheet.get_by_label("Name, as you will say it").press("Enter")
+    expect(sheet).to_be_hidden()
+    here.until(lambda: len(console.ask("api/places")["places"]) == 1, "it is there")
+    shown(here, f"named-by-{hand}")
+
+
+def test_who_watches_sees_places_and_changes_none(visit: Open, console: Running) -> None:
+    console.ask("api/places", {"name": "sofa"})
+    here = visit(watching=True)
+    here.open_tab("Maps")
+    row = here.find("place-list:visible li.place")
+    expect(row).to_contain_text("sofa")
+    expect(row.get_by_role("button")).to_have_count(0)
+    expect(here.find("place-list:visible").get_by_role("button", name="Remember this place")).to_be_hidden()

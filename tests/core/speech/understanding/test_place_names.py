@@ -1,0 +1,107 @@
+"""Names of places: what they may be, that they are understood as they stand, and none sounds like other words."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.commands.command import Command
+from core.commands.stop_at import TO_PLACE
+from core.errors import BadInput
+from core.navigation.places import NamedPlace
+from core.speech.understanding.grammar import Refusal, understand
+from core.speech.understanding.place_names import check_name_apart, place_phrases, spoken_name, tidy_name
+
+NAMES = ("kitchen", "Anna's office", "room 12", "coffee machine", "window")
+PLACES = tuple(NamedPlace(name=name, x_m=7.0 + n, y_m=-n, heading_rad=0.5 * n) for n, name in enumerate(NAMES))
+OWN = place_phrases(PLACES)
+
+
+def understood(words: str, *, spoken: bool = True) -> Command | Refusal:
+    return understand(words, spoken=spoken, own=OWN)
+
+
+@given(st.sampled_from(PLACES), st.sampled_from(TO_PLACE), st.booleans(), st.sampled_from(("", ".", "!")))
+def test_a_place_is_gone_to_by_its_name_however_far_it_is(
+    place: NamedPlace, pattern: str, spoken: bool, end: str
+) -> None:
+    command = understood(pattern.format(name=place.name).capitalize() + end, spoken=spoken)
+    assert isinstance(command, Command) and command.name == "stop_at" and command.place == place.name
+    assert command.numbers == {"x_m": place.x_m, "y_m": place.y_m, "heading_rad": place.heading_rad}
+    again = understood(command.heard_as)
+    assert isinstance(again, Command) and again.place == place.name
+
+
+@pytest.mark.parametrize("words", ["go to room twelve", "stop at the room 12"])
+def test_numbers_in_names_are_read_in_digits_and_in_words(words: str) -> None:
+    command = understood(words)
+    assert isinstance(command, Command) and command.place == "room 12"
+
+
+@given(st.sampled_from(NAMES), st.sampled_from(("please {} now", "don't {}", "{} and then jump", "{}?", "{}...")))
+def test_only_a_whole_utterance_goes_to_a_place(name: str, around: str) -> None:
+    for pattern in TO_PLACE:
+        words = around.format(pattern.format(name=name.lower()))
+        command = understood(words)
+        if "stop" in words:
+            assert isinstance(command, Command) and command.name == "stop_moving"
+        else:
+            assert isinstance(command, Refusal)
+
+
+def test_an_unknown_place_is_refused_with_those_that_it_may_be() -> None:
+    refused = understood("go to the kichen")
+    assert isinstance(refused, Refusal) and refused.suggestions[0] in {"go to kitchen", "go to the kitchen"}
+    other = understood("go to the moon")
+    assert isinstance(other, Refusal) and other.suggestions
+    assert all(isinstance(understood(one), Command) for one in (*refused.suggestions, *other.suggestions))
+    halted = understood("stop at the kichen")
+    assert isinstance(halted, Command) and halted.name == "stop_moving"
+
+
+def test_without_places_the_words_mean_what_they_meant() -> None:
+    command = understood("go to 1 and 2")
+    assert isinstance(command, Command) and not command.place and command.numbers == {"x_m": 1.0, "y_m": 2.0}
+    assert isinstance(understand("go to kitchen"), Refusal)
+    assert isinstance(understood("stop at 9 and 9"), Command)  # beyond what may be spoken: it stops
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("bus stop", "always stops"),
+        ("wait", "always stops"),
+        ("123", "letters in it"),
+        ("x", "3 to 40"),
+        ("küche", "from a to z"),
+        ("a" * 41, "3 to 40"),
+        ("kit_chen", "from a to z"),
+    ],
+)
+def test_a_name_that_cannot_be_said_is_refused(name: str, why: str) -> None:
+    with pytest.raises(BadInput, match=why):
+        tidy_name(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "other"),
+    [
+        ("back", "go back"),
+        ("the wall", "follow the wall"),
+        ("den", "ten"),
+        ("fore", "four"),
+        ("kitchens", "kitchen"),
+        ("windows", "window"),
+        ("Annas office", "Anna's office"),
+    ],
+)
+def test_a_name_that_sounds_like_other_words_is_refused_with_the_pair(name: str, other: str) -> None:
+    with pytest.raises(BadInput, match=rf".*{other}.*sound too much alike"):
+        check_name_apart(tidy_name(name), NAMES)
+
+
+@pytest.mark.parametrize("name", ["door", "desk", "sofa", "bathroom", "stairs", "room 13", "library", "garden"])
+def test_common_names_stand_side_by_side(name: str) -> None:
+    check_name_apart(tidy_name(f"the  {name}"), NAMES)
+    assert spoken_name("Room 12") == "room twelve"
