@@ -51,6 +51,7 @@ const SETTLE_MS = 600; // after a seek the recording takes that long to arrive
  * @property {api.HistoryRow[]} history
  * @property {api.Kind[]} kinds
  * @property {boolean} stopped STOP was pressed on this page; true when it was sent
+ * @property {number} stop-answered [ms] until the console answered STOP
  * @property {string} trouble a sentence
  * @property {Offer} offer
  * @property {import("../voice/audio-socket.js").Transcript} transcript transcript of the microphone of this browser
@@ -166,7 +167,10 @@ export class Session {
     this.#dispatch("stopped", left);
     const why = t("session.the_robot_stops_by_itself_when");
     api.stop(press).then(
-      () => left || this.#dispatch("stopped", true),
+      () => {
+        this.#dispatch("stop-answered", Math.round(performance.now() - this.#stoppedAt));
+        if (!left) this.#dispatch("stopped", true);
+      },
       (refusal) =>
         left || this.complain(t("session.stop_could_not_be_sent_message", { message: refusal.message, why })),
     );

@@ -8,6 +8,8 @@ import { t } from "../ui/texts.js";
 /** @typedef {import("../net/session.js").View} View */
 
 const SHOWN_MS = 700;
+const ANSWERED_MS = 3000;
+const MOVING = 0.01; // [m/s], [rad/s]
 const TOUCH_MS = 600; // the click that follows a touch is the same press
 
 const STOPS = t("stop-button.stops_the_robot_and_cancels_what");
@@ -27,6 +29,8 @@ class StopButton extends Panel {
   );
   #touchedAt = -Infinity;
   #timer = 0;
+  #answered = ""; // how quickly the newest press was answered
+  #answers = 0; // timer
 
   /** @override */
   build() {
@@ -37,6 +41,11 @@ class StopButton extends Panel {
     });
     this.#button.addEventListener("click", () => {
       if (performance.now() - this.#touchedAt > TOUCH_MS) this.session.stop();
+    });
+    this.session.on("stop-answered", (ms) => {
+      this.#answered = t("stop-button.answered_in_ms_ms", { ms });
+      clearTimeout(this.#answers);
+      this.#answers = setTimeout(() => (this.#answered = ""), ANSWERED_MS);
     });
     this.session.on("stopped", () => {
       this.#button.classList.add("is-sent");
@@ -54,13 +63,20 @@ class StopButton extends Panel {
     const lost = !up && state !== null && !recording;
     mark(this.#button, "data-recording", recording);
     mark(this.#button, "data-unlinked", lost);
+    mark(this.#button, "data-still", up && !recording && state !== null && standsStill(state));
     mark(this.#button, "aria-label", recording ? t("stop-button.pause_the_recording") : null);
     mark(this.#button, "title", recording ? PAUSES : lost ? UNLINKED : STOPS);
     this.#button.disabled = recording && (hello.you.role === "viewer" || !up || state?.robot.running !== true);
     redraw(this.#icon, recording ? "pause" : "stop");
     write(this.#word, recording ? t("stop-button.pause") : t("stop-button.stop"));
-    write(this.#note, lost ? t("stop-button.no_link") : "");
+    write(this.#note, lost ? t("stop-button.no_link") : this.#answered);
   }
+}
+
+/** True where nobody and nothing could move the robot. @param {import("../net/messages.js").State} state */
+function standsStill({ lease, command, velocity }) {
+  const moves = Math.abs(velocity.v_m_s) > MOVING || Math.abs(velocity.w_rad_s) > MOVING;
+  return lease.holder === null && command === null && !moves;
 }
 
 customElements.define("stop-button", StopButton);
