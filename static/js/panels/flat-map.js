@@ -14,6 +14,7 @@ import { mapInWords } from "../ui/map-text.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
 import { PoseMotion } from "../ui/pose-motion.js";
+import { chainOf, LastVoice } from "../ui/sensed.js";
 import { t } from "../ui/texts.js";
 import { onTheme } from "../ui/theme.js";
 import { ToGo } from "../ui/to-go.js";
@@ -98,6 +99,9 @@ class FlatMap extends Panel {
   #drawn = ""; // what the newest drawing showed
   #motion = new PoseMotion();
   #ground = new FlatGround();
+  #voice = new LastVoice();
+  /** @type {{azimuth: number, sd: number} | null} */
+  #heard = null;
   #glides = 0; // number of the frame that is asked for; 0: none
   #cost = 0; // [ms] of the newest drawing
   #revision = -1; // of the pose graph when the plan was asked for
@@ -176,6 +180,7 @@ class FlatMap extends Panel {
     const { state, up } = view;
     if (state) {
       const { x_m: x, y_m: y, heading_rad: heading } = state.pose;
+      this.#heard = this.#voice.saw(state);
       this.#motion.saw(state.stamp_s, { x, y, heading }, performance.now() / 1000);
     }
     this.classList.toggle("is-old", !up);
@@ -387,6 +392,7 @@ class FlatMap extends Panel {
       room: this.#room,
       robot: shown?.at ?? { x, y, heading },
       old: shown?.old ?? false,
+      chain: chainOf(state, this.#heard, this.session.kinds),
       trail: this.#motion.trail,
       ground: this.#ground,
       places: marksOf(this.session).places,

@@ -20,15 +20,17 @@ import { t } from "./texts.js";
  * @property {string} left of the way, in words
  * @property {readonly import("../net/room-api.js").PersonInRoom[]} room people in the simulated room
  * @property {{x: number, y: number, heading: number}} robot as it is shown now
+ * @property {import("./sensed.js").Sensed | null} chain what the robot has of a person it comes to
  * @property {boolean} old nothing newer came for a while: the robot is drawn in grey
  * @property {readonly {x: number, y: number, fresh: number}[]} trail fresh 0..1
  * @property {import("./flat-ground.js").FlatGround} ground
  * @property {readonly import("../net/marks-api.js").Place[]} places
  */
 
-const LABEL = "600 12px system-ui, sans-serif";
+const LABEL = "600 13px system-ui, sans-serif";
 const VOICE_M = 1.5;
 const VOICE_S = 12; // [s] after which a voice is no longer drawn
+const RIPPLE_S = 1.2; // [s] that the ring of a voice runs
 const SIGMAS = 2;
 const BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
 const [ABOVE, BELOW] = [-9, 19]; // [px] of words beside a point
@@ -65,8 +67,9 @@ export function drawFlat(canvas, view, scene) {
     const { person } = state;
     /** @param {{x_m: number, y_m: number}} one */
     const same = ({ x_m: x, y_m: y }) => person !== null && apart({ x, y }, { x: person.x_m, y: person.y_m }) <= SAME_M;
-    for (const one of scene.room) if (!same(one)) brush.inhabitant({ x: one.x_m, y: one.y_m }, one.id);
-    if (person) brush.person(person, person.name || (scene.room.find(same)?.id ?? t("flat-drawing.person")));
+    for (const one of scene.room) if (!same(one)) brush.inhabitant({ x: one.x_m, y: one.y_m }, robot, one.id);
+    if (person && scene.chain) brush.beads(robot, { x: person.x_m, y: person.y_m }, scene.chain);
+    if (person) brush.person(person, robot, person.name || (scene.room.find(same)?.id ?? t("flat-drawing.person")));
   }
   if (layers.has("ghost")) {
     const { x_m: x, y_m: y, heading_rad: heading } = state.dead_reckoning;
@@ -182,31 +185,86 @@ class Brush {
     if (left) this.label(at, left, BELOW);
   }
 
-  /** @param {NonNullable<State["direction"]>} heard drawn from where the robot heard it */
+  /** A light that fades outwards, and a ring that runs out with the sound. @param {NonNullable<State["direction"]>} heard */
   voice({ azimuth_world_rad: azimuth, sd_heard_rad: sd, age_s: age, x_m: x, y_m: y }) {
     const { context, view } = this;
     const at = view.drawn({ x, y });
     const half = Math.min(Math.PI, Math.max(0.03, SIGMAS * sd));
+    const reach = VOICE_M * view.scale;
+    const colour = this.colour("scene-voice");
+    const light = context.createRadialGradient(at.x, at.y, 0, at.x, at.y, reach);
+    light.addColorStop(0, colour);
+    light.addColorStop(1, "transparent");
     context.save();
-    context.globalAlpha = 0.55 * (1 - age / VOICE_S);
-    context.fillStyle = this.colour("scene-voice");
+    context.globalAlpha = 0.8 * (1 - age / VOICE_S);
+    context.fillStyle = light;
     context.beginPath();
     context.moveTo(at.x, at.y);
-    context.arc(at.x, at.y, VOICE_M * view.scale, -azimuth - half, -azimuth + half);
+    context.arc(at.x, at.y, reach, -azimuth - half, -azimuth + half);
     context.closePath();
     context.fill();
+    if (age < RIPPLE_S) {
+      context.globalAlpha = 1 - age / RIPPLE_S;
+      context.strokeStyle = colour;
+      context.lineWidth = 2;
+      context.beginPath();
+      context.arc(at.x, at.y, reach * (0.3 + (0.7 * age) / RIPPLE_S), -azimuth - half, -azimuth + half);
+      context.stroke();
+    }
     context.restore();
   }
 
-  /** @param {NonNullable<State["person"]>} person @param {string} name */
-  person({ x_m: x, y_m: y, cov_m2: cov, state }, name) {
-    const colour = this.colour("goal");
+  /**
+   * What the robot has of a person by each sense, as beads on the line between them.
+   * @param {Point} from [m] @param {Point} to [m]
+   * @param {import("./sensed.js").Sensed} chain
+   */
+  beads(from, to, { heard, seen, laser, left }) {
+    const { context, view } = this;
+    const [one, other] = [view.drawn(from), view.drawn(to)];
+    const lit = [heard, seen, laser, left].map((sensed) => sensed !== null);
+    context.strokeStyle = context.fillStyle = this.colour("goal");
+    context.lineWidth = 1.5;
+    context.setLineDash([2, 5]);
+    context.beginPath();
+    context.moveTo(one.x, one.y);
+    context.lineTo(other.x, other.y);
+    context.stroke();
+    context.setLineDash([]);
+    for (const [index, has] of lit.entries()) {
+      const part = (index + 1) / (lit.length + 1);
+      context.fillStyle = this.colour(has ? "goal" : "plan-floor");
+      context.beginPath();
+      context.arc(one.x + part * (other.x - one.x), one.y + part * (other.y - one.y), 4.5, 0, 2 * Math.PI);
+      context.fill();
+      context.stroke();
+    }
+  }
+
+  /** Head and shoulders from above, turned to the robot. @param {Point} point [m] @param {Point} towards [m] @param {string} fill */
+  figure(point, towards, fill) {
+    const { context } = this;
+    const at = this.view.drawn(point);
+    const wide = Math.max(9, 0.24 * this.view.scale);
+    const turn = Math.atan2(point.y - towards.y, towards.x - point.x);
+    context.fillStyle = fill;
+    context.strokeStyle = this.colour("goal");
+    context.lineWidth = 2;
+    context.beginPath();
+    context.ellipse(at.x, at.y, 0.5 * wide, wide, turn, 0, 2 * Math.PI);
+    context.fill();
+    context.stroke();
+    context.fillStyle = context.strokeStyle;
+    context.beginPath();
+    context.arc(at.x + 0.1 * wide * Math.cos(turn), at.y + 0.1 * wide * Math.sin(turn), 0.42 * wide, 0, 2 * Math.PI);
+    context.fill();
+  }
+
+  /** @param {NonNullable<State["person"]>} person @param {Point} robot [m] @param {string} name */
+  person({ x_m: x, y_m: y, cov_m2: cov, state }, robot, name) {
     const at = this.view.drawn({ x, y });
-    this.context.fillStyle = colour;
-    this.context.beginPath();
-    this.context.arc(at.x, at.y, Math.max(6, 0.22 * this.view.scale), 0, 2 * Math.PI);
-    this.context.fill();
-    this.ellipse({ x, y }, cov, colour);
+    this.figure({ x, y }, robot, this.colour("goal"));
+    this.ellipse({ x, y }, cov, this.colour("goal"));
     this.label(at, state === "seen" ? name : t("flat-drawing.name_hidden_now", { name }));
   }
 
@@ -231,18 +289,10 @@ class Brush {
     this.label(at, name);
   }
 
-  /** A person in the simulated room. @param {Point} point [m] @param {string} name */
-  inhabitant(point, name) {
-    const { context } = this;
-    const at = this.view.drawn(point);
-    context.fillStyle = this.colour("surface");
-    context.strokeStyle = this.colour("goal");
-    context.lineWidth = 2;
-    context.beginPath();
-    context.arc(at.x, at.y, Math.max(8, 0.2 * this.view.scale), 0, 2 * Math.PI);
-    context.fill();
-    context.stroke();
-    this.label(at, name);
+  /** A person in the simulated room. @param {Point} point [m] @param {Point} robot [m] @param {string} name */
+  inhabitant(point, robot, name) {
+    this.figure(point, robot, this.colour("surface"));
+    this.label(this.view.drawn(point), name);
   }
 
   /** @param {{x: number, y: number, heading: number}} at @param {number} radius [m] @param {string} colour @param {number} strength */

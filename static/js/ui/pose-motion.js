@@ -7,7 +7,7 @@ const KEPT = 20; // poses
 const TRAIL_S = 30; // after which a passed place is no longer drawn
 const TRAIL_STEP_M = 0.03;
 const JUMP_M = 0.5; // farther than a robot drives between two frames: a correction, shown at once
-const OLD_S = 0.15; // beyond the newest pose: what is shown is no longer true
+const OLD_S = 0.15; // later than two frames: what is shown is no longer true
 
 export class PoseMotion {
   /** @type {Stamped[]} */
@@ -55,7 +55,7 @@ export class PoseMotion {
     const at = this.where(shown);
     return at
       ? { at, moving: this.#moved(), old: false }
-      : { at: newest.at, moving: false, old: shown - newest.stamp > OLD_S + this.#period };
+      : { at: newest.at, moving: false, old: now - newest.stamp - newest.late > OLD_S + 2 * this.#period };
   }
 
   /**
