@@ -14,7 +14,7 @@ from core.message import Array, message
 NAMES = ("roll", "pitch", "yaw", "forward", "sideways", "height")
 """The six unknowns: turns about the laser's x, y, z axes and shifts along them."""
 
-FEW = 10  # poses below which scatter was up to three times the computed sd, so the sd is doubled
+FEW_POSES = 10  # poses below which scatter was up to three times the computed sd, so the sd is doubled
 LOOSE_TURN, LOOSE_SHIFT = np.deg2rad(3), 0.05  # [rad], [m]: how well a mount is known by looking at it
 CLOSE_TURN, CLOSE_SHIFT = np.deg2rad(1), 0.01  # [rad], [m]: below this a direction was measured
 FREE_TURN, FREE_SHIFT = np.deg2rad(10), 0.3  # [rad], [m]: as good as nothing
@@ -82,7 +82,7 @@ class Extrinsics:
     @property
     def shown_covariance(self) -> Array:
         """(6, 6): as it is shown and kept; with few poses the standard deviations are doubled."""
-        return self.covariance * (4.0 if np.count_nonzero(self.used) < FEW else 1.0)
+        return self.covariance * (4.0 if np.count_nonzero(self.used) < FEW_POSES else 1.0)
 
     @property
     def guess(self) -> Guess:

@@ -14,8 +14,8 @@ from core.calibration.projection import Poses, exponential, project, vector_of
 from core.message import Array
 from core.optics import CameraModel
 
-SAMPLES = 4  # rays per pixel side
-DARK, LIGHT, WALL = 38.0, 205.0, 120.0  # grey levels
+RAYS_PER_PIXEL = 4  # rays per pixel side
+DARK_GREY, LIGHT_GREY, WALL_GREY = 38.0, 205.0, 120.0  # grey levels
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,12 @@ def picture(
     rotation, translation = poses.rotations[0], poses.translations[0]
     height, width = model.height, model.width
     shade = np.linspace(0.92, 1.05, width)[None, :] * np.linspace(1.03, 0.94, height)[:, None]
-    grey = np.full((height, width), WALL)
+    grey = np.full((height, width), WALL_GREY)
     left, top, right, bottom = _box(model, poses, board)
     if right > left and bottom > top:
-        rays = _rays(model)[top * SAMPLES : bottom * SAMPLES, left * SAMPLES : right * SAMPLES]
+        rays = _rays(model)[
+            top * RAYS_PER_PIXEL : bottom * RAYS_PER_PIXEL, left * RAYS_PER_PIXEL : right * RAYS_PER_PIXEL
+        ]
         into_board = np.linalg.inv(np.column_stack((rotation[:, :2], translation)))
         ground = rays @ into_board[:, :2].T + into_board[:, 2]
         with np.errstate(invalid="ignore", divide="ignore"):  # pixels that no ray reaches stay as the wall
@@ -132,10 +134,12 @@ def _shades(places: Array, depth: Array, board: Board) -> Array:
     printed = (x > -square) & (x < board.width + square) & (y > -square) & (y < board.height + square)
     half_width, half_height = _paper(board)
     panel = (np.abs(x - board.width / 2) < half_width) & (np.abs(y - board.height / 2) < half_height)
-    grey = np.where(printed & dark, DARK, LIGHT)
-    grey = np.where(panel & (depth > 0), grey, WALL)
+    grey = np.where(printed & dark, DARK_GREY, LIGHT_GREY)
+    grey = np.where(panel & (depth > 0), grey, WALL_GREY)
     rows, columns = grey.shape
-    return grey.reshape(rows // SAMPLES, SAMPLES, columns // SAMPLES, SAMPLES).mean(axis=(1, 3))
+    return grey.reshape(rows // RAYS_PER_PIXEL, RAYS_PER_PIXEL, columns // RAYS_PER_PIXEL, RAYS_PER_PIXEL).mean(
+        axis=(1, 3)
+    )
 
 
 def _rays(model: CameraModel) -> Array:
@@ -149,4 +153,4 @@ def _cached_rays(width: int, height: int, key: tuple[float, ...]) -> Array:
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = key
     model = CameraModel(width=width, height=height, fx=fx, fy=fy, cx=cx, cy=cy, k1=k1, k2=k2, p1=p1, p2=p2, k3=k3)
     ideal = model.undistort(all_pixels(model)).reshape(height, width, 2)
-    return cv2.resize(ideal, (width * SAMPLES, height * SAMPLES), interpolation=cv2.INTER_LINEAR)
+    return cv2.resize(ideal, (width * RAYS_PER_PIXEL, height * RAYS_PER_PIXEL), interpolation=cv2.INTER_LINEAR)

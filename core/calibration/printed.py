@@ -16,7 +16,7 @@ from core.geometry import Transform
 from core.message import Array
 from core.optics import CameraModel
 
-PARAMETERS = 6  # turn and shift
+PARAMETER_COUNT = 6  # turn and shift
 
 
 class Equation44(TypedDict):
@@ -65,14 +65,14 @@ def mount_by_equation_13(found: Extrinsics, boards: Sequence[tuple[Plane, Array]
 
     def model(guess: Guess) -> tuple[Array, Array]:
         off, slope = points_off(seen, guess)
-        return off, slope[:, :PARAMETERS]
+        return off, slope[:, :PARAMETER_COUNT]
 
     def move(guess: Guess, step: Array) -> Guess:
         return guess.moved(np.concatenate((step, (0.0, 0.0))))
 
     start = Guess(found.transform.rotation, found.transform.translation)
     fit = minimise(model, start, move)
-    variance = fit.cost / max(len(pairs) - PARAMETERS, 1)
+    variance = fit.cost / max(len(pairs) - PARAMETER_COUNT, 1)
     return replace(
         found,
         transform=Transform(rotation=fit.state.rotation, translation=fit.state.translation),

@@ -16,7 +16,7 @@ from core.optics import CameraModel
 
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 PAPER = tuple(range(8))  # the paper's eight of Table 3
-NEAREST = 1e-3  # [m]: points nearer than this, or behind the camera, are projected as if they were here
+MIN_DEPTH_M = 1e-3  # points nearer than this, or behind the camera, are projected as if they were here
 
 
 class Poses(NamedTuple):
@@ -116,7 +116,7 @@ def linearise(camera: Array, poses: Poses, points: Array) -> Linearised:
 
 def _normalised(space: Array) -> tuple[Array, Array, Array]:
     """Camera-frame points (M, N, 3) → x/z, y/z and the depth (M, N), kept positive."""
-    depth = np.maximum(space[..., 2], NEAREST)
+    depth = np.maximum(space[..., 2], MIN_DEPTH_M)
     return space[..., 0] / depth, space[..., 1] / depth, depth
 
 

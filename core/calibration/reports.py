@@ -24,7 +24,7 @@ from core.geometry import OPTICAL
 from core.optics import CameraModel
 from core.sensors.checks import Fault
 
-FORMAT, VERSION = "beckon-calibration", 1
+FORMAT_NAME, FORMAT_VERSION = "beckon-calibration", 1
 Method = Literal["exact", "table-1"]
 TARGET_SHARE, TARGET_LEAST = 1 / 1000, 0.5  # of the picture's width, [pixel]: the 95 % uncertainty to be reached
 
@@ -361,8 +361,8 @@ def kept(
 ) -> CalibrationFile:
     """Our own JSON file: the camera, the board, and where there is one the mount; with covariances and versions."""
     document: CalibrationFile = {
-        "format": FORMAT,
-        "version": VERSION,
+        "format": FORMAT_NAME,
+        "version": FORMAT_VERSION,
         "software": {"opencv": cv2.__version__, "numpy": np.__version__},
         "camera": {**camera_entry(model)} if camera is None else _calibrated(model, camera),
     }

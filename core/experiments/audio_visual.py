@@ -35,25 +35,25 @@ from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import WheelNoise
 from core.slam.consistency import nees
 
-RUNS = 4
+DEFAULT_RUNS = 4
 ABOUT = About(
     title="What eyes and ears add to the laser",
     reproduces="The abstract's claim that hearing and sight make the position better than the laser alone; it has no "
     "figures. The drives are steered by the true pose, round and round for 75 s; bearings as landmarks, off by "
     "default, are on.",
-    runs=RUNS,
+    runs=DEFAULT_RUNS,
     counts="drives in every place",
     base_s=0.0,
     run_s=840.0,
 )
-STILL = 2.5  # [s] at rest before the drive
-SPEED, TURN = 0.25, 1.0  # [m/s], [rad/s] of the drive
-NEAR = 0.25  # [m] from a goal, the next one is steered for
-EVERY = 8  # frames between those that are judged
-CALLS = 3.0  # [s] between the ends of a person's calls
+REST_BEFORE_S = 2.5  # at rest before the drive
+DRIVE_SPEED_M_S, DRIVE_TURN_RAD_S = 0.25, 1.0  # of the drive
+GOAL_RADIUS_M = 0.25  # from a goal, the next one is steered for
+FRAMES_PER_JUDGEMENT = 8  # frames between those that are judged
+CALL_PAUSE_S = 3.0  # between the ends of a person's calls
 WORDS = "come here please, I am standing over here"
-LONGEST = 75.0  # [s] of a drive, round and round: what drifts does so with the way
-EARLY = 38.0  # [s] at its beginning, of which the error is given besides
+MAX_DRIVE_S = 75.0  # of a drive, round and round: what drifts does so with the way
+EARLY_PART_S = 38.0  # at its beginning, of which the error is given besides
 
 
 @dataclass(frozen=True)
@@ -74,15 +74,15 @@ AROUND_LAB = ((2.0, 0.0), (3.0, 1.5), (2.4, 2.4), (0.8, 2.2), (-0.6, 1.2), (0.2,
 TO_AND_FRO = ((4.5, 0.2), (1.0, -0.2), (4.5, 0.2))
 AROUND_HALL = ((3.0, -1.5), (4.0, 0.5), (2.5, 1.6), (0.0, 1.2), (0.3, -0.5))
 THROUGH_FLOOR = ((3.0, 0.0), (7.3, 0.0), (3.0, 0.2))
-STANDS = (3.0, 0.7)  # [m] beside the way along the corridor
+PERSON_PLACE_M = (3.0, 0.7)  # beside the way along the corridor
 PLACES = (
     Place("lab", "lab", AROUND_LAB, (3.0, 2.8), wheels="encoder"),
     Place("floor", "floor", THROUGH_FLOOR, (3.4, 0.5), wheels="encoder"),
     Place("lab, paper's wheels", "lab", AROUND_LAB, (3.0, 2.8)),
-    Place("corridor", "corridor", TO_AND_FRO, STANDS, "no corners"),
-    Place("bare corridor", "bare", TO_AND_FRO, STANDS, "no corners, nothing on the walls"),
+    Place("corridor", "corridor", TO_AND_FRO, PERSON_PLACE_M, "no corners"),
+    Place("bare corridor", "bare", TO_AND_FRO, PERSON_PLACE_M, "no corners, nothing on the walls"),
     Place("glass", "glass", AROUND_HALL, (2.0, 0.3), "walls of glass"),
-    Place("corridor, 1.5 m", "corridor", TO_AND_FRO, STANDS, "no corners, a laser of 1.5 m", reach=1.5),
+    Place("corridor, 1.5 m", "corridor", TO_AND_FRO, PERSON_PLACE_M, "no corners, a laser of 1.5 m", reach=1.5),
     Place("lab, 1.5 m", "lab", AROUND_LAB, (3.0, 2.8), "a laser of 1.5 m", reach=1.5),
     Place("lab, 10 % dropped", "lab", AROUND_LAB, (3.0, 2.8), "10 % of the beams dropped", dropout=0.1),
 )
@@ -138,8 +138,8 @@ class AudioVisual(ExperimentResult):
 
 def settings_for(place: Place, base: Settings) -> Settings:
     """The robot and its filter in a place: it uses all bearings, and knows the size of its wheels' noise."""
-    simulation = replace(base.simulation, wheel_noise=place.wheels, dropout=place.dropout, cruise=SPEED)
-    motion = replace(base.motion, model="paper" if place.wheels == "paper" else "encoder", cruise=SPEED)
+    simulation = replace(base.simulation, wheel_noise=place.wheels, dropout=place.dropout, cruise=DRIVE_SPEED_M_S)
+    motion = replace(base.motion, model="paper" if place.wheels == "paper" else "encoder", cruise=DRIVE_SPEED_M_S)
     return replace(
         base,
         simulation=simulation,
@@ -172,8 +172,8 @@ def seen_by(frame: SensorFrame, sensors: tuple[bool, bool, bool], reach: float) 
 def steer(pose: Pose, goal: tuple[float, float]) -> Twist:
     """Twist from a pose towards a goal: on the spot first, where it lies aside."""
     off = pose.bearing_to(*goal)
-    turn = max(-TURN, min(TURN, 2.0 * off))
-    return Twist(SPEED if abs(off) < math.radians(40) else 0.0, turn)
+    turn = max(-DRIVE_TURN_RAD_S, min(DRIVE_TURN_RAD_S, 2.0 * off))
+    return Twist(DRIVE_SPEED_M_S if abs(off) < math.radians(40) else 0.0, turn)
 
 
 def drive(
@@ -192,25 +192,25 @@ def drive(
     pilots = {name: Pilot(with_sensors(robot.profile, SENSORS[name]), settings) for name in rows}
     listening = any(SENSORS[name][2] for name in rows)
     found: dict[str, list[tuple[float, float, float, float, float]]] = {name: [] for name in rows}
-    calls, frames, path, goal = STILL / 2, 0, 0.0, 0
+    calls, frames, path, goal = REST_BEFORE_S / 2, 0, 0.0, 0
     before = Pose()
-    while (frame := robot.read()).stamp <= LONGEST:
+    while (frame := robot.read()).stamp <= MAX_DRIVE_S:
         truth = frame.truth or Pose()
         if listening and frame.stamp >= calls:
             said = robot.ask(Speak(text=WORDS, x_m=place.speaker[0], y_m=place.speaker[1], id="person"))
-            calls = frame.stamp + said.seconds + CALLS
+            calls = frame.stamp + said.seconds + CALL_PAUSE_S
         snapshots = {name: pilot.step(seen_by(frame, SENSORS[name], place.reach)) for name, pilot in pilots.items()}
         if frames == 0:
             begun(pilots)
         path, before, frames = path + truth.distance_to(before.x, before.y), truth, frames + 1
-        if frame.stamp < STILL:
+        if frame.stamp < REST_BEFORE_S:
             continue
-        if frames % EVERY == 0:
+        if frames % FRAMES_PER_JUDGEMENT == 0:
             for name, snapshot in snapshots.items():
                 pose = snapshot.estimate.pose
                 off = truth.distance_to(pose.x, pose.y)
                 found[name].append((pose.x, pose.y, off, nees(snapshot.estimate, truth), frame.stamp))
-        if truth.distance_to(*place.goals[goal]) < NEAR:
+        if truth.distance_to(*place.goals[goal]) < GOAL_RADIUS_M:
             goal = (goal + 1) % len(place.goals)
         robot.drive(steer(truth, place.goals[goal]))
     return {"path": path} | errors_of(found)
@@ -225,7 +225,7 @@ def errors_of(found: Mapping[str, Sequence[tuple[float, float, float, float, flo
         gap = np.full(len(one), np.nan) if laser is None else np.hypot(*(one[:, :2] - laser[:, :2]).T)
         errors[name] = RowErrors(
             mean=float(one[:, 2].mean()),
-            early=float(one[one[:, 4] <= EARLY, 2].mean()),
+            early=float(one[one[:, 4] <= EARLY_PART_S, 2].mean()),
             final=float(one[-1, 2]),
             nees=float(np.nanmean(one[:, 3])),
             apart=float(gap.mean()),
@@ -262,7 +262,7 @@ def run(
 
     Raises Unwritable.
     """
-    count = runs or RUNS
+    count = runs or DEFAULT_RUNS
     work = Work(places, settings or Settings(), seed, count)
     with RunLog(out, "audio-visual", count * len(places), seed, tell) as log:
         done = side_by_side(work, count * len(places), workers, tell)
@@ -338,6 +338,6 @@ def table(figures: list[AudioVisualPlace], count: int, seed: int) -> str:
         shares = "".join(f"{100 * (one['rows'][name]['of_laser'] - 1):+23.0f} %"[-24:] for name in SENSORS)
         lines.append(f"{'  against the laser':22}{shares}")
         early = "".join(f"{one['rows'][name]['early_error_m']:10.3f}{'':14}" for name in SENSORS)
-        lines.append(f"{f'  first {EARLY:.0f} s [m]':22}{early}".rstrip())
+        lines.append(f"{f'  first {EARLY_PART_S:.0f} s [m]':22}{early}".rstrip())
         lines.append(f"    {weak}; {one['wheels']} wheels; {one['path_m']:.1f} m")
     return "\n".join(lines)

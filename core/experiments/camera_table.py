@@ -29,16 +29,16 @@ from core.message import Array
 from core.optics import TABLE_3
 
 BOARD = Board(columns=9, rows=6, square=0.03)  # the paper's squares are 30 mm; it does not count them
-VIEWS = 20
-RUNS = 40
+VIEWS_PER_RUN = 20
+DEFAULT_RUNS = 40
 SYMBOLS = ("f_u (pixels)", "f_v (pixels)", "u_0 (pixels)", "v_0 (pixels)", "k1(r)", "k2(r)", "k1(t)", "k2(t)")
-PRINTED = (1.71848, 1.57392, 1.18310, 1.82011, 0.00763, 0.01870, 0.00195, 0.00052)
+PRINTED_SDS_3 = (1.71848, 1.57392, 1.18310, 1.82011, 0.00763, 0.01870, 0.00195, 0.00052)
 """The paper's column "standard dev.": three standard deviations."""
 
 ABOUT = About(
     title="Table 3: the camera's intrinsics",
     reproduces="Table 3 and figures 13-15, from pictures of a rendered board by the chapter's camera.",
-    runs=RUNS,
+    runs=DEFAULT_RUNS,
     counts="calibrations",
     base_s=2.4,
     run_s=1.3,
@@ -94,7 +94,7 @@ def run(
     *, runs: int | None = None, seed: int = 0, out: Path | None = None, tell: Callable[[str], None] | None = None
 ) -> Table3:
     """Calibrate `runs` times from 20 rendered pictures each → the table of the first run and figures over all."""
-    wanted, shown, errors, sds = runs or RUNS, 0, [], []
+    wanted, shown, errors, sds = runs or DEFAULT_RUNS, 0, [], []
     first: tuple[Calibration, Captured] | None = None
     with RunLog(out, "camera-table", wanted, seed, tell) as log:
         for number in range(wanted):
@@ -112,15 +112,15 @@ def run(
     result: Table3 = {
         "runs": wanted,
         "seed": seed,
-        "views": VIEWS,
-        "boards_found_share": wanted * VIEWS / shown,
+        "views": VIEWS_PER_RUN,
+        "boards_found_share": wanted * VIEWS_PER_RUN / shown,
         "rms_px": first[0].rms,
         "table": table(first[0]),
         "within_two_sds": {name: float(share) for name, share in zip(PARAMETERS, _within(off, stated), strict=False)},
         "within_two_sds_pooled": float(np.mean(np.abs(off) < 2 * stated)),
         "mean_three_sds": dict(zip(PARAMETERS, (3 * stated.mean(axis=0)).tolist(), strict=False)),
         "scatter": dict(zip(PARAMETERS, off.std(axis=0).tolist(), strict=False)),
-        "f_u_within_printed_share": float(np.mean(np.abs(off[:, 0]) <= PRINTED[0])),
+        "f_u_within_printed_share": float(np.mean(np.abs(off[:, 0]) <= PRINTED_SDS_3[0])),
         "text": "\n".join(layout(first[0])),
         "boards": boards(first[0]),
         "files": {},
@@ -135,7 +135,7 @@ def capture(rng: np.random.Generator) -> Captured:
     pictures: list[Array] = []
     views: list[ViewCorners] = []
     shown = 0
-    while len(views) < VIEWS:
+    while len(views) < VIEWS_PER_RUN:
         shown += 1
         grey = picture(rng, TABLE_3, held(rng, 1, TABLE_3, BOARD), BOARD)
         found = find_board(grey, BOARD)
@@ -155,7 +155,7 @@ def table(calibration: Calibration) -> list[Table3Row]:
             "paper_value": getattr(TABLE_3, name),
             "paper_standard_dev": printed,
         }
-        for symbol, name, printed in zip(SYMBOLS, PARAMETERS, PRINTED, strict=False)
+        for symbol, name, printed in zip(SYMBOLS, PARAMETERS, PRINTED_SDS_3, strict=False)
     ]
 
 
@@ -184,8 +184,8 @@ def save(out: Path, result: Table3, calibration: Calibration, captured: Captured
     """
     conditions = (
         f"rendered chessboard {BOARD.name} of {BOARD.square:g} m squares  ·  camera of Table 3  ·  "
-        f"{VIEWS} pictures of {TABLE_3.width}×{TABLE_3.height} px  ·  calibrated to {calibration.rms:.3f} px rms  ·  "
-        f"seed {result['seed']}, run 0"
+        f"{VIEWS_PER_RUN} pictures of {TABLE_3.width}×{TABLE_3.height} px  ·  "
+        f"calibrated to {calibration.rms:.3f} px rms  ·  seed {result['seed']}, run 0"
     )
     found = [view.corners for view in captured.views[:2]]
     model = [corners + calibration.residuals[number] for number, corners in enumerate(found)]

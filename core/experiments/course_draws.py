@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from core.errors import BadInput
-from core.experiments.paper_course import EVERY, Course, edges_along_walls, paper_course
+from core.experiments.paper_course import UPDATES_PER_SIGHTING, Course, edges_along_walls, paper_course
 from core.message import Array, message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording import Ids
@@ -27,13 +27,13 @@ Field = Literal["laser", "camera"]
 FIELDS: dict[Field, float] = {"laser": math.radians(120), "camera": math.radians(28)}
 """Half of the field of view: of the URG, and of the camera of Table 3 (where edges are seen)."""
 
-NEAREST, FARTHEST = 0.06, 4.0  # [m] between which the laser measures; it still detects up to 5.6 m
-STILL = 10  # frames at rest before the first move
-SEEDS = 100_000  # apart lie the seeds of two experiments, so that no run is drawn twice
-FIRST = 1000  # the first run's seed
+MIN_RANGE_M, MAX_RANGE_M = 0.06, 4.0  # between which the laser measures; it still detects up to 5.6 m
+STILL_FRAMES = 10  # frames at rest before the first move
+SEED_STRIDE = 100_000  # apart lie the seeds of two experiments, so that no run is drawn twice
+FIRST_SEED = 1000  # the first run's seed
 MOST_RUNS = 10_000  # of a file
-LARGEST = 2_000_000_000  # [bytes] of a file
-REACH, TURN = 1e4, 7.0  # [m], [m/s] and [rad] beyond which nothing in a file can be
+MAX_FILE_BYTES = 2_000_000_000  # of a file
+MAX_LENGTH_M, MAX_ANGLE_RAD = 1e4, 7.0  # [m], [m/s] and [rad] beyond which nothing in a file can be
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Draws:
     field: Field = "laser"
     ids: Ids = "given"
     spacing: float | None = None  # [m] between further vertical edges along the walls; None: the twelve corners alone
-    reach: float = FARTHEST  # [m] that the laser sees
+    reach: float = MAX_RANGE_M  # [m] that the laser sees
 
     def run(self, number: int) -> Run:
         """The run of that number; always the same for the same draws."""
@@ -55,13 +55,13 @@ class Draws:
 
     def _drawn(self, number: int) -> Run:
         """Speeds, steers, then sightings as they come, then the still frames, all from the run's own generator."""
-        rng = np.random.default_rng(FIRST + SEEDS * self.seed + number)
+        rng = np.random.default_rng(FIRST_SEED + SEED_STRIDE * self.seed + number)
         course = self.course
         count = len(course.speeds)
         speeds = course.speeds + self.motion.speed_sd * rng.standard_normal(count)
         steers = course.steers + self.motion.steer_sd * rng.standard_normal(count)
-        seen = {k: self._look(course, k, rng) for k in range(EVERY, count + 1, EVERY)}
-        still = [self._look(course, 0, rng) for _ in range(STILL)]
+        seen = {k: self._look(course, k, rng) for k in range(UPDATES_PER_SIGHTING, count + 1, UPDATES_PER_SIGHTING)}
+        still = [self._look(course, 0, rng) for _ in range(STILL_FRAMES)]
         return self._made(number, course.truth, course.landmarks, speeds, steers, seen, still)
 
     @property
@@ -76,7 +76,9 @@ class Draws:
         away = course.landmarks - (x, y)
         ranges = np.hypot(away[:, 0], away[:, 1])
         bearings = (np.arctan2(away[:, 1], away[:, 0]) - heading + np.pi) % (2 * np.pi) - np.pi
-        names = np.flatnonzero((ranges > NEAREST) & (ranges < self.reach) & (np.abs(bearings) < FIELDS[self.field]))
+        names = np.flatnonzero(
+            (ranges > MIN_RANGE_M) & (ranges < self.reach) & (np.abs(bearings) < FIELDS[self.field])
+        )
         noise = self.sighting_noise * rng.standard_normal((len(names), 2))
         return np.column_stack((names, ranges[names] + noise[:, 0], bearings[names] + noise[:, 1]))
 
@@ -122,7 +124,7 @@ class Draws:
         return tuple(
             Sighting(range=reach, bearing=bearing, covariance=noise, id=int(name) if self.ids == "given" else None)
             for name, reach, bearing in rows.tolist()
-            if 0 < reach < REACH and abs(bearing) < TURN
+            if 0 < reach < MAX_LENGTH_M and abs(bearing) < MAX_ANGLE_RAD
         )
 
 
@@ -155,7 +157,7 @@ class Frozen:
 @lru_cache(maxsize=2)
 def frozen(path: Path) -> Frozen:
     """Read and check a file. Raises BadInput."""
-    archive = Archive(path, LARGEST)
+    archive = Archive(path, MAX_FILE_BYTES)
     try:
         speeds, steers = archive.floats("v_noisy", 0), archive.floats("steer_noisy", 0)
         truth, landmarks = archive.floats("truth", 3), archive.floats("landmarks", 2)
@@ -167,7 +169,7 @@ def frozen(path: Path) -> Frozen:
         raise BadInput(f"v_noisy and steer_noisy in {path.name} do not fit together, or there are too many runs.")
     if len(truth) != speeds.shape[1] + 1 or not speeds.shape[1]:
         raise BadInput(f"truth in {path.name} should have {speeds.shape[1] + 1} poses: the start and one a control.")
-    most = {"truth": REACH, "landmarks": REACH, "v_noisy": REACH, "steer_noisy": TURN}
+    most = {"truth": MAX_LENGTH_M, "landmarks": MAX_LENGTH_M, "v_noisy": MAX_LENGTH_M, "steer_noisy": MAX_ANGLE_RAD}
     for (name, limit), values in zip(most.items(), (truth, landmarks, speeds, steers), strict=True):
         if np.abs(values).max(initial=0.0) > limit:
             raise BadInput(f"{name} in {path.name} holds numbers beyond {limit:g}; metres and radians are expected.")

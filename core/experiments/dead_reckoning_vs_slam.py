@@ -33,16 +33,16 @@ from core.recording import Ids
 from core.settings import Settings
 
 Through = Literal["drawn", "sensors"]
-RUNS = 40
+DEFAULT_RUNS = 40
 MOST_RUNS = 100_000  # of a seed: beyond, the next seed begins
-SHOWN = 40  # runs drawn faintly behind the worst
+MAX_DRAWN_RUNS = 40  # runs drawn faintly behind the worst
 PRINTED = {"dead_reckoning": (0.2, 0.06), "ekf_slam": (0.08, 0.025)}
 """The paper's worst average error [m], and what it is of the path ("more than")."""
 
 ABOUT = About(
     title="Figure 16: dead reckoning against EKF-SLAM",
     reproduces="Figure 16: the chapter's drive; the laser's field of view, the corners' names given.",
-    runs=RUNS,
+    runs=DEFAULT_RUNS,
     counts="drives",
     base_s=1.7,
     run_s=0.8,
@@ -105,7 +105,7 @@ class DriveComparison(ExperimentResult):
 def outcome(drives: Drives, number: int) -> DriveOutcome:
     """One run."""
     traces = drives.traces(number)
-    drawn = {name: trace for name, trace in traces.items() if number < SHOWN}
+    drawn = {name: trace for name, trace in traces.items() if number < MAX_DRAWN_RUNS}
     return DriveOutcome(
         average={name: trace.average for name, trace in traces.items()},
         path={name: trace.path for name, trace in traces.items()},
@@ -146,7 +146,7 @@ def run(
     else:
         drives = drawn_drives(settings, seed, data, noise, field, still, ids or "given")
         most = MOST_RUNS if data is None else len(frozen(data).speeds)
-    count = runs or min(RUNS, most)
+    count = runs or min(DEFAULT_RUNS, most)
     if count > most:
         raise BadInput(f"{data.name if data else 'The seed'} has {most} runs; {count} cannot be had from it.")
     with RunLog(out, "dead-reckoning-vs-slam", count, seed, tell) as log:

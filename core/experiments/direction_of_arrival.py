@@ -20,7 +20,7 @@ from core.calibration.files.written import write_all
 from core.experiments.about import About
 from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
-from core.experiments.talk_in_rooms import PRE_ROLL, RATE, AcousticScene, make_scene
+from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, AcousticScene, make_scene
 from core.geometry import wrap
 from core.message import Array, message
 from core.perception.sound.locate import locate, sure
@@ -29,19 +29,19 @@ from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, tet
 from core.speech.practice_voice import practice_voice
 
 ARRAYS = {"square": RESPEAKER_ODAS, "tetrahedron": tetrahedron()}
-REVERBERATION = (0.0, 0.2, 0.3, 0.6)  # [s]
+REVERBERATION_TIMES_S = (0.0, 0.2, 0.3, 0.6)
 NOISES = (("diffuse", 20.0), ("diffuse", 10.0), ("diffuse", 0.0), ("fan", 10.0), ("fan", 0.0))  # [dB]
-SPEECH = 2.0  # [s] of every utterance
-FIRST = 0.35  # [s] of speech after which the robot reports a direction
+SPEECH_S = 2.0  # of every utterance
+FIRST_REPORT_S = 0.35  # of speech after which the robot reports a direction
 WRONG = math.radians(10)  # beyond, a direction misleads
 LOST = math.pi / 2  # [rad] the mean error of a guess; counted where nothing was found
-UTTERANCES = 240
+DEFAULT_UTTERANCES = 240
 
 ABOUT = About(
     title="Directions of voices",
     reproduces="Equations 34-40 as printed and ours, on the same voices in rooms, noise and beside a fan. The "
     "chapter prints no figures for them.",
-    runs=UTTERANCES,
+    runs=DEFAULT_UTTERANCES,
     counts="utterances",
     base_s=4.0,
     run_s=0.08,
@@ -73,7 +73,7 @@ def ours(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
 
 def ours_at_once(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
     """The default, with the first 0.35 s of speech only."""
-    return ours(sound.part(0.0, PRE_ROLL + FIRST), array)
+    return ours(sound.part(0.0, PRE_ROLL + FIRST_REPORT_S), array)
 
 
 def ours_alone(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
@@ -212,7 +212,7 @@ def figures(some: Sequence[DirectionTrial]) -> DirectionFigures:
 
 def scenes_for(utterances: int) -> int:
     """The number of rooms that gives at least so many sounds."""
-    return max(len(REVERBERATION), math.ceil(utterances / (len(ARRAYS) * len(NOISES))))
+    return max(len(REVERBERATION_TIMES_S), math.ceil(utterances / (len(ARRAYS) * len(NOISES))))
 
 
 def campaign(
@@ -233,9 +233,11 @@ def campaign(
     done: list[DirectionTrial] = []
     for number in range(scenes * (part[0] - 1) // part[1], scenes * part[0] // part[1]):
         rng = np.random.default_rng([seed, number])
-        made = practice_voice(rng, SPEECH, RATE)
-        voice = voices[int(rng.integers(len(voices)))][: int(SPEECH * RATE)] if voices else made
-        scene = make_scene(rng, REVERBERATION[number % len(REVERBERATION)], voice, list(ARRAYS.values()))
+        made = practice_voice(rng, SPEECH_S, RATE_HZ)
+        voice = voices[int(rng.integers(len(voices)))][: int(SPEECH_S * RATE_HZ)] if voices else made
+        scene = make_scene(
+            rng, REVERBERATION_TIMES_S[number % len(REVERBERATION_TIMES_S)], voice, list(ARRAYS.values())
+        )
         here = trials(scene, estimators)
         done += here
         if kept is not None:
@@ -253,7 +255,7 @@ def summary(done: Sequence[DirectionTrial]) -> dict[str, EstimatorSummary]:
         cells = {
             f"{array} rt60 {rt60:g} s {noise} {ratio:g} dB": figures(some)
             for array in ARRAYS
-            for rt60 in REVERBERATION
+            for rt60 in REVERBERATION_TIMES_S
             for noise, ratio in NOISES
             if (
                 some := [
@@ -278,7 +280,7 @@ def run(
     tell: Callable[[str], None] | None = None,
 ) -> DirectionResult:
     """`runs` utterances (240) in made-up rooms; `out` receives direction.json and direction.csv."""
-    utterances = runs or UTTERANCES
+    utterances = runs or DEFAULT_UTTERANCES
     with RunLog(out, "direction-of-arrival", scenes_for(utterances), seed, tell) as log:
 
         def keep(here: list[DirectionTrial]) -> None:

@@ -10,7 +10,7 @@ from core.errors import BadInput
 from core.experiments.course_draws import Draws, Field, frozen
 from core.experiments.course_traces import Trace, mapped, reckoned
 from core.experiments.drives import FIGURED, PLAIN, DriveSetup, DriveSurroundings
-from core.experiments.paper_course import EVERY
+from core.experiments.paper_course import UPDATES_PER_SIGHTING
 from core.recording import Ids
 from core.settings import Settings
 from core.slam.ekf_slam import EkfSettings
@@ -58,7 +58,8 @@ class DrawnDrives:
         """The set-up in a line."""
         motion, (far, aside) = self.draws.motion, self.draws.sighting_noise
         parts = (
-            f"{motion.cruise:g} m/s, controls {1 / motion.step:g} Hz, sightings {1 / (EVERY * motion.step):g} Hz",
+            f"{motion.cruise:g} m/s, controls {1 / motion.step:g} Hz, "
+            f"sightings {1 / (UPDATES_PER_SIGHTING * motion.step):g} Hz",
             f"Q = diag({motion.speed_sd:g} m/s, {math.degrees(motion.steer_sd):g}°)²",
             f"R = diag({far:g} m, {math.degrees(aside):g}°)²",
             "ten frames at rest first" if self.still else "moving at once",

@@ -24,7 +24,7 @@ WEBCAM = Camera(
     mounting=Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, 1.15])),
 )
 """A camera that stands on a desk or a screen."""
-VIEW = 0.42  # [rad] to either side in which people are set down
+VIEW_HALF_RAD = 0.42  # to either side in which people are set down
 CLUTTER: tuple[tuple[What, tuple[float, float, float]], ...] = (
     ("cabinet", (0.6, 0.4, 1.7)),
     ("shelf", (0.8, 0.35, 1.8)),
@@ -119,7 +119,7 @@ class Stage:
     def _person(self, world: World, pose: Pose, number: int, reach: float, nearest: float) -> Thing | None:
         rng = self._rng
         distance = float(np.exp(rng.uniform(math.log(nearest), math.log(reach))))
-        angle = float(rng.uniform(-VIEW, VIEW))
+        angle = float(rng.uniform(-VIEW_HALF_RAD, VIEW_HALF_RAD))
         spot = pose @ Pose(distance * math.cos(angle), distance * math.sin(angle), 0.0)
         if not world.free(spot.x, spot.y, 0.2) or _hidden(world, pose, spot, 0.15):
             return None

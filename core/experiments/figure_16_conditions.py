@@ -25,7 +25,7 @@ from scipy.special import ellipe
 from core.calibration.files.written import write_all
 from core.errors import BadInput
 from core.experiments.about import About, ChapterValue
-from core.experiments.course_draws import FARTHEST, Draws, Field, Run, frozen
+from core.experiments.course_draws import MAX_RANGE_M, Draws, Field, Run, frozen
 from core.experiments.course_traces import followed, mapped, reckoned
 from core.experiments.result import ExperimentResult
 from core.experiments.side_by_side import side_by_side
@@ -34,12 +34,12 @@ from core.perception.landmarks.landmarks import Sighting
 from core.recording import Ids
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 
-RUNS = 40
-PAPER = 0.08  # [m], the chapter's worst average error of EKF-SLAM
+DEFAULT_RUNS = 40
+PAPER_ERROR_M = 0.08  # [m], the chapter's worst average error of EKF-SLAM
 FORM = EkfSettings(
     mode="paper", soft_gate=0.0, sighting_noise="corner"
 )  # eq. 17-33; R of eq. 43 comes with the draws
-EXACT = 1e-5  # [m], [rad]: sd of a corner that is given beforehand
+EXACT_CORNER_SD = 1e-5  # [m], [rad]: sd of a corner that is given beforehand
 ROOM = "the twelve corners of the room"
 
 
@@ -51,7 +51,7 @@ class Condition:
     ids: Ids
     still: bool = False
     spacing: float | None = None  # [m] of further vertical edges along the walls
-    reach: float = FARTHEST  # [m] of the laser
+    reach: float = MAX_RANGE_M  # [m] of the laser
 
     @property
     def subtitle(self) -> str:
@@ -76,23 +76,26 @@ ABOUT = About(
     title="Figure 16 under the chapter's own conditions",
     reproduces="Figure 16 with the camera's or the laser's field, names hidden or given, and what any estimator "
     "could reach.",
-    runs=RUNS,
+    runs=DEFAULT_RUNS,
     counts="drives under every condition",
     base_s=0.0,
     run_s=4.3,
     chapter=tuple(
         ChapterValue(
-            name=f"Worst average error; {one.subtitle}", value=PAPER, unit="m", ours=f"conditions.{row}.slam_worst_m"
+            name=f"Worst average error; {one.subtitle}",
+            value=PAPER_ERROR_M,
+            unit="m",
+            ours=f"conditions.{row}.slam_worst_m",
         )
         for row, one in enumerate(CONDITIONS)
     ),
 )
-DETECTED = 5.6  # [m], the farthest that the URG-04LX-UG01 detects; its maker states its accuracy up to 4 m
+DETECTION_RANGE_M = 5.6  # [m], the farthest that the URG-04LX-UG01 detects; its maker states its accuracy up to 4 m
 FURTHER = (
     Condition("camera", "hidden", still=True),
-    Condition("camera", "hidden", reach=DETECTED),
-    Condition("camera", "hidden", still=True, reach=DETECTED),
-    Condition("camera", "hidden", still=True, spacing=1.0, reach=DETECTED),
+    Condition("camera", "hidden", reach=DETECTION_RANGE_M),
+    Condition("camera", "hidden", still=True, reach=DETECTION_RANGE_M),
+    Condition("camera", "hidden", still=True, spacing=1.0, reach=DETECTION_RANGE_M),
     Condition("camera", "hidden", still=True, spacing=1.0),
 )
 """Conditions that the chapter's 0.08 m takes with the camera's field, names hidden: edges in sight of the start."""
@@ -143,7 +146,7 @@ def run(
     """`runs` drives (40) under every condition; `data`: frozen draws of the room with its twelve corners. Raises
     BadInput, Unwritable.
     """
-    count = runs or RUNS
+    count = runs or DEFAULT_RUNS
     if data is not None and count > len(frozen(data).speeds):
         raise BadInput(f"{data.name} has {len(frozen(data).speeds)} runs; {count} cannot be had from it.")
     rows: list[ConditionFigures] = []
@@ -210,7 +213,7 @@ def _without_noise(draws: Draws) -> Run:
 
 def _exactly(landmarks: Array) -> tuple[Sighting, ...]:
     """Every corner as if it were seen without noise from the start."""
-    noise = EXACT**2 * np.eye(2)
+    noise = EXACT_CORNER_SD**2 * np.eye(2)
     start = np.zeros(3)
     polar = [_polar(place, start) for place in landmarks]
     return tuple(
@@ -238,14 +241,15 @@ def _row(one: Condition, draws: Draws, done: list[DriveErrors]) -> ConditionFigu
         "limit_mean_m": limit(draws, one.still) if draws.data is None else None,
         "map_known_worst_m": max(known),
         "map_known_mean_m": float(np.mean(known)),
-        "paper_worst_m": PAPER,
+        "paper_worst_m": PAPER_ERROR_M,
     }
 
 
 def table(rows: list[ConditionFigures], count: int, source: str) -> str:
     """The table; the condition stands under every row."""
     lines = [
-        f"EKF-SLAM in the paper's form, average error [m] of {count} drives ({source}); the chapter: worst {PAPER:g}",
+        f"EKF-SLAM in the paper's form, average error [m] of {count} drives ({source}); "
+        f"the chapter: worst {PAPER_ERROR_M:g}",
         f"{'seen/update':>11}{'dead worst':>12}{'worst':>8}{'mean':>8}{'NEES':>7}{'limit (mean)':>14}"
         f"{'map known: worst':>18}{'mean':>8}",
     ]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.errors import Unavailable
-from core.experiments.course_draws import FIRST, SEEDS
+from core.experiments.course_draws import FIRST_SEED, SEED_STRIDE
 from core.experiments.course_traces import Trace
 from core.experiments.drives import FIGURED, PLAIN, DriveSetup, DriveSurroundings
 from core.experiments.paper_course import GOALS
@@ -25,9 +25,9 @@ from core.slam.estimate import Estimate
 from core.snapshot import Snapshot
 
 PLACE = "sim:lab"
-PATH = 3.2  # [m] (section 6.2)
-LONGEST = 120.0  # [s] after which a drive that does not come on is over
-EVERY = 8  # frames between those that are judged: 5 Hz
+PATH_LENGTH_M = 3.2  # (section 6.2)
+MAX_DRIVE_S = 120.0  # after which a drive that does not come on is over
+FRAMES_PER_JUDGEMENT = 8  # frames between those that are judged: 5 Hz
 
 
 @dataclass(frozen=True)
@@ -80,11 +80,15 @@ class LabDrives:
 
     def traces(self, number: int) -> dict[str, Trace]:
         """One drive."""
-        rehearsal = Rehearsal(PLACE, seed=FIRST + SEEDS * self.seed + number, settings=self.settings)
+        rehearsal = Rehearsal(PLACE, seed=FIRST_SEED + SEED_STRIDE * self.seed + number, settings=self.settings)
         drive = DriveRecorder(rehearsal.snapshot)
         for x, y in GOALS:
             number = rehearsal.tell(f"stop at {x} and {y}")
-            while rehearsal.ended(number) is None and drive.path < PATH and rehearsal.snapshot.stamp < LONGEST:
+            while (
+                rehearsal.ended(number) is None
+                and drive.path < PATH_LENGTH_M
+                and rehearsal.snapshot.stamp < MAX_DRIVE_S
+            ):
                 drive.add(rehearsal.step())
         return drive.traces()
 
@@ -108,7 +112,7 @@ class DriveRecorder:
         self._frames += self.path > 0.0
         if not self._frames:
             self._begun = snapshot.stamp
-        elif self._frames % EVERY == 0:
+        elif self._frames % FRAMES_PER_JUDGEMENT == 0:
             self._truth.append((snapshot.stamp - self._begun, truth.x, truth.y))
             for name, pose_estimate in ((PLAIN, snapshot.dead_reckoning), (FIGURED, snapshot.estimate)):
                 self._found[name].append((pose_estimate.pose.x, pose_estimate.pose.y, nees(pose_estimate, truth)))

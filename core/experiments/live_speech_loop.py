@@ -20,10 +20,10 @@ from core.speech.recognition.engines import open_free_dictation
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NO_VOICE, can_speak
 
-AFTER = 1.5  # [s] of recording after the last word
-PEAK = 0.7  # of full scale, that is played
+RECORD_AFTER_S = 1.5  # of recording after the last word
+PLAYED_PEAK = 0.7  # of full scale, that is played
 MOST_PHRASES = 60
-FAINTEST = 1e-4  # RMS of full scale: what is fainter is no recording
+MIN_RMS = 1e-4  # RMS of full scale: what is fainter is no recording
 
 Air = Callable[[Array], Array]
 """Plays a sound (N,) at RATE → what was recorded meanwhile (M,) at RATE."""
@@ -43,12 +43,14 @@ class LiveSpeechLoop:
         said = spoken(np.random.default_rng(seed), phrases)
         track = track_of(phrases, [one.dry for one in said])
         loudest = float(np.abs(track.samples).max())
-        self.track = SpokenTrack(phrases=track.phrases, samples=PEAK / loudest * track.samples, begins=track.begins)
+        self.track = SpokenTrack(
+            phrases=track.phrases, samples=PLAYED_PEAK / loudest * track.samples, begins=track.begins
+        )
 
     @property
     def played(self) -> Array:
         """The sound that is played, (N,) at RATE, with the silence in which the last echo dies away."""
-        return np.concatenate((self.track.samples, np.zeros(round(AFTER * RATE))))
+        return np.concatenate((self.track.samples, np.zeros(round(RECORD_AFTER_S * RATE))))
 
     def through(self, air: Air) -> LoopResult:
         """Play and record it → both texts, compared. Raises BadInput where nothing was recorded."""
@@ -56,7 +58,7 @@ class LiveSpeechLoop:
 
     def compared(self, recorded: Array) -> LoopResult:
         """Take a recording (M,) at RATE of the sound while it was played → both texts, compared. Raises BadInput."""
-        if len(recorded) < RATE or not float(np.sqrt(np.mean(recorded**2))) > FAINTEST:
+        if len(recorded) < RATE or not float(np.sqrt(np.mean(recorded**2))) > MIN_RMS:
             raise BadInput(
                 "The microphone recorded next to nothing. Check that it and the loudspeaker are on and not muted."
             )

@@ -14,8 +14,8 @@ from core.geometry import wrap
 from core.message import Array, message
 from core.slam.motion import MotionSettings, steered
 
-STEPS = 1280  # control updates: 32 s at 40 Hz, 3.2 m at 0.1 m/s
-EVERY = 8  # control updates between sightings: 5 Hz
+CONTROL_UPDATES = 1280  # control updates: 32 s at 40 Hz, 3.2 m at 0.1 m/s
+UPDATES_PER_SIGHTING = 8  # control updates between sightings: 5 Hz
 LANDMARKS = (
     (-1.0, -2.0),
     (5.0, -2.0),
@@ -31,7 +31,7 @@ LANDMARKS = (
     (-0.6, 1.0),
 )  # [m]
 GOALS = ((1.2, 0.2), (1.8, 0.9), (2.6, 0.9), (3.4, 0.2))  # [m]
-REACHED = 0.05  # [m] from a goal, the next one is steered for
+GOAL_RADIUS_M = 0.05  # from a goal, the next one is steered for
 MOST_STEER = math.radians(30)
 STEER_RATE = math.radians(80)  # [rad/s]
 
@@ -64,8 +64,8 @@ def paper_course(wheelbase: float, step: float, cruise: float) -> Course:
     x, y, heading, steer, goal = 0.0, 0.0, 0.0, 0.0, 0
     steers: list[float] = []
     truth = [(x, y, heading)]
-    for _ in range(STEPS):
-        if goal < len(GOALS) - 1 and math.hypot(GOALS[goal][0] - x, GOALS[goal][1] - y) < REACHED:
+    for _ in range(CONTROL_UPDATES):
+        if goal < len(GOALS) - 1 and math.hypot(GOALS[goal][0] - x, GOALS[goal][1] - y) < GOAL_RADIUS_M:
             goal += 1
         towards = math.atan2(GOALS[goal][1] - y, GOALS[goal][0] - x)
         change = wrap(towards - heading - steer)
@@ -78,5 +78,8 @@ def paper_course(wheelbase: float, step: float, cruise: float) -> Course:
         steers.append(steer)
         truth.append((x, y, heading))
     return Course(
-        speeds=np.full(STEPS, cruise), steers=np.array(steers), truth=np.array(truth), landmarks=np.array(LANDMARKS)
+        speeds=np.full(CONTROL_UPDATES, cruise),
+        steers=np.array(steers),
+        truth=np.array(truth),
+        landmarks=np.array(LANDMARKS),
     )

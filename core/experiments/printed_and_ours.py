@@ -25,13 +25,13 @@ from core.experiments.table_2_trials import TRIALS
 from core.settings import Settings, as_printed
 from core.speech.synthesis import NO_VOICE, can_speak
 
-RUNS = 10
+DEFAULT_RUNS = 10
 
 ABOUT = About(
     title="The chapter's forms and ours, side by side",
     reproduces="The drive of figure 16 and the commands of table 2 through the whole simulated robot, by equations "
     "14-40 as printed and by ours.",
-    runs=RUNS,
+    runs=DEFAULT_RUNS,
     counts="drives, and runs of every command, in either form",
     base_s=2.0,
     run_s=400.0,
@@ -99,7 +99,7 @@ def run(
     """
     if not can_speak():
         raise Unavailable(NO_VOICE)
-    count = runs or RUNS
+    count = runs or DEFAULT_RUNS
     columns: dict[Column, ColumnFigures] = {}
     dead = 0.0
     commands: dict[str, dict[Column, float]] = {name: {} for name in TRIALS}

@@ -21,7 +21,7 @@ from core.settings import Settings
 from core.snapshot import ActiveCommandStatus, Snapshot
 from core.speech.understanding.grammar import Refusal, understand
 
-EPOCH = 1
+EPOCH_NUMBER = 1
 
 
 class Rehearsal:
@@ -40,7 +40,7 @@ class Rehearsal:
             self.pilot.find_people_with(ImmediateLook(open_detector(self.settings.people)))
         self._writer = TraceWriter()
         self.gate = Gate(self.settings.limits, trace=self._writer)
-        self.gate.arm(EPOCH, "rehearsal", 0.0)
+        self.gate.arm(EPOCH_NUMBER, "rehearsal", 0.0)
         self.endings: list[ActiveCommandStatus] = []
         self.when_stepped: list[Callable[[SensorFrame], None]] = []  # called with every frame
         self.contacts = 0
@@ -88,7 +88,7 @@ class Rehearsal:
 
     def _request(self, snapshot: Snapshot, now: float) -> None:
         twist, press = snapshot.setpoint, snapshot.setpoint_command_id
-        setpoint = Setpoint(EPOCH, next(self._seq), "goal", press, twist.v, twist.w, snapshot.nonce)
+        setpoint = Setpoint(EPOCH_NUMBER, next(self._seq), "goal", press, twist.v, twist.w, snapshot.nonce)
         self.gate.accept(setpoint, now)
 
     def _tick_until(self, end: float) -> None:

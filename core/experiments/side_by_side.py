@@ -13,8 +13,8 @@ from core.library_threads import ONE_THREAD
 
 T = TypeVar("T")
 
-WORTH = 8  # numbers that a process of its own is worth: it takes a second to start
-REPORTS = 10  # of the progress
+NUMBERS_PER_PROCESS = 8  # numbers that a process of its own is worth: it takes a second to start
+PROGRESS_REPORTS = 10  # of the progress
 
 
 def side_by_side(
@@ -29,9 +29,9 @@ def side_by_side(
     `workers`: processes; None: as many as the machine has, where they are worth it. `kept`: given every answer as
     soon as it and all before it are there.
     """
-    workers = min(workers or min(os.cpu_count() or 1, math.ceil(count / WORTH)), count)
+    workers = min(workers or min(os.cpu_count() or 1, math.ceil(count / NUMBERS_PER_PROCESS)), count)
     done: list[T] = []
-    every = max(1, count // REPORTS)
+    every = max(1, count // PROGRESS_REPORTS)
     if workers == 1:
         for number in range(count):
             done.append(work(number))

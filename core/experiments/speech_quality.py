@@ -43,7 +43,7 @@ from core.speech.recognition.recognizer import Dictation
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import can_speak, drawn_voice, speak
 
-RATE = 16_000  # [Hz]
+RATE_HZ = 16_000
 ENDINGS = {"json": "json", "csv": "csv", "page": "html"}
 TEXT = (
     "turn left",
@@ -71,12 +71,12 @@ ABOUT = About(
     base_s=1.4,
     run_s=2.3,
 )
-RATIOS = (30.0, 20.0, 10.0, 5.0, 0.0)  # [dB] voice over noise at the robot, 1 m away
-DISTANCES = (0.5, 1.0, 2.0, 3.0, 4.0)  # [m], with the quietest noise
+NOISE_RATIOS_DB = (30.0, 20.0, 10.0, 5.0, 0.0)  # voice over noise at the robot, 1 m away
+DISTANCES_M = (0.5, 1.0, 2.0, 3.0, 4.0)  # [m], with the quietest noise
 ROOM = ShoeboxRoom((7.0, 5.5, 2.7), 0.3)
 EAR = np.array([1.2, 1.4, 0.3])  # [m] in the room
 PERSON_NOISE = 1e-3  # of the voice's power: a headset
-LEVEL = 0.05  # RMS of the voice
+VOICE_RMS = 0.05  # RMS of the voice
 NOTHING_SPEAKS = f"Nothing here speaks, so that only recordings are compared: {install_extra('voice')}"
 
 
@@ -89,7 +89,7 @@ class Setting:
     distance: float  # [m]
 
 
-FIGURE_17_PLACE = Setting(sweep="distance", ratio=RATIOS[0], distance=2.0)
+FIGURE_17_PLACE = Setting(sweep="distance", ratio=NOISE_RATIOS_DB[0], distance=2.0)
 FIGURE_17_PHRASES = tuple(" ".join(words) for words in phrases_of(unmarked(FIGURE_17_PERSON)))
 FIGURE_17_NOTE = (
     "Hand-marked: how many words are marked is the paper's, so that OSQE agrees with it by construction; which ones"
@@ -97,8 +97,8 @@ FIGURE_17_NOTE = (
     " room 2 m from the robot with noise 30 dB below the voice, and read by a recognizer of any words."
 )
 SETTINGS = (
-    *(Setting(sweep="noise", ratio=ratio, distance=1.0) for ratio in RATIOS),
-    *(Setting(sweep="distance", ratio=RATIOS[0], distance=distance) for distance in DISTANCES),
+    *(Setting(sweep="noise", ratio=ratio, distance=1.0) for ratio in NOISE_RATIOS_DB),
+    *(Setting(sweep="distance", ratio=NOISE_RATIOS_DB[0], distance=distance) for distance in DISTANCES_M),
 )
 
 
@@ -109,7 +109,7 @@ class SpokenPhrase:
     text: str
     voice: str  # of espeak-ng; "": made up
     pace: int  # [words/min]
-    dry: Array  # (N,) at RATE, RMS LEVEL
+    dry: Array  # (N,) at RATE_HZ, RMS VOICE_RMS
 
 
 def spoken(rng: np.random.Generator, phrases: Sequence[str]) -> list[SpokenPhrase]:
@@ -122,12 +122,12 @@ def spoken(rng: np.random.Generator, phrases: Sequence[str]) -> list[SpokenPhras
         drawn = drawn_voice(rng)
         if can_speak():
             sound = speak(text, drawn)
-            dry = resampled(sound.samples[:, 0], sound.rate, RATE)
+            dry = resampled(sound.samples[:, 0], sound.rate, RATE_HZ)
             voice, pace = drawn.voice, drawn.speed
         else:
-            dry = practice_voice(rng, 0.35 * len(text.split()) + 0.3, RATE)
+            dry = practice_voice(rng, 0.35 * len(text.split()) + 0.3, RATE_HZ)
             voice, pace = "", 0
-        said.append(SpokenPhrase(text=text, voice=voice, pace=pace, dry=LEVEL * dry / np.std(dry)))
+        said.append(SpokenPhrase(text=text, voice=voice, pace=pace, dry=VOICE_RMS * dry / np.std(dry)))
     return said
 
 
@@ -144,13 +144,13 @@ def responses_at(place: Setting) -> Array:
     aside = place.distance / math.sqrt(2)
     mouth = EAR + np.array([aside, aside, 0.0])
     mouth[2] = min(1.5, EAR[2] + place.distance)
-    return impulse_responses(ROOM, mouth, EAR[None], RATE, np.random.default_rng(1))
+    return impulse_responses(ROOM, mouth, EAR[None], RATE_HZ, np.random.default_rng(1))
 
 
 def received_at(rng: np.random.Generator, dry: Array, responses: Array, ratio: float) -> Array:
     """A dry sound (N,) → what the microphone hears of it, with the room's noise `ratio` [dB] below a voice at 1 m."""
-    noise = pink_noise(rng, 1, len(dry), RATE)[0]
-    return heard(dry, responses)[:, 0] + LEVEL * 10 ** (-ratio / 20) * noise
+    noise = pink_noise(rng, 1, len(dry), RATE_HZ)[0]
+    return heard(dry, responses)[:, 0] + VOICE_RMS * 10 ** (-ratio / 20) * noise
 
 
 def close_by(dictation: Dictation, said: Sequence[SpokenPhrase], seed: int) -> str:
@@ -161,7 +161,7 @@ def close_by(dictation: Dictation, said: Sequence[SpokenPhrase], seed: int) -> s
 
 def at_headset(rng: np.random.Generator, dry: Array) -> Array:
     """A voice (N,) into the person's own microphone."""
-    return dry + LEVEL * math.sqrt(PERSON_NOISE) * rng.normal(size=len(dry))
+    return dry + VOICE_RMS * math.sqrt(PERSON_NOISE) * rng.normal(size=len(dry))
 
 
 def figure_17(dictation: Dictation, seed: int, phrases: Sequence[str] = FIGURE_17_PHRASES) -> LoopResult:
@@ -182,7 +182,7 @@ def measure(
     clean = [padded(one.dry) for one in said]
     responses = responses_at(place)
     received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
-    whole = [Sound(stamp=0.0, rate=RATE, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
+    whole = [Sound(stamp=0.0, rate=RATE_HZ, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
     similarity = liken(*whole)
     if dictation is None:
         return None, similarity

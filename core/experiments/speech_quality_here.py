@@ -27,7 +27,7 @@ from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.simulation.acoustics.enclosure import enclosure, in_sight
 from core.simulation.acoustics.shoebox import impulse_responses
-from core.simulation.microphones import RATE, SimulatedMicrophones
+from core.simulation.microphones import RATE_HZ, SimulatedMicrophones
 from core.simulation.settings import MicrophoneSettings
 from core.simulation.world import world_named
 from core.speech.quality.audio_similarity import AudioSimilarity, liken
@@ -38,8 +38,8 @@ from core.speech.recognition.recognizer import Dictation
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NO_VOICE, can_speak
 
-MOUTH = 1.55  # [m] above the floor
-NEAREST, FARTHEST = 0.3, 12.0  # [m] of a mouth from the robot
+MOUTH_HEIGHT_M = 1.55  # above the floor
+MIN_DISTANCE_M, MAX_DISTANCE_M = 0.3, 12.0  # of a mouth from the robot
 MOST_PLACES = 20
 MOST_PHRASES = 36
 WALL = "A wall or a thing is in the way there."
@@ -129,7 +129,7 @@ class SpeechQualityHere:
         row.update({"reason": score.reason, "verdict": quality.verdict})
         row.update({"commands": len(quality.phrases), "commands_exact": sum(quality.robot.exact)})
         around = {
-            "where": f"{self._world.name}, {place.distance:g} m from the robot, {MOUTH:g} m above the floor",
+            "where": f"{self._world.name}, {place.distance:g} m from the robot, {MOUTH_HEIGHT_M:g} m above the floor",
             "noise": f"{place.ratio:g} dB below a voice at 1 m",
             "reverberation": f"RT60 {self._rt60:g} s",
             "voice": self.voice,
@@ -138,7 +138,7 @@ class SpeechQualityHere:
 
     def _place(self, towards: float, distance: float, ratio: float) -> SpeakingPlace:
         x, y = self._pose.x + distance * math.cos(towards), self._pose.y + distance * math.sin(towards)
-        mouth = np.array([x, y, MOUTH])
+        mouth = np.array([x, y, MOUTH_HEIGHT_M])
         refused = ""
         if not self._world.open_air(mouth[None]):
             refused = WALL
@@ -150,10 +150,10 @@ class SpeechQualityHere:
         rng = np.random.default_rng(self._seed)  # the same noise everywhere: only the place makes a difference
         box = enclosure(self._world, np.vstack((self._ear, place.mouth)), self._rt60)
         inside = box.inside(np.vstack((place.mouth, self._ear)))
-        responses = impulse_responses(box.room, inside[0], inside[1:], RATE, np.random.default_rng(1))
+        responses = impulse_responses(box.room, inside[0], inside[1:], RATE_HZ, np.random.default_rng(1))
         clean = [padded(one.dry) for one in self._said]
         received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
-        whole = [Sound(stamp=0.0, rate=RATE, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
+        whole = [Sound(stamp=0.0, rate=RATE_HZ, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
         robot = "; ".join(read(self._dictation, sound) for sound in received)
         return compare("; ".join(one.text for one in self._said), self.person, robot), liken(*whole)
 
@@ -163,8 +163,8 @@ def _check(distances: Sequence[float], ratios: Sequence[float], phrases: int) ->
         raise BadInput(
             f"Choose at least one distance and one noise level, and at most {MOST_PLACES} of both together."
         )
-    if not all(NEAREST <= one <= FARTHEST for one in distances):
-        raise BadInput(f"Distances must lie between {NEAREST:g} and {FARTHEST:g} m.")
+    if not all(MIN_DISTANCE_M <= one <= MAX_DISTANCE_M for one in distances):
+        raise BadInput(f"Distances must lie between {MIN_DISTANCE_M:g} and {MAX_DISTANCE_M:g} m.")
     if not all(-10 <= one <= 60 for one in ratios):
         raise BadInput("A voice must lie between 10 dB below and 60 dB above the noise.")
     if not 1 <= phrases <= MOST_PHRASES:

@@ -40,7 +40,7 @@ from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.piece_length import PieceLength
 from core.speech.understanding.grammar import Refusal, understand
 
-BEFORE = 1.0  # [s] of sound before listening starts that are read too: the noise before the words is known
+NOISE_BEFORE_S = 1.0  # of sound before listening starts that are read too: the noise before the words is known
 
 
 class TimedListening:
@@ -63,7 +63,7 @@ class TimedListening:
         sound, self._readings, self._pending = self._waiting, self._readings[-1:], ()
         if sound is not None:
             now = sound.stamp + sound.duration
-            self._waiting = sound.part(now - BEFORE, now)
+            self._waiting = sound.part(now - NOISE_BEFORE_S, now)
 
     def heard(self, now: float, speaking: bool) -> tuple[RecognizedUtterance, ...]:
         """Return the words that became known by `now` [s]; call it once for every frame.
@@ -89,14 +89,14 @@ class TimedListening:
 BODY = np.array([[aside, up] for aside in (-0.12, 0.0, 0.12) for up in (0.5, 0.9, 1.3)])
 """[m] (9, 2) points on a body, to the side of its middle and above the floor, that are checked for visibility."""
 SEEN = 2 / 3  # of them, at least
-SIGHT = 0.05  # [m] between places of a line of sight
-LISTEN = 2.6  # [s] after a voice without words began
-READ = 8.0  # [s] in which a spoken command must be understood, or it is said again
-REST = 3.0  # [s] of the sentence that begins with STOP, of silence behind it, and of reading it
-REACTION = 1.0  # [s] after which who is misunderstood says STOP
-FAINT = 0.02  # of the loudest sample, below which a voice has ended
+SIGHT_STEP_M = 0.05  # between places of a line of sight
+LISTEN_S = 2.6  # after a voice without words began
+MAX_READING_S = 8.0  # in which a spoken command must be understood, or it is said again
+REST_S = 3.0  # of the sentence that begins with STOP, of silence behind it, and of reading it
+REACTION_TIME_S = 1.0  # after which who is misunderstood says STOP
+FAINT_SHARE = 0.02  # of the loudest sample, below which a voice has ended
 CLOTHES = ("red", "blue", "green", "black", "white", "grey", "brown", "yellow")
-SPEEDS = (130, 140, 150)  # [words/min] at which people speak to a robot
+SPEEDS_WORDS_MIN = (130, 140, 150)  # [words/min] at which people speak to a robot
 ANN = "Ann"
 Watch = Callable[[Snapshot], None]  # sees every frame
 SENSES = ("laser_m", "camera_rad", "sound_rad", "fused_m")
@@ -189,7 +189,7 @@ class SpokenRoom:
         way = np.array([x - here.x, y - here.y])
         across = np.array([-way[1], way[0]]) / math.hypot(*way)
         body = np.column_stack((np.array([x, y]) + BODY[:, :1] * across, BODY[:, 1]))
-        along = np.linspace(0.0, 1.0, max(int(math.hypot(*way) / SIGHT), 2))[1:, None]
+        along = np.linspace(0.0, 1.0, max(int(math.hypot(*way) / SIGHT_STEP_M), 2))[1:, None]
         seen = [self.world.open_air(eye + along * (place - eye)) for place in body]
         return float(np.mean(seen)) < SEEN
 
@@ -211,7 +211,7 @@ class SpokenRoom:
         call: VoiceBearing | None = None
         for attempt in range(1, tries + 1):
             ended = self._say(words) if pcm is None else self._utter(pcm)
-            said, voices = self._hear(READ, watch, early=intended.name == STOP_MOVING.name)
+            said, voices = self._hear(MAX_READING_S, watch, early=intended.name == STOP_MOVING.name)
             if said is None or said.decision.command is None:
                 why = "not understood"
                 continue
@@ -253,7 +253,7 @@ class SpokenRoom:
         voice = 8000 * practice_voice(self.chance, 1.2, RATE)
         begun = self.robot.snapshot.stamp
         ended = self._utter(voice.clip(-32768, 32767).astype("<i2").tobytes() if pcm is None else pcm)
-        _, voices = self._hear(max(LISTEN, ended + LISTEN / 2 - begun), watch)
+        _, voices = self._hear(max(LISTEN_S, ended + LISTEN_S / 2 - begun), watch)
         call, now = call_of(voices, begun, ended), self.robot.snapshot.stamp
         heard = SentenceOutcome(number=None, call=call, said=(begun, ended), ended=ended, understood=now)
         return self._obey(heard, command)
@@ -270,14 +270,14 @@ class SpokenRoom:
     def _rejects(self, right: bool, watch: Watch) -> bool:
         """Wait until the command begins → whether a STOP was heard: Ann says it when the command is wrong."""
         now = self.robot.snapshot.stamp
-        objects, moment = now + REACTION, ConfirmationDelay.from_now(now)
+        objects, moment = now + REACTION_TIME_S, ConfirmationDelay.from_now(now)
         for snapshot, spoken in self.overheard(CONFIRMATION_DELAY_S + MAX_POSTPONED_S):
             watch(snapshot)
             if not right and snapshot.stamp >= objects:
                 self._say(STOP_MOVING.words[0])
                 objects = math.inf
             if any(one.decision.stops for one in spoken):
-                for _ in self.overheard(REST):
+                for _ in self.overheard(REST_S):
                     pass
                 return True
             if snapshot.hearing is not None and snapshot.hearing.speaking:
@@ -288,7 +288,7 @@ class SpokenRoom:
 
     def _say(self, words: str) -> float:
         """Ann says it with a synthetic voice → when [s] she will have said it."""
-        easy = VoiceSettings(voice=PERSONS_VOICE, speed=int(self.chance.choice(SPEEDS)))
+        easy = VoiceSettings(voice=PERSONS_VOICE, speed=int(self.chance.choice(SPEEDS_WORDS_MIN)))
         sound = speak(words, self._voice or easy)
         return self._utter(pcm_of(sound), sound.rate)
 
@@ -362,4 +362,4 @@ def length_of_words(pcm: bytes, rate: int) -> float:
     loud = np.abs(np.frombuffer(pcm, "<i2").astype(float))
     if not loud.any():
         raise BadInput("There is nothing to be heard in this sound; record the words again.")
-    return float(np.flatnonzero(loud > FAINT * loud.max())[-1] + 1) / rate
+    return float(np.flatnonzero(loud > FAINT_SHARE * loud.max())[-1] + 1) / rate

@@ -28,7 +28,7 @@ from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SENSES, SentenceOutcome, SpokenRoom
-from core.experiments.table_2_trials import PRECONDITIONS, TRIALS, TRIES, TrialOutcome
+from core.experiments.table_2_trials import MAX_TRIES, PRECONDITIONS, TRIALS, TrialOutcome
 from core.settings import Settings
 from core.simulation.world import world_named
 from core.speech.recognition.engines import open_engine
@@ -36,13 +36,13 @@ from core.speech.recognition.recognizer import Recognizer
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NO_VOICE, can_speak, drawn_voice
 
-RUNS = 50
+DEFAULT_RUNS = 50
 
 ABOUT = About(
     title="Table 2: every command, spoken and obeyed",
     reproduces="Table 2: every command by synthetic voices through microphones, direction, recognizer and wheels. "
     "The chapter names the commands and prints no rates.",
-    runs=RUNS,
+    runs=DEFAULT_RUNS,
     counts="runs of every command",
     base_s=3.0,
     run_s=190.0,
@@ -239,7 +239,7 @@ def run(
     """
     if not can_speak():
         raise Unavailable(NO_VOICE)
-    count = runs or RUNS
+    count = runs or DEFAULT_RUNS
     every = count * len(TRIALS)
     with RunLog(out, "table-2", every, seed, tell) as log:
         rows = side_by_side(partial(_work, seed, count), every, workers, tell, log.add)
@@ -250,7 +250,7 @@ def run(
     result: Table2 = {
         "runs": count,
         "seed": seed,
-        "said_at_most": TRIES,
+        "said_at_most": MAX_TRIES,
         "commands": commands,
         "contacts": sum(row["contacts"] for row in rows),
         "voices": voices,

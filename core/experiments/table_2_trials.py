@@ -46,31 +46,29 @@ def aside(truth: Pose, faces: Array, posts: Array, distance: float = 0.5, alone:
 
 
 PLACES = ("lab", "floor")
-TRIES = 3
-WIDE = 0.35  # [m] of free floor around a start and a goal
-BODY = 0.17  # [m] to either side of a way that has to be free: the body, what the guard keeps, and a little
-RAYS = 18  # side by side over that way: 2 cm apart, so that no table's leg stands between two
-TURNED, CREPT = math.radians(2), 0.05  # of a turn, and [m] that it may leave its place
-ALONG = 0.05  # [m] of CONTINUE
-AT = 0.10  # [m] of STOP AT
-STILL = 1.0  # [s] after the end of "stop moving" by which the wheels stand
-NEAR = (0.4, 0.6)  # [m] of COME HERE
-FOLLOWED = (0.6, 1.8)  # [m] of FOLLOW ME …
+MAX_TRIES = 3
+FREE_RADIUS_M = 0.35  # of free floor around a start and a goal
+WAY_HALF_WIDTH_M = 0.17  # to either side of a way that has to be free: the body, what the guard keeps, and a little
+WAY_RAYS = 18  # side by side over that way: 2 cm apart, so that no table's leg stands between two
+MAX_TURN_ERROR_RAD, MAX_CREEP_M = math.radians(2), 0.05  # of a turn, and [m] that it may leave its place
+MAX_WAY_ERROR_M = 0.05  # of CONTINUE
+MAX_PLACE_ERROR_M = 0.10  # of STOP AT
+MAX_STOPPING_S = 1.0  # after the end of "stop moving" by which the wheels stand
+COME_DISTANCES_M = (0.4, 0.6)  # of COME HERE
+FOLLOW_DISTANCES_M = (0.6, 1.8)  # of FOLLOW ME …
 FOLLOWED_SHARE = 0.9  # … during at least this share of the minute
-MINUTE = 60.0  # [s]
-SETTLING, FOLLOWING = 10.0, 900.0  # [s] of FOLLOW WALL: after it has come to the wall, and altogether at most
-MEASURED = 5.0  # [m] of straight wall beside which its distance is measured, at least
-STRAIGHT = 0.03  # [m] RMS
-LENGTHS = (0.5, 0.8, 1.0, 1.2, 1.5, 2.0)  # [m] of CONTINUE
+MINUTE_S = 60.0
+SETTLING_S, MAX_FOLLOWING_S = 10.0, 900.0  # of FOLLOW WALL: after it has come to the wall, and altogether at most
+MIN_MEASURED_M = 5.0  # of straight wall beside which its distance is measured, at least
+MAX_WALL_RMS_M = 0.03  # RMS
+WAY_LENGTHS_M = (0.5, 0.8, 1.0, 1.2, 1.5, 2.0)  # of CONTINUE
 PLACES_OF_WALK = ((1.5, 1.0), (2.6, 1.2), (2.4, 0.2), (1.0, -0.6), (0.0, -1.2), (-1.2, -0.4), (-0.6, 0.8))
 """[m] in sim:lab, between which Ann walks in FOLLOW ME."""
-PACE = 0.2  # [m/s] of hers
-LEADING = (
-    0.8  # [m] by which her way passes the robot where it stands as she sets out: who leads does not walk into it
-)
-SLACK = 0.01  # [m] by which a way that leads away from the robot may come nearer to it
-ARRIVED, STEPS = 0.05, 30  # [m] from a place; places of a way that are looked at
-LEG = 0.8  # [m] of such a way, at least
+PERSON_SPEED_M_S = 0.2  # of hers
+LEADING_DISTANCE_M = 0.8  # by which her way passes the robot as she sets out: who leads does not walk into it
+WAY_SLACK_M = 0.01  # by which a way that leads away from the robot may come nearer to it
+ARRIVED_M, WAY_STEPS = 0.05, 30  # from a place; places of a way that are looked at
+MIN_LEG_M = 0.8  # of such a way, at least
 ROUND = Pose(0.0, 0.0, 0.0)  # where FOLLOW ME begins: its walk is in sim:lab
 
 
@@ -102,13 +100,13 @@ def anywhere(words: str, world: World, chance: np.random.Generator) -> tuple[Pos
     box = world.bounds
     while True:
         x, y = float(chance.uniform(box.x0, box.x1)), float(chance.uniform(box.y0, box.y1))
-        if world.free(x, y, WIDE):
+        if world.free(x, y, FREE_RADIUS_M):
             return Pose(x, y, float(chance.uniform(-math.pi, math.pi))), words
 
 
 def _before_free_floor(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
     """Set the stage so that the longest way is free."""
-    length = 3.0 if "stop" in words else float(chance.choice(LENGTHS))
+    length = 3.0 if "stop" in words else float(chance.choice(WAY_LENGTHS_M))
     while True:
         pose, _ = anywhere("", world, chance)
         if _free_ahead(world, pose) > length + 0.6:
@@ -124,7 +122,7 @@ def _before_a_goal(words: str, world: World, chance: np.random.Generator) -> tup
         towards = Pose(pose.x, pose.y, math.atan2(goal[1] - pose.y, goal[0] - pose.x))
         if (
             abs(x) + abs(y) > 0.6
-            and world.free(float(goal[0]), float(goal[1]), WIDE)
+            and world.free(float(goal[0]), float(goal[1]), FREE_RADIUS_M)
             and _free_ahead(world, towards) > math.hypot(x, y)
         ):
             return pose, words.format(x=_spoken(x), y=_spoken(y))
@@ -144,7 +142,7 @@ def _in_the_round(words: str, world: World, chance: np.random.Generator) -> tupl
 def _free_ahead(world: World, pose: Pose) -> float:
     """Free distance [m] straight ahead of the body."""
     c, s = math.cos(pose.heading), math.sin(pose.heading)
-    side = np.array([[-s, c]]) * np.linspace(-BODY, BODY, RAYS)[:, None]
+    side = np.array([[-s, c]]) * np.linspace(-WAY_HALF_WIDTH_M, WAY_HALF_WIDTH_M, WAY_RAYS)[:, None]
     origins = np.array([[pose.x, pose.y]]) + side
     rays = [cast(origin, np.array([[c, s]]), world.obstacles).distance[0] for origin in origins]
     return float(min(rays))
@@ -163,7 +161,7 @@ def _turn(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     heard, state, why = _done(room, words, 30.0)
     after = room.robot.truth
     off = wrap(after.heading - before.heading - math.copysign(math.pi / 2, 1 if "left" in words else -1))
-    good = state == "done" and abs(off) < TURNED and before.distance_to(after.x, after.y) < CREPT
+    good = state == "done" and abs(off) < MAX_TURN_ERROR_RAD and before.distance_to(after.x, after.y) < MAX_CREEP_M
     return heard, TrialOutcome(success=good, why=why, figure=math.degrees(abs(off)))
 
 
@@ -174,7 +172,7 @@ def _go(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     heard, state, why = _done(room, words, 90.0)
     after = before.inverse() @ room.robot.truth
     off = math.hypot(after.x - length, after.y)
-    return heard, TrialOutcome(success=state == "done" and off < ALONG, why=why, figure=off)
+    return heard, TrialOutcome(success=state == "done" and off < MAX_WAY_ERROR_M, why=why, figure=off)
 
 
 def _stop_at(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
@@ -185,7 +183,7 @@ def _stop_at(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcom
     heard, state, why = _done(room, words, 120.0)
     after = before.inverse() @ room.robot.truth
     off = math.hypot(after.x - x, after.y - y)
-    return heard, TrialOutcome(success=state == "done" and off < AT, why=why, figure=off)
+    return heard, TrialOutcome(success=state == "done" and off < MAX_PLACE_ERROR_M, why=why, figure=off)
 
 
 def _stop(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
@@ -194,7 +192,7 @@ def _stop(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     room.place(off=along(before, 3.0))
     going = room.robot.tell("continue 3 meters")
     room.robot.run(float(room.chance.uniform(1.0, 4.0)))
-    heard = room.command(words, TRIES)
+    heard = room.command(words, MAX_TRIES)
     if heard.number is None:
         return heard, TrialOutcome(success=False, why=heard.why)
     stood = math.inf
@@ -203,7 +201,7 @@ def _stop(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
             stood = snapshot.stamp
     ended = room.robot.ended(going)
     late = max(stood - heard.ended, 0.0)
-    good = ended is not None and ended.state != "done" and late < STILL
+    good = ended is not None and ended.state != "done" and late < MAX_STOPPING_S
     return heard, TrialOutcome(
         success=good, why="" if good else f"it stood {late:.2f} s after the words", figure=late
     )
@@ -211,7 +209,7 @@ def _stop(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
 
 def _follow_wall(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     room.place()
-    heard = room.command(words, TRIES)
+    heard = room.command(words, MAX_TRIES)
     if heard.number is None:
         return heard, TrialOutcome(success=False, why=heard.why)
     surfaces, off, since = room.world.surfaces(0.12), list[float](), math.inf
@@ -223,7 +221,7 @@ def _follow_wall(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOu
         if snapshot.active_command is not None and snapshot.active_command.remark.startswith(AT_THE_WALL):
             since = min(since, snapshot.stamp)
         here = snapshot.truth
-        if snapshot.stamp - since < SETTLING or here is None:
+        if snapshot.stamp - since < SETTLING_S or here is None:
             return
         error = aside(here, surfaces.faces, surfaces.posts)
         if error is not None:
@@ -233,18 +231,24 @@ def _follow_wall(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOu
 
     room.robot.robot.ask(RemoveThing(id=ANN))
     ended, began = None, room.robot.snapshot.stamp
-    while ended is None and measured < MEASURED and room.robot.snapshot.stamp < began + FOLLOWING:
+    while ended is None and measured < MIN_MEASURED_M and room.robot.snapshot.stamp < began + MAX_FOLLOWING_S:
         ended = room.wait(heard.number, 5.0, watch)
     straight = float(np.sqrt(np.mean(np.square(off)))) if off else None
-    why = ended.remark if ended else "" if measured >= MEASURED else f"only {measured:.1f} m of wall were measured"
-    good = not why and straight is not None and straight < STRAIGHT
+    why = (
+        ended.remark
+        if ended
+        else ""
+        if measured >= MIN_MEASURED_M
+        else f"only {measured:.1f} m of wall were measured"
+    )
+    good = not why and straight is not None and straight < MAX_WALL_RMS_M
     return heard, TrialOutcome(success=good, why=why, figure=straight)
 
 
 def _come(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     x, y = room.place()
     truth = room.robot.truth
-    heard = room.command(words, TRIES)
+    heard = room.command(words, MAX_TRIES)
     if heard.call is not None:
         room.errors["sound_rad"].append(wrap(heard.call.azimuth - _azimuth(room, truth, x, y)))
     if heard.number is None:
@@ -252,14 +256,14 @@ def _come(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     ended = room.wait(heard.number, 120.0, room.measure(x, y))
     apart = room.robot.truth.distance_to(x, y)
     state, why = (ended.state, ended.remark) if ended else ("running", "it took too long")
-    good = state == "done" and NEAR[0] <= apart <= NEAR[1]
+    good = state == "done" and COME_DISTANCES_M[0] <= apart <= COME_DISTANCES_M[1]
     return heard, TrialOutcome(success=good, why="" if good else why, figure=apart)
 
 
 def _follow_me(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     """Ann leads from place to place, Bob crosses."""
     room.put(ANN, x_m=1.6, y_m=0.2, clothes="red/blue")
-    heard = room.command(words, TRIES)
+    heard = room.command(words, MAX_TRIES)
     if heard.number is None:
         return heard, TrialOutcome(success=False, why=heard.why)
     kept = 0  # frames at the right distance
@@ -270,16 +274,16 @@ def _follow_me(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutc
         if snapshot.truth is None:
             return
         ann = room.where(ANN)
-        kept += FOLLOWED[0] <= snapshot.truth.distance_to(*ann) <= FOLLOWED[1]
-        if goal is None or math.dist(ann, goal) < ARRIVED:
+        kept += FOLLOW_DISTANCES_M[0] <= snapshot.truth.distance_to(*ann) <= FOLLOW_DISTANCES_M[1]
+        if goal is None or math.dist(ann, goal) < ARRIVED_M:
             goal = lead_on(room, ann, snapshot.truth)
 
     ended = room.wait(heard.number, 4.0)
     if ended is None:
         crossing = {"path_m": [[1.2, -1.6], [1.2, 2.4]], "speed_m_s": 0.4, "again": True}
         room.put("Bob", x_m=1.2, y_m=2.4, clothes="white/green", **crossing)
-        ended = room.wait(heard.number, MINUTE, watch)
-    frames = round(MINUTE * room.robot.robot.profile.rate)
+        ended = room.wait(heard.number, MINUTE_S, watch)
+    frames = round(MINUTE_S * room.robot.robot.profile.rate)
     away = 100 * (1 - min(kept / frames, 1.0))  # what follows after it has given up counts, too
     why = ended.remark if ended else ""
     good = ended is None and away <= 100 * (1 - FOLLOWED_SHARE)
@@ -291,14 +295,14 @@ def lead_on(room: SpokenRoom, ann: tuple[float, float], robot: Pose) -> tuple[fl
 
     Who stands nearer than that goes where she does not come nearer still.
     """
-    apart = min(LEADING, math.dist(ann, (robot.x, robot.y)) - SLACK)
+    apart = min(LEADING_DISTANCE_M, math.dist(ann, (robot.x, robot.y)) - WAY_SLACK_M)
     for number in room.chance.permutation(len(PLACES_OF_WALK)):
         goal = PLACES_OF_WALK[int(number)]
-        way = np.linspace(ann, goal, STEPS)
-        if math.dist(ann, goal) < LEG or np.hypot(*(way - (robot.x, robot.y)).T).min() < apart:
+        way = np.linspace(ann, goal, WAY_STEPS)
+        if math.dist(ann, goal) < MIN_LEG_M or np.hypot(*(way - (robot.x, robot.y)).T).min() < apart:
             continue
         try:
-            room.put(ANN, x_m=ann[0], y_m=ann[1], path_m=[list(goal)], speed_m_s=PACE)
+            room.put(ANN, x_m=ann[0], y_m=ann[1], path_m=[list(goal)], speed_m_s=PERSON_SPEED_M_S)
         except BadInput:  # no free floor between
             continue
         return goal
@@ -307,7 +311,7 @@ def lead_on(room: SpokenRoom, ann: tuple[float, float], robot: Pose) -> tuple[fl
 
 def _done(room: SpokenRoom, words: str, seconds: float) -> tuple[SentenceOutcome, str, str]:
     """Say it and wait for its end → what was heard, the state at the end and why."""
-    heard = room.command(words, TRIES)
+    heard = room.command(words, MAX_TRIES)
     if heard.number is None:
         return heard, "", heard.why
     ended = room.wait(heard.number, seconds)
@@ -335,13 +339,13 @@ PRECONDITIONS = (
     "a start with 0.35 m of free floor around it",
     "the speaker stands 1 to 3.8 m away on free floor where two thirds of the body are in sight of the camera,"
     " and a metre from the way of a drive; it leaves before follow wall is measured",
-    f"what is not understood is said again, {TRIES} times in all",
+    f"what is not understood is said again, {MAX_TRIES} times in all",
     "continue and stop at: the way ahead is free for the body",
-    f"follow wall: something lies within 1.2 m; the robot has {FOLLOWING / 60:g} minutes for the {MEASURED:g} m, of"
-    " which stretches near corners, doors and posts are none",
-    f"follow me: begins in the middle of sim:lab; Ann, 1.6 m away, leads from place to place at {PACE:g} m/s on ways"
-    f" that pass {LEADING:g} m or more from where the robot stands as she sets out, or lead away from it where she"
-    " stands nearer; Bob crosses at 0.4 m/s",
+    f"follow wall: something lies within 1.2 m; the robot has {MAX_FOLLOWING_S / 60:g} minutes for the"
+    f" {MIN_MEASURED_M:g} m, of which stretches near corners, doors and posts are none",
+    f"follow me: begins in the middle of sim:lab; Ann, 1.6 m away, leads from place to place at"
+    f" {PERSON_SPEED_M_S:g} m/s on ways that pass {LEADING_DISTANCE_M:g} m or more from where the robot stands as she"
+    " sets out, or lead away from it where she stands nearer; Bob crosses at 0.4 m/s",
     "people walk around a robot that stands in their way",
     "no noise but the robot's own; one room acoustics per place; synthetic voices",
 )
@@ -364,7 +368,7 @@ TRIALS = {
         "within 10 cm of the place", "m", partial(_before_a_goal, "stop at {x} and {y}"), _stop_at
     ),
     "follow_wall": CommandTrial(
-        f"RMS of its 0.5 m below 3 cm along at least 5 m of straight wall, within {FOLLOWING / 60:g} minutes",
+        f"RMS of its 0.5 m below 3 cm along at least 5 m of straight wall, within {MAX_FOLLOWING_S / 60:g} minutes",
         "m",
         partial(_beside_a_wall, "follow wall"),
         _follow_wall,

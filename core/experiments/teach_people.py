@@ -31,10 +31,10 @@ from core.simulation.world import FLOOR
 log = logging.getLogger(__name__)
 
 REACH = 0.375 + 0.5  # [m] of a view to either side
-SHOWN = 0.35  # share of a part in the picture from which it teaches
-STRAYS = (0.32, -0.32, 0.45, -0.45)  # [m] to the side of a person: no person stands there
+MIN_SHOWN_SHARE = 0.35  # share of a part in the picture from which it teaches
+STRAY_OFFSETS_M = (0.32, -0.32, 0.45, -0.45)  # to the side of a person: no person stands there
 WRONG_DISTANCES = (0.7, 1.4)  # times the true one: no person stands there
-LOOKS = 20  # distances at which one picture is searched for mistakes
+LOOK_DISTANCES = 20  # distances at which one picture is searched for mistakes
 MISTAKEN = -1.0  # log odds from which something is used as a training sample
 
 
@@ -81,7 +81,7 @@ def _learn_from(scene: DrawnScene, samples: dict[str, TrainingSamples], rng: np.
         cells = edge_cells(pixels)
         _add(samples, cells, valid, cells.shape[1] / 2, shift, 1.0)
         _add(samples, cells[:, ::-1][:, :, _mirrored()], valid[:, ::-1], cells.shape[1] / 2, shift, 1.0)
-        for stray in STRAYS:
+        for stray in STRAY_OFFSETS_M:
             _add(samples, cells, valid, cells.shape[1] / 2 + stray * CELLS_PER_METRE, shift, 0.0)
         for factor in WRONG_DISTANCES:
             pixels, valid = boards.cut(person.distance * factor, person.bearing, REACH)
@@ -106,7 +106,7 @@ def _add(
 ) -> None:
     for part in PARTS:
         rows, seen = cut_part(part, cells, valid, column, shift)
-        if seen.shape == (part.rows, part.columns) and seen.mean() >= SHOWN:
+        if seen.shape == (part.rows, part.columns) and seen.mean() >= MIN_SHOWN_SHARE:
             samples[part.name].rows.append(rows.astype(np.float32))
             samples[part.name].truth.append(truth)
 
@@ -117,14 +117,14 @@ def _learn_mistakes(
     """Add the places without people that look most like a person."""
     boards = VerticalPlanes(levelled(scene.pixels), scene.camera)
     bearing = float(rng.uniform(-0.42, 0.42))
-    for distance in np.geomspace(0.6, 6.0, LOOKS) * rng.uniform(0.95, 1.05):
+    for distance in np.geomspace(0.6, 6.0, LOOK_DISTANCES) * rng.uniform(0.95, 1.05):
         pixels, valid = boards.cut(float(distance), bearing, REACH)
         cells = edge_cells(pixels)
         for model in models:
             part = model.part
             rises = range(round(part.rise * LOWEST_SHIFT), round(part.rise * HIGHEST_SHIFT) + 1)
             evidence, share = likelihoods(model, cells, valid, rises)
-            odds = np.where(share >= SHOWN, evidence, -np.inf)
+            odds = np.where(share >= MIN_SHOWN_SHARE, evidence, -np.inf)
             row, column = np.unravel_index(int(odds.argmax()), odds.shape)
             if odds[row, column] > MISTAKEN:
                 shift = round(rises[int(row)] / part.rise) if part.rise else 0

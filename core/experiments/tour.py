@@ -20,7 +20,7 @@ from core.settings import Settings
 from core.slam.estimate import Estimate
 from core.snapshot import Snapshot
 
-MINUTES = 5.0
+DEFAULT_MINUTES = 5.0
 
 ABOUT = About(
     title="A tour of the laboratory by commands only",
@@ -95,7 +95,7 @@ class TourResult(ExperimentResult):
     tours: list[TourFigures]
 
 
-def tour(seed: int, minutes: float = MINUTES, settings: Settings | None = None) -> TourFigures:
+def tour(seed: int, minutes: float = DEFAULT_MINUTES, settings: Settings | None = None) -> TourFigures:
     """One tour → its figures."""
     rehearsal = Rehearsal("sim:lab", seed=seed, settings=settings)
     score = TourScore()
@@ -186,7 +186,7 @@ def run(
     out: Path | None = None,
     tell: Callable[[str], None] | None = None,
     settings: Settings | None = None,
-    minutes: float = MINUTES,
+    minutes: float = DEFAULT_MINUTES,
 ) -> TourResult:
     """`runs` tours (1) with seeds from `seed` on; `tell` hears of the progress, `out` receives tour.json."""
     tours: list[TourFigures] = []

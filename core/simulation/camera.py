@@ -17,8 +17,8 @@ from core.simulation.rendering.render import Renderer
 from core.simulation.rendering.view import Eye, PinholeView
 from core.simulation.world import World
 
-FINER = 1.4  # pixels of the drawn view for each of the picture's
-SPARE = 160  # [pixel] how much larger the stored noise is than a picture
+DRAWN_PER_PIXEL = 1.4  # pixels of the drawn view for each of the picture's
+SPARE_PX = 160  # how much larger the stored noise is than a picture
 
 
 class SimulatedCamera:
@@ -41,7 +41,7 @@ class SimulatedCamera:
         self._lens = _lens(camera.model, camera.mounting)
         self._renderer = Renderer(self._lens.view, world)
         noise_sd = 255 / 10 ** (snr / 20)
-        shape = (camera.model.height + SPARE, camera.model.width + SPARE, 3)
+        shape = (camera.model.height + SPARE_PX, camera.model.width + SPARE_PX, 3)
         self._noise = np.round(rng.normal(0.0, noise_sd, shape)).astype(np.int16)
         self._view: tuple[World, Eye, float] | None = None  # what the pixels without noise show
         self._pixels = np.empty(0, np.uint8)
@@ -54,7 +54,7 @@ class SimulatedCamera:
         turned = abs(turn_rate) * self._exposure
         if self._view is None or self._view[0] is not world or self._view[1:] != (eye, turned):
             self._view, self._pixels = (world, eye, turned), self._without_noise(world, eye, turned)
-        row, column = self._rng.integers(SPARE, size=2)
+        row, column = self._rng.integers(SPARE_PX, size=2)
         noise = self._noise[row : row + model.height, column : column + model.width]
         return Image(stamp=stamp, pixels=cv2.add(self._pixels, noise, dtype=cv2.CV_8U))
 
@@ -67,11 +67,11 @@ class SimulatedCamera:
 
     def _blurred(self, drawn: Array, turned: float) -> Array:
         """The drawn view as it smears while the robot turns by `turned` [rad], and out of focus."""
-        length = FINER * self.camera.model.fx * turned
+        length = DRAWN_PER_PIXEL * self.camera.model.fx * turned
         if length > 1:
             drawn = cv2.filter2D(drawn, -1, _box(length), borderType=cv2.BORDER_REPLICATE)
         if self._defocus > 0:
-            drawn = cv2.GaussianBlur(drawn, (0, 0), FINER * self._defocus)
+            drawn = cv2.GaussianBlur(drawn, (0, 0), DRAWN_PER_PIXEL * self._defocus)
         return drawn
 
 
@@ -95,7 +95,7 @@ class _Lens(NamedTuple):
 def _lens(model: CameraModel, mounting: Transform) -> _Lens:
     """The lens of a camera; messages are keys by identity, so robots with the camera of every day share one."""
     rays, heading = _level_rays(model, mounting.rotation)
-    view = _view_around(rays, FINER * model.fx)
+    view = _view_around(rays, DRAWN_PER_PIXEL * model.fx)
     map_u = (view.cx + view.focal * rays[:, :, 0]).astype(np.float32)
     map_v = (view.cy + view.focal * rays[:, :, 1]).astype(np.float32)
     first, second = cv2.convertMaps(map_u, map_v, cv2.CV_16SC2)

@@ -9,10 +9,10 @@ from core.gate import ZERO, Twist
 from core.geometry import Pose, arc
 from core.simulation.world import World
 
-TIMEOUT = 0.5  # [s] without a word from the driver, then the base stops by itself
-SUBSTEP = 0.005  # [s]
-TOUCH = 0.002  # [m] closer than this after a bump: still in contact
-CREEP = 1e-4  # [m/s], [rad/s] below which friction holds the base
+TWIST_TIMEOUT_S = 0.5  # without a word from the driver, then the base stops by itself
+SUBSTEP_S = 0.005
+TOUCH_M = 0.002  # closer than this after a bump: still in contact
+CREEP_SPEED = 1e-4  # [m/s], [rad/s] below which friction holds the base
 
 
 class Move(NamedTuple):
@@ -61,12 +61,12 @@ class DifferentialDrive:
 
     def advance(self, duration: float) -> list[Move]:
         """Live on for `duration` [s] → how the wheels rolled."""
-        steps = max(1, round(duration / SUBSTEP))
+        steps = max(1, round(duration / SUBSTEP_S))
         return [self._step(duration / steps) for _ in range(steps)]
 
     def _step(self, dt: float) -> Move:
         self._wanted_age += dt
-        wanted = self._wanted if self._wanted_age <= TIMEOUT else ZERO
+        wanted = self._wanted if self._wanted_age <= TWIST_TIMEOUT_S else ZERO
         keep = math.exp(-dt / self._response) if self._response > 0 else 0.0
         self._speed = Twist(_towards(self._speed.v, wanted.v, keep), _towards(self._speed.w, wanted.w, keep))
         move = Move(self._speed.v * dt, self._speed.w * dt)
@@ -85,7 +85,7 @@ class DifferentialDrive:
         if self._room > 0:
             return 1.0
         distance = self.world.distance(pose.x, pose.y)
-        self._room = distance - self._radius - TOUCH
+        self._room = distance - self._radius - TOUCH_M
         if self._room > 0:
             self.contact = False
         if distance >= self._radius or moved == 0:
@@ -96,4 +96,4 @@ class DifferentialDrive:
 
 def _towards(speed: float, wanted: float, keep: float) -> float:
     new = wanted + (speed - wanted) * keep
-    return wanted if abs(new - wanted) < CREEP else new
+    return wanted if abs(new - wanted) < CREEP_SPEED else new

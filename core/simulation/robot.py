@@ -45,7 +45,7 @@ from core.simulation.settings import LASER_NOISE, SimulationSettings
 from core.simulation.wheels import EncoderWheels, PaperWheels, PerfectWheels, SimulatedWheels
 from core.simulation.world import World, world_named
 
-SINCE = 0.3  # [s] for which poses are kept: longer than a turn of the mirror
+POSE_MEMORY_S = 0.3  # for which poses are kept: longer than a turn of the mirror
 
 
 class SimulatedRobot:
@@ -123,7 +123,7 @@ class SimulatedRobot:
         self._change(self._hands.in_world(self._walkers.in_world(self._world, stamp, self._base.pose), stamp))
         pose = self._base.pose
         self._past.append((stamp, pose.x, pose.y, self._heading))
-        while self._past[0][0] < stamp - SINCE:
+        while self._past[0][0] < stamp - POSE_MEMORY_S:
             self._past.popleft()
         scan = self._scan(stamp)
         return SensorFrame(

@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.experiments.direction_of_arrival import REVERBERATION
-from core.experiments.talk_in_rooms import PRE_ROLL, RATE, make_scene
+from core.experiments.direction_of_arrival import REVERBERATION_TIMES_S
+from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, make_scene
 from core.geometry import wrap
 from core.message import Array
 from core.perception.sound.array_diagnostics import check
@@ -79,7 +79,7 @@ def _processed(
     by: float, make: Callable[[Array], Array], shifted: bool
 ) -> Callable[[Array, np.random.Generator], Array]:
     def fault(samples: Array, rng: np.random.Generator) -> Array:
-        total = late(make(samples.mean(1)), by * RATE)
+        total = late(make(samples.mean(1)), by * RATE_HZ)
         if shifted:
             return np.column_stack((total, samples[:, :-1]))
         wrong = samples.copy()
@@ -190,7 +190,7 @@ def before(found: Direction, array: MicrophoneArray) -> Direction:
 
 def trial(array_name: str, fault: str, samples: Array, truth: float) -> FaultTrial | None:
     """One sound → what is said of it; None where nothing is heard."""
-    array, sound = ARRAYS[array_name], Sound(stamp=0.0, rate=RATE, samples=samples)
+    array, sound = ARRAYS[array_name], Sound(stamp=0.0, rate=RATE_HZ, samples=samples)
     found = locate(sound, array, speech_from=PRE_ROLL)
     if found is None:
         return None
@@ -227,12 +227,12 @@ def campaign(
     done: list[FaultTrial | None] = []
     for number in range(rooms):
         rng = np.random.default_rng([seed, number])
-        voice = practice_voice(rng, SPEECH, RATE)
+        voice = practice_voice(rng, SPEECH, RATE_HZ)
         wrong = list(PLACED)[number % len(PLACED)]
         both = [one for name in names for one in (ARRAYS[name], PLACED[wrong](ARRAYS[name], rng))]
-        scene = make_scene(rng, REVERBERATION[number % len(REVERBERATION)], voice, both)
+        scene = make_scene(rng, REVERBERATION_TIMES_S[number % len(REVERBERATION_TIMES_S)], voice, both)
         truth = math.atan2(scene.towards[1], scene.towards[0])
-        noise = NOISES[number // len(REVERBERATION) % len(NOISES)]
+        noise = NOISES[number // len(REVERBERATION_TIMES_S) % len(NOISES)]
         for place, name in enumerate(names):
             samples = scene.sound(2 * place, *noise).samples
             done.append(trial(name, "", samples, truth))

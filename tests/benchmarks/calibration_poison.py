@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.board.chessboard import CRITERIA, FLAGS, search
+from core.calibration.board.chessboard import FLAGS, SUBPIXEL_CRITERIA, search
 from core.calibration.camera.intrinsics import ViewCorners, calibrate
 from core.calibration.files.pictures import read_grey
 from core.message import Array
@@ -34,7 +34,7 @@ def corners_of(path: Path, window: int) -> ViewCorners:
     found = search(grey, BOARD, FLAGS)
     assert found is not None
     start = np.ascontiguousarray(found.reshape(-1, 1, 2), dtype=np.float32)
-    refined = cv2.cornerSubPix(grey, start, (window, window), (-1, -1), CRITERIA)
+    refined = cv2.cornerSubPix(grey, start, (window, window), (-1, -1), SUBPIXEL_CRITERIA)
     return ViewCorners(name=path.name, corners=refined.reshape(-1, 2).astype(float))
 
 

@@ -25,7 +25,7 @@ import numpy as np
 from core.errors import BadInput, Refused
 from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import BODY, SEEN, SentenceOutcome, SpokenRoom, length_of_words
-from core.experiments.table_2_trials import NEAR, PLACES, TRIES, anywhere
+from core.experiments.table_2_trials import COME_DISTANCES_M, MAX_TRIES, PLACES, anywhere
 from core.geometry import Pose, wrap
 from core.robots.requests import Speak
 from core.sensors import SensorFrame
@@ -70,7 +70,7 @@ def row(seed: int, plain: bool, typed: bool, number: int) -> dict[str, Any]:
     truth, heading = room.robot.truth, room.robot.snapshot.estimate.pose.heading
     heard, why, apart = SentenceOutcome(number=None, call=None), "", math.nan
     try:
-        heard = room.command(words, TRIES, pcm=at_rate_of_words(said) if typed else None)
+        heard = room.command(words, MAX_TRIES, pcm=at_rate_of_words(said) if typed else None)
         why = heard.why
         if heard.number is not None:
             ended = room.wait(heard.number, 120.0)
@@ -86,7 +86,7 @@ def row(seed: int, plain: bool, typed: bool, number: int) -> dict[str, Any]:
         "voice": voice.voice,
         "understood": heard.number is not None,
         "tries": heard.tries,
-        "success": NEAR[0] <= apart <= NEAR[1],
+        "success": COME_DISTANCES_M[0] <= apart <= COME_DISTANCES_M[1],
         "apart_m": round(apart, 3),
         "caller_m": round(truth.distance_to(x, y), 2),
         "voice_off_deg": None if heard.call is None else degrees(heard.call.azimuth - aim),

@@ -15,7 +15,7 @@ import sys
 import numpy as np
 
 from core.experiments.direction_of_arrival import ARRAYS
-from core.experiments.talk_in_rooms import RATE, make_scene
+from core.experiments.talk_in_rooms import RATE_HZ, make_scene
 from core.perception.sound.channel_order import find_order
 from core.sensors.microphones import Sound
 from core.speech.practice_voice import practice_voice
@@ -33,7 +33,7 @@ def main() -> None:
     arrays = list(ARRAYS.values())
     picked = [
         [
-            (asked, make_scene(rng, REVERBERATION[number % 3], practice_voice(rng, 1.5, RATE), arrays, asked))
+            (asked, make_scene(rng, REVERBERATION[number % 3], practice_voice(rng, 1.5, RATE_HZ), arrays, asked))
             for asked in (0.0, math.pi / 2)
         ]
         for number in range(chosen.pairs)
@@ -42,7 +42,9 @@ def main() -> None:
         right, certain, certain_wrong = 0, 0, 0
         for pair, order in itertools.product(picked, itertools.permutations(range(4))):
             sounds = [(scene.sound(number, "diffuse", 20.0), asked) for asked, scene in pair]
-            mixed = [(Sound(stamp=0.0, rate=RATE, samples=one.samples[:, order]), azimuth) for one, azimuth in sounds]
+            mixed = [
+                (Sound(stamp=0.0, rate=RATE_HZ, samples=one.samples[:, order]), azimuth) for one, azimuth in sounds
+            ]
             found = find_order(mixed, array)
             good = found.channels == tuple(order.index(channel) for channel in range(4))
             right += good

@@ -27,7 +27,7 @@ from core.experiments.direction_of_arrival import (
     save,
     summary,
 )
-from core.experiments.talk_in_rooms import PRE_ROLL, RATE
+from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ
 from core.message import Array
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray, Sound
@@ -59,7 +59,7 @@ def voices(folder: Path) -> list[Array]:
     found: list[Array] = []
     for path in sorted(folder.glob("*.flac")):
         sound = read_sound(path)
-        if sound.rate != RATE or sound.channels > 1 or sound.duration < SHORTEST:
+        if sound.rate != RATE_HZ or sound.channels > 1 or sound.duration < SHORTEST:
             continue
         samples = sound.samples[:, 0]
         begin = int(np.argmax(np.abs(samples) > 0.05 * np.abs(samples).max()))

@@ -26,7 +26,7 @@ import cv2
 import numpy as np
 
 from core.errors import BadInput
-from core.experiments.drawn_people import ROBOTS, VIEW, WEBCAM, DrawnPerson, DrawnScene, Stage
+from core.experiments.drawn_people import ROBOTS, VIEW_HALF_RAD, WEBCAM, DrawnPerson, DrawnScene, Stage
 from core.geometry import Pose
 from core.message import Array
 from core.perception.people.appearance import PersonProfile
@@ -112,7 +112,7 @@ def ours(scenes: Sequence[DrawnScene], rng: np.random.Generator) -> dict[str, fl
     for scene in scenes:
         boards = VerticalPlanes(levelled(scene.pixels), scene.camera)
         speaker = scene.people[0] if scene.people else None
-        bearing = speaker.bearing if speaker else float(rng.uniform(-VIEW, VIEW))
+        bearing = speaker.bearing if speaker else float(rng.uniform(-VIEW_HALF_RAD, VIEW_HALF_RAD))
         began = time.process_time()
         told = find_people(boards, bearing + rng.normal(0, SOUND_SD), 2 * SOUND_SD, SETTINGS)
         spent[0] += time.process_time() - began

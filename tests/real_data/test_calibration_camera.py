@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from core.calibration.board.board import Board
-from core.calibration.board.chessboard import CRITERIA, FLAGS, search
+from core.calibration.board.chessboard import FLAGS, SUBPIXEL_CRITERIA, search
 from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
 from core.calibration.files.camera_files import read_camera
 from core.calibration.files.pictures import read_grey
@@ -37,7 +37,7 @@ def corners_of(pictures: list[Path], window: int) -> list[ViewCorners]:
         found = search(grey, BOARD, FLAGS)
         assert found is not None
         start = np.ascontiguousarray(found.reshape(-1, 1, 2), dtype=np.float32)
-        refined = cv2.cornerSubPix(grey, start, (window, window), (-1, -1), CRITERIA)
+        refined = cv2.cornerSubPix(grey, start, (window, window), (-1, -1), SUBPIXEL_CRITERIA)
         views.append(ViewCorners(name=path.name, corners=refined.reshape(-1, 2).astype(float)))
     return views
 

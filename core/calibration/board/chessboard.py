@@ -12,7 +12,7 @@ from core.message import Array, message
 
 FLAGS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 QUICK = FLAGS | cv2.CALIB_CB_FAST_CHECK
-CRITERIA = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.001)
+SUBPIXEL_CRITERIA = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.001)
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def _view(grey: Array, found: Array, board: Board, settings: ChessboardSettings)
 def _refined(grey: Array, found: Array, board: Board, settings: ChessboardSettings) -> tuple[Array, int]:
     window = half_window(smallest_spacing(found, board), settings)
     corners = np.ascontiguousarray(found.reshape(-1, 1, 2), dtype=np.float32)
-    refined = cv2.cornerSubPix(grey, corners, (window, window), (-1, -1), CRITERIA)
+    refined = cv2.cornerSubPix(grey, corners, (window, window), (-1, -1), SUBPIXEL_CRITERIA)
     return refined.reshape(-1, 2).astype(float), window
 
 

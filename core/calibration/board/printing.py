@@ -9,9 +9,9 @@ from core.errors import BadInput
 
 PAGES = {"A4": (297.0, 210.0), "A3": (420.0, 297.0), "letter": (279.4, 215.9)}
 """Width and height [mm], lying."""
-RIM = 8.0  # [mm] that printers leave blank
-TEXT = 12.0  # [mm] below the board for ruler and words
-INCH = 25.4  # [mm]
+RIM_MM = 8.0  # [mm] that printers leave blank
+TEXT_HEIGHT_MM = 12.0  # [mm] below the board for ruler and words
+INCH_MM = 25.4  # [mm]
 
 Page = Literal["A4", "A3", "letter"]
 BY_SIZE: tuple[Page, ...] = ("A4", "letter", "A3")
@@ -20,7 +20,7 @@ BY_SIZE: tuple[Page, ...] = ("A4", "letter", "A3")
 def largest_square(board: Board, page: Page) -> float:
     """[mm]: the side of the largest squares with which such a board fits a page."""
     width, height = PAGES[page]
-    return min((width - 2 * RIM) / (board.columns + 1), (height - 2 * RIM - TEXT) / (board.rows + 1))
+    return min((width - 2 * RIM_MM) / (board.columns + 1), (height - 2 * RIM_MM - TEXT_HEIGHT_MM) / (board.rows + 1))
 
 
 def fitting_page(board: Board) -> Page:
@@ -41,7 +41,7 @@ def board_svg(board: Board, page: Page = "A4") -> str:
         raise BadInput(
             f"A {board.name} board of {side:g} mm squares does not fit {page}; at most {int(largest)} mm do."
         )
-    left, top = (width - across) / 2, (height - TEXT - down) / 2
+    left, top = (width - across) / 2, (height - TEXT_HEIGHT_MM - down) / 2
     squares = [
         f'<rect x="{left + column * side:.3f}" y="{top + row * side:.3f}" width="{side:.3f}" height="{side:.3f}"/>'
         for row in range(board.rows + 1)
@@ -60,9 +60,9 @@ def board_svg(board: Board, page: Page = "A4") -> str:
             '<g fill="black">',
             *squares,
             "</g>",
-            *_ruler(RIM, height - RIM - 6, 100, 1.0, 10, "mm"),
-            *_ruler(width - RIM - 4 * INCH, height - RIM - 6, 32, INCH / 8, 8, "inch"),
-            f'<text x="{width / 2:g}" y="{height - RIM + 2.5:g}" font-family="sans-serif" font-size="3" '
+            *_ruler(RIM_MM, height - RIM_MM - 6, 100, 1.0, 10, "mm"),
+            *_ruler(width - RIM_MM - 4 * INCH_MM, height - RIM_MM - 6, 32, INCH_MM / 8, 8, "inch"),
+            f'<text x="{width / 2:g}" y="{height - RIM_MM + 2.5:g}" font-family="sans-serif" font-size="3" '
             f'text-anchor="middle">{words}</text>',
             "</svg>\n",
         )

@@ -10,7 +10,7 @@ from core.calibration.board.quality import miscounted, unseen
 from core.message import Array
 
 THOROUGH_EVERY = 3  # pictures without a board: one in so many is searched whole, which is slow
-WIDTH = 640  # [pixel] of the pictures for which motions are stated
+REFERENCE_WIDTH_PX = 640  # of the pictures for which motions are stated
 
 
 class Watcher:
@@ -35,10 +35,10 @@ class Watcher:
         """Mean distance [pixel] of corners (N, 2) from where they were, scaled down to pictures 640 wide."""
         if others is None:
             return float("inf")
-        return float(np.linalg.norm(corners - others, axis=1).mean()) / max(1.0, width / WIDTH)
+        return float(np.linalg.norm(corners - others, axis=1).mean()) / max(1.0, width / REFERENCE_WIDTH_PX)
 
 
-LONGEST = 320  # [pixel] of the copy in which boards of other sizes are looked for
+MAX_COPY_SIDE_PX = 320  # of the copy in which boards of other sizes are looked for
 
 
 class Explainer:
@@ -54,7 +54,7 @@ class Explainer:
         """A picture (H, W) uint8 of time `stamp` [s] without the board → one sentence, perhaps the former one."""
         if not 0 <= stamp - self._looked < self.every:
             self._looked = stamp
-            wrong = miscounted(grey, self.board, self._tries, LONGEST)
+            wrong = miscounted(grey, self.board, self._tries, MAX_COPY_SIDE_PX)
             self._tries += not wrong
             self._reason = wrong or unseen(grey, self.board)
         return self._reason

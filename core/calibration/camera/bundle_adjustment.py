@@ -14,8 +14,8 @@ from core.calibration.levenberg_marquardt import Linearisation, descend, soft_co
 from core.calibration.projection import Poses, exponential, linearise, project
 from core.message import Array
 
-STEPS = 60
-RIDGE = 1e-13  # of the scaled information
+MAX_STEPS = 60
+RIDGE_SHARE = 1e-13  # of the scaled information
 
 
 class Corners(NamedTuple):
@@ -86,7 +86,7 @@ def refine(
         camera[list(free)] += camera_step
         return BundleSolution(camera, solution.poses.moved(pose_steps))
 
-    return descend(at, advance, start, iterations=STEPS, close=1e-10).state
+    return descend(at, advance, start, iterations=MAX_STEPS, close=1e-10).state
 
 
 def refine_poses(
@@ -176,7 +176,7 @@ def covariance(precision: Array, spread: float) -> Array:
     Directions without any information get a huge variance; a pseudo-inverse would give them none.
     """
     scale = 1 / np.sqrt(np.maximum(np.diag(precision), 1e-300))
-    level = precision * np.outer(scale, scale) + RIDGE * np.eye(len(precision))
+    level = precision * np.outer(scale, scale) + RIDGE_SHARE * np.eye(len(precision))
     return spread**2 * np.linalg.inv(level) * np.outer(scale, scale)
 
 

@@ -21,10 +21,10 @@ from core.message import Array, message
 LEAST_SHARE = 0.2  # of the squared errors that a rival must explain …
 LEAST_F = 30.0  # … and by how much more per unknown than noise does
 ASPECT_SDS, LEAST_ASPECT = 6.0, 0.002  # a square's height over its width differs from 1 by so many sds and by so much
-FITS = 2.0  # a part that another camera explains errs at most so many times more than the others
-FEWEST = 3  # views that determine a camera of their own
-TRIALS = 24  # beginnings of the mixture
-TURNS = 40  # of the mixture, at most
+MAX_NOISE_RATIO = 2.0  # a part that another camera explains errs at most so many times more than the others
+MIN_VIEWS = 3  # views that determine a camera of their own
+MIXTURE_STARTS = 24  # beginnings of the mixture
+MAX_ROUNDS = 40  # of the mixture, at most
 MINORITY = 1 / 3  # share of the views up to which the others decide
 PRIOR = np.array(
     [0.3, 0.3, 0.1, 0.1, 0.3, 0.5, 0.03, 0.03]
@@ -34,9 +34,9 @@ SHARE_IN_TIME, SHARE_SORTED = 0.6, 0.8  # of the differences between the views' 
 SMALL_MINORITY = 1 / 6  # the same as MINORITY, where no view by itself is known to be odd
 OWN_LEAST = 1e-6  # of a view's scaled information: below this it says nothing of a direction
 SAME_FOCAL = 0.01  # share by which the focal lengths of one lens setting differ at most
-NEARER = 0.5  # a turned or mirrored picture's middle lies so much nearer to the other camera's than this camera's
+NEARER_SHARE = 0.5  # a turned or mirrored picture's middle lies so much nearer to the other camera's than to its own
 DOUBTFUL_FOCAL = 0.01  # share of f: standard deviations above this are checked by the likelihood itself
-WIDER = 1.25  # times the linear deviation: up to this it stays
+MAX_SD_RATIO = 1.25  # times the linear deviation: up to this it stays
 WIDEST_FOCAL = 0.25  # share of f by which it may be wrong (two sds) before it counts as not decided
 FARTHEST_FOCAL = 8.0  # times f: no farther focal length is tried
 TWO_SDS = 2.0  # root of the rise of the squared errors, in units of the noise
@@ -87,14 +87,14 @@ def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int])
     `corners`: of every view, those of views that were left out too. Views that no camera explains are passed over.
     """
     open_views = np.arange(len(corners.pixels))
-    while len(open_views) > FEWEST:
+    while len(open_views) > MIN_VIEWS:
         some = corners.take(open_views)
         split = _split(some, BundleSolution(solution.camera, solution.poses.take(open_views)), size)
         if split is None:
             return None
         noise = _noise(some, split, 0)
         odd = split.labels == 1
-        if _noise(some, split, 1) <= FITS * noise:
+        if _noise(some, split, 1) <= MAX_NOISE_RATIO * noise:
             return _significant(some, split, solution, open_views)
         open_views = open_views[~odd]
     return None
@@ -109,7 +109,7 @@ def find_two_focal_lengths(corners: Corners, solution: BundleSolution) -> Pictur
     """
     kept = np.flatnonzero(corners.views_used)
     count = len(kept)
-    if count < 2 * FEWEST:
+    if count < 2 * MIN_VIEWS:
         return None
     some = corners.take(kept)
     pooled = bundle_adjustment.refine(some, BundleSolution(solution.camera, solution.poses.take(kept)), PAPER)
@@ -245,8 +245,8 @@ def _mixture(some: Corners, solution: BundleSolution) -> Array | None:
     before = float((costs + _gains(precision, pull, whole)).sum())
     lone = _gains(precision, pull, -np.linalg.solve(precision + prior, pull[..., None])[..., 0], own=True)
     rng = np.random.default_rng(0)
-    begun = [np.arange(len(costs)) == number for number in np.argsort(lone)[: TRIALS // 2]]
-    begun += [rng.random(len(costs)) < 0.5 for _ in range(TRIALS // 2)]
+    begun = [np.arange(len(costs)) == number for number in np.argsort(lone)[: MIXTURE_STARTS // 2]]
+    begun += [rng.random(len(costs)) < 0.5 for _ in range(MIXTURE_STARTS // 2)]
     tried = [_settled(precision, pull, prior, labels) for labels in begun]
     least, labels = min(tried, key=lambda each: each[0])
     after = float(costs.sum()) + least
@@ -256,7 +256,7 @@ def _mixture(some: Corners, solution: BundleSolution) -> Array | None:
 def _settled(precision: Array, pull: Array, prior: Array, odd: Array) -> tuple[float, Array]:
     """Assign views and solve parts in turn → the change of the cost, and (M,) 0 or 1, 1 the smaller part."""
     change = np.zeros((2, len(pull)))
-    for _ in range(TURNS):
+    for _ in range(MAX_ROUNDS):
         if odd.all() or not odd.any():
             return 0.0, np.zeros(len(pull), int)
         steps = [_best_step(precision[part], pull[part], prior) for part in (~odd, odd)]
@@ -291,7 +291,7 @@ def _solved(some: Corners, solution: BundleSolution, labels: Array, size: tuple[
     ]
     best, cause = min(tried, key=lambda each: float(_costs(few, each[0]).sum()))
     camera = best.camera
-    if odd.sum() >= FEWEST:
+    if odd.sum() >= MIN_VIEWS:
         camera = _refined(some, solution, odd)
         cause = _cause(camera, rest.camera, size)
     other = _with_camera(some, rest, camera)
@@ -361,7 +361,7 @@ def _cause(camera: Array, rest: Array, size: tuple[int, int]) -> str:
     away, cause = min(
         (float(np.linalg.norm(middle - camera[2:4])), cause) for _, middle, cause in _turned(rest, size)
     )
-    return cause if away < NEARER * apart else "another camera, or its lens was moved"
+    return cause if away < NEARER_SHARE * apart else "another camera, or its lens was moved"
 
 
 def find_aspect(corners: Corners, solution: BundleSolution) -> Aspect | None:

@@ -9,8 +9,8 @@ import numpy as np
 from core.calibration.board.board import Board
 from core.message import Array
 
-CELLS = (8, 6)  # across, down
-RANGES = (0.7, 0.7, 0.4, 0.5)  # that each measure should span
+GRID_CELLS = (8, 6)  # across, down
+WANTED_RANGES = (0.7, 0.7, 0.4, 0.5)  # that each measure should span
 
 
 class Measures(NamedTuple):
@@ -43,11 +43,11 @@ def bars(seen: list[Measures]) -> Measures:
         return Measures(0.0, 0.0, 0.0, 0.0)
     values = np.array(seen)
     low = values.min(axis=0) * (1, 1, 0, 0)
-    return Measures(*(float(value) for value in np.minimum(1.0, (values.max(axis=0) - low) / RANGES)))
+    return Measures(*(float(value) for value in np.minimum(1.0, (values.max(axis=0) - low) / WANTED_RANGES)))
 
 
 def cells(corners: list[Array], size: tuple[int, int]) -> Array:
     """Corners (N, 2) [pixel] of every view → how many fell into each cell of the picture (6, 8)."""
     pixels = np.concatenate(corners) if corners else np.empty((0, 2))
-    edges = (np.linspace(0, size[1], CELLS[1] + 1), np.linspace(0, size[0], CELLS[0] + 1))
+    edges = (np.linspace(0, size[1], GRID_CELLS[1] + 1), np.linspace(0, size[0], GRID_CELLS[0] + 1))
     return np.histogram2d(pixels[:, 1], pixels[:, 0], bins=edges)[0].astype(int)

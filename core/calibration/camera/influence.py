@@ -15,10 +15,10 @@ from core.message import Array, message
 NAMES = ("f", "fx", "fy", "cx", "cy")
 MEANS = np.array([[0.5, 0.5, 0, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 """NAMES from fx, fy, cx, cy; f is what both axes have in common."""
-FEWEST = 6  # views used, with which the stated standard deviations mean something
-SMALL = 1.0  # standard deviations that are no change
-DECIDES = 3.0  # standard deviations by which one view may not move the answer, nor narrow them
-TINY = 1e-9  # [pixel] no figure is better known
+MIN_VIEWS = 6  # views used, with which the stated standard deviations mean something
+SMALL_CHANGE_SDS = 1.0  # standard deviations that are no change
+DECISIVE_SDS = 3.0  # standard deviations by which one view may not move the answer, nor narrow them
+MIN_SD_PX = 1e-9  # no figure is better known
 MOST_WORK = 400  # views that are solved again in all
 ADVICE = "show more tilted views to decide"
 
@@ -78,25 +78,25 @@ def without_each(
 
 def words_with(values: Array, known: Figures, *, advise: bool) -> str:
     """The change that a left-out view would make, to follow the reason; `advise`: it is unknown which is right."""
-    sds = np.abs(values - known.values) / np.maximum(known.sds, TINY)
+    sds = np.abs(values - known.values) / np.maximum(known.sds, MIN_SD_PX)
     most = _foremost(sds)
-    if sds[most] < SMALL:
+    if sds[most] < SMALL_CHANGE_SDS:
         return f"with it nothing would change: f stays {known.values[0]:.1f} px"
     words = f"with it {NAMES[most]} would be {values[most]:.1f} instead of {known.values[most]:.1f} px"
     words = f"{words}, {sds[most]:.0f} sd"
-    return f"{words}: {ADVICE}" if advise and sds[most] > DECIDES else words
+    return f"{words}: {ADVICE}" if advise and sds[most] > DECISIVE_SDS else words
 
 
 def sway(others: Figures, known: Figures) -> Array:
     """(5,): how much a view decides, by what the `others` give: standard deviations that it moves, or narrows."""
-    return np.maximum(np.abs(others.values - known.values), others.sds) / np.maximum(known.sds, TINY)
+    return np.maximum(np.abs(others.values - known.values), others.sds) / np.maximum(known.sds, MIN_SD_PX)
 
 
 def words_without(others: Figures, known: Figures) -> str:
     """The figure that a used view decides by itself; "" for none."""
     swayed = sway(others, known)
     most = _foremost(swayed)
-    if swayed[most] <= DECIDES:
+    if swayed[most] <= DECISIVE_SDS:
         return ""
     return (
         f"decides {NAMES[most]} by itself: without it {NAMES[most]} would be {others.with_sd(most)} px instead of "

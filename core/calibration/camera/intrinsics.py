@@ -198,7 +198,7 @@ def _with_focal_doubt(
         return covariance, ()
     around = consistency.focal_range(corners, solution, free, sd)
     wide = max(around.high - focal, focal - around.low) / 2
-    if wide > consistency.WIDER * sd:
+    if wide > consistency.MAX_SD_RATIO * sd:
         covariance = covariance * (wide / sd) ** 2
     if 2 * wide < consistency.WIDEST_FOCAL * focal:
         return covariance, ()
@@ -404,7 +404,7 @@ def _verdicts(
 
 def _deciding(views: Sequence[ViewCorners], others: Mapping[int, Figures], known: Figures) -> str:
     """A sentence about the view that decides most, if that is too much; "" where none does."""
-    if len(others) < influence.FEWEST:
+    if len(others) < influence.MIN_VIEWS:
         return ""
     number = max(others, key=lambda each: float(influence.sway(others[each], known).max()))
     words = influence.words_without(others[number], known)

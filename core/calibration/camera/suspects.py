@@ -10,9 +10,9 @@ from core.calibration.camera import bundle_adjustment
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
 from core.message import Array
 
-FITS = 6.0  # a corner within this many typical errors agrees with the camera
-ODD = 6.0  # a whole row or column off by this many standard deviations of its mean is reported
-MOST = 0.8  # share of the corners that has to agree before the rest is called misplaced
+MAX_ERROR_RATIO = 6.0  # a corner within this many typical errors agrees with the camera
+ODD_ROW_SDS = 6.0  # a whole row or column off by this many standard deviations of its mean is reported
+MIN_AGREEING_SHARE = 0.8  # share of the corners that has to agree before the rest is called misplaced
 
 
 def accuse(pixels: Array, number: int, solution: BundleSolution, board: Board, typical: float) -> tuple[str, bool]:
@@ -23,13 +23,13 @@ def accuse(pixels: Array, number: int, solution: BundleSolution, board: Board, t
     lengths = np.linalg.norm(
         bundle_adjustment.errors(_one(board, pixels), BundleSolution(solution.camera, pose))[0], axis=1
     )
-    wrong = lengths > FITS * typical
+    wrong = lengths > MAX_ERROR_RATIO * typical
     spacing = float(np.median(np.linalg.norm(np.diff(pixels.reshape(board.rows, board.columns, 2), axis=1), axis=2)))
     if lengths.max() > spacing / 2:
         for order, words in _orders(board):
-            if _error(pixels[order], board, solution.camera) < FITS * typical:
+            if _error(pixels[order], board, solution.camera) < MAX_ERROR_RATIO * typical:
                 return words, True
-    if wrong.mean() <= 1 - MOST:
+    if wrong.mean() <= 1 - MIN_AGREEING_SHARE:
         worst = int(np.argmax(lengths))
         row, column = divmod(worst, board.columns)
         others = f" and {wrong.sum() - 1} more are off" if wrong.sum() > 1 else " is off"
@@ -47,7 +47,7 @@ def odd_line(errors: Array, typical: float) -> str:
     for axis, word in ((1, "row"), (0, "column")):
         means = np.linalg.norm(errors.mean(axis=axis), axis=1)
         worst = int(np.argmax(means))
-        if means[worst] * np.sqrt(errors.shape[axis]) > ODD * max(spread, 0.01):
+        if means[worst] * np.sqrt(errors.shape[axis]) > ODD_ROW_SDS * max(spread, 0.01):
             return f"used, but its {word} {worst + 1} of corners is off by {means[worst]:.2f} px as a whole"
     return ""
 

@@ -14,7 +14,7 @@ from core.calibration.projection import PARAMETERS, Poses, linearise, vector_of
 from core.message import Array, message
 from core.optics import CameraModel
 
-COLUMNS, ROWS = 15, 11  # of the map
+MAP_COLUMNS, MAP_ROWS = 15, 11  # of the map
 AHEAD = Poses(np.eye(3)[None], np.zeros((1, 3)))
 
 
@@ -63,7 +63,7 @@ def map_of(grid: Sensitivity, covariance: Array) -> UncertaintyMap:
     known = np.isfinite(spread).all(axis=(1, 2))
     sd = np.full(len(spread), np.nan)
     sd[known] = np.sqrt(np.maximum(np.linalg.eigvalsh(spread[known])[:, -1], 0.0))
-    return UncertaintyMap(pixels=grid.pixels.reshape(ROWS, COLUMNS, 2), sd=sd.reshape(ROWS, COLUMNS))
+    return UncertaintyMap(pixels=grid.pixels.reshape(MAP_ROWS, MAP_COLUMNS, 2), sd=sd.reshape(MAP_ROWS, MAP_COLUMNS))
 
 
 def sensitivity(model: CameraModel, free: tuple[int, ...], around: Array | None = None) -> Sensitivity:
@@ -88,17 +88,19 @@ def difference(one: CameraModel, other: CameraModel) -> Array:
     The cameras may be turned against each other as a whole; NaN where either reaches no ray. For comparing a new
     calibration with the one in use.
     """
-    rays = [np.column_stack((_ideal(model, map_pixels(one)), np.ones(ROWS * COLUMNS))) for model in (one, other)]
+    rays = [
+        np.column_stack((_ideal(model, map_pixels(one)), np.ones(MAP_ROWS * MAP_COLUMNS))) for model in (one, other)
+    ]
     known = np.isfinite(rays[0]).all(axis=1) & np.isfinite(rays[1]).all(axis=1)
     units = [each[known] / np.linalg.norm(each[known], axis=1, keepdims=True) for each in rays]
     turned = Rotation.align_vectors(units[0], units[1])[0].inv().apply(rays[0])
     placed = other.distort(turned[:, :2] / turned[:, 2:]) * (other.fx, other.fy) + (other.cx, other.cy)
-    return np.linalg.norm(placed - map_pixels(one), axis=1).reshape(ROWS, COLUMNS)
+    return np.linalg.norm(placed - map_pixels(one), axis=1).reshape(MAP_ROWS, MAP_COLUMNS)
 
 
 def map_pixels(model: CameraModel) -> Array:
     """The map's pixels (G, 2), row by row, from rim to rim."""
-    u, v = np.linspace(0, model.width - 1, COLUMNS), np.linspace(0, model.height - 1, ROWS)
+    u, v = np.linspace(0, model.width - 1, MAP_COLUMNS), np.linspace(0, model.height - 1, MAP_ROWS)
     return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
 
 

@@ -44,7 +44,8 @@ DISTORTIONS = (
     "dist_coeffs",
 )
 SIZES = ("image_size", "resolution", "img_size", "imageSize")
-SMALLER, SAME_SHARE = 1.6, 1.25  # the picture's middle over the principal point: alike across and down, it is binning
+MIN_SHRINK_RATIO = 1.6  # the picture's middle over the principal point, from which a picture was shrunk …
+MAX_ASPECT_RATIO = 1.25  # … by binning, where it is alike across and down
 
 
 class CameraEntry(TypedDict):
@@ -313,7 +314,7 @@ def _model(size: Any, matrix: Any, distortion: Any, kind: str) -> CameraModel:
     if not (fx > 0 and fy > 0 and 0 < cx < width and 0 < cy < height):
         raise BadInput("focal lengths must be positive and the principal point must lie in the picture")
     smaller = (width / (2 * cx), height / (2 * cy))
-    if min(smaller) > SMALLER and max(smaller) < SAME_SHARE * min(smaller):
+    if min(smaller) > MIN_SHRINK_RATIO and max(smaller) < MAX_ASPECT_RATIO * min(smaller):
         times = f"{sum(smaller) / 2:.1f}"
         raise refusal("camera.binned", width=int(width), height=int(height), times=times)
     model = CameraModel(

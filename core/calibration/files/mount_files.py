@@ -15,7 +15,7 @@ from core.geometry import Transform
 from core.message import Array
 
 LASER, CAMERA = "laser", "camera_optical_frame"
-FARTHEST = 5.0  # [m] between camera and laser on one robot
+MAX_MOUNT_DISTANCE_M = 5.0  # between camera and laser on one robot
 FORWARD, BACK = "P_laser = R P_camera + t", "P_camera = R P_laser + t"
 
 Rows = list[list[float]]
@@ -104,6 +104,8 @@ def rigid(rows: Any) -> Transform:
     turn = whole[:3, :3]
     if not np.allclose(turn @ turn.T, np.eye(3), atol=1e-6) or np.linalg.det(turn) < 0:
         raise BadInput("The mount's rotation is not a rotation.")
-    if np.abs(whole[:3, 3]).max() > FARTHEST:
-        raise BadInput(f"The mount puts the camera more than {FARTHEST:g} m from the laser; is it in metres?")
+    if np.abs(whole[:3, 3]).max() > MAX_MOUNT_DISTANCE_M:
+        raise BadInput(
+            f"The mount puts the camera more than {MAX_MOUNT_DISTANCE_M:g} m from the laser; is it in metres?"
+        )
     return Transform(rotation=turn, translation=whole[:3, 3])

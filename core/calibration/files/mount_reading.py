@@ -18,7 +18,7 @@ from core.geometry import Transform
 PUBLISHER = "static_transform_publisher"
 LASERS, CAMERAS = ("laser", "lidar", "scan"), ("cam", "optical")  # parts of the frames' names
 PAIRS = ((FORWARD, BACK), ("laser_from_camera", "camera_from_laser"))
-AGREE = 1e-6  # [rad, m] within which both directions of one file have to agree
+AGREEMENT_TOLERANCE = 1e-6  # [rad, m] within which both directions of one file have to agree
 
 
 def holds_mount(text: str) -> bool:
@@ -48,7 +48,7 @@ def mount_from_json(document: dict[str, Any]) -> Transform:
     for forward, back in PAIRS:
         ways = [rigid(entry[forward])] if forward in entry else []
         ways += [rigid(entry[back]).inverse()] if back in entry else []
-        if len(ways) == 2 and not np.allclose(matrix(ways[0]), matrix(ways[1]), atol=AGREE):
+        if len(ways) == 2 and not np.allclose(matrix(ways[0]), matrix(ways[1]), atol=AGREEMENT_TOLERANCE):
             raise BadInput(f"'{forward}' and '{back}' contradict each other: one has to be the inverse of the other.")
         if ways:
             return ways[0]

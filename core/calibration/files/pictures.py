@@ -19,8 +19,8 @@ MOST_BYTES = 40 * 2**20
 MOST_PIXELS = 2**25
 MOST_OF_A_PHOTOGRAPH = 2**26  # pixels: telephones take 50 million
 LEAST_SIDE = 64  # [pixel]
-TAIL = 4096  # bytes after the end mark that cameras and editors are known to add
-SCAN = 0xDA  # marker of a JPEG, after which its pixels begin: no end mark is among them
+MAX_TAIL_BYTES = 4096  # bytes after the end mark that cameras and editors are known to add
+SCAN_MARKER = 0xDA  # marker of a JPEG, after which its pixels begin: no end mark is among them
 
 
 class Header(NamedTuple):
@@ -124,7 +124,7 @@ def look(content: bytes) -> Header | None:
             return _jpeg(content)
         if content.startswith(b"\x89PNG\r\n\x1a\n") and content[12:16] == b"IHDR":
             width, height = struct.unpack(">II", content[16:24])
-            return Header(width, height, b"IEND" in content[-TAIL:], turned=False)
+            return Header(width, height, b"IEND" in content[-MAX_TAIL_BYTES:], turned=False)
         if content.startswith(b"BM"):
             size, width, height = *struct.unpack("<I", content[2:6]), *struct.unpack("<ii", content[18:26])
             return Header(abs(width), abs(height), len(content) >= size, turned=False)
@@ -147,7 +147,7 @@ def _jpeg(content: bytes) -> Header | None:
         if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
             height, width = struct.unpack(">HH", segment[1:5])
             size = width, height
-        if marker == SCAN and size is not None:
+        if marker == SCAN_MARKER and size is not None:
             return Header(*size, content.find(b"\xff\xd9", at) >= 0, turned)
     return None if size is None else Header(*size, complete=False, turned=turned)
 

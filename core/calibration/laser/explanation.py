@@ -8,14 +8,14 @@ import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.laser.solve import LaserCalibration
-from core.calibration.mount import FEW, Extrinsics
+from core.calibration.mount import FEW_POSES, Extrinsics
 from core.calibration.projection import Poses, cross_matrices, linearise, vector_of
 from core.message import Array
 from core.optics import CameraModel
 
-DISTANCES = (0.5, 1.0, 3.0)  # [m]
-DISAGREE = 4.0  # misfit above which the sensors contradict each other by more than twice their noise
-SURE, CLEAR = 3.0, 0.01  # the laser contradicts the ruler by so many sds and by so large a share
+LANDING_DISTANCES_M = (0.5, 1.0, 3.0)
+MAX_MISFIT = 4.0  # misfit above which the sensors contradict each other by more than twice their noise
+SURE_SDS, CLEAR_SHARE = 3.0, 0.01  # the laser contradicts the ruler by so many sds and by so large a share
 
 TILT = "tilt the board forward and back by 20 to 50 degrees, and towards its corners"
 ADVICE = {
@@ -48,7 +48,7 @@ def landings(found: Extrinsics, model: CameraModel) -> tuple[LaserOffset, ...]:
     """The mount → how exactly laser points at 0.5, 1 and 3 m, where the camera looks, are placed in the picture."""
     sight = found.transform.rotation[:, 2] * (1.0, 1.0, 0.0)
     ahead = sight / np.linalg.norm(sight) if np.linalg.norm(sight) > 0.1 else np.array([1.0, 0.0, 0.0])
-    return tuple(_landing(found, model, ahead * distance) for distance in DISTANCES)
+    return tuple(_landing(found, model, ahead * distance) for distance in LANDING_DISTANCES_M)
 
 
 def laser_offset_words(offsets: tuple[LaserOffset, ...]) -> str:
@@ -72,12 +72,12 @@ def warnings(calibration: LaserCalibration, board: Board) -> tuple[str, ...]:
     sentences = [calibration.doubt] if calibration.doubt else []
     found = calibration.extrinsics
     used = int(np.count_nonzero(calibration.used))
-    if used < FEW:
+    if used < FEW_POSES:
         sentences.append(f"Only {used} poses were used; the stated uncertainty is doubled. Show 10 or more.")
     doubted = square_doubt(calibration, board)
     if doubted:
         sentences.append(doubted)
-    if found.misfit > DISAGREE:
+    if found.misfit > MAX_MISFIT:
         sentences.append(
             f"Camera and laser disagree {np.sqrt(found.misfit):.0f} times more than their noise explains; "
             "check the size of the squares, the flatness of the board, the camera's calibration and the clocks. "
@@ -99,7 +99,7 @@ def square_words(calibration: LaserCalibration) -> str:
 def square_doubt(calibration: LaserCalibration, board: Board) -> str:
     """'' or a sentence where the laser contradicts the entered size of the squares."""
     side, sd = calibration.square
-    if abs(side - board.square) < max(SURE * sd, CLEAR * board.square):
+    if abs(side - board.square) < max(SURE_SDS * sd, CLEAR_SHARE * board.square):
         return ""
     entered = f"{board.square * 1e3:.1f} mm"
     return f"{square_words(calibration)}, not {entered}. Measure five squares with a ruler."

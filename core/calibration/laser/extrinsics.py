@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from core.calibration.laser.plane_pairs import (
-    UNKNOWNS,
+    UNKNOWNS_COUNT,
     Guess,
     Pair,
     StackedPairs,
@@ -33,9 +33,9 @@ from core.geometry import Transform
 from core.message import Array
 
 ANOTHER = np.deg2rad(45)  # [rad]: a mount turned by more than this is another one, not a better estimate of this one
-DOUBT = 1000.0  # misfit assumed at first: the mount is believed until the data have shown how well they agree …
-ROUNDS = 5  # … which takes so many turns
-HALF = 0.5  # gain below which a direction is not counted as fitted
+FIRST_MISFIT = 1000.0  # at first: the mount is believed until the data have shown how well they agree …
+MISFIT_ROUNDS = 5  # … which takes so many turns
+FITTED_GAIN = 0.5  # gain below which a direction is not counted as fitted
 LEAST_LEFT = 4  # poses that stay when others are left out
 
 
@@ -166,8 +166,8 @@ def _search(problem: ExtrinsicsProblem) -> Transform:
 
 def _believing(problem: ExtrinsicsProblem, guess: Guess) -> tuple[Guess, float]:
     """Solve with the mount as a witness that is believed until the data have shown how well they agree."""
-    misfit = DOUBT
-    for _ in range(ROUNDS):
+    misfit = FIRST_MISFIT
+    for _ in range(MISFIT_ROUNDS):
         guess = _settle(problem, guess, soft=problem.settings.soft, misfit=misfit, rounds=1).guess
         misfit = _typical(chi_squares(problem.seen(), guess))
     return guess, misfit
@@ -181,11 +181,11 @@ def _without_outliers(problem: ExtrinsicsProblem, guess: Guess) -> tuple[Minimum
         if worst is None:
             break
         problem.used[worst] = False
-    misfit = max(misfit, DOUBT / 10)
-    for _ in range(ROUNDS):
+    misfit = max(misfit, FIRST_MISFIT / 10)
+    for _ in range(MISFIT_ROUNDS):
         answer = _settle(problem, guess, misfit=misfit, rounds=1)
         guess = answer.guess
-        misfit = _misfit(problem, guess, int(np.count_nonzero(_gain(problem, answer.information) < HALF)))
+        misfit = _misfit(problem, guess, int(np.count_nonzero(_gain(problem, answer.information) < FITTED_GAIN)))
     return _settle(problem, guess, misfit=misfit, rounds=1), misfit
 
 
@@ -221,7 +221,7 @@ def _from_mount(mount: Mount, guess: Guess) -> tuple[Array, Array]:
     """Distance from the nominal mount in its standard deviations (6,) and the derivative (6, 8)."""
     turned = Rotation.from_matrix(guess.rotation @ mount.nominal.rotation.T).as_rotvec()
     away = np.concatenate((turned, guess.translation - mount.nominal.translation))
-    slope = np.zeros((6, UNKNOWNS))
+    slope = np.zeros((6, UNKNOWNS_COUNT))
     cross = cross_matrices(turned)
     slope[:3, :3] = np.eye(3) - cross / 2 + cross @ cross / 12
     slope[3:, 3:6] = np.eye(3)

@@ -19,10 +19,10 @@ from core.geometry import Transform
 from core.message import Array
 from core.optics import CameraModel
 
-CANDIDATES = 150
-SEED = 5
+CANDIDATE_POSES = 150
+FIRST_SEED = 5
 LEAST_BEAMS = 15  # that have to meet the panel
-NOISE = 0.2  # [pixel] of a corner
+CORNER_SD_PX = 0.2  # of a corner
 HOLDING = BoardPlacement(nearest=0.35, farthest=1.2, least_tilt=0.0, most_tilt=np.deg2rad(55))
 
 
@@ -51,7 +51,7 @@ def advise_pose(
     else:
         guess, known = so_far.guess, np.linalg.inv(so_far.covariance)
     holding = dataclasses.replace(HOLDING, upright="height" in mount.from_ruler)
-    poses = held(np.random.default_rng(SEED + asked), CANDIDATES, model, board, holding)
+    poses = held(np.random.default_rng(FIRST_SEED + asked), CANDIDATE_POSES, model, board, holding)
     poses = poses.take(clear(model, poses, board, GuidanceSettings.spacing))
     best, best_left = None, np.inf
     for number, gain in enumerate(_information_of_each(poses, board, model, rays, range_sd, guess, fresh)):
@@ -94,7 +94,7 @@ def _information_of_each(
     """Information (6, 6) that each pose gives about the mount; None where it is not fresh or the laser misses it."""
     mount = Transform(rotation=guess.rotation, translation=guess.translation)
     by_pose = linearise(vector_of(model), poses, board.points).by_pose
-    covariances = NOISE**2 * np.linalg.inv(np.swapaxes(by_pose, 1, 2) @ by_pose)
+    covariances = CORNER_SD_PX**2 * np.linalg.inv(np.swapaxes(by_pose, 1, 2) @ by_pose)
     for number, covariance in enumerate(covariances):
         pose = poses.take(slice(number, number + 1))
         laser_from_board = mount @ Transform(rotation=pose.rotations[0], translation=pose.translations[0])

@@ -12,8 +12,8 @@ from core.perception.landmarks.edge_pairs import WINDOW
 SHIFT_SD = 0.01  # [m] how far a mount is thought to move sideways before anything is seen
 TURN_SD = math.radians(4)  # [rad]
 BIAS = math.radians(0.12)  # [rad] sd by which one corner and its edge may disagree for good: frames, rounded walls
-ROUNDS = 25
-STILL = 1e-5  # [rad] a round that changes less is the last one
+MAX_ROUNDS = 25
+CONVERGED_STEP_RAD = 1e-5  # a round that changes less is the last one
 BIN = math.radians(0.25)
 
 
@@ -95,7 +95,7 @@ def _climb(pairs: Gathered, rows: Array, answer: Array) -> tuple[Array, Array, f
     share, chance = 0.5, 1 / (2 * WINDOW)
     belongs = np.zeros(len(rows))
     likelihood = -math.inf
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         rest = -pairs.off - rows @ answer
         true = share * np.exp(-0.5 * (rest / pairs.sd) ** 2) / (math.sqrt(2 * math.pi) * pairs.sd)
         both = true + (1 - share) * chance
@@ -105,6 +105,6 @@ def _climb(pairs: Gathered, rows: Array, answer: Array) -> tuple[Array, Array, f
         weights = pairs.weight * belongs / pairs.sd**2
         before = answer
         answer = np.linalg.solve((rows.T * weights) @ rows + prior, (rows.T * weights) @ -pairs.off)
-        if abs(answer[0] - before[0]) < STILL:
+        if abs(answer[0] - before[0]) < CONVERGED_STEP_RAD:
             break
     return answer, belongs, likelihood

@@ -16,8 +16,8 @@ from core.calibration.laser.range_lines import RangeFit
 from core.calibration.projection import cross_matrices, exponential
 from core.message import Array, message
 
-NEAREST = 0.02  # [m]: planes nearer to the laser than this, or behind it, are taken as this near
-UNKNOWNS = 8  # turn (3), shift (3), range offset, board scale
+MIN_PLANE_DISTANCE_M = 0.02  # planes nearer to the laser than this, or behind it, are taken as this near
+UNKNOWNS_COUNT = 8  # turn (3), shift (3), range offset, board scale
 
 
 @message
@@ -123,7 +123,7 @@ def residuals_of(seen: StackedPairs, weights: Whitening) -> Callable[[Guess], tu
         off, off_slope = points_off(seen, guess)
         return (
             np.concatenate(((weights[0] @ error[:, :, None]).ravel(), weights[1] * off)),
-            np.concatenate(((weights[0] @ slope).reshape(-1, UNKNOWNS), weights[1][:, None] * off_slope)),
+            np.concatenate(((weights[0] @ slope).reshape(-1, UNKNOWNS_COUNT), weights[1][:, None] * off_slope)),
         )
 
     return model
@@ -134,7 +134,7 @@ def predict(planes: Planes, guess: Guess) -> tuple[Array, Array]:
     normals, nearness = _carried(planes, guess)
     near = nearness[:, None, None]
     predicted = normals / nearness[:, None]
-    slope = np.zeros((len(normals), 3, UNKNOWNS))
+    slope = np.zeros((len(normals), 3, UNKNOWNS_COUNT))
     turned = np.cross(normals, guess.translation)
     slope[:, :, :3] = (-cross_matrices(normals) - predicted[:, :, None] * turned[:, None]) / near
     slope[:, :, 3:6] = -predicted[:, :, None] * normals[:, None] / near
@@ -170,7 +170,7 @@ def chi_squares(seen: StackedPairs, guess: Guess) -> Array:
 
 def behind(seen: StackedPairs, guess: Guess) -> int:
     """Count the planes that this guess puts behind the laser."""
-    return int(np.count_nonzero(_nearness(seen.planes, guess)[1] <= NEAREST))
+    return int(np.count_nonzero(_nearness(seen.planes, guess)[1] <= MIN_PLANE_DISTANCE_M))
 
 
 def planes_of(planes: Sequence[Plane]) -> Planes:
@@ -207,14 +207,14 @@ def _nearness(planes: Planes, guess: Guess) -> tuple[Array, Array]:
 def _carried(planes: Planes, guess: Guess) -> tuple[Array, Array]:
     """Planes in the laser frame: normals (M, 3) and distances (M,), kept positive."""
     normals, nearness = _nearness(planes, guess)
-    return normals, np.maximum(nearness, NEAREST)
+    return normals, np.maximum(nearness, MIN_PLANE_DISTANCE_M)
 
 
 def points_off(seen: StackedPairs, guess: Guess) -> tuple[Array, Array]:
     """Distances of the points from their planes (K,) [m] (eq. 13), and the derivative (K, 8)."""
     normals, nearness = _nearness(seen.point_planes, guess)
     off = np.sum(normals * seen.points, axis=1) - nearness
-    slope = np.zeros((len(normals), UNKNOWNS))
+    slope = np.zeros((len(normals), UNKNOWNS_COUNT))
     slope[:, :3] = np.cross(normals, seen.points - guess.translation)
     slope[:, 3:6] = -normals
     slope[:, 7] = -seen.point_planes.distances

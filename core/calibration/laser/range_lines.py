@@ -11,9 +11,9 @@ import numpy as np
 from core.errors import BadInput
 from core.message import Array, message
 
-STEPS = 10
-OFFSET = 1e-3  # [m] for the derivative by the range offset
-SPREAD = 1e-3  # singular values of the beams below this share of the largest carry no information
+MAX_STEPS = 10
+OFFSET_STEP_M = 1e-3  # for the derivative by the range offset
+MIN_SINGULAR_SHARE = 1e-3  # singular values of the beams below this share of the largest carry no information
 
 
 @message
@@ -41,11 +41,11 @@ def fit_ranges(rays: Array, ranges: Array, sd: float) -> RangeFit:
     if len(ranges) == 0 or np.any(ranges <= 0):
         raise BadInput("A line needs beams with positive ranges.")
     _, spread, directions = np.linalg.svd(rays, full_matrices=False)
-    basis = directions[spread > SPREAD * spread[0]].T
+    basis = directions[spread > MIN_SINGULAR_SHARE * spread[0]].T
     inside = rays @ basis
     line = _fit(inside, ranges)
     slope = -inside / ((inside @ line) ** 2)[:, None]
-    shifted = (_fit(inside, ranges - OFFSET) - _fit(inside, ranges + OFFSET)) / (2 * OFFSET)
+    shifted = (_fit(inside, ranges - OFFSET_STEP_M) - _fit(inside, ranges + OFFSET_STEP_M)) / (2 * OFFSET_STEP_M)
     return RangeFit(
         q=basis @ line,
         basis=basis,
@@ -59,7 +59,7 @@ def _fit(inside: Array, ranges: Array) -> Array:
     """Rays in the basis (N, k), ranges (N,) [m] → q in the basis (k,)."""
     weight = ranges**2
     q = np.linalg.lstsq(inside * weight[:, None], weight / ranges, rcond=None)[0]
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         inverse = inside @ q
         if np.any(inverse <= 0):
             break

@@ -27,7 +27,7 @@ from core.sensors.laser import Scan
 
 Kind = Literal["background", "nothing", "refused", "moving", "gathering", "same", "counted"]
 
-CLEARLY = 1.5  # times as new as a pose has to be are the poses that are advised: hands miss
+ADVISED_NEWNESS = 1.5  # times as new as a pose has to be are the poses that are advised: hands miss
 RANGE_SD = 0.007  # [m] of an averaged range, until it has been measured
 
 
@@ -213,7 +213,7 @@ class LaserSession:
             sd,
             self.mount,
             taken if found is None else found,
-            fresh=lambda plane: not self._same(plane, CLEARLY),
+            fresh=lambda plane: not self._same(plane, ADVISED_NEWNESS),
             asked=self._asked,
         )
 

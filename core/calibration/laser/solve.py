@@ -28,7 +28,7 @@ from core.message import Array, message
 
 FIRST_TURN, FIRST_SHIFT = np.deg2rad(8), 0.15  # [rad], [m]: how far a mount may be off its nominal value at first
 HELD_TURN, HELD_SHIFT = np.deg2rad(0.5), 0.005  # [rad], [m]: what is left open, while the squares are checked
-SURE = 25.0  # chi-square (2 dof) up to which a line may belong to the board as the nominal mount predicts it
+LINE_CHI2 = 25.0  # chi-square (2 dof) up to which a line may belong to the board as the nominal mount predicts it
 RANGE_FLOOR = 0.002  # [m]: no averaged range is believed better than this
 
 
@@ -138,7 +138,7 @@ def nearest_line(pose: LaserPose, lines: Sequence[BeamRun], mount: Mount) -> Bea
     doubt = np.diag([FIRST_TURN**2] * 3 + [FIRST_SHIFT**2] * 3)
     chi2 = disagreement(pairs, nominal, doubt)
     best = int(np.argmin(chi2))
-    return lines[best] if chi2[best] < SURE else None
+    return lines[best] if chi2[best] < LINE_CHI2 else None
 
 
 def range_residuals(pose: LaserPose, beams: Array, guess: Guess) -> Array:

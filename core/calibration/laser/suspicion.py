@@ -14,7 +14,7 @@ import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.laser.board_line import BeamRun, MeanScan
-from core.calibration.laser.explanation import DISAGREE
+from core.calibration.laser.explanation import MAX_MISFIT
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.solve import (
     LaserCalibration,
@@ -29,9 +29,9 @@ from core.errors import BadInput
 from core.message import Array
 from core.sensors.checks import UnusableReading, refusal
 
-ENOUGH = 0.6  # of the poses that show the board to the laser, and …
+ENOUGH_POSES_SHARE = 0.6  # of the poses that show the board to the laser, and …
 ODD_MISFIT = 300.0  # … this misfit: beyond either the scans are suspected
-BETTER = 10.0  # a cause has so much less misfit …
+MISFIT_GAIN = 10.0  # a cause has so much less misfit …
 LEAST_FIT = 100.0  # … and less than this, where there is no solution to compare it with
 FULL_TRIALS = 6  # rivals that are solved in full, those that show most boards first, until one fits
 AT_BOARD = 0.4  # share of the board's distance by which the nearest range may differ, in a unit worth trying
@@ -78,7 +78,7 @@ def doubt_of(
 
 def is_suspicious(found: LaserCalibration | None, count: int) -> bool:
     """Return whether a solution of `count` poses, or that there is none, asks for another explanation."""
-    return found is None or found.extrinsics.misfit > ODD_MISFIT or int(found.used.sum()) < ENOUGH * count
+    return found is None or found.extrinsics.misfit > ODD_MISFIT or int(found.used.sum()) < ENOUGH_POSES_SHARE * count
 
 
 def find_cause(
@@ -92,8 +92,8 @@ def find_cause(
 ) -> tuple[Rival, int] | None:
     """Find the rival that explains far more poses, far better, and the number of poses that it explains."""
     mount = mount or Mount()
-    least = max(3, ENOUGH * len(poses), 0 if found is None else int(found.used.sum()))
-    limit = LEAST_FIT if found is None else found.extrinsics.misfit / BETTER
+    least = max(3, ENOUGH_POSES_SHARE * len(poses), 0 if found is None else int(found.used.sum()))
+    limit = LEAST_FIT if found is None else found.extrinsics.misfit / MISFIT_GAIN
     boards: list[tuple[int, Rival]] = []
     for unit, factor in (("", 1.0), *UNITS):
         if _may_be_metres(poses, factor):
@@ -111,7 +111,7 @@ def find_cause(
         misfit, seen = other.extrinsics.misfit, int(other.used.sum())
         if seen >= least and misfit < (limit if best is None else best[0]):
             best = misfit, rival, seen
-            if misfit < DISAGREE:
+            if misfit < MAX_MISFIT:
                 break
     return None if best is None else best[1:]
 

@@ -12,7 +12,7 @@ from core.experiments.figures.drawing import render
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SIZE = (1240, 560)  # [px]
+SIZE_PX = (1240, 560)  # [px]
 COLOURS = ("#435567", "#c8671b", "#0b7fb0", "#7a5ea8", "#2f8f5b")
 
 
@@ -36,4 +36,4 @@ def audio_visual_figure(places: Sequence[Any], runs: int) -> bytes:
         axes.legend(ncols=len(names), loc="upper center")
 
     conditions = f"mean of {runs} drives; the line above a bar ends at the worst"
-    return render("svg", SIZE, "What eyes and ears add to the laser", conditions, draw)
+    return render("svg", SIZE_PX, "What eyes and ears add to the laser", conditions, draw)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NO_MATPLOTLIB = f"The figures were not drawn: install the extra figures ({install_extra('figures')})."
-DPI = 100  # [px/inch]: sizes are given in pixels
+PIXELS_PER_INCH = 100  # [px/inch]: sizes are given in pixels
 TEXT, SOFT, LINE = "#13202c", "#435567", "#d8e0e7"
 STYLE: Any = {  # rcParams by their names
     "font.family": ["DejaVu Sans", "sans-serif"],
@@ -28,7 +28,7 @@ STYLE: Any = {  # rcParams by their names
     "xtick.color": SOFT,
     "ytick.color": SOFT,
     "legend.frameon": False,
-    "figure.dpi": DPI,
+    "figure.dpi": PIXELS_PER_INCH,
     "figure.constrained_layout.w_pad": 0.12,  # [inch]
     "figure.constrained_layout.h_pad": 0.08,
     "svg.fonttype": "none",  # words stay words, to be searched and read aloud
@@ -50,7 +50,7 @@ def render(
         raise Unavailable(NO_MATPLOTLIB) from None
     file = io.BytesIO()
     with rc_context(STYLE):
-        figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), layout="constrained")
+        figure = Figure(figsize=(size[0] / PIXELS_PER_INCH, size[1] / PIXELS_PER_INCH), layout="constrained")
         figure.suptitle(title, fontsize=15, fontweight="bold")
         figure.supxlabel(conditions, fontsize=9.5, color=SOFT)
         draw(figure)

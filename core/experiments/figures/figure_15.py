@@ -15,9 +15,9 @@ from core.optics import CameraModel
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SIZE = (1100, 780)  # [px]
-ELEVATION, AZIMUTH = 22.0, -38.0  # [deg] of the onlooker: behind, above and to the right of the camera
-PYRAMID = 0.1  # [m] from the camera to the base of its drawn pyramid
+SIZE_PX = (1100, 780)  # [px]
+ELEVATION_DEG, AZIMUTH_DEG = 22.0, -38.0  # [deg] of the onlooker: behind, above and to the right of the camera
+PYRAMID_M = 0.1  # from the camera to the base of its drawn pyramid
 AXES_LENGTH = 0.16  # [m]
 AXES_COLOURS = {"x": "#c02828", "y": "#288c28", "z": "#2850c8"}
 
@@ -35,9 +35,9 @@ def figure_15(poses: Poses, board: Board, model: CameraModel, conditions: str) -
         axes.set_box_aspect(
             [abs(high - low) for low, high in (axes.get_xlim(), axes.get_ylim(), axes.get_zlim())], zoom=1.15
         )
-        axes.view_init(ELEVATION, AZIMUTH)
+        axes.view_init(ELEVATION_DEG, AZIMUTH_DEG)
 
-    return render("png", SIZE, "Figure 15: the boards in the camera’s frame", conditions, draw)
+    return render("png", SIZE_PX, "Figure 15: the boards in the camera’s frame", conditions, draw)
 
 
 def _draw_boards(axes: Any, outlines: Array) -> None:
@@ -53,8 +53,8 @@ def _draw_boards(axes: Any, outlines: Array) -> None:
 
 def _draw_camera(axes: Any, model: CameraModel) -> None:
     """The camera's view as a pyramid, and its axes."""
-    half = np.array([model.width / model.fx, model.height / model.fy]) / 2 * PYRAMID
-    base = np.array([[x * half[0], y * half[1], PYRAMID] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+    half = np.array([model.width / model.fx, model.height / model.fy]) / 2 * PYRAMID_M
+    base = np.array([[x * half[0], y * half[1], PYRAMID_M] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
     for corner, following in zip(base, np.roll(base, -1, axis=0), strict=True):
         axes.plot(*_plotted(np.stack((np.zeros(3), corner, following))).T, color=TEXT, linewidth=1)
     for axis, (name, colour) in zip(AXES_LENGTH * np.eye(3), AXES_COLOURS.items(), strict=True):

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SIZE = (1240, 1040)  # [px]
-MARGIN = 0.5  # [m] around everything on the map
+SIZE_PX = (1240, 1040)  # [px]
+MAP_MARGIN_M = 0.5  # around everything on the map
 COLOURS = ("#c8671b", "#0b7fb0")  # dead reckoning, EKF-SLAM: as in the 3-D scene, darker for white paper
 START = np.zeros((1, 2))  # [m]: the world begins where the robot woke
-CONFIDENCE = 2.4477  # standard deviations that hold 95 % in the plane
+CONFIDENCE_SDS = 2.4477  # standard deviations that hold 95 % in the plane
 MAX_FAINT_POINTS = 160  # of a faint line
-FAINT = 0.16  # opacity of a run that is not the worst
+FAINT_OPACITY = 0.16  # opacity of a run that is not the worst
 TRUTH_STYLE: dict[str, Any] = {"color": TEXT, "linewidth": 1.6, "linestyle": (0, (6, 4))}
 AVERAGE_STYLE: dict[str, Any] = {"color": TEXT, "linewidth": 2.2}
 PAPER_STYLE: dict[str, Any] = {"color": SOFT, "linewidth": 1.4, "linestyle": (0, (2, 3))}
@@ -56,7 +56,7 @@ def figure_16(panels: list[Panel], room: DriveSurroundings, conditions: str) -> 
             summary = f"average {panel.trace.average:.3f} m, paper {panel.printed:g} m"
             _name(errors, "cd"[column], "Absolute and average error", summary)
 
-    return render("svg", SIZE, "Figure 16: dead reckoning and EKF-SLAM on the paper’s drive", conditions, draw)
+    return render("svg", SIZE_PX, "Figure 16: dead reckoning and EKF-SLAM on the paper’s drive", conditions, draw)
 
 
 def _name(axes: Axes, letter: str, title: str, summary: str) -> None:
@@ -70,7 +70,7 @@ def _draw_paths(axes: Axes, panel: Panel, room: DriveSurroundings, colour: str) 
     for ends in room.walls:
         axes.plot(*ends.T, color=SOFT, linewidth=1.4)
     for _, places in panel.others:
-        axes.plot(*_thinned(places).T, color=colour, linewidth=0.8, alpha=FAINT)
+        axes.plot(*_thinned(places).T, color=colour, linewidth=0.8, alpha=FAINT_OPACITY)
     axes.plot(*room.corners.T, **MARK_STYLE)
     for mark in trace.landmarks:
         _add_ellipse(axes, mark.position, mark.covariance, colour)
@@ -82,7 +82,7 @@ def _draw_paths(axes: Axes, panel: Panel, room: DriveSurroundings, colour: str) 
     axes.plot(pose.x, pose.y, marker="o", color=colour)
     axes.annotate("start", START[0].tolist(), (-8, 8), textcoords="offset points", ha="right", fontweight="bold")
     shown = np.vstack((room.corners, room.walls.reshape(-1, 2), START, trace.truth))
-    low, high = shown.min(axis=0) - MARGIN, shown.max(axis=0) + MARGIN
+    low, high = shown.min(axis=0) - MAP_MARGIN_M, shown.max(axis=0) + MAP_MARGIN_M
     axes.set(xlabel="x [m]", ylabel="y [m]", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.set_aspect("equal", adjustable="box")
 
@@ -91,7 +91,7 @@ def _draw_errors(axes: Axes, panel: Panel, colour: str) -> None:
     """Errors over time."""
     trace = panel.trace
     for errors, _ in panel.others:
-        axes.plot(*_thinned(errors.T).T, color=colour, linewidth=0.8, alpha=FAINT)
+        axes.plot(*_thinned(errors.T).T, color=colour, linewidth=0.8, alpha=FAINT_OPACITY)
     average = np.cumsum(trace.errors) / np.arange(1, len(trace.errors) + 1)
     axes.plot(trace.times, trace.errors, color=colour, linewidth=1.6)
     axes.plot(trace.times, average, **AVERAGE_STYLE)
@@ -107,7 +107,7 @@ def _add_ellipse(axes: Axes, middle: Array, covariance: Array, colour: str) -> N
     from matplotlib.patches import Ellipse
 
     values, vectors = np.linalg.eigh(covariance)
-    width, height = (2 * CONFIDENCE * np.sqrt(np.maximum(values, 0.0))).tolist()
+    width, height = (2 * CONFIDENCE_SDS * np.sqrt(np.maximum(values, 0.0))).tolist()
     angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
     centre = (float(middle[0]), float(middle[1]))
     axes.add_patch(
@@ -128,7 +128,7 @@ def _add_legend(axes: Axes, walls: bool) -> None:
         "worst run: path, error": both(2.2),
         "its average error so far": Line2D([], [], **AVERAGE_STYLE),
         "average error in the paper": Line2D([], [], **PAPER_STYLE),
-        "other runs": both(0.8, 3 * FAINT),
+        "other runs": both(0.8, 3 * FAINT_OPACITY),
         "true corner": Line2D([], [], **MARK_STYLE),
         "95 % confidence region": tuple(Patch(edgecolor=colour, facecolor=f"{colour}20") for colour in COLOURS),
     }

@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CAPTURES, CORNERS = (1000, 760), (1240, 620)  # [px]
-COLUMNS = 5
+PICTURE_COLUMNS = 5
 
 
 def figure_13(pictures: Sequence[Array], conditions: str) -> bytes:
     """Pictures (H, W) uint8 side by side, numbered → a PNG file. Raises Unavailable without matplotlib."""
 
     def draw(figure: Figure) -> None:
-        rows = -(-len(pictures) // COLUMNS)
+        rows = -(-len(pictures) // PICTURE_COLUMNS)
         for number, picture in enumerate(pictures, start=1):
-            axes = figure.add_subplot(rows, COLUMNS, number)
+            axes = figure.add_subplot(rows, PICTURE_COLUMNS, number)
             _show(axes, picture)
             axes.set_title(f"{number}", fontsize=9, pad=3)
             axes.set_axis_off()

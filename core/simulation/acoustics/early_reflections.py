@@ -10,15 +10,19 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from core.message import Array
-from core.simulation.acoustics.shoebox import FINER
+from core.simulation.acoustics.shoebox import STEPS_PER_SAMPLE
 from core.simulation.settings import HardWall
 
-HALF = 8  # samples on either side that count for a value in between; all sound is late by that much
-FARTHEST = 45.0  # [m] that an arrival may have come
-GLASS = 0.95  # of the pressure, that a hard wall sends back
+HALF_SAMPLES = 8  # samples on either side that count for a value in between; all sound is late by that much
+MAX_PATH_M = 45.0  # that an arrival may have come
+HARD_WALL_SHARE = 0.95  # of the pressure, that a hard wall sends back
 IMAGE_BEHIND: dict[HardWall, int] = {"west": 1, "south": 2, "east": 4, "north": 5}  # row of `first_images`
-FILTER = np.sinc(np.arange(-HALF * FINER, HALF * FINER + 1) / FINER) * np.kaiser(2 * HALF * FINER + 1, 7.0)
-PHASES = np.append(FILTER, np.zeros(FINER - 1)).reshape(-1, FINER)[::-1]  # (2 HALF + 1, FINER), the last sample first
+FILTER = np.sinc(
+    np.arange(-HALF_SAMPLES * STEPS_PER_SAMPLE, HALF_SAMPLES * STEPS_PER_SAMPLE + 1) / STEPS_PER_SAMPLE
+) * np.kaiser(2 * HALF_SAMPLES * STEPS_PER_SAMPLE + 1, 7.0)
+PHASES = np.append(FILTER, np.zeros(STEPS_PER_SAMPLE - 1)).reshape(-1, STEPS_PER_SAMPLE)[
+    ::-1
+]  # (2 HALF_SAMPLES + 1, STEPS_PER_SAMPLE), the last sample first
 
 
 class Arrivals:
@@ -26,8 +30,8 @@ class Arrivals:
 
     def __init__(self, rate: int, speed: float) -> None:
         self._per_metre = rate / speed  # samples that sound takes for a metre
-        self._recent = np.zeros(2 * HALF)
-        self._fine = np.zeros(int(FARTHEST * self._per_metre + 2) * FINER)
+        self._recent = np.zeros(2 * HALF_SAMPLES)
+        self._fine = np.zeros(int(MAX_PATH_M * self._per_metre + 2) * STEPS_PER_SAMPLE)
 
     def feed(self, dry: Array, before: Array, now: Array, gains: Array) -> Array:
         """The next sound (N,) of the source → what the ears hear of it, (N, M).
@@ -37,13 +41,13 @@ class Arrivals:
         """
         count = len(dry)
         context = np.concatenate((self._recent, dry))
-        self._recent = context[-2 * HALF :]
+        self._recent = context[-2 * HALF_SAMPLES :]
         finer = (sliding_window_view(context, len(PHASES)) @ PHASES).ravel()
         kept = np.concatenate((self._fine, finer))
-        self._fine = kept[count * FINER :]
+        self._fine = kept[count * STEPS_PER_SAMPLE :]
         share = np.arange(1, count + 1) / count
-        away = np.minimum(before[..., None] + (now - before)[..., None] * share, FARTHEST)  # (K, M, N) [m]
-        place = len(self._fine) + FINER * (np.arange(count) - self._per_metre * away)
+        away = np.minimum(before[..., None] + (now - before)[..., None] * share, MAX_PATH_M)  # (K, M, N) [m]
+        place = len(self._fine) + STEPS_PER_SAMPLE * (np.arange(count) - self._per_metre * away)
         first = place.astype(np.int64)
         part = place - first
         heard = kept[first] * (1 - part) + kept[np.minimum(first + 1, len(kept) - 1)] * part
@@ -65,5 +69,5 @@ def first_images(
         images[4 + axis, axis] = 2 * side - source[axis]
     pressures = np.array([1.0] + 6 * [reflection])
     if hard != "none":
-        pressures[IMAGE_BEHIND[hard]] = GLASS
+        pressures[IMAGE_BEHIND[hard]] = HARD_WALL_SHARE
     return images, pressures

@@ -12,12 +12,12 @@ import cv2
 import numpy as np
 
 from core.message import Array
-from core.simulation.acoustics.early_reflections import HALF
-from core.simulation.acoustics.shoebox import FINER, HIGH_PASS, SPEED_OF_SOUND, ShoeboxRoom
+from core.simulation.acoustics.early_reflections import HALF_SAMPLES
+from core.simulation.acoustics.shoebox import HIGH_PASS, SPEED_OF_SOUND, STEPS_PER_SAMPLE, ShoeboxRoom
 
 AT_ONCE = 6_000  # images of one piece
-DECAY = 0.75  # of the reverberation time that is followed: 45 dB
-WIDEST = 12.0  # [m] from the middle of a room to its farthest corner that is allowed for
+DECAY_SHARE = 0.75  # of the reverberation time that is followed: 45 dB
+MAX_ROOM_RADIUS_M = 12.0  # from the middle of a room to its farthest corner that is allowed for
 IMAGE_JITTER = 0.05  # [m] by which images are moved: real walls are no perfect mirrors, and perfect mirrors ring
 
 
@@ -25,7 +25,7 @@ def echo_length(rt60: float, rate: int) -> int:
     """Samples of the responses of rooms with that reverberation time [s]; 0 without one."""
     if rt60 == 0:
         return 0
-    return cv2.getOptimalDFTSize(int((DECAY * rt60 + WIDEST / SPEED_OF_SOUND) * rate) + 64)
+    return cv2.getOptimalDFTSize(int((DECAY_SHARE * rt60 + MAX_ROOM_RADIUS_M / SPEED_OF_SOUND) * rate) + 64)
 
 
 def echo_in_pieces(
@@ -36,14 +36,14 @@ def echo_in_pieces(
     The same seed moves the same images alike wherever the ears are.
     """
     count, length = len(ears), echo_length(room.rt60, rate)
-    axis = np.zeros(count * length * FINER)
-    starts = np.arange(count) * length * FINER
+    axis = np.zeros(count * length * STEPS_PER_SAMPLE)
+    starts = np.arange(count) * length * STEPS_PER_SAMPLE
     for images, gains in _batches(room, source, np.random.default_rng(seed)):
         away = np.linalg.norm(images[:, None] - ears, axis=2)
-        fine = (away * (rate / room.speed) + HALF) * FINER
+        fine = (away * (rate / room.speed) + HALF_SAMPLES) * STEPS_PER_SAMPLE
         first = fine.astype(np.int64)
         part = fine - first
-        inside = first < length * FINER - 1
+        inside = first < length * STEPS_PER_SAMPLE - 1
         places = (first + starts)[inside]
         pressure = (gains[:, None] / away)[inside]
         axis += np.bincount(
@@ -63,7 +63,7 @@ def echo_in_pieces(
 
 def _batches(room: ShoeboxRoom, source: Array, rng: np.random.Generator) -> Generator[tuple[Array, Array]]:
     """Images (N, 3) [m] with more than one bounce, and their pressures (N,), some thousand at a time."""
-    reach = DECAY * room.rt60 * room.speed
+    reach = DECAY_SHARE * room.rt60 * room.speed
     middle = np.array(room.size) / 2
     along = [_along(source[axis], side, reach) for axis, side in enumerate(room.size)]
     apart = [(places - centre) ** 2 for (places, _), centre in zip(along, middle, strict=True)]

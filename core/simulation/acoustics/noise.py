@@ -10,12 +10,12 @@ from core.message import Array
 from core.simulation.acoustics.early_reflections import Arrivals
 from core.simulation.acoustics.shoebox import SPEED_OF_SOUND
 
-SIZE = 512  # samples of a spectrum of the murmur
+SPECTRUM_SAMPLES = 512  # samples of a spectrum of the murmur
 FLAT_BELOW = 50.0  # [Hz]
-HISS = 0.05  # of a microphone, of the murmur's pressure
+HISS_SHARE = 0.05  # of a microphone, of the murmur's pressure
 MOTORS = np.array([[0.0, 0.045, 0.03], [0.0, -0.045, 0.03]])  # [m] in the robot's frame, left and right
 FULL_SPEED = 0.1  # [m/s] of a wheel at which its motor is at its nominal level
-WHINE = 2600.0  # [Hz per m/s] of the gears' teeth
+WHINE_HZ_PER_M_S = 2600.0  # [Hz per m/s] of the gears' teeth
 OVERTONES = np.array([1.0, 0.5, 0.6, 0.25, 0.3, 0.15])
 
 
@@ -24,28 +24,28 @@ class Murmur:
 
     def __init__(self, rng: np.random.Generator, positions: Array, rate: int, speed: float = SPEED_OF_SOUND) -> None:
         self._rng, self._count = rng, len(positions)
-        frequency = np.fft.rfftfreq(SIZE, 1 / rate)
+        frequency = np.fft.rfftfreq(SPECTRUM_SAMPLES, 1 / rate)
         away = np.linalg.norm(positions[:, None] - positions, axis=2)
         alike = np.sinc(2 * frequency[:, None, None] * away / speed)  # coherence of a diffuse field
         mixing = np.linalg.cholesky(alike + 1e-6 * np.eye(self._count))
         colour = 1 / np.sqrt(np.maximum(frequency, FLAT_BELOW))
         colour[0] = colour[-1] = 0.0
-        power = 4 * float(np.sum(colour**2)) / SIZE**2
+        power = 4 * float(np.sum(colour**2)) / SPECTRUM_SAMPLES**2
         self._mixing = mixing * colour[:, None, None] / math.sqrt(power)
-        self._window = np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE)[:, None]
+        self._window = np.sin(np.pi * (np.arange(SPECTRUM_SAMPLES) + 0.5) / SPECTRUM_SAMPLES)[:, None]
         self._ready = np.zeros((0, self._count))
-        self._open = np.zeros((SIZE // 2, self._count))
+        self._open = np.zeros((SPECTRUM_SAMPLES // 2, self._count))
 
     def take(self, count: int) -> Array:
         """The next (count, M)."""
         while len(self._ready) < count:
-            shape = (SIZE // 2 + 1, self._count, 1)
+            shape = (SPECTRUM_SAMPLES // 2 + 1, self._count, 1)
             drawn = self._rng.normal(size=shape) + 1j * self._rng.normal(size=shape)
-            block = np.fft.irfft((self._mixing @ drawn)[..., 0], SIZE, axis=0) * self._window
-            self._ready = np.concatenate((self._ready, self._open + block[: SIZE // 2]))
-            self._open = block[SIZE // 2 :]
+            block = np.fft.irfft((self._mixing @ drawn)[..., 0], SPECTRUM_SAMPLES, axis=0) * self._window
+            self._ready = np.concatenate((self._ready, self._open + block[: SPECTRUM_SAMPLES // 2]))
+            self._open = block[SPECTRUM_SAMPLES // 2 :]
         murmur, self._ready = self._ready[:count], self._ready[count:]
-        return murmur + HISS * self._rng.normal(size=murmur.shape)
+        return murmur + HISS_SHARE * self._rng.normal(size=murmur.shape)
 
 
 class Motors:
@@ -72,7 +72,7 @@ class Motors:
     def _motor(self, number: int, speed: float, count: int) -> Array:
         """One motor's own sound (count,): whine of the gears and rush, both as loud as it is fast."""
         speeds = np.linspace(self._speeds[number], speed, count)
-        phase = self._phases[number] + 2 * math.pi * WHINE / self._rate * np.cumsum(speeds)
+        phase = self._phases[number] + 2 * math.pi * WHINE_HZ_PER_M_S / self._rate * np.cumsum(speeds)
         self._speeds[number], self._phases[number] = speed, float(phase[-1] % (2 * math.pi))
         whine = OVERTONES @ np.sin(np.arange(1, len(OVERTONES) + 1)[:, None] * phase)
         rush = self._rng.normal(size=count)

@@ -15,7 +15,7 @@ from core.errors import BadInput
 from core.message import Array
 
 SPEED_OF_SOUND = 343.0  # [m/s] at 20 °C
-FINER = 16  # steps of the time axis per sample while images are placed
+STEPS_PER_SAMPLE = 16  # steps of the time axis per sample while images are placed
 HIGH_PASS = 60.0  # [Hz]: below, the images' equal signs add up to a pressure that no room holds
 MOST_IMAGES = 3_000_000
 
@@ -97,12 +97,12 @@ def _images(room: ShoeboxRoom, source: Array, centre: Array) -> tuple[Array, Arr
 
 def _placed(delays: Array, gains: Array, length: int, rate: int) -> Array:
     """Arrivals at `delays` (N,) [samples] with `gains` (N,) → band-limited response (length,)."""
-    fine = delays * FINER
+    fine = delays * STEPS_PER_SAMPLE
     first = fine.astype(int)
     part = fine - first
-    inside = first < length * FINER - 1
-    axis = np.bincount(first[inside], (gains * (1 - part))[inside], length * FINER)
-    axis += np.bincount(first[inside] + 1, (gains * part)[inside], length * FINER)
+    inside = first < length * STEPS_PER_SAMPLE - 1
+    axis = np.bincount(first[inside], (gains * (1 - part))[inside], length * STEPS_PER_SAMPLE)
+    axis += np.bincount(first[inside] + 1, (gains * part)[inside], length * STEPS_PER_SAMPLE)
     spectrum = np.fft.rfft(axis)[: length // 2 + 1]
     ratio = np.fft.rfftfreq(length, 1 / rate) / HIGH_PASS
     return np.fft.irfft(spectrum * ratio**2 / (1 + ratio**2), length)

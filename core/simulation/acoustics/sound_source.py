@@ -13,7 +13,7 @@ from core.simulation.acoustics.late_reverberation import Convolver, echo_in_piec
 from core.simulation.settings import HardWall
 from core.simulation.world import World
 
-MOVED = 0.05  # [m] by which an ear has moved when the echo is computed again
+MOVED_M = 0.05  # by which an ear has moved when the echo is computed again
 BEHIND_A_WALL = 0.1  # of the pressure that comes straight or by one bounce when a wall stands between
 
 
@@ -63,7 +63,7 @@ class SoundSource:
             images, self._gains = first_images(room.size, mouth, room.reflection, self._hard)
             self._images = images + self._box.corner
             self._before = self._worked_at = self._work = None
-        moved = self._worked_at is None or float(np.abs(ears - self._worked_at).max()) > MOVED
+        moved = self._worked_at is None or float(np.abs(ears - self._worked_at).max()) > MOVED_M
         if self._work is None and moved:
             self._muffled = 1.0 if in_sight(world, ears.mean(0), self.mouth) else BEHIND_A_WALL
             self._worked_at = ears

@@ -17,16 +17,16 @@ from core.sensors import Camera
 from core.simulation.actors.requests import BOARD, HOLDER
 from core.simulation.world import SIZES, HeldBoard, Thing, World
 
-LARGEST = 2.0  # [m] side of a panel
-SLOWEST = 10.0  # [s] of a motion
-SKEW = 1e-3  # by which a rotation's columns may fail to be orthonormal
-LOWEST = 0.005  # [m] above the floor
-SPOTS = 7  # points along each side of the panel that must be in free air
-BODY = 0.25  # [m] height of what the board must not touch of the robot
-GAP = 0.01  # [m] between robot and board
-NEAREST = 0.12  # [m] between the camera and the panel
-ARM = (0.22, 0.32, 0.45)  # [m] from the farthest part of the board to the holder
-ASIDE = (0.2, -0.2, 0.0, 0.4, -0.4)  # [m] the holder stands to the left of the board's middle
+MAX_PANEL_M = 2.0  # side of a panel
+MAX_MOTION_S = 10.0  # of a motion
+MAX_SKEW = 1e-3  # by which a rotation's columns may fail to be orthonormal
+MIN_HEIGHT_M = 0.005  # above the floor
+SPOTS_PER_SIDE = 7  # points along each side of the panel that must be in free air
+BODY_HEIGHT_M = 0.25  # height of what the board must not touch of the robot
+ROBOT_GAP_M = 0.01  # between robot and board
+MIN_CAMERA_GAP_M = 0.12  # between the camera and the panel
+ARM_LENGTHS_M = (0.22, 0.32, 0.45)  # from the farthest part of the board to the holder
+ASIDE_OFFSETS_M = (0.2, -0.2, 0.0, 0.4, -0.4)  # the holder stands to the left of the board's middle
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,8 @@ def holding_asked_for(
 def seconds_asked_for(request: PlaceBoard) -> float:
     """Return the duration of the way to the new place [s]. Raises BadInput for anything but such a time."""
     seconds = finite(request.seconds, "seconds")
-    if not 0 <= seconds <= SLOWEST:
-        raise BadInput(f"seconds must lie between 0 and {SLOWEST:g}.")
+    if not 0 <= seconds <= MAX_MOTION_S:
+        raise BadInput(f"seconds must lie between 0 and {MAX_MOTION_S:g}.")
     return seconds
 
 
@@ -100,8 +100,8 @@ def _kind(request: PlaceBoard) -> tuple[Board, tuple[float, float]]:
     square = finite(request.square_m, "square_m")
     board = Board(columns=request.columns, rows=request.rows, square=square, panel=given)
     size = given or (board.width + 3 * board.square, board.height + 3 * board.square)
-    if max(size) > LARGEST:
-        raise BadInput(f"Nobody holds up a board larger than {LARGEST:g} m.")
+    if max(size) > MAX_PANEL_M:
+        raise BadInput(f"Nobody holds up a board larger than {MAX_PANEL_M:g} m.")
     return board, size
 
 
@@ -129,7 +129,7 @@ def _facing(robot: Pose, middle: Array) -> Array:
 def _rotation(rows: tuple[tuple[float, ...], ...]) -> Array:
     """Nine numbers → the nearest rotation (3, 3)."""
     matrix = _numbers(rows, (3, 3), "rotation must be 3 rows of 3 numbers.")
-    if np.abs(matrix @ matrix.T - np.eye(3)).max() > SKEW or np.linalg.det(matrix) < 0:
+    if np.abs(matrix @ matrix.T - np.eye(3)).max() > MAX_SKEW or np.linalg.det(matrix) < 0:
         raise BadInput("rotation must be a rotation matrix: its columns are the board's axes, at right angles.")
     left, _, right = np.linalg.svd(matrix)
     return left @ right
@@ -148,8 +148,8 @@ def _numbers(given: tuple[Any, ...], shape: tuple[int, ...], sentence: str) -> A
 
 
 def _check_room(board: HeldBoard, world: World) -> None:
-    spots = board.spots(SPOTS)
-    if spots[:, 2].min() < LOWEST:
+    spots = board.spots(SPOTS_PER_SIDE)
+    if spots[:, 2].min() < MIN_HEIGHT_M:
         raise BadInput("The board would go through the floor there; hold it higher, or nearer to the camera.")
     if spots[:, 2].max() > world.height:
         raise BadInput("The board would go through the ceiling there; hold it lower.")
@@ -158,12 +158,12 @@ def _check_room(board: HeldBoard, world: World) -> None:
 
 
 def _check_robot(board: HeldBoard, robot: Pose, radius: float, camera: Camera | None) -> None:
-    spots = board.spots(2 * SPOTS)
-    low = spots[spots[:, 2] < BODY]
-    touched = bool((np.hypot(low[:, 0] - robot.x, low[:, 1] - robot.y) < radius + GAP).any())
+    spots = board.spots(2 * SPOTS_PER_SIDE)
+    low = spots[spots[:, 2] < BODY_HEIGHT_M]
+    touched = bool((np.hypot(low[:, 0] - robot.x, low[:, 1] - robot.y) < radius + ROBOT_GAP_M).any())
     if camera is not None:
         eye = (Transform.of_pose(robot) @ camera.mounting).translation
-        touched = touched or bool((np.linalg.norm(spots - eye, axis=1) < NEAREST).any())
+        touched = touched or bool((np.linalg.norm(spots - eye, axis=1) < MIN_CAMERA_GAP_M).any())
     if touched:
         raise BadInput("The board would touch the robot there; hold it farther away.")
 
@@ -175,7 +175,7 @@ def _holder(board: HeldBoard, world: World, robot: Pose, radius: float, former: 
     heading = math.atan2(middle[1] - robot.y, middle[0] - robot.x)
     away, left = np.array([math.cos(heading), math.sin(heading)]), np.array([-math.sin(heading), math.cos(heading)])
     back = float(((board.outline[:, :2] - middle) @ away).max())
-    places = [middle + (back + arm) * away + aside * left for aside in ASIDE for arm in ARM]
+    places = [middle + (back + arm) * away + aside * left for aside in ASIDE_OFFSETS_M for arm in ARM_LENGTHS_M]
     if former is not None:
         places.sort(key=lambda place: former.pose.distance_to(*place))
     reach = length / 2

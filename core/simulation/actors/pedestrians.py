@@ -14,17 +14,17 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.robots.requests import PlacedThing, PlaceThing, Point, finite
 from core.simulation.actors.requests import describe
-from core.simulation.world import SWING, Thing, World
+from core.simulation.world import FOOT_SWING_M, Thing, World
 
-SPEED = 0.5  # [m/s] where a request names none
-SPEEDS = (0.05, 2.0)  # [m/s]
+DEFAULT_SPEED_M_S = 0.5  # where a request names none
+SPEED_BOUNDS_M_S = (0.05, 2.0)
 MOST_POINTS = 100
-ROOM = 0.2  # [m] that a walker needs around
-TALL = 1.8  # [m] and above
-BERTH = SWING + 0.055 + 0.03  # [m] that a walker keeps from the robot's body
-STEP = 1.2  # [m] of a whole step, left and right
-TURN = 4.0  # [rad/s]
-SAMPLE = 0.1  # [m] between the places of a path that are checked
+WALKER_RADIUS_M = 0.2  # that a walker needs around
+MIN_HEADROOM_M = 1.8  # [m] and above
+BERTH = FOOT_SWING_M + 0.055 + 0.03  # [m] that a walker keeps from the robot's body
+STEP_LENGTH_M = 1.2  # of a whole step, left and right
+TURN_RATE_RAD_S = 4.0
+SAMPLE_STEP_M = 0.1  # between the places of a path that are checked
 
 
 @dataclass
@@ -57,9 +57,9 @@ class Pedestrians:
             return describe(person)
         if person.what != "person":
             raise BadInput("Only a person can walk; leave path_m out.")
-        speed = SPEED if request.speed_m_s is None else finite(request.speed_m_s, "speed_m_s")
-        if not SPEEDS[0] <= speed <= SPEEDS[1]:
-            raise BadInput(f"speed_m_s must lie between {SPEEDS[0]:g} and {SPEEDS[1]:g}.")
+        speed = DEFAULT_SPEED_M_S if request.speed_m_s is None else finite(request.speed_m_s, "speed_m_s")
+        if not SPEED_BOUNDS_M_S[0] <= speed <= SPEED_BOUNDS_M_S[1]:
+            raise BadInput(f"speed_m_s must lie between {SPEED_BOUNDS_M_S[0]:g} and {SPEED_BOUNDS_M_S[1]:g}.")
         again = request.again is True
         path = np.vstack(((person.pose.x, person.pose.y), _points(request.path_m)))
         _check(np.vstack((path, path[:1])) if again else path, world, person.id)
@@ -72,7 +72,7 @@ class Pedestrians:
         if walk is None:
             return describe(thing)
         behind = walk.path[: walk.at] if walk.again else walk.path[:0]
-        if len(behind) and math.dist(behind[-1], (thing.pose.x, thing.pose.y)) < SAMPLE:
+        if len(behind) and math.dist(behind[-1], (thing.pose.x, thing.pose.y)) < SAMPLE_STEP_M:
             behind = behind[:-1]  # a round ends where it begins
         path = tuple((float(x), float(y)) for x, y in (*walk.path[walk.at :], *behind))
         return msgspec.structs.replace(describe(thing), path_m=path, speed_m_s=walk.speed, again=walk.again)
@@ -102,7 +102,7 @@ class Pedestrians:
         left = math.hypot(goal[0] - x, goal[1] - y)
         towards = math.atan2(goal[1] - y, goal[0] - x) if left > 1e-6 else person.pose.heading
         turn = wrap(towards - person.pose.heading)
-        heading = wrap(person.pose.heading + max(-TURN * passed, min(TURN * passed, turn)))
+        heading = wrap(person.pose.heading + max(-TURN_RATE_RAD_S * passed, min(TURN_RATE_RAD_S * passed, turn)))
         way = min(left, walk.speed * passed) * max(0.0, math.cos(turn))
         x, y = x + way * math.cos(towards), y + way * math.sin(towards)
         gap, before = robot.distance_to(x, y), robot.distance_to(person.pose.x, person.pose.y)
@@ -111,12 +111,14 @@ class Pedestrians:
             if beside is None:
                 return replace(person, stride=0.0) if person.stride else person
             walk.strode += way
-            return replace(person, pose=Pose(*beside, heading), stride=math.tau * walk.strode / STEP % math.tau)
+            return replace(
+                person, pose=Pose(*beside, heading), stride=math.tau * walk.strode / STEP_LENGTH_M % math.tau
+            )
         walk.strode += way
         if left - way < 1e-3:
             walk.at = (walk.at + 1) % len(walk.path) if walk.again else walk.at + 1
         over = walk.at >= len(walk.path)
-        stride = 0.0 if over else math.tau * walk.strode / STEP % math.tau
+        stride = 0.0 if over else math.tau * walk.strode / STEP_LENGTH_M % math.tau
         return replace(person, pose=Pose(x, y, heading), stride=stride)
 
     def _around(
@@ -130,7 +132,7 @@ class Pedestrians:
         side = math.copysign(1.0, wrap(math.atan2(goal[1] - robot.y, goal[0] - robot.x) - now))
         angle = now + side * way / away
         x, y = robot.x + away * math.cos(angle), robot.y + away * math.sin(angle)
-        return (x, y) if world.without(person.id).upright(x, y, ROOM, TALL) else None
+        return (x, y) if world.without(person.id).upright(x, y, WALKER_RADIUS_M, MIN_HEADROOM_M) else None
 
 
 def _points(waypoints: tuple[Point, ...]) -> Array:
@@ -145,9 +147,10 @@ def _check(path: Array, world: World, walker: str) -> None:
     people = [thing.id for thing in world.things if thing.what == "person" and not thing.fixed]
     bare = replace(world, things=tuple(thing for thing in world.things if thing.id not in (*people, walker)))
     for start, end in pairwise(path):
-        count = max(2, math.ceil(float(np.hypot(*(end - start))) / SAMPLE) + 1)
+        count = max(2, math.ceil(float(np.hypot(*(end - start))) / SAMPLE_STEP_M) + 1)
         for x, y in np.linspace(start, end, count):
-            if not bare.upright(float(x), float(y), ROOM, TALL):
+            if not bare.upright(float(x), float(y), WALKER_RADIUS_M, MIN_HEADROOM_M):
                 raise BadInput(
-                    f"Nobody can walk past {x:.2f} and {y:.2f}; lead the path over free floor, {ROOM:g} m from walls."
+                    f"Nobody can walk past {x:.2f} and {y:.2f}; "
+                    f"lead the path over free floor, {WALKER_RADIUS_M:g} m from walls."
                 )

@@ -12,10 +12,10 @@ from core.robots.requests import CarryRobot, PlacedThing, PlaceThing, finite
 from core.simulation.world import COLOURS, GESTURES, SIZES, Thing, World
 
 BOARD, HOLDER = "board", "board's holder"  # ids of the chessboard and of who holds it
-MOST = 30  # things that may be placed
+MAX_THINGS = 30  # things that may be placed
 ELBOW_ROOM = 0.02  # [m] between the robot and what is placed next to it
-EDGE = (0.05, 1.5)  # [m] of a box
-TALL = (0.8, 2.2)  # [m] height of a person
+BOX_EDGES_M = (0.05, 1.5)  # of a box
+PERSON_HEIGHTS_M = (0.8, 2.2)  # height of a person
 
 
 def thing_asked_for(request: PlaceThing, world: World, robot: Pose, radius: float) -> Thing:
@@ -30,8 +30,8 @@ def thing_asked_for(request: PlaceThing, world: World, robot: Pose, radius: floa
     if name in (BOARD, HOLDER):
         raise BadInput("That id belongs to the chessboard; choose another.")
     others = world.without(name) if any(thing.id == name for thing in placed) else world
-    if len([thing for thing in placed if thing.id != name]) >= MOST:
-        raise BadInput(f"There are {MOST} things already; remove one first.")
+    if len([thing for thing in placed if thing.id != name]) >= MAX_THINGS:
+        raise BadInput(f"There are {MAX_THINGS} things already; remove one first.")
     length, depth, height = _size(request)
     pose = pose_asked_for(request)
     look, gesture = _appearance(request, next((thing for thing in placed if thing.id == name), None))
@@ -98,7 +98,7 @@ def _size(request: PlaceThing) -> tuple[float, float, float]:
     if request.size_m is None:
         return length, depth, height
     size = finite(request.size_m, "size_m")
-    low, high = EDGE if what == "box" else TALL
+    low, high = BOX_EDGES_M if what == "box" else PERSON_HEIGHTS_M
     if not low <= size <= high:
         raise BadInput(f"size_m of a {what} must lie between {low:g} and {high:g}.")
     return (size, size, size) if what == "box" else (length, depth, size)
@@ -106,4 +106,4 @@ def _size(request: PlaceThing) -> tuple[float, float, float]:
 
 def _new_name(what: str, placed: list[Thing]) -> str:
     taken = {thing.id for thing in placed}
-    return next(name for n in range(1, MOST + 2) if (name := f"{what} {n}") not in taken)
+    return next(name for n in range(1, MAX_THINGS + 2) if (name := f"{what} {n}") not in taken)

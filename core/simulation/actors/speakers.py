@@ -10,21 +10,21 @@ from core.message import Array
 from core.robots.requests import Hush, ListeningState, SetListening, Speak, SpokenSound, finite
 from core.sensors.microphones import Sound
 from core.sensors.resampling import resampled
-from core.simulation.microphones import RATE, SimulatedMicrophones
+from core.simulation.microphones import RATE_HZ, SimulatedMicrophones
 from core.simulation.settings import MicrophoneSettings
 from core.simulation.world import World
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 
-MOUTH = 1.55  # [m] above the floor
+MOUTH_HEIGHT_M = 1.55  # above the floor
 MOUTH_BELOW_CROWN = 0.15  # [m]
-HEIGHTS = (0.1, 2.5)  # [m] of a mouth
-RATES = (8_000, 48_000)  # [Hz] of samples that are brought along
-LONGEST = 15.0  # [s] of one request
+MOUTH_HEIGHTS_M = (0.1, 2.5)  # of a mouth
+RATE_BOUNDS_HZ = (8_000, 48_000)  # of samples that are brought along
+MAX_REQUEST_S = 15.0  # of one request
 LISTENING_ON = 60.0  # [s] for which the microphones go on after a person spoke
-LOUD = 0.1  # of the loudest moment, from which a moment belongs to the speech
-MOMENT = 0.02  # [s]
-QUIETEST = 0.01  # RMS of full scale that is still brought up to a voice's
-FADING = 0.97  # of the loudness so far that is kept with every piece
+LOUD_SHARE = 0.1  # of the loudest moment, from which a moment belongs to the speech
+MOMENT_S = 0.02
+MIN_RMS = 0.01  # RMS of full scale that is still brought up to a voice's
+LOUDNESS_FADE = 0.97  # of the loudness so far that is kept with every piece
 
 
 class Speakers:
@@ -35,7 +35,7 @@ class Speakers:
     ) -> None:
         array = settings.mounted
         self._microphones = None if array is None else SimulatedMicrophones(array, settings, seed)
-        self._block = round(RATE / rate)
+        self._block = round(RATE_HZ / rate)
         self._wheelbase = wheelbase
         self._listen = False  # it was requested
         self._heard_until = 0.0  # [s] until which the microphones listen because a person spoke
@@ -66,9 +66,9 @@ class Speakers:
         ears = self._ears()
         mouth, name = self._speaker(request, world)
         dry = _spoken(request)
-        level = max(loudness(dry), FADING * self._levels.pop(name, 0.0))
+        level = max(loudness(dry), LOUDNESS_FADE * self._levels.pop(name, 0.0))
         self._heard_until = stamp + LISTENING_ON
-        waiting = ears.say(name, mouth, dry / max(level, QUIETEST), pose, self._block, more=request.more)
+        waiting = ears.say(name, mouth, dry / max(level, MIN_RMS), pose, self._block, more=request.more)
         if request.more:
             self._levels[name] = level
         return SpokenSound(id=name, seconds=round(waiting, 3), x_m=float(mouth[0]), y_m=float(mouth[1]))
@@ -93,10 +93,10 @@ class Speakers:
         if person is not None and request.x_m is None:
             mouth = np.array([person.pose.x, person.pose.y, person.height - MOUTH_BELOW_CROWN])
         else:
-            height = MOUTH if request.z_m is None else finite(request.z_m, "z_m")
+            height = MOUTH_HEIGHT_M if request.z_m is None else finite(request.z_m, "z_m")
             mouth = np.array([finite(request.x_m, "x_m"), finite(request.y_m, "y_m"), height])
-        if not HEIGHTS[0] <= mouth[2] <= HEIGHTS[1]:
-            raise BadInput(f"z_m must lie between {HEIGHTS[0]:g} and {HEIGHTS[1]:g}.")
+        if not MOUTH_HEIGHTS_M[0] <= mouth[2] <= MOUTH_HEIGHTS_M[1]:
+            raise BadInput(f"z_m must lie between {MOUTH_HEIGHTS_M[0]:g} and {MOUTH_HEIGHTS_M[1]:g}.")
         if not world.open_air(mouth[None]):
             raise BadInput("Nobody can speak from there; choose a place in the room, not in a wall or a thing.")
         if name is None:
@@ -108,8 +108,8 @@ class Speakers:
 def _spoken(request: Speak) -> Array:
     """The sound of a request (N,) at RATE."""
     if request.pcm is not None:
-        if not RATES[0] <= request.rate_hz <= RATES[1]:
-            raise BadInput(f"rate_hz must be a whole number from {RATES[0]:,} to {RATES[1]:,}.")
+        if not RATE_BOUNDS_HZ[0] <= request.rate_hz <= RATE_BOUNDS_HZ[1]:
+            raise BadInput(f"rate_hz must be a whole number from {RATE_BOUNDS_HZ[0]:,} to {RATE_BOUNDS_HZ[1]:,}.")
         return _at_rate(_samples(request.pcm), request.rate_hz)
     if request.text is None:
         raise BadInput("Say what is to be said: text, or pcm.")
@@ -126,14 +126,14 @@ def _samples(pcm: bytes) -> Array:
 
 
 def _at_rate(samples: Array, rate: int) -> Array:
-    if len(samples) / rate > LONGEST:
-        raise BadInput(f"Say at most {LONGEST:g} s at once; send the rest after it.")
-    return resampled(samples, rate, RATE)
+    if len(samples) / rate > MAX_REQUEST_S:
+        raise BadInput(f"Say at most {MAX_REQUEST_S:g} s at once; send the rest after it.")
+    return resampled(samples, rate, RATE_HZ)
 
 
 def loudness(samples: Array) -> float:
     """RMS of samples (N,) at RATE where they are loud."""
-    length = round(MOMENT * RATE)
+    length = round(MOMENT_S * RATE_HZ)
     moments = np.sqrt(np.mean(np.pad(samples, (0, -len(samples) % length)).reshape(-1, length) ** 2, axis=1))
-    loud = moments[moments > LOUD * moments.max()] if len(moments) else moments
+    loud = moments[moments > LOUD_SHARE * moments.max()] if len(moments) else moments
     return float(np.sqrt(np.mean(loud**2))) if len(loud) else 0.0

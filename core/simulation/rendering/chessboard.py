@@ -13,8 +13,8 @@ from core.simulation.rendering.mipmap import shade
 from core.simulation.rendering.view import Eye, PinholeView
 from core.simulation.world import HeldBoard
 
-DARK, LIGHT, BACK = 40.0, 214.0, 130.0  # grey levels of ink, paper and the panel's other side
-NEAR = 0.05  # [m] ahead of the eye; nearer panels are not drawn in part
+DARK_GREY, LIGHT_GREY, BACK_GREY = 40.0, 214.0, 130.0  # grey levels of ink, paper and the panel's other side
+NEAR_PLANE_M = 0.05  # ahead of the eye; nearer panels are not drawn in part
 
 
 class BoardInView(NamedTuple):
@@ -30,7 +30,7 @@ class BoardInView(NamedTuple):
 def see(board: HeldBoard, view: PinholeView, eye: Eye) -> BoardInView | None:
     """The board as the eye sees it, whatever may be in front of it; None where it is out of view."""
     outline = _from_eye(board.outline, eye)
-    if outline[:, 2].min() < NEAR:
+    if outline[:, 2].min() < NEAR_PLANE_M:
         return None
     across, down = outline[:, 0] / outline[:, 2], outline[:, 1] / outline[:, 2]
     rim = 2 / view.focal
@@ -54,11 +54,11 @@ def see(board: HeldBoard, view: PinholeView, eye: Eye) -> BoardInView | None:
     front = -board.pose.rotation[:, 2]
     faces = float(plane[:, 2] @ np.cross(plane[:, 0], plane[:, 1])) > 0
     light = _brightness(front if faces else -front)
-    grey = np.full_like(depth, BACK)
+    grey = np.full_like(depth, BACK_GREY)
     if faces:
         grey = _ink(board, places, widths)
-        grey *= np.float32(DARK - LIGHT)
-        grey += np.float32(LIGHT)
+        grey *= np.float32(DARK_GREY - LIGHT_GREY)
+        grey += np.float32(LIGHT_GREY)
     grey *= np.float32(light)
     return BoardInView(rows, columns, grey, cover, depth)
 

@@ -8,14 +8,14 @@ from functools import lru_cache
 import numpy as np
 
 from core.message import Array
-from core.simulation.world import SWING
+from core.simulation.world import FOOT_SWING_M
 
-VIEWS = 16  # sides from which a figure is drawn
-STEPS = 8  # moments of a step
-SCALE = 110.0  # pixels per metre
-WIDTH = 1.60  # [m] of the drawing: arms stretched out
-TALL = 1.75  # [m] of the person
-TOP = 2.05  # [m] of the drawing: arms raised
+VIEW_COUNT = 16  # sides from which a figure is drawn
+STEP_PHASES = 8  # moments of a step
+PIXELS_PER_METRE = 110.0  # pixels per metre
+DRAWING_WIDTH_M = 1.60  # of the drawing: arms stretched out
+PERSON_HEIGHT_M = 1.75  # of the person
+DRAWING_HEIGHT_M = 2.05  # of the drawing: arms raised
 
 Colour = tuple[int, int, int]
 Point = tuple[float, float, float]  # forward, left, up [m]
@@ -52,19 +52,19 @@ def figure(view: int, look: str = "", gesture: str = "", stride: float = 0.0) ->
     Blue, green, red, opacity; row 0 at TOP metres, the last row on the floor, the body's axis in the middle.
     `look`, `gesture` and `stride` are those of a `Thing`.
     """
-    step = round(STEPS * stride / math.tau) % STEPS
-    return _drawn(view % VIEWS, look, gesture, step)
+    step = round(STEP_PHASES * stride / math.tau) % STEP_PHASES
+    return _drawn(view % VIEW_COUNT, look, gesture, step)
 
 
 @lru_cache(maxsize=400)
 def _drawn(view: int, look: str, gesture: str, step: int) -> Array:
-    side = view * 2 * np.pi / VIEWS
-    rows, columns = round(TOP * SCALE), round(WIDTH * SCALE)
-    right = (np.arange(columns) + 0.5) / SCALE - WIDTH / 2
-    up = TOP - (np.arange(rows) + 0.5) / SCALE
+    side = view * 2 * np.pi / VIEW_COUNT
+    rows, columns = round(DRAWING_HEIGHT_M * PIXELS_PER_METRE), round(DRAWING_WIDTH_M * PIXELS_PER_METRE)
+    right = (np.arange(columns) + 0.5) / PIXELS_PER_METRE - DRAWING_WIDTH_M / 2
+    up = DRAWING_HEIGHT_M - (np.arange(rows) + 0.5) / PIXELS_PER_METRE
     nearest = np.full((rows, columns), -np.inf)
     drawing = np.zeros((rows, columns, 4), np.uint8)
-    for start, end, first, last, colour in _limbs(look, gesture, math.tau * step / STEPS):
+    for start, end, first, last, colour in _limbs(look, gesture, math.tau * step / STEP_PHASES):
         a, b = (_seen_from(side, *point) for point in (start, end))
         reach = max(first, last)
         area = (_between(up, a[2], b[2], reach), _between(right, a[0], b[0], reach))
@@ -107,7 +107,7 @@ def _limbs(look: str, gesture: str, stride: float) -> list[Limb]:
         ((0.105, 0.0, 1.60), (0.108, 0.0, 1.585), 0.014, 0.016, SKIN),
     ]
     left_elbow, left_hand, right_elbow, right_hand = ARMS[gesture]
-    swing = SWING * math.sin(stride)
+    swing = FOOT_SWING_M * math.sin(stride)
     for side, elbow, hand in ((1, left_elbow, left_hand), (-1, right_elbow, right_hand)):
         foot, knee = side * swing, 0.5 * side * swing + 0.06 * abs(math.sin(stride))
         limbs += [

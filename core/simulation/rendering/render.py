@@ -10,12 +10,19 @@ import numpy as np
 from core.message import Array
 from core.simulation.rendering.chessboard import see
 from core.simulation.rendering.mipmap import shade
-from core.simulation.rendering.person import SCALE, TALL, TOP, VIEWS, WIDTH, figure
-from core.simulation.rendering.textures import LEVELS, WorldTextures
+from core.simulation.rendering.person import (
+    DRAWING_HEIGHT_M,
+    DRAWING_WIDTH_M,
+    PERSON_HEIGHT_M,
+    PIXELS_PER_METRE,
+    VIEW_COUNT,
+    figure,
+)
+from core.simulation.rendering.textures import PYRAMID_LEVELS, WorldTextures
 from core.simulation.rendering.view import Eye, Patch, PinholeView, ahead_of, plane
 from core.simulation.world import HeldBoard, Solid, Surfaces, Thing, World, cast
 
-NEAR = 0.03  # [m] nothing is drawn closer to the eye
+NEAR_PLANE_M = 0.03  # nothing is drawn closer to the eye
 
 
 class Renderer:
@@ -64,7 +71,7 @@ class Renderer:
         stretch = np.abs(np.gradient(u))
         stretch[np.diff(wall, append=wall[-1]) != 0] = 0.0
         footprint = np.maximum(far / view.focal, np.minimum(stretch, 0.3)) * sheet.scale
-        level = np.clip(np.log2(footprint) + 0.4, 0, LEVELS - 1).astype(int)
+        level = np.clip(np.log2(footprint) + 0.4, 0, PYRAMID_LEVELS - 1).astype(int)
         scale = sheet.scale / 2.0**level
         width = sheet.widths[level, wall]
         self._map_u[:] = sheet.left[level, wall] + np.clip(u * scale, 0.5, width - 0.5) - 0.5
@@ -130,9 +137,12 @@ class Renderer:
     def _draw_face(self, solid: Solid, eye: Eye, start: Array, end: Array, number: int) -> None:
         """One face of a prism, from its left end to its right one as seen from outside."""
         (ahead, right), edge = start, end - start
-        if ahead * edge[1] - right * edge[0] <= 0 or max(ahead, end[0]) <= NEAR:
+        if ahead * edge[1] - right * edge[0] <= 0 or max(ahead, end[0]) <= NEAR_PLANE_M:
             return  # turned away, or behind the eye
-        ends = [point if point[0] > NEAR else start + edge * (NEAR - ahead) / edge[0] for point in (start, end)]
+        ends = [
+            point if point[0] > NEAR_PLANE_M else start + edge * (NEAR_PLANE_M - ahead) / edge[0]
+            for point in (start, end)
+        ]
         columns = self.view.columns(ends[0][1] / ends[0][0], ends[1][1] / ends[1][0])
         x = self._x[columns]
         share = np.clip((x * ahead - right) / (edge[1] - x * edge[0]), 0.0, 1.0)
@@ -147,7 +157,7 @@ class Renderer:
 
     def _draw_post(self, solid: Solid, eye: Eye, ahead: float, right: float) -> None:
         away = math.hypot(ahead, right)
-        if away <= solid.radius + NEAR:
+        if away <= solid.radius + NEAR_PLANE_M:
             return
         middle, half = math.atan2(right, ahead), math.asin(solid.radius / away)
         if middle + half >= 1.5 or middle - half <= -1.5:
@@ -169,14 +179,14 @@ class Renderer:
         if ahead < 0.15:
             return
         side = math.atan2(eye.y - thing.pose.y, eye.x - thing.pose.x) - thing.pose.heading
-        drawing = figure(round(side / (2 * np.pi) * VIEWS), thing.look, thing.gesture, thing.stride)
-        scale = SCALE * TALL / thing.height
-        half = WIDTH / 2 * thing.height / TALL
+        drawing = figure(round(side / (2 * np.pi) * VIEW_COUNT), thing.look, thing.gesture, thing.stride)
+        scale = PIXELS_PER_METRE * PERSON_HEIGHT_M / thing.height
+        half = DRAWING_WIDTH_M / 2 * thing.height / PERSON_HEIGHT_M
         columns = self.view.columns((right - half) / ahead, (right + half) / ahead)
         if not (ahead < self._far[columns]).any():
             return
         along = self._x[columns] * ahead - right + half
-        top = TOP * thing.height / TALL
+        top = DRAWING_HEIGHT_M * thing.height / PERSON_HEIGHT_M
         self._paint(Patch(columns, np.full(len(along), ahead), along, 0.0, top, drawing, scale), eye)
 
     def _draw_board(self, board: HeldBoard, eye: Eye) -> None:
@@ -195,7 +205,7 @@ class Renderer:
     def _draw_underside(self, solid: Solid, eye: Eye, seen: Array) -> None:
         """Draw the underside of a table for an eye below it."""
         rise = solid.bottom - eye.z
-        if seen[:, 0].max() <= NEAR:
+        if seen[:, 0].max() <= NEAR_PLANE_M:
             return
         outline = ahead_of(seen, 0.1)
         pixels = np.column_stack(

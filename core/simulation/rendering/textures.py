@@ -15,12 +15,12 @@ from core.simulation.rendering.mipmap import TextureCanvas, pyramid, shade
 from core.simulation.rendering.walls import DRESSINGS, PAINTS, corners, paint_wall
 from core.simulation.world import Dressing, Solid, World
 
-LEVELS = 4  # of halving, for what is far away
+PYRAMID_LEVELS = 4  # of halving, for what is far away
 FLOOR_LEVELS = 6
-WIDEST = 30_000  # [pixel] OpenCV samples no image beyond 32767
-FINEST = 125.0  # [pixel/m] of walls
+MAX_WIDTH_PX = 30_000  # OpenCV samples no image beyond 32767
+MAX_PIXELS_PER_METRE = 125.0  # [pixel/m] of walls
 FLOOR_FINEST, FLOOR_PIXELS = 200.0, 6e6
-SHADOW = 0.15  # [m] how far the shadow of something placed reaches
+SHADOW_REACH_M = 0.15  # how far the shadow of something placed reaches
 
 
 class Mipmap(NamedTuple):
@@ -42,14 +42,16 @@ class WallTexture:
         walls = world.walls
         lengths = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
         self.height, self.lengths = world.height, lengths
-        self.scale = min(FINEST, WIDEST / (lengths.sum() + 0.1 * len(walls)))
-        images = [pyramid(image, LEVELS) for image in _painted_walls(world, lengths, self.scale)]
+        self.scale = min(MAX_PIXELS_PER_METRE, MAX_WIDTH_PX / (lengths.sum() + 0.1 * len(walls)))
+        images = [pyramid(image, PYRAMID_LEVELS) for image in _painted_walls(world, lengths, self.scale)]
         sizes = np.array([[level.shape[:2] for level in image] for image in images])  # (W, LEVELS, 2)
-        self.left = np.hstack((np.zeros((LEVELS, 1)), np.cumsum(sizes[:, :, 1].T, axis=1)[:, :-1]))  # (LEVELS, W)
+        self.left = np.hstack(
+            (np.zeros((PYRAMID_LEVELS, 1)), np.cumsum(sizes[:, :, 1].T, axis=1)[:, :-1])
+        )  # (LEVELS, W)
         self.widths, self.heights = sizes[:, :, 1].T, sizes[0, :, 0]
         self.top = np.concatenate(([0], np.cumsum(self.heights + 2)[:-1])) + 1
         self.pixels = np.zeros((int(sum(self.heights + 2)), int(sizes[:, 0, 1].sum()), 3), np.uint8)
-        for level in range(LEVELS):
+        for level in range(PYRAMID_LEVELS):
             row = np.hstack([image[level] for image in images])
             row = cv2.copyMakeBorder(row, 1, 1, 0, 0, cv2.BORDER_REPLICATE)
             self.pixels[self.top[level] - 1 : self.top[level] + self.heights[level] + 1, : row.shape[1]] = row
@@ -131,7 +133,7 @@ def _room(world: World) -> _Room:
         if solid.bottom == 0.0
     ]
     bare = pyramid(paint_floor(*size, scale, [*_walls_plan(world, corner), *standing]), FLOOR_LEVELS)
-    ceiling = pyramid(paint_ceiling(*size, 40.0), LEVELS)
+    ceiling = pyramid(paint_ceiling(*size, 40.0), PYRAMID_LEVELS)
     return _Room(WallTexture(world), corner, Mipmap(bare, scale), Mipmap(ceiling, 40.0))
 
 
@@ -148,13 +150,13 @@ class WorldTextures:
         """The texture of one face, `width` [m] wide, or around a post."""
         key = (solid.look, round(width, 2), round(solid.top - solid.bottom, 2))
         if key not in self._furniture:
-            sheet = TextureCanvas(key[1], key[2], 200.0 if width < 1 else FINEST, repr(key))
+            sheet = TextureCanvas(key[1], key[2], 200.0 if width < 1 else MAX_PIXELS_PER_METRE, repr(key))
             FURNITURE[solid.look](sheet)
             if solid.bottom == 0.0:
                 sheet.footing()
             if solid.radius > 0:
                 paint_round(sheet)
-            self._furniture[key] = Mipmap(pyramid(sheet.finished(), LEVELS), sheet.scale)
+            self._furniture[key] = Mipmap(pyramid(sheet.finished(), PYRAMID_LEVELS), sheet.scale)
         return self._furniture[key]
 
     def cast_shadows(self, world: World) -> None:
@@ -168,13 +170,13 @@ class WorldTextures:
                 self._darken(image, bare, _plan(solid) - self.corner, self.floor.scale / 2**level)
 
     def _darken(self, image: Array, bare: Array, polygon: Array, scale: float) -> None:
-        low = np.maximum(np.floor((polygon.min(axis=0) - 2 * SHADOW) * scale), 0).astype(int)
-        high = np.minimum(np.ceil((polygon.max(axis=0) + 2 * SHADOW) * scale), image.shape[1::-1]).astype(int)
+        low = np.maximum(np.floor((polygon.min(axis=0) - 2 * SHADOW_REACH_M) * scale), 0).astype(int)
+        high = np.minimum(np.ceil((polygon.max(axis=0) + 2 * SHADOW_REACH_M) * scale), image.shape[1::-1]).astype(int)
         if (high - low < 3).any():
             return
         mask = np.zeros((high[1] - low[1], high[0] - low[0]), np.float32)
         cv2.fillPoly(mask, [np.round(polygon * scale - low).astype(np.int32)], 1.0)
-        mask = cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.5 * SHADOW * scale))
+        mask = cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.5 * SHADOW_REACH_M * scale))
         area = (slice(low[1], high[1]), slice(low[0], high[0]))
         image[area] = image[area] * (1 - 0.6 * mask)[:, :, None]
         self._shaded.append((image[area], bare[area]))

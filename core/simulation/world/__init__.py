@@ -6,7 +6,7 @@ from core.errors import BadInput
 from core.simulation.world.floor import FLOOR
 from core.simulation.world.held_board import HeldBoard
 from core.simulation.world.lab import LAB
-from core.simulation.world.objects import COLOURS, GESTURES, SIZES, SWING, Solid, Thing, furniture
+from core.simulation.world.objects import COLOURS, FOOT_SWING_M, GESTURES, SIZES, Solid, Thing, furniture
 from core.simulation.world.outline import Rect, outline
 from core.simulation.world.plan import Dressing, World, Zone
 from core.simulation.world.ray_casting import Hits, Surfaces, cast, distances
@@ -25,10 +25,10 @@ def world_named(name: str) -> World:
 __all__ = [
     "COLOURS",
     "FLOOR",
+    "FOOT_SWING_M",
     "GESTURES",
     "LAB",
     "SIZES",
-    "SWING",
     "WORLDS",
     "Dressing",
     "HeldBoard",

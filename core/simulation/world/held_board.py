@@ -45,7 +45,7 @@ class HeldBoard:
     def cut(self, height: float) -> Array:
         """Cut the panel at `height` [m] → (0 or 2, 4): x0 y0 x1 y1 [m], one face for each side."""
         ends = _crossings(self.outline, height)
-        if len(ends) != 2 or np.hypot(*(ends[1] - ends[0])) < THIN:
+        if len(ends) != 2 or np.hypot(*(ends[1] - ends[0])) < MIN_EDGE_M:
             return np.empty((0, 4))
         return np.array([[*ends[0], *ends[1]], [*ends[1], *ends[0]]])
 
@@ -53,10 +53,10 @@ class HeldBoard:
         """Return the rim (K, 4) x0 y0 x1 y1 [m] of the part below `height` [m], seen from above."""
         rim = np.array(_below(self.outline, height)).reshape(-1, 3)[:, :2]
         edges = np.hstack((rim, np.roll(rim, -1, axis=0)))
-        return edges[np.hypot(*(edges[:, 2:] - edges[:, :2]).T) > THIN]
+        return edges[np.hypot(*(edges[:, 2:] - edges[:, :2]).T) > MIN_EDGE_M]
 
 
-THIN = 1e-6  # [m] what is shorter is a point
+MIN_EDGE_M = 1e-6  # what is shorter is a point
 
 
 def _crossings(rim: Array, height: float) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 
 from core.message import Array, message
 
-MARGIN = 0.1  # [m] how far the origins of one cast may lie apart and still share the choice of surfaces
+ORIGIN_MARGIN_M = 0.1  # how far the origins of one cast may lie apart and still share the choice of surfaces
 
 
 @message
@@ -36,7 +36,9 @@ def cast(origins: Array, directions: Array, surfaces: Surfaces, reach: float = n
     origins = np.broadcast_to(origins, (count, 2))
     here = origins[count // 2]
     faces = _facing(surfaces.faces, here, reach)
-    posts = np.flatnonzero(np.hypot(*(surfaces.posts[:, :2] - here).T) - surfaces.posts[:, 2] < reach + MARGIN)
+    posts = np.flatnonzero(
+        np.hypot(*(surfaces.posts[:, :2] - here).T) - surfaces.posts[:, 2] < reach + ORIGIN_MARGIN_M
+    )
     table = np.vstack(
         (
             np.full((1, count), np.inf),
@@ -58,11 +60,11 @@ def _facing(faces: Array, here: Array, reach: float) -> Array:
     length = np.hypot(edge[:, 0], edge[:, 1])
     to_here = here - start
     side = (edge[:, 0] * to_here[:, 1] - edge[:, 1] * to_here[:, 0]) / length
-    facing = side > -MARGIN
+    facing = side > -ORIGIN_MARGIN_M
     if np.isfinite(reach):
         share = np.clip(np.einsum("ij,ij->i", to_here, edge) / length**2, 0.0, 1.0)
         gap = to_here - share[:, None] * edge
-        facing &= np.hypot(gap[:, 0], gap[:, 1]) < reach + MARGIN
+        facing &= np.hypot(gap[:, 0], gap[:, 1]) < reach + ORIGIN_MARGIN_M
     return np.flatnonzero(facing)
 
 

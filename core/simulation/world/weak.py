@@ -6,26 +6,28 @@ from core.simulation.world.objects import furniture
 from core.simulation.world.outline import Rect, outline
 from core.simulation.world.plan import Dressing, World, Zone
 
-WIDTH = 1.0  # [m] from the middle of the corridor to either wall
-ALONG = Rect(-8.0, -WIDTH, 18.0, WIDTH)  # its ends are out of the laser's sight from where the robot drives
+HALF_WIDTH_M = 1.0  # from the middle of the corridor to either wall
+ALONG = Rect(
+    -8.0, -HALF_WIDTH_M, 18.0, HALF_WIDTH_M
+)  # its ends are out of the laser's sight from where the robot drives
 ON_WALLS = (
-    Dressing("door", -1.6, WIDTH, 0.9, 0.0, 2.05),
-    Dressing("poster", 0.4, WIDTH, 0.6, 0.4, 1.4),
-    Dressing("sign", 1.5, WIDTH, 0.12, 0.2, 0.9),
-    Dressing("board", 3.1, WIDTH, 1.2, 0.3, 1.6),
-    Dressing("door", 5.2, WIDTH, 0.9, 0.0, 2.05),
-    Dressing("poster", 6.9, WIDTH, 0.5, 0.4, 1.4),
-    Dressing("poster", 8.6, WIDTH, 0.7, 0.4, 1.4),
-    Dressing("door", 10.4, WIDTH, 0.9, 0.0, 2.05),
-    Dressing("poster", 12.3, WIDTH, 0.6, 0.4, 1.4),
-    Dressing("poster", -0.7, -WIDTH, 0.7, 0.4, 1.4),
-    Dressing("door", 1.2, -WIDTH, 0.9, 0.0, 2.05),
-    Dressing("poster", 2.9, -WIDTH, 0.5, 0.4, 1.4),
-    Dressing("sign", 4.1, -WIDTH, 0.12, 0.2, 0.9),
-    Dressing("board", 5.8, -WIDTH, 1.0, 0.3, 1.6),
-    Dressing("door", 8.0, -WIDTH, 0.9, 0.0, 2.05),
-    Dressing("poster", 9.7, -WIDTH, 0.6, 0.4, 1.4),
-    Dressing("door", 11.6, -WIDTH, 0.9, 0.0, 2.05),
+    Dressing("door", -1.6, HALF_WIDTH_M, 0.9, 0.0, 2.05),
+    Dressing("poster", 0.4, HALF_WIDTH_M, 0.6, 0.4, 1.4),
+    Dressing("sign", 1.5, HALF_WIDTH_M, 0.12, 0.2, 0.9),
+    Dressing("board", 3.1, HALF_WIDTH_M, 1.2, 0.3, 1.6),
+    Dressing("door", 5.2, HALF_WIDTH_M, 0.9, 0.0, 2.05),
+    Dressing("poster", 6.9, HALF_WIDTH_M, 0.5, 0.4, 1.4),
+    Dressing("poster", 8.6, HALF_WIDTH_M, 0.7, 0.4, 1.4),
+    Dressing("door", 10.4, HALF_WIDTH_M, 0.9, 0.0, 2.05),
+    Dressing("poster", 12.3, HALF_WIDTH_M, 0.6, 0.4, 1.4),
+    Dressing("poster", -0.7, -HALF_WIDTH_M, 0.7, 0.4, 1.4),
+    Dressing("door", 1.2, -HALF_WIDTH_M, 0.9, 0.0, 2.05),
+    Dressing("poster", 2.9, -HALF_WIDTH_M, 0.5, 0.4, 1.4),
+    Dressing("sign", 4.1, -HALF_WIDTH_M, 0.12, 0.2, 0.9),
+    Dressing("board", 5.8, -HALF_WIDTH_M, 1.0, 0.3, 1.6),
+    Dressing("door", 8.0, -HALF_WIDTH_M, 0.9, 0.0, 2.05),
+    Dressing("poster", 9.7, -HALF_WIDTH_M, 0.6, 0.4, 1.4),
+    Dressing("door", 11.6, -HALF_WIDTH_M, 0.9, 0.0, 2.05),
 )
 CORRIDOR = World(
     name="corridor",

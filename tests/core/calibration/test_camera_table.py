@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import pytest
 
-from core.experiments.camera_table import PRINTED, run
+from core.experiments.camera_table import PRINTED_SDS_3, run
 from core.install import install_extra
 from core.optics import TABLE_3
 
@@ -16,7 +16,7 @@ def test_table_3_comes_out_again_with_its_figures(tmp_path: Path, runs: int) -> 
     told = run(runs=runs, seed=1, out=tmp_path)
     rows = told["table"]
     assert [row["paper_value"] for row in rows][:2] == [TABLE_3.fx, TABLE_3.fy]
-    for row, printed in zip(rows, PRINTED, strict=True):
+    for row, printed in zip(rows, PRINTED_SDS_3, strict=True):
         assert abs(row["value"] - row["paper_value"]) < 2 * printed
         assert row["standard_dev"] < 1.5 * printed
     assert told["within_two_sds_pooled"] > 0.75  # 0.90 to 0.99 takes 40 runs: a run's eight values err together
@@ -41,4 +41,4 @@ def test_forty_calibrations_stay_within_the_papers_column() -> None:
     assert 0.90 <= told["within_two_sds_pooled"] <= 0.99
     assert told["f_u_within_printed_share"] >= 0.95
     names = list(told["mean_three_sds"].values())
-    assert all(mean <= printed for mean, printed in zip(names, PRINTED, strict=True))
+    assert all(mean <= printed for mean, printed in zip(names, PRINTED_SDS_3, strict=True))

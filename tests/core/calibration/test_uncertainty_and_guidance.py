@@ -11,8 +11,8 @@ from core.calibration.camera.coverage import bars, cells, measures
 from core.calibration.camera.guidance import GuidanceSettings, advise, candidates, clear, tilt_words, usual_camera
 from core.calibration.camera.intrinsics import calibrate
 from core.calibration.camera.uncertainty import (
-    COLUMNS,
-    ROWS,
+    MAP_COLUMNS,
+    MAP_ROWS,
     difference,
     map_pixels,
     sensitivity,
@@ -56,7 +56,7 @@ def test_the_map_tells_the_true_error() -> None:
 def test_the_map_covers_the_picture() -> None:
     corners, _ = some_corners(8, noise=0.2)
     known = uncertainty_map(calibrate(views_of(corners.pixels), BOARD, SIZE))
-    assert known.sd.shape == (ROWS, COLUMNS)
+    assert known.sd.shape == (MAP_ROWS, MAP_COLUMNS)
     assert tuple(known.pixels[0, 0]) == (0, 0) and tuple(known.pixels[-1, -1]) == (319, 255)
     assert known.median <= known.p95 <= known.worst
 
@@ -71,7 +71,7 @@ def test_two_cameras_differ_by_what_a_turn_cannot_explain() -> None:
 
 def test_a_turn_of_the_camera_is_no_error() -> None:
     told = sensitivity(TABLE_3, PAPER).by_camera
-    centre = told.reshape(ROWS, COLUMNS, 2, 8)[ROWS // 2, COLUMNS // 2, 0, 2]
+    centre = told.reshape(MAP_ROWS, MAP_COLUMNS, 2, 8)[MAP_ROWS // 2, MAP_COLUMNS // 2, 0, 2]
     assert abs(centre) < 0.6  # a shifted principal point moves the pixel by 1, most of which is a turn
 
 

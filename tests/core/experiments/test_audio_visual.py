@@ -17,7 +17,7 @@ CORRIDOR = next(place for place in PLACES if place.name == "corridor")
 
 
 def test_edges_hold_the_robot_in_a_corridor_without_corners(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(audio_visual, "LONGEST", 7.0)
+    monkeypatch.setattr(audio_visual, "MAX_DRIVE_S", 7.0)
     found: dict[str, Any] = drive(CORRIDOR, Settings(), 1, ("laser", "laser + camera"))
     assert found["path"] > 0.8
     assert found["laser + camera"].mean < 0.5 * found["laser"].mean

@@ -18,7 +18,7 @@ from core.experiments import lab_drives
 from core.experiments.course_draws import FIELDS, Draws
 from core.experiments.course_traces import mapped, reckoned
 from core.experiments.dead_reckoning_vs_slam import run
-from core.experiments.paper_course import EVERY, STEPS, paper_course
+from core.experiments.paper_course import CONTROL_UPDATES, UPDATES_PER_SIGHTING, paper_course
 from core.install import install_extra
 from core.settings import read
 from core.slam.ekf_slam import EkfSettings
@@ -28,7 +28,7 @@ PAPER = EkfSettings(mode="paper")
 
 def test_the_drive_is_the_paper_s_three_metres_twenty_in_thirty_two_seconds() -> None:
     course = paper_course(0.10, 0.025, 0.1)
-    assert len(course.speeds) == STEPS and STEPS * 0.025 == 32.0
+    assert len(course.speeds) == CONTROL_UPDATES and CONTROL_UPDATES * 0.025 == 32.0
     assert np.hypot(*np.diff(course.truth[:, :2], axis=0).T).sum() == pytest.approx(3.2)
     assert course.truth[-1] == pytest.approx((2.809, 0.702, np.radians(-38.3)), abs=1e-3)
     assert np.abs(course.steers).max() <= np.radians(30) + 1e-12
@@ -38,7 +38,10 @@ def test_controls_and_sightings_scatter_as_equation_43_says() -> None:
     course, drawn = paper_course(0.10, 0.025, 0.1), Draws(seed=3).run(0)
     assert np.std(drawn.speeds - course.speeds) == pytest.approx(0.2, rel=0.06)
     assert np.std(drawn.steers - course.steers) == pytest.approx(np.radians(1), rel=0.06)
-    assert sorted(drawn.seen) == list(range(EVERY, STEPS + 1, EVERY)) and len(drawn.still) == 10
+    assert (
+        sorted(drawn.seen) == list(range(UPDATES_PER_SIGHTING, CONTROL_UPDATES + 1, UPDATES_PER_SIGHTING))
+        and len(drawn.still) == 10
+    )
     away = [(k, course.landmarks[s.id] - course.truth[k, :2], s) for k, seen in drawn.seen.items() for s in seen]
     off = [s.range - np.hypot(*place) for _, place, s in away]
     assert np.std(off) == pytest.approx(0.08, rel=0.1)
@@ -144,7 +147,7 @@ def test_files_that_cannot_be_are_refused_in_sentences(tmp_path: Path) -> None:
     for name, changes, sentence in (
         ("short", {"truth": np.zeros((9, 3))}, "should have 1281 poses"),
         ("blind", {"obs": np.zeros((0, 5))}, "Some runs in blind.npz have no sighting"),
-        ("far", {"v_noisy": np.full((2, STEPS), 1e300)}, "beyond"),
+        ("far", {"v_noisy": np.full((2, CONTROL_UPDATES), 1e300)}, "beyond"),
         ("restless", {"still_obs": np.zeros((0, 5))}, "no frames at rest"),
     ):
         with pytest.raises(BadInput, match=sentence):
@@ -152,7 +155,7 @@ def test_files_that_cannot_be_are_refused_in_sentences(tmp_path: Path) -> None:
 
 
 def test_through_its_sensors_the_robot_errs_by_centimetres(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(lab_drives, "PATH", 0.3)
+    monkeypatch.setattr(lab_drives, "PATH_LENGTH_M", 0.3)
     told = run(runs=1, through="sensors", out=tmp_path)
     wheels, slam = told["estimators"]["dead_reckoning"], told["estimators"]["ekf_slam"]
     assert slam["worst_average_error_m"] < 0.03 and slam["path_m"] == pytest.approx(0.3, abs=0.01)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.experiments.spoken_room import BEFORE, TimedListening, length_of_words
+from core.experiments.spoken_room import NOISE_BEFORE_S, TimedListening, length_of_words
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance, stop
@@ -74,9 +74,9 @@ def test_what_waited_long_is_forgotten_when_someone_begins_to_listen(passing) ->
         )
     ears.begin()
     frame(3.1)
-    assert slow.fed == [(3.0 - BEFORE, BEFORE + 0.1)]
+    assert slow.fed == [(3.0 - NOISE_BEFORE_S, NOISE_BEFORE_S + 0.1)]
     assert ears.reading(0.0, 9.0) == pytest.approx(0.5)
-    assert MOST_WAITING > BEFORE
+    assert MOST_WAITING > NOISE_BEFORE_S
 
 
 def test_words_end_where_the_sound_is_loud_last() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from core.experiments.spoken_room import SpokenRoom
-from core.experiments.table_2_trials import LEADING, aside, lead_on
+from core.experiments.table_2_trials import LEADING_DISTANCE_M, aside, lead_on
 from core.geometry import Pose
 
 WALL = np.array([[0.0, 0.0, 3.0, 0.0]])  # along x, open to +y
@@ -61,4 +61,4 @@ def test_who_leads_never_walks_into_the_robot_and_never_stands_for_good(ann: tup
     goal = lead_on(cast(SpokenRoom, Floor(seed)), ann, robot)
     assert goal is not None
     nearest = min(robot.distance_to(*place) for place in np.linspace(ann, goal, 100))
-    assert nearest > min(LEADING, robot.distance_to(*ann)) - 0.02
+    assert nearest > min(LEADING_DISTANCE_M, robot.distance_to(*ann)) - 0.02

@@ -7,7 +7,7 @@ import pytest
 
 from core.calibration.files.mount_files import BACK, FORWARD, matrix, mount_entry, static_transform, urdf_joint
 from core.calibration.files.mount_reading import parse_mount
-from core.calibration.mount import FEW, Extrinsics, inverse_covariance
+from core.calibration.mount import FEW_POSES, Extrinsics, inverse_covariance
 from core.calibration.projection import exponential
 from core.errors import BadInput
 from core.geometry import Transform
@@ -105,7 +105,7 @@ def test_what_is_no_mount_is_refused_in_words(text: str, words: str) -> None:
 
 
 def test_with_few_poses_the_doubled_uncertainty_is_also_the_one_that_is_kept() -> None:
-    for poses, times in ((FEW - 1, 4), (FEW, 1)):
+    for poses, times in ((FEW_POSES - 1, 4), (FEW_POSES, 1)):
         kept = mount_entry(found(poses))["covariance_rxyz_txyz"]
         assert np.allclose(kept[FORWARD], times * found(poses).covariance)
         assert np.allclose(kept[BACK], inverse_covariance(MOUNT, times * found(poses).covariance))

@@ -14,19 +14,19 @@ from core.message import Array
 from core.perception.sound.locate import locate
 from core.sensors.microphones import RESPEAKER_ODAS, Sound, joined
 from core.simulation.acoustics import late_reverberation
-from core.simulation.acoustics.early_reflections import GLASS, HALF, Arrivals, first_images
+from core.simulation.acoustics.early_reflections import HALF_SAMPLES, HARD_WALL_SHARE, Arrivals, first_images
 from core.simulation.acoustics.enclosure import enclosure, in_sight
 from core.simulation.acoustics.noise import Motors, Murmur
 from core.simulation.acoustics.shoebox import SPEED_OF_SOUND, ShoeboxRoom, heard, impulse_responses
 from core.simulation.acoustics.sound_source import SoundSource
-from core.simulation.microphones import RATE, SimulatedMicrophones, fan_place
+from core.simulation.microphones import RATE_HZ, SimulatedMicrophones, fan_place
 from core.simulation.settings import MicrophoneSettings
 from core.simulation.world import FLOOR, LAB
 from core.speech.practice_voice import practice_voice
 
 BLOCK = 400
 QUIET = MicrophoneSettings(murmur=-60.0, motor_noise=-60.0)
-VOICE = practice_voice(np.random.default_rng(1), 1.0, RATE)
+VOICE = practice_voice(np.random.default_rng(1), 1.0, RATE_HZ)
 MOUTH = np.array([2.0, 1.0, 1.55])
 HERE = Pose(0.3, -0.2, 0.4)
 
@@ -38,7 +38,7 @@ def microphones(settings: MicrophoneSettings = QUIET, seed: int = 3) -> Simulate
 def listen(ears: SimulatedMicrophones, seconds: float, pose: Pose = HERE, turn_rate: float = 0.0) -> Sound:
     """All that is heard while the robot stands, or turns on the spot."""
     whole: Sound | None = None
-    start = ears._until / RATE  # pyright: ignore[reportPrivateUsage]
+    start = ears._until / RATE_HZ  # pyright: ignore[reportPrivateUsage]
     for step in range(1, round(seconds * 40) + 1):
         there = Pose(pose.x, pose.y, pose.heading + turn_rate * step / 40)
         whole = joined(whole, ears.read(LAB, start + step / 40, there, 0.0, turn_rate, 0.1), 60.0)
@@ -48,45 +48,45 @@ def listen(ears: SimulatedMicrophones, seconds: float, pose: Pose = HERE, turn_r
 
 def test_arrivals_are_the_sound_later_and_fainter() -> None:
     """The law: a way of d metres delays by d/c and divides by d, between samples as well as on them."""
-    time = np.arange(4000) / RATE
+    time = np.arange(4000) / RATE_HZ
     tone = np.sin(2 * np.pi * 1000 * time)
     for away in (1.0, 2.345, 7.1):
-        way, ways = Arrivals(RATE, SPEED_OF_SOUND), np.full((1, 1), away)
+        way, ways = Arrivals(RATE_HZ, SPEED_OF_SOUND), np.full((1, 1), away)
         parts = [way.feed(tone[k : k + BLOCK], ways, ways, np.ones((1, 1))) for k in range(0, 4000, BLOCK)]
         told = np.concatenate(parts)[:, 0]
-        late = away / SPEED_OF_SOUND + HALF / RATE
+        late = away / SPEED_OF_SOUND + HALF_SAMPLES / RATE_HZ
         wanted = np.sin(2 * np.pi * 1000 * (time - late)) / away
         np.testing.assert_allclose(told[1000:], wanted[1000:], atol=4e-3 / away)
 
 
 def test_a_way_that_grows_lowers_the_pitch() -> None:
     """Doppler: leaving at 3.43 m/s, a hundredth of the sound's speed."""
-    way = Arrivals(RATE, SPEED_OF_SOUND)
-    tone = np.sin(2 * np.pi * 1000 * np.arange(RATE) / RATE)
-    step = 3.43 * BLOCK / RATE
+    way = Arrivals(RATE_HZ, SPEED_OF_SOUND)
+    tone = np.sin(2 * np.pi * 1000 * np.arange(RATE_HZ) / RATE_HZ)
+    step = 3.43 * BLOCK / RATE_HZ
     parts = [
         way.feed(
             tone[k : k + BLOCK], *(np.full((1, 1), 2 + (k // BLOCK + n) * step) for n in (0, 1)), np.ones((1, 1))
         )
-        for k in range(0, RATE, BLOCK)
+        for k in range(0, RATE_HZ, BLOCK)
     ]
     spectrum = np.abs(np.fft.rfft(np.concatenate(parts)[2000:10_000, 0] * np.hanning(8000)))
-    assert np.argmax(spectrum) * RATE / 8000 == pytest.approx(990, abs=2.1)
+    assert np.argmax(spectrum) * RATE_HZ / 8000 == pytest.approx(990, abs=2.1)
 
 
 def test_the_pieces_are_the_image_sources_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(late_reverberation, "IMAGE_JITTER", 0.0)
-    monkeypatch.setattr(late_reverberation, "DECAY", 1.0)
+    monkeypatch.setattr(late_reverberation, "DECAY_SHARE", 1.0)
     ears = microphones().ears(HERE)
-    talker = SoundSource("x", MOUTH, RATE, BLOCK, 0.25, 0)
+    talker = SoundSource("x", MOUTH, RATE_HZ, BLOCK, 0.25, 0)
     talker.say(VOICE)
     while not talker.ready:
         talker.prepare(LAB, ears)
     told = np.concatenate([talker.heard(ears, BLOCK, True) for _ in range(len(VOICE) // BLOCK)])
     box = enclosure(LAB, np.vstack((ears, MOUTH)), 0.25)
-    responses = impulse_responses(box.room, box.inside(MOUTH), box.inside(ears), RATE)
-    late = np.concatenate((np.zeros((HALF, 4)), heard(VOICE, responses)))[: len(told)]
-    rumble = butter(4, 300, "highpass", fs=RATE, output="sos")  # below, only the echo is softened
+    responses = impulse_responses(box.room, box.inside(MOUTH), box.inside(ears), RATE_HZ)
+    late = np.concatenate((np.zeros((HALF_SAMPLES, 4)), heard(VOICE, responses)))[: len(told)]
+    rumble = butter(4, 300, "highpass", fs=RATE_HZ, output="sos")  # below, only the echo is softened
     for ours, theirs in zip(sosfilt(rumble, told.T), sosfilt(rumble, late.T), strict=True):
         assert np.corrcoef(ours, theirs)[0, 1] > 0.99
         assert np.std(ours) == pytest.approx(np.std(theirs), rel=0.05)
@@ -126,7 +126,7 @@ def test_walls_hide_and_furniture_does_not() -> None:
 
 
 def test_the_murmur_comes_from_everywhere_with_the_power_told() -> None:
-    sound = Murmur(np.random.default_rng(0), RESPEAKER_ODAS.positions, RATE).take(4 * RATE)
+    sound = Murmur(np.random.default_rng(0), RESPEAKER_ODAS.positions, RATE_HZ).take(4 * RATE_HZ)
     np.testing.assert_allclose(sound.std(0), 1.0, atol=0.1)
     assert np.corrcoef(sound.T)[0, 2] > 0.6  # low notes are long beside the array
     high = np.diff(sound, 2, axis=0)
@@ -134,7 +134,7 @@ def test_the_murmur_comes_from_everywhere_with_the_power_told() -> None:
 
 
 def test_motors_are_silent_at_rest_and_as_loud_as_they_are_fast() -> None:
-    motors = Motors(np.random.default_rng(0), microphones()._spots, RATE)  # pyright: ignore[reportPrivateUsage]
+    motors = Motors(np.random.default_rng(0), microphones()._spots, RATE_HZ)  # pyright: ignore[reportPrivateUsage]
     assert not motors.take(BLOCK, 0.0, 0.0).any()
     slow = np.concatenate([motors.take(BLOCK, 0.05, 0.05) for _ in range(40)])[BLOCK:]
     fast = np.concatenate([motors.take(BLOCK, 0.1, 0.1) for _ in range(40)])[BLOCK:]
@@ -195,7 +195,7 @@ def test_too_many_too_much_and_too_near_are_refused() -> None:
     with pytest.raises(Refused, match="wait"):
         ears.say("d", MOUTH, VOICE, HERE, BLOCK)
     with pytest.raises(Refused, match="wait"):
-        ears.say("a", MOUTH, np.zeros(31 * RATE), HERE, BLOCK)
+        ears.say("a", MOUTH, np.zeros(31 * RATE_HZ), HERE, BLOCK)
     ears.hush("b")
     with pytest.raises(BadInput, match="on top"):
         ears.say("d", np.array([HERE.x, HERE.y, 0.3]), VOICE, HERE, BLOCK)
@@ -246,6 +246,6 @@ def test_one_hard_wall_sends_back_the_first_echo_and_the_others_what_they_did() 
         behind, pressures = first_images(size, mouth, 0.5, wall)  # type: ignore[arg-type]
         (changed,) = np.flatnonzero(pressures != soft)
         assert np.array_equal(behind, images)
-        assert behind[changed] == pytest.approx([mirrored, 1.5, 1.5]) and pressures[changed] == GLASS
+        assert behind[changed] == pytest.approx([mirrored, 1.5, 1.5]) and pressures[changed] == HARD_WALL_SHARE
     assert len(first_images(size, mouth, 0.0)[0]) == 1
-    assert first_images(size, mouth, 0.0, "north")[1].tolist() == [1.0, 0.0, 0.0, 0.0, 0.0, GLASS, 0.0]
+    assert first_images(size, mouth, 0.0, "north")[1].tolist() == [1.0, 0.0, 0.0, 0.0, 0.0, HARD_WALL_SHARE, 0.0]
