@@ -9,7 +9,7 @@ from console.cli import build_parser
 from console.cli.answer import JSON_BEGUN, refusal_of, sentence_of, write_json
 from core.errors import BadSettings, BeckonError
 
-DONE, COULD_NOT, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
+DONE_CODE, FAILED_CODE, USAGE_CODE, INTERRUPTED_CODE = 0, 1, 2, 130
 
 
 def with_default(arguments: list[str]) -> list[str]:
@@ -32,17 +32,17 @@ def main(arguments: list[str] | None = None) -> int:
             chosen.check_out(chosen.out)
         return chosen.run(chosen)
     except KeyboardInterrupt:
-        return INTERRUPTED
+        return INTERRUPTED_CODE
     except BrokenPipeError:
         sys.stderr.close()
-        return COULD_NOT
+        return FAILED_CODE
     except Exception as trouble:
         if os.environ.get("BECKON_DEBUG") and not isinstance(trouble, BeckonError | OSError):
             raise
         if "--json" in given and not JSON_BEGUN.get():
             write_json(refusal_of(trouble))
         sys.stderr.write(f"beckon: {sentence_of(trouble)}\n")
-        return WRONG_USAGE if isinstance(trouble, BadSettings) else COULD_NOT
+        return USAGE_CODE if isinstance(trouble, BadSettings) else FAILED_CODE
 
 
 if __name__ == "__main__":

@@ -12,8 +12,8 @@ from core.sensors import Image
 
 JPEG = [cv2.IMWRITE_JPEG_QUALITY, 80]
 REST_GAP = 0.5  # [s] between two pictures of a robot that stands, where they look alike
-COARSE = (40, 32)  # in which two pictures are compared, so that the camera's noise is no difference
-CHANGED = 4.0  # of 255: a coarse element that differs so much shows something else
+COARSE_SIZE = (40, 32)  # in which two pictures are compared, so that the camera's noise is no difference
+MIN_CHANGE_GREY = 4.0  # of 255: a coarse element that differs so much shows something else
 
 Picture = tuple[float, bytes]  # stamp [s], JPEG
 
@@ -34,7 +34,7 @@ class CameraStream:
         """
         if image is None or not self._broadcaster.watched("camera"):
             return None
-        coarse = cv2.resize(image.pixels, COARSE, interpolation=cv2.INTER_AREA).astype(float)
+        coarse = cv2.resize(image.pixels, COARSE_SIZE, interpolation=cv2.INTER_AREA).astype(float)
         viewers = len(self._broadcaster.viewers)
         if at_rest and viewers == self._viewers and self._is_like_sent(image.stamp, coarse):
             return None
@@ -44,7 +44,7 @@ class CameraStream:
     def _is_like_sent(self, stamp: float, coarse: Array) -> bool:
         sent, before = self._sent
         recent = 0 <= stamp - sent < REST_GAP and before.shape == coarse.shape
-        return recent and float(np.abs(coarse - before).max()) < CHANGED
+        return recent and float(np.abs(coarse - before).max()) < MIN_CHANGE_GREY
 
     def show(self, picture: Picture) -> None:
         """On the event loop: this is the newest."""

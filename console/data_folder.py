@@ -27,8 +27,8 @@ OURS = re.compile(
     r"history\.sqlite.*|console\.log.*|halt\..*|lock|access\..*|maps|calibration|people|robots|speech_quality|experiments|recordings|settings\.toml|models|"
     r"\..*\.new"
 )
-LOOK, LOOK_AGAIN = 10.0, 2.0  # [s] between looks while all is well, and while it is not
-PATIENCE = 5.0  # [s] after which a disk that does not answer is reported
+LOOK_PERIOD_S, TROUBLED_LOOK_PERIOD_S = 10.0, 2.0  # between looks while all is well, and while it is not
+DISK_TIMEOUT_S = 5.0  # after which a disk that does not answer is reported
 CAUSE = "data folder"  # of the notice
 
 
@@ -77,12 +77,12 @@ class DataFolder(Part):
         """For as long as the console runs."""
         while True:
             await self.look()
-            await asyncio.sleep(LOOK_AGAIN if self.trouble else LOOK)
+            await asyncio.sleep(TROUBLED_LOOK_PERIOD_S if self.trouble else LOOK_PERIOD_S)
 
     async def look(self) -> None:
         """Try it once, and tell when something has changed."""
         self._looking = self._looking or asyncio.create_task(asyncio.to_thread(self._tried))
-        done, _ = await asyncio.wait({self._looking}, timeout=PATIENCE)
+        done, _ = await asyncio.wait({self._looking}, timeout=DISK_TIMEOUT_S)
         if done:
             self._disk, self._looking = self._looking.result(), None
         else:
@@ -121,7 +121,7 @@ def home_folder(chosen: str | Path | None = None) -> Path:
 log = logging.getLogger(__name__)
 
 NAME = "lock"
-LONGEST = 1000  # characters of what stands in it
+MAX_OWNER_CHARACTERS = 1000  # characters of what stands in it
 NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP})  # of file systems that know none
 
 
@@ -175,7 +175,7 @@ def _holder(file: IO[str]) -> str:
     """Return the owner of the lock, as far as it is written there."""
     try:
         file.seek(0)
-        owner = json.loads(file.read(LONGEST))
+        owner = json.loads(file.read(MAX_OWNER_CHARACTERS))
         port = f", port {owner['port']:d}" if owner["port"] else ""
         return f" (process {owner['pid']:d}{port})"
     except (OSError, ValueError, KeyError, TypeError):
@@ -189,6 +189,6 @@ def running_at(home: Path) -> str | None:
             with contextlib.suppress(BlockingIOError):
                 fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
                 return None
-            return json.loads(file.read(LONGEST))["address"] or None
+            return json.loads(file.read(MAX_OWNER_CHARACTERS))["address"] or None
     except (OSError, ValueError, KeyError, TypeError):
         return None

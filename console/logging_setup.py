@@ -9,10 +9,10 @@ from collections.abc import Callable
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 
-LARGEST = 1_000_000  # [bytes] of a file before the next one begins
-OLDER = 3  # files kept
+MAX_LOG_BYTES = 1_000_000  # of a file before the next one begins
+MAX_OLDER_FILES = 3  # files kept
 MOST_ALIKE = 20  # lines within a minute: what strangers provoke must not push the rest out of the files
-MINUTE = 60.0  # [s]
+MINUTE_S = 60.0
 MOST_KINDS = 1000  # of lines that are distinguished
 
 
@@ -36,7 +36,7 @@ class RepeatFilter(logging.Filter):
         """True to write this line. Its kind is its logger and its text before numbers and names are put in."""
         kind, now = (record.name, str(record.msg).partition("\n")[0]), time.monotonic()
         begun, count = self._counted.pop(kind, (now, 0))
-        if now - begun > MINUTE:
+        if now - begun > MINUTE_S:
             if count > MOST_ALIKE:
                 self._say(f"{count - MOST_ALIKE} lines like “{kind[1]}” were left out.")
             begun, count = now, 0
@@ -59,7 +59,7 @@ def start_logging(path: Path) -> None:
     root.addHandler(terminal)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        kept = RotatingFileHandler(path, maxBytes=LARGEST, backupCount=OLDER, encoding="utf-8")
+        kept = RotatingFileHandler(path, maxBytes=MAX_LOG_BYTES, backupCount=MAX_OLDER_FILES, encoding="utf-8")
     except OSError as trouble:
         root.error("The log %s cannot be written: %s.", path.name, trouble.strerror)
         return

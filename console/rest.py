@@ -8,8 +8,8 @@ from core.snapshot import Snapshot
 
 STATE_GAP = 0.045  # [s] at least between two states: 20 Hz
 REST_GAP = 0.2  # [s] the same while the robot rests and nothing happens at the console
-AFTER = 2.0  # [s] of standing
-STILL = 0.005  # [m/s], [rad/s]
+STANDING_S = 2.0  # of standing
+STILL_SPEED = 0.005  # [m/s], [rad/s]
 
 
 class RestDetector:
@@ -22,11 +22,11 @@ class RestDetector:
     def saw(self, snapshot: Snapshot) -> bool:
         """The newest snapshot → whether the robot rests."""
         velocity = snapshot.velocity
-        moves = max(abs(velocity.v), abs(velocity.w)) > STILL or not snapshot.running
+        moves = max(abs(velocity.v), abs(velocity.w)) > STILL_SPEED or not snapshot.running
         busy = snapshot.active_command is not None or (snapshot.hearing is not None and snapshot.hearing.speaking)
         if moves or busy or snapshot.stamp < self._since:
             self._since = snapshot.stamp
-        self.at_rest = snapshot.stamp - self._since > AFTER
+        self.at_rest = snapshot.stamp - self._since > STANDING_S
         return self.at_rest
 
 

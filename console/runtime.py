@@ -53,7 +53,7 @@ from core.speech.understanding.own_phrases import own_phrases
 
 log = logging.getLogger(__name__)
 
-BEAT = 0.05  # [s]
+BEAT_S = 0.05
 
 
 class Runtime:
@@ -287,7 +287,7 @@ class Runtime:
                 self._tick(time.monotonic())
             except Exception:
                 log.exception("A tick failed")
-            due = max(due + BEAT, time.monotonic() - BEAT)
+            due = max(due + BEAT_S, time.monotonic() - BEAT_S)
             await asyncio.sleep(max(0.0, due - time.monotonic()))
 
     def _tick(self, now: float) -> None:
@@ -301,7 +301,7 @@ class Runtime:
             self._nothing_under_way()
         for part in self.parts:
             part.tick(now)
-        if self._state_pace.due(now, self._context.situation, BEAT):
+        if self._state_pace.due(now, self._context.situation, BEAT_S):
             self._tell_state()
 
     def sign_out(self, person: Person, why: str) -> None:

@@ -38,7 +38,7 @@ from console.control.text_file_reader import TextFileReader
 from console.control.text_file_writer import TextFileWriter
 from console.data_folder import home_folder, locked
 from console.http import qr
-from console.http.connection_limits import MOST, ConnectionLimits, raise_file_limit
+from console.http.connection_limits import MAX_CONNECTIONS, ConnectionLimits, raise_file_limit
 from console.http.timeouts import HEADER_TIME, ServerConfig, TimeoutHttp, TimeoutSocket
 from console.logging_setup import start_logging
 from console.part import BackgroundTask
@@ -59,11 +59,11 @@ from core.speech.settings import SpeechSettings
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 SOCKET_MESSAGE = 16384  # [bytes] at most in one message: the longest sentence takes 12,000
 ACCEPTED_AT_ONCE = 16  # connections: each is read before a crowd of strangers behind it can push it out again
-WAITING = 1024  # connections that wait to be accepted; beyond, a client tries again after a whole second
-SWITCH = 0.001  # [s] after which a computing thread lets the event loop in
+MAX_WAITING_CONNECTIONS = 1024  # that wait to be accepted; beyond, a client tries again after a whole second
+SWITCH_INTERVAL_S = 0.001  # after which a computing thread lets the event loop in
 ONCE_LIFE = 120.0  # [s] in which the browser that is opened here has to come
 M_ARENA_MAX = -8  # of glibc's mallopt
-PING = 5.0  # [s] between pings, and for an answer to one
+PING_PERIOD_S = 5.0  # between pings, and for an answer to one
 READABLE = (
     "Others on the network can read along and take over: this is plain HTTP, and phones give it no microphone. "
     "Start with --tls-cert and --tls-key, or put TLS in front of it."
@@ -112,7 +112,7 @@ class Server(uvicorn.Server):
         await super().startup(sockets)
         for listener in (each for server in self.servers for each in server.sockets):
             with socket.socket(fileno=os.dup(listener.fileno())) as own:
-                own.listen(WAITING)  # asyncio made the queue as long as what is accepted at once
+                own.listen(MAX_WAITING_CONNECTIONS)  # asyncio made the queue as long as what is accepted at once
         self._listening()
 
     @contextlib.contextmanager
@@ -175,7 +175,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
     os.umask(0o077)  # what the console writes is its owner's alone
     take_precedence(options)
     share_arenas()
-    sys.setswitchinterval(SWITCH)
+    sys.setswitchinterval(SWITCH_INTERVAL_S)
     most = raise_file_limit()
     with locked(home) as lock, bound(options.host, options.port) as listener:
         if first:
@@ -255,7 +255,7 @@ def share_arenas() -> None:
 
 
 def configured(
-    app: ASGIApp, certificate: Path | None = None, key: Path | None = None, most: int = MOST
+    app: ASGIApp, certificate: Path | None = None, key: Path | None = None, most: int = MAX_CONNECTIONS
 ) -> ServerConfig:
     """How uvicorn runs this application; by HTTPS where there is a certificate; `most` connections at a time."""
     config = ServerConfig(
@@ -267,8 +267,8 @@ def configured(
         ws_per_message_deflate=False,
         ws_max_size=SOCKET_MESSAGE,
         backlog=ACCEPTED_AT_ONCE,
-        ws_ping_interval=PING,
-        ws_ping_timeout=PING,
+        ws_ping_interval=PING_PERIOD_S,
+        ws_ping_timeout=PING_PERIOD_S,
         timeout_graceful_shutdown=3,
         access_log=False,
         server_header=False,

@@ -287,7 +287,7 @@ def card(profile: Profile) -> messages.RobotCard:
     )
 
 
-DIGITS = 3
+DECIMAL_DIGITS = 3
 
 
 def late_command(late: LateCommand | None) -> messages.LateCommandState | None:
@@ -312,14 +312,16 @@ def pending_command(
         heard_as=command.heard_as,
         source=waiting.source,
         who=waiting.person.name,
-        begins_in_s=round(max(0.0, waiting.when.begins - now), DIGITS),
+        begins_in_s=round(max(0.0, waiting.when.begins - now), DECIMAL_DIGITS),
         delay_s=waiting.delay,
         target=spec_of(command.name).target,
         uncertain=waiting.decision.verdict == "confirm",
         alternatives=[one.heard_as for one in waiting.decision.alternatives],
-        way=[(round(x, DIGITS), round(y, DIGITS)) for x, y in seen.path.tolist()],
-        goal=None if seen.goal is None else (round(seen.goal[0], DIGITS), round(seen.goal[1], DIGITS)),
-        heading_rad=None if seen.heading is None else round(seen.heading, DIGITS),
-        bearing_rad=None if bearing is None else round(bearing, DIGITS),
-        bearing_sd_rad=None if call is None else round(call.sd, DIGITS),
+        way=[(round(x, DECIMAL_DIGITS), round(y, DECIMAL_DIGITS)) for x, y in seen.path.tolist()],
+        goal=None
+        if seen.goal is None
+        else (round(seen.goal[0], DECIMAL_DIGITS), round(seen.goal[1], DECIMAL_DIGITS)),
+        heading_rad=None if seen.heading is None else round(seen.heading, DECIMAL_DIGITS),
+        bearing_rad=None if bearing is None else round(bearing, DECIMAL_DIGITS),
+        bearing_sd_rad=None if call is None else round(call.sd, DECIMAL_DIGITS),
     )

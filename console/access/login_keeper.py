@@ -9,7 +9,7 @@ from console.access.logins import Logins, Person
 from console.part import Part
 from core.errors import BeckonError
 
-LOOK = 0.5  # [s] between looks at the file: what the command line revokes ends within a second
+LOOK_PERIOD_S = 0.5  # between looks at the file: what the command line revokes ends within a second
 
 
 class LoginKeeper(Part):
@@ -29,7 +29,7 @@ class LoginKeeper(Part):
                 self._report("")
             except BeckonError as trouble:
                 self._report(str(trouble))
-            await asyncio.sleep(LOOK)
+            await asyncio.sleep(LOOK_PERIOD_S)
 
     async def settle(self) -> None:
         """Wait until all that was changed by now is on disk. Raises Unavailable, Unwritable."""

@@ -25,8 +25,8 @@ BY_KEY = "token-"  # begins the id of who shows a key with every request
 DAY = 24 * 3600.0
 LIFE = 7 * DAY  # [s] of a login
 LINK_LIFE = 30 * DAY  # [s] of a link
-WINDOW = 60.0  # [s] in which an address may be wrong
-WRONG = 5  # times
+WRONG_WINDOW_S = 60.0  # in which an address may be wrong
+MAX_WRONG = 5  # times
 MOST_LOGINS = 300  # of one role
 MOST_LINKS = 100  # of one role, in which the eldest end
 MOST_ADDRESSES = 1000  # that are remembered for being wrong
@@ -252,12 +252,12 @@ class Logins:
 
     def blocked(self, address: str, now: float) -> bool:
         """Return whether this address has been wrong too often within the last minute."""
-        recent = [moment for moment in self._wrong.get(address, ()) if now - moment < WINDOW]
+        recent = [moment for moment in self._wrong.get(address, ()) if now - moment < WRONG_WINDOW_S]
         if recent:
             self._wrong[address] = recent
         else:
             self._wrong.pop(address, None)
-        return len(recent) >= WRONG
+        return len(recent) >= MAX_WRONG
 
     def guessed(self, address: str, now: float) -> None:
         """This address showed a wrong token."""

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 
 from console.access.logins import Person
 
-MOST = 200
+MAX_SOCKETS = 200
 MOST_OF_ONE = 64  # of one person
-RESERVED = 16  # of all, for those who may drive
+RESERVED_SOCKETS = 16  # of all, for those who may drive
 
 Close = Callable[[int, str], None]
 
@@ -30,7 +30,7 @@ class OpenSockets:
         of_one = sum(1 for other, _ in self._open.values() if other.id == person.id)
         if of_one >= MOST_OF_ONE:
             raise TooMany("You have too many sockets open; close some tabs.")
-        if len(self._open) >= MOST - (0 if person.may("operator") else RESERVED):
+        if len(self._open) >= MAX_SOCKETS - (0 if person.may("operator") else RESERVED_SOCKETS):
             raise TooMany("Too many people watch now; try again later.")
         key = object()
         self._open[key] = (person, close)

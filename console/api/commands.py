@@ -10,7 +10,7 @@ from pydantic import Field
 
 from console.access.roles import needs
 from console.api import Behind, Dispatcher, HistoryInUse, RequestBody, Who, router
-from console.control.history_store import REMEMBERED, HistoryEntry
+from console.control.history_store import MAX_REMEMBERED_ENTRIES, HistoryEntry
 from console.http.problems import Problem
 from console.sentences import code_of
 from core.commands import VOCABULARY, particulars
@@ -21,7 +21,7 @@ from core.snapshot import Snapshot
 
 commands = router("commands", 409, 503)
 
-POINTED = 0.1  # [rad] sd of a direction that an operator gives
+POINTED_SD_RAD = 0.1  # sd of a direction that an operator gives
 
 
 class CommandRequest(RequestBody):
@@ -133,7 +133,7 @@ async def vocabulary() -> Vocabulary:
 @commands.get("/commands/history")
 @needs("viewer")
 async def history(
-    history: HistoryInUse, limit: Annotated[int, Query(ge=1, le=REMEMBERED)] = REMEMBERED
+    history: HistoryInUse, limit: Annotated[int, Query(ge=1, le=MAX_REMEMBERED_ENTRIES)] = MAX_REMEMBERED_ENTRIES
 ) -> CommandHistory:
     """The newest commands, each with its sender and how it ended; newest first, at most `limit`."""
     entries = history.newest_first(commands_only=True, limit=limit)
@@ -162,7 +162,7 @@ def pointed(azimuth: float, snapshot: Snapshot | None) -> VoiceBearing:
     if snapshot is None:
         raise Problem(503, "The robot has not said yet where it is.")
     here = snapshot.estimate.pose
-    return VoiceBearing(stamp=snapshot.stamp, azimuth=wrap(azimuth), sd=POINTED, x=here.x, y=here.y)
+    return VoiceBearing(stamp=snapshot.stamp, azimuth=wrap(azimuth), sd=POINTED_SD_RAD, x=here.x, y=here.y)
 
 
 def row_of(kind: CommandSpec) -> VocabularyRow:

@@ -14,7 +14,7 @@ from console.access.logins import ANYBODY, BY_KEY, LIFE, Person
 from console.access.roles import KEY, needs
 from console.api import AccessRules, Dispatcher, HistoryInUse, RequestBody, Sockets, Who, problems, router
 from console.http.problems import Problem
-from console.people.store import LONGEST, name_of
+from console.people.store import MAX_NAME_CHARACTERS, name_of
 
 login = router("login", 507)
 
@@ -23,7 +23,7 @@ class LoginRequest(RequestBody):
     """The token that the console printed when it started."""
 
     token: str = Field(max_length=200)
-    name: str = Field(default="", max_length=4 * LONGEST)
+    name: str = Field(default="", max_length=4 * MAX_NAME_CHARACTERS)
 
 
 class PersonRow(msgspec.Struct, frozen=True):

@@ -18,7 +18,7 @@ from console.api import RequestBody, SavedMaps, Who, router
 from console.api.typed_route import Responses
 from console.http.downloads import file_named, zip_named
 from console.maps.plan import plan_pdf, plan_svg
-from console.maps.store import LONGEST, MapInfo, SavedMapFacts
+from console.maps.store import MAX_NAME_LETTERS, MapInfo, SavedMapFacts
 from console.maps.trajectory import laid_out
 from core.message import Array
 from core.pipelines.nav2_map import map_pixels, nav2_map
@@ -27,13 +27,13 @@ from core.slam.map.occupancy import OccupancyGrid
 
 maps = router("map", 409, 429, 503, 507)
 
-Name = Annotated[str, Path(min_length=1, max_length=4 * LONGEST)]
+Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
 
 
 class SaveMapRequest(RequestBody):
     """Under which name; `replace`: also when there is a map of that name already."""
 
-    name: str = Field(max_length=4 * LONGEST, examples=["ground floor"])
+    name: str = Field(max_length=4 * MAX_NAME_LETTERS, examples=["ground floor"])
     replace: bool = False
 
 

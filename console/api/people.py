@@ -15,7 +15,7 @@ from console.http.problems import Problem
 from console.people.enrollment import EnrollmentState
 from console.people.jobs import UploadedPicture
 from console.people.service import EnrollmentService, PeopleState
-from console.people.store import LONGEST
+from console.people.store import MAX_NAME_CHARACTERS
 
 people = router("people", 409, 503, 507)
 PeopleEnrolled = Annotated[EnrollmentService, part(EnrollmentService)]
@@ -40,7 +40,7 @@ class ChoiceRequest(RequestBody):
 class NameRequest(RequestBody):
     """The name of the person."""
 
-    name: str = Field(max_length=4 * LONGEST, examples=["Ann"])
+    name: str = Field(max_length=4 * MAX_NAME_CHARACTERS, examples=["Ann"])
 
 
 class CaptureRequest(RequestBody):

@@ -17,7 +17,7 @@ from console.api import AccessRules, Behind, HistoryInUse, RequestBody, Sockets,
 from console.api.login import called
 from console.http import qr
 from console.http.problems import Problem
-from console.people.store import LONGEST
+from console.people.store import MAX_NAME_CHARACTERS
 
 sessions = router("sessions", 507)
 
@@ -72,7 +72,7 @@ class LinkRequest(RequestBody):
     """Whom the link is for."""
 
     role: Literal["viewer", "operator"] = "viewer"
-    name: str = Field(default="", max_length=4 * LONGEST, examples=["tablet"])
+    name: str = Field(default="", max_length=4 * MAX_NAME_CHARACTERS, examples=["tablet"])
 
 
 @sessions.get("/sessions")

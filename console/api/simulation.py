@@ -31,8 +31,8 @@ from core.robots.requests import (
 )
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, pcm, speak
 
-PCM = 900_000  # characters of base64, 21 s at 16 kHz
-PIECE = 75_000  # [bytes] of samples that go through the driver's pipe at once; an even number
+MAX_PCM_CHARACTERS = 900_000  # characters of base64, 21 s at 16 kHz
+PIECE_BYTES = 75_000  # of samples that go through the driver's pipe at once; an even number
 
 simulation = router("simulation", 404, 409, 503)
 
@@ -107,7 +107,7 @@ class SayRequest(RequestBody):
     """
 
     text: str | None = Field(default=None, max_length=500)
-    pcm: str | None = Field(default=None, max_length=PCM)
+    pcm: str | None = Field(default=None, max_length=MAX_PCM_CHARACTERS)
     rate_hz: int = Field(default=16_000, ge=8_000, le=48_000)
     x_m: Number | None = None
     y_m: Number | None = None
@@ -222,9 +222,11 @@ def pieces(request: Speak) -> list[Speak]:
     samples = request.pcm
     if samples is None:
         return [request]
-    begins = range(0, max(len(samples), 1), PIECE)
+    begins = range(0, max(len(samples), 1), PIECE_BYTES)
     return [
-        replace(request, pcm=samples[begin : begin + PIECE], more=request.more or begin + PIECE < len(samples))
+        replace(
+            request, pcm=samples[begin : begin + PIECE_BYTES], more=request.more or begin + PIECE_BYTES < len(samples)
+        )
         for begin in begins
     ]
 

@@ -31,7 +31,7 @@ ONLY_SIMULATED = (
     "Hearing is measured by itself only on the simulated robot. With a real one, record what is said and what it "
     "hears, and compare them: beckon speech-quality --orig-wav ORIG.wav --rev-wav REV.wav"
 )
-DISTANCES = (1.0, 2.0, 3.0)  # [m] when nobody says anything else
+DEFAULT_DISTANCES_M = (1.0, 2.0, 3.0)  # when nobody says anything else
 PAGE: Responses = {200: {"content": {"text/html": {}}}}
 
 
@@ -75,7 +75,7 @@ async def begin(
         raise Problem(409, ONLY_SIMULATED)
     robot = await behind.ask(ReadTruth())
     world = (await behind.ask(ReadPlan())).name
-    towards, distances = robot.heading_rad + asked.azimuth_rad, list(DISTANCES)
+    towards, distances = robot.heading_rad + asked.azimuth_rad, list(DEFAULT_DISTANCES_M)
     if asked.x_m is not None and asked.y_m is not None:
         x, y = asked.x_m - robot.x_m, asked.y_m - robot.y_m
         towards, distances = math.atan2(y, x), [round(math.hypot(x, y), 2)]

@@ -19,10 +19,10 @@ from core.robots.requests import ReadTruth, Speak
 from core.sensors.microphones import Sound
 from core.speech.synthesis import pcm
 
-LONGEST = 300  # characters
-ABOVE = 0.35  # [m] of the simulated robot's loudspeaker above its microphones
+MAX_CHARACTERS = 300  # characters
+LOUDSPEAKER_ABOVE_M = 0.35  # of the simulated robot's loudspeaker above its microphones
 NAME = "robot"
-LAG = 1.5  # [s] until the simulated room has worked out its first echo
+ECHO_LAG_S = 1.5  # until the simulated room has worked out its first echo
 
 voice = router("voice", 409, 503)
 SpokenAnswers = Annotated[RobotVoice, part(RobotVoice)]
@@ -31,7 +31,7 @@ SpokenAnswers = Annotated[RobotVoice, part(RobotVoice)]
 class SpeechRequest(RequestBody):
     """The text to say."""
 
-    text: str = Field(min_length=1, max_length=LONGEST)
+    text: str = Field(min_length=1, max_length=MAX_CHARACTERS)
 
 
 class PlayedRequest(RequestBody):
@@ -88,8 +88,8 @@ async def in_room(behind: Runtime, sound: Sound) -> None:
         or not heard.listening
     ):
         return
-    behind.parts[RobotVoice].in_room(snapshot.stamp + LAG + sound.duration)
+    behind.parts[RobotVoice].in_room(snapshot.stamp + ECHO_LAG_S + sound.duration)
     with contextlib.suppress(BeckonError):  # no room for a loudspeaker, or too many talk: only the browser is heard
         here = await behind.ask(ReadTruth())
-        place = Speak(id=NAME, x_m=here.x_m, y_m=here.y_m, z_m=array.height + ABOVE)
+        place = Speak(id=NAME, x_m=here.x_m, y_m=here.y_m, z_m=array.height + LOUDSPEAKER_ABOVE_M)
         await speak_in_pieces(behind.ask, replace(place, pcm=pcm(sound), rate_hz=sound.rate))

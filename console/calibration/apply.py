@@ -19,7 +19,7 @@ from core.perception.landmarks.level_view import level_bounds
 from core.robots import Profile
 from core.sensors import Camera
 
-ALIKE = 3  # times the exactness that is asked of a camera's calibration may two of them differ for one mount
+SAME_CAMERA_RATIO = 3  # times the exactness asked of a camera's calibration, by which two may differ for one mount
 
 Reasons = dict[CalibrationKind, str]
 
@@ -100,7 +100,7 @@ def usable_mount(
             f"in use gives {model.width}x{model.height}; it is not used. Calibrate the laser again."
         )
     away = apart(through, model)
-    if away > ALIKE * target(model.width):
+    if away > SAME_CAMERA_RATIO * target(model.width):
         return None, (
             f"The accepted mount was found through another camera calibration, {away:.1f} px from the one in use; it "
             "is not used. Calibrate the laser again, or take the camera's calibration back."

@@ -8,7 +8,7 @@ import cv2
 import msgspec
 import numpy as np
 
-from console.calibration.codec import SMALL, advised_view, board_of, jpeg, png, points
+from console.calibration.codec import THUMBNAIL_PX, advised_view, board_of, jpeg, png, points
 from console.calibration.jobs import (
     AcceptCamera,
     AcceptedCamera,
@@ -41,7 +41,7 @@ from core.calibration.reports import camera_report, kept
 from core.errors import Refused
 from core.message import Array
 
-UNKNOWN = 0.05  # share of the focal length: a standard deviation beyond it means that nothing is known
+UNKNOWN_SD_SHARE = 0.05  # share of the focal length: a standard deviation beyond it means that nothing is known
 
 
 class CameraWorker(SessionWorker):
@@ -123,7 +123,7 @@ class CameraWorker(SessionWorker):
         session, found = self._session, self._session.calibration
         self.check_acceptable(solved=found is not None, force=job.force)
         assert found is not None
-        if found.sds["fx"] > UNKNOWN * found.model.fx:
+        if found.sds["fx"] > UNKNOWN_SD_SHARE * found.model.fx:
             raise Refused("The focal length is not known from these views; tilt the board by 20 to 50 degrees.")
         report = camera_report(found)
         return AcceptedCamera(kept(found.model, board=session.board, camera=report), report)
@@ -134,7 +134,7 @@ class CameraWorker(SessionWorker):
         corners = None if verdict.corners is None else points(verdict.corners)
         counted: CountedPicture | None = None
         if is_counted:
-            counted = CountedPicture(verdict.name, None if original else png(grey), jpeg(grey, SMALL))
+            counted = CountedPicture(verdict.name, None if original else png(grey), jpeg(grey, THUMBNAIL_PX))
         return SessionAnswer(
             size=size,
             verdict=CalibrationVerdict(verdict.kind, verdict.words, verdict.name, corners=corners),

@@ -14,7 +14,7 @@ from core.geometry import Transform
 from core.message import Array
 from core.optics import CameraModel
 
-SMALL = 200  # [pixel] longest side of a thumbnail
+THUMBNAIL_PX = 200  # longest side of a thumbnail
 
 
 def board_of(board: CalibrationBoard) -> Board:

@@ -195,9 +195,9 @@ class BoardDemo:
         )
 
 
-STEP = 0.1  # [s]
-PANEL = 0.02  # [m] of rim around the print that the demo's board has, when nobody measured it
-PATIENCE = 600.0  # [s] after which the demo gives up
+STEP_S = 0.1
+PANEL_RIM_M = 0.02  # of rim around the print that the demo's board has, when nobody measured it
+MAX_DEMO_S = 600.0  # after which the demo gives up
 
 
 def demo_of(session: CalibrationSession, ask: Ask, seed: int) -> Demo:
@@ -208,11 +208,11 @@ def demo_of(session: CalibrationSession, ask: Ask, seed: int) -> Demo:
     async def run() -> None:
         loop = asyncio.get_running_loop()
         began, heard = loop.time(), session.last_counted
-        while not board_demo.done and loop.time() - began < PATIENCE:
+        while not board_demo.done and loop.time() - began < MAX_DEMO_S:
             counted = session.last_counted != heard
             heard = session.last_counted
             await board_demo.step(loop.time(), sight_of(session, counted))
-            await asyncio.sleep(STEP)
+            await asyncio.sleep(STEP_S)
 
     def show(*, on: bool) -> None:
         session.shown.demo = on

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from console.calibration.codec import SMALL, advised_view, jpeg, png, points
+from console.calibration.codec import THUMBNAIL_PX, advised_view, jpeg, png, points
 from console.calibration.jobs import (
     AcceptedMount,
     AcceptMount,
@@ -104,7 +104,7 @@ class LaserWorker(SessionWorker):
         answer = msgspec.structs.replace(answer, scan=self._shown(scan), room_known=room_known)
         if verdict is None or not is_counted or self._grey is None:
             return answer
-        counted = CountedPicture(verdict.name, png(self._grey), jpeg(self._grey, SMALL))
+        counted = CountedPicture(verdict.name, png(self._grey), jpeg(self._grey, THUMBNAIL_PX))
         return msgspec.structs.replace(answer, counted=counted, check=self._check())
 
     def forget_room(self, _: ForgetRoom) -> SessionAnswer:

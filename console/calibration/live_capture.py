@@ -19,8 +19,8 @@ from core.sensors import Image, Scan, SensorFrame
 log = logging.getLogger(__name__)
 
 BROKE_OFF = "Looking at the robot broke off; nothing was lost. Switch it on again; the log says more."
-PAUSE = 0.5  # [s] after something went wrong
-CARRIED, TURNED = 0.02, np.deg2rad(1.5)  # [m], [rad] the robot may move after it has looked at the empty room
+RETRY_PAUSE_S = 0.5  # after something went wrong
+MAX_CARRIED_M, MAX_TURNED_RAD = 0.02, np.deg2rad(1.5)  # the robot may move after it has looked at the empty room
 
 
 class LiveCapture:
@@ -61,7 +61,7 @@ class LiveCapture:
                 if self._over:
                     return
                 self._session.trouble(str(wrong))
-                await asyncio.sleep(PAUSE)
+                await asyncio.sleep(RETRY_PAUSE_S)
             except Exception:
                 log.exception("Looking at the robot broke off.")
                 self._session.trouble(BROKE_OFF)
@@ -92,7 +92,7 @@ def moved(stood: Pose | None, here: Pose | None) -> bool:
     if stood is None or here is None:
         return False
     away = stood.inverse() @ here
-    return float(np.hypot(away.x, away.y)) > CARRIED or abs(away.heading) > TURNED
+    return float(np.hypot(away.x, away.y)) > MAX_CARRIED_M or abs(away.heading) > MAX_TURNED_RAD
 
 
 def grey_picture(image: Image) -> Array:

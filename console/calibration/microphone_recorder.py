@@ -14,9 +14,9 @@ from core.sensors.resampling import resampled
 from core.speech.practice_voice import practice_voice
 from core.speech.synthesis import VoiceSettings, speak
 
-PATIENCE = 20.0  # [s] by the clock for a recording of any length
-RATE = 16_000  # [Hz] of speech in the simulated room
-DISTANCES = (1.5, 1.2, 0.9, 2.0, 0.6)  # [m] that are tried
+RECORDING_TIMEOUT_S = 20.0  # by the clock for a recording of any length
+RATE_HZ = 16_000  # of speech in the simulated room
+TRIED_DISTANCES_M = (1.5, 1.2, 0.9, 2.0, 0.6)  # that are tried
 WORDS = "Here I am, here."
 NAME = "demo"
 
@@ -49,7 +49,7 @@ class MicrophoneRecorder:
             await self._ask(SetListening(on=True))
             if say_from is not None:
                 await self._say(say_from)
-            async with asyncio.timeout(PATIENCE + seconds):
+            async with asyncio.timeout(RECORDING_TIMEOUT_S + seconds):
                 while self._sound is None or self._sound.duration < seconds - 0.5 / self._sound.rate:
                     self._news.clear()
                     await self._news.wait()
@@ -67,7 +67,7 @@ class MicrophoneRecorder:
         samples = await asyncio.to_thread(words)
         angle = robot.heading_rad + azimuth
         trouble: BeckonError = BadInput("Nobody can speak from there: the robot stands too close to the walls.")
-        for distance in DISTANCES:
+        for distance in TRIED_DISTANCES_M:
             x, y = robot.x_m + distance * math.cos(angle), robot.y_m + distance * math.sin(angle)
             try:
                 await self._ask(Speak(pcm=samples, x_m=x, y_m=y))
@@ -81,8 +81,8 @@ def words() -> bytes:
     """Return a word of the demo: 16-bit samples at RATE; without text to speech a made-up voice."""
     try:
         sound = speak(WORDS, VoiceSettings())
-        samples = resampled(sound.samples[:, 0], sound.rate, RATE)
+        samples = resampled(sound.samples[:, 0], sound.rate, RATE_HZ)
     except Unavailable:
-        samples = practice_voice(np.random.default_rng(0), 1.5, RATE)
+        samples = practice_voice(np.random.default_rng(0), 1.5, RATE_HZ)
     level = np.clip(0.3 * samples / np.abs(samples).max(), -1, 1)
     return np.round(32767 * level).astype("<i2").tobytes()

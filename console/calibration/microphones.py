@@ -31,10 +31,10 @@ from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
 
-CHECKED = 3.0  # [s] of sound that the self-check looks at
-CLAPPED = 3.0  # [s] within which a person claps
-BUDGET = 30.0  # [s] of processor time
-MOVING = 0.02  # [m/s, rad/s]
+CHECKED_S = 3.0  # of sound that the self-check looks at
+CLAP_S = 3.0  # within which a person claps
+BUDGET_S = 30.0  # of processor time
+MOVING_SPEED = 0.02  # [m/s, rad/s]
 MOST_CLAPS = 24
 FILE = "microphones.json"
 
@@ -141,7 +141,7 @@ class MicrophoneCalibration(Part):
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """The newest of what the robot does and hears."""
-        self.moves = abs(snapshot.velocity.v) > MOVING or abs(snapshot.velocity.w) > MOVING
+        self.moves = abs(snapshot.velocity.v) > MOVING_SPEED or abs(snapshot.velocity.w) > MOVING_SPEED
         if not self.busy:
             self._listening = snapshot.hearing is not None and snapshot.hearing.listening
         self._recorder.took(frame.sound)
@@ -220,7 +220,7 @@ class MicrophoneCalibration(Part):
             microphones=self._array is not None,
             simulated=self._robot.profile.simulated,
             busy=self.busy,
-            listens_s=CLAPPED,
+            listens_s=CLAP_S,
             asked_rad=list(self.wizard.asked),
             claps=[
                 ClapRow(one.asked, one.heard, one.sd, None if found is None else one.gap(found))
@@ -285,10 +285,10 @@ class MicrophoneCalibration(Part):
 
     async def _check(self, say_from: float | None) -> None:
         self.faults = None
-        self.faults = await self._asked(CheckArray(*await self._recorded(CHECKED, say_from)))
+        self.faults = await self._asked(CheckArray(*await self._recorded(CHECKED_S, say_from)))
 
     async def _clap(self, asked: float, say_from: float | None) -> None:
-        recorded = await self._recorded(CLAPPED, say_from)
+        recorded = await self._recorded(CLAP_S, say_from)
         try:
             clap = await self._asked(FindClap(*recorded, asked))
         except BadInput as wrong:
@@ -304,7 +304,7 @@ class MicrophoneCalibration(Part):
     async def _asked(self, job: Job[Answer]) -> Answer:
         """Raises what the worker raises, and Unavailable when it breaks."""
         try:
-            return await self._worker.ask(job, budget=BUDGET)
+            return await self._worker.ask(job, budget=BUDGET_S)
         except WorkerLost as lost:
             log.warning("The worker that looks at the array was lost: %s", lost)
             raise Unavailable("What looks at the microphones broke; try once more.") from None

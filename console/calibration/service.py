@@ -30,7 +30,7 @@ from console.calibration.session import (
     LaserCalibrationSession,
 )
 from console.calibration.session_store import (
-    VERSION,
+    FORM_VERSION,
     SessionInfo,
     SessionStore,
     StoredMount,
@@ -53,10 +53,10 @@ from core.sensors import Image, SensorFrame
 from core.snapshot import Level, Snapshot
 
 MOST_SESSIONS = 100
-FORGOTTEN = 600.0  # [s] without anybody who looks, after which a session looks no more
+FORGET_SESSION_S = 600.0  # without anybody who looks, after which a session looks no more
 MOST_PICTURES, MOST_EXPORTS = 8, 3  # whole pictures and zips that may be asked for at once
 KINDS: tuple[CalibrationKind, ...] = ("camera", "laser")
-IDLE = 180.0  # [s] after which a worker that nobody needs is ended
+MAX_IDLE_S = 180.0  # after which a worker that nobody needs is ended
 
 
 class CalibrationService(Part):
@@ -115,10 +115,10 @@ class CalibrationService(Part):
             session = self.sessions[name]
             if self._news.watched(name) or self._demo.shows(name):
                 session.looked_at = now
-            elif now - session.looked_at > FORGOTTEN:
+            elif now - session.looked_at > FORGET_SESSION_S:
                 self.live(session, on=False)
         for session in self.sessions.values():
-            if session.pid is not None and not session.busy and now - session.used > IDLE:
+            if session.pid is not None and not session.busy and now - session.used > MAX_IDLE_S:
                 session.close()
         if self.solver.alive and not self.solver.busy and not any(s.pid for s in self.sessions.values()):
             self.solver.kill()
@@ -150,7 +150,7 @@ class CalibrationService(Part):
         for other in list(self.sessions.values()):
             if other.card.kind == kind:
                 self.rest(other)
-        session = self._reset_pose(StoredSession(VERSION, card, shown))
+        session = self._reset_pose(StoredSession(FORM_VERSION, card, shown))
         await session.save()
         return session
 

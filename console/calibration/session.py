@@ -33,7 +33,7 @@ from console.calibration.jobs import (
     SolveLaser,
     TakeUpload,
 )
-from console.calibration.session_store import VERSION, SessionStore, StoredSession
+from console.calibration.session_store import FORM_VERSION, SessionStore, StoredSession
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationVerdict, VerdictKind
 from console.workers.job import Answer, Job, plain
@@ -73,10 +73,10 @@ class SessionWriter:
 
 
 PICTURE_BUDGET = 2.0  # [s] of processor time for one picture
-BUDGET = 10.0  # [s] for anything else at the worker
+BUDGET_S = 10.0  # for anything else at the worker
 SOLVE_BUDGET = 60.0  # [s]
 SOLVE_PATIENCE = 30.0  # [s] by the clock that accepting waits for a solution
-DWELL = 1.0  # [s] that "counted" stays before the live picture's "same as …" may replace it
+DWELL_S = 1.0  # that "counted" stays before the live picture's "same as …" may replace it
 MOST_WAITING = 3  # requests that may wait for the worker
 COVERED = "The solution is of all these views already. Show more of them, or leave one out; then it is solved again."
 
@@ -141,7 +141,7 @@ class CalibrationSession(ABC):
         self,
         job: Job[SessionAnswer],
         *,
-        budget: float = BUDGET,
+        budget: float = BUDGET_S,
         stamp: float | None = None,
         patient: bool = False,
     ) -> SessionAnswer:
@@ -222,7 +222,9 @@ class CalibrationSession(ABC):
 
     def _encoded(self) -> bytes:
         """All of it, as it is now."""
-        whole = StoredSession(VERSION, self.card, self.shown, msgspec.Raw(self._state), self.pictures, self.exports)
+        whole = StoredSession(
+            FORM_VERSION, self.card, self.shown, msgspec.Raw(self._state), self.pictures, self.exports
+        )
         return msgspec.json.encode(whole, enc_hook=plain)
 
     @asynccontextmanager
@@ -242,7 +244,7 @@ class CalibrationSession(ABC):
         finally:
             self._waiting -= 1
 
-    async def _asked(self, job: Job[Answer], budget: float = BUDGET) -> Answer:
+    async def _asked(self, job: Job[Answer], budget: float = BUDGET_S) -> Answer:
         """The worker's answer. A job whose worker was killed from outside is done again, once."""
         rests = self._rests
         for last in (False, True):
@@ -262,7 +264,7 @@ class CalibrationSession(ABC):
         if self._worker.alive and self._opened == self._worker.starts:
             return
         try:
-            answer = await self._worker.ask(self._opening(), budget=BUDGET)
+            answer = await self._worker.ask(self._opening(), budget=BUDGET_S)
         except WorkerLost as lost:
             self.trouble(str(lost))
             raise Problem(503, "The calibration's worker does not start; try again.") from None
@@ -308,7 +310,7 @@ class CalibrationSession(ABC):
         self.shown.verdict = verdict
         if verdict.kind == "counted":
             self.last_counted = self._number
-            self._counted_until = time.monotonic() + DWELL
+            self._counted_until = time.monotonic() + DWELL_S
 
     async def _keep(self, counted: CountedPicture, content: bytes | None) -> None:
         """The picture of a view that was counted."""
@@ -356,7 +358,7 @@ class CalibrationSession(ABC):
             return
         solution = self.shown.solution
         try:
-            solution["correction"] = await self._solver.ask(MeasureCorrection(camera), budget=BUDGET)
+            solution["correction"] = await self._solver.ask(MeasureCorrection(camera), budget=BUDGET_S)
         except BeckonError:
             return
         await self.save()

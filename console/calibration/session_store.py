@@ -23,7 +23,7 @@ from core.optics import CameraModel
 
 log = logging.getLogger(__name__)
 
-VERSION = 1
+FORM_VERSION = 1
 MOST_BYTES = 2**27  # of one session's file
 NAME = "session.json"
 NO_STATE = msgspec.Raw(b"null")
@@ -129,7 +129,7 @@ def kept_sessions(base: Path) -> Iterator[StoredSession]:
             if path.stat().st_size > MOST_BYTES:
                 raise ValueError("too large")
             kept = msgspec.json.decode(path.read_bytes(), type=StoredSession)
-            if kept.version != VERSION or kept.card.id != path.parent.name:
+            if kept.version != FORM_VERSION or kept.card.id != path.parent.name:
                 raise ValueError("of another version, or in another's folder")
         except (OSError, ValueError, msgspec.MsgspecError, BadInput) as trouble:
             log.warning("A calibration session cannot be read: %s: %s", path, trouble)

@@ -46,7 +46,7 @@ from core.calibration.reports import (
 )
 from core.errors import BadInput
 
-ARROWS = 800  # residuals shown at most
+MAX_ARROWS = 800  # residuals shown at most
 FROM_FILE = "Read from a file; how exact it is stands only in the file it came from."
 
 
@@ -153,5 +153,5 @@ def residuals(found: Calibration) -> list[list[float]]:
     """Return the seen corners and by how much they miss: rows of u, v, du, dv [pixel], thinned."""
     used = found.corners.used
     rows = np.concatenate((found.corners.pixels[used], found.residuals[used]), axis=1)
-    step = -(-len(rows) // ARROWS)
+    step = -(-len(rows) // MAX_ARROWS)
     return np.round(rows[::step], 3).tolist()

@@ -9,7 +9,7 @@ from console import messages
 from console.broadcast import Broadcaster
 from console.messages.calibration import CalibrationSessionState
 
-GAP = 0.1  # [s] at least between two states of one session, unless it is urgent
+STATE_GAP_S = 0.1  # at least between two states of one session, unless it is urgent
 
 
 class SessionUpdates:
@@ -28,7 +28,7 @@ class SessionUpdates:
         """Publish at most ten times a second; at once, when it is urgent."""
         if not self.watched(session.id):
             return
-        wait = self._published_at.get(session.id, 0.0) + GAP - time.monotonic()
+        wait = self._published_at.get(session.id, 0.0) + STATE_GAP_S - time.monotonic()
         if urgent or wait <= 0:
             self.publish(session)
         elif session.id not in self._later:

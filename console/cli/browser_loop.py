@@ -24,8 +24,8 @@ TYPES = {
     ".svg": "image/svg+xml",
 }
 """Of the page's files, by suffix: what else lies there is not given."""
-LARGEST = 40_000_000  # [bytes] of a recording
-PATIENCE = 600.0  # [s] for which the page is waited for
+MAX_RECORDING_BYTES = 40_000_000  # of a recording
+PAGE_TIMEOUT_S = 600.0  # for which the page is waited for
 
 
 class BrowserLoop:
@@ -53,7 +53,7 @@ class BrowserLoop:
         self._server.shutdown()
         self._server.server_close()
 
-    def recorded(self, seconds: float = PATIENCE) -> Array:
+    def recorded(self, seconds: float = PAGE_TIMEOUT_S) -> Array:
         """Wait for what the page recorded, (M,) at 16 kHz. Raises Unavailable when nothing comes."""
         if not self._came.wait(seconds) or self._heard is None:
             raise Unavailable(f"No recording came from the page {self.address} within {seconds:g} s.")
@@ -74,7 +74,7 @@ class BrowserLoop:
             raise BadInput("A recording is a row of 16-bit samples.")
         self._heard = np.frombuffer(body, "<i2").astype(float) / 32768
         self._came.set()
-        self._answered.wait(PATIENCE)
+        self._answered.wait(PAGE_TIMEOUT_S)
         return self._answer
 
 
@@ -100,7 +100,7 @@ def _handler(loop: BrowserLoop, secret: str) -> type[BaseHTTPRequestHandler]:
 
         def do_POST(self) -> None:
             length = self.headers.get("Content-Length", "")
-            if self._path() != "rev" or not length.isdigit() or int(length) > LARGEST:
+            if self._path() != "rev" or not length.isdigit() or int(length) > MAX_RECORDING_BYTES:
                 self._send(404, b"There is nothing here.", "text/plain")
                 return
             try:

@@ -13,7 +13,7 @@ from console.cli.answer import add_json, add_out, add_out_file, progress, tell, 
 from console.cli.board_options import add_board, board_from, board_or_known
 
 SETTINGS = "only its [chapter] mode counts: printed solves and writes as the chapter does (eq. 13, eq. 44)"
-HIGHEST = 2.0  # [m] the camera above or below the laser
+MAX_HEIGHT_M = 2.0  # the camera above or below the laser
 
 
 def add(places: Any) -> None:
@@ -155,8 +155,9 @@ def height(text: str) -> float:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not -HIGHEST <= value <= HIGHEST:
+    if not -MAX_HEIGHT_M <= value <= MAX_HEIGHT_M:
         raise argparse.ArgumentTypeError(
-            f"Give the height of the camera above the laser in metres, between -{HIGHEST:g} and {HIGHEST:g}."
+            "Give the height of the camera above the laser in metres, "
+            f"between -{MAX_HEIGHT_M:g} and {MAX_HEIGHT_M:g}."
         )
     return value

@@ -12,7 +12,7 @@ from console.cli.answer import add_json, add_out, progress, tell, write, write_j
 if TYPE_CHECKING:
     from core.pipelines.calibrate_microphones import OrientationFigures
 
-SIDES = (0.0, 90.0, 180.0, -90.0)  # [deg]
+SIDES_DEG = (0.0, 90.0, 180.0, -90.0)  # [deg]
 
 
 def add(kinds: Any) -> None:
@@ -27,7 +27,7 @@ def add(kinds: Any) -> None:
     parser.add_argument(
         "--azimuths",
         type=degrees,
-        default=",".join(f"{side:g}" for side in SIDES),
+        default=",".join(f"{side:g}" for side in SIDES_DEG),
         metavar="DEG,DEG,…",
         help="where each was recorded from, 0 ahead and 90 left (default 0,90,180,-90)",
     )

@@ -22,7 +22,7 @@ SYMBOLS = {
 }
 """The chapter's letters."""
 NOT_KNOWN = "not known"
-WIDEST = 110  # columns of text
+MAX_COLUMNS = 110  # columns of text
 
 
 def camera_lines(report: CameraFilesReport, board: Board) -> list[str]:
@@ -138,7 +138,7 @@ def _notes(heading: str, notes: Iterable[tuple[str, str]]) -> list[str]:
 
 def _wrapped(words: str, start: str = "") -> list[str]:
     """Words as lines that begin below each other."""
-    columns = max(60, min(WIDEST, shutil.get_terminal_size((WIDEST, 24)).columns))
+    columns = max(60, min(MAX_COLUMNS, shutil.get_terminal_size((MAX_COLUMNS, 24)).columns))
     indent = " " * len(start)
     return textwrap.wrap(
         words,

@@ -21,7 +21,7 @@ from core.install import install_extra, install_packages, requirements
 from core.message import message
 from core.models import MODEL, MODELS, find
 
-PORT = 8420
+DEFAULT_PORT = 8420
 PACKAGE = re.compile(r"[A-Za-z0-9._-]+")
 PYTHONS = re.compile(r"python_version\s*==\s*['\"]([0-9.]+)['\"]")  # the only condition that Beckon sets
 HERE = f"{sys.version_info.major}.{sys.version_info.minor}"
@@ -272,16 +272,16 @@ def port() -> CheckResult:
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            probe.bind(("127.0.0.1", PORT))
+            probe.bind(("127.0.0.1", DEFAULT_PORT))
         except OSError:
             return CheckResult(
-                name=f"port {PORT}",
+                name=f"port {DEFAULT_PORT}",
                 good=False,
                 needed=False,
                 found="in use",
                 remedy="another console may be running; or choose one: beckon --port 0",
             )
-    return CheckResult(name=f"port {PORT}", good=True, found="free")
+    return CheckResult(name=f"port {DEFAULT_PORT}", good=True, found="free")
 
 
 def home() -> CheckResult:

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from core.settings import Settings
 
 DEFAULT = "audio://default"
-LEAD = 2.0  # [s] of silence in a simulated room, in which its noise is learnt
-AFTER = 4.0  # [s] of listening after someone spoke there
-PLACE = (1.5, 0.5)  # [m] of who speaks there, in front of the robot and to its left
+LEAD_SILENCE_S = 2.0  # of silence in a simulated room, in which its noise is learnt
+LISTEN_AFTER_S = 4.0  # of listening after someone spoke there
+SPEAKER_PLACE_M = (1.5, 0.5)  # of who speaks there, in front of the robot and to its left
 
 
 def add(places: Any) -> None:
@@ -79,7 +79,7 @@ def listen(
     sounds: Iterator[Sound], settings: Settings, array: MicrophoneArray | None, writer: TextFileWriter
 ) -> None:
     """Read the words of sounds as they come, and write what is understood. Raises BadInput, Unavailable."""
-    from console.control.text_file_writer import RENEWAL
+    from console.control.text_file_writer import RENEWAL_S
     from console.speech.listener import SpokenStops
     from core.pipelines.listen import SpeechListener
 
@@ -88,7 +88,7 @@ def listen(
     stops, ahead = SpokenStops(), math.inf  # [s] of the steady clock over the sound's, as the promptest piece came
     renewed = time.monotonic()
     for sound in sounds:
-        if time.monotonic() - renewed > RENEWAL:
+        if time.monotonic() - renewed > RENEWAL_S:
             writer.renew()
             renewed = time.monotonic()
         ahead = min(ahead, time.monotonic() - sound.stamp - sound.duration)
@@ -161,12 +161,12 @@ def heard_by(robot: Robot, say: str | None) -> Iterator[Sound]:
     if SetListening in robot.requests:
         robot.ask(SetListening(on=True))
     due = time.monotonic()
-    speaks_at, end = due + LEAD, math.inf
+    speaks_at, end = due + LEAD_SILENCE_S, math.inf
     waiting: Sound | None = None
     while due < end:
         if say is not None and due >= speaks_at:
-            spoken = robot.ask(Speak(text=say, x_m=PLACE[0], y_m=PLACE[1]))
-            speaks_at, end = math.inf, due + spoken.seconds + AFTER
+            spoken = robot.ask(Speak(text=say, x_m=SPEAKER_PLACE_M[0], y_m=SPEAKER_PLACE_M[1]))
+            speaks_at, end = math.inf, due + spoken.seconds + LISTEN_AFTER_S
         due += 1 / robot.profile.rate
         time.sleep(max(due - time.monotonic(), 0.0))
         waiting = joined(waiting, robot.read().sound, MOST_WAITING)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from core.speech.quality.marked_text import MarkedFigures
     from core.speech.quality.osqe import QualityFigures, SpeechQuality
 
-LARGEST = 4_000_000  # [bytes] of a text
+MAX_TEXT_BYTES = 4_000_000  # of a text
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def of_sounds(chosen: argparse.Namespace) -> AudioSimilarity | None:
 def read_text(path: Path) -> str:
     """A text file. Raises BadInput with a sentence."""
     try:
-        if path.stat().st_size > LARGEST:
+        if path.stat().st_size > MAX_TEXT_BYTES:
             raise BadInput(f"{path.name} is too large for a text that was spoken.")
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:

@@ -104,11 +104,11 @@ def named(found: Records, which: str) -> tuple[str, str]:
 
 def tidy(given: str) -> str:
     """A name in its tidy form. Raises BadInput for one that cannot be read as it is."""
-    from console.people.store import LONGEST, is_name
+    from console.people.store import MAX_NAME_CHARACTERS, is_name
 
     name = unicodedata.normalize("NFC", " ".join(given.split()))
     if not is_name(name):
-        raise BadInput(f"A name has 1 to {LONGEST} letters or signs, all of them to be seen.")
+        raise BadInput(f"A name has 1 to {MAX_NAME_CHARACTERS} letters or signs, all of them to be seen.")
     return name
 
 

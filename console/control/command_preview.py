@@ -8,12 +8,12 @@ from core.navigation.person_following import PersonFollowingSettings
 from core.perception.people.voice_bearing import VoiceBearing
 from core.snapshot import Snapshot
 
-AROUND = 2.2  # radii of the robot from its middle at which a turn is drawn
+TURN_RADII = 2.2  # radii of the robot from its middle at which a turn is drawn
 
 
 def preview(command: Command, snapshot: Snapshot, radius: float) -> CommandPreview:
     """Return what the command would do; `radius` [m] of the robot."""
-    return spec_of(command.name).preview(command.numbers, snapshot.estimate.pose, AROUND * radius)
+    return spec_of(command.name).preview(command.numbers, snapshot.estimate.pose, TURN_RADII * radius)
 
 
 def caller(command: Command, snapshot: Snapshot) -> VoiceBearing | None:

@@ -49,8 +49,8 @@ HALTED = "The robot is halted; the operator must reset the halt first."
 
 REACHED = ("live", "stale")
 LeaseAction = Literal["acquire", "renew", "take", "release", "ask", "give", "keep"]
-SETTLED = 0.3  # [s] after which what the gate says surely concerns a command
-STALLED = 1.0  # [s] between two ticks after which what came meanwhile came at nobody knows what time
+SETTLING_S = 0.3  # after which what the gate says surely concerns a command
+MAX_TICK_GAP_S = 1.0  # between two ticks after which what came meanwhile came at nobody knows what time
 LET_GO = 0.5  # [s] without a moving jog after which the press has ended
 
 
@@ -264,15 +264,15 @@ class CommandDispatcher:
 
     def tick(self, now: float) -> None:
         """Twenty times a second: leases that lapse, presses that end, a gate that stopped by itself."""
-        if now - self._ticked > STALLED:  # sound that waited in the sockets looks as if it came just now
-            self.words.stood_still(now - self._ticked, now + STALLED)
+        if now - self._ticked > MAX_TICK_GAP_S:  # sound that waited in the sockets looks as if it came just now
+            self.words.stood_still(now - self._ticked, now + MAX_TICK_GAP_S)
         self._ticked = now
         if self._jog and now - self._jog.seen > LET_GO:
             self._history.end(self._jog.entry, "done", "")
             self._jog = None
         lost = self._lease.tick(now, obeying=self._active.keeps_lease(self._lease.holder))
         if lost is not None:
-            silence = f"{lost.name} is gone: there was no sign of life for {leases.GRACE:g} s."
+            silence = f"{lost.name} is gone: there was no sign of life for {leases.GRACE_S:g} s."
             self._changed_hands(silence + self._active.how_to_renew())
             self._history.add("lease", lost, remark="lapsed")
             self._notifications.tell("info", f"{lost.name} is gone; nobody drives now.", "lease")
@@ -347,10 +347,10 @@ class CommandDispatcher:
         tripped, self._trips = status.trips > self._trips, status.trips
         self._tripped = now if tripped else self._tripped
         elapsed = self.words.time.elapsed  # a simulated robot's clock waits for who is to be heard
-        older = [given for given in self._active.given() if elapsed(given, now) > SETTLED]
+        older = [given for given in self._active.given() if elapsed(given, now) > SETTLING_S]
         if not older or not status.refused or status.holds:
             self._obeyed = now
-        refuses = elapsed(self._obeyed, now) > SETTLED
+        refuses = elapsed(self._obeyed, now) > SETTLING_S
         if (older and tripped) or (refuses and self._tripped > min(older)):
             self.cancel("failed", status.stopped_because)
         elif refuses:

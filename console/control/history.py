@@ -17,16 +17,16 @@ from typing import TypedDict, Unpack
 
 from console.access.allowance import EntryAllowance
 from console.access.logins import Person
-from console.control.history_store import REMEMBERED, HistoryEntry, HistoryStore
+from console.control.history_store import MAX_REMEMBERED_ENTRIES, HistoryEntry, HistoryStore
 from core.commands.command import Command
 
-REFUSED = (60, 30.0)  # refused commands of an operator: at once, and a minute
-VIEWER = (20, 2.0)  # all events of a viewer
-VIEWERS = (60, 6.0)  # all events of all viewers together
-PEOPLE = 1000  # whose rows are counted
-COUNTED = 600.0  # [s] after which another row counts
+REFUSED_ALLOWANCE = (60, 30.0)  # refused commands of an operator: at once, and a minute
+VIEWER_ALLOWANCE = (20, 2.0)  # all events of a viewer
+VIEWERS_ALLOWANCE = (60, 6.0)  # all events of all viewers together
+MAX_PEOPLE = 1000  # whose rows are counted
+COUNTED_ROW_S = 600.0  # after which another row counts
 MOST_BEYOND = 64  # entries without a row that are known while they last
-PATIENCE = 5.0  # [s] that an answer waits for the disk
+DISK_TIMEOUT_S = 5.0  # that an answer waits for the disk
 
 
 class CommandFields(TypedDict, total=False):
@@ -82,7 +82,7 @@ class History:
         settling = self._store.settled()
         if settling is not None:
             with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(PATIENCE):
+                async with asyncio.timeout(DISK_TIMEOUT_S):
                     await asyncio.wrap_future(settling)
 
     def add(self, what: str, who: Person, *, state: str = "done", **more: Unpack[EntryFields]) -> HistoryEntry:
@@ -102,12 +102,12 @@ class History:
     def _allowed(self, entry: HistoryEntry, who: Person) -> bool:
         """Return whether this entry gets a row of its own."""
         if who.may("operator"):
-            return entry.state != "refused" or self._allowance(who.id, *REFUSED).take(entry.mono)
-        own = self._allowance(who.id, *VIEWER).take(entry.mono)
-        return own and self._allowance("all viewers", *VIEWERS).take(entry.mono)
+            return entry.state != "refused" or self._allowance(who.id, *REFUSED_ALLOWANCE).take(entry.mono)
+        own = self._allowance(who.id, *VIEWER_ALLOWANCE).take(entry.mono)
+        return own and self._allowance("all viewers", *VIEWERS_ALLOWANCE).take(entry.mono)
 
     def _allowance(self, whose: str, most: int, a_minute: float) -> EntryAllowance:
-        if len(self._allowances) >= PEOPLE:
+        if len(self._allowances) >= MAX_PEOPLE:
             self._allowances.clear()
         return self._allowances.setdefault(whose, EntryAllowance(most, a_minute))
 
@@ -116,10 +116,10 @@ class History:
         self._beyond[entry.id] = entry
         if len(self._beyond) > MOST_BEYOND:
             del self._beyond[next(iter(self._beyond))]
-        if len(self._counted) >= PEOPLE:
+        if len(self._counted) >= MAX_PEOPLE:
             self._counted.clear()
         counted = self._counted.get(who.id)
-        if counted is None or entry.mono - counted.entry.mono > COUNTED:
+        if counted is None or entry.mono - counted.entry.mono > COUNTED_ROW_S:
             self._counted[who.id] = counted = CountedEntry(replace(entry, state="refused", ended=entry.wall))
         counted.number += 1
         remark = f"And {counted.number} more by the same person, too many to be written down one by one."
@@ -141,15 +141,15 @@ class History:
         """The entry with this id, of this run."""
         return self._beyond.get(number) or self._entries.get(number)
 
-    def newest_first(self, *, commands_only: bool, limit: int = REMEMBERED) -> list[HistoryEntry]:
+    def newest_first(self, *, commands_only: bool, limit: int = MAX_REMEMBERED_ENTRIES) -> list[HistoryEntry]:
         """The newest `limit` of the entries in memory."""
-        entries = [*self._older, *self._entries.values()][-REMEMBERED:]
+        entries = [*self._older, *self._entries.values()][-MAX_REMEMBERED_ENTRIES:]
         wanted = (entry for entry in reversed(entries) if entry.what == "command" or not commands_only)
         return list(islice(wanted, limit))
 
     def _keep(self, entry: HistoryEntry) -> None:
         self._entries[entry.id] = entry
-        if len(self._entries) > REMEMBERED:
+        if len(self._entries) > MAX_REMEMBERED_ENTRIES:
             del self._entries[
                 next(old.id for old in self._entries.values() if old.state != "running" or old is entry)
             ]

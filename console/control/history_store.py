@@ -21,11 +21,11 @@ import msgspec
 
 log = logging.getLogger(__name__)
 
-REMEMBERED = 500  # entries kept at hand
-KEPT = 100_000  # entries kept on disk
-PRUNE = 1000  # rows written between two times that the oldest are forgotten
-BUSY = 5.0  # [s] to wait for another console that writes to the same file
-AGAIN = 1.0  # [s] after which rows that the disk refused are tried again
+MAX_REMEMBERED_ENTRIES = 500  # entries kept at hand
+MAX_KEPT_ENTRIES = 100_000  # entries kept on disk
+PRUNE_ROWS = 1000  # rows written between two times that the oldest are forgotten
+BUSY_TIMEOUT_S = 5.0  # to wait for another console that writes to the same file
+RETRY_S = 1.0  # after which rows that the disk refused are tried again
 MOST_WAITING = 20_000  # of those rows; beyond, the oldest are lost
 
 
@@ -108,7 +108,7 @@ class HistoryStore:
 
     def _connect(self) -> sqlite3.Connection:
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        base = sqlite3.connect(self._path, timeout=BUSY)
+        base = sqlite3.connect(self._path, timeout=BUSY_TIMEOUT_S)
         base.execute("PRAGMA journal_mode=WAL")
         base.execute("PRAGMA synchronous=FULL")
         base.execute(SCHEMA)
@@ -117,8 +117,8 @@ class HistoryStore:
     def _read(self) -> list[HistoryEntry]:
         base = self._connect()
         with base:
-            base.execute(FORGET, (KEPT,))
-            rows = base.execute(READ, (REMEMBERED,)).fetchall()
+            base.execute(FORGET, (MAX_KEPT_ENTRIES,))
+            rows = base.execute(READ, (MAX_REMEMBERED_ENTRIES,)).fetchall()
         base.close()
         return [entry_of(row) for row in reversed(rows)]
 
@@ -131,9 +131,9 @@ class HistoryStore:
             rows = [one for one in batch if isinstance(one, HistoryEntry)]
             kept += len(rows)
             self._refused |= {entry.id: entry for entry in rows}
-            if time.monotonic() - tried >= AGAIN or not self.trouble or over:
+            if time.monotonic() - tried >= RETRY_S or not self.trouble or over:
                 tried = time.monotonic()
-                due = written + len(rows) >= PRUNE
+                due = written + len(rows) >= PRUNE_ROWS
                 base = self._attempt(base, forget=due)
                 written = 0 if due else written + len(rows)
             if not self._refused:
@@ -148,7 +148,7 @@ class HistoryStore:
         """Take the waiting entries; none when it is time to try the refused ones again."""
         batch: list[HistoryEntry | Future[bool] | None] = []
         try:
-            batch.append(self._waiting.get(timeout=AGAIN if self._refused else None))
+            batch.append(self._waiting.get(timeout=RETRY_S if self._refused else None))
             while True:
                 batch.append(self._waiting.get_nowait())
         except queue.Empty:
@@ -164,7 +164,7 @@ class HistoryStore:
             with base:
                 base.executemany(WRITE, [row_of(entry, self._run) for entry in self._refused.values()])
                 if forget:
-                    base.execute(FORGET, (KEPT,))
+                    base.execute(FORGET, (MAX_KEPT_ENTRIES,))
         except (OSError, sqlite3.Error) as trouble:
             self._failed(trouble, UNSAVED)
             return None

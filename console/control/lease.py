@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from console.access.logins import Person
 from core.errors import Refused
 
-ASKED = 10.0  # [s] that the holder has to answer who asks for control
-GRACE = 5.0  # [s] without a sign of life of the holder: a message of their page, a request of their program
+ANSWER_TIME_S = 10.0  # that the holder has to answer who asks for control
+GRACE_S = 5.0  # without a sign of life of the holder: a message of their page, a request of their program
 OTHER_DRIVES = "{holder} drives now. Ask for control, or take over."
 HAS_ASKED = "{name} has asked already; wait for the answer."
 NOBODY_ASKS = "Nobody asks you for control now."
@@ -70,7 +70,7 @@ class Lease:
         elif self.request is not None and self.request.person.id != person.id:
             raise Refused(HAS_ASKED.format(name=self.request.person.name))
         elif self.request is None:
-            self.request = ControlRequest(person, now + ASKED)
+            self.request = ControlRequest(person, now + ANSWER_TIME_S)
 
     def answer(self, person: Person, now: float, *, give: bool) -> Person:
         """The holder gives control to who asks for it, or keeps it → who asked. Raises Refused."""
@@ -136,7 +136,7 @@ class Lease:
             return None
         if obeying:
             self._seen = now
-        if now - self._seen <= GRACE:
+        if now - self._seen <= GRACE_S:
             return None
         self._change(None)
         return holder

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from core.snapshot import Level, Notice
 
-SHOWN = 20
+MAX_SHOWN = 20
 
 
 class Notifications:
@@ -45,8 +45,8 @@ class Notifications:
         self._newest += 1
         others = [old for old in self.shown if old.text != notice.text]
         kept = [old for old in others if not notice.cause or old.cause != notice.cause]
-        self.shown = (*kept, replace(notice, id=self._newest))[-SHOWN:]
-        self._adopted = dict([*self._adopted.items()][-SHOWN:])
+        self.shown = (*kept, replace(notice, id=self._newest))[-MAX_SHOWN:]
+        self._adopted = dict([*self._adopted.items()][-MAX_SHOWN:])
         return self._newest
 
     def _change(self, notice: Notice) -> None:

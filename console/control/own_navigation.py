@@ -37,8 +37,8 @@ from core.snapshot import Ending, Snapshot
 
 log = logging.getLogger(__name__)
 
-PERIOD = 0.5  # [s] between two looks
-HELD = 200  # poses of Beckon's own that are kept, for the one of a stamp: 5 s
+LOOK_PERIOD_S = 0.5  # between two looks
+MAX_HELD_POSES = 200  # poses of Beckon's own that are kept, for the one of a stamp: 5 s
 SAME_TIME = 0.2  # [s] between a pose on the robot's map and Beckon's own at which they are one
 DRIVES = "The robot's own navigation drives now, and Beckon's gate does not look ahead for it. STOP ends it."
 ENDED = "The robot's own navigation has ended its way: it reached the goal."
@@ -87,7 +87,7 @@ class OwnNavigationService(Part):
         self.own_from_map: Pose | None = None  # where the robot's map lies on Beckon's; None: not known
         self._robot, self._dispatcher = robot, dispatcher
         self._history, self._notifications = history, notifications
-        self._poses: deque[tuple[float, Pose]] = deque(maxlen=HELD)
+        self._poses: deque[tuple[float, Pose]] = deque(maxlen=MAX_HELD_POSES)
         self._entry = 0  # in the history, of the goal that is under way; 0: none
         self._one_at_a_time = asyncio.Lock()  # a look that began before a goal must not end it
         self._stopping: set[asyncio.Task[None]] = set()
@@ -120,7 +120,7 @@ class OwnNavigationService(Part):
                 await self._look()
             except BeckonError as trouble:
                 log.debug("The robot's own navigation: %s", trouble)
-            await asyncio.sleep(PERIOD)
+            await asyncio.sleep(LOOK_PERIOD_S)
 
     async def go(self, goal: Pose, who: Person, *, on_own_map: bool) -> None:
         """Send a goal on the robot's map, or on Beckon's. Raises Problem 403 to 503 or BeckonError."""

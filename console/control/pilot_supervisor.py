@@ -13,10 +13,10 @@ from console.robot.pilot_thread import PilotPace, PilotThread
 
 log = logging.getLogger(__name__)
 
-RESTARTS = 3  # of the pilot
+MAX_RESTARTS = 3  # of the pilot
 RESTART_WINDOW = 60.0  # [s] within which that many are the most
 RESTART_PAUSE = 1.0  # [s]
-EARLY = 5.0  # [s] of work with a calibration within which a failure is blamed on it
+EARLY_FAILURE_S = 5.0  # of work with a calibration within which a failure is blamed on it
 
 
 class PilotSupervisor:
@@ -34,7 +34,7 @@ class PilotSupervisor:
         self.thread: PilotThread | None = None
         self._make, self._failed, self._leave_out = make, failed, leave_out_calibrations
         self._notifications = notifications
-        self._failures: deque[float] = deque(maxlen=RESTARTS + 1)
+        self._failures: deque[float] = deque(maxlen=MAX_RESTARTS + 1)
         self._calibrated_at = 0.0  # [s] since when it has worked with its present calibration
         self._restart: asyncio.Task[None] | None = None
         self._over = False
@@ -80,7 +80,7 @@ class PilotSupervisor:
         """The pilot has failed: start another one soon, unless that happens too often."""
         now = time.monotonic()
         self._failed()
-        if now - self._calibrated_at < EARLY and (files := self._leave_out(fault)):
+        if now - self._calibrated_at < EARLY_FAILURE_S and (files := self._leave_out(fault)):
             names = " and ".join(files)
             self.failure = (
                 f"The pilot failed ({fault}) within seconds of using {names}; the robot was stopped and the pilot "
@@ -88,9 +88,9 @@ class PilotSupervisor:
             )
         else:
             self._failures.append(now)
-            if len(self._failures) > RESTARTS and now - self._failures[0] < RESTART_WINDOW:
+            if len(self._failures) > MAX_RESTARTS and now - self._failures[0] < RESTART_WINDOW:
                 self.failure = (
-                    f"The pilot failed {RESTARTS + 1} times in a minute and stays off. Restart the console."
+                    f"The pilot failed {MAX_RESTARTS + 1} times in a minute and stays off. Restart the console."
                 )
                 self._notifications.tell("error", self.failure, "pilot")
                 return

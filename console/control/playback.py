@@ -15,7 +15,7 @@ from core.robots.requests import Pause, Play, PlaybackState, RobotRequest, Seek,
 
 PlaybackAction = Literal["play", "pause", "speed", "seek"]
 
-NEARLY = 0.95  # of the speed that was asked for, from which on it counts as reached
+REACHED_SHARE = 0.95  # of the speed that was asked for, from which on it counts as reached
 
 
 class PlaybackController(Part):
@@ -35,7 +35,7 @@ class PlaybackController(Part):
             raise Problem(409, "Only a recording can be played, paused and sought.")
         answer = await asyncio.to_thread(self._robot.ask, request_of(do, value))
         self.speed = answer.speed
-        if do == "speed" and value is not None and self.speed < NEARLY * value:
+        if do == "speed" and value is not None and self.speed < REACHED_SHARE * value:
             self._notifications.tell(
                 "info", f"It plays {self.speed:.2g} times as fast: beyond, scans would be left out."
             )

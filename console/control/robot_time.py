@@ -8,7 +8,7 @@ from __future__ import annotations
 import bisect
 from collections import deque
 
-KNOWN = 30.0  # [s] for which the robot's clock is known in ours
+CLOCK_MEMORY_S = 30.0  # for which the robot's clock is known in ours
 
 
 class RobotTime:
@@ -23,7 +23,7 @@ class RobotTime:
         if self._moments and stamp < self._moments[-1][0]:
             self._moments.clear()  # another clock: the robot was started again
         self._moments.append((stamp, sensed))
-        while self._moments[0][0] < stamp - KNOWN:
+        while self._moments[0][0] < stamp - CLOCK_MEMORY_S:
             self._moments.popleft()
 
     def ours(self, stamp: float) -> float:

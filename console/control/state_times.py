@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections import deque
 
-REMEMBERED = 1200  # states: a minute
+MAX_REMEMBERED_STATES = 1200  # states: a minute
 
 
 class StateTimes:
     """Lives on the event loop."""
 
     def __init__(self) -> None:
-        self._made: deque[tuple[int, float]] = deque(maxlen=REMEMBERED)
+        self._made: deque[tuple[int, float]] = deque(maxlen=MAX_REMEMBERED_STATES)
 
     def note(self, seq: int, now: float) -> None:
         """This state is made now [s], monotonic."""

@@ -23,13 +23,13 @@ from core.errors import Unavailable
 from core.gate.status import GateStatus
 from core.snapshot import Ending
 
-RECORDED = 3  # stops and halts of one person a second that are written down; all of them act
-PEOPLE = 1000  # whose stops are counted
+MAX_RECORDED_STOPS = 3  # stops and halts of one person a second that are written down; all of them act
+MAX_PEOPLE = 1000  # whose stops are counted
 SAME_PRESS = 2.0  # [s] within which a press of STOP comes by its second way, and is not written down again
-LATCHING = 0.2  # [s] that the gate may take to latch a halt before the console does
-LOOK = 0.002  # [s]
+MAX_LATCHING_S = 0.2  # that the gate may take to latch a halt before the console does
+LOOK_PERIOD_S = 0.002
 CAUSE = "halt"  # of the notices about a halt: the newest replaces the others
-LIFTING = 1.0  # [s] within which a reset must show
+MAX_LIFTING_S = 1.0  # within which a reset must show
 ONLY_OPERATORS_RESET = "Only an operator can reset a halt."
 NOT_HALTED = "The robot is not halted."
 NO_GATE = "The halt is not reset: the robot's gate does not run. Restart the console."
@@ -104,7 +104,7 @@ class StopController:
         if status.state != "halted":
             self._lifted("done", "")
             self._notifications.tell("info", f"{lifting.who.name} reset the halt.", CAUSE)
-        elif now - lifting.sent > LIFTING:
+        elif now - lifting.sent > MAX_LIFTING_S:
             self._lifted("failed", status.reason)
             self._notifications.tell("error", f"The robot is still halted: {status.reason}.", CAUSE)
 
@@ -120,16 +120,16 @@ class StopController:
             self._presses.append((who.id, press, now))
         if known:
             return False
-        if who.id not in self._tallies and len(self._tallies) >= PEOPLE:
+        if who.id not in self._tallies and len(self._tallies) >= MAX_PEOPLE:
             self._tallies.clear()
-        return self._tallies.setdefault(who.id, RateCounter()).add(now) <= RECORDED
+        return self._tallies.setdefault(who.id, RateCounter()).add(now) <= MAX_RECORDED_STOPS
 
 
 async def latched(robot: RobotLink, notifications: Notifications) -> str:
     """Wait until the newest halt is on disk → "", or why a restart may forget it."""
-    ends = time.monotonic() + LATCHING
+    ends = time.monotonic() + MAX_LATCHING_S
     while not robot.halt_is_latched() and time.monotonic() < ends:
-        await asyncio.sleep(LOOK)
+        await asyncio.sleep(LOOK_PERIOD_S)
     try:
         if not robot.halt_is_latched():
             await asyncio.to_thread(robot.latch_halt)

@@ -24,7 +24,7 @@ from core.speech.understanding.grammar import Refusal, understand
 
 SOURCE = "file"
 WRITER = Person("text files", "who writes the text files", "operator")
-PERIOD = 0.1  # [s] between two looks
+LOOK_PERIOD_S = 0.1  # between two looks
 
 
 class TextFileCommands(Part):
@@ -53,7 +53,7 @@ class TextFileCommands(Part):
                 self._tell(found.trouble)
             elif found is not None:
                 await self.order(found.words, Spoken(now - found.age, now - found.age))
-            await asyncio.sleep(PERIOD)
+            await asyncio.sleep(LOOK_PERIOD_S)
 
     async def order(self, words: str, said: Spoken) -> None:
         """One sentence, and when it was written: under way, or why not in the history and on the notice board."""

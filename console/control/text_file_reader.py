@@ -16,8 +16,8 @@ from pathlib import Path
 from core.errors import BadInput
 
 SPEECH, SOURCE = "speech.txt", "source.txt"
-STALE = 2.0  # [s] after which words that were written are those of another situation
-MOST = 2000  # bytes of a sentence
+MAX_WORDS_AGE_S = 2.0  # after which words that were written are those of another situation
+MAX_SENTENCE_BYTES = 2000  # bytes of a sentence
 WIDEST = math.radians(45)  # of a direction's standard deviation
 UNTOLD_SD = math.radians(10)  # of a direction that comes without one
 
@@ -75,11 +75,11 @@ class TextFileReader:
             with open(os.open(self._source, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
                 if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                     raise BadInput(f"{SOURCE} is no plain file.")
-                words = file.read(MOST).decode("ascii", "replace").replace(",", " ").split()
+                words = file.read(MAX_SENTENCE_BYTES).decode("ascii", "replace").replace(",", " ").split()
                 age = now - os.fstat(file.fileno()).st_mtime
         except OSError as error:
             raise BadInput(f"{SOURCE} cannot be read: {error.strerror}.") from error
-        if abs(age) > STALE:
+        if abs(age) > MAX_WORDS_AGE_S:
             raise BadInput(
                 f"{SOURCE} is not of now, its date is {abs(age):.0f} s off. Write it together with {SPEECH}."
             )
@@ -103,7 +103,7 @@ class TextFileReader:
         whole, self._seen = mark == self._seen, mark
         if not mark[1] or not whole:
             return None
-        content = os.read(file, MOST + 1)
+        content = os.read(file, MAX_SENTENCE_BYTES + 1)
         if mark_of(file) != mark:
             return None
         name = f"{hashlib.sha256(content).hexdigest()} {mark[2]}"
@@ -130,13 +130,13 @@ def check_folder(option: str, folder: Path) -> None:
 
 def judge(content: bytes, age: float) -> tuple[str, str]:
     """A file's content and age [s] → its words, and a sentence on why they must not be obeyed."""
-    if len(content) > MOST:
+    if len(content) > MAX_SENTENCE_BYTES:
         return "", f"{SPEECH} was longer than a sentence and is emptied."
     try:
         words = " ".join(content.decode("utf-8-sig").split())
     except UnicodeDecodeError:
         return "", f"{SPEECH} was no text and is emptied."
-    if words and abs(age) > STALE:
+    if words and abs(age) > MAX_WORDS_AGE_S:
         return words, f"{SPEECH} held words that are not of now; they are deleted."
     return words, ""
 

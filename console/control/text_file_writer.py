@@ -15,7 +15,7 @@ from pathlib import Path
 from console.control.text_file_reader import SOURCE, SPEECH, WIDEST, TextFileCommand, TextFileSource, check_folder
 from core.files import replacing, saving
 
-RENEWAL = 1.0  # [s] between two signs of life: *follow wall* and *follow me* end without them
+RENEWAL_S = 1.0  # between two signs of life: *follow wall* and *follow me* end without them
 LEAST_SD = 0.1  # [degrees] that are written
 
 

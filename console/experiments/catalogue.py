@@ -11,7 +11,7 @@ from console.workers.tasks import end
 from console.workers.worker import Worker
 from core.experiments import EXPERIMENTS
 
-BUDGET = 60.0  # [s] of processor time: every algorithm is imported once
+BUDGET_S = 60.0  # of processor time: every algorithm is imported once
 
 
 class PrintedFigure(msgspec.Struct, frozen=True):
@@ -87,6 +87,6 @@ class Catalogue:
 
     async def _read(self) -> list[ExperimentEntry]:
         try:
-            return await self._worker.ask(ListExperiments(), budget=BUDGET)
+            return await self._worker.ask(ListExperiments(), budget=BUDGET_S)
         finally:
             self._worker.kill()

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from console.http.incremental_parsing import IncrementalProtocol
 
-MOST = 600  # connections in all: three times the sockets that may be open
+MAX_CONNECTIONS = 600  # connections in all: three times the sockets that may be open
 MOST_STRANGERS = 128  # of one address
 MOST_FILES = 65536  # descriptors that are asked of the system
 IPV6_NETWORK = 64  # bits: one home or one machine may have all addresses that begin alike
@@ -42,7 +42,7 @@ Guests = dict[OpenConnection, None]  # the eldest first
 class ConnectionLimits:
     """Lives on the event loop."""
 
-    def __init__(self, most: int = MOST) -> None:
+    def __init__(self, most: int = MAX_CONNECTIONS) -> None:
         """`most`: connections in all."""
         self.most = most
         self.parsing: set[IncrementalProtocol] = set()  # those that have sent much at once
@@ -104,4 +104,4 @@ def raise_file_limit() -> int:
     if soft != resource.RLIM_INFINITY and soft < wanted:
         resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
         soft = wanted
-    return MOST if soft == resource.RLIM_INFINITY else min(MOST, soft // 2)
+    return MAX_CONNECTIONS if soft == resource.RLIM_INFINITY else min(MAX_CONNECTIONS, soft // 2)

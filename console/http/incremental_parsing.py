@@ -10,8 +10,8 @@ import time
 from abc import ABC, abstractmethod
 from asyncio import AbstractEventLoop, Handle, Transport
 
-PIECE = 256  # [bytes] parsed at once: some 40 of the smallest chunks or frames
-TURN = 0.001  # [s] of parsing, by all connections with much to parse together, before everything else has its turn
+PIECE_BYTES = 256  # parsed at once: some 40 of the smallest chunks or frames
+TURN_S = 0.001  # of parsing, by all connections with much to parse together, before everything else has its turn
 
 
 class IncrementalProtocol(ABC):
@@ -38,7 +38,7 @@ class IncrementalProtocol(ABC):
     @property
     def piece(self) -> int:
         """How much may be parsed at once [bytes]."""
-        return PIECE
+        return PIECE_BYTES
 
     @property
     def replaced(self) -> bool:
@@ -59,7 +59,7 @@ class IncrementalProtocol(ABC):
     def go_on(self) -> None:
         """Parse what waits, for a moment."""
         self._next = None
-        end, at = time.monotonic() + TURN / max(len(self._parsing), 1), 0
+        end, at = time.monotonic() + TURN_S / max(len(self._parsing), 1), 0
         while at < len(self._unread) and not self.full and (at == 0 or time.monotonic() < end):
             piece = bytes(self._unread[at : at + self.piece])
             at += len(piece)

@@ -19,16 +19,16 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.protocol import State
 
 from console.http.connection_limits import ConnectionLimits
-from console.http.incremental_parsing import PIECE, IncrementalProtocol
+from console.http.incremental_parsing import PIECE_BYTES, IncrementalProtocol
 from console.http.rate_counter import RateCounter
 
 HEADER_TIME = 10.0  # [s] for the whole head of a request
 REST_TIME = 2.0  # [s] to finish sending a body that was answered already
-PARTING = 1.0  # [s] for the last bytes of a socket that is over
-SHORT = 65536  # [bytes] of a body that is read to its end though it was answered already
+PARTING_S = 1.0  # for the last bytes of a socket that is over
+SHORT_BODY_BYTES = 65536  # of a body that is read to its end though it was answered already
 MOST_PINGS = 20  # a second on one socket; browsers send none, programs one in some seconds
 PLAIN_PIECE = 4096  # [bytes] of a body parsed at once: what follows it in the same blow may be costly
-UNSENT = 65536  # [bytes] that may wait in the kernel for one viewer: beyond, newer pictures replace older ones
+MAX_UNSENT_BYTES = 65536  # that may wait in the kernel for one viewer: beyond, newer pictures replace older ones
 
 
 class ServerConfig(uvicorn.Config):
@@ -99,7 +99,7 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
     def piece(self) -> int:
         """More of a body of known length: it has no structure that takes time."""
         plain = self.conn.their_state is h11.SEND_BODY and self._length is not None
-        return PLAIN_PIECE if plain else PIECE
+        return PLAIN_PIECE if plain else PIECE_BYTES
 
     @property
     def _length(self) -> int | None:
@@ -110,7 +110,7 @@ class TimeoutHttp(IncrementalProtocol, H11Protocol):
     @property
     def _short(self) -> bool:
         """Return whether the rest of the body is worth reading for the next request on this connection."""
-        return self._length is not None and self._length <= SHORT
+        return self._length is not None and self._length <= SHORT_BODY_BYTES
 
     @property
     def replaced(self) -> bool:
@@ -178,7 +178,7 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
         raw: Any = transport.get_extra_info("socket")
         option = getattr(socket, "TCP_NOTSENT_LOWAT", None)
         if raw is not None and option is not None and raw.family in (socket.AF_INET, socket.AF_INET6):
-            raw.setsockopt(socket.IPPROTO_TCP, option, UNSENT)
+            raw.setsockopt(socket.IPPROTO_TCP, option, MAX_UNSENT_BYTES)
         self._crowd.enter(self, address_of(self.client))
 
     @property
@@ -243,12 +243,12 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
     def on_task_complete(self, task: Task[None]) -> None:
         """The conversation is over; the last bytes get a moment."""
         super().on_task_complete(task)
-        self.loop.call_later(PARTING, self._part)
+        self.loop.call_later(PARTING_S, self._part)
 
     def keepalive_timeout(self) -> None:
         """No pong came: the peer is gone, and so is whatever still waited for it."""
         super().keepalive_timeout()
-        self.loop.call_later(PARTING, self._part)
+        self.loop.call_later(PARTING_S, self._part)
 
     def shutdown(self) -> None:
         """The console ends; uvicorn's own way raises where the peer has just said good-bye."""
@@ -257,7 +257,7 @@ class TimeoutSocket(IncrementalProtocol, WebSocketsSansIOProtocol):
             self.transport.close()
         else:
             super().shutdown()
-        self.loop.call_later(PARTING / 4, self._part)
+        self.loop.call_later(PARTING_S / 4, self._part)
 
     def _part(self) -> None:
         if not self._gone:

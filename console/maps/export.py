@@ -19,7 +19,7 @@ from core.snapshot import Snapshot
 
 FLOOR = "floor"  # folder of what the pilot goes on with
 PREVIEW = "preview.png"
-WIDEST = 640  # picture elements along a side of the preview
+MAX_SIDE_PX = 640  # picture elements along a side of the preview
 
 
 class MapWriter(Protocol):
@@ -61,7 +61,7 @@ def preview(grid: OccupancyGrid) -> bytes:
     """Return the known part of a grid as a small PNG; unknown cells are transparent."""
     picture = paint(known_part(grid))
     rows, columns = picture.shape[:2]
-    scale = WIDEST / max(rows, columns)
+    scale = MAX_SIDE_PX / max(rows, columns)
     if scale < 1:
         size = (max(1, round(scale * columns)), max(1, round(scale * rows)))
         picture = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)

@@ -18,7 +18,7 @@ from console.control.lease import Lease
 from console.http.problems import Problem
 from console.maps.export import FLOOR, PREVIEW, known_part, write_map
 from console.maps.marks import MapMarks, read_marks, write_marks
-from console.maps.store import LONGEST, MapInfo, MapStore, StoredMap, checked_name
+from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, checked_name
 from console.maps.trajectory import Trajectory
 from console.messages import MapState
 from console.part import Part
@@ -40,13 +40,13 @@ log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
-SAME = 1e-6  # [m] by which two resolutions may differ
+SAME_RESOLUTION_M = 1e-6  # by which two resolutions may differ
 UNSAVED_M = 0.3  # that the robot moves before its map is worth a question
 LAST_MAP = "last map"  # what a console keeps that ends, and one that may be killed
 LAST_BUT_ONE = "last map but one"  # what it was when this console began
 AUTOSAVE_PERIOD_S = 60.0
 ITSELF = Person("console", "Beckon", "operator")
-PACKERS = 4  # who packs a map and those who wait for it
+MAX_PACKERS = 4  # who packs a map and those who wait for it
 
 
 class MapService(Part):
@@ -64,7 +64,7 @@ class MapService(Part):
         self._name: str | None = None  # of the saved map that it goes on in
         self._revision = 0
         self._turn = asyncio.Lock()
-        self._packing = QueueLimit(PACKERS)
+        self._packing = QueueLimit(MAX_PACKERS)
         self._clean = False
         self._kept_at: Pose | None = None  # where the robot was when its map was begun, saved or loaded
         self._unsaved = False
@@ -178,7 +178,9 @@ class MapService(Part):
         try:
             if name == LAST_MAP:
                 await self._keep_earlier()
-            await self.save(" ".join(re.findall(r"[\w-]+", name))[:LONGEST].rstrip(" -"), ITSELF, replace=True)
+            await self.save(
+                " ".join(re.findall(r"[\w-]+", name))[:MAX_NAME_LETTERS].rstrip(" -"), ITSELF, replace=True
+            )
         except (BeckonError, Problem) as trouble:
             log.warning("The map could not be kept as %s: %s", name, trouble)
 
@@ -210,7 +212,7 @@ class MapService(Part):
         if card.robot != profile.name:
             raise Problem(409, f"This map was made by “{card.robot}”; this robot is “{profile.name}”.")
         here = self.snapshot.grid.resolution
-        if abs(card.resolution_m - here) > SAME:
+        if abs(card.resolution_m - here) > SAME_RESOLUTION_M:
             sizes = f"{100 * card.resolution_m:g} cm; the settings now say {100 * here:g} cm."
             raise Problem(409, f"This map was drawn with cells of {sizes}")
         saved = await self._on_disk(asyncio.to_thread(lambda: SavedMap.from_files(self._store.checked(kept) / FLOOR)))

@@ -24,10 +24,10 @@ from core.files import checksum, is_intact, saving, sealed, sync_folder, write_a
 
 log = logging.getLogger(__name__)
 
-VERSION = 1
+FORM_VERSION = 1
 CARD = "card.json"
 LARGEST_CARD = 65536  # [bytes]
-LONGEST = 40  # letters of a name
+MAX_NAME_LETTERS = 40  # letters of a name
 NAME = re.compile(r"\w(?:[\w \-]*\w)?")
 ASIDE = ".new-"  # how the folder of a map begins that is being written
 
@@ -50,7 +50,7 @@ class SavedMapFacts(msgspec.Struct):
 class MapInfo(SavedMapFacts):
     """The description of a saved map, as its folder holds it."""
 
-    version: int = VERSION
+    version: int = FORM_VERSION
     files: dict[str, str] = {}  # name within the map's folder → checksum; maps of earlier consoles have none
 
 
@@ -189,7 +189,7 @@ class MapStore:
                     raise ValueError("too large")
                 raw = path.read_bytes()
                 card = msgspec.json.decode(raw, type=MapInfo)
-                if card.version != VERSION or card.name != checked_name(card.name):
+                if card.version != FORM_VERSION or card.name != checked_name(card.name):
                     raise ValueError("of another version, or without a proper name")
             except (OSError, ValueError, BadInput, msgspec.MsgspecError) as trouble:
                 log.warning("A saved map cannot be read: %s: %s", path, trouble)
@@ -200,8 +200,8 @@ class MapStore:
 def checked_name(name: str) -> str:
     """A name as it is kept. Raises BadInput with what a name may be."""
     tidy = unicodedata.normalize("NFC", " ".join(name.split()))
-    if not 0 < len(tidy) <= LONGEST or not NAME.fullmatch(tidy):
-        raise BadInput(f"A map's name has 1 to {LONGEST} letters, digits, spaces, hyphens or underscores.")
+    if not 0 < len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
+        raise BadInput(f"A map's name has 1 to {MAX_NAME_LETTERS} letters, digits, spaces, hyphens or underscores.")
     return tidy
 
 

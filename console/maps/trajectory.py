@@ -11,9 +11,9 @@ from core.message import Array
 from core.slam.map.status import MapStatus, SubmapView
 from core.snapshot import Snapshot
 
-GAP = 0.1  # [s] between two poses, until there are too many
-MOST = 100_000
-FIELDS = 5  # stamp [s], submap, x, y [m], heading [rad] in the submap
+POSE_GAP_S = 0.1  # between two poses, until there are too many
+MAX_POSES = 100_000
+ROW_FIELDS = 5  # stamp [s], submap, x, y [m], heading [rad] in the submap
 NOWHERE = -1  # no room: the pose is the world's
 
 
@@ -22,16 +22,16 @@ class Trajectory:
 
     def __init__(self) -> None:
         self._rows = array("d")
-        self._gap = GAP
+        self._gap = POSE_GAP_S
         self._newest = -np.inf
 
     def __len__(self) -> int:
         """How many poses it has."""
-        return len(self._rows) // FIELDS
+        return len(self._rows) // ROW_FIELDS
 
     def forget(self) -> None:
         """Begin again."""
-        self._rows, self._gap, self._newest = array("d"), GAP, -np.inf
+        self._rows, self._gap, self._newest = array("d"), POSE_GAP_S, -np.inf
 
     def add(self, snapshot: Snapshot) -> None:
         """Add the pose of a snapshot. A robot whose clock began again begins another trajectory."""
@@ -44,12 +44,12 @@ class Trajectory:
         local = pose if room is None else room.pose.inverse() @ pose
         number = NOWHERE if room is None else room.id
         self._rows.extend((snapshot.stamp, number, local.x, local.y, local.heading))
-        if len(self) > MOST:
+        if len(self) > MAX_POSES:
             self._rows, self._gap = array("d", self.rows()[::2].tobytes()), 2 * self._gap
 
     def rows(self) -> Array:
         """A copy of all that is kept (K, 5): stamp [s], room, pose in it."""
-        return np.frombuffer(self._rows).reshape(-1, FIELDS).copy()
+        return np.frombuffer(self._rows).reshape(-1, ROW_FIELDS).copy()
 
 
 def laid_out(rows: Array, floor: MapStatus) -> tuple[list[float], list[Pose]]:

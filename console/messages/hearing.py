@@ -46,8 +46,8 @@ class HearingState(Struct):
     voices: list[VoiceHeard]  # most recently heard first
 
 
-FAR = 3.0  # [m] at which a voice is put into the picture: the camera sits next to the microphones
-DIGITS = 4
+VOICE_DISTANCE_M = 3.0  # at which a voice is put into the picture: the camera sits next to the microphones
+DECIMAL_DIGITS = 4
 
 
 @dataclass(frozen=True)
@@ -89,16 +89,16 @@ def voice(direction: VoiceDirection, camera: Camera | None) -> VoiceHeard:
     x, y = direction.heard_at.tolist()
     return VoiceHeard(
         id=direction.id,
-        azimuth_rad=round(direction.azimuth, DIGITS),
-        azimuth_world_rad=round(direction.azimuth_world, DIGITS),
-        sd_rad=round(direction.sd, DIGITS),
-        sd_heard_rad=round(direction.sd_heard, DIGITS),
-        elevation_rad=None if direction.elevation is None else round(direction.elevation, DIGITS),
+        azimuth_rad=round(direction.azimuth, DECIMAL_DIGITS),
+        azimuth_world_rad=round(direction.azimuth_world, DECIMAL_DIGITS),
+        sd_rad=round(direction.sd, DECIMAL_DIGITS),
+        sd_heard_rad=round(direction.sd_heard, DECIMAL_DIGITS),
+        elevation_rad=None if direction.elevation is None else round(direction.elevation, DECIMAL_DIGITS),
         ambiguity=direction.ambiguity,
-        strength=round(direction.strength, DIGITS),
+        strength=round(direction.strength, DECIMAL_DIGITS),
         age_s=round(direction.age, 3),
-        x_m=round(x, DIGITS),
-        y_m=round(y, DIGITS),
+        x_m=round(x, DECIMAL_DIGITS),
+        y_m=round(y, DECIMAL_DIGITS),
         columns_px=None if camera is None else columns(direction.azimuth, direction.sd_heard, camera),
     )
 
@@ -110,7 +110,9 @@ def columns(azimuth: float, sd: float, camera: Camera) -> tuple[float, float, fl
     half = min(2 * sd, 0.6)
     angles = np.array([azimuth + half, azimuth, azimuth - half])
     height = float(camera.mounting.translation[2])
-    places = np.column_stack((FAR * np.cos(angles), FAR * np.sin(angles), np.full(3, height)))
+    places = np.column_stack(
+        (VOICE_DISTANCE_M * np.cos(angles), VOICE_DISTANCE_M * np.sin(angles), np.full(3, height))
+    )
     seen = camera.mounting.inverse().apply(places)
     if seen[1, 2] <= 0.2 * math.hypot(*seen[1]):
         return None

@@ -85,14 +85,14 @@ class MapState(Struct):
     marks: int  # rises whenever places have changed, or have moved with the map
 
 
-NEWEST = 20  # closures that are sent with every state; all of them stand under /api/slam/closures
+MAX_CLOSURES = 20  # closures that are sent with every state; all of them stand under /api/slam/closures
 
 
 def floor(health: MapStatus) -> SubmapsState:
     """How the scan layer fares."""
     return SubmapsState(
         submaps=[submap(room) for room in health.submaps],
-        closures=[closure(status) for status in health.closures[-NEWEST:]],
+        closures=[closure(status) for status in health.closures[-MAX_CLOSURES:]],
         closures_count=len(health.closures),
         lost=None if health.lost is None else lost(health.lost),
         match_score=None if health.match_score is None else round(health.match_score, 3),

@@ -51,7 +51,7 @@ class PersonState(Struct):
     name: str  # of the taught person to whom alone the robot comes; "": it comes to anybody
 
 
-DIGITS = 4
+DECIMAL_DIGITS = 4
 PART = Literal["head", "torso", "feet"]
 
 
@@ -59,7 +59,7 @@ def person(tracked: TrackedPerson | None, stamp: float, name: str) -> PersonStat
     """The person at `stamp` [s], of that name if it is known; None while nobody is looked at."""
     if tracked is None:
         return None
-    x, y = np.round(tracked.position, DIGITS).tolist()
+    x, y = np.round(tracked.position, DECIMAL_DIGITS).tolist()
     seen = tracked.rectangle
     return PersonState(
         state=tracked.state,
@@ -68,7 +68,7 @@ def person(tracked: TrackedPerson | None, stamp: float, name: str) -> PersonStat
         y_m=y,
         cov_m2=[[float(f"{value:.4g}") for value in row] for row in tracked.covariance.tolist()],
         used=list(tracked.used),
-        laser=None if tracked.laser is None else _pair(*np.round(tracked.laser, DIGITS).tolist()),
+        laser=None if tracked.laser is None else _pair(*np.round(tracked.laser, DECIMAL_DIGITS).tolist()),
         camera=_bearing(tracked.camera),
         sound=_bearing(tracked.sound),
         value=None if seen is None else round(seen.value, 3),
@@ -102,5 +102,5 @@ def _pair(first: float, second: float) -> tuple[float, float]:
 def _bearing(ray: Ray | None) -> SensedBearing | None:
     if ray is None:
         return None
-    numbers = (round(float(value), DIGITS) for value in (ray.x, ray.y, ray.azimuth, ray.sd))
+    numbers = (round(float(value), DECIMAL_DIGITS) for value in (ray.x, ray.y, ray.azimuth, ray.sd))
     return SensedBearing(*numbers)

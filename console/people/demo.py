@@ -37,14 +37,14 @@ log = logging.getLogger(__name__)
 Capture = Callable[[EnrollmentSession, str], Awaitable[None]]
 
 ID = "show me"
-AWAY = (3.7, 4.1, 3.5, 4.5)  # [m] from the camera, the best first
-BESIDE = 0.15  # [rad] beside the picture, where a part of someone would be in it
-ASIDE = (0.0, 0.1, -0.1, 0.2, -0.2)  # [rad]
+DISTANCES_M = (3.7, 4.1, 3.5, 4.5)  # from the camera, the best first
+BESIDE_PICTURE_RAD = 0.15  # beside the picture, where a part of someone would be in it
+ASIDE_ANGLES_RAD = (0.0, 0.1, -0.1, 0.2, -0.2)
 LOOKS = ("green/black", "red/blue", "white/brown", "yellow/grey", "blue/white", "black/green")
 ARMS = {"down": "", "out": "wide", "wave": "wave", "side": ""}
 NO_ROOM = "There is no room to stand whole before the camera. Turn the robot so that some four metres are free."
-NEARBY = (0.0, 0.5, 1.0)  # [m] from where they were that people come back to
-SIDES = 8  # in which they look for a place there
+RETURN_DISTANCES_M = (0.0, 0.5, 1.0)  # from where they were that people come back to
+RETURN_SIDES = 8  # in which they look for a place there
 
 
 class DemoPerson:
@@ -108,16 +108,16 @@ class DemoPerson:
         """Return whether a robot `here` has them, or a part of them, in its picture."""
         if self._camera is None:
             return False
-        half = math.atan(self._camera.model.width / 2 / self._camera.model.fx) + BESIDE
+        half = math.atan(self._camera.model.width / 2 / self._camera.model.fx) + BESIDE_PICTURE_RAD
         bearing = math.remainder(here.bearing_to(one.x_m, one.y_m) - self._axis, math.tau)
         return abs(bearing) < half
 
     async def _return(self, one: PlacedThing) -> None:
         """Let a person come back to where they were, or near to it where the robot or a thing is now."""
-        for away in NEARBY:
-            for side in range(SIDES if away else 1):
-                x = one.x_m + away * math.cos(side * math.tau / SIDES)
-                y = one.y_m + away * math.sin(side * math.tau / SIDES)
+        for away in RETURN_DISTANCES_M:
+            for side in range(RETURN_SIDES if away else 1):
+                x = one.x_m + away * math.cos(side * math.tau / RETURN_SIDES)
+                y = one.y_m + away * math.sin(side * math.tau / RETURN_SIDES)
                 with contextlib.suppress(BadInput):
                     await self._ask(
                         PlaceThing(
@@ -155,7 +155,7 @@ class DemoPerson:
 
     def _towards(self) -> list[tuple[float, float]]:
         """Return where to stand, seen from the robot: distance [m] and bearing [rad]."""
-        return [(far, self._axis + aside) for aside, far in product(ASIDE, AWAY)]
+        return [(far, self._axis + aside) for aside, far in product(ASIDE_ANGLES_RAD, DISTANCES_M)]
 
     async def _try(self, enrollment: EnrollmentSession, capture: Capture, place: Pose) -> bool:
         """Take the gesture that is asked for, there → whether the picture was good."""
@@ -185,9 +185,9 @@ class DemoPerson:
         await self._ask(person)
 
 
-PATIENCE = 20.0  # [s] for a picture: the machine may be busy
-ANSWERING = 10.0  # [s] that the driver may take to answer
-GAP = 0.03  # [s] between two looks whether the picture is there
+PICTURE_TIMEOUT_S = 20.0  # for a picture: the machine may be busy
+ANSWER_TIMEOUT_S = 10.0  # that the driver may take to answer
+LOOK_PERIOD_S = 0.03  # between two looks whether the picture is there
 WAITS = "I wait for a picture from the robot's camera."
 SILENT = "No picture comes from the robot's camera; press Show me again when one does."
 
@@ -241,12 +241,12 @@ class EnrollmentDemo:
         """Take a picture of how the room is now: none that was on its way already. Raises Problem, BeckonError."""
         enrollment.waits = WAITS
         now = (await self._ask(ReadTruth())).stamp_s
-        until = time.monotonic() + PATIENCE
+        until = time.monotonic() + PICTURE_TIMEOUT_S
         while (image := self._newest()) is None or image.stamp <= now:
             if time.monotonic() > until:
                 raise Problem(503, SILENT)
-            await asyncio.sleep(GAP)
+            await asyncio.sleep(LOOK_PERIOD_S)
         await self._take(enrollment, what, image)
 
     async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
-        return await asyncio.to_thread(self._robot.ask, request, ANSWERING)
+        return await asyncio.to_thread(self._robot.ask, request, ANSWER_TIMEOUT_S)

@@ -15,8 +15,8 @@ from core.message import Array
 from core.perception.people.enrollment import FEWEST, PersonImage
 
 MOST_PICTURES = 12
-FORGOTTEN = 900.0  # [s] without anybody at it, after which an enrollment is over
-RECENT = 6  # pictures, good or not, that a page which is slow may still ask for
+FORGET_ENROLLMENT_S = 900.0  # without anybody at it, after which an enrollment is over
+RECENT_PICTURES = 6  # pictures, good or not, that a page which is slow may still ask for
 PARTS = ("head", "torso", "feet")
 
 
@@ -119,12 +119,12 @@ class EnrollmentSession:
     demo: bool = False
     number: int = 0
     used: float = field(default_factory=time.monotonic)
-    _recent: deque[JudgedPicture] = field(default_factory=lambda: deque[JudgedPicture](maxlen=RECENT))
+    _recent: deque[JudgedPicture] = field(default_factory=lambda: deque[JudgedPicture](maxlen=RECENT_PICTURES))
 
     @property
     def stale(self) -> bool:
         """True if nobody has been at it for long."""
-        return not self.demo and time.monotonic() - self.used > FORGOTTEN
+        return not self.demo and time.monotonic() - self.used > FORGET_ENROLLMENT_S
 
     @property
     def next(self) -> Gesture | None:
@@ -164,7 +164,7 @@ class EnrollmentSession:
         self.taken = [one for one in self.taken if one.number != number]
         if self.newest is not None and self.newest.number == number:
             self.newest = None
-        self._recent = deque((one for one in self._recent if one.number != number), RECENT)
+        self._recent = deque((one for one in self._recent if one.number != number), RECENT_PICTURES)
         return len(self.taken) < before
 
     def picture(self, number: int) -> bytes | None:

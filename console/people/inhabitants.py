@@ -32,18 +32,18 @@ INHABITANTS: Mapping[str, tuple[PlaceThing, ...]] = {
         ),
     ),
 }
-TRIES, PAUSE = 60, 1.0  # the robot may come later than the console; [s]
+MAX_TRIES, RETRY_PAUSE_S = 60, 1.0  # the robot may come later than the console; [s]
 
 
 async def move_in(place: Callable[[PlaceThing], Awaitable[PlacedThing]], url: str) -> None:
     """Put the inhabitants of a simulated world into it, each once; who does not fit there stays out."""
     for person in INHABITANTS.get(url, ()):
-        for _ in range(TRIES):
+        for _ in range(MAX_TRIES):
             try:
                 await place(person)
                 break
             except Unavailable:  # the driver has not begun yet
-                await asyncio.sleep(PAUSE)
+                await asyncio.sleep(RETRY_PAUSE_S)
             except (BadInput, Refused) as misfit:
                 log.info("%s stays out of %s: %s", person.id, url, misfit)
                 break

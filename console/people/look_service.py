@@ -20,9 +20,9 @@ from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
 
-OPENING, LOOKING = 10.0, 2.0  # [s] of processor time
-AGAIN = 5.0  # [s] after a failure until the next try
-IDLE = 60.0  # [s] without a voice or a question, after which the worker gives its memory back
+OPENING_BUDGET_S, LOOKING_BUDGET_S = 10.0, 2.0  # of processor time
+RETRY_S = 5.0  # after a failure until the next try
+MAX_IDLE_S = 60.0  # without a voice or a question, after which the worker gives its memory back
 
 
 class LookService(Part):
@@ -102,10 +102,10 @@ class LookService(Part):
         """Wait for a question or a voice; end the worker meanwhile when it has not been needed for long."""
         while not wake.is_set():
             try:
-                async with asyncio.timeout(IDLE if self._worker.alive else None):
+                async with asyncio.timeout(MAX_IDLE_S if self._worker.alive else None):
                     await wake.wait()
             except TimeoutError:
-                if time.monotonic() - self._needed >= IDLE:
+                if time.monotonic() - self._needed >= MAX_IDLE_S:
                     self._worker.kill()
         wake.clear()
 
@@ -121,7 +121,7 @@ class LookService(Part):
         if self._worker.alive and self._opened == self._worker.starts:
             return True
         try:
-            await self._worker.ask(OpenDetector(self._settings), budget=OPENING)
+            await self._worker.ask(OpenDetector(self._settings), budget=OPENING_BUDGET_S)
         except BeckonError as trouble:
             await self._complain(f"I cannot look for people: {trouble}")
             return False
@@ -130,7 +130,7 @@ class LookService(Part):
 
     async def _look(self, question: LookQuestion) -> None:
         try:
-            seen = await self._worker.ask(LookForPeople(question), budget=LOOKING)
+            seen = await self._worker.ask(LookForPeople(question), budget=LOOKING_BUDGET_S)
         except WorkerLost as lost:
             log.warning("The worker that looks for people was lost: %s", lost)
             return
@@ -145,4 +145,4 @@ class LookService(Part):
         if words != self._complaint:
             self._complaint = words
             self._tell(words)
-        await asyncio.sleep(AGAIN)
+        await asyncio.sleep(RETRY_S)

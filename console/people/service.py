@@ -20,7 +20,7 @@ from console.part import Part
 from console.people.demo import EnrollmentDemo
 from console.people.enrollment import MOST_PICTURES, EnrollmentSession, EnrollmentState
 from console.people.jobs import JudgePicture, LearnPerson, PersonPicture, PixelPicture, ReadBackground
-from console.people.store import MOST_PEOPLE, VERSION, PersonFile, PersonStore, StoredLooks, name_of
+from console.people.store import CARD_VERSION, MOST_PEOPLE, PersonFile, PersonStore, StoredLooks, name_of
 from console.robot.link import RobotLink
 from console.workers.job import Answer, Job
 from console.workers.queue_limit import QueueLimit
@@ -37,7 +37,7 @@ from core.snapshot import Level, Snapshot
 
 log = logging.getLogger(__name__)
 
-BUDGET = 4.0  # [s] of processor time for one picture
+BUDGET_S = 4.0  # of processor time for one picture
 MOST_WAITING = 3  # pictures that are looked at or wait for it
 LOOKS, GETS_READY = "I look at the picture.", "I get ready to look at pictures; the first takes longest."
 OVER = "That enrollment is over; begin again."
@@ -203,7 +203,7 @@ class EnrollmentService(Part):
             self.find(enrollment.id)
             self._free(name)
             card = PersonFile(
-                VERSION,
+                CARD_VERSION,
                 enrollment.id,
                 name,
                 round(time.time(), 1),
@@ -324,7 +324,7 @@ class EnrollmentService(Part):
         self.find(enrollment.id)
         enrollment.waits = LOOKS if self._worker.alive else GETS_READY
         try:
-            answer = await self._worker.ask(job, budget=BUDGET)
+            answer = await self._worker.ask(job, budget=BUDGET_S)
         except WorkerLost as lost:
             log.warning("The worker that looks at people was lost: %s", lost)
             if lost.killed:

@@ -20,11 +20,11 @@ from core.perception.people.parts import PARTS
 
 log = logging.getLogger(__name__)
 
-VERSION = 2
+CARD_VERSION = 2
 MOST_BYTES = 2**16
 MOST_PEOPLE = 50
-LARGEST = 20.0  # of the numbers of someone's looks
-LONGEST = 40  # characters of a name
+MAX_LOOK_NUMBER = 20.0  # of the numbers of someone's looks
+MAX_NAME_CHARACTERS = 40  # characters of a name
 CHOSEN = "chosen.json"
 ID = re.compile(r"[0-9a-f]{12}")
 JOINERS = "\u200c\u200d"  # within words of some scripts and within some emoji
@@ -143,7 +143,7 @@ def small(path: Path) -> bytes:
 def card_in(raw: bytes, card_id: str) -> PersonFile:
     """A person's file, whole and sound. Raises ValueError, MsgspecError."""
     card = msgspec.json.decode(raw, type=PersonFile)
-    if card.version != VERSION or card.id != card_id or not ID.fullmatch(card.id):
+    if card.version != CARD_VERSION or card.id != card_id or not ID.fullmatch(card.id):
         raise ValueError("of another version, or under another's name")
     if not is_name(card.name):
         raise ValueError("no name")
@@ -153,7 +153,7 @@ def card_in(raw: bytes, card_id: str) -> PersonFile:
     if len(looks.proportions) != LIMBS:
         raise ValueError("proportions of another form")
     numbers = [one for row in (*looks.colours, looks.proportions, [looks.height_m]) for one in row if one is not None]
-    if not all(math.isfinite(one) and abs(one) < LARGEST for one in numbers) or not looks.appearance.known:
+    if not all(math.isfinite(one) and abs(one) < MAX_LOOK_NUMBER for one in numbers) or not looks.appearance.known:
         raise ValueError("looks that are none")
     if not (math.isfinite(card.learnt_s) and card.pictures > 0):
         raise ValueError("numbers that are none")
@@ -164,14 +164,16 @@ def name_of(given: str) -> str:
     """Return the tidy form of a name. Raises Problem 422."""
     name = unicodedata.normalize("NFC", " ".join(given.split()))
     if not is_name(name):
-        raise Problem(422, f"A name has 1 to {LONGEST} letters or signs, all of them to be seen; say who you are.")
+        raise Problem(
+            422, f"A name has 1 to {MAX_NAME_CHARACTERS} letters or signs, all of them to be seen; say who you are."
+        )
     return name
 
 
 def is_name(name: str) -> bool:
     """Return whether a name can be shown and read as it is, without hidden or direction-changing characters."""
     seen = "".join(letter for letter in name if letter not in JOINERS)
-    return 0 < len(name) <= LONGEST and seen.isprintable() and any(not blank(letter) for letter in seen)
+    return 0 < len(name) <= MAX_NAME_CHARACTERS and seen.isprintable() and any(not blank(letter) for letter in seen)
 
 
 def blank(letter: str) -> bool:

@@ -27,8 +27,8 @@ from core.perception.people.enrollment import Box, HeightGauge, check_light, con
 from core.perception.people.legs import stander_at
 from core.perception.people.pose.detector import PoseDetector, open_pose
 
-LONGEST = 640  # [pixel] side of the pictures that are looked at
-QUALITY = 85  # of the JPEG that is shown
+MAX_SIDE_PX = 640  # side of the pictures that are looked at
+JPEG_QUALITY = 85  # of the JPEG that is shown
 TOO_LIKE = "This is too like a picture that I have; take another gesture."
 
 
@@ -84,7 +84,7 @@ def pixels_of(picture: PersonPicture) -> Array:
         pixels = decode_upload(picture.content, cv2.IMREAD_COLOR)[0]
     else:
         pixels = in_colour(picture.pixels)
-    factor = LONGEST / max(pixels.shape[:2])
+    factor = MAX_SIDE_PX / max(pixels.shape[:2])
     return pixels if factor >= 1 else cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
 
 
@@ -104,7 +104,7 @@ def size_of(pixels: Array) -> list[int]:
 
 def jpeg(pixels: Array) -> bytes:
     """A picture as the page shows it during the enrollment."""
-    return cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
+    return cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
 
 
 def outline_of(pixels: Array, background: Array) -> list[list[float]]:

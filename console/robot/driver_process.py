@@ -35,7 +35,7 @@ from core.sensors import SensorFrame
 
 log = logging.getLogger(__name__)
 
-STARTING = 30.0  # [s] that a robot may take to be opened; a recording may take as long as its driver reads
+START_TIMEOUT_S = 30.0  # that a robot may take to be opened; a recording may take as long as its driver reads
 READ = 1 << 20  # bytes taken at once
 AnswerContent = bytes | DriverTrouble  # JSON of an answer
 
@@ -48,7 +48,7 @@ class DriverProcess:
         self._control, their_control = packet_pair()
         self._gate_end, their_gate_end = packet_pair()
         self._inbox = FrameReceiver()
-        self._patience = math.inf if opening.url.startswith("log:") else STARTING
+        self._patience = math.inf if opening.url.startswith("log:") else START_TIMEOUT_S
         self._control.send(pickle.dumps(opening))
         with their_stream, their_control, their_gate_end:
             theirs = {"stream": their_stream, "control": their_control, "gate": their_gate_end}
@@ -78,7 +78,7 @@ class DriverProcess:
                     return message.profile
         if given_up():
             raise Unavailable("The robot was let go before it was ready.")
-        raise Unavailable(f"The robot was not ready within {STARTING:g} s.")
+        raise Unavailable(f"The robot was not ready within {START_TIMEOUT_S:g} s.")
 
     def read(self) -> list[Any] | None:
         """The messages that have come, without waiting; None when the driver is gone."""

@@ -17,11 +17,11 @@ from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
 
-PATIENCE = 0.1  # [s] to wait for a frame before looking whether it is over
-HUNG = 2.0  # [s] without a turn after which the pilot hangs; the gate has the base stand long before …
-HUNG_SIMULATED = 20.0  # [s] … or the time of a simulated robot stands meanwhile
-REMEMBERED = 400  # steps, ten seconds of them
-NEWEST = 8  # steps; at 40 Hz at least one of them has a scan
+FRAME_WAIT_S = 0.1  # to wait for a frame before looking whether it is over
+HUNG_S = 2.0  # without a turn after which the pilot hangs; the gate has the base stand long before …
+HUNG_SIMULATED_S = 20.0  # … or the time of a simulated robot stands meanwhile
+MAX_REMEMBERED_STEPS = 400  # steps, ten seconds of them
+NEWEST_STEPS = 8  # steps; at 40 Hz at least one of them has a scan
 
 
 class PilotPace:
@@ -30,9 +30,9 @@ class PilotPace:
     def __init__(self) -> None:
         self._lock = threading.Lock()  # a deque that grows while it is copied raises RuntimeError
         self._stamp = 0.0  # [s] of the newest frame
-        self._arrivals: deque[float] = deque(maxlen=REMEMBERED)
-        self._delays: deque[float] = deque(maxlen=REMEMBERED)
-        self._steps: deque[float] = deque(maxlen=REMEMBERED)
+        self._arrivals: deque[float] = deque(maxlen=MAX_REMEMBERED_STEPS)
+        self._delays: deque[float] = deque(maxlen=MAX_REMEMBERED_STEPS)
+        self._steps: deque[float] = deque(maxlen=MAX_REMEMBERED_STEPS)
 
     def note(self, stamp: float, arrived: float, took: float) -> None:
         """Record a step: when its frame was sensed (robot's clock), when it came and how long it took (ours) [s]."""
@@ -51,7 +51,7 @@ class PilotPace:
 
     def measured(self, now: float) -> tuple[float, float | None]:
         """Frames per second [Hz], and the longest of the newest steps [ms]: the one that had most to see."""
-        newest = self._copy(self._steps)[-NEWEST:]
+        newest = self._copy(self._steps)[-NEWEST_STEPS:]
         return self.rate(now), round(1000 * max(newest), 2) if newest else None
 
     def step_ms(self, part: float) -> float | None:
@@ -106,7 +106,7 @@ class PilotThread:
     @property
     def steps(self) -> bool:
         """True while it goes on, rather than being caught in a step."""
-        hung = HUNG_SIMULATED if self._robot.profile.simulated else HUNG
+        hung = HUNG_SIMULATED_S if self._robot.profile.simulated else HUNG_S
         return self.alive and time.monotonic() - self._turned < hung
 
     def start(self) -> None:
@@ -125,7 +125,7 @@ class PilotThread:
         try:
             while not self._over.is_set():
                 self._turned = time.monotonic()
-                frame = self._robot.next_frame(PATIENCE)
+                frame = self._robot.next_frame(FRAME_WAIT_S)
                 if frame is None:
                     continue
                 arrived = time.monotonic()

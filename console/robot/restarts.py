@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections import deque
 
-CRASHES, CRASH_WINDOW = 3, 60.0  # that many within so many seconds are the last
-PAUSE = 0.5  # [s] more before each further start
-RETRY = 2.0  # [s] after a start for which the system had no means
+MAX_CRASHES, CRASH_WINDOW_S = 3, 60.0  # that many within so many seconds are the last
+RESTART_PAUSE_S = 0.5  # more before each further start
+RETRY_S = 2.0  # after a start for which the system had no means
 
 
 class Restarts:
     """Counts deaths; `due` when the next start is."""
 
     def __init__(self) -> None:
-        self._deaths: deque[float] = deque(maxlen=CRASHES)
+        self._deaths: deque[float] = deque(maxlen=MAX_CRASHES)
         self._again_at = 0.0  # [s]
 
     def due(self, now: float) -> bool:
@@ -24,10 +24,10 @@ class Restarts:
     def died(self, now: float) -> str:
         """Another death at `now` [s] → the consequence, a sentence."""
         self._deaths.append(now)
-        if len(self._deaths) == CRASHES and now - self._deaths[0] < CRASH_WINDOW:
+        if len(self._deaths) == MAX_CRASHES and now - self._deaths[0] < CRASH_WINDOW_S:
             self._again_at = math.inf
             return "That was the third time within a minute, so it stays off: restart the console."
-        self._again_at = now + PAUSE * (len(self._deaths) - 1)
+        self._again_at = now + RESTART_PAUSE_S * (len(self._deaths) - 1)
         return "It is started again."
 
     def forgive(self, now: float) -> str:
@@ -37,5 +37,5 @@ class Restarts:
 
     def postpone(self, now: float) -> str:
         """The start failed for want of memory, descriptors or processes → the consequence, a sentence."""
-        self._again_at = now + RETRY
-        return f"It is tried again every {RETRY:g} seconds."
+        self._again_at = now + RETRY_S
+        return f"It is tried again every {RETRY_S:g} seconds."

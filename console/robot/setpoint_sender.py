@@ -13,7 +13,7 @@ from core.gate.setpoint import Setpoint
 from core.gate.twist import ZERO, Twist
 from core.snapshot import Snapshot
 
-AGAIN = 0.02  # [s] within which the same stop, with no command between, is not sent again: no flood may fill the pipe
+REPEATED_STOP_S = 0.02  # within which the same stop, with no command between, is not sent again: no flood
 
 
 class SetpointSender:
@@ -84,7 +84,7 @@ class SetpointSender:
         with self._lock:
             self._entrusted.clear()
             now = time.monotonic()
-            if now - self._stood.get(kind, -AGAIN) >= AGAIN:
+            if now - self._stood.get(kind, -REPEATED_STOP_S) >= REPEATED_STOP_S:
                 act()
                 self._stood[kind] = now
 

@@ -37,16 +37,14 @@ from core.settings import load
 
 log = logging.getLogger(__name__)
 
-LOOK = 0.05  # [s] between looks after the processes
+LOOK_PERIOD_S = 0.05  # between looks after the processes
 GATE_FROZEN = 1.0  # [s] without a word of the gate, then it is replaced
 GATE_STARTING = 5.0  # [s] that a new gate may take to say its first
 DRIVER_FROZEN = 10.0  # [s] without a frame, then the driver is replaced
-AWAKENING = 2.0  # [s] after a sleep of the machine in which a death is nobody's fault
-STALE, LOST = 0.5, 3.0  # [s], age of the newest frame
-WAITING = (
-    6.0  # times as long a simulated robot may keep silent, and its gate: its time stands until others come along
-)
-ENDING = 0.4  # [s] to end when asked
+AWAKENING_S = 2.0  # after a sleep of the machine in which a death is nobody's fault
+STALE_AGE_S, LOST_AGE_S = 0.5, 3.0  # [s], age of the newest frame
+SIMULATED_PATIENCE = 6.0  # times as long a simulated robot and its gate may keep silent: its time waits for others
+END_TIMEOUT_S = 0.4  # to end when asked
 
 
 class RobotSupervisor:
@@ -108,8 +106,8 @@ class RobotSupervisor:
         self._mail.shut()
         if self._thread is not None:
             self._thread.join()
-        self._end_gate(ENDING)
-        self._end_driver(ENDING)
+        self._end_gate(END_TIMEOUT_S)
+        self._end_driver(END_TIMEOUT_S)
 
     @property
     def profile(self) -> Profile:
@@ -194,13 +192,13 @@ class RobotSupervisor:
             return ("lost" if self.trouble else "connecting"), 0.0
         age = time.monotonic() - frame_at
         patience = self._patience
-        if self.trouble or age > patience * LOST:
+        if self.trouble or age > patience * LOST_AGE_S:
             return "lost", age
-        return ("live" if age <= patience * STALE else "stale"), age
+        return ("live" if age <= patience * STALE_AGE_S else "stale"), age
 
     @property
     def _patience(self) -> float:
-        return WAITING if self._profile is not None and self._profile.simulated else 1.0
+        return SIMULATED_PATIENCE if self._profile is not None and self._profile.simulated else 1.0
 
     def ask(self, request: RobotRequest[AnswerT], timeout: float = 2.0) -> AnswerT:
         """A request to the driver → its answer. Raises BadInput, Refused or Unavailable with a sentence."""
@@ -258,7 +256,7 @@ class RobotSupervisor:
                 self._supervise()
             except (OSError, MemoryError) as trouble:  # the system has no means for it now
                 log.exception("The robot's supervision was interrupted: %s", reason_of(trouble))
-                self._over.wait(LOOK)
+                self._over.wait(LOOK_PERIOD_S)
             except Exception as fault:
                 log.exception("The robot's supervision failed")
                 self._give_up(f"The robot's supervision failed ({type(fault).__name__}): restart the console.")
@@ -275,7 +273,7 @@ class RobotSupervisor:
         for descriptor in hear:
             watched.register(descriptor, select.POLLIN)
         waited_from = time.monotonic()
-        events = watched.poll(1000 * LOOK)
+        events = watched.poll(1000 * LOOK_PERIOD_S)
         now = time.monotonic()
         slept = self._sleep.woke()
         if slept:
@@ -343,7 +341,7 @@ class RobotSupervisor:
         now = time.monotonic()
         log.error(words)
         self._end_gate(0.0)
-        excused = now - self._woke_at < AWAKENING
+        excused = now - self._woke_at < AWAKENING_S
         outcome = self._restarts.forgive(now) if excused else self._restarts.died(now)
         self._tell_trouble(f"{words} {outcome}")
         self._last_words = ""

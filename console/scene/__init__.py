@@ -47,8 +47,8 @@ from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
 
-PERIOD = 0.05  # [s] at least between two pictures of the scene
-FAILURES = 5  # in a row after which the scene is left as it is
+PICTURE_PERIOD_S = 0.05  # at least between two pictures of the scene
+MAX_FAILURES = 5  # in a row after which the scene is left as it is
 
 
 class Drawable(Protocol):
@@ -187,7 +187,7 @@ class Scene:
                 failures = 0
             except Exception:
                 failures += 1
-                if failures >= FAILURES:
+                if failures >= MAX_FAILURES:
                     raise
                 log.exception("The scene could not be drawn")
-            self._over.wait(PERIOD)
+            self._over.wait(PICTURE_PERIOD_S)

@@ -14,7 +14,7 @@ from core.calibration.board.board import Board
 from core.message import Array
 
 CAMERA_SIZE = 0.06  # [m] of its drawn pyramid
-AXES = 0.15  # [m]
+AXES_LENGTH_M = 0.15
 ONLOOKER = ((-0.5, -0.35, -0.3), (0.0, 0.0, 0.35))  # [m] where from and where to, in the camera's frame
 
 
@@ -30,7 +30,9 @@ def boards_html(boards: Sequence[Mapping[str, Any]], board: Board, fov: float, a
         scene.set_up_direction((0.0, -1.0, 0.0))  # the camera's y looks down
         server.initial_camera.position, server.initial_camera.look_at = ONLOOKER
         scene.add_camera_frustum("/camera", fov=fov, aspect=aspect, scale=CAMERA_SIZE, color=(110, 110, 110))
-        scene.add_frame("/camera/axes", axes_length=AXES, axes_radius=0.03 * AXES, origin_radius=0.0)
+        scene.add_frame(
+            "/camera/axes", axes_length=AXES_LENGTH_M, axes_radius=0.03 * AXES_LENGTH_M, origin_radius=0.0
+        )
         for number, pose in enumerate(boards):
             name, colour = f"/boards/{number + 1}", colour_of(number / len(boards))
             turn = Rotation.from_matrix(np.array(pose["rotation"])).as_quat(scalar_first=True)

@@ -7,7 +7,7 @@ import time
 
 from console.control.notices import Notifications
 from console.control.text_file_reader import TextFileCommand, TextFileSource
-from console.control.text_file_writer import RENEWAL, TextFileWriter
+from console.control.text_file_writer import RENEWAL_S, TextFileWriter
 from console.part import Part
 from console.speech.listener import SpokenOutcome
 from core.errors import Unwritable
@@ -36,7 +36,7 @@ class SpokenTextFiles(Part):
         """Write, one after the other, and give signs of life."""
         while True:
             try:
-                words, voice, ended = await asyncio.wait_for(self._waiting.get(), RENEWAL)
+                words, voice, ended = await asyncio.wait_for(self._waiting.get(), RENEWAL_S)
             except TimeoutError:
                 await asyncio.to_thread(self._files.renew)
                 continue

@@ -15,12 +15,12 @@ import threading
 
 from core.gate.scheduling import stand_back
 
-NICE = 10
+NICE_LEVEL = 10
 
 
 def main() -> None:
     """Run the module as a program of its own."""
-    os.nice(NICE)
+    os.nice(NICE_LEVEL)
     stand_back()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     threading.Thread(target=watch, daemon=True).start()

@@ -27,7 +27,7 @@ from core.gate.scheduling import stand_back
 MOST_BYTES = 2**30  # of address space
 MORE_BYTES = {"probe": 2**33}  # of workers whose libraries reserve much for their threads
 MOST_PIXELS = 2**25  # that OpenCV's own readers may announce
-NICE = 5
+NICE_LEVEL = 5
 MOST_EXPENDABLE = 800  # of 1000, when memory runs out
 TOO_LARGE = "This needs more memory than is allowed; send something smaller."
 FAULT = "Something went wrong inside Beckon; nothing was lost. The log says more."
@@ -66,7 +66,7 @@ def restrain() -> None:
     """Modest towards everybody else; before OpenCV is imported, for it reads its limit once."""
     os.environ["OPENCV_IO_MAX_IMAGE_PIXELS"] = str(MOST_PIXELS)
     stand_back()
-    os.nice(NICE)
+    os.nice(NICE_LEVEL)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text(str(MOST_EXPENDABLE))

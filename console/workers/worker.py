@@ -27,9 +27,9 @@ from core.errors import BadInput, BeckonError
 
 log = logging.getLogger(__name__)
 
-STARTING = 30.0  # [s] until a worker has to be ready
-GOING = 1.0  # [s] that a worker whose pipe is closed may take to end by itself
-LONGER = 4.0  # times its processor time that a job may take by the clock
+START_TIMEOUT_S = 30.0  # until a worker has to be ready
+END_TIMEOUT_S = 1.0  # that a worker whose pipe is closed may take to end by itself
+CLOCK_BUDGET_RATIO = 4.0  # times its processor time that a job may take by the clock
 MOST_ANSWER = 2**26  # [bytes] of one answer
 READY = msgspec.msgpack.Decoder(JobResult[None])  # what a worker says first
 
@@ -84,7 +84,9 @@ class Worker:
         """
         async with self._turn:
             await self._ready()
-            answer = await self._converse(packed(JobRequest(job, budget)), LONGER * budget, answer_decoder(type(job)))
+            answer = await self._converse(
+                packed(JobRequest(job, budget)), CLOCK_BUDGET_RATIO * budget, answer_decoder(type(job))
+            )
         if isinstance(answer, JobFailure):
             if answer.details:
                 log.error("A worker failed: %s", answer.details)
@@ -97,14 +99,14 @@ class Worker:
             self._writer.close()
         if self._child is not None:
             self._child.kill()
-            self._reaper = threading.Thread(target=self._child.end, args=(GOING,), daemon=True)
+            self._reaper = threading.Thread(target=self._child.end, args=(END_TIMEOUT_S,), daemon=True)
             self._reaper.start()
         self._child = self._reader = self._writer = None
 
     async def gone(self) -> None:
         """It was killed: wait a while until no process is left."""
         if self._reaper is not None:
-            await asyncio.to_thread(self._reaper.join, GOING)
+            await asyncio.to_thread(self._reaper.join, END_TIMEOUT_S)
 
     async def _ready(self) -> None:
         if self.alive:
@@ -116,7 +118,7 @@ class Worker:
             self._child = await asyncio.to_thread(ChildProcess, "console.workers.process", arguments, [theirs])
         self._reader, self._writer = await asyncio.open_connection(sock=ours, limit=2**20)
         self.starts += 1
-        await self._converse(b"", STARTING, READY)
+        await self._converse(b"", START_TIMEOUT_S, READY)
 
     async def _converse(self, raw: bytes, patience: float, decoder: msgspec.msgpack.Decoder[Content]) -> Content:
         """Send, and wait for the answer. Raises WorkerLost; then the worker is gone."""
@@ -148,8 +150,8 @@ class Worker:
         child, code = self._child, None
         try:
             if child is not None:
-                async with asyncio.timeout(2 * GOING):
-                    await asyncio.to_thread(child.end, GOING)
+                async with asyncio.timeout(2 * END_TIMEOUT_S):
+                    await asyncio.to_thread(child.end, END_TIMEOUT_S)
                 code = child.code
         except TimeoutError:
             log.warning("A worker does not end: process %d.", child.pid if child else 0)

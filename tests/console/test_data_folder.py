@@ -87,8 +87,8 @@ def test_what_is_kept_is_its_owners_alone_and_what_is_not_ours_is_left_alone(tmp
 
 @pytest.fixture
 def looks_often(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(data_folder, "LOOK", 0.05)
-    monkeypatch.setattr(data_folder, "LOOK_AGAIN", 0.05)
+    monkeypatch.setattr(data_folder, "LOOK_PERIOD_S", 0.05)
+    monkeypatch.setattr(data_folder, "TROUBLED_LOOK_PERIOD_S", 0.05)
 
 
 def health(live: Live) -> tuple[int, str]:
@@ -153,7 +153,7 @@ def test_an_answer_comes_when_its_row_is_on_disk(live: Live) -> None:
 
 
 def test_a_stop_waits_for_no_disk(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.control.history.PATIENCE", 1.0)
+    monkeypatch.setattr("console.control.history.DISK_TIMEOUT_S", 1.0)
     base = sqlite3.connect(live.runtime.history._store._path)
     base.execute("BEGIN EXCLUSIVE")
     try:
@@ -170,7 +170,7 @@ def test_a_stop_waits_for_no_disk(live: Live, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_a_disk_that_does_not_answer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(data_folder, "PATIENCE", 0.05)
+    monkeypatch.setattr(data_folder, "DISK_TIMEOUT_S", 0.05)
     hangs = [True]
 
     def slow(folder: Path) -> None:

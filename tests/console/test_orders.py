@@ -293,7 +293,7 @@ def test_a_hand_on_the_keys_ends_a_goal_for_good(live: Live) -> None:
 
 def test_a_lease_without_anybody_behind_it_lapses(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
     settled(live)
-    monkeypatch.setattr("console.control.lease.GRACE", 0.3)
+    monkeypatch.setattr("console.control.lease.GRACE_S", 0.3)
     order(live, "turn left")
     live.ask("POST", "/api/stop", token=live.operator)
     live.until(lambda: live.runtime.lease.holder is None, 5)
@@ -302,7 +302,7 @@ def test_a_lease_without_anybody_behind_it_lapses(live: Live, monkeypatch: pytes
 
 def test_an_order_by_rest_keeps_its_lease_while_it_runs(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
     settled(live)
-    monkeypatch.setattr("console.control.lease.GRACE", 1.0)
+    monkeypatch.setattr("console.control.lease.GRACE_S", 1.0)
     number = order(live, "turn left").json["id"]
     time.sleep(1.8)
     assert live.runtime.lease.holder is not None

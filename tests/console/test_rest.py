@@ -8,8 +8,8 @@ import numpy as np
 
 from console.broadcast import Broadcaster, Subscriber
 from console.camera_stream import REST_GAP, CameraStream
-from console.rest import AFTER, StatePace
 from console.rest import REST_GAP as REST_GAP_S
+from console.rest import STANDING_S, StatePace
 from core.gate import Twist
 from core.pilot import Pilot
 from core.sensors import Image
@@ -23,10 +23,10 @@ def test_states_come_seldom_at_rest_and_at_once_when_something_happens() -> None
     pace.saw(snapshot)
     pace.sent(10.0, ("nothing",))
     assert pace.due(10.05, ("nothing",))
-    assert pace.saw(replace(snapshot, stamp=snapshot.stamp + AFTER + 0.1))
+    assert pace.saw(replace(snapshot, stamp=snapshot.stamp + STANDING_S + 0.1))
     assert not pace.due(10.1, ("nothing",)) and pace.due(10.21, ("nothing",))
     assert pace.due(10.05, ("a notice",))
-    pace.saw(replace(snapshot, stamp=snapshot.stamp + AFTER + 0.2, velocity=Twist(0.1, 0.0)))
+    pace.saw(replace(snapshot, stamp=snapshot.stamp + STANDING_S + 0.2, velocity=Twist(0.1, 0.0)))
     assert pace.due(10.05, ("nothing",))
 
 

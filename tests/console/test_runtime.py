@@ -10,7 +10,7 @@ import pytest
 
 from console.control.link_monitor import HANGS
 from console.part import BackgroundTask
-from console.robot.pilot_thread import HUNG
+from console.robot.pilot_thread import HUNG_S
 from core.gate.suspend import SleepWatch
 from core.pilot import Pilot
 from core.sensors import SensorFrame
@@ -106,7 +106,7 @@ class Slow(Pilot):
 def test_a_pilot_that_hangs_is_noticed_and_the_gate_hears_no_heartbeat(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("console.robot.pilot_thread.HUNG_SIMULATED", HUNG)  # as before a real robot
+    monkeypatch.setattr("console.robot.pilot_thread.HUNG_SIMULATED_S", HUNG_S)  # as before a real robot
     live = Live(tmp_path, make_pilot=lambda: Slow(live.robot.profile))
     with live:
         live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
@@ -114,7 +114,7 @@ def test_a_pilot_that_hangs_is_noticed_and_the_gate_hears_no_heartbeat(
         live.until(lambda: live.robot.status().w)
         Slow.caught.clear()
         try:
-            live.until(lambda: live.robot.status().w == 0.0, HUNG + 1.5)
+            live.until(lambda: live.robot.status().w == 0.0, HUNG_S + 1.5)
             health = live.until(lambda: not (told := live.ask("GET", "/api/health").json)["ok"] and told, 2.0)
             assert health["reasons"] == [HANGS]
             assert HANGS in [notice.text for notice in live.runtime.notifications.shown]

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from console.maps.service import MapService
-from console.messages.map import NEWEST
+from console.messages.map import MAX_CLOSURES
 from core.geometry import Pose
 from core.pilot import Pilot
 from core.sensors import SensorFrame
@@ -124,7 +124,7 @@ def test_the_state_tells_rooms_closures_and_how_true_it_all_is(live: Live) -> No
 def test_many_closures_do_not_make_every_state_long(live: Live) -> None:
     settled(live, replace(FLOOR, closures=tuple(closure(number) for number in range(500))))
     floor = live.ask("GET", "/api/state", token=live.viewer).json["floor"]
-    assert len(floor["closures"]) == NEWEST and floor["closures_count"] == 500
+    assert len(floor["closures"]) == MAX_CLOSURES and floor["closures_count"] == 500
     assert floor["closures"][-1]["id"] == 499
     assert len(live.ask("GET", "/api/slam/closures", token=live.viewer).json["closures"]) == 500
 

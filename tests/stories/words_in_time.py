@@ -473,7 +473,7 @@ def told_story(seed: int, folder: Path) -> Seen:
     """What was seen in the story of this number."""
     with virtual_time(random.Random(seed)) as (loop, clock):
         at_once = "core.speech.recognition.decision.has_said_numbers"  # numbers only tell the commands apart here
-        with patch("console.control.text_file_commands.PERIOD", 0.4), patch(at_once, lambda _: False):
+        with patch("console.control.text_file_commands.LOOK_PERIOD_S", 0.4), patch(at_once, lambda _: False):
             story = Story(seed, folder, loop, clock)
             loop.run_until_complete(story.tell_it())
         return story.seen

@@ -10,7 +10,7 @@ from core.message import Array
 
 NOWHERE = np.zeros((1, 2, 3), np.float32)
 CIRCLE = np.linspace(0.0, 2 * np.pi, 33)
-CHUNK = 500  # points of a long line in one node
+CHUNK_POINTS = 500  # points of a long line in one node
 
 
 class Lines:
@@ -56,7 +56,9 @@ class LongLine:
         if points is self._points:
             return
         self._points = points
-        chunks = [points[start : start + CHUNK + 1] for start in range(0, max(len(points) - 1, 0), CHUNK)]
+        chunks = [
+            points[start : start + CHUNK_POINTS + 1] for start in range(0, max(len(points) - 1, 0), CHUNK_POINTS)
+        ]
         while len(self._nodes) < len(chunks):
             name = f"{self._name}/{len(self._nodes)}"
             self._nodes.append(Lines(self._scene, name, self._colour, self._thickness))

@@ -10,19 +10,19 @@ from viser import FrameHandle
 from core.geometry import Pose
 from core.message import Array
 
-AROUND = 48  # facets of a turned solid
+FACET_COUNT = 48  # facets of a turned solid
 
 Profile = list[tuple[float, float]]
 
 
 def turned(profile: Profile) -> tuple[Array, Array]:
     """Profile of (radius, height) [m] from bottom to top → vertices (V, 3) and faces (F, 3), turned about z."""
-    angles = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)
-    rings = [np.column_stack((r * np.cos(angles), r * np.sin(angles), np.full(AROUND, z))) for r, z in profile]
-    this, following = np.arange(AROUND), (np.arange(AROUND) + 1) % AROUND
+    angles = np.linspace(0.0, 2 * np.pi, FACET_COUNT, endpoint=False)
+    rings = [np.column_stack((r * np.cos(angles), r * np.sin(angles), np.full(FACET_COUNT, z))) for r, z in profile]
+    this, following = np.arange(FACET_COUNT), (np.arange(FACET_COUNT) + 1) % FACET_COUNT
     faces: list[Array] = []
     for ring in range(len(profile) - 1):
-        low, high = ring * AROUND, (ring + 1) * AROUND
+        low, high = ring * FACET_COUNT, (ring + 1) * FACET_COUNT
         faces.append(np.column_stack((low + this, low + following, high + following)))
         faces.append(np.column_stack((low + this, high + following, high + this)))
     return np.vstack(rings), np.vstack(faces)

@@ -12,9 +12,9 @@ from core.robots import Profile
 from core.slam.estimate import Association
 from core.snapshot import Snapshot
 
-ARM = 0.045  # [m] of a cross
-HEIGHT = 0.014  # [m]
-DASHES = 10  # of a broken ray
+CROSS_ARM_M = 0.045  # of a cross
+HEIGHT_M = 0.014
+RAY_DASHES = 10  # of a broken ray
 REJECTED, ON_TRIAL = ("ignored",), ("tentative", "new")
 
 
@@ -53,18 +53,18 @@ def rays(start: Array, ends: Array) -> Array:
 
 def dashes(start: Array, ends: Array) -> Array:
     """The same, broken → segments (N·DASHES, 2, 2)."""
-    part = np.linspace(0.0, 1.0, 2 * DASHES + 1)[:-1]
+    part = np.linspace(0.0, 1.0, 2 * RAY_DASHES + 1)[:-1]
     points = start + part[None, :, None] * (ends - start)[:, None, :]
     return points.reshape(-1, 2, 2)
 
 
 def crosses(centres: Array) -> Array:
     """Centres (N, 2) → the two strokes of each (2N, 2, 2)."""
-    one, other = np.array([ARM, ARM]), np.array([ARM, -ARM])
+    one, other = np.array([CROSS_ARM_M, CROSS_ARM_M]), np.array([CROSS_ARM_M, -CROSS_ARM_M])
     starts, ends = np.vstack((centres - one, centres - other)), np.vstack((centres + one, centres + other))
     return np.stack((starts, ends), axis=1)
 
 
 def lifted(segments: Array) -> Array:
     """Segments (N, 2, 2) → (N, 2, 3) just above the floor."""
-    return np.concatenate((segments, np.full((*segments.shape[:2], 1), HEIGHT)), axis=2)
+    return np.concatenate((segments, np.full((*segments.shape[:2], 1), HEIGHT_M)), axis=2)

@@ -12,9 +12,9 @@ from core.robots import Profile
 from core.slam.map.status import LostStatus
 from core.snapshot import Snapshot
 
-HEIGHT = 0.02  # [m]
-SIDES = 20  # of an outline
-NOSE = 2.2  # radii from the middle to the tip of its pointer
+HEIGHT_M = 0.02
+OUTLINE_SIDES = 20  # of an outline
+POINTER_RADII = 2.2  # radii from the middle to the tip of its pointer
 
 
 class CandidatePoses:
@@ -41,9 +41,9 @@ class CandidatePoses:
 
 def outline(radius: float) -> Array:
     """Segments (N, 2, 2) [m], robot frame: a ring and a pointer ahead."""
-    angles = np.linspace(0.0, 2 * np.pi, SIDES + 1)
+    angles = np.linspace(0.0, 2 * np.pi, OUTLINE_SIDES + 1)
     ring = radius * np.column_stack((np.cos(angles), np.sin(angles)))
-    pointer = [[[radius, 0.0], [NOSE * radius, 0.0]]]
+    pointer = [[[radius, 0.0], [POINTER_RADII * radius, 0.0]]]
     return np.concatenate((np.stack((ring[:-1], ring[1:]), axis=1), np.array(pointer)))
 
 
@@ -52,4 +52,4 @@ def stood(segments: Array, place: Array) -> Array:
     x, y, heading = place.tolist()
     turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
     world = segments @ turn + (x, y)
-    return np.concatenate((world, np.full((*world.shape[:2], 1), HEIGHT)), axis=2)
+    return np.concatenate((world, np.full((*world.shape[:2], 1), HEIGHT_M)), axis=2)

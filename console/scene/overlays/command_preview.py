@@ -17,11 +17,11 @@ from core.perception.people.voice_bearing import VoiceBearing
 from core.robots import Profile
 from core.snapshot import Snapshot
 
-HEIGHT = 0.016  # [m]
-DASH = 0.07  # [m] of a stroke, and of the gap after it
-RAY = 3.0  # [m] towards who spoke
-HEAD = 0.05  # [m] of the two strokes that end a turn
-GROWN = 1.15  # radii of the robot of the ring around the goal
+HEIGHT_M = 0.016
+DASH_M = 0.07  # of a stroke, and of the gap after it
+RAY_LENGTH_M = 3.0  # towards who spoke
+ARROW_HEAD_M = 0.05  # of the two strokes that end a turn
+GOAL_RADII = 1.15  # radii of the robot of the ring around the goal
 NOTHING = np.zeros((0, 2, 3))
 
 
@@ -50,18 +50,18 @@ class PreviewLines:
 
 def strokes_of(seen: CommandPreview, call: VoiceBearing | None, radius: float) -> Array:
     """Preview of a command → segments (N, 2, 3) [m], world; `radius` [m] of the robot."""
-    pieces = [dashed(seen.path, DASH)]
+    pieces = [dashed(seen.path, DASH_M)]
     if seen.goal is not None:
-        ring = np.array(seen.goal) + GROWN * radius * np.column_stack((np.cos(CIRCLE), np.sin(CIRCLE)))
-        pieces.append(dashed(ring, 0.4 * DASH))
+        ring = np.array(seen.goal) + GOAL_RADII * radius * np.column_stack((np.cos(CIRCLE), np.sin(CIRCLE)))
+        pieces.append(dashed(ring, 0.4 * DASH_M))
     if seen.heading is not None:
         pieces.append(_head(seen.path))
     if call is not None:
         ray = call.ray
         start = np.array([ray.x, ray.y])
-        pieces.append(dashed(np.array([start, start + RAY * _unit(ray.azimuth)]), DASH))
+        pieces.append(dashed(np.array([start, start + RAY_LENGTH_M * _unit(ray.azimuth)]), DASH_M))
     flat = np.concatenate(pieces)
-    return np.concatenate((flat, np.full((*flat.shape[:2], 1), HEIGHT)), axis=2)
+    return np.concatenate((flat, np.full((*flat.shape[:2], 1), HEIGHT_M)), axis=2)
 
 
 def dashed(points: Array, dash: float) -> Array:
@@ -79,7 +79,7 @@ def _head(way: Array) -> Array:
     """An arrow's head at the end of a way → its strokes (2, 2, 2)."""
     before, end = way[-2:]
     back = math.atan2(*(before - end)[::-1])
-    return np.array([(end, end + HEAD * _unit(back + side)) for side in (0.5, -0.5)])
+    return np.array([(end, end + ARROW_HEAD_M * _unit(back + side)) for side in (0.5, -0.5)])
 
 
 def _unit(angle: float) -> Array:

@@ -12,11 +12,11 @@ from core.robots import Profile
 from core.slam.estimate import Landmark
 from core.snapshot import Snapshot
 
-SIGMAS = 2.0
+ELLIPSE_SDS = 2.0
 WELL_KNOWN = 60  # hits after which a landmark has its full colour and height
-SHORTEST, TALLEST = 0.03, 0.22  # [m]
-HEIGHT = 0.008  # [m] of the ellipses
-SHARP = 1e-6  # [m²]
+MIN_POST_M, MAX_POST_M = 0.03, 0.22
+HEIGHT_M = 0.008  # of the ellipses
+MIN_VARIANCE_M2 = 1e-6
 
 
 class Landmarks:
@@ -39,9 +39,9 @@ class Landmarks:
             self._posts.draw(np.zeros((0, 2, 3)))
             return
         centres = np.array([row.position for row in rows])
-        covariances = np.array([row.covariance for row in rows]) + SHARP * np.eye(2)
+        covariances = np.array([row.covariance for row in rows]) + MIN_VARIANCE_M2 * np.eye(2)
         colours = np.array([colour(row) for row in rows], np.uint8)
-        outlines = ellipses(centres, covariances, SIGMAS, HEIGHT)
+        outlines = ellipses(centres, covariances, ELLIPSE_SDS, HEIGHT_M)
         self._ellipses.draw(outlines, np.repeat(colours, len(outlines) // len(rows), axis=0))
         self._posts.draw(posts(centres, np.array([knowledge(row) for row in rows])), colours)
 
@@ -66,6 +66,6 @@ def colour(row: Landmark) -> tuple[int, int, int]:
 
 def posts(centres: Array, known: Array) -> Array:
     """Centres (N, 2), knowledge (N,) → upright segments (N, 2, 3)."""
-    tops = SHORTEST + (TALLEST - SHORTEST) * known
-    low = np.column_stack((centres, np.full(len(centres), HEIGHT)))
+    tops = MIN_POST_M + (MAX_POST_M - MIN_POST_M) * known
+    low = np.column_stack((centres, np.full(len(centres), HEIGHT_M)))
     return np.stack((low, np.column_stack((centres, tops))), axis=1)

@@ -12,11 +12,11 @@ from core.robots import Profile
 from core.slam.map.status import ClosureState, ClosureStatus
 from core.snapshot import Snapshot
 
-PIECES = 24  # of an arch
-LOWEST, HIGHEST = 0.25, 2.0  # [m] of an arch's middle
-STEEP = 0.35  # height of an arch for its length
-FOOT = 0.05  # [m] of the cross at either end
-FLOOR = 0.012  # [m]
+ARCH_PIECES = 24  # of an arch
+MIN_ARCH_M, MAX_ARCH_M = 0.25, 2.0  # of an arch's middle
+ARCH_STEEPNESS = 0.35  # height of an arch for its length
+FOOT_M = 0.05  # of the cross at either end
+FLOOR_HEIGHT_M = 0.012
 COLOURS: dict[ClosureState, Colour] = {"accepted": CLOSURE, "doubtful": DOUBT, "undone": UNSURE}
 
 
@@ -52,15 +52,18 @@ def strokes_of(closure: ClosureStatus) -> Array:
 
 def arch(start: Array, end: Array) -> Array:
     """Feet (2,) [m] → segments (PIECES, 2, 3): half a wave over the line between them."""
-    part = np.linspace(0.0, 1.0, PIECES + 1)
-    height = np.clip(STEEP * float(np.hypot(*(end - start))), LOWEST, HIGHEST)
+    part = np.linspace(0.0, 1.0, ARCH_PIECES + 1)
+    height = np.clip(ARCH_STEEPNESS * float(np.hypot(*(end - start))), MIN_ARCH_M, MAX_ARCH_M)
     ground = start + part[:, None] * (end - start)
-    points = np.column_stack((ground, FLOOR + height * np.sin(np.pi * part)))
+    points = np.column_stack((ground, FLOOR_HEIGHT_M + height * np.sin(np.pi * part)))
     return np.stack((points[:-1], points[1:]), axis=1)
 
 
 def cross(at: Array) -> Array:
     """A place (2,) [m] → segments (2, 2, 3) along both axes."""
     x, y = at.tolist()
-    ends = [[[x - FOOT, y, FLOOR], [x + FOOT, y, FLOOR]], [[x, y - FOOT, FLOOR], [x, y + FOOT, FLOOR]]]
+    ends = [
+        [[x - FOOT_M, y, FLOOR_HEIGHT_M], [x + FOOT_M, y, FLOOR_HEIGHT_M]],
+        [[x, y - FOOT_M, FLOOR_HEIGHT_M], [x, y + FOOT_M, FLOOR_HEIGHT_M]],
+    ]
     return np.array(ends)

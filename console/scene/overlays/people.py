@@ -15,10 +15,10 @@ from core.perception.people.tracked_person import TrackedPerson
 from core.robots import Profile
 from core.snapshot import Snapshot
 
-RING = 0.22  # [m]
-CROSS = 0.10  # [m]
-HEIGHT = 0.035  # [m]
-SIGMAS = 2.0
+RING_RADIUS_M = 0.22
+CROSS_ARM_M = 0.10
+HEIGHT_M = 0.035
+ELLIPSE_SDS = 2.0
 
 
 class People:
@@ -47,15 +47,15 @@ class People:
 def strokes_of(person: TrackedPerson) -> list[tuple[Array, Colour]]:
     """A person → pieces of segments (N, 2, 3) [m], world, each in one colour."""
     own = DOUBT if person.state == "seen" else UNSURE
-    ring = person.position + RING * np.column_stack((np.cos(CIRCLE), np.sin(CIRCLE)))
-    strokes = [(joined(ring, HEIGHT), own)]
-    strokes.append((ellipses(person.position[None], person.covariance[None], SIGMAS, HEIGHT), own))
+    ring = person.position + RING_RADIUS_M * np.column_stack((np.cos(CIRCLE), np.sin(CIRCLE)))
+    strokes = [(joined(ring, HEIGHT_M), own)]
+    strokes.append((ellipses(person.position[None], person.covariance[None], ELLIPSE_SDS, HEIGHT_M), own))
     if person.laser is not None:
-        arms = CROSS * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
-        strokes += [(joined(person.laser + arm, HEIGHT), SCAN) for arm in arms]
+        arms = CROSS_ARM_M * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
+        strokes += [(joined(person.laser + arm, HEIGHT_M), SCAN) for arm in arms]
     for ray, colour in ((person.camera, own), (person.sound, VOICE)):
         if ray is not None:
-            strokes.append((joined(_line(ray, person.position), HEIGHT), colour))
+            strokes.append((joined(_line(ray, person.position), HEIGHT_M), colour))
     return strokes
 
 

@@ -15,9 +15,9 @@ from core.message import Array
 from core.robots import Profile
 from core.snapshot import Snapshot
 
-SIGMAS = 2.0
-HEIGHT = 0.010  # [m]
-FINEST = 0.02  # relative change of the covariance that is worth a new drawing
+ELLIPSE_SDS = 2.0
+HEIGHT_M = 0.010
+MIN_CHANGE_SHARE = 0.02  # relative change of the covariance that is worth a new drawing
 
 
 class PoseEllipse:
@@ -36,16 +36,16 @@ class PoseEllipse:
         pose, covariance = snapshot.estimate.pose, snapshot.estimate.covariance
         place(self._place, Pose(pose.x, pose.y))
         place(self._heading, Pose(heading=pose.heading))
-        if np.abs(covariance - self._drawn).max() <= FINEST * np.abs(np.diag(covariance)).min():
+        if np.abs(covariance - self._drawn).max() <= MIN_CHANGE_SHARE * np.abs(np.diag(covariance)).min():
             return
         self._drawn = covariance
-        self._ellipse.draw(ellipses(np.zeros((1, 2)), covariance[None, :2, :2], SIGMAS, HEIGHT))
-        self._wedge.draw(joined(wedge(self._reach, float(covariance[2, 2])), HEIGHT))
+        self._ellipse.draw(ellipses(np.zeros((1, 2)), covariance[None, :2, :2], ELLIPSE_SDS, HEIGHT_M))
+        self._wedge.draw(joined(wedge(self._reach, float(covariance[2, 2])), HEIGHT_M))
 
 
 def wedge(reach: float, variance: float) -> Array:
     """Variance of the heading [rad²] → outline (15, 2) [m] of the headings that are likely, about straight ahead."""
-    half = min(SIGMAS * math.sqrt(max(variance, 0.0)), math.pi)
+    half = min(ELLIPSE_SDS * math.sqrt(max(variance, 0.0)), math.pi)
     angles = np.linspace(-half, half, 13)
     arc = reach * np.column_stack((np.cos(angles), np.sin(angles)))
     return np.vstack((np.zeros((1, 2)), arc, np.zeros((1, 2))))

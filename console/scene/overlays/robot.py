@@ -12,7 +12,7 @@ from core.robots import Profile
 from core.snapshot import Snapshot
 
 WHEEL_RADIUS = 0.035  # [m]
-SIDEWAYS = (math.cos(math.pi / 4), math.sin(math.pi / 4), 0.0, 0.0)  # z turned onto y
+SIDEWAYS_WXYZ = (math.cos(math.pi / 4), math.sin(math.pi / 4), 0.0, 0.0)  # z turned onto y
 
 
 class RobotBody:
@@ -55,7 +55,7 @@ class RobotBody:
                     colour,
                     radial_segments=40,
                     position=position,
-                    wxyz=SIDEWAYS,
+                    wxyz=SIDEWAYS_WXYZ,
                 )
 
     def _build_turret(self, scene: SceneApi, robot: Profile) -> None:

@@ -17,7 +17,7 @@ from core.robots import Profile
 from core.snapshot import Snapshot
 
 LOW = -0.008  # [m], under Beckon's own map
-OCCUPIED, FREE = 50, 25  # of 0..100, as Nav2 has them: above is a wall, below is floor
+OCCUPIED_LEVEL, FREE_LEVEL = 50, 25  # of 0..100, as Nav2 has them: above is a wall, below is floor
 WALL_OPACITY, FLOOR_OPACITY = 200, 40
 
 
@@ -75,7 +75,7 @@ def paint(cells: Array) -> Array:
     picture = np.zeros((*cells.shape, 4), np.uint8)
     picture[..., :3] = OWN_MAP
     picture[..., 3] = np.where(
-        cells > OCCUPIED + 1, WALL_OPACITY, np.where((cells > 0) & (cells <= FREE + 1), FLOOR_OPACITY, 0)
+        cells > OCCUPIED_LEVEL + 1, WALL_OPACITY, np.where((cells > 0) & (cells <= FREE_LEVEL + 1), FLOOR_OPACITY, 0)
     )
     return picture
 

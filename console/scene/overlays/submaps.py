@@ -14,10 +14,10 @@ from core.robots import Profile
 from core.slam.map.status import SubmapView
 from core.snapshot import Snapshot
 
-HEIGHT = 0.005  # [m]
-RISEN = 0.25  # [m] of the number
-CORNER = 0.12  # of a side that is drawn from each corner: whole frames would look like walls
-SHORTEST, LONGEST = 0.3, 1.5  # [m] of such a piece
+HEIGHT_M = 0.005
+LABEL_HEIGHT_M = 0.25  # of the number
+CORNER_SHARE = 0.12  # of a side that is drawn from each corner: whole frames would look like walls
+MIN_CORNER_M, MAX_CORNER_M = 0.3, 1.5  # of such a piece
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Submaps:
         x, y = room.pose.apply(room.extent.mean(axis=0)[None])[0].tolist()
         if room.id not in self._labels:
             self._labels[room.id] = self._scene.add_label(f"/rooms/{room.id}", f"Room {room.id}")
-        self._labels[room.id].position = (x, y, RISEN)
+        self._labels[room.id].position = (x, y, LABEL_HEIGHT_M)
 
 
 def visible(room: SubmapView) -> VisibleSubmap:
@@ -79,8 +79,8 @@ def frame(room: SubmapView) -> Array:
     for at, before, after in zip(corners, np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0), strict=True):
         for other in (before, after):
             side = float(np.hypot(*(other - at)))
-            reach = min(side / 2, max(SHORTEST, min(LONGEST, CORNER * side)))
+            reach = min(side / 2, max(MIN_CORNER_M, min(MAX_CORNER_M, CORNER_SHARE * side)))
             pieces.append(np.stack((at, at + (other - at) * (reach / max(side, 1e-9)))))
     segments = np.stack(pieces)
     world = room.pose.apply(segments.reshape(-1, 2)).reshape(-1, 2, 2)
-    return np.concatenate((world, np.full((*world.shape[:2], 1), HEIGHT)), axis=2)
+    return np.concatenate((world, np.full((*world.shape[:2], 1), HEIGHT_M)), axis=2)

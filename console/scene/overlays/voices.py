@@ -13,12 +13,12 @@ from core.message import Array
 from core.robots import Profile
 from core.snapshot import Snapshot, VoiceDirection
 
-SIGMAS = 2.0
-REACH = 2.5  # [m]
-HEIGHT = 0.03  # [m]
-RAYS = 9
-FADES = 6.0  # [s]
-NARROWEST = 0.02  # [rad] half of a wedge that can still be seen
+WEDGE_SDS = 2.0
+WEDGE_LENGTH_M = 2.5
+HEIGHT_M = 0.03
+WEDGE_RAYS = 9
+FADE_S = 6.0
+MIN_WEDGE_HALF_RAD = 0.02  # half of a wedge that can still be seen
 
 
 class VoiceWedges:
@@ -31,21 +31,21 @@ class VoiceWedges:
     def show(self, snapshot: Snapshot) -> None:
         """Draw them again when one was heard, or has faded by a tenth."""
         voices = snapshot.hearing.voices if snapshot.hearing is not None else ()
-        key = tuple((one.id, one.stamp, int(10 * one.age / FADES)) for one in voices)
+        key = tuple((one.id, one.stamp, int(10 * one.age / FADE_S)) for one in voices)
         if key == self._drawn:
             return
         self._drawn = key
         segments = [wedge(one) for one in voices]
-        shades = [mix(VOICE, UNSURE, max(0.0, 1 - one.age / FADES)) for one in voices]
-        colours = np.repeat(np.array(shades, np.uint8).reshape(-1, 3), RAYS + 1, axis=0)
+        shades = [mix(VOICE, UNSURE, max(0.0, 1 - one.age / FADE_S)) for one in voices]
+        colours = np.repeat(np.array(shades, np.uint8).reshape(-1, 3), WEDGE_RAYS + 1, axis=0)
         self._strokes.draw(np.concatenate(segments) if segments else np.zeros((0, 2, 3)), colours)
 
 
 def wedge(voice: VoiceDirection) -> Array:
     """A voice → segments (RAYS + 1, 2, 3) [m], world: its two sides and the arc between them."""
-    half = min(max(SIGMAS * voice.sd_heard, NARROWEST), math.pi)
-    angles = voice.azimuth_world + np.linspace(-half, half, RAYS)
-    rim = voice.heard_at + REACH * np.column_stack((np.cos(angles), np.sin(angles)))
+    half = min(max(WEDGE_SDS * voice.sd_heard, MIN_WEDGE_HALF_RAD), math.pi)
+    angles = voice.azimuth_world + np.linspace(-half, half, WEDGE_RAYS)
+    rim = voice.heard_at + WEDGE_LENGTH_M * np.column_stack((np.cos(angles), np.sin(angles)))
     outline = np.vstack((voice.heard_at[None], rim, voice.heard_at[None]))
-    high = np.column_stack((outline, np.full(len(outline), HEIGHT)))
+    high = np.column_stack((outline, np.full(len(outline), HEIGHT_M)))
     return np.stack((high[:-1], high[1:]), axis=1)

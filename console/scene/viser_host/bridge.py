@@ -16,7 +16,7 @@ from console.workers.tasks import end
 
 MOST_PER_SECOND = 300  # messages of a browser, of whatever kind: turning the view takes about 120
 MOST_BYTES = 2**17  # a second; turning the view takes some 40,000
-PARTING = 2.0  # [s] for viser to take leave of a browser
+PARTING_S = 2.0  # for viser to take leave of a browser
 
 
 class Bridge:
@@ -57,7 +57,7 @@ class Bridge:
             await end(pump, over)
             self._on_viser(self._connection.eof)
             with contextlib.suppress(Exception):
-                await asyncio.wait_for(asyncio.shield(conversation), PARTING)
+                await asyncio.wait_for(asyncio.shield(conversation), PARTING_S)
         if not gone:
             with contextlib.suppress(TimeoutError, WebSocketDisconnect, RuntimeError):
                 async with asyncio.timeout(1.0):

@@ -10,7 +10,7 @@ from websockets.exceptions import ConnectionClosedOK
 
 from console.access.logins import Person
 
-INBOX = 256  # messages that may wait for viser; past that the browser floods
+MAX_WAITING_MESSAGES = 256  # messages that may wait for viser; past that the browser floods
 SEND_TIME = 10.0  # [s] for one frame; a browser that takes longer is disconnected
 
 Vector = tuple[float, float, float]
@@ -96,7 +96,7 @@ class Connection:
 
     def feed(self, message: bytes) -> None:
         """A message from the browser."""
-        if self._inbox.qsize() >= INBOX:
+        if self._inbox.qsize() >= MAX_WAITING_MESSAGES:
             self.eof()
         elif not self._closed:
             self._inbox.put_nowait(message)

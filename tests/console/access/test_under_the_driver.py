@@ -10,7 +10,7 @@ import pytest
 
 from console.access import logins as limits
 from console.access.logins import Logins, Person
-from console.access.open_sockets import MOST, MOST_OF_ONE, RESERVED, OpenSockets, TooMany
+from console.access.open_sockets import MAX_SOCKETS, MOST_OF_ONE, RESERVED_SOCKETS, OpenSockets, TooMany
 from console.control.lease import Lease
 from console.speech.browser_microphone import BUSY, TAKEN, BrowserMicrophone, TalkTurn
 from core.errors import Refused
@@ -63,10 +63,10 @@ def test_viewers_at_the_drivers_address_leave_room_for_operators() -> None:
         return True
 
     assert [opened(VIEWER) for _ in range(MOST_OF_ONE + 5)].count(True) == MOST_OF_ONE
-    others = [Person(f"viewer {number}", "", "viewer") for number in range(MOST)]
-    assert [opened(one) for one in others].count(True) == MOST - RESERVED - MOST_OF_ONE
-    assert [opened(DRIVER) for _ in range(RESERVED + 1)].count(True) == RESERVED
-    assert sockets.people == 2 + MOST - RESERVED - MOST_OF_ONE, "people are counted, not their sockets"
+    others = [Person(f"viewer {number}", "", "viewer") for number in range(MAX_SOCKETS)]
+    assert [opened(one) for one in others].count(True) == MAX_SOCKETS - RESERVED_SOCKETS - MOST_OF_ONE
+    assert [opened(DRIVER) for _ in range(RESERVED_SOCKETS + 1)].count(True) == RESERVED_SOCKETS
+    assert sockets.people == 2 + MAX_SOCKETS - RESERVED_SOCKETS - MOST_OF_ONE, "people are counted, not their sockets"
     assert sockets.are_open(DRIVER) and not sockets.are_open(OPERATOR)
     for room in rooms:
         room.__exit__(None, None, None)

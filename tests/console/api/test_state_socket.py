@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
 from console.api.state_socket import FLOOD, MOST_PER_SECOND
-from console.control.stop import RECORDED
+from console.control.stop import MAX_RECORDED_STOPS
 from console.http.timeouts import TimeoutSocket
 from tests.console.live import Live, hear, say, say_at_once
 
@@ -258,7 +258,7 @@ def test_a_stop_is_heard_even_from_one_who_floods(live: Live) -> None:
             say(flood, kind="echo", t=-1)
             assert closed(flood)[0] == 1008
         hear(line, "state", true=lambda told: told["gate"]["reason"] == "stopped")
-    assert stops(live) - newest <= 2 * RECORDED
+    assert stops(live) - newest <= 2 * MAX_RECORDED_STOPS
 
 
 def test_a_flood_of_stops_ends_the_socket_and_writes_little(live: Live) -> None:
@@ -266,7 +266,7 @@ def test_a_flood_of_stops_ends_the_socket_and_writes_little(live: Live) -> None:
     with live.open() as flood:
         say_at_once(flood, ['{"kind":"stop"}'] * (FLOOD + 500))
         assert closed(flood) == (1008, f"More than {FLOOD} messages a second.")
-    assert stops(live) - newest <= 5 * RECORDED
+    assert stops(live) - newest <= 5 * MAX_RECORDED_STOPS
 
 
 def stops(live: Live) -> int:

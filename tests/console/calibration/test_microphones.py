@@ -90,7 +90,7 @@ def test_what_was_accepted_is_used_and_stays(tmp_path: Path) -> None:
 
 
 def test_microphones_from_which_nothing_comes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.calibration.microphone_recorder.PATIENCE", 0.0)
+    monkeypatch.setattr("console.calibration.microphone_recorder.RECORDING_TIMEOUT_S", 0.0)
 
     async def silent(_: dict[str, Any]) -> dict[str, Any]:
         return {}

@@ -17,8 +17,8 @@ from types import SimpleNamespace
 import pytest
 
 from console.access.logins import Person
-from console.control.history import REFUSED, VIEWER, VIEWERS, History
-from console.control.history_store import KEPT, REMEMBERED
+from console.control.history import REFUSED_ALLOWANCE, VIEWER_ALLOWANCE, VIEWERS_ALLOWANCE, History
+from console.control.history_store import MAX_KEPT_ENTRIES, MAX_REMEMBERED_ENTRIES
 
 ANNA = Person("a", "Anna")
 REPOSITORY = Path(__file__).parents[3]
@@ -67,14 +67,14 @@ def test_what_cannot_be_written_in_utf8_is_kept_readable(tmp_path: Path) -> None
 def test_memory_stays_bounded_and_what_runs_is_not_forgotten(tmp_path: Path) -> None:
     history = opened(tmp_path)
     running = history.add("command", ANNA, state="running")
-    for _ in range(3 * REMEMBERED):
+    for _ in range(3 * MAX_REMEMBERED_ENTRIES):
         history.add("command", ANNA)
-    assert len(history.newest_first(commands_only=False)) == REMEMBERED
+    assert len(history.newest_first(commands_only=False)) == MAX_REMEMBERED_ENTRIES
     history.end(running.id, "done", "")
     found = history.find(running.id)
     history.close()
     assert found is not None and found.state == "done"
-    assert KEPT > REMEMBERED
+    assert MAX_KEPT_ENTRIES > MAX_REMEMBERED_ENTRIES
 
 
 def test_two_consoles_on_one_folder_do_not_overwrite_each_other(tmp_path: Path) -> None:
@@ -110,8 +110,8 @@ def test_the_file_is_written_for_the_worst(tmp_path: Path) -> None:
 
 
 def test_the_file_stays_bounded_while_the_console_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.control.history_store.KEPT", 50)
-    monkeypatch.setattr("console.control.history_store.PRUNE", 100)
+    monkeypatch.setattr("console.control.history_store.MAX_KEPT_ENTRIES", 50)
+    monkeypatch.setattr("console.control.history_store.PRUNE_ROWS", 100)
     history = opened(tmp_path)
     for _ in range(30):
         for _ in range(20):
@@ -217,7 +217,7 @@ def test_a_row_that_was_acknowledged_outlives_a_kill(tmp_path: Path) -> None:
 
 
 def test_nobody_waits_long_for_a_disk_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.control.history.PATIENCE", 0.6)
+    monkeypatch.setattr("console.control.history.DISK_TIMEOUT_S", 0.6)
     history = opened(tmp_path)
     history.add("stop", ANNA)
     asyncio.run(history.settled())
@@ -259,7 +259,7 @@ def test_a_viewer_does_not_fill_the_history(tmp_path: Path) -> None:
         entry = history.add("command", many[number % 5], state="refused", words="x" * 2000)
         assert history.find(entry.id) == entry
     rows = history.newest_first(commands_only=False)
-    assert len(rows) <= 1 + VIEWERS[0] + 5 and rows[-1].words == "turn left"
+    assert len(rows) <= 1 + VIEWERS_ALLOWANCE[0] + 5 and rows[-1].words == "turn left"
     counts = [entry.remark for entry in rows if "more by the same person" in entry.remark]
     assert len(counts) == 5 and sum(int(remark.split()[1]) for remark in counts) + len(rows) - 6 == 2000
     history.close()
@@ -276,7 +276,7 @@ def test_a_stop_of_a_viewer_that_has_no_row_of_its_own_runs_and_ends(tmp_path: P
         history.end(entry.id, "done", "Stopped.")
     found = history.find(entry.id)
     assert found is not None and found.state == "done"
-    assert len(history.newest_first(commands_only=True)) == VIEWER[0] + 1
+    assert len(history.newest_first(commands_only=True)) == VIEWER_ALLOWANCE[0] + 1
     history.close()
 
 
@@ -284,10 +284,10 @@ def test_what_moves_the_robot_is_always_written_down_and_refusals_of_one_operato
     tmp_path: Path,
 ) -> None:
     history = opened(tmp_path)
-    for number in range(3 * REFUSED[0]):
+    for number in range(3 * REFUSED_ALLOWANCE[0]):
         history.add("command", ANNA, state="refused")
         history.add("command", ANNA, words=f"obeyed {number}")
     history.close()
     words = on_disk(tmp_path)
-    assert sum(said.startswith("obeyed") for said in words) == 3 * REFUSED[0]
-    assert len(words) < 5 * REFUSED[0]
+    assert sum(said.startswith("obeyed") for said in words) == 3 * REFUSED_ALLOWANCE[0]
+    assert len(words) < 5 * REFUSED_ALLOWANCE[0]

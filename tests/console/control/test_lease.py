@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from console.access.logins import Person
-from console.control.lease import GRACE, Lease
+from console.control.lease import GRACE_S, Lease
 from core.errors import Refused
 
 ANNA, BERT = Person("a", "Anna"), Person("b", "Bert")
@@ -86,9 +86,9 @@ def test_a_reload_within_the_grace_keeps_the_lease() -> None:
     lease.connected(ANNA, 0.0)
     lease.acquire(ANNA, 0.0)
     lease.disconnected(ANNA)
-    assert lease.tick(GRACE - 0.1, obeying=False) is None
-    lease.connected(ANNA, GRACE - 0.1)
-    assert lease.tick(2 * GRACE - 0.2, obeying=False) is None and lease.epoch == 1
+    assert lease.tick(GRACE_S - 0.1, obeying=False) is None
+    lease.connected(ANNA, GRACE_S - 0.1)
+    assert lease.tick(2 * GRACE_S - 0.2, obeying=False) is None and lease.epoch == 1
 
 
 def test_an_open_socket_whose_page_says_nothing_keeps_no_lease() -> None:
@@ -98,7 +98,7 @@ def test_an_open_socket_whose_page_says_nothing_keeps_no_lease() -> None:
     for second in range(20):
         lease.active(ANNA, float(second))
         assert lease.tick(second + 0.9, obeying=False) is None
-    assert lease.tick(19.0 + GRACE + 0.01, obeying=False) == ANNA
+    assert lease.tick(19.0 + GRACE_S + 0.01, obeying=False) == ANNA
     assert lease.holder is None and lease.epoch == 2 and lease.is_present(ANNA)
 
 
@@ -116,7 +116,7 @@ def test_an_order_sent_without_a_socket_keeps_the_lease_until_it_ends() -> None:
     lease = Lease()
     lease.acquire(ANNA, 0.0)
     assert lease.tick(60.0, obeying=True) is None
-    assert lease.tick(60.0 + GRACE + 0.01, obeying=False) == ANNA
+    assert lease.tick(60.0 + GRACE_S + 0.01, obeying=False) == ANNA
 
 
 def test_others_activity_does_not_renew() -> None:

@@ -12,9 +12,9 @@ import pytest
 from console.access.logins import Person
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
-from console.control.lease import GRACE, Lease
+from console.control.lease import GRACE_S, Lease
 from console.control.notices import Notifications
-from console.control.state_times import REMEMBERED, StateTimes
+from console.control.state_times import MAX_REMEMBERED_STATES, StateTimes
 from console.control.text_file_commands import WRITER
 from console.http.problems import Problem
 from core.commands.command import Command
@@ -90,9 +90,9 @@ def test_what_goes_on_without_a_sign_of_life(
 ) -> None:
     entry = dispatcher.submit(words, source, who)
     begun = time.monotonic()
-    dispatcher.tick(begun + GRACE - 0.5)
+    dispatcher.tick(begun + GRACE_S - 0.5)
     assert robot.cancelled == [] and lease.held_by(who)
-    dispatcher.tick(begun + GRACE + 0.5)
+    dispatcher.tick(begun + GRACE_S + 0.5)
     assert lease.held_by(who) == goes_on
     assert robot.cancelled == [] if goes_on else f"{who.name} is gone" in robot.cancelled[0]
     if source != "typed" and not goes_on:
@@ -109,7 +109,7 @@ def test_an_endless_command_goes_on_while_its_owner_renews_the_lease(
         lease.active(ANNA, now + second)
         dispatcher.tick(now + second + 0.9)
     assert robot.cancelled == []
-    dispatcher.tick(now + 59 + GRACE + 0.1)
+    dispatcher.tick(now + 59 + GRACE_S + 0.1)
     assert len(robot.cancelled) == 1 and lease.holder is None
 
 
@@ -157,7 +157,7 @@ def test_what_is_refused_leaves_alone_what_is_under_way(dispatcher: CommandDispa
 def test_a_page_keeps_the_lease_by_what_it_says_and_not_by_being_open(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("console.control.lease.GRACE", 1.5)
+    monkeypatch.setattr("console.control.lease.GRACE_S", 1.5)
     with live.open() as line:
         say(line, kind="lease", do="acquire", ref=1)
         assert hear(line, "answer")["ok"]
@@ -209,11 +209,11 @@ def test_a_command_that_was_long_on_its_way_moves_nothing_and_stop_always_acts(l
 def test_what_names_a_state_is_as_old_as_that_and_never_younger_than_its_arrival() -> None:
     states = StateTimes()
     assert states.oldest(3, 50.0) == 50.0
-    for seq in range(1, REMEMBERED + 10):
+    for seq in range(1, MAX_REMEMBERED_STATES + 10):
         states.note(seq, seq / 20)
     assert states.oldest(100, 99.0) == 5.0
     assert states.oldest(1, 99.0) == 0.5  # forgotten: not younger than the oldest that is known
-    assert states.oldest(0, 99.0) == states.oldest(REMEMBERED + 10, 99.0) == 99.0
+    assert states.oldest(0, 99.0) == states.oldest(MAX_REMEMBERED_STATES + 10, 99.0) == 99.0
 
 
 def test_control_is_given_to_who_asks_through_zero(dispatcher: CommandDispatcher, robot: Robot, lease: Lease) -> None:

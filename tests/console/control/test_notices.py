@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from console.control.notices import SHOWN, Notifications
+from console.control.notices import MAX_SHOWN, Notifications
 from core.pilot.notices import KEEPS_UP, SLOW, Notices
 
 
@@ -41,9 +41,9 @@ def test_what_the_console_tells_of_one_cause_replaces_what_it_told_before() -> N
         board.tell("info", "Anna halted the robot.")
         board.tell("info", "The robot is back.", "link")
     assert texts(board) == ["Anna halted the robot.", "The robot is back."]
-    for number in range(2 * SHOWN):
+    for number in range(2 * MAX_SHOWN):
         board.tell("info", f"Number {number}.")
-    assert texts(board) == [f"Number {number}." for number in range(SHOWN, 2 * SHOWN)]
+    assert texts(board) == [f"Number {number}." for number in range(MAX_SHOWN, 2 * MAX_SHOWN)]
 
 
 def test_a_new_pilot_counts_from_the_beginning_and_finds_troubles_by_itself() -> None:

@@ -16,7 +16,7 @@ from console.control.command_freshness import Spoken
 from console.control.command_preview import caller, preview
 from console.control.pending_commands import PendingCommands
 from console.http.problems import Problem
-from console.scene.overlays.command_preview import DASH, PreviewLines, dashed, strokes_of
+from console.scene.overlays.command_preview import DASH_M, PreviewLines, dashed, strokes_of
 from console.speech.browser_microphone import BrowserMicrophone
 from console.speech.room_transcription import RoomTranscriber
 from core.commands.command import Command
@@ -308,7 +308,7 @@ def test_the_broken_lines_are_gone_when_nothing_waits_any_more(live: Live) -> No
 
 def test_a_broken_line_keeps_to_its_way() -> None:
     corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
-    strokes = dashed(corner, DASH)
+    strokes = dashed(corner, DASH_M)
     lengths = np.hypot(*(strokes[:, 1] - strokes[:, 0]).T)
-    assert (lengths <= DASH + 1e-9).all() and lengths.sum() == pytest.approx(1.0, abs=DASH)
-    assert len(dashed(corner[:1], DASH)) == 0
+    assert (lengths <= DASH_M + 1e-9).all() and lengths.sum() == pytest.approx(1.0, abs=DASH_M)
+    assert len(dashed(corner[:1], DASH_M)) == 0

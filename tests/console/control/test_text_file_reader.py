@@ -13,7 +13,7 @@ import pytest
 
 from console.control.command_freshness import Spoken
 from console.control.text_file_commands import WRITER, TextFileCommands
-from console.control.text_file_reader import MOST, SOURCE, SPEECH, TextFileReader
+from console.control.text_file_reader import MAX_SENTENCE_BYTES, SOURCE, SPEECH, TextFileReader
 from core.errors import BadInput
 from tests.console.live import Live
 
@@ -71,7 +71,7 @@ def reading(live: Live, folder: Path) -> TextFileCommands:
         ("turn left", 5.0, "not of now"),
         ("turn left", -60.0, "not of now"),
         (b"\xff\xfe\x00turn", 0.0, "no text"),
-        ("x" * (MOST + 1), 0.0, "longer than a sentence"),
+        ("x" * (MAX_SENTENCE_BYTES + 1), 0.0, "longer than a sentence"),
     ],
 )
 def test_what_nobody_should_obey_is_told_and_emptied(

@@ -25,8 +25,8 @@ from console.api.documentation import ADDRESS
 from console.api.page import scene_page_file
 from console.api.state_socket import MAX_STOP_MESSAGE, MOST_BYTES
 from console.http.connection_limits import MOST_STRANGERS, ConnectionLimits, network_of
-from console.http.incremental_parsing import PIECE, IncrementalProtocol
-from console.http.timeouts import MOST_PINGS, SHORT, TimeoutHttp
+from console.http.incremental_parsing import PIECE_BYTES, IncrementalProtocol
+from console.http.timeouts import MOST_PINGS, SHORT_BODY_BYTES, TimeoutHttp
 from console.logging_setup import MOST_ALIKE, RepeatFilter
 from tests.benchmarks.loop_share import watched
 from tests.console.live import Live, hear, say, say_at_once
@@ -114,8 +114,8 @@ def test_what_arrives_in_one_blow_lets_everything_else_have_its_turn() -> None:
         while parser.reads[-1] != "resume":
             turns += 1
             await asyncio.sleep(0)
-        assert turns >= len(given) / PIECE / 3
-        assert b"".join(parser.pieces) == given and max(map(len, parser.pieces)) <= PIECE
+        assert turns >= len(given) / PIECE_BYTES / 3
+        assert b"".join(parser.pieces) == given and max(map(len, parser.pieces)) <= PIECE_BYTES
 
     asyncio.run(story())
 
@@ -175,7 +175,7 @@ def status(line: socket.socket) -> int:
     return answer.status
 
 
-@pytest.mark.parametrize("size", [100, SHORT + 1])
+@pytest.mark.parametrize("size", [100, SHORT_BODY_BYTES + 1])
 def test_a_body_that_is_answered_early_is_read_while_that_is_worth_it(live: Live, size: int) -> None:
     """A program that sends its next request on the same connection finds it open after a short one."""
     with socket.create_connection(("127.0.0.1", live.port), timeout=5) as line:
@@ -183,9 +183,9 @@ def test_a_body_that_is_answered_early_is_read_while_that_is_worth_it(live: Live
         assert status(line) == 401
         with contextlib.suppress(ConnectionError, http.client.HTTPException):
             line.sendall(b"x" * size + b"GET /api/health HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
-            assert status(line) == 200 and size <= SHORT
+            assert status(line) == 200 and size <= SHORT_BODY_BYTES
             return
-        assert size > SHORT
+        assert size > SHORT_BODY_BYTES
 
 
 def test_no_blow_keeps_the_event_loop(live: Live) -> None:

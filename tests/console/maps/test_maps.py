@@ -13,7 +13,7 @@ import pytest
 
 from console.maps.export import known_part, preview
 from console.maps.store import ASIDE, CARD, MapInfo, MapStore, NameTaken, checked_name, slug
-from console.maps.trajectory import FIELDS, Trajectory, laid_out
+from console.maps.trajectory import ROW_FIELDS, Trajectory, laid_out
 from core.errors import BadInput, Unwritable
 from core.files import SEAL
 from core.gate import ZERO
@@ -205,14 +205,14 @@ def test_without_rooms_the_poses_are_the_worlds_and_rooms_that_are_gone_are_left
 
 
 def test_a_journey_is_thinned_when_it_is_full_and_begins_anew_with_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.maps.trajectory.MOST", 1000)
+    monkeypatch.setattr("console.maps.trajectory.MAX_POSES", 1000)
     trajectory = Trajectory()
     still = snapshot(0.0, Pose())
     for number in range(1010):
         trajectory.add(replace(still, stamp=0.1 * number))
     assert 500 < len(trajectory) < 520
     stamps = trajectory.rows()[:, 0]
-    assert trajectory.rows().shape[1] == FIELDS and stamps[0] == 0.0 and (np.diff(stamps) > 0).all()
+    assert trajectory.rows().shape[1] == ROW_FIELDS and stamps[0] == 0.0 and (np.diff(stamps) > 0).all()
     trajectory.add(replace(still, stamp=5.0))
     assert len(trajectory) == 1
 

@@ -34,7 +34,7 @@ def test_they_have_room_and_stand_clear_of_the_way_ahead(url: str) -> None:
 
 
 def test_a_driver_that_comes_late_is_waited_for_and_other_robots_have_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inhabitants, "PAUSE", 0.0)
+    monkeypatch.setattr(inhabitants, "RETRY_PAUSE_S", 0.0)
     asked: list[str | None] = []
 
     async def place(person: PlaceThing) -> PlacedThing:

@@ -147,7 +147,7 @@ def test_a_voice_starts_the_process_and_a_picture_opens_the_networks(
 
 
 def test_a_worker_that_nobody_needs_gives_its_memory_back(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("console.people.look_service.IDLE", 0.3)
+    monkeypatch.setattr("console.people.look_service.MAX_IDLE_S", 0.3)
     (tmp_path / "own.onnx").write_bytes(onnx_file((1, 3, 320, 320), [sorted_out(57)]))
     service = LookService(PeopleSettings(model=str(tmp_path / "own.onnx"), farthest=12.0), lambda _: None)
 

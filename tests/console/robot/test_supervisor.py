@@ -270,7 +270,7 @@ def test_a_slow_start_can_be_given_up(tmp_path: Path) -> None:
 
 
 def test_a_recording_may_take_as_long_to_read_as_it_likes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.robot.driver_process.STARTING", 0.2)
+    monkeypatch.setattr("console.robot.driver_process.START_TIMEOUT_S", 0.2)
     (tmp_path / "walk.jsonl").write_text('{"t": 3.0, "ranges": [1, 2, 3]}\n')
     robot = RobotSupervisor(f"log:{tmp_path / 'walk.jsonl'}", home=tmp_path)
     said: list[str] = []
@@ -511,7 +511,7 @@ def test_a_sleep_of_the_machine_stops_and_what_is_replaced_after_it_is_not_count
 def test_a_gate_that_cannot_be_started_is_tried_again_until_it_can(
     tiny: TinyProcess, monkeypatch: pytest.MonkeyPatch, lack: Exception
 ) -> None:
-    monkeypatch.setattr("console.robot.restarts.RETRY", 0.05)
+    monkeypatch.setattr("console.robot.restarts.RETRY_S", 0.05)
     told: list[str] = []
     tiny.alarm = told.append
     lost, tries = tiny.pids["gate"], []

@@ -24,7 +24,7 @@ from console.scene.drawing.shapes import rounded_disc, turned
 from console.scene.overlays.occupancy import paint
 from console.scene.viser_host import mount
 from console.scene.viser_host.bridge import MOST_PER_SECOND
-from console.scene.viser_host.connection import INBOX, Connection, allowed
+from console.scene.viser_host.connection import MAX_WAITING_MESSAGES, Connection, allowed
 from console.scene.viser_host.mount import SUBPROTOCOL, close_viser, open_viser
 from core.slam.map.occupancy import OccupancyGrid
 from tests.console.live import Live, hear
@@ -181,9 +181,9 @@ def test_one_who_floods_is_let_go_before_memory_is() -> None:
         async def send(_: bytes) -> None: ...
 
         line = Connection(SUBPROTOCOL, send)
-        for _ in range(10 * INBOX):
+        for _ in range(10 * MAX_WAITING_MESSAGES):
             line.feed(b"x")
-        assert line._inbox.qsize() <= INBOX + 1
+        assert line._inbox.qsize() <= MAX_WAITING_MESSAGES + 1
         with pytest.raises(ConnectionClosed):
             while True:
                 await line.recv()

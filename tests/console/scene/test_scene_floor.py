@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from console.scene.overlays.associations import crosses, dashes, places
-from console.scene.overlays.candidates import NOSE, outline, stood
-from console.scene.overlays.loop_closures import HIGHEST, LOWEST, arch, strokes_of
+from console.scene.overlays.candidates import POINTER_RADII, outline, stood
+from console.scene.overlays.loop_closures import MAX_ARCH_M, MIN_ARCH_M, arch, strokes_of
 from console.scene.overlays.occupancy import Occupancy
 from console.scene.overlays.submaps import frame
 from core.geometry import Pose
@@ -33,7 +33,7 @@ def closure(state: str, end: tuple[float, float] = (4.0, 3.0)) -> ClosureStatus:
 def test_an_arch_stands_on_both_its_places_and_can_be_seen(length: float) -> None:
     spans = arch(np.zeros(2), np.array([length, 0.0]))
     assert spans[0, 0, :2] == pytest.approx([0, 0]) and spans[-1, 1, :2] == pytest.approx([length, 0])
-    assert LOWEST <= spans[..., 2].max() <= HIGHEST + 0.1
+    assert MIN_ARCH_M <= spans[..., 2].max() <= MAX_ARCH_M + 0.1
     assert spans[1:, 0] == pytest.approx(spans[:-1, 1])  # without gaps
 
 
@@ -51,7 +51,7 @@ def test_a_rooms_frame_turns_with_the_room() -> None:
 
 def test_a_candidate_looks_where_the_robot_would() -> None:
     segments = stood(outline(0.1), np.array([2.0, 1.0, math.pi / 2]))
-    assert segments[-1, 1] == pytest.approx([2.0, 1.0 + 0.1 * NOSE, 0.02])
+    assert segments[-1, 1] == pytest.approx([2.0, 1.0 + 0.1 * POINTER_RADII, 0.02])
     assert np.hypot(*(segments[:-1, 0, :2] - (2.0, 1.0)).T) == pytest.approx(0.1)
 
 
