@@ -161,7 +161,7 @@ def information_and_pull(
 ) -> tuple[Array, Array]:
     """`information` (M, P, P), and the gradient (M, P) of half of every view's cost with its pose following.
 
-    `more` (M, 2N): derivatives by one more unknown of all views, which becomes the last of P.
+    `more` (M, 2N, K): derivatives by more unknowns of all views, which become the last of P.
     """
     gram, _ = _gram(corners, solution, free, None, more)
     pose = _damped(gram.pose, np.zeros(len(gram.pose)))  # a view without corners adds nothing and divides by nothing
@@ -193,7 +193,7 @@ def _gram(
     linear = linearise(solution.camera, solution.poses, corners.points)
     error, weights, cost = _weighted(corners, linear.pixels, soft)
     by_camera = linear.by_camera[..., list(free)]
-    by_camera = by_camera if more is None else np.concatenate((by_camera, more[..., None]), axis=2)
+    by_camera = by_camera if more is None else np.concatenate((by_camera, more), axis=2)
     count = by_camera.shape[2]
     stacked = np.concatenate((by_camera, linear.by_pose, error[..., None]), axis=2)
     product = np.swapaxes(stacked * weights[..., None], 1, 2) @ stacked

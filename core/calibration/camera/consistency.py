@@ -1,9 +1,9 @@
 """Consistency of the model: could one camera, and one board of square squares, have made all the pictures?
 
 The solution of all views is compared with what explains them better: two cameras, each of its own part of the views
-(a mixture), squares that are longer one way, another focal length. Where a rival explains much more than noise can,
-the standard deviations of the single camera mean nothing, however small they are. Two focal lengths that lie near
-each other hardly raise the errors; they are found by an F-test over groups of views.
+(a mixture), squares that are longer one way, a board that is bent, another focal length. Where a rival explains much
+more than noise can, the standard deviations of the single camera mean nothing, however small they are. Two focal
+lengths that lie near each other hardly raise the errors; they are found by an F-test over groups of views.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from core.message import Array, message
 LEAST_SHARE = 0.2  # of the squared errors that a rival must explain …
 LEAST_F = 30.0  # … and by how much more per unknown than noise does
 ASPECT_SDS, LEAST_ASPECT = 6.0, 0.002  # a square's height over its width differs from 1 by so many sds and by so much
+LEAST_BEND = 0.001  # of a board's diagonal, from its lowest to its highest corner, from which it is called bent
 MAX_NOISE_RATIO = 2.0  # a part that another camera explains errs at most so many times more than the others
 MIN_VIEWS = 3  # views that determine a camera of their own
 MIXTURE_STARTS = 24  # beginnings of the mixture
@@ -63,6 +64,14 @@ class Aspect:
 
     value: float
     sd: float
+
+
+@message
+class Bend:
+    """A board that is not flat, as the pictures say."""
+
+    points: Array  # (N, 3) [m] of its corners
+    depth: float  # [m] from the lowest to the highest
 
 
 class FocalRange(NamedTuple):
@@ -384,13 +393,59 @@ def find_aspect(corners: Corners, solution: BundleSolution) -> Aspect | None:
     return Aspect(value=found, sd=sd)
 
 
+def find_bend(corners: Corners, solution: BundleSolution) -> Bend | None:
+    """The board's shape by heights of second order across it, if the used views show beyond doubt that it is bent."""
+    flat, bends = corners.points, _bends(corners.points)
+    found, curved = np.zeros(bends.shape[1]), corners
+    least = LEAST_BEND * 2 * float(np.linalg.norm(flat - flat.mean(axis=0), axis=1).max())
+    for turn in range(3):
+        slope = by_bend(curved, solution)
+        precision, pull = bundle_adjustment.information_and_pull(curved, solution, PAPER, slope)
+        covariance = bundle_adjustment.covariance(precision.sum(axis=0), 1.0)
+        found = found - (covariance @ pull.sum(axis=0))[len(PAPER) :]
+        if turn == 0 and np.ptp(bends @ found) < least / 2:
+            return None
+        curved = corners._replace(points=_raised(flat, bends @ found))
+        solution = bundle_adjustment.refine(curved, solution, PAPER)
+    noise = bundle_adjustment.noise(curved, solution, PAPER)
+    own = covariance[len(PAPER) :, len(PAPER) :] * noise**2
+    depth = float(np.ptp(bends @ found))
+    if depth < least or found @ np.linalg.solve(own, found) < LEAST_F * len(found):
+        return None
+    return Bend(points=curved.points, depth=depth)
+
+
+def _bends(points: Array) -> Array:
+    """(N, 3): heights of a board whose corners (N, 3) are bent along, across and askew, in half its diagonal."""
+    away = points[:, :2] - points[:, :2].mean(axis=0)
+    size = float(np.linalg.norm(away, axis=1).max())
+    x, y = (away / size).T
+    return size * np.column_stack((x * x, y * y, x * y))
+
+
+def _raised(points: Array, heights: Array) -> Array:
+    return points + heights[:, None] * (0.0, 0.0, 1.0)
+
+
+def by_bend(corners: Corners, solution: BundleSolution) -> Array:
+    """(M, 2N, 3) [pixel]: motion of the corners as the board is bent in each way."""
+    change = 1e-4
+    ways: list[Array] = []
+    for heights in change * _bends(corners.points).T:
+        there = [
+            project(solution.camera, solution.poses, _raised(corners.points, sign * heights)) for sign in (-1, 1)
+        ]
+        ways.append(((there[1] - there[0]) / (2 * change)).reshape(len(corners.pixels), -1))
+    return np.stack(ways, axis=2)
+
+
 def by_aspect(corners: Corners, solution: BundleSolution) -> Array:
-    """(M, 2N) [pixel]: motion of the corners with the squares' height."""
+    """(M, 2N, 1) [pixel]: motion of the corners with the squares' height."""
     change = 1e-4
     there = [
         project(solution.camera, solution.poses, corners.points * (1.0, 1 + sign * change, 1.0)) for sign in (-1, 1)
     ]
-    return ((there[1] - there[0]) / (2 * change)).reshape(len(corners.pixels), -1)
+    return ((there[1] - there[0]) / (2 * change)).reshape(len(corners.pixels), -1, 1)
 
 
 def focal_range(corners: Corners, solution: BundleSolution, free: tuple[int, ...], sd: float) -> FocalRange:

@@ -12,7 +12,7 @@ from core.calibration import homography
 from core.calibration.board.board import Board
 from core.calibration.camera import bundle_adjustment, consistency, influence
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
-from core.calibration.camera.consistency import Aspect, PictureGroup
+from core.calibration.camera.consistency import Aspect, Bend, PictureGroup
 from core.calibration.camera.influence import Figures
 from core.calibration.camera.suspects import accuse, odd_line
 from core.calibration.projection import PAPER, PARAMETERS, Poses, model_of
@@ -121,7 +121,7 @@ def calibrate(
         free = (*PAPER, PARAMETERS.index("k3"))
         solution = bundle_adjustment.refine(corners, solution, free)
     noise = bundle_adjustment.noise(corners, solution, free)
-    slope = None if found.aspect is None else consistency.by_aspect(corners, solution)
+    slope = found.slope(solution)
     precision = bundle_adjustment.information_and_pull(corners, solution, free, slope)[0].sum(axis=0)
     covariance = bundle_adjustment.covariance(precision, noise)[: len(free), : len(free)]
     covariance, doubts = _with_focal_doubt(corners, solution, free, covariance)
@@ -162,18 +162,33 @@ class _Found(NamedTuple):
     solution: BundleSolution
     focal_known: bool
     aspect: Aspect | None = None
+    bend: Bend | None = None
     part: PictureGroup | None = None
+
+    def slope(self, solution: BundleSolution) -> Array | None:
+        """(M, 2N, K) [pixel]: motion of the corners with the board's own unknowns; None: it has none."""
+        if self.aspect is not None:
+            return consistency.by_aspect(self.corners, solution)
+        return None if self.bend is None else consistency.by_bend(self.corners, solution)
 
 
 def _consistently(everything: Corners, size: tuple[int, int], settings: IntrinsicsSettings) -> _Found:
-    """Solve; where two cameras, or squares that are not square, explain the pictures far better, take that up."""
+    """Solve; where two cameras, squares that are not square or a bent board explain the pictures far better, take
+    that up.
+    """
     found = _Found(everything, *_solve_robustly(everything, size, settings))
+    rivals: list[_Found] = []
     aspect = consistency.find_aspect(found.corners, found.solution)
     if aspect is not None:
         oblong = everything._replace(points=everything.points * (1.0, aspect.value, 1.0))
-        again = _Found(oblong, *_solve_robustly(oblong, size, settings), aspect=aspect)
-        if _part_of(again, size) is None:
-            return again
+        rivals.append(_Found(oblong, *_solve_robustly(oblong, size, settings), aspect=aspect))
+    bend = consistency.find_bend(found.corners, found.solution)
+    if bend is not None:
+        curved = everything._replace(points=bend.points)
+        rivals.append(_Found(curved, *_solve_robustly(curved, size, settings), bend=bend))
+    whole = [rival for rival in rivals if _part_of(rival, size) is None]
+    if whole:
+        return min(whole, key=lambda each: bundle_adjustment.noise(each.corners, each.solution, PAPER))
     part = _part_of(found, size)
     if part is None or not part.is_minority(len(everything.pixels)):
         return found._replace(part=part)
@@ -213,6 +228,8 @@ def _faults(found: _Found, views: Sequence[ViewCorners], board: Board) -> tuple[
         wide, high = board.square * 1e3, board.square * 1e3 * found.aspect.value
         values = {"wide": f"{wide:.1f}", "high": f"{high:.1f}", "share": f"{100 * (found.aspect.value - 1):+.2f}"}
         faults.append(fault("board.unequal_squares", used=True, **values))
+    if found.bend is not None:
+        faults.append(fault("board.bent", used=True, depth=f"{1e3 * found.bend.depth:.1f}"))
     if found.part is not None:
         part, count = found.part, len(views)
         others = [number for number in range(count) if number not in part.views]

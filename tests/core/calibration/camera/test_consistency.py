@@ -115,13 +115,18 @@ def test_two_focal_lengths_that_hardly_raise_the_errors_are_found(
     assert found.noise < 1.1 * noise
 
 
-def test_views_that_no_camera_explains_quite_are_not_two_cameras() -> None:
-    rng = np.random.default_rng(6)
+@pytest.mark.parametrize(("rise", "noise", "count"), [(0.0003, 0.1, 16), (0.001, 0.03, 11)])
+def test_a_bent_board_is_named_and_solved_with_and_is_not_two_cameras(rise: float, noise: float, count: int) -> None:
+    rng = np.random.default_rng(101)
     away = BOARD.points[:, :2] - BOARD.centre[:2]
-    bent = BOARD.points + np.array([0, 0, 0.0003]) * (1 - np.sum(away**2, axis=1) / 0.15**2)[:, None]
-    pixels = project(vector_of(LENS), held(rng, 16, LENS, BOARD), bent)
-    found = calibrate(views_of(pixels + rng.normal(0, 0.1, pixels.shape)), BOARD, SIZE)
-    assert found.faults == () and found.undecided == ""
+    bent = BOARD.points + np.array([0, 0, rise]) * (1 - np.sum(away**2, axis=1) / 0.15**2)[:, None]
+    poses = held(rng, count, LENS, BOARD)
+    poses = poses.take(np.argsort(-poses.rotations[:, 2, 2]))  # as if somebody tilted it more and more
+    pixels = project(vector_of(LENS), poses, bent)
+    found = calibrate(views_of(pixels + rng.normal(0, noise, pixels.shape)), BOARD, SIZE)
+    assert [each.code for each in found.faults] == ["board.bent"] and found.undecided == ""
+    assert f"by {1e3 * np.ptp(bent[:, 2]):.1f} mm" in found.warnings[0]
+    assert off(found, "fx") < 2.5 and found.noise < 1.1 * noise
 
 
 def test_a_session_does_not_accept_what_contradicts_itself() -> None:
