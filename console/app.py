@@ -52,8 +52,8 @@ from console.api.voice import voice
 from console.control.durable_answers import DurableAnswers
 from console.http.problems import Problem, problem_of
 from console.runtime import Runtime
-from console.sentences import static_folder
 from core.errors import BeckonError
+from core.sentences import static_folder
 
 log = logging.getLogger(__name__)
 

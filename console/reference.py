@@ -18,10 +18,10 @@ from console.cli import build_parser
 from console.cli.settings import rows, section_kinds
 from console.messages.generate_js import js_type
 from console.messages.json_schema import socket_schema
-from console.sentences import static_folder
 from core.commands import VOCABULARY
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile
 from core.sensors.checks import CHECKS
+from core.sentences import static_folder
 
 NOTE = "<!-- Written by `python -m console.reference`; a test keeps it equal to the code. Do not edit. -->"
 

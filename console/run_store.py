@@ -19,6 +19,7 @@ from console.part import Part
 from console.workers.tasks import end, to_the_end
 from core.errors import BeckonError, Unwritable
 from core.files import saving, write_atomic
+from core.sentences import plain
 
 log = logging.getLogger(__name__)
 
@@ -114,7 +115,7 @@ class RunStore(Part, Generic[RunT]):
         async with self._turn:
             if run.id not in self.runs:
                 return
-            raw = msgspec.json.encode(run)
+            raw = msgspec.json.encode(run, enc_hook=plain)
             older = list(self.runs)[: max(0, len(self.runs) - self._max_kept)]
             for oldest in older:
                 del self.runs[oldest]

@@ -52,6 +52,7 @@ from core.errors import BadInput, BeckonError, Unavailable
 from core.gate.scheduling import CONSOLE_RANK, come_first
 from core.pilot import Pilot
 from core.recording.foxglove_server import LOOPBACK_ADDRESS, check_installed
+from core.sentences import Statement
 from core.settings import load
 from core.speech.recognition.engines import chosen
 from core.speech.settings import SpeechSettings
@@ -156,7 +157,7 @@ def serve(options: Options) -> None:
         except (BadInput, Unavailable) as why:
             if shown is None or options == shown:
                 raise
-            options, trouble = shown, f"{options.robot} could not be opened. {why}"
+            options, trouble = shown, Statement("connect.not_opened", robot=options.robot, why=why)
             continue
         if not url:
             return

@@ -23,7 +23,6 @@ from console.part import Parts
 from console.people.service import EnrollmentService
 from console.recording.service import RecordingService
 from console.robot.link import RobotLink
-from console.sentences import code_of
 from console.speech.robot_voice import RobotVoice
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import VoiceCommands
@@ -31,6 +30,7 @@ from core.commands import spec_of
 from core.gate.status import GateStatus
 from core.message import Array
 from core.robots import Profile
+from core.sentences import code_of
 from core.slam.consistency import faded_band
 from core.slam.ekf_slam import NIS_FADE
 from core.slam.estimate import Estimate, Landmark

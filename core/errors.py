@@ -12,6 +12,9 @@ BeckonError
 class BeckonError(Exception):
     """Base of all errors whose sentence is shown to people unchanged."""
 
+    def __str__(self) -> str:  # a sentence keeps its code
+        return str(self.args[0]) if self.args else ""
+
 
 class BadInput(BeckonError):
     """A file, a number or a text that cannot be used."""

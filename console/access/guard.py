@@ -20,6 +20,7 @@ from console.access.roles import JSON, BodyLimit, Requirement, need_for
 from console.access.strict_json import read_json
 from console.http.problems import Problem
 from core.errors import BadInput
+from core.sentences import Statement
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]
@@ -105,7 +106,7 @@ class AccessGuard:
             scope["person"] = person = self._recognise(visit, need)
             self._check_origin(visit, host)
             if person is not None and not person.may(need.role):
-                raise Problem(403, f"This needs the role {need.role}; you are signed in as {person.role}.")
+                raise Problem(403, Statement("access.needs_role", role=need.role, own=person.role))
             if not visit.socket and visit.unsafe and need.reads_body:
                 receive = await self._take_body(visit, need.body, receive)
         except Problem as problem:
@@ -139,7 +140,7 @@ class AccessGuard:
     def _recognise(self, visit: Visit, need: Requirement) -> Person | None:
         person, shown = self._person(visit)
         if person is None and need.role != "public":
-            detail = "That token or login is not valid any more." if shown else "Sign in first."
+            detail = Statement("access.login_over") if shown else Statement("access.sign_in")
             raise Problem(401, detail, headers={"WWW-Authenticate": "Bearer"})
         return person
 

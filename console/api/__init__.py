@@ -24,6 +24,7 @@ from console.part import Part
 from console.robot.link import RobotLink
 from console.runtime import Runtime
 from core.robots.requests import Ask
+from core.sentences import Statement
 
 SENTENCES = {
     400: "The request is malformed.",
@@ -36,7 +37,7 @@ SENTENCES = {
     415: "The body is not declared as one of the types that are taken.",
     422: "Not understood, or out of bounds.",
     429: "Too many at once, or too many wrong tokens; try again later.",
-    503: "The robot cannot be reached now.",
+    503: Statement("robot.unreached"),
     507: "The disk does not take what was to be saved; the sentence says why.",
 }
 PROBLEM = {

@@ -35,6 +35,7 @@ from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import VoiceCommands
 from console.workers.tasks import end
 from core.errors import BadInput, Refused
+from core.sentences import plain
 from core.snapshot import Ending, VoiceDirection
 from core.speech.recognition.decision import RecognizedUtterance
 
@@ -129,7 +130,7 @@ class AudioSocket:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             while True:
                 message = await self._down.get()
-                await self._socket.send_text(msgspec.json.encode(message).decode())
+                await self._socket.send_text(msgspec.json.encode(message, enc_hook=plain).decode())
 
     def _close(self, code: int, reason: str) -> None:
         """Before the next message is taken."""

@@ -12,11 +12,11 @@ from console.access.roles import needs
 from console.api import Behind, Dispatcher, HistoryInUse, RequestBody, Who, router
 from console.control.history_store import MAX_REMEMBERED_ENTRIES, HistoryEntry
 from console.http.problems import Problem
-from console.sentences import code_of
 from core.commands import VOCABULARY, particulars
 from core.commands.command import CommandSpec
 from core.geometry import wrap
 from core.perception.people.voice_bearing import VoiceBearing
+from core.sentences import code_of
 from core.snapshot import Snapshot
 
 commands = router("commands", 409, 503)

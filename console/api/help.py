@@ -16,7 +16,7 @@ from markdown_it.token import Token
 from console.access.roles import needs
 from console.api.page_files import NO_CACHE
 from console.http.problems import Problem
-from console.sentences import static_folder
+from core.sentences import static_folder
 
 help_pages = APIRouter()
 

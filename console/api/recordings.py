@@ -98,7 +98,7 @@ async def stop(recorder: Recorder, who: Who) -> FinishedRecording:
 @needs("viewer")
 async def keep(asked: KeepRequest, recorder: Recorder, who: Who) -> FinishedRecording:
     """Save what just happened: the last seconds, which the recorder holds in memory."""
-    kept = await recorder.keep(asked.seconds, KEPT_BY.format(person=who.name), who)
+    kept = await recorder.keep(asked.seconds, KEPT_BY(person=who.name), who)
     if asked.note:
         await recorder.rewrite(kept.name, asked.note, None)
     return kept

@@ -18,6 +18,7 @@ from console.api.login import called
 from console.http import qr
 from console.http.problems import Problem
 from console.people.store import MAX_NAME_CHARACTERS
+from core.sentences import Statement
 
 sessions = router("sessions", 507)
 
@@ -128,7 +129,7 @@ async def make_link(
 def check_reach(who: Person, role: str) -> None:
     """Raises Problem 403 where someone's rights are more than one's own."""
     if RANK[role] > RANK[who.role]:
-        raise Problem(403, f"This needs the role {role}; you are signed in as {who.role}.")
+        raise Problem(403, Statement("access.needs_role", role=role, own=who.role))
 
 
 async def end_all(behind: Behind, gone: list[Person]) -> None:

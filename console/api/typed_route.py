@@ -12,6 +12,8 @@ import msgspec
 from fastapi.responses import JSONResponse
 from fastapi.routing import APIRoute
 
+from core.sentences import plain
+
 OpenApi = dict[str, Any]  # a part of an OpenAPI description
 Responses = dict[int | str, OpenApi]  # by status
 Endpoint = Callable[..., Coroutine[Any, Any, Any]]
@@ -37,7 +39,7 @@ class JsonAnswer(JSONResponse):
 
     def render(self, content: Any) -> bytes:
         """Plain values → JSON."""
-        return msgspec.json.encode(content)
+        return msgspec.json.encode(content, enc_hook=plain)
 
 
 class TypedRoute(APIRoute):
@@ -107,7 +109,7 @@ def in_plain_values(endpoint: Endpoint, signature: inspect.Signature) -> Endpoin
 
     @functools.wraps(endpoint)
     async def answer(**given: Any) -> Any:
-        return msgspec.to_builtins(await endpoint(**given))
+        return msgspec.to_builtins(await endpoint(**given), enc_hook=plain)
 
     answer.__signature__ = signature.replace(return_annotation=Any)  # type: ignore[attr-defined]
     return answer

@@ -40,6 +40,7 @@ from core.calibration.camera.session import CameraSession, CameraState, PictureV
 from core.calibration.reports import camera_report, kept
 from core.errors import Refused
 from core.message import Array
+from core.sentences import plain
 
 UNKNOWN_SD_SHARE = 0.05  # share of the focal length: a standard deviation beyond it means that nothing is known
 
@@ -163,7 +164,7 @@ class CameraWorker(SessionWorker):
             ),
             uncertainty=uncertainty,
             views=self._views(),
-            state=msgspec.json.encode(session.state()),
+            state=msgspec.json.encode(session.state(), enc_hook=plain),
             stale=session.stale,
             names=self._names,
         )

@@ -42,6 +42,7 @@ from core.errors import BadInput, Refused
 from core.message import Array
 from core.optics import TABLE_3
 from core.sensors.laser import Scan
+from core.sentences import plain
 
 LIVE_SD = 0.01  # [m] of a single range, for the line that is shown live
 
@@ -168,7 +169,7 @@ class LaserWorker(SessionWorker):
                 known_from=progress.known_from,
             ),
             views=self._views(),
-            state=msgspec.json.encode(LaserState.of(session)),
+            state=msgspec.json.encode(LaserState.of(session), enc_hook=plain),
             stale=session.stale,
             names=self._names,
         )

@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from console.sentences import code_of
 from core.errors import BadInput, BadSettings, BeckonError, Refused, Unavailable, Unwritable
 from core.files import check_file, check_folder
 from core.sensors.checks import UnusableReading
+from core.sentences import code_of
 
 JSON_BEGUN = ContextVar("json_begun", default=False)
 """An object was begun on standard output: a refusal that comes later is no second one."""

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from console.sentences import static_folder
 from core.errors import BadInput, Unavailable
 from core.message import Array
 from core.recording.sound_file import wav_bytes
 from core.sensors.microphones import Sound
+from core.sentences import static_folder
 
 TYPES = {
     ".html": "text/html; charset=utf-8",

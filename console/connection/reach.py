@@ -17,6 +17,7 @@ from urllib.parse import parse_qsl
 from console.http.problems import Problem
 from core.errors import BadInput, BadSettings, Unavailable
 from core.robots.connect import SCHEMES, parts_of, split
+from core.sentences import Statement
 
 Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
@@ -27,14 +28,8 @@ CERTIFIED_LINKS = ("foxglove", "rosbridge")  # whose robot may be asked for a ce
 FILE_OPTIONS = ("ca", "cert", "key")  # options that name a file
 AUTHORITY = re.compile(r"(?P<user>[^@/?#\\]*@)?(?P<host>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(?P<port>:[0-9]{1,5})?")
 SECRET = re.compile(r"(?<=[/:])([^/:@?#]*):[^/@?#]*@|(?i:([?&](?:password|passwd|pwd|pass|token|key|secret)=))[^&#]*")
-ONLY_ADMIN = (
-    "Operators may not make the console connect to {what}. An administrator may: the one who opened the link that "
-    "was printed when Beckon started. Or start it with --connect {entry}."
-)
-ONLY_LOCAL = (
-    "Operators may not name files and devices of the console's computer. An administrator may: the one who opened "
-    "the link that was printed when Beckon started."
-)
+ONLY_ADMIN = Statement("connect.only_admin")
+ONLY_LOCAL = Statement("connect.only_local")
 NOT_FOUND = "There is no address for the name {host}; type the robot's address in digits."
 WRONG_ENTRY = (
     "--connect takes an address, a network such as 10.0.0.0/8, a name, each with or without :PORT, or a folder."
@@ -104,7 +99,7 @@ class Reach:
         addresses = [unmapped(str(answer[4][0])) for answer in answers]
         allowed = [one for one in addresses if any(entry.allows(one, host, port) for entry in self._entries)]
         if not allowed:
-            raise Problem(403, ONLY_ADMIN.format(what=host[:80], entry=host[:80]))
+            raise Problem(403, ONLY_ADMIN(what=host[:80], entry=host[:80]))
         return allowed[0]
 
 

@@ -28,6 +28,7 @@ from core.robots.connection import FoundRobot, ReadConnection, ReadRobotFile, de
 from core.robots.requests import SentSpeeds, SpeedsType, SwitchSpeeds
 from core.robots.robot_file import RobotFile
 from core.robots.robot_file_text import TopicChoice, with_topics, without_lock
+from core.sentences import Statement
 
 T = TypeVar("T")
 
@@ -38,19 +39,13 @@ TOPICS = ("foxglove", "zenoh", "rosbridge")  # links to which a second client ma
 LONGEST_URL = 2000
 FOLDER, RECORDINGS = "robots", "recordings"  # in the data folder
 WORLDS = ("sim:lab", "sim:floor")
-KEEPS_REAL = (
-    "This console drives a real robot and stays with it. Start another one: beckon run --port 0 --robot {url}"
-)
-ONLY_RECORDINGS = (
-    "Operators open recordings in {folder}; put it there. An administrator opens any: the one who opened the link "
-    "that was printed when Beckon started."
-)
-OPENED_HERE = "Only recordings and simulated robots are opened here: log:FILE, sim:lab or sim:floor."
-NO_RECORDING = "There is no recording {name} on the console's computer. Give its whole path, or put it into {folder}."
-ROBOT_LOST = "The robot could not be looked at: {lost}"
-RECORDING_LOST = "The recording could not be read: {lost}"
-REAL_ONLY = "The {kind} needs no robot file; a file describes a real robot. Type the URL of one."
-REAL_ONLY_START = REAL_ONLY + " Start Beckon with it: beckon run --robot {url}"
+KEEPS_REAL = Statement("connect.keeps_real")
+ONLY_RECORDINGS = Statement("connect.only_recordings")
+OPENED_HERE = Statement("connect.opened_here")
+NO_RECORDING = Statement("connect.no_recording")
+ROBOT_LOST = Statement("connect.not_looked_at")
+RECORDING_LOST = Statement("connect.recording_lost")
+REAL_ONLY = Statement("connect.no_file")
 
 
 class WrittenFile(msgspec.Struct, frozen=True):
@@ -108,7 +103,7 @@ class ConnectionService(Part):
         Raises BadInput with the reader's sentence, Problem 403, Refused on a real robot, Unavailable.
         """
         if self.real:
-            raise Refused(KEEPS_REAL.format(url=shlex.quote(url)))
+            raise Refused(KEEPS_REAL(url=shlex.quote(url)))
         if url in WORLDS:
             return url
         url = await asyncio.to_thread(self._recording, url, who)
@@ -131,13 +126,13 @@ class ConnectionService(Part):
         if not self._is_free_for(who, url):
             self._check_inside(file)
         if not (file.is_file() or file.is_dir()):
-            raise BadInput(NO_RECORDING.format(name=Path(name).name[:80], folder=self._recordings))
+            raise BadInput(NO_RECORDING(name=Path(name).name[:80], folder=self._recordings))
         return f"log:{file}{mark}{run}"
 
     def _check_inside(self, file: Path) -> None:
         """Raises Problem 403 for a file outside the folders from which operators open recordings."""
         if not inside(file, [self._recordings, *self.reach.folders]):
-            raise Problem(403, ONLY_RECORDINGS.format(folder=self._recordings))
+            raise Problem(403, ONLY_RECORDINGS(folder=self._recordings))
 
     async def look(self, url: str, choices: Sequence[TopicChoice], who: Person) -> FoundRobot:
         """Connect once more, or to another robot, and see what is there.
@@ -176,7 +171,7 @@ class ConnectionService(Part):
         )
         async with self._turn:
             if path.exists() and not replace:
-                raise Refused(f"There is a robot file {path.name} already; choose another name, or replace it.")
+                raise Refused(Statement("connect.file_exists", name=path.name))
             with saving("The robot file could not be written"):
                 await asyncio.to_thread(write_atomic, path, checked.text)
         return WrittenFile(path.name, str(path), command, checked.text)
@@ -186,13 +181,13 @@ class ConnectionService(Part):
         if self.real and url == self._robot.profile.url:
             return await asyncio.to_thread(self._robot.ask, ReadRobotFile())
         if len(url) > LONGEST_URL or not url.isprintable() or url.endswith(".toml"):
-            raise BadInput("Type the robot's URL, such as foxglove://192.168.0.7:8765.")
+            raise BadInput(Statement("connect.type_url"))
         for part in parts_of(url):
             name, _ = split(part)
             if name == OWN:
-                raise BadInput("A driver of your own is named where the console is started: beckon run --robot py:…")
+                raise BadInput(Statement("connect.own_driver"))
             if name in SCHEMES and SCHEMES[name].section:
-                raise BadInput(REAL_ONLY_START.format(kind=SCHEMES[name].what, url=shlex.quote(url)))
+                raise BadInput(Statement("connect.no_file_start", kind=SCHEMES[name].what, url=shlex.quote(url)))
         return RobotFile(url=url)
 
     def _check_free(self, url: str) -> None:
@@ -204,18 +199,18 @@ class ConnectionService(Part):
             name, _ = split(part)
             address = part.partition("?")[0]
             if name not in TOPICS and (address in used or name == OWN):
-                raise Refused(f"{address} is in use by this console; what was found on it is shown here.")
+                raise Refused(Statement("connect.in_use", address=address))
 
-    async def _at_work(self, work: Callable[[Worker], Awaitable[T]], sentence: str = ROBOT_LOST) -> T:
+    async def _at_work(self, work: Callable[[Worker], Awaitable[T]], sentence: Statement = ROBOT_LOST) -> T:
         """Do one thing in a worker of its own, which is gone afterwards. Raises Refused while another is done."""
         if self._turn.locked():
-            raise Refused("A robot is being looked at already; wait some seconds.")
+            raise Refused(Statement("connect.looked_at"))
         async with self._turn:
             worker = Worker("probe")
             try:
                 return await work(worker)
             except WorkerLost as lost:
-                raise Unavailable(sentence.format(lost=lost)) from None
+                raise Unavailable(sentence(why=lost)) from None
             finally:
                 worker.kill()
                 await worker.gone()

@@ -18,15 +18,16 @@ from console.control.lease import Lease
 from console.control.robot_time import RobotTime
 from console.http.problems import Problem
 from core.commands.confirmation_delay import OBEYED_WITHIN
+from core.sentences import Statement
 
 EARS = "ears"  # source of words that the robot itself heard, and dated
 SPOKEN_SOURCES = (EARS, "voice")  # sources of words that a person said aloud
 READ_SOURCES = (*SPOKEN_SOURCES, "file")  # sources whose words were there before the console knew them
-TOO_LATE = "The words were understood {:.1f} s after they were spoken, which is too late to act on them."
-ON_ITS_WAY = "This command was {:.1f} s on its way, which is too late to act on it. Give it again."
-VOID = "Not obeyed, because something came after these words: {} Give the command again."
-CLOSED = "{} closed the page after these words; they are not obeyed."
-ABSENT = "Spoken commands take control only for an operator whose page is open. Open the page and say it again."
+TOO_LATE = Statement("words.too_late")
+ON_ITS_WAY = Statement("command.too_late")
+VOID = Statement("command.overtaken")
+CLOSED = Statement("command.page_closed")
+ABSENT = Statement("command.page_open_first")
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class CommandFreshness:
 
     def stood_still(self, seconds: float, until: float) -> None:
         """The console did not run for so long [s]: what came by its sockets by `until` [s] looks newer than it is."""
-        self._stood, self._why_stood = until, f"The console stood still for {seconds:.1f} s."
+        self._stood, self._why_stood = until, Statement("console.stood_still", seconds=f"{seconds:.1f}")
 
     def stopped_by(self, utterance: object) -> None:
         """The newest stop was part of this utterance."""
@@ -105,7 +106,8 @@ class CommandFreshness:
     def why_late(self, said: Spoken, source: str) -> str:
         """Why words of this age are not obeyed, a sentence; "" when they may be."""
         age = self.time.elapsed(said.ended, time.monotonic() if said.taken is None else said.taken)
-        return (TOO_LATE if source in READ_SOURCES else ON_ITS_WAY).format(age) if age > OBEYED_WITHIN else ""
+        late = TOO_LATE if source in READ_SOURCES else ON_ITS_WAY
+        return late(delay=f"{age:.1f}") if age > OBEYED_WITHIN else ""
 
     def why_not(self, said: Spoken, source: str, who: Person) -> str:
         """Why these words do not move the robot, a sentence; "" when they may."""
@@ -114,17 +116,17 @@ class CommandFreshness:
         if source not in READ_SOURCES:
             return ""
         if said.ended < self._stood and not (source == EARS and self.time.simulated):
-            return VOID.format(self._why_stood)
+            return VOID(what=self._why_stood)
         others = (
             one for one in reversed(self._stops) if one.utterance is None or one.utterance is not said.utterance
         )
         stop = next(others, None)
         if stop is not None and said.began < stop.at:
-            return VOID.format(stop.why)
+            return VOID(what=stop.why)
         if said.ended < self._since:
-            return VOID.format(self._why)
+            return VOID(what=self._why)
         if source in SPOKEN_SOURCES and said.ended <= self._left.get(who.id, -math.inf):
-            return CLOSED.format(who.name)
+            return CLOSED(name=who.name)
         if source in SPOKEN_SOURCES and not self._lease.held_by(who) and not self._lease.is_present(who):
             return ABSENT
         return ""

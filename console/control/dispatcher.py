@@ -34,18 +34,19 @@ from core.errors import Refused
 from core.gate.status import GateStatus
 from core.perception.people.voice_bearing import VoiceBearing
 from core.pilot.pilot import Pilot
+from core.sentences import Statement
 from core.snapshot import ActiveCommandStatus, Ending
 from core.speech.understanding.grammar import OwnPhrases, Refusal, understand
 
-ONLY_TO_PERSONS = "Only a command that goes to a person takes a direction; leave towards_rad out."
-TWO_CANNOT_STEER = "Beckon drives the robot now; stop that first. Two cannot steer."
-ONLY_OPERATORS = "Only an operator can drive."
-NOTHING_TO_RENEW = "There is nothing to renew: you do not drive. Ask for control first."
-ENDING = "The console is ending; the robot stands."
-VIEWERS_WATCH = "Viewers watch and may stop the robot; an operator drives it."
-UNREACHED = "The robot cannot be reached now."
-NO_PILOT = "The pilot is not running; the robot stands."
-HALTED = "The robot is halted; the operator must reset the halt first."
+ONLY_TO_PERSONS = Statement("command.only_to_persons")
+TWO_CANNOT_STEER = Statement("command.two_cannot_steer")
+ONLY_OPERATORS = Statement("lease.only_operators")
+NOTHING_TO_RENEW = Statement("lease.nothing_to_renew")
+ENDING = Statement("console.ending")
+VIEWERS_WATCH = Statement("command.viewers_watch")
+UNREACHED = Statement("robot.unreached")
+NO_PILOT = Statement("pilot.not_running")
+HALTED = Statement("command.halted")
 
 REACHED = ("live", "stale")
 LeaseAction = Literal["acquire", "renew", "take", "release", "ask", "give", "keep"]
@@ -125,13 +126,17 @@ class CommandDispatcher:
         words = words or command.heard_as
         if command.name == STOP_MOVING.name:
             self.setpoint_sender.stop()
-            self._tell("cancelled", f"Stopped by {who.name}.", objected=True)
+            self._tell("cancelled", Statement("stop.stopped_by", name=who.name), objected=True)
         else:
             self.admit(command, words, source, who, said)
         entry = self._history.add("command", who, state="running", **row_of(command, words, source))
         self._hand_to_pilot(entry, command, who)
         if command.name != STOP_MOVING.name:
-            self._tell("pre-empted", f"“{command.heard_as}” came after it.", at=None if said is None else said.ended)
+            self._tell(
+                "pre-empted",
+                Statement("command.pre_empted", words=command.heard_as),
+                at=None if said is None else said.ended,
+            )
         return entry
 
     def admit(self, heard: Command, words: str, source: str, who: Person, said: Spoken | None) -> None:
@@ -146,7 +151,7 @@ class CommandDispatcher:
             self._obtain(who)
             if self._active.does(heard):
                 raise Problem(
-                    409, spec_of(heard.name).already or f"The robot is already doing that: “{heard.heard_as}”."
+                    409, spec_of(heard.name).already or Statement("command.already_doing", words=heard.heard_as)
                 )
         except Problem as problem:
             fields = row_of(heard, words, source)
@@ -185,7 +190,7 @@ class CommandDispatcher:
         """The socket of a hand that was driving is gone: zero now, instead of waiting for the deadman."""
         if self._jog is not None and self._jog.press == press:
             self.setpoint_sender.stop()
-            self._history.end(self._jog.entry, "cancelled", "The browser went away while it drove.")
+            self._history.end(self._jog.entry, "cancelled", Statement("command.browser_gone"))
             self._jog = None
 
     def stop(self, who: Person, source: str, press: int = 0) -> None:
@@ -231,11 +236,15 @@ class CommandDispatcher:
         if self._lease.epoch == before:
             return
         took = do == "take" and holder is not None
-        self._changed_hands(f"{who.name} took over." if took else f"{who.name} gave control back.")
+        self._changed_hands(
+            Statement("lease.took_over", name=who.name) if took else Statement("lease.gave_back", name=who.name)
+        )
         self._history.add("lease", who, remark=do)
         if took:
             self._notifications.tell(
-                "warning", f"{who.name} took over from {holder.name if holder else 'nobody'}.", "lease"
+                "warning",
+                Statement("lease.took_over_from", name=who.name, other=holder.name if holder else "nobody"),
+                "lease",
             )
 
     def _ask_for_control(self, who: Person) -> None:
@@ -247,10 +256,10 @@ class CommandDispatcher:
     def _answer_request(self, who: Person, *, give: bool) -> None:
         asker = self._lease.answer(who, time.monotonic(), give=give)
         if give:
-            self._changed_hands(f"{who.name} gave control to {asker.name}.")
+            self._changed_hands(Statement("lease.gave_to", name=who.name, other=asker.name))
         self._history.add("lease", who, remark=f"{'gave' if give else 'did not give'} control to {asker.name}")
-        gave = f"{who.name} gave control to {asker.name}."
-        kept = f"{who.name} keeps control; {asker.name} asked for it."
+        gave = Statement("lease.gave_to", name=who.name, other=asker.name)
+        kept = Statement("lease.keeps", name=who.name, other=asker.name)
         self._notifications.tell("info", gave if give else kept, "lease")
 
     def forget(self, who: Person) -> None:
@@ -258,7 +267,7 @@ class CommandDispatcher:
         held = self._lease.held_by(who)
         self._lease.forget(who)
         if held:
-            self._changed_hands(f"{who.name} signed out.")
+            self._changed_hands(Statement("lease.signed_out", name=who.name))
 
     # what happens by itself
 
@@ -272,14 +281,14 @@ class CommandDispatcher:
             self._jog = None
         lost = self._lease.tick(now, obeying=self._active.keeps_lease(self._lease.holder))
         if lost is not None:
-            silence = f"{lost.name} is gone: there was no sign of life for {leases.GRACE_S:g} s."
+            silence = Statement("lease.gone_silent", name=lost.name, seconds=f"{leases.GRACE_S:g}")
             self._changed_hands(silence + self._active.how_to_renew())
             self._history.add("lease", lost, remark="lapsed")
-            self._notifications.tell("info", f"{lost.name} is gone; nobody drives now.", "lease")
+            self._notifications.tell("info", Statement("lease.gone", name=lost.name), "lease")
         asker = self._lease.tick_request(now)
         if asker is not None and (holder := self._lease.holder) is not None:
             self._notifications.tell(
-                "info", f"{holder.name} did not answer {asker.name}, who asked for control.", "lease"
+                "info", Statement("lease.no_answer", name=holder.name, other=asker.name), "lease"
             )
         status = self._robot.status()
         self._stop_controller.tick(status, now)
@@ -324,10 +333,10 @@ class CommandDispatcher:
 
     def _hand_to_pilot(self, entry: HistoryEntry, heard: Command, who: Person) -> None:
         if not self._robot.profile.drives and not self._robot.profile.dry_run:
-            self._history.end(entry.id, "done", "A recording drives nothing; there is nothing to stop.")
+            self._history.end(entry.id, "done", Statement("command.dry_recording"))
             return
         if self.pilot is None or self._robot.link()[0] not in REACHED:
-            self._history.end(entry.id, "done", "The robot was sent a stop; it does not report whether it stands.")
+            self._history.end(entry.id, "done", Statement("command.no_report"))
             return
         self._active.begin(entry.id, ActiveCommand(who, entry.source, time.monotonic(), heard))
         if self._robot.profile.drives:
@@ -360,7 +369,7 @@ class CommandDispatcher:
         """The console is ending: the robot stands, and nothing moves it any more."""
         self._closed = True
         self.setpoint_sender.stop()
-        self.ended_without_pilot("The console ended before this did.")
+        self.ended_without_pilot(Statement("command.console_ended"))
 
     def _check_motion(self, who: Person, heard: Command | None = None) -> None:
         """Check that this person may move the robot now, or give it this command. Raises Problem 403, 409, 503."""
@@ -397,7 +406,7 @@ class CommandDispatcher:
     def _press(self, press: int, who: Person, now: float) -> None:
         """A hand that drives ends a goal; the goal does not resume."""
         end = self.cancel if self._active else self._tell
-        end("pre-empted", f"{who.name} drives by hand.")
+        end("pre-empted", Statement("command.by_hand", name=who.name))
         if self._jog is not None and self._jog.press == press:
             self._jog.seen = now
             return

@@ -19,6 +19,8 @@ from typing import Any
 
 import msgspec
 
+from core.sentences import SentenceCode, Statement, code_of, coded
+
 log = logging.getLogger(__name__)
 
 MAX_REMEMBERED_ENTRIES = 500  # entries kept at hand
@@ -54,7 +56,7 @@ UNSAVED = (
     "The history cannot be saved on disk now; it is kept in memory, and written when the disk takes it again. "
     "Check the data folder."
 )
-COLUMNS = ("run", *(column.name for column in fields(HistoryEntry)))
+COLUMNS = ("run", *(column.name for column in fields(HistoryEntry)), SAID := "said")  # the code of the remark
 TABLE = "deeds"  # in files that exist
 SCHEMA = f"CREATE TABLE IF NOT EXISTS {TABLE} ({', '.join(COLUMNS)}, PRIMARY KEY (run, id))"
 WRITE = f"INSERT OR REPLACE INTO {TABLE} VALUES ({', '.join('?' * len(COLUMNS))})"
@@ -112,6 +114,8 @@ class HistoryStore:
         base.execute("PRAGMA journal_mode=WAL")
         base.execute("PRAGMA synchronous=FULL")
         base.execute(SCHEMA)
+        if SAID not in (column for _, column, *_ in base.execute(f"PRAGMA table_info({TABLE})")):
+            base.execute(f"ALTER TABLE {TABLE} ADD COLUMN {SAID}")  # a file of before there were codes
         return base
 
     def _read(self) -> list[HistoryEntry]:
@@ -187,7 +191,8 @@ class HistoryStore:
 
 def row_of(entry: HistoryEntry, run: float) -> tuple[Any, ...]:
     """An entry → its row; `run`: when its console started, so that two consoles never share a row."""
-    columns = {**vars(entry), "numbers": msgspec.json.encode(entry.numbers).decode()}
+    numbers, said = (msgspec.json.encode(one).decode() for one in (entry.numbers, code_of(entry.remark)))
+    columns = {**vars(entry), "numbers": numbers, SAID: said}
     values = (columns[column] for column in COLUMNS[1:])
     return (run, *(inert(value) if isinstance(value, str) else value for value in values))
 
@@ -196,10 +201,11 @@ def entry_of(row: tuple[Any, ...]) -> HistoryEntry:
     """A row → its entry; a command that was under way when the console ended has failed."""
     columns: dict[str, object] = dict(zip(COLUMNS[1:], row[1:], strict=True))
     columns["numbers"] = msgspec.json.decode(str(columns["numbers"]))
+    said = msgspec.json.decode(str(columns.pop(SAID) or "[null,null]"), type=SentenceCode)
     entry = msgspec.convert(columns, HistoryEntry)
     if entry.state == "running":
-        return replace(entry, state="failed", remark="The console ended before this did.")
-    return entry
+        return replace(entry, state="failed", remark=Statement("command.console_ended"))
+    return replace(entry, remark=coded(entry.remark, said))
 
 
 def inert(words: str) -> str:

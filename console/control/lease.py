@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 from console.access.logins import Person
 from core.errors import Refused
+from core.sentences import Statement
 
 ANSWER_TIME_S = 10.0  # that the holder has to answer who asks for control
 GRACE_S = 5.0  # without a sign of life of the holder: a message of their page, a request of their program
-OTHER_DRIVES = "{holder} drives now. Ask for control, or take over."
-HAS_ASKED = "{name} has asked already; wait for the answer."
-NOBODY_ASKS = "Nobody asks you for control now."
-NOT_YOURS = "{holder} drives now; only the operator in control can give it back."
+OTHER_DRIVES = Statement("lease.other_drives")
+HAS_ASKED = Statement("lease.has_asked")
+NOBODY_ASKS = Statement("lease.nobody_asks")
+NOT_YOURS = Statement("lease.not_yours")
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Lease:
     def check_not_anothers(self, person: Person) -> None:
         """Raises Refused with the operator's name while another person drives."""
         if self.holder is not None and not self.held_by(person):
-            raise Refused(OTHER_DRIVES.format(holder=self.holder.name))
+            raise Refused(OTHER_DRIVES(holder=self.holder.name))
 
     def acquire(self, person: Person, now: float) -> None:
         """Take the lease when it is free; renews it for its holder. Raises Refused with the holder's name."""
@@ -68,7 +69,7 @@ class Lease:
         if self.holder is None or self.held_by(person):
             self.acquire(person, now)
         elif self.request is not None and self.request.person.id != person.id:
-            raise Refused(HAS_ASKED.format(name=self.request.person.name))
+            raise Refused(HAS_ASKED(name=self.request.person.name))
         elif self.request is None:
             self.request = ControlRequest(person, now + ANSWER_TIME_S)
 
@@ -93,7 +94,7 @@ class Lease:
         if self.holder is None:
             return
         if not self.held_by(person):
-            raise Refused(NOT_YOURS.format(holder=self.holder.name))
+            raise Refused(NOT_YOURS(holder=self.holder.name))
         self._change(None)
 
     def forget(self, person: Person) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from console.control.dispatcher import CommandDispatcher
 from console.control.notices import Notifications
 from console.robot.link import RobotLink
+from core.sentences import Statement
 
-HANGS = "The pilot does not go on; the robot stands. Restart the console if it stays like this."
+HANGS = Statement("pilot.hangs")
 
 
 class LinkMonitor:
@@ -27,18 +28,18 @@ class LinkMonitor:
         before, self._hangs = self._hangs, hangs
         if hangs and not before:
             self._dispatcher.setpoint_sender.stop()
-            self._dispatcher.ended_without_pilot("The pilot did not go on; the robot was stopped.")
+            self._dispatcher.ended_without_pilot(Statement("pilot.hung"))
             self._notifications.tell("error", HANGS, "pilot")
         elif before and not hangs:
-            self._notifications.tell("info", "The pilot goes on. The robot moves only on a new command.", "pilot")
+            self._notifications.tell("info", Statement("pilot.goes_on"), "pilot")
         return hangs
 
     def _look_at_link(self) -> bool:
         before, (self._link, _) = self._link, self._robot.link()
         if self._link == "lost" != before:
-            self._dispatcher.ended_without_pilot("The robot's link was lost.")
-            why = self._robot.trouble or "The robot's link is lost; the robot stops by itself."
+            self._dispatcher.ended_without_pilot(Statement("robot.link_was_lost"))
+            why = self._robot.trouble or Statement("robot.link_lost")
             self._notifications.tell("error", why, "link")
         elif self._link == "live" and before == "lost":
-            self._notifications.tell("info", "The robot is back. It moves only on a new command.", "link")
+            self._notifications.tell("info", Statement("robot.back"), "link")
         return self._link == "lost"

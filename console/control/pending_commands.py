@@ -24,6 +24,7 @@ from console.part import Part
 from core.commands.command import Command
 from core.commands.confirmation_delay import CONFIRMATION_DELAY_S, ConfirmationDelay
 from core.sensors import SensorFrame
+from core.sentences import Statement
 from core.snapshot import Ending, Snapshot
 from core.speech.recognition.decision import Decision
 
@@ -58,7 +59,7 @@ class LateCommand:
 
 
 LATE_OFFER_S = 20.0  # [s] for which a late command is offered
-GONE = "No such command waits: it has begun, or it was dropped."
+GONE = Statement("command.pending_gone")
 
 
 class PendingCommands(Part):
@@ -107,7 +108,7 @@ class PendingCommands(Part):
                 self._newest += 1
                 self._late = LateCommand(self._newest, source, command, time.monotonic() + LATE_OFFER_S)
             raise
-        why, now = f"“{words}” came after it.", time.monotonic()
+        why, now = Statement("command.pre_empted", words=words), time.monotonic()
         self._end("pre-empted", why)
         self._dispatcher.words.void(why, at=said.ended)
         self._newest += 1
@@ -136,20 +137,20 @@ class PendingCommands(Part):
     def begin(self, number: int, who: Person) -> HistoryEntry:
         """Begin at once what waits or came too late; the operator only. Raises Problem 403 to 503."""
         if not who.may("operator"):
-            raise Problem(403, "Viewers watch and may stop the robot; the operator in control begins a command.")
+            raise Problem(403, Statement("command.begin_by_operator"))
         late = self.late
         if late is not None and late.id == number:
             self._late = None
             return self._dispatcher.dispatch(late.command, late.source, who, Spoken.now())
         pending_command = self._find(number)
         if not self._lease.held_by(who):
-            raise Problem(409, "Only who drives may begin this command; you may drop it.")
+            raise Problem(409, Statement("command.begin_by_driver"))
         return self._begin(pending_command)
 
     def drop(self, number: int, who: Person) -> None:
         """Drop the pending command; anyone who may stop the robot may do this. Raises Problem 404."""
         self._find(number)
-        why = f"Dropped by {who.name}."
+        why = Statement("command.dropped_by", name=who.name)
         self._dispatcher.words.void(why, stop=True)
         self._ended("cancelled", why, objected=True)
 
@@ -163,7 +164,7 @@ class PendingCommands(Part):
         self._dispatcher.words.left(who)
         self._late = None
         if self.waiting is not None and self.waiting.person.id == who.id:
-            self._end("cancelled", f"{who.name} closed the page.")
+            self._end("cancelled", Statement("command.closed_the_page", name=who.name))
 
     def _find(self, number: int) -> PendingCommand:
         if self.waiting is None or self.waiting.id != number:
@@ -199,7 +200,11 @@ class PendingCommands(Part):
         if pending_command is not None:
             fields = row_of(pending_command.command, pending_command.words, pending_command.source)
             self._history.add(
-                "command", pending_command.person, state=state, remark=f"It had not begun: {why}", **fields
+                "command",
+                pending_command.person,
+                state=state,
+                remark=Statement("command.not_begun", why=why),
+                **fields,
             )
 
     def _clear(self) -> None:

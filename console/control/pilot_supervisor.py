@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from console.control.notices import Notifications
 from console.robot.pilot_thread import PilotPace, PilotThread
+from core.sentences import Statement
 
 log = logging.getLogger(__name__)
 
@@ -59,7 +60,7 @@ class PilotSupervisor:
         """Why no pilot works, a sentence; "" while one does."""
         if self.failure or self.thread is None or self.thread.alive or self._over:
             return self.failure
-        return "The pilot has ended; the robot stands. Restart the console."
+        return Statement("pilot.ended")
 
     def start(self) -> None:
         """Start a pilot; one that cannot be started has failed."""

@@ -21,6 +21,7 @@ from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
 from core.errors import Unavailable
 from core.gate.status import GateStatus
+from core.sentences import Statement
 from core.snapshot import Ending
 
 MAX_RECORDED_STOPS = 3  # stops and halts of one person a second that are written down; all of them act
@@ -30,9 +31,9 @@ MAX_LATCHING_S = 0.2  # that the gate may take to latch a halt before the consol
 LOOK_PERIOD_S = 0.002
 CAUSE = "halt"  # of the notices about a halt: the newest replaces the others
 MAX_LIFTING_S = 1.0  # within which a reset must show
-ONLY_OPERATORS_RESET = "Only an operator can reset a halt."
-NOT_HALTED = "The robot is not halted."
-NO_GATE = "The halt is not reset: the robot's gate does not run. Restart the console."
+ONLY_OPERATORS_RESET = Statement("stop.only_operators_reset")
+NOT_HALTED = Statement("stop.not_halted")
+NO_GATE = Statement("stop.no_gate")
 
 
 @dataclass
@@ -69,18 +70,18 @@ class StopController:
     def stop(self, who: Person, source: str, press: int = 0) -> None:
         """Everything cancelled, zero speed, always. A press that comes by a second way is recorded once."""
         self._setpoint_sender.stop()
-        self._cancel("cancelled", f"Stopped by {who.name}.")
+        self._cancel("cancelled", Statement("stop.stopped_by", name=who.name))
         if self._is_recorded(who, press):
             self._history.add("stop", who, source=source)
 
     def halt(self, who: Person, source: str, press: int = 0) -> None:
         """The same, latched; the function `latched` waits until it is on disk."""
-        self._lifted("cancelled", "Halted again.")
+        self._lifted("cancelled", Statement("stop.halted_again"))
         self._setpoint_sender.halt()
-        self._cancel("cancelled", f"Halted by {who.name}.")
+        self._cancel("cancelled", Statement("stop.halted_by", name=who.name))
         if self._is_recorded(who, press):
             self._history.add("halt", who, source=source)
-            self._notifications.tell("warning", f"{who.name} halted the robot. The operator can reset it.", CAUSE)
+            self._notifications.tell("warning", Statement("stop.who_halted", name=who.name), CAUSE)
 
     def reset(self, who: Person, source: str) -> None:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
@@ -92,7 +93,7 @@ class StopController:
         if not self._robot.reset():
             raise Problem(503, NO_GATE)
         self._setpoint_sender.hand_over(self._lease.epoch, who.name)
-        self._lifted("cancelled", "Reset again.")
+        self._lifted("cancelled", Statement("stop.reset_again"))
         entry = self._history.add("halt_reset", who, state="running", source=source)
         self._lifting = HaltReset(who, entry.id, time.monotonic())
 
@@ -103,10 +104,10 @@ class StopController:
             return
         if status.state != "halted":
             self._lifted("done", "")
-            self._notifications.tell("info", f"{lifting.who.name} reset the halt.", CAUSE)
+            self._notifications.tell("info", Statement("stop.who_reset", name=lifting.who.name), CAUSE)
         elif now - lifting.sent > MAX_LIFTING_S:
             self._lifted("failed", status.reason)
-            self._notifications.tell("error", f"The robot is still halted: {status.reason}.", CAUSE)
+            self._notifications.tell("error", Statement("stop.still_halted", reason=status.reason), CAUSE)
 
     def _lifted(self, state: str, remark: str) -> None:
         lifting, self._lifting = self._lifting, None
@@ -137,4 +138,4 @@ async def latched(robot: RobotLink, notifications: Notifications) -> str:
         why = f"The robot is halted, but a restart of the console may forget it. {trouble}"
         notifications.tell("error", why)
         return why
-    return "" if robot.halt_is_latched() else "The halt was reset meanwhile."
+    return "" if robot.halt_is_latched() else Statement("stop.reset_meanwhile")

@@ -9,8 +9,8 @@ from typing import Any
 import msgspec
 
 from console import messages
-from console.sentences import code_of
 from core.errors import BadInput, BeckonError, Refused, Unavailable, Unwritable
+from core.sentences import code_of, plain
 
 MEDIA_TYPE = b"application/problem+json"
 
@@ -39,7 +39,7 @@ class Problem(Exception):
         title = HTTPStatus(self.status).phrase
         body = {"type": "about:blank", "title": title, "status": self.status, "detail": self.detail, **self.more}
         found = code_of(self.detail)
-        return msgspec.json.encode(body if found.code is None else body | found._asdict())
+        return msgspec.json.encode(body if found.code is None else body | found._asdict(), enc_hook=plain)
 
     def header_list(self) -> Headers:
         """The answer's headers, as ASGI wants them."""

@@ -17,6 +17,7 @@ from console.part import Part
 from core.geometry import wrap
 from core.navigation.places import NamedPlace
 from core.sensors import SensorFrame
+from core.sentences import Statement
 from core.snapshot import Snapshot
 from core.speech.understanding.place_names import (
     MAX_PLACES,
@@ -26,9 +27,9 @@ from core.speech.understanding.place_names import (
     tidy_name,
 )
 
-NO_SUCH_PLACE = "There is no place of that name."
+NO_SUCH_PLACE = Statement("places.gone")
 BEYOND_MAP_M = 10.0  # [m] that a place may lie outside the known map
-LOST = "The robot does not know where it is; name the place on the map, or wait until it is found."
+LOST = Statement("places.lost")
 
 
 class PlaceService(Part):
@@ -60,7 +61,7 @@ class PlaceService(Part):
 
         def change(marks: MapMarks) -> MapMarks:
             if len(marks.places) >= MAX_PLACES:
-                raise Problem(409, f"A map holds {MAX_PLACES} places; remove one first.")
+                raise Problem(409, Statement("places.full", most=MAX_PLACES))
             self._check_name(mark.name, marks.places)
             return msgspec.structs.replace(marks, places=(*marks.places, mark))
 
@@ -134,11 +135,11 @@ class PlaceService(Part):
         low = grid.origin - BEYOND_MAP_M
         high = grid.origin + grid.resolution * np.array(grid.log_odds.shape[::-1]) + BEYOND_MAP_M
         if not (math.isfinite(x) and math.isfinite(y) and low[0] <= x <= high[0] and low[1] <= y <= high[1]):
-            raise Problem(422, f"That lies more than {BEYOND_MAP_M:g} m outside the map.")
+            raise Problem(422, Statement("places.beyond", metres=f"{BEYOND_MAP_M:g}"))
 
     def _check_name(self, name: str, others: list[PlaceMark] | tuple[PlaceMark, ...]) -> None:
         if any(_key(one.name) == _key(name) for one in others):
-            raise Problem(409, "There is a place of that name already. Choose another name.")
+            raise Problem(409, Statement("places.taken"))
         check_name_apart(name, [one.name for one in others], self._dispatcher.own_phrases)
 
 

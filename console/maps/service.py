@@ -30,6 +30,7 @@ from core.files import saving
 from core.geometry import Pose
 from core.pilot.pilot import Pilot
 from core.sensors import SensorFrame
+from core.sentences import Statement
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.outline import MapOutline, trace_outline
@@ -220,7 +221,7 @@ class MapService(Part):
         self._not_anothers(who)
         pilot = self._piloting()
         pilot.enter_map(saved)
-        self._dispatcher.cancel("cancelled", "Another map was loaded.")
+        self._dispatcher.cancel("cancelled", Statement("pilot.other_map"))
         self.trajectory.forget()
         self._name = card.name
         self._stands_kept()
@@ -320,7 +321,7 @@ class MapService(Part):
         if self.snapshot.floor.lost is None and not force:
             raise Problem(409, "The robot is not lost; it knows where it is.")
         if self._robot.link()[0] not in REACHED:
-            raise Problem(503, self._robot.trouble or "The robot cannot be reached now.")
+            raise Problem(503, self._robot.trouble or Statement("robot.unreached"))
         self._not_anothers(who)
         self._piloting().place_at(x, y, heading)
         self._dispatcher.cancel("cancelled", "The robot's place was set.")
@@ -358,7 +359,7 @@ class MapService(Part):
 
     def _piloting(self) -> Pilot:
         if self._dispatcher.pilot is None:
-            raise Problem(503, "The pilot is not running; the robot stands.")
+            raise Problem(503, Statement("pilot.not_running"))
         return self._dispatcher.pilot
 
     def _not_anothers(self, who: Person) -> None:

@@ -17,6 +17,7 @@ from console.messages.pending_command import CommandPayload, LateCommandState, P
 from console.messages.person import PersonState
 from console.messages.picture import CalibrationDriftState, PictureQualityState
 from core.robots import Capability, RobotKind
+from core.sentences import plain
 from core.snapshot import Ending, Level, SensorKind, SensorState
 
 Struct = msgspec.Struct
@@ -298,4 +299,4 @@ class EchoBack(Struct, tag_field="kind", tag="echo"):
 
 Down = HelloMessage | State | CalibrationNews | AnswerMessage | EchoBack
 
-encode = msgspec.json.Encoder().encode
+encode = msgspec.json.Encoder(enc_hook=plain).encode

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from core.gate.status import GateStatus
+from core.sentences import Statement
 from core.snapshot import Notice, Snapshot
 
 EVENTS, STATE, WORDS = "/beckon/events", "/beckon/state", "/speech/text"  # topics
@@ -54,7 +55,7 @@ class DriveEvents:
         if not snapshot.contact or before:
             return ""
         self._add("contact")
-        return "The robot touched something."
+        return Statement("recording.contact")
 
     def _take_gate(self, gate: GateStatus) -> str:
         before, self._gate = self._gate, gate
@@ -63,7 +64,7 @@ class DriveEvents:
         if gate.trips > before.trips:
             self._add("trip", reason=gate.reason)
             return gate.stopped_because
-        return "The robot was halted." if gate.state == "halted" != before.state else ""
+        return Statement("recording.halted") if gate.state == "halted" != before.state else ""
 
     def _take_notices(self, notices: Iterable[Notice]) -> str:
         why = ""

@@ -38,7 +38,6 @@ from console.recording.work import (
     ServeFoxglove,
 )
 from console.robot.link import RobotLink
-from console.sentences import code_of
 from console.workers.worker import Worker
 from core.errors import BadInput, BeckonError
 from core.files import saving, write_atomic
@@ -48,6 +47,7 @@ from core.recording.settings import RecordingSettings
 from core.robots import Profile
 from core.robots.profile_json import profile_to_json
 from core.sensors import SensorFrame
+from core.sentences import Statement, code_of
 from core.slam.map.occupancy import OccupancyGrid
 from core.snapshot import Snapshot
 
@@ -68,25 +68,25 @@ AFTER_INCIDENT_S = 3.0  # [s] that are still kept after what caused it
 INCIDENT_PAUSE_S = 30.0  # [s] until another one is kept by itself
 DISK_PERIOD_S = 2.0  # [s] between two looks at the disk
 BYTES_PER_MB = 1e6
-RUNS = "A recording runs already; stop it first."
-NOTHING_RUNS = "Nothing is being recorded."
-NOTHING_HELD = "Nothing is held in memory: the setting ring_s of [recording] is 0."
-NOTHING_YET = "There is nothing to keep yet: the robot has not moved since the console was started."
-KEPT_BY = "{person} kept it."
-RECORDS = "It is being recorded."
-RECOVERING = "It was not finished; it is recovered now, or at the next start."
-CUT = "It was not finished; it plays as far as it can be read."
-NO_PICTURE = "This recording has no picture."
-UNKNOWN = "There is no such recording; it may have been deleted."
-BAD_NAME = "A recording's name has 1 to {letters} letters, digits, spaces, dots, hyphens or underscores."
-LOST = "The recorder was lost: {trouble} What it had written is kept."
-LEFT_OUT = "The recorder does not keep up: {count} frames were left out."
-LOW_DISK = "The recording has ended: the disk has only {free:.0f} MB left."
-OLD_GOES = "The folder of recordings is full: {name}, the oldest without a note, is deleted."
-UNRECOVERED = "A recording could not be recovered: {trouble}"
-RECOVERED = "The recording {name} was recovered: {seconds:.0f} s."
-NOT_KEPT = "What happened could not be kept: {trouble}"
-KEPT = "The last {seconds:.0f} s were kept as {name}: {cause}."
+RUNS = Statement("recording.runs")
+NOTHING_RUNS = Statement("recording.nothing_runs")
+NOTHING_HELD = Statement("recording.nothing_held")
+NOTHING_YET = Statement("recording.nothing_yet")
+KEPT_BY = Statement("recording.kept_by")
+RECORDS = Statement("recording.records")
+RECOVERING = Statement("recording.recovering")
+CUT = Statement("recording.cut")
+NO_PICTURE = Statement("recording.no_picture")
+UNKNOWN = Statement("recording.unknown")
+BAD_NAME = Statement("recording.bad_name")
+LOST = Statement("recording.lost")
+LEFT_OUT = Statement("recording.left_out")
+LOW_DISK = Statement("recording.low_disk")
+OLD_GOES = Statement("recording.old_goes")
+UNRECOVERED = Statement("recording.unrecovered")
+RECOVERED = Statement("recording.was_recovered")
+NOT_KEPT = Statement("recording.not_kept")
+KEPT = Statement("recording.kept")
 
 
 class RecordingNote(msgspec.Struct):
@@ -168,11 +168,11 @@ class RecordingService(Part):
                     return
                 found = await self._worker.ask(RecoverRecordings(str(self._folder)), budget=FILE_BUDGET_S)
         except BeckonError as trouble:
-            self._notifications.tell("warning", UNRECOVERED.format(trouble=trouble), "recovery")
+            self._notifications.tell("warning", UNRECOVERED(trouble=trouble), "recovery")
             return
         self.revision += 1
         for one in found:
-            self._notifications.tell("info", RECOVERED.format(name=one.name, seconds=one.seconds), "recovery")
+            self._notifications.tell("info", RECOVERED(name=one.name, seconds=f"{one.seconds:.0f}"), "recovery")
 
     async def run(self) -> None:
         """Send what came to the recorder's process, and look at the disk."""
@@ -274,7 +274,7 @@ class RecordingService(Part):
     async def start(self, name: str | None, note: str, who: Person) -> RecordingState:
         """Begin a recording. Raises BadInput, Problem 409, Unwritable."""
         if self._replays:
-            raise Problem(409, "This is a recording already; its file can be downloaded.")
+            raise Problem(409, Statement("recording.replay"))
         if self._running is not None:
             raise Problem(409, RUNS)
         base = self._fresh_name(checked_name(name) if name else "")
@@ -335,7 +335,7 @@ class RecordingService(Part):
     async def _send(self) -> None:
         moments, self._moments = self._moments, []
         if self._left_out:
-            self._notifications.tell("warning", LEFT_OUT.format(count=self._left_out), "recorder")
+            self._notifications.tell("warning", LEFT_OUT(count=self._left_out), "recorder")
             self._left_out = 0
         if self._running is not None and not (self._worker.alive and self._worker.starts == self._writes):
             self._lost("its process has ended.")
@@ -359,7 +359,7 @@ class RecordingService(Part):
         if self._running is not None:
             self._running, self._unfinished = None, True
             self.revision += 1
-            self._notifications.tell("error", LOST.format(trouble=trouble), "recorder")
+            self._notifications.tell("error", LOST(trouble=trouble), "recorder")
 
     async def _ready(self) -> None:
         """Have a process that knows the robot; the lock is held."""
@@ -383,16 +383,16 @@ class RecordingService(Part):
             why, self._incident, self._kept_at = self._incident[1], None, now
             try:
                 kept = await self.keep(self._settings.ring_s, why)
-                words = KEPT.format(seconds=kept.seconds, name=kept.name, cause=why.rstrip("."))
+                words = KEPT(seconds=f"{kept.seconds:.0f}", name=kept.name, cause=why.rstrip("."))
                 self._notifications.tell("info", words, "kept")
             except (BeckonError, Problem) as trouble:
-                self._notifications.tell("warning", NOT_KEPT.format(trouble=trouble), "kept")
+                self._notifications.tell("warning", NOT_KEPT(trouble=trouble), "kept")
         if self._running is None or now - self._disk_at < DISK_PERIOD_S:
             return
         self._disk_at = now
         free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / BYTES_PER_MB)
         if free < self._settings.free_mb:
-            await self._end(LOW_DISK.format(free=free))
+            await self._end(LOW_DISK(free=f"{free:.0f}"))
         elif self._is_long(now):
             await self._rotate()
         await self._make_room()
@@ -424,7 +424,7 @@ class RecordingService(Part):
             if total <= 1e9 * self._settings.folder_gb:
                 return
             if not self._notes.get(name, RecordingNote()).note:
-                self._notifications.tell("warning", OLD_GOES.format(name=name), "recorder")
+                self._notifications.tell("warning", OLD_GOES(name=name), "recorder")
                 await asyncio.to_thread(self._path(name).unlink, missing_ok=True)
                 self.revision += 1
                 total -= size
@@ -475,7 +475,7 @@ class RecordingService(Part):
             raise BadInput(f"A note has at most {MAX_NOTE_LETTERS} letters.")
         if new_name is not None and (fresh := checked_name(new_name)) != name:
             if self._path(fresh).exists():
-                raise Problem(409, f"There is a recording called {fresh} already.")
+                raise Problem(409, Statement("recording.taken", name=fresh))
             with saving("The recording could not be renamed"):
                 await asyncio.to_thread(path.rename, self._path(fresh))
             before = self._notes.pop(name, None)
@@ -592,5 +592,5 @@ def checked_name(name: str) -> str:
     """A name as it is kept. Raises BadInput with what a name may be."""
     tidy = " ".join(name.split())
     if not 0 < len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
-        raise BadInput(BAD_NAME.format(letters=MAX_NAME_LETTERS))
+        raise BadInput(BAD_NAME(letters=MAX_NAME_LETTERS))
     return tidy

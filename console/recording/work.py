@@ -34,11 +34,12 @@ from core.recording.ros_writing import RosEncoder, RosMessage
 from core.robots import Profile
 from core.robots.profile_json import profile_from_json, profile_to_json
 from core.sensors import SensorFrame
+from core.sentences import Statement
 from core.snapshot import PilotInputs, Snapshot
 
 PICTURE_WIDTH = 240  # [pixel] of the one in the list
 DESCRIPTION = "beckon"  # name of the metadata record
-RECOVERED = "The recorder had ended unexpectedly; what it had written was recovered."
+RECOVERED = Statement("recording.recovered")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,7 +231,7 @@ class RecorderWorker:
         """Close the file. Raises Refused, Unwritable."""
         recording, self._recording = self._recording, None
         if recording is None:
-            raise Refused("Nothing is being recorded.")
+            raise Refused(Statement("recording.nothing_runs"))
         return FinishedRecording.of(recording.finish())
 
     def keep(self, job: KeepRing) -> FinishedRecording:

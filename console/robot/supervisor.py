@@ -33,6 +33,7 @@ from core.robots.connect import excerpt
 from core.robots.ipc_messages import DriverTrouble, OpenRequest, RobotAnswer
 from core.robots.requests import AnswerT, RobotRequest, read_answer
 from core.sensors import SensorFrame
+from core.sentences import Statement
 from core.settings import load
 
 log = logging.getLogger(__name__)
@@ -113,7 +114,7 @@ class RobotSupervisor:
     def profile(self) -> Profile:
         """The robot's profile; known after `start`."""
         if self._profile is None:
-            raise Unavailable("The robot has not been started yet.")
+            raise Unavailable(Statement("robot.not_started"))
         return self._profile
 
     @property
@@ -205,10 +206,10 @@ class RobotSupervisor:
         ref, driver = self._mail.open_question(), self._driver
         if driver is None or not driver.ask(ref, request):
             self._mail.take_answer(ref, 0.0)
-            raise Unavailable("The robot cannot be asked now.")
+            raise Unavailable(Statement("robot.cannot_be_asked"))
         answer = self._mail.take_answer(ref, timeout)
         if answer is None:
-            raise Unavailable(f"The robot did not answer within {timeout:g} s.")
+            raise Unavailable(Statement("robot.no_answer", seconds=f"{timeout:g}"))
         if isinstance(answer, DriverTrouble):
             raise answer.error
         return read_answer(answer, request)
@@ -278,7 +279,7 @@ class RobotSupervisor:
         slept = self._sleep.woke()
         if slept:
             self._insist("stop")
-            self.alarm(f"The machine slept for {slept:.0f} s; the robot was stopped. It moves only on a new command.")
+            self.alarm(Statement("robot.machine_slept", seconds=f"{slept:.0f}"))
         if slept or now - waited_from > 0.5 * GATE_FROZEN:
             self._woke_at = now
         for descriptor, _ in events:

@@ -21,6 +21,7 @@ from console.workers.worker import WorkerLost
 from core.errors import BeckonError, Refused
 from core.message import Array
 from core.navigation.places import NamedPlace
+from core.sentences import Statement
 from core.speech.recognition.decision import RecognizedUtterance, said_back
 from core.speech.settings import SpeechSettings
 from core.speech.understanding.grammar import OwnPhrases
@@ -32,8 +33,8 @@ PIECE = 0.1  # [s] of sound that go to the worker at once
 MOST_WAITING = 15.0  # [s] of sound that may wait for it: it may just be starting
 JUMP = 0.1  # [s] by which the browser's clock may be off before the sound counts as interrupted
 IDLE = 120.0  # [s] after which a worker that nobody needs is ended
-TAKEN = "The operator speaks to the robot now; wait until they have ended."
-BUSY = "Someone else is speaking to the robot now; wait until they have ended."
+TAKEN = Statement("speech.operator_speaks")
+BUSY = Statement("speech.someone_speaks")
 
 
 class TalkTurn:
@@ -79,7 +80,7 @@ class TalkTurn:
         expected = None if self._start is None else self._start + self._samples / AUDIO_RATE
         if expected is None or abs(stamp - expected) > JUMP or self.waiting > MOST_WAITING:
             if self.waiting > MOST_WAITING:
-                self.say("The console is too slow to read words now; some of the sound was not heard.", True)
+                self.say(Statement("speech.too_slow"), True)
             self._waiting, self._samples, self._start = [], 0, stamp
         self._waiting.append(samples)
         self._samples += len(samples)
@@ -198,7 +199,7 @@ class BrowserMicrophone(Part):
                 await self._read_so_far(turn)
         except WorkerLost as lost:
             log.warning("The worker that reads words was lost: %s", lost)
-            turn.say("The worker that reads words broke; speak again.", False)
+            turn.say(Statement("speech.broke"), False)
         except BeckonError as trouble:
             turn.say(str(trouble), False)
         finally:

@@ -18,8 +18,8 @@ from console.control.history_store import HistoryEntry
 from console.control.pending_commands import PendingCommand, PendingCommands
 from console.http.problems import Problem
 from console.messages import audio
-from console.sentences import code_of
 from core.commands.stop_at import STOP_AT
+from core.sentences import code_of
 from core.speech.recognition.decision import Decision, RecognizedUtterance, stop
 from core.speech.settings import PIECE
 

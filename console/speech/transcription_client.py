@@ -9,12 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
+from console.speech.transcription_jobs import BeginListening, FinishListening, HeardUtterance, HearSound, ReadSoFar
 from console.workers.worker import Worker
 from core.commands.stop_at import command_to
 from core.message import Array
 from core.navigation.places import NamedPlace
 from core.sensors.microphones import MicrophoneArray
+from core.sentences import coded
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.settings import SpeechSettings
 from core.speech.understanding.grammar import Refusal, command_of
@@ -121,13 +122,16 @@ class TranscriptionClient:
         await self._worker.gone()
 
 
-def received(
-    utterances: Iterable[RecognizedUtterance], places: Iterable[NamedPlace] = ()
-) -> list[RecognizedUtterance]:
+def received(heard: Iterable[HeardUtterance], places: Iterable[NamedPlace] = ()) -> list[RecognizedUtterance]:
     """A worker's utterances as the console takes them: none asks for more than speech may, or for a place that is
     none of these.
     """
-    return [replace(one, decision=within_bounds(one.decision, places)) for one in utterances]
+    return [replace(one.utterance, decision=within_bounds(_with_code(one), places)) for one in heard]
+
+
+def _with_code(heard: HeardUtterance) -> Decision:
+    decision = heard.utterance.decision
+    return replace(decision, reason=coded(decision.reason, heard.reason))
 
 
 def within_bounds(decision: Decision, places: Iterable[NamedPlace] = ()) -> Decision:

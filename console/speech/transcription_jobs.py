@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from msgspec import Struct
+
 from console.workers.job import Job
 from core.navigation.places import NamedPlace
 from core.sensors.microphones import MicrophoneArray
+from core.sentences import SentenceCode
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.settings import SpeechSettings
 
@@ -25,7 +28,14 @@ class BeginListening(Job[str], frozen=True):
     places: tuple[NamedPlace, ...] = ()
 
 
-class HearSound(Job[list[RecognizedUtterance]], frozen=True):
+class HeardUtterance(Struct, frozen=True):
+    """An utterance on its way, with the code of why it is rejected."""
+
+    utterance: RecognizedUtterance
+    reason: SentenceCode
+
+
+class HearSound(Job[list[HeardUtterance]], frozen=True):
     """The next sound → the utterances known with it. Pieces come in the order in which they were heard."""
 
     samples: bytes  # 32-bit numbers, channel by channel of each moment
@@ -40,5 +50,5 @@ class ReadSoFar(Job[str], frozen=True):
     """→ the words of the sentence under way, as far as it goes; "" where none are known."""
 
 
-class FinishListening(Job[list[RecognizedUtterance]], frozen=True):
+class FinishListening(Job[list[HeardUtterance]], frozen=True):
     """The sound has ended → the utterances that became known with that."""

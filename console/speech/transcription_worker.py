@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
-from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
+from console.speech.transcription_jobs import BeginListening, FinishListening, HeardUtterance, HearSound, ReadSoFar
 from console.workers.job import Handler
 from core.navigation.places import NamedPlace
 from core.sensors.microphones import Sound
+from core.sentences import code_of
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import ActiveEngine, chosen, open_engine, open_keyword_spotter
 from core.speech.recognition.recognizer import KeywordSpotter, LearnsPhrases, at_16_khz
@@ -86,7 +88,7 @@ class TranscriptionWorker:
             engine.recognizer.learn((*own_phrases(settings.phrases), *place_phrases(places)))
         self._places = places
 
-    def hear(self, job: HearSound) -> list[RecognizedUtterance]:
+    def hear(self, job: HearSound) -> list[HeardUtterance]:
         """Read the words of a piece of sound."""
         assert self._transcriber is not None
         if job.places is not None:
@@ -95,14 +97,18 @@ class TranscriptionWorker:
         sound = at_16_khz(Sound(stamp=job.stamp, rate=job.rate, samples=numbers))
         for words, ago in job.rejected:
             self._rejected.reject(words, job.stamp + sound.duration - ago)
-        return list(self._transcriber.feed(sound))
+        return _packed(self._transcriber.feed(sound))
 
     def read_so_far(self, _: ReadSoFar) -> str:
         """Read the sentence under way."""
         assert self._transcriber is not None
         return self._transcriber.words_so_far()
 
-    def finish(self, _: FinishListening) -> list[RecognizedUtterance]:
+    def finish(self, _: FinishListening) -> list[HeardUtterance]:
         """Read what is left of the sound."""
         assert self._transcriber is not None
-        return list(self._transcriber.finish())
+        return _packed(self._transcriber.finish())
+
+
+def _packed(utterances: Iterable[RecognizedUtterance]) -> list[HeardUtterance]:
+    return [HeardUtterance(one, code_of(one.decision.reason)) for one in utterances]

@@ -20,12 +20,13 @@ from console.http.problems import Problem
 from console.part import Part
 from console.speech.listener import SpokenOutcome, WordListener
 from core.errors import Refused
+from core.sentences import Statement
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 
 ROOM = Person("room", "a voice in the room", "viewer")
-NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
-NOT_YOURS = "The person who accepted voice commands no longer drives; voices in the room are only shown again."
-HIGHER = "Someone drives by hand or by the page; a voice does not interrupt that. Only stop does."
+NOT_OBEYED = Statement("speech.shown_only")
+NOT_YOURS = Statement("speech.no_longer_accepted")
+HIGHER = Statement("speech.no_interruption")
 
 
 class VoiceCommands(WordListener, Part):
@@ -47,7 +48,7 @@ class VoiceCommands(WordListener, Part):
     def take_on(self, who: Person) -> None:
         """Obey voices in the room in this operator's name from now on. Raises Problem 403, 409."""
         if not who.may("operator"):
-            raise Problem(403, "Viewers watch and may stop the robot; an operator takes words on.")
+            raise Problem(403, Statement("speech.viewers_watch"))
         try:
             self._lease.acquire(who, time.monotonic()) if self._lease.held_by(who) else self._dispatcher.change_lease(
                 "acquire", who
@@ -59,7 +60,7 @@ class VoiceCommands(WordListener, Part):
     def let_go(self) -> None:
         """Words are only shown again."""
         self.operator = None
-        self._pending_commands.forget(EARS, "Voices in the room are obeyed no more.")
+        self._pending_commands.forget(EARS, Statement("speech.obeyed_no_more"))
 
     def _stop(self, decision: Decision, said: Spoken) -> int | None:
         self._dispatcher.stop(ROOM, EARS)

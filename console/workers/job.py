@@ -12,6 +12,8 @@ import numpy as np
 
 from core.errors import BeckonError
 from core.message import Array
+from core.sentences import SentenceCode
+from core.sentences import plain as plain_words
 
 LENGTH = struct.Struct("<I")
 ArrayKind = Annotated[str, msgspec.Meta(pattern="^[<|][biuf][1248]$")]  # numbers as NumPy names them
@@ -60,6 +62,7 @@ class JobFailure(msgspec.Struct, frozen=True, tag="failure"):
     error: ErrorName
     sentence: str
     details: str = ""
+    said: SentenceCode = SentenceCode()
 
 
 @cache
@@ -96,11 +99,11 @@ class PackedArray(msgspec.Struct, frozen=True, array_like=True):
 
 
 def plain(value: object) -> object:
-    """NumPy's values → those that msgspec writes. Raises NotImplementedError for anything else."""
+    """NumPy's values and sentences → those that msgspec writes. Raises NotImplementedError for anything else."""
     if isinstance(value, np.generic):
         return value.item()
     if not isinstance(value, np.ndarray):
-        raise NotImplementedError(f"Objects of type {type(value).__name__} do not cross.")
+        return plain_words(value)
     array: Array = np.ascontiguousarray(value, value.dtype.newbyteorder("<"))
     return array.dtype.str, array.shape, array.tobytes()
 

@@ -23,6 +23,7 @@ import msgspec
 from console.workers.job import LENGTH, Job, JobFailure, JobRequest, JobResult, JobWorker, decoder, error_name, packed
 from core.errors import BeckonError
 from core.gate.scheduling import stand_back
+from core.sentences import code_of
 
 MOST_BYTES = 2**30  # of address space
 MORE_BYTES = {"probe": 2**33}  # of workers whose libraries reserve much for their threads
@@ -87,7 +88,7 @@ class JobTable:
             signal.setitimer(signal.ITIMER_PROF, request.budget)  # of processor time; the signal's default is the end
             return packed(JobResult(self._handlers[type(request.job)](request.job)))
         except BeckonError as error:
-            return packed(JobFailure(error_name(error), str(error)))
+            return packed(JobFailure(error_name(error), str(error), said=code_of(str(error))))
         except MemoryError:
             return packed(JobFailure("BadInput", TOO_LARGE))
         except Exception as fault:

@@ -24,6 +24,7 @@ from console.workers.job import (
 )
 from core import errors
 from core.errors import BadInput, BeckonError
+from core.sentences import coded
 
 log = logging.getLogger(__name__)
 
@@ -90,7 +91,7 @@ class Worker:
         if isinstance(answer, JobFailure):
             if answer.details:
                 log.error("A worker failed: %s", answer.details)
-            raise getattr(errors, answer.error)(answer.sentence)
+            raise getattr(errors, answer.error)(coded(answer.sentence, answer.said))
         return answer.result
 
     def kill(self) -> None:

@@ -11,6 +11,7 @@ from core.commands.turn_to_voice import TurnToVoice, call_for, heard_for
 from core.errors import Refused
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalController
+from core.sentences import Statement
 
 MAX_UNSEEN_S = 3.0  # without a sight of the person, after which the robot says so when it has come
 
@@ -24,7 +25,7 @@ class ComeHere(CommandSpec):
     example: str = "come here"
     summary: str = "Turns to the voice, looks who spoke, comes and stops half a metre before them."
     target: Target = "person"
-    already: str = "The robot is already coming."
+    already: str = Statement("command.already_coming")
     icon: str = "come_here"
 
     def begin(self, command: Command, here: ControlContext) -> Action:
@@ -33,7 +34,7 @@ class ComeHere(CommandSpec):
             return Coming(TurnToVoice(heard_for(command, here), here))
         call = call_for(command, here)
         if here.who is not None:
-            raise Refused(f"I come only to {here.who.name}, and by ear alone I cannot tell who calls.")
+            raise Refused(Statement("come.only_to_by_ear", name=here.who.name))
         return LocateVoice(call, here)
 
 
@@ -59,11 +60,11 @@ class Coming:
         step = self._approach.drive(here, aim)
         if step.state == "there":
             if here.stamp - self._attending.track.measured > MAX_UNSEEN_S:
-                return Progress(finished="failed", remark="I came to where you stood, but I see you there no more.")
+                return Progress(finished="failed", remark=Statement("come.gone"))
             return Progress(
-                finished="done", remark=f"Here I am, {apart:.2f} m from you.", fraction=1.0, person=person
+                finished="done", remark=Statement("come.here_i_am", apart=f"{apart:.2f}"), fraction=1.0, person=person
             )
-        words = following_words(self._attending, person, "I come.", "I come to where I saw you last.")
+        words = following_words(self._attending, person, Statement("come.i_come"), Statement("come.i_come_to_last"))
         return going(step, person, words, min(max(1 - (apart - short) / self._whole, 0.0), 1.0))
 
 

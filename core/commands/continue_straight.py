@@ -13,6 +13,7 @@ from core.geometry import Pose
 from core.navigation.control_context import ControlContext
 from core.navigation.obstacle import why_no_headway
 from core.navigation.steering import Arrival, StallDetector, hold_line
+from core.sentences import Statement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +64,7 @@ class Continuing:
         if twist.moves and self._headway.lost(left, here.stamp):
             return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius) + far)
         if here.stamp > self._deadline:
-            return Progress(finished="failed", remark="The way took too long; the robot stopped." + far)
+            return Progress(finished="failed", remark=Statement("command.way_too_long") + far)
         return Progress(
             twist=twist,
             fraction=min(1.0, max(0.0, done / self._distance)),

@@ -9,6 +9,7 @@ from core.commands.keep_to_person import KeepToPerson, aim_at, following_words, 
 from core.commands.turn_to_voice import TurnToVoice, heard_for
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalController
+from core.sentences import Statement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +22,7 @@ class FollowMe(CommandSpec):
     summary: str = "Turns to the voice and follows who spoke, a metre behind, until another command."
     target: Target = "person"
     endless: bool = True
-    already: str = "The robot is already following you."
+    already: str = Statement("command.already_following")
     icon: str = "follow_me"
 
     def begin(self, command: Command, here: ControlContext) -> Action:
@@ -42,14 +43,14 @@ class FollowingPerson:
         if isinstance(person, Progress):
             return person
         if self._attending.track.lost(here.stamp):
-            return Progress(finished="failed", remark="I lost you. I stay here; call me again.")
+            return Progress(finished="failed", remark=Statement("come.lost"))
         aim = aim_at(person, here.company.keep)
         if self._approach is None:
             cruise = min(here.company.following, here.body.max_speed)
             self._approach = GoalController(aim, here, lasting=True, cruise=cruise)
         step = self._approach.drive(here, aim)
-        hidden = "You are hidden; I wait for you."
-        return going(step, person, following_words(self._attending, person, "I follow you.", hidden))
+        hidden = Statement("come.hidden")
+        return going(step, person, following_words(self._attending, person, Statement("come.follow"), hidden))
 
 
 FOLLOW_ME = FollowMe()

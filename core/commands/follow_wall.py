@@ -17,12 +17,13 @@ from core.navigation.goal_controller import GoalAim, GoalController
 from core.navigation.obstacle import free_space, why_no_headway
 from core.navigation.steering import Pursuit, StallDetector, Travel
 from core.navigation.wall import APART, RightWall, WallLine, walls_on_the_right
+from core.sentences import Statement
 
-NO_WALL = "I see no wall on my right within {:g} m. Turn me so that one is on my right, or send me nearer to one."
-NO_ROOM = "There is no room for me at the wall on my right. Send me to another one."
+NO_WALL = Statement("wall.none")
+NO_ROOM = Statement("wall.no_room")
 MAX_PLACES = 6  # at the wall that are tried
 AT_THE_WALL = "Following the wall on the right"
-LOST = "The wall on my right is gone; I stopped. Send me to another one."
+LOST = Statement("wall.gone")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +38,7 @@ class FollowWall(CommandSpec):
     example: str = "follow wall"
     summary: str = "Drives along the wall on its right, half a metre away, until another command."
     endless: bool = True
-    already: str = "The robot is already following the wall."
+    already: str = Statement("command.already_at_wall")
     icon: str = "follow_wall"
     fixed: Mapping[str, str] = field(default_factory=lambda: {"side": "right"})
     pronunciations: Mapping[str, str] = field(default_factory=lambda: {"wall": "W AA L", "follow": "TH AA L OW"})
@@ -81,7 +82,7 @@ class FollowingWall:
         gone = self._travel.gone(here.pose)
         if here.stamp < self._back_until:
             self._headway = StallDetector(0.05, here.steering.stalled_after)
-            words = f"{why_no_headway(here.scan_points, here.body.radius)} I back up."
+            words = why_no_headway(here.scan_points, here.body.radius, back_up=True)
             return Progress(twist=Twist(-self.BACK_SPEED, 0.0), remark=words)
         space = free_space(here.scan_points, here.body.radius)
         twist = self._pursuit.steer(here.pose, here.body.cruise, here.body.turn, space)
@@ -96,7 +97,7 @@ class FollowingWall:
         """
         places = walls_on_the_right(here.pose, here.scan_points, here.wall)
         if not len(places):
-            raise Refused(NO_WALL.format(here.wall.seek))
+            raise Refused(NO_WALL(reach=f"{here.wall.seek:g}"))
         robot = np.array([here.pose.x, here.pose.y])
         away = np.hypot(*(robot - places).T)
         if away[0] <= self._distance + here.wall.near:
@@ -128,7 +129,7 @@ class FollowingWall:
         if step.state == "there":
             self._approach = None
             self._travel = Travel(here.pose)
-        words = step.words or f"To the wall on the right first; it was {self._far:.1f} m away."
+        words = step.words or Statement("wall.to_it_first", far=f"{self._far:.1f}")
         return Progress(twist=step.twist, remark=words, path=step.path, goal=step.stand)
 
     def _look(self, here: ControlContext) -> None:
@@ -148,13 +149,13 @@ class FollowingWall:
 
     def _held(self, here: ControlContext, gone: float) -> Progress:
         """Something holds it: back up and try again, a few times."""
-        why = why_no_headway(here.scan_points, here.body.radius)
         self._tries = self._tries + 1 if gone - self._tried_at < 1.0 else 1
         self._tried_at = gone
         if self._tries > self.TRIES:
-            return Progress(finished="failed", remark=why)
+            return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius))
         self._back_until = here.stamp + self.BACK / self.BACK_SPEED
-        return Progress(twist=Twist(-self.BACK_SPEED, 0.0), remark=f"{why} I back up.")
+        words = why_no_headway(here.scan_points, here.body.radius, back_up=True)
+        return Progress(twist=Twist(-self.BACK_SPEED, 0.0), remark=words)
 
     def _words(self, line: WallLine) -> str:
         if line.gap is not None:

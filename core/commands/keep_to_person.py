@@ -10,12 +10,13 @@ from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalAim, GoalStep
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.tracking import PersonTrack
+from core.sentences import Statement
 
 MAX_PICTURE_GAP_S = 0.5  # without a picture, after which the robot stands …
 MAX_BLIND_S = 1.0  # … and after which nobody is followed any more
 MAX_RECTANGLE_AGE_S = 1.5  # for which a picture that showed more than legs counts
 PASSING_BERTH_M = 0.35  # from the body to the middle of who walks by, within which the robot stands
-ONLY_LEGS = "I see only legs; the laser keeps you."
+ONLY_LEGS = Statement("come.only_legs")
 
 
 class KeepToPerson:
@@ -44,12 +45,12 @@ class KeepToPerson:
         self.track.follow(here.stamp, here.pose, here.scan_points, here.scan_stamp, here.image, here.camera)
         person, silent = self.track.person, here.stamp - self.track.looked
         if person is None or silent > MAX_BLIND_S:
-            return Progress(finished="failed", remark="No picture comes from the camera any more; I stay here.")
+            return Progress(finished="failed", remark=Statement("come.no_picture_stay"))
         if silent > MAX_PICTURE_GAP_S:
-            return Progress(remark="No picture comes from the camera; I wait.", person=person)
+            return Progress(remark=Statement("come.no_picture_wait"), person=person)
         own = np.array([here.pose.x, here.pose.y])
         if self.track.passed_by(own, here.stamp, here.body.radius + PASSING_BERTH_M):
-            return Progress(remark="Someone passes close by; I wait.", person=person)
+            return Progress(remark=Statement("come.passed_by"), person=person)
         return person
 
 

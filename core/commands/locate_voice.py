@@ -17,10 +17,11 @@ from core.perception.people.legs import find_standers, nearest_to
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing
 from core.perception.sound.triangulation import Bearing, VoicePlace, cross
+from core.sentences import Statement
 
 ASIDE_ANGLES_RAD = (0.9, -0.9, 1.3, -1.3, 0.5, -0.5)  # off the voice's direction, to hear it from elsewhere
 MIN_BASELINE_M = 0.15  # between two places from which a voice counts as heard from a new place
-AGAIN = "Say it again, so that I hear you from here too."
+AGAIN = Statement("come.say_again_here")
 LEGS_GATE_CHI2 = 11.8  # chi-square, 2 degrees of freedom
 MAX_CROSSING_SD_M = 0.5  # sd of a crossing that is gone to
 LEGS_SD_M = 0.3  # sd that is added to a crossing around which legs are searched
@@ -49,9 +50,9 @@ class LocateVoice:
         step = self._approach.drive(here, aim)
         if step.state == "there":
             apart = here.pose.distance_to(aim.x, aim.y)
-            remark = f"Here I am, {apart:.2f} m from where I hear you."
+            remark = Statement("come.here_i_am_heard", apart=f"{apart:.2f}")
             return Progress(finished="done", remark=remark, fraction=1.0, person=self._person)
-        return going(step, self._person, f"I come to where {len(self._place.used)} bearings cross.")
+        return going(step, self._person, Statement("come.bearings_cross", count=len(self._place.used)))
 
     def _wait(self, here: ControlContext) -> Progress:
         """Step aside and wait until the voice is heard from there."""
@@ -112,4 +113,4 @@ class LocateVoice:
                 return GoalController(GoalAim(x=x, y=y, heading=self._calls[0].azimuth), here)
             except Refused:
                 continue
-        raise Refused("I cannot hear you from elsewhere: there is no room to step aside. Send me to a place instead.")
+        raise Refused(Statement("come.no_room_aside"))

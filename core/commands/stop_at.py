@@ -12,6 +12,7 @@ from core.geometry import Pose
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalAim, GoalController
 from core.navigation.places import NamedPlace
+from core.sentences import Statement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +35,7 @@ class StopAt(CommandSpec):
     example: str = "stop at 1 and 0.5"
     summary: str = "Drives to the point (x, y) of the map and stops there."
     target: Target = "place"
-    already: str = "The robot is already on its way there."
+    already: str = Statement("command.already_on_its_way")
     icon: str = "stop_at"
 
     def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:

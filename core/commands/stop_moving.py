@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from core.commands.command import Action, Command, CommandSpec, Progress
 from core.navigation.control_context import ControlContext
+from core.sentences import Statement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +37,7 @@ STOP_MOVING = StopMoving(
     words=("stop moving", "stop"),
     example="stop moving",
     summary="Stops moving at once. Any sentence with the word stop does, and so does a lone halt, wait, freeze, no …",
-    remark="The robot stands still.",
+    remark=Statement("command.stands_still"),
     icon="stop_moving",
 )
 START = StopMoving(
@@ -44,7 +45,7 @@ START = StopMoving(
     words=("start",),
     example="start",
     summary="Stands still and waits for a command.",
-    remark="Ready for a command.",
+    remark=Statement("command.ready"),
 )
 
 SOUGHT_STOP_PHRASES = ("abort", "brake", "cancel", "don't move", "freeze", "halt", "hold on", "wait")

@@ -12,6 +12,7 @@ from core.geometry import Pose, wrap
 from core.navigation.control_context import ControlContext
 from core.navigation.obstacle import why_no_headway
 from core.navigation.steering import Arrival, StallDetector, spin
+from core.sentences import Statement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +59,7 @@ class Turning:
         if rate and self._headway.lost(abs(self._left), here.stamp):
             return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius))
         if here.stamp > self._deadline:
-            return Progress(finished="failed", remark="The turn took too long; the robot stopped before its end.")
+            return Progress(finished="failed", remark=Statement("command.turn_too_long"))
         return Progress(twist=Twist(0.0, rate), fraction=max(0.0, 1 - abs(self._left) / max(abs(self._angle), 1e-6)))
 
 

@@ -20,6 +20,7 @@ from core.navigation.steering import Arrival, StallDetector, spin
 from core.perception.people.consensus import GatheredCoordinates
 from core.perception.people.tracking import PersonTrack
 from core.perception.people.voice_bearing import VoiceBearing, from_side, likeliest
+from core.sentences import Statement
 
 HEADING_TOLERANCE_RAD = 0.06  # within which the robot looks at the voice
 BY_CHANCE = 0.2  # [rad] within which it need not turn
@@ -36,15 +37,13 @@ def call_for(command: Command, here: ControlContext) -> VoiceBearing:
         raise Refused(f"I heard you, but cannot tell from where. {here.misheard}")
     call, company = command.call or here.call, here.company
     if call is None:
-        raise Refused("I do not know where you are: I heard nobody. Speak to me, and I hear from where.")
+        raise Refused(Statement("come.heard_nobody"))
     age = here.stamp - call.stamp
     if age > (company.spoken_fresh if command.call is not None else company.fresh):
-        raise Refused(
-            f"I do not know where you are: the last voice that I heard is {age:.0f} s old. Speak to me again."
-        )
+        raise Refused(Statement("come.heard_long_ago", age=f"{age:.0f}"))
     if call.sd > company.sure:
         degrees = math.degrees(call.sd)
-        raise Refused(f"I heard you, but not well enough to tell from where (±{degrees:.0f}°). Say it again, please.")
+        raise Refused(Statement("come.heard_vaguely", degrees=f"{degrees:.0f}"))
     return call
 
 
@@ -60,7 +59,7 @@ class TurnToVoice:
     def __init__(self, heard: Sequence[VoiceBearing], here: ControlContext) -> None:
         """`heard`: bearings in the words of the command. Raises Refused on a robot without a camera."""
         if here.camera is None:
-            raise Refused("I have no camera to see who spoke; set company.mode to voice to be come to by ear alone.")
+            raise Refused(Statement("come.no_camera"))
         self._calls = likeliest(heard)[:MOST_VOICES]
         self._who = here.who.name if here.who is not None else ""
         self._side = self._calls[0].side(here.pose.heading)
@@ -98,12 +97,12 @@ class TurnToVoice:
             self._coordinates.add_person(person)
             self._best = max(self._best, self.call.strength)
         elif self._is_looking(here):
-            return Progress(remark="I look who spoke.")
+            return Progress(remark=Statement("come.look_who_spoke"))
         self._strangers |= self._track.strangers
         following = self._following()
         if following is not None:
             self._next(following, here)
-            return Progress(remark="I heard a voice from elsewhere, too, and look there.")
+            return Progress(remark=Statement("come.voice_elsewhere"))
         return self._chosen(here)
 
     def _is_looking(self, here: ControlContext) -> bool:
@@ -167,13 +166,13 @@ class TurnToVoice:
 
     def _nobody(self) -> str:
         if not self._looked:
-            return "I heard you, but no picture comes from the camera."
+            return Statement("come.heard_no_picture")
         where = from_side(self._side)
         if not self._who:
-            return f"I heard you {where} but see nobody there."
+            return Statement("come.heard_saw_nobody", where=where)
         if self._strangers:
-            return f"I heard you {where} but see someone else there; I come only to {self._who}."
-        return f"I heard you {where} but do not see {self._who} there, and I come to nobody else."
+            return Statement("come.heard_saw_other", where=where, who=self._who)
+        return Statement("come.heard_saw_not", where=where, who=self._who)
 
     def _turn(self, here: ControlContext) -> Progress:
         """Turn on the spot towards the voice; a person who speaks meanwhile is heard better."""
@@ -181,10 +180,12 @@ class TurnToVoice:
         soon = error - here.turn_rate * here.steering.turn_lead
         if self._arrival.reached(min(abs(soon), abs(error)), here.stamp) and abs(here.turn_rate) < 0.05:
             self._facing, self._since = True, here.stamp
-            return Progress(remark="I look who spoke.")
+            return Progress(remark=Statement("come.look_who_spoke"))
         if self._headway.lost(abs(error), here.stamp):
             return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius))
-        return Progress(twist=Twist(0.0, spin(soon, here.body.turn, here.steering)), remark="I turn to your voice.")
+        return Progress(
+            twist=Twist(0.0, spin(soon, here.body.turn, here.steering)), remark=Statement("come.turn_to_voice")
+        )
 
     def _error(self, here: ControlContext) -> float:
         """Return the angle from the robot's heading to the voice [rad]."""

@@ -19,6 +19,7 @@ from core.gate.setpoint import AcceptedSetpoint, HeldCommand, Setpoint, Source
 from core.gate.status import BUSY, EXPIRED, GATE_LATE, GateStatus, State
 from core.gate.trace import Event, TraceWriter
 from core.gate.twist import ZERO, Twist
+from core.sentences import Statement
 
 TICK_S = 0.02  # between ticks
 LATE_TICK_S = 0.1  # between ticks after which the gate does not trust itself
@@ -44,7 +45,7 @@ class Gate:
         self._guard = ObstacleGuard(limits)
         self._deadman = Deadman(limits)
         self._state: State = "halted" if halted else "disarmed"
-        self._reason = "halted before the restart" if halted else ""
+        self._reason = Statement("gate.reason_halted_before") if halted else ""
         self._remark = ""  # on the halt that is in force
         self._epoch, self._owner = 0, ""
         self._accepted: AcceptedSetpoint | None = None
@@ -73,7 +74,7 @@ class Gate:
     def arm(self, epoch: object, owner: str, now: float) -> str:
         """Accept setpoints under this lease from now on, starting at zero → "" or why not."""
         if self._state == "halted":
-            return "The robot is halted: reset the halt first."
+            return Statement("gate.halted_first")
         if not is_count(epoch) or epoch < self._epoch:
             return "An older lease cannot be armed."
         if epoch == self._epoch and self._owner not in ("", owner):
@@ -103,7 +104,7 @@ class Gate:
 
     def wake(self, now: float) -> None:
         """Trip after a sleep of the machine, in which the clock stood still: every earlier setpoint is over."""
-        self._trip("the machine slept", now)
+        self._trip(Statement("gate.reason_slept"), now)
 
     def reset(self, now: float) -> None:
         """Lift a halt: disarmed then, and still."""
@@ -139,7 +140,7 @@ class Gate:
         if contact and not self._contact:
             self._contact_side = self._side
             if self._accepted is not None:
-                self._trip("the bumper touches something", now)
+                self._trip(Statement("gate.reason_bumper"), now)
         self._contact = contact
 
     def heartbeat(self, now: float) -> None:
@@ -209,7 +210,11 @@ class Gate:
         if silence := self._deadman.trouble(accepted.arrived, now):
             return silence
         if self._untimely_age(now) > MAX_BLIND_S or MAX_BLIND_S < now - self._last_sign < math.inf:
-            return self._blindness(now) or "no scan comes" if self.limits.guard else "the robot is silent"
+            return (
+                self._blindness(now) or Statement("gate.reason_no_scan")
+                if self.limits.guard
+                else Statement("gate.reason_silent")
+            )
         return ""
 
     def _untimely_age(self, now: float) -> float:
@@ -221,8 +226,8 @@ class Gate:
         """Why the scans that come are not driven by, in words; "" where none comes."""
         age = self._untimely_age(now)
         if age < 0.0:
-            return f"the laser's stamps lie {-age:.1f} s ahead"
-        return f"the laser is {age:.1f} s late" if age > 0.0 else ""
+            return Statement("gate.reason_laser_ahead", lead=f"{-age:.1f}")
+        return Statement("gate.reason_laser_late", age=f"{age:.1f}") if age > 0.0 else ""
 
     @property
     def _last_sign(self) -> float:
@@ -234,8 +239,8 @@ class Gate:
         if self._accepted is None:
             return Permitted(ZERO)
         if now - self._last_sign > self.limits.scan_age:
-            waits = self._blindness(now) or "waiting for a fresh scan"
-            return Permitted(ZERO, 0.0, None, waits if self.limits.guard else "the robot is silent")
+            waits = self._blindness(now) or Statement("gate.reason_waits_scan")
+            return Permitted(ZERO, 0.0, None, waits if self.limits.guard else Statement("gate.reason_silent"))
         wanted = self._accepted.twist
         if self._contact and wanted.v * self._contact_side > 0.0:
             return Permitted(ZERO, 0.0, None, "the bumper touches something: drive away from it")
@@ -254,7 +259,7 @@ class Gate:
         if not setpoint.is_well_formed:
             return "The setpoint is malformed."
         if self._state != "armed":
-            return "The robot is halted." if self._state == "halted" else "The robot is not armed."
+            return Statement("gate.robot_halted") if self._state == "halted" else Statement("gate.not_armed")
         if setpoint.epoch != self._epoch:
             return "Stale: another lease is in force."
         if setpoint.seq <= self._last_seq.get(setpoint.source, -1):
@@ -292,21 +297,17 @@ class Gate:
         source, press = setpoint.source, setpoint.press
         if self._deadman.console_silent(now):
             return "The console's heartbeat is missing."
-        over = "This was stopped: press again." if source == "jog" else "This command was stopped: give a new one."
+        over = Statement("gate.stopped_press_again") if source == "jog" else Statement("gate.stopped_new_command")
         driven = self._accepted is not None and self._accepted.source == "jog"
         if (source == "jog" and self._need_neutral) or (source == "goal" and driven):
             self._presses.refuse(source, press)
-            over = (
-                "Let go first, then press again."
-                if source == "jog"
-                else "A hand drives: give a new command after it."
-            )
+            over = Statement("gate.let_go_first") if source == "jog" else Statement("gate.hand_drives")
         if not self._presses.begin(source, press):
             return over
         if source == "jog":
             self._presses.end("goal")
         elif self._held is not None and self._held.press == press and not self._may_resume(now):
-            return "The console was silent: the command goes on when its heartbeat has come for a while."
+            return Statement("gate.silence_over")
         self._held = None
         self._accepted = AcceptedSetpoint(Twist(setpoint.v, setpoint.w), source, press, now, age)
         self._reason = ""

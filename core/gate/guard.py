@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from core.gate.limits import Limits, is_number
 from core.gate.twist import ZERO, Twist
+from core.sentences import Statement
 
 HORIZON_M = 1.5  # up to which points are given; farther away, nothing is known to be free
 REACTION_S = 0.2  # from a point's appearance to slower wheels: a turn of the laser, its way here, a tick …
@@ -90,18 +91,18 @@ class ObstacleGuard:
             return Permitted(twist)
         if allowed < CRAWL_SPEED_M_S:
             turn = self._turn(Twist(0.0, twist.w), points).twist
-            return Permitted(turn, 0.0, nearest, "something is in the way")
+            return Permitted(turn, 0.0, nearest, Statement("gate.reason_in_the_way"))
         if abs(twist.v) <= allowed:
             return Permitted(twist, allowed, nearest)
         part = allowed / abs(twist.v)
-        return Permitted(Twist(twist.v * part, twist.w * part), allowed, nearest, "slowed for something near")
+        return Permitted(Twist(twist.v * part, twist.w * part), allowed, nearest, Statement("gate.reason_slowed"))
 
     def _turn(self, twist: Twist, points: list[Point]) -> Permitted:
         """Permit turning on the spot unless a point lies inside the outline."""
         nearest = min(points, key=lambda point: math.hypot(*point), default=None)
         if nearest is None or math.hypot(*nearest) >= self._limits.radius - 2 * TOUCH_M:
             return Permitted(twist)
-        return Permitted(ZERO, 0.0, nearest, "something is inside the robot's outline")
+        return Permitted(ZERO, 0.0, nearest, Statement("gate.reason_inside"))
 
     def _points_now(self) -> list[Point]:
         """The points seen from where the body is now."""

@@ -6,18 +6,16 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from core.gate.packets import Packet, construct
+from core.sentences import Statement
 
 State = Literal["disarmed", "armed", "halted"]
 
-SILENCE = "silence: no setpoint came for too long"
-CONSOLE_SILENT = "the console is silent"
-GATE_LATE = "the gate was late"
+SILENCE = Statement("gate.reason_silence")
+CONSOLE_SILENT = Statement("gate.reason_console_silent")
+GATE_LATE = Statement("gate.reason_late")
 EXPIRED = "Old: its nonce has expired."  # why a setpoint of a computer that does not come to its work is refused
 BUSY = (SILENCE, CONSOLE_SILENT, GATE_LATE)  # what a computer that does not come to its work does to a command
-TOO_BUSY = (
-    "The computer that runs Beckon was too busy to steer, so the robot stopped by itself. "
-    "Close other programs; “beckon doctor” tells how Beckon may run before them."
-)
+TOO_BUSY = Statement("gate.too_busy")
 
 
 @dataclass(frozen=True)
@@ -45,21 +43,26 @@ class GateStatus:
         """A sentence that says why the robot stopped by itself, and what to do."""
         if self.reason in BUSY:
             return TOO_BUSY
-        return f"The robot stopped by itself: {self.reason or 'the gate tripped'}."
+        return Statement("gate.stopped_by_itself", reason=self.reason or "the gate tripped")
 
     @property
     def refused_because(self) -> str:
         """A sentence that says why the last setpoint did not move the robot."""
-        return TOO_BUSY if self.refused == EXPIRED else f"The gate refuses: {self.refused}"
+        return TOO_BUSY if self.refused == EXPIRED else Statement("gate.refuses", why=self.refused)
 
     def to_packet(self) -> Packet:
-        """Plain values by name."""
-        return dict(vars(self))
+        """Plain values by name; "said" has the codes of the sentences in them."""
+        said = {name: value.said for name, value in vars(self).items() if isinstance(value, Statement)}
+        return {**vars(self), "said": said}
 
     @staticmethod
     def of_packet(packet: Packet) -> GateStatus:
         """Read a status from the output of `to_packet`. Raises TypeError."""
-        status = construct(GateStatus, packet)
+        said = packet.pop("said", None)
+        if not isinstance(said, dict):
+            raise TypeError("said")
+        sentences = {name: Statement.of(str(packet[name]), *code) for name, code in said.items()}
+        status = construct(GateStatus, packet | sentences)
         return status if status.blocked_by is None else replace(status, blocked_by=_point(*status.blocked_by))
 
 

@@ -17,6 +17,7 @@ from core.navigation.costmap import Costmap, survey
 from core.navigation.obstacle import free_space, obstacle_ahead, why_no_headway
 from core.navigation.planner import PERSON_RADIUS, PlannerSettings, is_free, plan, plan_beside
 from core.navigation.steering import Arrival, Pursuit, StallDetector, Travel, spin
+from core.sentences import Statement
 
 
 @message
@@ -100,7 +101,7 @@ class GoalController:
             self._headway = _headway(here)
             return self._wait(here, left)
         if not self._lasting and here.stamp > self._began + self._allowance:
-            return self._say("stuck", left, f"The way took too long; the goal is {left:.2f} m away.")
+            return self._say("stuck", left, Statement("command.way_too_long_left", left=f"{left:.2f}"))
         space = free_space(here.scan_points, here.body.radius)
         twist = self._way.steer(here.pose, self._cruise, here.body.turn, space)
         if twist.moves and self._headway.lost(self._effort(here), here.stamp):
@@ -169,7 +170,7 @@ class GoalController:
         """Back out of a tight place, then plan again, with more room around the body where there is any."""
         assert self._back_from is not None
         if here.pose.distance_to(*self._back_from) < self.BACK and here.stamp < self._back_until:
-            words = f"{why_no_headway(here.scan_points, here.body.radius)} I back up."
+            words = why_no_headway(here.scan_points, here.body.radius, back_up=True)
             return self._say("backing", self._left(here), words, Twist(-self.BACK_SPEED, 0.0))
         self._back_from = None
         self._try_to_set_out(here)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from core.message import Array
+from core.sentences import Statement
 
 
 def free_space(points: Array, radius: float) -> float:
@@ -29,9 +30,9 @@ def obstacle_ahead(points: Array, radius: float, reach: float = 0.5) -> float | 
     return nearest if nearest <= reach else None
 
 
-def why_no_headway(points: Array, radius: float) -> str:
-    """A sentence for the operator: why the robot gets no further."""
+def why_no_headway(points: Array, radius: float, *, back_up: bool = False) -> Statement:
+    """A sentence for the operator: why the robot gets no further; `back_up`: what it does now."""
     gap = obstacle_ahead(points, radius)
     if gap is None:
-        return "The robot gets no further, and the laser sees nothing ahead: a wheel may be stuck."
-    return f"Something blocks the way {gap:.2f} m ahead."
+        return Statement("way.no_headway_back_up" if back_up else "way.no_headway")
+    return Statement("way.blocked_back_up" if back_up else "way.blocked_ahead", gap=f"{gap:.2f}")

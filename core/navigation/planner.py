@@ -13,6 +13,7 @@ from core.errors import Refused
 from core.geometry import Pose
 from core.message import Array
 from core.navigation.costmap import Costmap, survey
+from core.sentences import Statement
 from core.setting import Meta, Section
 from core.slam.map.occupancy import OccupancyGrid
 
@@ -78,7 +79,7 @@ def plan_beside(
     check_reach(near, start, place, settings)
     stands = stands_around(near, place, keep, radius + settings.guard, settings.wider)
     if not len(stands):
-        raise Refused(f"I find no free place to stand {keep:g} m from there.")
+        raise Refused(Statement("way.no_place_to_stand", keep=f"{keep:g}"))
     return _find_way(grid, seen, near, ends[0], stands, radius, settings)
 
 
@@ -126,16 +127,13 @@ def _find_way(
         way = _search(whole, start, goals, radius, stride, settings)
         if way is not None:
             return _resample(_pull_tight(whole, way, radius, settings), settings.spacing)
-    raise Refused("I know of no way there: walls or too narrow gaps close it off.")
+    raise Refused(Statement("way.no_way"))
 
 
 def check_reach(terrain: Costmap, start: Pose, goal: tuple[float, float], settings: PlannerSettings) -> None:
     """Raises Refused for what lies far away and outside the map."""
     if start.distance_to(*goal) > settings.reach and not terrain.known_at(*goal):
-        raise Refused(
-            f"That place is {start.distance_to(*goal):.1f} m away and not on the map; "
-            f"outside the map I go up to {settings.reach:g} m."
-        )
+        raise Refused(Statement("way.too_far", far=f"{start.distance_to(*goal):.1f}", reach=f"{settings.reach:g}"))
 
 
 def check_goal(
@@ -147,14 +145,14 @@ def check_goal(
     room = float(terrain.clearance_at(np.array([goal]))[0])
     if room >= needed:
         return
-    what = "in a wall" if room < radius else f"only {room:.2f} m from a wall"
+    code = "way.in_a_wall" if room < radius else "way.near_a_wall"
+    values = {"needed": f"{needed:.2f}"} if room < radius else {"needed": f"{needed:.2f}", "room": f"{room:.2f}"}
     rows, columns = np.nonzero((terrain.clearance >= needed + 0.05) & terrain.known)
     free = terrain.places(rows, columns)
-    advice = ""
-    if len(free):
-        x, y = free[np.hypot(*(free - goal).T).argmin()]
-        advice = f" The nearest free place I know is {x:.2f} and {y:.2f}."
-    raise Refused(f"That place is {what}; I need {needed:.2f} m around me.{advice}")
+    if not len(free):
+        raise Refused(Statement(f"{code}_everywhere", **values))
+    x, y = free[np.hypot(*(free - goal).T).argmin()]
+    raise Refused(Statement(code, x=f"{x:.2f}", y=f"{y:.2f}", **values))
 
 
 def is_free(terrain: Costmap, path: Array, radius: float, settings: PlannerSettings) -> bool:

@@ -12,6 +12,7 @@ from core.gate import ZERO, Twist
 from core.message import Array
 from core.navigation.control_context import ControlContext
 from core.perception.people.tracked_person import TrackedPerson
+from core.sentences import Statement
 from core.snapshot import ActiveCommandStatus, Ending
 
 
@@ -150,4 +151,4 @@ def _active_command(accepted: AcceptedCommand, stamp: float) -> ActiveCommandSta
 
 
 def _came_after(accepted: AcceptedCommand) -> str:
-    return f"“{accepted.command.heard_as}” came after it."
+    return Statement("command.pre_empted", words=accepted.command.heard_as)

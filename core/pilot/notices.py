@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from core.sentences import Statement
 from core.snapshot import Level, Notice
 
-SLOW = (
-    "This computer is too slow for the robot's driver, and commands may fail. "
-    "Close other programs; beckon doctor tells how Beckon may run before them."
-)
-KEEPS_UP = "This computer keeps up with the robot's driver again."
+SLOW = Statement("pilot.too_slow")
+KEEPS_UP = Statement("pilot.keeps_up")
 REPEATED_S = 10.0  # [s] within which the same cause goes on: what a driver says again while it lasts is not news
 
 

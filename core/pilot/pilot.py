@@ -29,6 +29,7 @@ from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
 from core.recording.frame_record import ClosureAct, PlaceAct
 from core.robots import Profile
 from core.sensors import Fault, SensorFrame, Wheels
+from core.sentences import Statement
 from core.settings import Settings
 from core.slam.dead_reckoning import DeadReckoning
 from core.slam.estimate import Estimate, Landmark
@@ -41,15 +42,13 @@ from core.slam.relocalization.monitor import LocalizationSettings
 from core.slam.submap_manager import MapperSettings
 from core.snapshot import Ending, Hearing, Level, PilotAct, PilotInputs, Snapshot
 
-LOOKING_AROUND = "Looking around before the first move…"
-FOUND = "I know where I am again."
-AGAIN = "The robot was somewhere else than it believed, and knows its place again; give the command once more."
-BLIND = (
-    "This robot has neither odometry nor a laser, so how far it goes cannot be known: it can be driven by hand alone."
-)
-NO_ODOMETRY = "No odometry comes in time from the base, so how far the robot goes is not known; it waits."
+LOOKING_AROUND = Statement("pilot.looking_around")
+FOUND = Statement("pilot.found")
+AGAIN = Statement("pilot.strayed")
+BLIND = Statement("pilot.blind")
+NO_ODOMETRY = Statement("pilot.no_odometry")
 MAX_WAIT_S = 2.0  # [s] that a command waits for odometry
-NOTHING_YET = "There is no map yet; drive a little first."
+NOTHING_YET = Statement("pilot.no_map_yet")
 
 
 class Inbox:
@@ -128,7 +127,7 @@ class Pilot:
             raise Refused(BLIND)
         lost = self._mapper.lost
         if lost is not None and self._profile.drives and _goes_to_a_place(command.name):
-            raise Refused(f"Not now: {lost.words}")
+            raise Refused(Statement("command.not_now", why=lost.words))
         accepted = AcceptedCommand(command_id, command, source, who)
         self._inbox.put(lambda stamp: self._executor.accept(self._located(accepted), stamp))
 
@@ -262,7 +261,7 @@ class Pilot:
     def _begin_again_after_a_seek(self, stamp: float) -> None:
         """A recording that jumped back in time starts from the beginning."""
         if stamp < self._stamp - 1e-6:
-            self._executor.end("failed", "The robot's clock was reset.")
+            self._executor.end("failed", Statement("pilot.clock_reset"))
             self._reset(stamp)
 
     def _perform(self, act: PilotAct) -> None:
@@ -285,7 +284,7 @@ class Pilot:
 
     def _enter(self, saved: SavedMap) -> None:
         """Forget the present map and take this one."""
-        self._executor.end("failed", "Another map was loaded.")
+        self._executor.end("failed", Statement("pilot.other_map"))
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
         believed = self._mapper.pose_in(saved)
         self._mapper = Mapper(parts_of(self._settings), self._profile.laser, self._profile.drives, saved, believed)
@@ -356,8 +355,8 @@ class Pilot:
     def _report(self, frame: SensorFrame) -> None:
         """Tell the operator what goes wrong; a contact ends what is under way."""
         if frame.contact and not self._contact:
-            self._executor.end("failed", "The robot touched something and stopped.")
-            self._notices.add(frame.stamp, "warning", "The robot touches something.")
+            self._executor.end("failed", Statement("pilot.touched"))
+            self._notices.add(frame.stamp, "warning", Statement("pilot.touches"))
         self._contact = frame.contact
         if frame.trouble:
             self._executor.end("failed", frame.trouble)
@@ -373,7 +372,7 @@ class Pilot:
         if remark:
             self._notices.add(frame.stamp, "warning", remark)
         for one in frame.faults:
-            self._notices.add(frame.stamp, "warning", one.sentence, cause=f"{one.code} {one.sensor}")
+            self._notices.add(frame.stamp, "warning", one.statement, cause=f"{one.code} {one.sensor}")
         for note in frame.notes:
             self._notices.add(frame.stamp, "info", note)
 
@@ -381,22 +380,22 @@ class Pilot:
         """Everything that is watched: its cause, the trouble in this frame ("" = none), its level, its relief."""
         vision, hearing, lost = self._vision, self._hearing, self._mapper.lost
         yield "blind", BLIND if self._is_blind else "", "warning", ""
-        yield "base", frame.trouble, "error", "The base answers again."
+        yield "base", frame.trouble, "error", Statement("pilot.base_answers")
         yield "place", lost.words if lost else "", "warning", self._mapper.found or FOUND
         for (kind, name), trouble in self._repeats.troubles():
-            yield f"hanging {kind} {name}", trouble, "warning", f"The {kind} {name} shows something new again."
+            yield f"hanging {kind} {name}", trouble, "warning", Statement("sensor.shows_new", kind=kind, name=name)
         yield from self._lost_sensors()
-        yield "camera", vision.trouble, "warning", "The pictures can be used again."
-        yield "microphones", hearing.trouble, "warning", "The sound can be used again."
-        yield "array", hearing.contradiction, "warning", "The microphones agree again."
-        yield "picture", vision.poor, "warning", "The camera sees well enough again."
-        yield "mount", self._mount.alarm, "warning", "The camera sits as calibrated."
+        yield "camera", vision.trouble, "warning", Statement("pilot.pictures_usable")
+        yield "microphones", hearing.trouble, "warning", Statement("pilot.sound_usable")
+        yield "array", hearing.contradiction, "warning", Statement("pilot.microphones_agree")
+        yield "picture", vision.poor, "warning", Statement("pilot.camera_sees")
+        yield "mount", self._mount.alarm, "warning", Statement("pilot.camera_sits")
         slow = (
             frame.pace < 1 and not self._profile.simulated
         )  # a simulated robot's clock waits, and the page shows it
         yield "pace", SLOW if slow else "", "warning", KEEPS_UP
         for fault in self.faults:
-            yield fault.code, fault.sentence, "warning", ""
+            yield fault.code, fault.statement, "warning", ""
 
     def _lost_sensors(self) -> Iterator[tuple[str, str, Level, str]]:
         for status in self._sensor_status:

@@ -10,6 +10,7 @@ import numpy as np
 from core.message import Array
 from core.robots import Profile
 from core.sensors import SensorFrame, Wheels
+from core.sentences import Statement
 from core.snapshot import SensorKind
 
 MIN_REPEATS = 2  # equal readings in a row, on the move, that mean the sensor hangs
@@ -52,9 +53,7 @@ class RepeatedReadings:
             kind, name = sensor
             alone = len(self._lasers if kind == "laser" else self._cameras) <= 1
             which, what = f"{kind}{'' if alone else f' {name}'}", "scan" if kind == "laser" else "picture"
-            sentence = (
-                f"The {which} repeats one {what} while the robot moves; it is not used until another one comes."
-            )
+            sentence = Statement("sensor.repeats", which=which, what=what)
             yield sensor, sentence if repeats >= MIN_REPEATS else ""
 
     def hangs(self, kind: SensorKind, name: str) -> bool:

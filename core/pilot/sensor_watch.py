@@ -7,12 +7,26 @@ import math
 from core.robots import Profile
 from core.sensors import Fault, SensorFrame
 from core.sensors.checks import MAX_AGE_S, time_fault
+from core.sentences import Statement
 from core.snapshot import SensorKind, SensorState, SensorStatus
 
 STALE_PERIODS, LOST_PERIODS = 3.0, 6.0  # periods without a reading …
 STALE_AT_LEAST, LOST_AT_LEAST = 0.25, 0.5  # [s] … and no sooner than this
 STEERING_PERIODS = 1.5  # of slow odometry, over which it is carried on before nothing is steered by it
 ANY_FRAME = 10.0  # [Hz] at which sound has to come, though it comes with every frame, and what has no known rate
+
+LOST_SENSOR: dict[SensorKind, str] = {
+    "wheels": "sensor.no_odometry",
+    "laser": "sensor.no_scan",
+    "camera": "sensor.no_picture",
+    "microphones": "sensor.no_sound",
+}  # codes of sentences
+SENSOR_BACK: dict[SensorKind, str] = {
+    "wheels": "sensor.odometry_back",
+    "laser": "sensor.laser_back",
+    "camera": "sensor.camera_back",
+    "microphones": "sensor.microphones_back",
+}
 
 
 class SensorWatch:
@@ -37,7 +51,7 @@ class SensorWatch:
     def untimely(self, kind: SensorKind, name: str | None = None) -> str:
         """Why the newest reading of a sensor (None: of any of its kind) steers nothing, a sentence; "": it may."""
         found = self._untimely.get(kind, {})
-        return next((fault.sentence for own, fault in found.items() if name in (None, own)), "")
+        return next((fault.statement for own, fault in found.items() if name in (None, own)), "")
 
     def update(self, frame: SensorFrame) -> tuple[SensorStatus, ...]:
         """Take one frame → the status of every sensor."""
@@ -100,21 +114,16 @@ class SensorWatch:
 
 def loss(status: SensorStatus, alone: bool) -> str:
     """A sentence on a sensor that is lost; `alone`: there is no other one of its kind."""
-    name = "" if alone or not status.name else f" {status.name}"
-    return {
-        "wheels": "No odometry comes from the base.",
-        "laser": f"No scan comes from the laser{name}.",
-        "camera": f"No picture comes from the camera{name}.",
-        "microphones": "No sound comes from the microphones.",
-    }[status.kind]
+    return _named(LOST_SENSOR[status.kind], status, alone)
 
 
 def recovery(status: SensorStatus, alone: bool) -> str:
     """A sentence on a sensor that is back."""
-    name = "" if alone or not status.name else f" {status.name}"
-    return {
-        "wheels": "The odometry is back.",
-        "laser": f"The laser{name} is back.",
-        "camera": f"The camera{name} is back.",
-        "microphones": "The microphones are back.",
-    }[status.kind]
+    return _named(SENSOR_BACK[status.kind], status, alone)
+
+
+def _named(code: str, status: SensorStatus, alone: bool) -> Statement:
+    """Say which one, where there are several."""
+    if alone or not status.name or status.kind not in ("laser", "camera"):
+        return Statement(code)
+    return Statement(f"{code}_of", name=status.name)

@@ -153,7 +153,7 @@ class SoundPerception:
         self._utterances.extend(over)
         found = [one for each in self._utterances for one in each]
         fault = contradiction(found, self._array, self._settings)
-        self.contradiction = "" if fault is None else fault.sentence
+        self.contradiction = "" if fault is None else fault.fault.statement
 
     def _follow(self, stamp: float, estimate: Estimate) -> tuple[Voice, ...]:
         """The newest directions → the voices, seen from the world."""

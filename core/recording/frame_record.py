@@ -14,6 +14,7 @@ import msgspec
 from core.geometry import Pose
 from core.message import Array
 from core.sensors import Fault, Image, Scan, SensorFrame, Sound, Wheels
+from core.sentences import plain
 
 FRAME, ROBOT = "/beckon/frame", "/beckon/robot"  # topics: one of every frame; the robot as built and as used
 
@@ -172,7 +173,7 @@ class FrameRecord(Struct, frozen=True, kw_only=True, omit_defaults=True):
         )
 
 
-encode = msgspec.json.Encoder().encode
+encode = msgspec.json.Encoder(enc_hook=plain).encode
 decode = msgspec.json.Decoder(FrameRecord).decode
 
 

@@ -43,6 +43,7 @@ from core.robots.nearness import NearField
 from core.robots.requests import read_request
 from core.sensors import SensorFrame
 from core.sensors.recordable import recordable
+from core.sentences import plain
 
 TWIST_TIMEOUT_S = 0.3  # watchdog over the gate: without a twist for so long the base is stopped
 MAX_SLOWDOWN_FACTOR = 40.0  # by which a simulated robot lives slower while gate or console do not come to their work
@@ -178,7 +179,7 @@ class DriverLoop:
 
     def _answer(self, raw: bytes) -> bytes | DriverTrouble:
         try:
-            return msgspec.json.encode(self._robot.ask(read_request(raw, self._robot.requests)))
+            return msgspec.json.encode(self._robot.ask(read_request(raw, self._robot.requests)), enc_hook=plain)
         except BeckonError as refusal:
             return DriverTrouble.of(refusal)
         except Exception:

@@ -17,6 +17,7 @@ import msgspec
 import numpy as np
 
 from core.errors import BadInput, BeckonError
+from core.sentences import Statement
 
 MAX_AGE_S = 0.3  # [s] of a reading by which a robot is driven; `Limits.scan_age` may be less
 MAX_LEAD_S = 0.1  # [s] by which its stamp may lie ahead
@@ -42,6 +43,12 @@ class Fault(msgspec.Struct, frozen=True, kw_only=True):
     sentence: str
     sensor: str = ""  # its name on the robot, topic or file; "": of all
     used: bool = False  # the readings are used all the same, with the doubt said
+    values: dict[str, str] = {}  # in the sentence, by their names
+
+    @property
+    def statement(self) -> Statement:
+        """The sentence, which knows its code."""
+        return Statement.of(self.sentence, self.code, self.values)
 
 
 class UnusableReading(BadInput):
@@ -621,14 +628,15 @@ def fault(code: str, sensor: str = "", *, used: bool = False, **values: object) 
 
     Raises KeyError for a code that is in no table, or a value that the sentence lacks.
     """
-    sentence = CHECKS[code].sentence.format(sensor=sensor, **values)
-    return Fault(code=code, sentence=sentence, sensor=sensor, used=used)
+    pattern, texts = CHECKS[code].sentence, {name: f"{value}" for name, value in values.items()} | {"sensor": sensor}
+    put = {name: text for name, text in texts.items() if f"{{{name}}}" in pattern}
+    return Fault(code=code, sentence=pattern.format_map(put), sensor=sensor, used=used, values=put)
 
 
 def refusal(code: str, sensor: str = "", **values: object) -> UnusableReading:
     """Make the error of a check after which nothing of the reading is used. Raises KeyError as `fault` does."""
-    sentence = CHECKS[code].sentence.format(sensor=sensor, **values)
-    return UnusableReading(sentence, (Fault(code=code, sentence=sentence, sensor=sensor),))
+    found = fault(code, sensor, used=False, **values)
+    return UnusableReading(found.statement, (found,))
 
 
 def faults_of(error: BeckonError, sensor: str = "") -> tuple[Fault, ...]:

@@ -39,6 +39,7 @@ from core.pilot.sound_perception import SoundPerception
 from core.pipelines.hear import RecordingTranscriber
 from core.robots import Profile
 from core.sensors.microphones import ARRAYS, MicrophoneArray, Sound
+from core.sentences import plain
 from core.settings import Settings
 from core.slam.estimate import Estimate
 from core.speech.practice_voice import practice_voice
@@ -168,7 +169,7 @@ def spoken(chance: np.random.Generator, *, held: bool) -> Listener:
             if chance.random() < 0.3:
                 feed_waiting(work, turn)
         feed_waiting(work, turn, empty=chance.random() < 0.3)
-        json.dumps(msgspec.to_builtins(work.finish(FinishListening())), allow_nan=False)
+        json.dumps(msgspec.to_builtins(work.finish(FinishListening()), enc_hook=plain), allow_nan=False)
 
     return hear
 
@@ -178,7 +179,7 @@ def feed_waiting(work: TranscriptionWorker, turn: TalkTurn, *, empty: bool = Fal
     waiting, start = turn.take()
     if len(waiting) or empty:
         job = HearSound(waiting.astype(np.float32).tobytes(), AUDIO_RATE, start)
-        json.dumps(msgspec.to_builtins(work.hear(job)), allow_nan=False)
+        json.dumps(msgspec.to_builtins(work.hear(job), enc_hook=plain), allow_nan=False)
 
 
 def room(chance: np.random.Generator) -> Listener:
@@ -195,8 +196,10 @@ def room(chance: np.random.Generator) -> Listener:
         for piece, stamp in pieces(chance, whole, rate, 0.2):
             with np.errstate(over="ignore"):
                 raw = piece.astype(np.float32).tobytes()
-            json.dumps(msgspec.to_builtins(work.hear(HearSound(raw, rate, stamp, count))), allow_nan=False)
-        json.dumps(msgspec.to_builtins(work.finish(FinishListening())), allow_nan=False)
+            json.dumps(
+                msgspec.to_builtins(work.hear(HearSound(raw, rate, stamp, count)), enc_hook=plain), allow_nan=False
+            )
+        json.dumps(msgspec.to_builtins(work.finish(FinishListening()), enc_hook=plain), allow_nan=False)
 
     return hear
 

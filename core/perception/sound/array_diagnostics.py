@@ -6,6 +6,7 @@ Channels and microphones are counted from 1 in sentences, as on the boards.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import field
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from core.perception.sound.spectra import (
 )
 from core.perception.sound.srp import FINER, Correlation
 from core.perception.sound.utterances import directions, utterances
-from core.sensors.checks import CHECKS, Fault, fault
+from core.sensors.checks import Fault, fault
 from core.sensors.microphones import MicrophoneArray, Sound
 
 DEAD = 1e-5  # level of full scale, below which a channel is dead
@@ -48,11 +49,12 @@ class ArrayFault:
     channels: tuple[int, ...]  # of the sound, counted from 0
     sentence: str
     serious: bool = True  # directions cannot be trusted; False: a limit that one should know
+    values: dict[str, str] = field(default_factory=dict[str, str])  # in the sentence, by their names
 
     @property
     def fault(self) -> Fault:
         """The same with its code."""
-        return Fault(code=f"array.{self.kind}", sentence=self.sentence, used=not self.serious)
+        return Fault(code=f"array.{self.kind}", sentence=self.sentence, used=not self.serious, values=self.values)
 
 
 def check(
@@ -109,8 +111,7 @@ def _scale(found: Sequence[Direction], array: MicrophoneArray) -> list[ArrayFaul
     lengths = [float(np.linalg.norm(one.fit.within)) for one in found if one.fit is not None]
     if not lengths or array.dimensions > 2 or max(lengths) > ABOVE:
         return []
-    sentence = fault("array.scale", times=f"{1 / max(float(np.median(lengths)), 1e-3):.0f}").sentence
-    return [ArrayFault(kind="scale", channels=array.channels, sentence=sentence, serious=False)]
+    return [_wrong("scale", array.channels, False, times=f"{1 / max(float(np.median(lengths)), 1e-3):.0f}")]
 
 
 def _in_words(cause: Cause, array: MicrophoneArray) -> str:
@@ -120,10 +121,11 @@ def _in_words(cause: Cause, array: MicrophoneArray) -> str:
     return f"channel {channels} processed" if cause.kind == "processed" else f"channels {channels} exchanged"
 
 
-def _wrong(kind: str, at: tuple[int, ...], **values: str) -> ArrayFault:
+def _wrong(kind: str, at: tuple[int, ...], serious: bool = True, /, **values: str) -> ArrayFault:
     """A fault of the table of checks at some channels."""
     named = {"channels": _named(at), "also": "", **values}
-    return ArrayFault(kind=kind, channels=at, sentence=CHECKS[f"array.{kind}"].sentence.format(**named))
+    found = fault(f"array.{kind}", used=not serious, **named)
+    return ArrayFault(kind=kind, channels=at, sentence=found.sentence, serious=serious, values=found.values)
 
 
 def _named(channels: Sequence[int]) -> str:

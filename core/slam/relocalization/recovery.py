@@ -10,6 +10,7 @@ import numpy as np
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
+from core.sentences import Statement
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import LostPhase, LostStatus
 from core.slam.relocalization.global_search import PoseFit, judge, search_near
@@ -60,18 +61,18 @@ class Click:
     heading: float | None  # [rad]; None: not given
 
 
-STANDING = "I have lost my place: {why}. I stand still and look for it on the map."
-TURNING = "I may be at one of the marked places. I turn slowly on the spot for another look."
-HOLDING = "I may be at one of the marked places. Tell me “turn left” for another look, or click where I am."
-ASKING = "I cannot tell where I am: {doubt}. Click on the map where I stand, or drive me by hand."
-EMPTY = "I have lost my place, and there is too little on the map to find it again. Click where I stand."
-AGREED = "I know where I am again: {views} views agree."
-CLICKED = "I know where I am again: what I see fits the place that was clicked."
-TRUSTED = "There is too little on the map to check the clicked place; I use it unchecked."
-UNFIT = "What I see does not fit the map there: {doubt}. Click closer, or drive me by hand."
-STAYED = "What I see does not fit the map there: {doubt}. I stay where I was, for that fits."
-NEVER_LEFT = "I know where I am again: all fits as before."
-NO_VIEW = "No scan has come since; wait for the laser, then click again."
+STANDING = Statement("place.lost")
+TURNING = Statement("place.turning")
+HOLDING = Statement("place.holding")
+ASKING = Statement("place.asking")
+EMPTY = Statement("place.empty")
+AGREED = Statement("place.agreed")
+CLICKED = Statement("place.clicked")
+TRUSTED = Statement("place.trusted")
+UNFIT = Statement("place.unfit")
+STAYED = Statement("place.stayed")
+NEVER_LEFT = Statement("place.never_left")
+NO_VIEW = Statement("place.no_view")
 
 
 class Recovery:
@@ -97,7 +98,7 @@ class Recovery:
         self.turn = 0.0  # [rad/s] that the robot should turn on the spot now, if it may
         self.waiting = False  # for a view from somewhere else
         self._since = self._now = stamp
-        self._words = STANDING.format(why=why)
+        self._words = STANDING(why=why)
         self._phase: LostPhase = "searching"
         self._view: ScanView | None = None  # the newest
         self._compared: ScanView | None = None  # … of those that were laid where the robot believed to be
@@ -195,7 +196,7 @@ class Recovery:
         if view is None:
             self._phase, self._words = "asking", NO_VIEW
             return (yield from self._find())
-        self._phase, self._words = "searching", "I look around the place that was clicked."
+        self._phase, self._words = "searching", Statement("place.around_click")
         angle = math.pi if click.heading is None else settings.reach_heading
         fits = yield from search_near(pyramid, view, guess, settings.reach, angle, settings.belief.search)
         doubt = self._doubt(fits)
@@ -207,8 +208,8 @@ class Recovery:
                 pyramid, view, former, settings.stayed, settings.stayed_heading, settings.belief.search
             )
             if not self._doubt(stays):
-                return self._found(view, stays[0], STAYED.format(doubt=doubt))
-        self._phase, self._words = "asking", UNFIT.format(doubt=doubt)
+                return self._found(view, stays[0], STAYED(doubt=doubt))
+        self._phase, self._words = "asking", UNFIT(doubt=doubt)
         self._places = tuple(fit.pose for fit in fits)
         return (yield from self._find())
 
@@ -235,7 +236,7 @@ class Recovery:
         settings = self.settings
         over = self._turned >= settings.turn or self._now - self._since >= settings.patience
         if over and self._phase != "asking":
-            self._phase, self._words = "asking", ASKING.format(doubt=seen.doubt())
+            self._phase, self._words = "asking", ASKING(doubt=seen.doubt())
 
     def _doubt(self, fits: list[PoseFit]) -> str:
         """Return why a click is not believed; "" when it is."""
@@ -254,7 +255,7 @@ class Recovery:
         if view is None:
             return None
         fit = seen.follow(seen.views[-1], view, best.pose)
-        return None if fit is None else self._found(view, fit, AGREED.format(views=len(seen.views)))
+        return None if fit is None else self._found(view, fit, AGREED(views=len(seen.views)))
 
     def _found(self, view: ScanView, fit: PoseFit, words: str) -> RecoveredPose:
         """A fit of a view, carried on to now."""

@@ -16,14 +16,23 @@ from core.commands import has_said_numbers, needs_confirmation
 from core.commands.command import Command
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import message
+from core.sentences import Statement
 from core.speech.understanding.grammar import OwnPhrases, Refusal, parse, says_stop
 
 Verdict = Literal["accept", "confirm", "reject"]
 
 MOST_OFFERED = 2  # commands instead of words that are none
-NO_COMMAND = "Someone spoke, but that was no command."
+NO_COMMAND = Statement("words.no_command")
 NOT_SURE = "I am not sure that I heard every word right."
 TOO_LONG = "That was longer than any command."
+NO_WHOLE_NUMBER = "I did not hear the whole number."
+MORE_DIGITS = "I may have missed a part of the numbers."
+OBJECTIONS = {
+    NOT_SURE: Statement("words.not_sure"),
+    TOO_LONG: Statement("words.longer"),
+    NO_WHOLE_NUMBER: Statement("words.not_whole_number"),
+    MORE_DIGITS: Statement("words.more_digits"),
+}  # against words, and how each is said with them
 
 
 @message
@@ -87,7 +96,7 @@ def said_back(decision: Decision, own: OwnPhrases = ()) -> Decision:
 
 def not_a_command(heard: str) -> str:
     """Say words back, in a sentence."""
-    return f"I heard “{heard.rstrip(' .,!?')}”. That is no command."
+    return Statement("words.heard_no_command", words=heard.rstrip(" .,!?"))
 
 
 @message
@@ -193,7 +202,7 @@ def _rejected(sentence: Sentence, confidence: float, objection: str, others: Ite
         confidence=confidence,
         alternatives=_commands((sentence, *others)),
         words=sentence.words,
-        reason=f"{objection} I heard “{sentence.words}”; say it again.",
+        reason=OBJECTIONS[objection](words=sentence.words),
     )
 
 

@@ -24,6 +24,7 @@ from core.commands.continue_straight import CONTINUE
 from core.commands.stop_at import TO_PLACE, command_to
 from core.commands.stop_moving import AROUND_STOP, START, STOP_MOVING, STOP_PHRASES
 from core.navigation.places import NamedPlace
+from core.sentences import Statement
 from core.speech.understanding.numbers import AMOUNT, NUMBER, VALUES, read_amount, write_number
 
 
@@ -69,10 +70,7 @@ LENGTH = rf"{AMOUNT}(?:{UNIT}|{IN_HUNDREDTHS})"
 """Regular expression of a distance: "2 meters", "two and a half meters", "50 centimeters"."""
 LENGTH_UNIT = re.compile(rf"(?:{UNIT}|({IN_HUNDREDTHS}| ?cm))$")
 ENDS = " .,;:!"  # what may stand behind a sentence
-NO_COMMAND_ENDINGS = {
-    "?": "That is a question. Say it as a command.",
-    "..": "The sentence breaks off. Say all of it.",
-}
+NO_COMMAND_ENDINGS = {"?": Statement("words.question"), "..": Statement("words.breaks_off")}
 """Ends of a sentence that is no command, and why."""
 QUOTED = re.compile(r"""(["'])(.*)\1""")
 TYPESET = str.maketrans("\u00a0\u2009\u202f\u2010\u2011\u2212‘’“”", "   ---''\"\"") | {ord("…"): "..."}
@@ -81,8 +79,8 @@ STOP_WORD = re.compile(r"(?<![^\W\d_])(?:(?:s+t(?:o|ooo+)p+)+|s([-._ ])t\1o\1p)(
 """STOP, stopp, stooop, stopstop, S.T.O.P."""
 
 OTHER_WORDS = {
-    "go back": ("I do not drive backwards. Turn round first, then continue.", ("turn left", "continue 1 meters")),
-    "go to": ("Where to? Say the place in metres.", ("stop at 1 and 0.5",)),
+    "go back": (Statement("words.not_backwards"), ("turn left", "continue 1 meters")),
+    "go to": (Statement("words.where_to"), ("stop at 1 and 0.5",)),
 }
 """Words of the paper (Table 2, Fig. 17) that do not move this robot: why, and what does."""
 
@@ -311,8 +309,8 @@ def _unpunctuated(text: str) -> str:
 
 def _unreadable(words: str) -> Refusal:
     if len(words) > LONGEST:
-        return Refusal("That is longer than any command. Say one command at a time.", _examples())
-    return Refusal("I read plain letters and digits on one line only. Type the command again.", _examples())
+        return Refusal(Statement("words.too_long"), _examples())
+    return Refusal(Statement("words.plain_letters"), _examples())
 
 
 def _matched(text: str, own: OwnPhrases) -> MatchedWords | Refusal:
@@ -337,11 +335,8 @@ def _other_place(text: str, own: OwnPhrases) -> Refusal | None:
         return None
     close = nearest(text, known)
     if close:
-        return Refusal("There is no place of that name. Did you mean one of these?", close)
-    return Refusal(
-        "There is no place of that name. These I know.",
-        tuple(known[: len(TO_PLACE) * MOST_PLACES_OFFERED : len(TO_PLACE)]),
-    )
+        return Refusal(Statement("places.other"), close)
+    return Refusal(Statement("places.others"), tuple(known[: len(TO_PLACE) * MOST_PLACES_OFFERED : len(TO_PLACE)]))
 
 
 def command_of(name: str, numbers: Mapping[str, float], *, spoken: bool = False) -> Command | Refusal:
@@ -350,9 +345,9 @@ def command_of(name: str, numbers: Mapping[str, float], *, spoken: bool = False)
     known = {number.name for number in spec.numbers} if spec else set[str]()
     needed = {number.name for number in spec.numbers if number.default is None} if spec else set[str]()
     if spec is None or not needed <= numbers.keys() <= known:
-        return Refusal("There is no such command.")
+        return Refusal(Statement("words.none"))
     if not all(math.isfinite(value) for value in numbers.values()):
-        return Refusal("A number of this command is not finite.")
+        return Refusal(Statement("words.not_finite"))
     return _bounded(spec, dict(numbers), spoken)
 
 
@@ -363,10 +358,9 @@ def _bounded(kind: CommandSpec, heard: dict[str, float], spoken: bool) -> Comman
     for number in kind.numbers:
         low, high = bounds(number, spoken)
         if not low <= kept[number.name] <= high:
-            by_voice = " by voice" if spoken else ""
-            return Refusal(
-                f"“{_pattern_as_read(kind)}” takes {number.says} from {low:g} to {high:g} {_unit(number)}{by_voice}."
-            )
+            takes = Statement("words.bounds_spoken" if spoken else "words.bounds")
+            words, unit = _pattern_as_read(kind), _unit(number)
+            return Refusal(takes(words=words, what=number.says, low=f"{low:g}", high=f"{high:g}", unit=unit))
     return Command(name=kind.name, numbers=kept, heard_as=say(kind, heard))
 
 
@@ -380,7 +374,7 @@ def bounds(number: Parameter, spoken: bool) -> tuple[float, float]:
 def _near_miss(text: str) -> Refusal:
     """The reason why nothing matches, and what would."""
     if not text:
-        return Refusal("Say a command.", _examples())
+        return Refusal(Statement("words.say_one"), _examples())
     begun = [(_opening(words), kind) for kind in VOCABULARY for words in kind.words if _begins(text, _opening(words))]
     if begun:
         opening, kind = max(begun, key=lambda found: len(found[0]))
@@ -390,11 +384,11 @@ def _near_miss(text: str) -> Refusal:
     close = nearest(text, _phrases(text))
     if close and close[0] in OTHER_WORDS:
         why, instead = OTHER_WORDS[close[0]]
-        return Refusal(f"Did you mean “{close[0]}”? {why}", instead)
+        return Refusal(Statement("words.did_you_mean", words=close[0], why=why), instead)
     understood = faithful((phrase for phrase in close if phrase not in OTHER_WORDS), text)
     if understood:
-        return Refusal("I know no such command. Did you mean one of these?", understood)
-    return Refusal("I know no such command. These I know.", _examples())
+        return Refusal(Statement("words.unknown_like"), understood)
+    return Refusal(Statement("words.unknown"), _examples())
 
 
 def _opening(pattern: str) -> str:
@@ -408,13 +402,13 @@ def _begins(text: str, opening: str) -> bool:
 def _badly_ended(kind: CommandSpec, opening: str, text: str) -> Refusal:
     """The right beginning with something missing or something too much."""
     if not kind.numbers or all(number.default is not None for number in kind.numbers):
-        return Refusal(f"“{opening}” stands alone, with nothing before or behind it.", (kind.example,))
+        return Refusal(Statement("words.alone", words=opening), (kind.example,))
     return _to_be_whole(kind, text)
 
 
 def _to_be_whole(kind: CommandSpec, text: str) -> Refusal:
     fits = _filled(kind, text)
-    return Refusal(f"Say it whole and with nothing else, like “{fits}”; distances are in metres.", (fits,))
+    return Refusal(Statement("words.whole", example=fits), (fits,))
 
 
 def _filled(kind: CommandSpec, text: str) -> str:

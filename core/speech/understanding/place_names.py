@@ -11,6 +11,7 @@ from core.commands.stop_at import STOP_AT, TO_PLACE
 from core.commands.stop_moving import STOP_PHRASES
 from core.errors import BadInput
 from core.navigation.places import NamedPlace
+from core.sentences import Statement
 from core.speech.understanding.grammar import OTHER_WORDS, OwnPhrase, OwnPhrases, compiled, says_stop, slips
 from core.speech.understanding.numbers import VALUES
 from core.speech.understanding.own_phrases import sound_key, too_close
@@ -34,14 +35,11 @@ def tidy_name(name: str) -> str:
     tidy = " ".join(name.split())
     tidy = tidy[len(ARTICLE) :] if tidy.lower().startswith(ARTICLE) else tidy
     if not MIN_NAME_LETTERS <= len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
-        raise BadInput(
-            f"A name that can be said has {MIN_NAME_LETTERS} to {MAX_NAME_LETTERS} letters from a to z, digits and "
-            "single spaces."
-        )
+        raise BadInput(Statement("places.name_form", least=MIN_NAME_LETTERS, most=MAX_NAME_LETTERS))
     if not re.search("[A-Za-z]", tidy):
-        raise BadInput("A name has letters in it: a number alone would be taken for metres.")
+        raise BadInput(Statement("places.number"))
     if says_stop(tidy):
-        raise BadInput(f"The name “{tidy}” always stops the robot. Choose another name.")
+        raise BadInput(Statement("places.stops", name=tidy))
     return tidy
 
 
@@ -98,6 +96,4 @@ def _like_numbers(name: str) -> bool:
 
 
 def _alike(one: str, other: str) -> BadInput:
-    return BadInput(
-        f"“{one}” and “{other}” sound too much alike: one would be heard as the other. Choose another name."
-    )
+    return BadInput(Statement("places.alike", one=one, other=other))

@@ -24,7 +24,9 @@ from core.message import Array, message
 from core.navigation.places import NamedPlace
 from core.sensors.resampling import resampled
 from core.speech.recognition.decision import (
+    MORE_DIGITS,
     MOST_OFFERED,
+    NO_WHOLE_NUMBER,
     NOT_SURE,
     TOO_LONG,
     Decision,
@@ -66,8 +68,6 @@ from core.speech.whisper.word_times import FRAME, spans_of
 
 LONGEST = 26  # [s] of sound that are read: its end, where it is longer
 SHORTEST = 0.1  # [s] of sound below which nothing was said
-NO_WHOLE_NUMBER = "I did not hear the whole number."
-MORE_DIGITS = "I may have missed a part of the numbers."
 RIVALS = 4  # meanings of which the best is chosen
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
 UNREAD = 1.0  # [nats] below the last of the second reading, for those that it lacks

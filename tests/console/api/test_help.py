@@ -6,7 +6,7 @@ import json
 import re
 
 from console.api.page import PAGE_NAMES
-from console.sentences import static_folder
+from core.sentences import static_folder
 from tests.console.live import Live
 
 

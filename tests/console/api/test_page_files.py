@@ -11,7 +11,7 @@ from starlette.exceptions import HTTPException
 from starlette.testclient import TestClient
 
 from console.api.page_files import PageFiles, version_of
-from console.sentences import static_folder
+from core.sentences import static_folder
 
 
 def test_texts_travel_packed_and_an_unchanged_one_does_not_travel_again() -> None:

@@ -66,4 +66,4 @@ def test_the_words_so_far_are_read_while_the_button_is_held(monkeypatch: pytest.
     said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)).astype(np.float32)
     worker.hear(HearSound(said.tobytes(), RATE, 0.0))
     assert worker.read_so_far(ReadSoFar()) == GO
-    assert [one.decision.words for one in worker.finish(FinishListening())] == [GO]
+    assert [one.utterance.decision.words for one in worker.finish(FinishListening())] == [GO]

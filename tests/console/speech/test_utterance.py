@@ -10,19 +10,21 @@ import msgspec
 import pytest
 
 from console.speech.transcription_client import received
-from console.speech.transcription_jobs import HearSound
-from console.workers.job import JobResult, answer_decoder
+from console.speech.transcription_jobs import HeardUtterance, HearSound
+from console.workers.job import LENGTH, JobResult, answer_decoder, packed
 from core.commands.command import Command
+from core.sentences import code_of
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from tests.core.speech.ears import confirming, sure, unsure
 
 
 def packed_answer(decision: Decision) -> bytes:
     """As it goes into the pipe."""
-    return msgspec.msgpack.encode(JobResult([RecognizedUtterance(begin=1.0, end=2.5, decision=decision)]))
+    utterance = RecognizedUtterance(begin=1.0, end=2.5, decision=decision)
+    return packed(JobResult([HeardUtterance(utterance, code_of(decision.reason))]))[LENGTH.size :]
 
 
-def sent(decision: Decision) -> list[RecognizedUtterance]:
+def sent(decision: Decision) -> list[HeardUtterance]:
     """As it comes out of the pipe."""
     answer = answer_decoder(HearSound).decode(packed_answer(decision))
     assert isinstance(answer, JobResult)
@@ -36,6 +38,7 @@ def test_a_decision_crosses_the_border_whole(made: Any) -> None:
     assert (one.begin, one.end, one.final) == (1.0, 2.5, True)
     fields = ("verdict", "confidence", "words", "reason", "offered", "did_you_mean", "echo")
     assert [getattr(one.decision, name) for name in fields] == [getattr(given, name) for name in fields]
+    assert code_of(one.decision.reason) == code_of(given.reason)
 
 
 @pytest.mark.parametrize(
@@ -60,6 +63,6 @@ def test_a_rejection_brings_no_command_along() -> None:
 
 def test_an_answer_of_another_form_is_refused() -> None:
     answer = msgspec.msgpack.decode(packed_answer(sure("turn left")))
-    answer["result"][0]["decision"]["verdict"] = "obey"
+    answer["result"][0]["utterance"]["decision"]["verdict"] = "obey"
     with pytest.raises(msgspec.ValidationError):
         answer_decoder(HearSound).decode(msgspec.msgpack.encode(answer))

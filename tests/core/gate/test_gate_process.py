@@ -121,6 +121,7 @@ def test_it_needs_the_standard_library_only() -> None:
     assert {name for name in seen if name.startswith("core.")} <= {
         "core.gate",
         "core.errors",
+        "core.sentences",
         "core.setting",
         *(n for n in seen if "core.gate." in n),
     }
