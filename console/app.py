@@ -31,6 +31,7 @@ from console.api.lease import lease
 from console.api.login import login
 from console.api.looking import looking
 from console.api.maps import maps
+from console.api.metrics import metrics
 from console.api.microphones import microphones
 from console.api.own_navigation import own_navigation
 from console.api.page import page, scene_page_file
@@ -70,6 +71,7 @@ ROUTERS = (
     sessions,
     maps,
     places,
+    metrics,
     connection,
     slam,
     playback,

@@ -10,6 +10,7 @@ import json
 import logging
 import os
 import re
+import shutil
 import stat
 from collections.abc import Generator
 from pathlib import Path
@@ -72,6 +73,14 @@ class DataFolder(Part):
     def trouble(self) -> str:
         """Why what must last cannot be kept now, in a sentence; "" when it can."""
         return self._disk or self._history
+
+    @property
+    def free_bytes(self) -> int | None:
+        """Free space where the folder lies; None where nothing is known of it."""
+        try:
+            return shutil.disk_usage(self._folder).free
+        except OSError:
+            return None
 
     async def run(self) -> None:
         """For as long as the console runs."""

@@ -8,6 +8,7 @@ from typing import NoReturn
 
 from console import beckon_version
 from console.cli import (
+    backup,
     calibrate,
     completion,
     correct,
@@ -49,6 +50,7 @@ SUBCOMMANDS = (
     settings,
     link,
     token,
+    backup,
     openapi,
     doctor,
     completion,

@@ -62,6 +62,7 @@ def test_every_way_in_but_the_door_itself_refuses_a_stranger(live: Live) -> None
         ("GET", "/static/main.js"),
         ("POST", "/api/login"),
         ("GET", "/api/health"),
+        ("GET", "/metrics"),  # for programs on this machine; others are asked who they are
     }
 
 

@@ -51,7 +51,7 @@ def test_every_call_says_who_may_make_it(description: Any) -> None:
     schemes = description["components"]["securitySchemes"]
     assert set(schemes) == {"key", "login"}
     open_to_all = {call for call, each in operations(description) if not each["security"]}
-    assert open_to_all == {"post /api/login", "get /api/health"}
+    assert open_to_all == {"post /api/login", "get /api/health", "get /metrics"}
     for _, each in operations(description):
         assert {name for one in each["security"] for name in one} in (set(), set(schemes))
         assert each["x-role"] in ("public", "viewer", "operator", "admin")
@@ -103,7 +103,7 @@ def test_every_call_can_be_copied_into_a_shell(description: Any) -> None:
     assert len(found) == len(operations(description)) + 1
     for line in found:
         words = shlex.split(line)
-        assert words[0] == "curl" and any(word.startswith(ADDRESS + "/api/") for word in words)
+        assert words[0] == "curl" and any(word.startswith((ADDRESS + "/api/", ADDRESS + "/metrics")) for word in words)
         if "-d" in words:
             assert isinstance(msgspec.json.decode(words[words.index("-d") + 1]), dict)
 

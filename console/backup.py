@@ -1,0 +1,223 @@
+"""The data folder as one file, and back: all that is Beckon's in it but models, and recordings on request."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import os
+import shutil
+import sqlite3
+import tarfile
+import tempfile
+import time
+import zlib
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import IO, Any, cast
+
+from console import beckon_version
+from console.data_folder import OURS, locked
+from core.errors import BadInput, Unwritable
+from core.files import reason
+
+MANIFEST = "beckon-backup.json"
+BACKUP_FORMAT = 1
+DATABASE = "history.sqlite"
+NEVER_KEPT = ("models", "lock", "access.lock")  # downloaded again; held by a process
+RECORDINGS = "recordings"
+MAX_MANIFEST_BYTES = 64 << 20
+BLOCK_BYTES = 1 << 20
+
+
+@dataclass(frozen=True)
+class BackupReport:
+    """The files and bytes that were kept or put back, and what was left out."""
+
+    file: Path
+    files: int
+    bytes: int
+    left_out: tuple[str, ...] = ()
+
+
+def write_backup(home: Path, file: Path, *, recordings: bool = False) -> BackupReport:
+    """Pack a data folder into `file` (.tar.gz), also while a console runs on it.
+
+    Raises BadInput where there is none, Unwritable.
+    """
+    if not home.is_dir():
+        raise BadInput(f"There is no data folder {home}; name it with --data DIR.")
+    rows: list[dict[str, Any]] = []
+    part = file.with_name(file.name + ".part")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with tarfile.open(part, "w:gz") as box:
+            for path in _kept(home, recordings):
+                with _content(home, path) as content:
+                    rows.append(_packed(box, path.relative_to(home).as_posix(), content))
+            _packed(box, MANIFEST, io.BytesIO(_manifest(rows)))
+        part.chmod(0o600)  # keys of logins are in it
+        part.replace(file)
+    except (OSError, sqlite3.Error) as trouble:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        why = reason(trouble) if isinstance(trouble, OSError) else f"{trouble}."
+        raise Unwritable(f"The backup {file} could not be written: {why}") from None
+    left = () if recordings or not (home / RECORDINGS).is_dir() else (RECORDINGS,)
+    return BackupReport(file, len(rows), sum(row["bytes"] for row in rows), left)
+
+
+def restore_backup(file: Path, home: Path, *, replace: bool = False) -> BackupReport:
+    """Put a backup into a data folder that no console uses; nothing is changed unless all of it is sound.
+
+    With `replace`, what is there moves into its folder `before-restore`. Raises BadInput for a file that is no sound
+    backup or a folder that is not empty, Unavailable while a console runs, Unwritable.
+    """
+    try:
+        home.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".restore-", dir=home.parent) as name:
+            staged = Path(name) / "home"
+            rows = _unpacked(file, staged)
+            with locked(home):
+                _swap(staged, home, replace)
+    except OSError as trouble:
+        raise Unwritable(f"The backup could not be put back into {home}: {reason(trouble)}") from None
+    return BackupReport(file, len(rows), sum(row["bytes"] for row in rows))
+
+
+def _kept(home: Path, recordings: bool) -> Iterator[Path]:
+    """Return every file of ours, in order."""
+    for top in sorted(home.iterdir()):
+        if not OURS.fullmatch(top.name) or top.name in NEVER_KEPT or top.name.endswith(".new"):
+            continue
+        if top.name.startswith(DATABASE) and top.name != DATABASE:
+            continue  # the journals: the database itself is copied whole
+        if top.name == RECORDINGS and not recordings:
+            continue
+        files = sorted(top.rglob("*")) if top.is_dir() else [top]
+        yield from (path for path in files if path.is_file() and not path.is_symlink())
+
+
+@contextlib.contextmanager
+def _content(home: Path, path: Path) -> Generator[IO[bytes]]:
+    """Return a file to read; of the database a copy that is whole while it is written to."""
+    if path != home / DATABASE:
+        with path.open("rb") as content:
+            yield content
+        return
+    with tempfile.TemporaryDirectory(prefix="beckon-") as folder:
+        copy = Path(folder) / DATABASE
+        with contextlib.closing(sqlite3.connect(path)) as source, contextlib.closing(sqlite3.connect(copy)) as target:
+            source.backup(target)
+        with copy.open("rb") as content:
+            yield content
+
+
+def _packed(box: tarfile.TarFile, name: str, content: IO[bytes]) -> dict[str, Any]:
+    """Add a file → its row of the manifest."""
+    digest = hashlib.sha256()
+    with tempfile.SpooledTemporaryFile(max_size=8 * BLOCK_BYTES) as steady:  # it may grow while it is read
+        size = 0
+        while block := content.read(BLOCK_BYTES):
+            digest.update(block)
+            size += len(block)
+            steady.write(block)
+        steady.seek(0)
+        entry = tarfile.TarInfo(name)
+        entry.size, entry.mode, entry.mtime = size, 0o600, int(time.time())
+        box.addfile(entry, cast(IO[bytes], steady))
+    return {"name": name, "bytes": size, "sha256": digest.hexdigest()}
+
+
+def _manifest(rows: list[dict[str, Any]]) -> bytes:
+    told = {"format": BACKUP_FORMAT, "beckon": beckon_version(), "made_s": round(time.time(), 3), "files": rows}
+    return json.dumps(told, indent=1).encode()
+
+
+def _unpacked(file: Path, folder: Path) -> list[dict[str, Any]]:
+    """Unpack into a new folder and compare every checksum → rows of the manifest. Raises BadInput."""
+    folder.mkdir(mode=0o700)
+    told: bytes | None = None
+    found: dict[str, str] = {}
+    try:
+        with tarfile.open(file, "r:gz") as box:
+            for entry in box:
+                content = box.extractfile(entry) if entry.isfile() else None
+                if content is None:
+                    raise BadInput(
+                        f"{file.name} holds something that is no file ({entry.name[:60]!r}): no backup of Beckon."
+                    )
+                if entry.name == MANIFEST:
+                    told = content.read(MAX_MANIFEST_BYTES)
+                else:
+                    found[entry.name] = _written(folder / _inside(entry.name, file), content)
+    except FileNotFoundError:
+        raise BadInput(f"There is no file {file}.") from None
+    except (tarfile.TarError, EOFError, zlib.error, OSError) as trouble:
+        if isinstance(trouble, OSError) and trouble.errno is not None:
+            raise
+        raise BadInput(f"{file.name} is damaged or no backup of Beckon: it cannot be unpacked whole.") from None
+    rows = _read_manifest(file, told)
+    if {row["name"]: row["sha256"] for row in rows} != found:
+        raise BadInput(f"{file.name} is damaged: its files are not those that were kept. Nothing was changed.")
+    return rows
+
+
+def _read_manifest(file: Path, told: bytes | None) -> list[dict[str, Any]]:
+    """The rows of a manifest. Raises BadInput."""
+    try:
+        manifest = json.loads(told or b"")
+        form, version, rows = manifest["format"], str(manifest["beckon"]), list(manifest["files"])
+        rows = [{"name": str(row["name"]), "bytes": int(row["bytes"]), "sha256": str(row["sha256"])} for row in rows]
+    except (ValueError, KeyError, TypeError):
+        raise BadInput(
+            f"{file.name} is no backup of Beckon, or it ends early: its list of files is missing."
+        ) from None
+    if form != BACKUP_FORMAT:
+        raise BadInput(
+            f"{file.name} was made by Beckon {version[:20]}, in a form that this one does not know: update Beckon."
+        )
+    return rows
+
+
+def _inside(name: str, file: Path) -> PurePosixPath:
+    """The place of an entry in the data folder. Raises BadInput for one that would lie elsewhere."""
+    path = PurePosixPath(name)
+    if path.is_absolute() or ".." in path.parts or not path.parts or not OURS.fullmatch(path.parts[0]):
+        raise BadInput(f"{file.name} holds {name[:60]!r}, which is no file of Beckon's: nothing was changed.")
+    return path
+
+
+def _written(path: Path, content: IO[bytes]) -> str:
+    """Write a file that only its owner reads → its checksum."""
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    digest = hashlib.sha256()
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+        while block := content.read(BLOCK_BYTES):
+            digest.update(block)
+            file.write(block)
+        file.flush()
+        os.fsync(file.fileno())
+    return digest.hexdigest()
+
+
+def _swap(staged: Path, home: Path, replace: bool) -> None:
+    """Move every entry of `staged` into `home`, which is locked. Raises BadInput where something is in the way."""
+    present = [path for path in home.iterdir() if OURS.fullmatch(path.name) and path.name not in NEVER_KEPT]
+    if present and not replace:
+        names = ", ".join(sorted(path.name for path in present)[:4])
+        raise BadInput(
+            f"The data folder {home} is not empty ({names}): choose another with --data DIR, or --replace keeps what "
+            "is there beside it."
+        )
+    if present:
+        before = home / "before-restore"
+        if before.exists():
+            raise BadInput(f"{before} is still there from an earlier restore: move it away first.")
+        before.mkdir(mode=0o700)
+        for path in present:
+            path.rename(before / path.name)
+    for path in staged.iterdir():
+        shutil.move(path, home / path.name)

@@ -1,0 +1,157 @@
+"""A data folder as one file and back: whole or not at all, also while a console writes."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import sqlite3
+import tarfile
+from pathlib import Path
+
+import pytest
+
+from console.__main__ import main
+from console.backup import MANIFEST, restore_backup, write_backup
+from console.data_folder import locked
+from core.errors import BadInput, Unavailable, Unwritable
+
+FILES = {
+    "maps/lab-1/card.json": b"{}",
+    "maps/lab-1/floor/map.npz": bytes(range(256)) * 400,
+    "calibration/camera.json": b'{"fx": 1}',
+    "people/ann.json": b"[]",
+    "settings.toml": b"[ekf]\n",
+    "access.json": b"{}",
+    "recordings/a.mcap": b"x" * 1000,
+    "models/large.bin": b"y" * 1000,
+    "notes-of-mine.txt": b"not Beckon's",
+}
+NOT_KEPT = {"models/large.bin", "notes-of-mine.txt"}
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    home = tmp_path / "home"
+    for name, content in FILES.items():
+        (home / name).parent.mkdir(parents=True, exist_ok=True)
+        (home / name).write_bytes(content)
+    with contextlib.closing(sqlite3.connect(home / "history.sqlite")) as history:
+        history.execute("PRAGMA journal_mode=WAL")
+        history.execute("CREATE TABLE commands (words TEXT)")
+        history.execute("INSERT INTO commands VALUES ('turn left')")
+        history.commit()
+    return home
+
+
+def content_of(folder: Path) -> dict[str, bytes]:
+    files = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
+    return {name: path.read_bytes() for name, path in files.items() if not name.endswith("lock")}
+
+
+def test_all_that_is_ours_comes_back_on_an_empty_machine(home: Path, tmp_path: Path) -> None:
+    writing = sqlite3.connect(home / "history.sqlite")  # as a console has it open
+    writing.execute("INSERT INTO commands VALUES ('not committed')")
+    report = write_backup(home, tmp_path / "b" / "all.tar.gz", recordings=True)
+    writing.close()
+    assert report.files == len(FILES) - len(NOT_KEPT) + 1
+    restore_backup(report.file, tmp_path / "new" / "home")
+    found = content_of(tmp_path / "new" / "home")
+    rows = (
+        sqlite3.connect(tmp_path / "new" / "home" / "history.sqlite").execute("SELECT words FROM commands").fetchall()
+    )
+    assert rows == [("turn left",)]
+    del found["history.sqlite"]
+    assert found == {name: content for name, content in FILES.items() if name not in NOT_KEPT}
+    assert (tmp_path / "new" / "home" / "access.json").stat().st_mode & 0o077 == 0
+    assert report.file.stat().st_mode & 0o077 == 0
+
+
+def test_recordings_are_left_out_unless_they_are_asked_for(home: Path, tmp_path: Path) -> None:
+    report = write_backup(home, tmp_path / "b.tar.gz")
+    assert report.left_out == ("recordings",)
+    with tarfile.open(report.file) as box:
+        assert not any(name.startswith("recordings") for name in box.getnames())
+
+
+def test_what_is_there_is_kept_and_never_overwritten_unasked(home: Path, tmp_path: Path) -> None:
+    packed = write_backup(home, tmp_path / "b.tar.gz").file
+    (home / "settings.toml").write_text("newer")
+    before = content_of(home)
+    with pytest.raises(BadInput, match="not empty"):
+        restore_backup(packed, home)
+    assert content_of(home) == before
+    restore_backup(packed, home, replace=True)
+    assert (home / "settings.toml").read_bytes() == FILES["settings.toml"]
+    assert (home / "before-restore" / "settings.toml").read_text() == "newer"
+    assert (home / "notes-of-mine.txt").exists()
+    with pytest.raises(BadInput, match="earlier restore"):
+        restore_backup(packed, home, replace=True)
+
+
+def test_a_folder_that_a_console_uses_is_left_alone(home: Path, tmp_path: Path) -> None:
+    packed = write_backup(home, tmp_path / "b.tar.gz").file
+    with locked(home), pytest.raises(Unavailable, match="Another console"):
+        restore_backup(packed, home, replace=True)
+
+
+def test_no_damage_is_put_back(home: Path, tmp_path: Path) -> None:
+    """A law over places: wherever a byte was changed or the file ends early, nothing of it reaches the folder."""
+    packed = write_backup(home, tmp_path / "b.tar.gz").file.read_bytes()
+    damaged = tmp_path / "damaged.tar.gz"
+    for step in range(1, 24):
+        place = step * len(packed) // 24
+        for content in (packed[:place], packed[:place] + bytes([packed[place] ^ 0x55]) + packed[place + 1 :]):
+            damaged.write_bytes(content)
+            with contextlib.suppress(BadInput):
+                restore_backup(damaged, tmp_path / f"new{step}")
+                kept = content_of(tmp_path / f"new{step}")  # a byte that means nothing was changed
+                assert all(kept[name] == FILES[name] for name in kept.keys() & FILES.keys())
+                continue
+            assert not (tmp_path / f"new{step}").exists() or content_of(tmp_path / f"new{step}") == {}
+
+
+@pytest.mark.parametrize("name", ["../outside", "/etc/passwd", "maps/../../x", "elsewhere.txt"])
+def test_what_would_lie_elsewhere_is_refused(name: str, tmp_path: Path) -> None:
+    with tarfile.open(tmp_path / "b.tar.gz", "w:gz") as box:
+        entry = tarfile.TarInfo(name)
+        entry.size = 1
+        box.addfile(entry, io.BytesIO(b"x"))
+    with pytest.raises(BadInput, match="no file of Beckon's"):
+        restore_backup(tmp_path / "b.tar.gz", tmp_path / "new")
+
+
+@pytest.mark.parametrize(
+    ("manifest", "says"),
+    [
+        (b"", "list of files"),
+        (b"{}", "list of files"),
+        (b'{"format": 9, "beckon": "7", "files": []}', "update Beckon"),
+    ],
+)
+def test_another_manifest_is_told_in_a_sentence(manifest: bytes, says: str, tmp_path: Path) -> None:
+    with tarfile.open(tmp_path / "b.tar.gz", "w:gz") as box:
+        entry = tarfile.TarInfo(MANIFEST)
+        entry.size = len(manifest)
+        box.addfile(entry, io.BytesIO(manifest))
+    with pytest.raises(BadInput, match=says):
+        restore_backup(tmp_path / "b.tar.gz", tmp_path / "new")
+
+
+def test_a_disk_that_takes_nothing_is_told_and_leaves_nothing_behind(home: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(Unwritable, match="could not be written"):
+        write_backup(home, tmp_path / "file" / "b.tar.gz")
+    with pytest.raises(BadInput, match="no data folder"):
+        write_backup(tmp_path / "nowhere", tmp_path / "b.tar.gz")
+
+
+def test_the_command_line_tells_it_in_either_form(
+    home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    packed = str(tmp_path / "b.tar.gz")
+    assert main(["backup", packed, "--data", str(home), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["left_out"] == ["recordings"]
+    assert main(["restore", packed, "--data", str(tmp_path / "new")]) == 0
+    assert "files of" in capsys.readouterr().out
+    assert main(["restore", str(tmp_path / "none"), "--data", str(tmp_path / "new2")]) == 1
