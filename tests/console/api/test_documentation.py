@@ -103,7 +103,8 @@ def test_every_call_can_be_copied_into_a_shell(description: Any) -> None:
     assert len(found) == len(operations(description)) + 1
     for line in found:
         words = shlex.split(line)
-        assert words[0] == "curl" and any(word.startswith((ADDRESS + "/api/", ADDRESS + "/metrics")) for word in words)
+        paths = (ADDRESS + "/api/", ADDRESS + "/metrics")
+        assert words[0] == "curl" and any(word.startswith(paths) for word in words)
         if "-d" in words:
             assert isinstance(msgspec.json.decode(words[words.index("-d") + 1]), dict)
 
