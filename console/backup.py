@@ -132,14 +132,14 @@ def _packed(box: tarfile.TarFile, name: str, content: IO[bytes]) -> dict[str, An
 
 
 def _manifest(rows: list[dict[str, Any]]) -> bytes:
-    told = {"format": BACKUP_FORMAT, "beckon": beckon_version(), "made_s": round(time.time(), 3), "files": rows}
-    return json.dumps(told, indent=1).encode()
+    text = {"format": BACKUP_FORMAT, "beckon": beckon_version(), "made_s": round(time.time(), 3), "files": rows}
+    return json.dumps(text, indent=1).encode()
 
 
 def _unpacked(file: Path, folder: Path) -> list[dict[str, Any]]:
     """Unpack into a new folder and compare every checksum → rows of the manifest. Raises BadInput."""
     folder.mkdir(mode=0o700)
-    told: bytes | None = None
+    text: bytes | None = None
     found: dict[str, str] = {}
     try:
         with tarfile.open(file, "r:gz") as box:
@@ -150,7 +150,7 @@ def _unpacked(file: Path, folder: Path) -> list[dict[str, Any]]:
                         f"{file.name} holds something that is no file ({entry.name[:60]!r}): no backup of Beckon."
                     )
                 if entry.name == MANIFEST:
-                    told = content.read(MAX_MANIFEST_BYTES)
+                    text = content.read(MAX_MANIFEST_BYTES)
                 else:
                     found[entry.name] = _written(folder / _inside(entry.name, file), content)
     except FileNotFoundError:
@@ -159,16 +159,16 @@ def _unpacked(file: Path, folder: Path) -> list[dict[str, Any]]:
         if isinstance(trouble, OSError) and trouble.errno is not None:
             raise
         raise BadInput(f"{file.name} is damaged or no backup of Beckon: it cannot be unpacked whole.") from None
-    rows = _read_manifest(file, told)
+    rows = _read_manifest(file, text)
     if {row["name"]: row["sha256"] for row in rows} != found:
         raise BadInput(f"{file.name} is damaged: its files are not those that were kept. Nothing was changed.")
     return rows
 
 
-def _read_manifest(file: Path, told: bytes | None) -> list[dict[str, Any]]:
+def _read_manifest(file: Path, text: bytes | None) -> list[dict[str, Any]]:
     """The rows of a manifest. Raises BadInput."""
     try:
-        manifest = json.loads(told or b"")
+        manifest = json.loads(text or b"")
         form, version, rows = manifest["format"], str(manifest["beckon"]), list(manifest["files"])
         rows = [{"name": str(row["name"]), "bytes": int(row["bytes"]), "sha256": str(row["sha256"])} for row in rows]
     except (ValueError, KeyError, TypeError):

@@ -1,4 +1,4 @@
-"""What a monitoring system reads: figures of the console in Prometheus' text form."""
+"""Figures for a monitoring system: those of the console in Prometheus' text form."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from console.http.problems import Problem
 from console.runtime import Runtime
 
 TEXT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
-FORWARDED = ("forwarded", "x-forwarded-for", "x-forwarded-proto")  # a proxy speaks for somebody elsewhere
+FORWARDED = ("forwarded", "x-forwarded-for", "x-forwarded-proto")  # a proxy speaks for another machine
 MEMORY = Path("/proc/self/statm")
 MS_PER_S = 1000.0
 
@@ -43,14 +43,14 @@ class Metric:
         yield f"# TYPE beckon_{self.name} {self.kind}"
         for labels, figure in self.figures:
             if figure is not None:
-                told = ",".join(f'{name}="{quoted(value)}"' for name, value in labels.items())
-                yield f"beckon_{self.name}{f'{{{told}}}' if told else ''} {figure:.9g}"
+                text = ",".join(f'{name}="{quoted(value)}"' for name, value in labels.items())
+                yield f"beckon_{self.name}{f'{{{text}}}' if text else ''} {figure:.9g}"
 
 
 @metrics.get("/metrics", response_class=Response, responses={200: {"content": {"text/plain": {}}}})
 @needs("public")
 async def read_metrics(behind: Behind, request: Request) -> Response:
-    """Figures in Prometheus' text form, for whoever is signed in and for programs on this machine."""
+    """Figures in Prometheus' text form, for people who are signed in and for programs on this machine."""
     client = request.client
     near = client is not None and client.host in ON_THIS_MACHINE
     proxied = any(name in request.headers for name in FORWARDED)
@@ -82,7 +82,7 @@ def figures_of(behind: Runtime) -> Iterable[Metric]:
         Metric("gate_state", "gauge", "1 for the state in which the gate is.", (({"state": gate.state}, 1.0),)),
         gauge("speed_metres_per_second", "Speed that the gate lets through.", gate.v),
         gauge("viewers", "People who have a page open.", behind.sockets.people),
-        gauge("operator_present", "1 while somebody drives.", float(behind.lease.holder is not None)),
+        gauge("operator_present", "1 while an operator drives.", float(behind.lease.holder is not None)),
         gauge("disk_free_bytes", "Free space where the data folder lies.", behind.folder.free_bytes),
         gauge("memory_bytes", "Resident memory of the console's own process.", resident_bytes()),
     )

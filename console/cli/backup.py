@@ -11,7 +11,7 @@ from console.cli.answer import add_json, tell, write, write_json
 if TYPE_CHECKING:
     from console.backup import BackupReport
 
-MB = 1e6
+BYTES_PER_MB = 1e6
 
 
 def add(places: Any) -> None:
@@ -38,8 +38,10 @@ def backup(chosen: argparse.Namespace) -> int:
     from console.data_folder import home_folder
 
     report = write_backup(home_folder(chosen.data), chosen.file, recordings=chosen.recordings)
-    told(
-        chosen, report, f"{report.files} files are kept in {report.file} ({report.bytes / MB:.1f} MB before packing)."
+    show(
+        chosen,
+        report,
+        f"{report.files} files are kept in {report.file} ({report.bytes / BYTES_PER_MB:.1f} MB before packing).",
     )
     if report.left_out and not chosen.json:
         tell("Recordings are not in it; with --recordings they are.")
@@ -53,11 +55,11 @@ def restore(chosen: argparse.Namespace) -> int:
 
     home = home_folder(chosen.data)
     report = restore_backup(chosen.file, home, replace=chosen.replace)
-    told(chosen, report, f"{report.files} files of {report.file} are in {home}.")
+    show(chosen, report, f"{report.files} files of {report.file} are in {home}.")
     return 0
 
 
-def told(chosen: argparse.Namespace, report: BackupReport, sentence: str) -> None:
+def show(chosen: argparse.Namespace, report: BackupReport, sentence: str) -> None:
     """Print a report in either form."""
     if chosen.json:
         row = {"file": str(report.file), "files": report.files, "bytes": report.bytes}

@@ -1,4 +1,4 @@
-"""What becomes of the words of one source: STOP at once, a command to the dispatcher, the rest into the history.
+"""The way of the words of one source: STOP at once, a command to the dispatcher, the rest into the history.
 
 This is the one way from a recognizer's decision to the dispatcher: a page's microphone and the robot's own ears
 differ in who speaks, and in what holds their words back.
@@ -70,7 +70,7 @@ class SpokenStops:
 
 @dataclass(frozen=True)
 class SpokenOutcome:
-    """What became of an utterance."""
+    """The outcome of an utterance."""
 
     utterance: RecognizedUtterance  # as it counts: what was said beside an obeyed STOP is that STOP
     said: Spoken
@@ -80,7 +80,7 @@ class SpokenOutcome:
     heard: Heard = "words"
 
     def transcript(self, number: int, delay: float) -> audio.Transcript:
-        """The utterance as its page is told of it; `delay` [s] since the end of its sound."""
+        """The utterance as its page shows it; `delay` [s] since the end of its sound."""
         utterance, decision, command = self.utterance, self.utterance.decision, self.utterance.decision.command
         return audio.Transcript(
             id=number,

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from console.speech.transcription_jobs import BeginListening, FinishListening, HeardUtterance, HearSound, ReadSoFar
+from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar, ReadUtterance
 from console.workers.worker import Worker
 from core.commands.stop_at import command_to
 from core.message import Array
@@ -122,14 +122,14 @@ class TranscriptionClient:
         await self._worker.gone()
 
 
-def received(heard: Iterable[HeardUtterance], places: Iterable[NamedPlace] = ()) -> list[RecognizedUtterance]:
+def received(heard: Iterable[ReadUtterance], places: Iterable[NamedPlace] = ()) -> list[RecognizedUtterance]:
     """A worker's utterances as the console takes them: none asks for more than speech may, or for a place that is
     none of these.
     """
     return [replace(one.utterance, decision=within_bounds(_with_code(one), places)) for one in heard]
 
 
-def _with_code(heard: HeardUtterance) -> Decision:
+def _with_code(heard: ReadUtterance) -> Decision:
     decision = heard.utterance.decision
     return replace(decision, reason=coded(decision.reason, heard.reason))
 

@@ -28,14 +28,14 @@ class BeginListening(Job[str], frozen=True):
     places: tuple[NamedPlace, ...] = ()
 
 
-class HeardUtterance(Struct, frozen=True):
+class ReadUtterance(Struct, frozen=True):
     """An utterance on its way, with the code of why it is rejected."""
 
     utterance: RecognizedUtterance
     reason: SentenceCode
 
 
-class HearSound(Job[list[HeardUtterance]], frozen=True):
+class HearSound(Job[list[ReadUtterance]], frozen=True):
     """The next sound → the utterances known with it. Pieces come in the order in which they were heard."""
 
     samples: bytes  # 32-bit numbers, channel by channel of each moment
@@ -50,5 +50,5 @@ class ReadSoFar(Job[str], frozen=True):
     """→ the words of the sentence under way, as far as it goes; "" where none are known."""
 
 
-class FinishListening(Job[list[HeardUtterance]], frozen=True):
+class FinishListening(Job[list[ReadUtterance]], frozen=True):
     """The sound has ended → the utterances that became known with that."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from console.speech.transcription_jobs import BeginListening, FinishListening, HeardUtterance, HearSound, ReadSoFar
+from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar, ReadUtterance
 from console.workers.job import Handler
 from core.navigation.places import NamedPlace
 from core.sensors.microphones import Sound
@@ -88,7 +88,7 @@ class TranscriptionWorker:
             engine.recognizer.learn((*own_phrases(settings.phrases), *place_phrases(places)))
         self._places = places
 
-    def hear(self, job: HearSound) -> list[HeardUtterance]:
+    def hear(self, job: HearSound) -> list[ReadUtterance]:
         """Read the words of a piece of sound."""
         assert self._transcriber is not None
         if job.places is not None:
@@ -104,11 +104,11 @@ class TranscriptionWorker:
         assert self._transcriber is not None
         return self._transcriber.words_so_far()
 
-    def finish(self, _: FinishListening) -> list[HeardUtterance]:
+    def finish(self, _: FinishListening) -> list[ReadUtterance]:
         """Read what is left of the sound."""
         assert self._transcriber is not None
         return _packed(self._transcriber.finish())
 
 
-def _packed(utterances: Iterable[RecognizedUtterance]) -> list[HeardUtterance]:
-    return [HeardUtterance(one, code_of(one.decision.reason)) for one in utterances]
+def _packed(utterances: Iterable[RecognizedUtterance]) -> list[ReadUtterance]:
+    return [ReadUtterance(one, code_of(one.decision.reason)) for one in utterances]

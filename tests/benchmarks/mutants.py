@@ -39,7 +39,7 @@ class Mutant:
 
 
 MUTANTS = (
-    Mutant("driver: silence", DRIVER, "now - self._twist_at > TIMEOUT", "now - self._twist_at > 1e9"),
+    Mutant("driver: silence", DRIVER, "now - self._twist_at > TWIST_TIMEOUT_S", "now - self._twist_at > 1e9"),
     Mutant(
         "driver: gate gone",
         DRIVER,
@@ -70,8 +70,8 @@ MUTANTS = (
     ),
     Mutant("gate: deadman", DEADMAN, "if now >= arrived + self._limits.deadman:", "if False:"),
     Mutant("gate: heartbeat", DEADMAN, "CONSOLE_SILENT if self.console_silent(now) else", '"" if now else'),
-    Mutant("gate: late", GATE, "if self._ticked is not None and now - self._ticked > LATE:", "if False:"),
-    Mutant("gate: blind", GATE, "or BLIND < now - self._last_sign < math.inf", ""),
+    Mutant("gate: late", GATE, "if self._ticked is not None and now - self._ticked > LATE_TICK_S:", "if False:"),
+    Mutant("gate: blind", GATE, "or MAX_BLIND_S < now - self._last_sign < math.inf", ""),
     Mutant("gate: stale scan", GATE, "if now - self._last_sign > self.limits.scan_age:", "if False:"),
     Mutant("gate: lease", GATE, "if setpoint.epoch != self._epoch:", "if False:"),
     Mutant("gate: nonce", GATE, "        if age is None:", "        if False:"),

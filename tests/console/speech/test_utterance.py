@@ -10,7 +10,7 @@ import msgspec
 import pytest
 
 from console.speech.transcription_client import received
-from console.speech.transcription_jobs import HeardUtterance, HearSound
+from console.speech.transcription_jobs import HearSound, ReadUtterance
 from console.workers.job import LENGTH, JobResult, answer_decoder, packed
 from core.commands.command import Command
 from core.sentences import code_of
@@ -21,10 +21,10 @@ from tests.core.speech.ears import confirming, sure, unsure
 def packed_answer(decision: Decision) -> bytes:
     """As it goes into the pipe."""
     utterance = RecognizedUtterance(begin=1.0, end=2.5, decision=decision)
-    return packed(JobResult([HeardUtterance(utterance, code_of(decision.reason))]))[LENGTH.size :]
+    return packed(JobResult([ReadUtterance(utterance, code_of(decision.reason))]))[LENGTH.size :]
 
 
-def sent(decision: Decision) -> list[HeardUtterance]:
+def sent(decision: Decision) -> list[ReadUtterance]:
     """As it comes out of the pipe."""
     answer = answer_decoder(HearSound).decode(packed_answer(decision))
     assert isinstance(answer, JobResult)
