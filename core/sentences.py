@@ -33,7 +33,8 @@ class Statement(str):
     def __new__(cls, code: str, /, **values: object) -> Self:
         """Put `values` into the words of `code`."""
         text = catalogue()[KEY + code]
-        return cls.of(text.format_map(values) if values else text, code, {k: f"{v}" for k, v in values.items()})
+        texts = {name: str.__str__(str(value)) for name, value in values.items()}  # plain, whatever they are
+        return cls.of(text.format_map(texts) if texts else text, code, texts)
 
     @classmethod
     def of(cls, text: str, code: str | None, values: dict[str, str] | None) -> Self:

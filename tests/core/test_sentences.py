@@ -153,6 +153,10 @@ def test_a_sentence_keeps_its_code_through_errors_and_copies_and_loses_it_with_i
     for same in (str(sentence), str(Refused(sentence)), pickle.loads(pickle.dumps(sentence))):
         assert code_of(same) == ("lease.took_over_from", {"name": "Ann", "other": "{Bob}"})
     assert coded(plain(sentence), code_of(sentence)) == sentence and type(plain(sentence)) is str
+    for cause in (sentence, Refused(sentence)):
+        nested = Statement("command.not_begun", why=cause)
+        assert nested == f"It had not begun: {sentence}"
+        assert [type(text) for text in (nested.said.values or {}).values()] == [str]
     assert code_of(f"So: {sentence}") == code_of(sentence + "") == (None, None)
     with pytest.raises(KeyError):
         pattern(name="Ann")
