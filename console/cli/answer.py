@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
+import shutil
 import signal
 import sys
+import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
 from core.errors import BadInput, BadSettings, BeckonError, Refused, Unavailable, Unwritable
 from core.files import check_file, check_folder
+from core.progress import WorkProgress
 from core.sensors.checks import UnusableReading
 from core.sentences import code_of
 
@@ -32,6 +36,11 @@ KINDS = (
     (OSError, "system"),
 )
 """Codes of errors whose sentences have none of their own."""
+
+FIRST_SHOWN_S = 2.0  # of work, before which no progress is shown
+BAR_PERIOD_S = 0.1  # between two states of a bar
+TENTH_PERIOD_S, LINE_PERIOD_S = 2.0, 10.0  # between two lines without a terminal, with another tenth done or not
+BAR_LETTERS = 20
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -131,6 +140,7 @@ class GrowingJson:
             self._print("}\n")
 
     def _print(self, text: str) -> None:
+        _clear_line()
         sys.stdout.write(text)
         sys.stdout.flush()
 
@@ -141,27 +151,78 @@ def _json(value: object) -> str:
 
 def write(text: str) -> None:
     """Print a line for people, at once: what was said stays said when the rest is interrupted."""
+    _clear_line()
     sys.stdout.write(text + "\n")
     sys.stdout.flush()
 
 
 def tell(text: str) -> None:
-    """Print progress where it does not disturb an answer."""
+    """Print a line that stays where it does not disturb an answer."""
+    _clear_line()
     sys.stderr.write(text + "\n")
 
 
-@contextmanager
-def progress() -> Generator[Callable[[str], None]]:
-    """Progress in words: on a terminal one line that changes and goes, elsewhere a line each."""
-    if not sys.stderr.isatty():
-        yield tell
-        return
-
-    def say(text: str) -> None:
-        sys.stderr.write(f"\r\x1b[K{text}")
+def _clear_line() -> None:
+    """Take a progress that is shown on a terminal away, until it is shown again."""
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\x1b[K")
         sys.stderr.flush()
 
+
+class ShownProgress(WorkProgress):
+    """Progress on standard error: on a terminal a bar with the time to go, elsewhere a line now and then.
+
+    Work that takes less than FIRST_SHOWN_S shows neither.
+    """
+
+    def __init__(self, stream: TextIO, clock: Callable[[], float] = time.monotonic) -> None:
+        self._stream, self._clock, self._terminal = stream, clock, stream.isatty()
+        self._began, self._shown, self._tenth = clock(), -math.inf, 0
+
+    def at(self, share: float, doing: str = "") -> None:
+        """Show the share, as often as people can read it."""
+        now = self._clock()
+        if share <= 0.0:
+            self._began, self._tenth = now, 0
+        passed, tenth = now - self._began, int(10 * share)
+        slowly = not self._terminal and tenth == self._tenth
+        period_s = LINE_PERIOD_S if slowly else TENTH_PERIOD_S if not self._terminal else BAR_PERIOD_S
+        if passed < FIRST_SHOWN_S or now - self._shown < period_s:
+            return
+        self._shown, self._tenth = now, tenth
+        left = f"{_clock_words(passed * (1 - share) / share)} to go" if share > 0.0 else ""
+        if self._terminal:
+            filled = round(BAR_LETTERS * share)
+            bar = f"[{'#' * filled}{'.' * (BAR_LETTERS - filled)}] {share:4.0%}"
+            self(" ".join(filter(None, (bar, left, doing))))
+        else:
+            self(", ".join(filter(None, (f"{share:.0%}", left, doing))))
+
+    def tell(self, line: str) -> None:
+        """A line of its own."""
+        self._stream.write(f"\r\x1b[K{line}\n" if self._terminal else f"{line}\n")
+
+    def __call__(self, line: str) -> None:
+        """On a terminal one line that changes, elsewhere a line each."""
+        if not self._terminal:
+            self._stream.write(f"{line}\n")
+            return
+        width = shutil.get_terminal_size().columns - 1
+        self._stream.write(f"\r\x1b[K{line[:width]}")
+        self._stream.flush()
+
+
+def _clock_words(seconds: float) -> str:
+    """A time as a clock shows it: 0:32, 1:04:10."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02}" if minutes < 60 else f"{minutes // 60}:{minutes % 60:02}:{rest:02}"
+
+
+@contextmanager
+def progress() -> Generator[ShownProgress]:
+    """Progress of a command while it works; on a terminal its line is gone afterwards."""
+    shown = ShownProgress(sys.stderr)
     try:
-        yield say
+        yield shown
     finally:
-        say("")
+        _clear_line()

@@ -32,10 +32,14 @@ def run_camera(chosen: argparse.Namespace) -> int:
     """Pictures → the camera."""
     from console.cli.calibration_words import camera_lines
     from core.pipelines.calibrate import calibrate_camera
+    from core.pipelines.calibrate_from_recording import calibrate_camera_recorded
+    from core.recording.recorded_senses import is_recording
 
-    board = board_from(chosen)
-    with progress() as say:
-        report = calibrate_camera(chosen.images, board, chosen.out, say, printed=is_printed(chosen))
+    board, recorded = board_from(chosen), len(chosen.images) == 1 and is_recording(chosen.images[0])
+    with progress() as shown:
+        solve = calibrate_camera_recorded if recorded else calibrate_camera
+        given = chosen.images[0] if recorded else chosen.images
+        report = solve(given, board, chosen.out, shown, printed=is_printed(chosen))
     return _answer(chosen, report, report["warnings"], camera_lines(report, board))
 
 
@@ -44,11 +48,11 @@ def run_laser(chosen: argparse.Namespace) -> int:
     from console.cli.calibration_words import laser_lines
     from core.pipelines.calibrate import calibrate_laser
     from core.pipelines.calibrate_from_recording import calibrate_laser_recorded
-    from core.recording.images_and_scans import is_recording
+    from core.recording.recorded_senses import is_recording
 
     board = board_or_known(chosen, chosen.camera)
     solve = calibrate_laser_recorded if is_recording(chosen.folder) else calibrate_laser
-    with progress() as say:
+    with progress() as shown:
         report = solve(
             chosen.folder,
             chosen.camera,
@@ -56,7 +60,7 @@ def run_laser(chosen: argparse.Namespace) -> int:
             chosen.out,
             height=chosen.height,
             with_offset=chosen.offset,
-            say=say,
+            progress=shown,
             printed=is_printed(chosen),
         )
     return _answer(chosen, report, report["warnings"], laser_lines(report, board))
@@ -104,7 +108,13 @@ def _answer(
 
 def _add_camera(kinds: Any) -> None:
     parser: argparse.ArgumentParser = kinds.add_parser("camera", help="intrinsic parameters from pictures of a board")
-    parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE", help="pictures of the board, best 10 to 20")
+    parser.add_argument(
+        "images",
+        nargs="+",
+        type=Path,
+        metavar="IMAGE",
+        help="pictures of the board, best 10 to 20; or one recording in which it is shown",
+    )
     add_board(parser, required=True)
     parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml", help=SETTINGS)
     add_out(parser, "where the camera files go")

@@ -42,8 +42,8 @@ def run(chosen: argparse.Namespace) -> int:
     from core.sensors.microphones import load_array
 
     azimuths = [math.radians(angle) for angle in chosen.azimuths]
-    with progress() as say:
-        report = calibrate_array(chosen.sounds, azimuths, load_array(chosen.array), chosen.out, say=say)
+    with progress() as shown:
+        report = calibrate_array(chosen.sounds, azimuths, load_array(chosen.array), chosen.out, progress=shown)
     if chosen.json:
         for warning in report["warnings"]:
             tell(warning)

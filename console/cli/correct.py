@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, add_out, write, write_json
+from console.cli.answer import add_json, add_out, progress, write, write_json
 
 
 def add(places: Any) -> None:
@@ -30,7 +30,8 @@ def run(chosen: argparse.Namespace) -> int:
     from console.cli.calibration_words import correction_lines
     from core.pipelines.correct import correct
 
-    report = correct(chosen.images, chosen.camera, chosen.out, chosen.method)
+    with progress() as shown:
+        report = correct(chosen.images, chosen.camera, chosen.out, chosen.method, shown)
     if chosen.json:
         write_json(report)
     else:

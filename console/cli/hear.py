@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import GrowingJson, add_json, tell, write, write_json
+from console.cli.answer import GrowingJson, add_json, progress, tell, write, write_json
 
 if TYPE_CHECKING:
     from core.pipelines.hear import HeardRecording, HeardUtterance, UnreadRecording
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 def add(places: Any) -> None:
     """Add the subcommand."""
     parser: argparse.ArgumentParser = places.add_parser(
-        "hear", help="where voices are in WAV, FLAC or Ogg files, and what they say"
+        "hear", help="where voices are in sound files and recordings (WAV, FLAC, Ogg, MCAP, bags), and what they say"
     )
     parser.add_argument("sounds", nargs="+", type=Path, metavar="SOUND")
     parser.add_argument(
@@ -44,7 +45,12 @@ def run(chosen: argparse.Namespace) -> int:
 
     settings = load(chosen.settings)
     array = None if chosen.array is None else load_array(chosen.array)
-    heard = hear_each(chosen.sounds, settings, array, chosen.channel)
+    with progress() as shown:
+        return _answer(chosen, hear_each(chosen.sounds, settings, array, chosen.channel, shown))
+
+
+def _answer(chosen: argparse.Namespace, heard: Iterator[tuple[str, HeardRecording | UnreadRecording]]) -> int:
+    """Print what was heard in each file, and return the exit code."""
     if not chosen.json:
         read = [_written(name, one) for name, one in heard]
         return 0 if any(read) else 1

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import GrowingJson, add_json, tell, write, write_json
+from console.cli.answer import GrowingJson, add_json, progress, tell, write, write_json
 from core.errors import BadSettings
 
 if TYPE_CHECKING:
@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 def add(places: Any) -> None:
     """Add the subcommand."""
     parser: argparse.ArgumentParser = places.add_parser("look", help="who stands in pictures, and in which direction")
-    parser.add_argument("pictures", nargs="*", type=Path, metavar="PICTURE")
+    parser.add_argument("pictures", nargs="*", type=Path, metavar="PICTURE", help="files, or one recording")
+    parser.add_argument(
+        "--every", type=float, default=1.0, metavar="S", help="of a recording: time between two of its pictures"
+    )
     parser.add_argument(
         "--ask", type=Path, default=None, metavar="FILE.json", help="a list of questions: picture, azimuth_rad, …"
     )
@@ -51,22 +54,30 @@ def run(chosen: argparse.Namespace) -> int:
         )
     from core.files import check_folder
     from core.perception.people.engines import engine_of, says
-    from core.pipelines.look import look_each
+    from core.pipelines.look import look_each, look_recorded
+    from core.recording.recorded_senses import is_recording
     from core.settings import load
 
     if chosen.draw is not None:
         check_folder(chosen.draw)
-    settings = load(chosen.settings).people
-    engine = {"engine": engine_of(settings), "engine_says": says(settings)}
-    questions = asked(chosen)
-    looked = _warned(look_each(questions, settings, chosen.camera, chosen.draw))
-    if chosen.json and chosen.ask is None and len(questions) == 1:
-        (one,) = answers = list(looked)
-        write_json({**one, **engine})
-    elif chosen.json:
-        answers = _in_json(looked, engine, alone=chosen.ask is None)
-    else:
-        answers = [_written(one) for one in looked]
+    settings = load(chosen.settings)
+    engine = {"engine": engine_of(settings.people), "engine_says": says(settings.people)}
+    recorded = len(chosen.pictures) == 1 and is_recording(chosen.pictures[0])
+    questions = [pattern_of(chosen)] if recorded else asked(chosen)
+    with progress() as shown:
+        where = chosen.camera, chosen.draw
+        if recorded:
+            found = look_recorded(chosen.pictures[0], questions[0], settings, *where, chosen.every, shown)
+        else:
+            found = look_each(questions, settings.people, *where, shown)
+        looked = _warned(found)
+        if chosen.json and chosen.ask is None and len(questions) == 1 and not recorded:
+            (one,) = answers = list(looked)
+            write_json({**one, **engine})
+        elif chosen.json:
+            answers = _in_json(looked, engine, alone=chosen.ask is None)
+        else:
+            answers = [_written(one) for one in looked]
     if engine["engine"] == "drawn":
         tell(engine["engine_says"])
     return 1 if answers and all("error" in one for one in answers) else 0
@@ -102,11 +113,16 @@ def _in_json(looked: Iterator[LookedPicture], engine: dict[str, str], *, alone: 
 
 def asked(chosen: argparse.Namespace) -> list[PictureQuestion]:
     """The questions of the command line. Raises BadInput."""
-    from core.pipelines.look import PictureQuestion, questions_of, read_questions
+    from core.pipelines.look import questions_of, read_questions
 
-    if chosen.ask is not None:
-        return read_questions(chosen.ask)
-    pattern = PictureQuestion(
+    return read_questions(chosen.ask) if chosen.ask is not None else questions_of(chosen.pictures, pattern_of(chosen))
+
+
+def pattern_of(chosen: argparse.Namespace) -> PictureQuestion:
+    """The question of the command line about every picture. Raises BadInput."""
+    from core.pipelines.look import PictureQuestion
+
+    return PictureQuestion(
         picture=Path(),
         name="",
         azimuth=chosen.azimuth,
@@ -114,7 +130,6 @@ def asked(chosen: argparse.Namespace) -> list[PictureQuestion]:
         distance=chosen.distance,
         field=chosen.fov,
     )
-    return questions_of(chosen.pictures, pattern)
 
 
 def sentences(answer: LookedPicture) -> list[str]:

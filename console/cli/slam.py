@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, add_out, tell, write, write_json
+from console.cli.answer import add_json, add_out, progress, tell, write, write_json
 
 
 def add(places: Any) -> None:
@@ -37,7 +37,8 @@ def run(chosen: argparse.Namespace) -> int:
     from core.settings import load
 
     began = time.perf_counter()
-    result = slam_log(chosen.log, load(chosen.settings), chosen.ids, chosen.still, chosen.out)
+    with progress() as shown:
+        result = slam_log(chosen.log, load(chosen.settings), chosen.ids, chosen.still, chosen.out, shown)
     report, took = result.json(), round(time.perf_counter() - began, 3)
     report["processing_s"] = took
     if chosen.json:

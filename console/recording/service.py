@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import logging
 import pickle
@@ -60,6 +61,7 @@ MAX_NAME_LETTERS, MAX_NOTE_LETTERS = 80, 2000
 NAME = re.compile(r"[\w][\w .-]*")
 BATCH_PERIOD_S = 0.25  # [s] between two batches for the recorder's process
 FOXGLOVE_PERIOD_S = 0.05  # [s] of the same where other programs watch live
+IDLE_PERIOD_S = 0.5  # [s] of the same where nothing comes
 BATCH_BUDGET_S, FILE_BUDGET_S = 5.0, 120.0  # [s] of processor time
 MAX_WAITING_MOMENTS = 400  # frames that may wait; more are left out, with a notice
 MAP_PERIOD_S = 2.0  # [s] between two maps, at least
@@ -177,7 +179,9 @@ class RecordingService(Part):
     async def run(self) -> None:
         """Send what came to the recorder's process, and look at the disk."""
         while True:
-            await self._wake.wait()
+            with contextlib.suppress(TimeoutError):  # where nothing comes, what came last is written all the same
+                async with asyncio.timeout(None if self._running is None else IDLE_PERIOD_S):
+                    await self._wake.wait()
             await asyncio.sleep(FOXGLOVE_PERIOD_S if self.foxglove_port else BATCH_PERIOD_S)
             self._wake.clear()
             await self._send()
@@ -339,7 +343,7 @@ class RecordingService(Part):
             self._left_out = 0
         if self._running is not None and not (self._worker.alive and self._worker.starts == self._writes):
             self._lost("its process has ended.")
-        if not moments:
+        if not moments and self._running is None:
             return
         try:
             async with self._turn:

@@ -187,7 +187,10 @@ class RecorderWorker:
         """Write what came. Raises Unwritable; then the file is finished as far as it goes."""
         for moment in pickle.loads(job.moments):
             self._record(moment)
-        return None if self._recording is None else FinishedRecording.of(self._recording.written)
+        if self._recording is None:
+            return None
+        self._recording.flush_when_due()
+        return FinishedRecording.of(self._recording.written)
 
     def _record(self, moment: RecordedMoment) -> None:
         messages = list(self._messages(moment))

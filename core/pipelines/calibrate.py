@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,6 +37,7 @@ from core.calibration.reports import (
 from core.errors import BadInput
 from core.message import Array
 from core.optics import CameraModel
+from core.progress import UNSEEN, WorkProgress
 from core.sensors.checks import Fault, UnusableReading, fault, faults_of, refusal
 
 PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".pgm", ".ppm"}
@@ -45,31 +46,35 @@ MOST_FILES = 2000
 NUMBER, WORDS = re.compile(r"\d+"), re.compile(r"(\D*)(\d*)")
 SHIFTS = (-3, -2, -1, 1, 2, 3)  # places by which a list of scans may be off against the pictures
 
-Say = Callable[[str], None]
-
 
 def calibrate_camera(
     files: Sequence[Path],
     board: Board,
     out: Path | None = None,
-    say: Say | None = None,
+    progress: WorkProgress = UNSEEN,
     *,
     printed: bool = False,
 ) -> CameraFilesReport:
     """Pictures of a board → the camera as JSON keys; with `out`, files in every form.
 
-    `say` receives the progress in words; `printed`: with eq. 44's coefficients. Raises BadInput when fewer than
+    `printed`: with eq. 44's coefficients. Raises BadInput when fewer than
     three pictures can be used.
     """
-    looked = _views(files, board, say or _quiet)
+    return camera_from(_views(files, board, progress), len(files), board, out, printed=printed)
+
+
+def camera_from(
+    looked: LookedAtViews, count: int, board: Board, out: Path | None = None, *, printed: bool = False
+) -> CameraFilesReport:
+    """Views from any source, of `count` pictures → JSON keys and files. Raises BadInput."""
     views, refused = looked.views, looked.refused
     if len(views) < 3:
         seen = Counter(each["seen"] for each in refused if "seen" in each)
-        if seen and max(seen.values()) > len(files) / 2:
-            name, count = seen.most_common(1)[0]
+        if seen and max(seen.values()) > count / 2:
+            name, times = seen.most_common(1)[0]
             what = miscount_words(Board.parse(name, board.square), board)
-            raise refusal("board.use_other", seen=name, entered=board.name, count=count, all=len(files), what=what)
-        raise UnusableReading(_too_few(len(views), len(files), "pictures", refused), looked.faults)
+            raise refusal("board.use_other", seen=name, entered=board.name, count=times, all=count, what=what)
+        raise UnusableReading(_too_few(len(views), count, "pictures", refused), looked.faults)
     calibration = calibrate(views, board, looked.size)
     if calibration.undecided:
         raise UnusableReading(calibration.undecided, (*calibration.faults, *looked.faults))
@@ -98,7 +103,7 @@ def calibrate_laser(
     *,
     height: float | None = None,
     with_offset: bool = False,
-    say: Say | None = None,
+    progress: WorkProgress = UNSEEN,
     printed: bool = False,
 ) -> LaserFilesReport:
     """A folder of picture-and-scan pairs and a camera file → the mount as JSON keys; with `out`, files.
@@ -106,15 +111,13 @@ def calibrate_laser(
     `board` defaults to the one in the camera file. `height` [m] of the camera above the laser, measured by ruler,
     chooses the mode for upright boards. `printed`: by eq. 13. Raises BadInput.
     """
-    say = say or _quiet
     model = read_camera(camera)
     board = board or board_in(camera)
     pairs, refused, background = _pairs(folder)
     seen: list[tuple[int, BoardPose]] = []
     scanned: list[MeanScan | None] = []
     faults: list[Fault] = []
-    for number, (picture, scans) in enumerate(pairs):
-        say(f"{picture.name}: looking for the board")
+    for number, (picture, scans) in enumerate(progress.each(pairs, "looking for the board")):
         try:
             scanned.append(average_scan(*read_scans(scans)))
         except BadInput as wrong:
@@ -255,7 +258,7 @@ def board_in(camera: Path) -> Board:
         ) from None
 
 
-class _LookedAt(NamedTuple):
+class LookedAtViews(NamedTuple):
     """The outcome of all pictures."""
 
     views: list[ViewCorners]
@@ -265,7 +268,7 @@ class _LookedAt(NamedTuple):
     size: tuple[int, int]  # [pixel] that most have
 
 
-def _views(files: Sequence[Path], board: Board, say: Say) -> _LookedAt:
+def _views(files: Sequence[Path], board: Board, progress: WorkProgress) -> LookedAtViews:
     """Look at every picture."""
     if len(files) > MOST_FILES:
         raise BadInput(f"{len(files)} pictures are too many; at most {MOST_FILES} are read at once.")
@@ -274,8 +277,7 @@ def _views(files: Sequence[Path], board: Board, say: Say) -> _LookedAt:
     faults: list[Fault] = []
     warnings: list[str] = []
     twins: dict[bytes, str] = {}
-    for name, path in zip(own_names(files), files, strict=True):
-        say(f"{name}: looking for the board")
+    for name, path in progress.each(list(zip(own_names(files), files, strict=True)), "looking for the board"):
         try:
             grey, remark = read_grey(path)
             corners, remarks = _corners(grey, board)
@@ -283,7 +285,7 @@ def _views(files: Sequence[Path], board: Board, say: Say) -> _LookedAt:
                 raise BadInput(f"it is the same picture as {twin}; every picture counts once")
             twins[corners.tobytes()] = name
         except BadInput as wrong:
-            say(f"{name}: {wrong}")
+            progress.tell(f"{name}: {wrong}")
             refused.append({"image": name, "reason": str(wrong)})
             faults += faults_of(wrong, name)
             if isinstance(wrong, BoardNotSeen) and wrong.seen:
@@ -292,7 +294,7 @@ def _views(files: Sequence[Path], board: Board, say: Say) -> _LookedAt:
         found.append((ViewCorners(name=name, corners=corners), (grey.shape[1], grey.shape[0])))
         warnings += [f"{name}: {each}" for each in (remark, *remarks) if each]
     if not found:
-        return _LookedAt([], refused, tuple(faults), warnings, (0, 0))
+        return LookedAtViews([], refused, tuple(faults), warnings, (0, 0))
     counts = Counter(each for _, each in found)
     size = max(counts, key=lambda each: (counts[each], each[0] * each[1]))
     for view, own in found:
@@ -300,7 +302,7 @@ def _views(files: Sequence[Path], board: Board, say: Say) -> _LookedAt:
             many = "most" if counts[size] > counts[own] else "as many"
             reason = f"it is {own[0]}x{own[1]}, {many} pictures are {size[0]}x{size[1]}; one camera setting at a time"
             refused.append({"image": view.name, "reason": reason})
-    return _LookedAt([view for view, own in found if own == size], refused, tuple(faults), warnings, size)
+    return LookedAtViews([view for view, own in found if own == size], refused, tuple(faults), warnings, size)
 
 
 def _corners(grey: Array, board: Board) -> tuple[Array, tuple[str, ...]]:
@@ -365,7 +367,3 @@ def _background(path: Path, poses: Sequence[LaserPose]) -> Array:
     if any(pose.scan.rays.shape != scan.rays.shape for pose in poses):
         raise BadInput("The background scan has other beams than the scans; record it with the same settings.")
     return scan.ranges
-
-
-def _quiet(words: str) -> None:
-    """Say nothing."""

@@ -1,22 +1,57 @@
-"""The camera's mount from a recording with pictures and scans: what `calibrate laser RECORDING` does."""
+"""Calibrate from a recording: what `calibrate camera RECORDING` and `calibrate laser RECORDING` do."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from core.calibration.board.board import Board
+from core.calibration.camera.session import CameraSession, SessionSettings
 from core.calibration.files.camera_files import read_camera
 from core.calibration.laser.still_poses import StillPoses
 from core.calibration.mount import Mount
-from core.calibration.reports import LaserFilesReport
-from core.errors import BadInput
-from core.pipelines.calibrate import mount_from
-from core.recording.images_and_scans import RecordedImage, sights
+from core.calibration.reports import CameraFilesReport, LaserFilesReport, RefusedPicture
+from core.errors import BadInput, Refused
+from core.pipelines.calibrate import LookedAtViews, camera_from, mount_from
+from core.progress import UNSEEN, WorkProgress
 from core.recording.read_report import ReadReport
+from core.recording.recorded_senses import RecordedImage, sights
 from core.recording.recording import LogSettings
 
-TELL_EVERY = 100  # pictures
+AT_ONCE = SessionSettings(still_for=0.0)  # nobody waits for a sign to move on
+MAX_REASONS = 20  # for pictures that were not used
+
+
+def calibrate_camera_recorded(
+    path: Path,
+    board: Board,
+    out: Path | None = None,
+    progress: WorkProgress = UNSEEN,
+    *,
+    printed: bool = False,
+    settings: LogSettings | None = None,
+) -> CameraFilesReport:
+    """A recording in which the board is held still now and then → the camera as JSON keys; with `out`, files.
+
+    The views are those that the wizard would have taken: sharp, still and new. Raises BadInput.
+    """
+    settings, tally = settings or LogSettings(), ReadReport(path)
+    session, pictures, refused = CameraSession(board, AT_ONCE), 0, dict[str, RefusedPicture]()
+    for found in sights(path, settings, tally, progress=progress):
+        if not isinstance(found, RecordedImage):
+            continue
+        pictures += 1
+        try:
+            verdict = session.look(found.grey, found.stamp)
+        except Refused:
+            break  # more views than are needed
+        if verdict.kind in ("nothing", "refused"):
+            refused[verdict.words] = {"image": f"{path.name}, picture {pictures}", "reason": verdict.words}
+    warnings = list(tally.report("recording").warnings)
+    if not pictures:
+        raise BadInput(" ".join((f"{path.name} holds no pictures.", *warnings[:1])))
+    size = session.size or (0, 0)
+    looked = LookedAtViews(list(session.views), list(refused.values())[:MAX_REASONS], (), warnings, size)
+    return camera_from(looked, pictures, board, out, printed=printed)
 
 
 def calibrate_laser_recorded(
@@ -27,7 +62,7 @@ def calibrate_laser_recorded(
     *,
     height: float | None = None,
     with_offset: bool = False,
-    say: Callable[[str], None],
+    progress: WorkProgress = UNSEEN,
     settings: LogSettings | None = None,
     printed: bool = False,
 ) -> LaserFilesReport:
@@ -37,11 +72,9 @@ def calibrate_laser_recorded(
     """
     settings, model = settings or LogSettings(), read_camera(camera)
     tally, collected, scans = ReadReport(path), StillPoses(board, model), 0
-    for found in sights(path, settings, tally):
+    for found in sights(path, settings, tally, progress=progress):
         if isinstance(found, RecordedImage):
             collected.look(found.stamp, found.grey)
-            if collected.pictures % TELL_EVERY == 1:
-                say(f"picture {collected.pictures}: {collected.seen} have shown the board")
         elif scans * found.ranges.nbytes < settings.most_readings:
             scans += 1
             collected.sweep(found)

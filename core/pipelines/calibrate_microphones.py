@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TypedDict
 
@@ -14,6 +14,7 @@ from core.message import Array
 from core.perception.sound.array_diagnostics import check
 from core.perception.sound.array_orientation import Orientation, OrientationWizard, heard_from, oriented
 from core.perception.sound.settings import DirectionFindingSettings
+from core.progress import UNSEEN, WorkProgress
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray
 
@@ -56,7 +57,7 @@ def calibrate_array(
     array: MicrophoneArray,
     out: Path | None = None,
     settings: DirectionFindingSettings | None = None,
-    say: Callable[[str], None] | None = None,
+    progress: WorkProgress = UNSEEN,
 ) -> OrientationFigures:
     """One recording for each azimuth [rad] of the robot, 0 ahead and counter-clockwise → the array's orientation.
 
@@ -69,9 +70,7 @@ def calibrate_array(
     refused: list[RefusedClap] = []
     warnings: list[str] = []
     used: list[str] = []
-    for path, azimuth in zip(paths, azimuths, strict=True):
-        if say is not None:
-            say(f"{path.name}…")
+    for path, azimuth in progress.each(list(zip(paths, azimuths, strict=True)), "claps"):
         sound = read_sound(path)
         warnings += [f"{path.name}: {one.sentence}" for one in check(sound, array, chosen) if one.serious]
         try:

@@ -20,10 +20,13 @@ from core.calibration.reports import (
     found_faults,
 )
 from core.errors import BadInput
+from core.progress import UNSEEN, WorkProgress
 from core.sensors.checks import Fault, UnusableReading, faults_of
 
 
-def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "exact") -> CorrectedPictures:
+def correct(
+    files: Sequence[Path], camera: Path, out: Path, method: Method = "exact", progress: WorkProgress = UNSEEN
+) -> CorrectedPictures:
     """Pictures → straight pictures in `out`, with the errors of Table 1's inverse and of the exact one.
 
     Raises BadInput when no picture can be corrected, Unavailable when nothing can be written.
@@ -35,7 +38,7 @@ def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "ex
     refused: list[RefusedPicture] = []
     faults: list[Fault] = []
     taken: set[str] = set()
-    for name, path in zip(own_names(files), files, strict=True):
+    for name, path in progress.each(list(zip(own_names(files), files, strict=True)), "pictures"):
         try:
             picture = read_colour(path)
             if picture.shape[:2] != (model.height, model.width):

@@ -1,9 +1,10 @@
-"""Recordings of sound through the robot's ears, offline: where voices were, and what they said."""
+"""Sound files and recordings through the robot's ears, offline: where voices were, and what they said."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict
 
@@ -18,6 +19,10 @@ from core.perception.sound.locate import sure
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.utterances import directions
 from core.pipelines.listen import WordReader
+from core.progress import UNSEEN, WorkProgress
+from core.recording.read_report import ReadReport
+from core.recording.recorded_senses import is_recording, recorded_sound
+from core.recording.recording import RecordingReport
 from core.recording.sound_file import read_sound
 from core.sensors.checks import CHECKS, Fault, fault
 from core.sensors.microphones import LOUDEST, MicrophoneArray, Sound
@@ -109,7 +114,7 @@ class RecordingTranscriber:
                 raise
             self.wordless = str(absent)
 
-    def hear(self, path: Path, channel: int | None = None) -> HeardRecording:
+    def hear(self, path: Path, channel: int | None = None, progress: WorkProgress = UNSEEN) -> HeardRecording:
         """One file → directions and utterances. Words are read in `channel`; without one from the array's beam
         towards each voice, where the array is sound, else in its first microphone, else in the first channel that
         is not much fainter than the loudest one.
@@ -117,9 +122,11 @@ class RecordingTranscriber:
         Raises BadInput with a sentence.
         """
         began = time.perf_counter()
-        sound, faults = in_full_scale(read_sound(path))
+        given, recorded = self._read(path, progress)
+        sound, faults = in_full_scale(given)
+        faults += recorded.faults
         found: tuple[Direction, ...] = ()
-        warnings = [one.sentence for one in faults]
+        warnings = list(dict.fromkeys((*recorded.warnings, *(one.sentence for one in faults))))
         beam, finding = False, self._settings.direction_finding
         if self._array is not None:
             found = directions(sound, self._array, finding)
@@ -133,7 +140,7 @@ class RecordingTranscriber:
         if self._array is None and not sound.samples[:, words].any():
             faults.append(fault("array.dead", channels=words + 1))
             warnings.append(faults[-1].sentence)
-        said, stops = self._words(sound, None if beam else words)
+        said, stops = self._words(sound, None if beam else words, path.name, progress)
         if self.wordless:
             warnings.append(self.wordless)
         return {
@@ -152,22 +159,34 @@ class RecordingTranscriber:
             "processing_s": time.perf_counter() - began,
         }
 
+    def _read(self, path: Path, progress: WorkProgress) -> tuple[Sound, RecordingReport]:
+        """A file's sound, and what its reader says of it; of a recording its sound from 0 s on. Raises BadInput."""
+        tally = ReadReport(path)
+        if not is_recording(path):
+            return read_sound(path), tally.report("sound")
+        sound = recorded_sound(path, self._settings.log, tally, progress)
+        return replace(sound, stamp=0.0), tally.report("recording")
+
     def _words(
-        self, sound: Sound, channel: int | None
+        self, sound: Sound, channel: int | None, name: str, progress: WorkProgress
     ) -> tuple[list[RecognizedUtterance], list[RecognizedUtterance]]:
         """Utterances, and STOPs that were heard before their sentence was over; without a channel from the beam."""
         if self._engine is None:
             return [], []
         reader = WordReader(self._settings, self._engine, self._array if channel is None else None, channel or 0)
         heard: list[RecognizedUtterance] = []
-        for piece in reader.prepared(sound).pieces(PIECE):
+        for piece in progress.each(list(reader.prepared(sound).pieces(PIECE)), name):
             heard += reader.feed(piece)
         heard += reader.finish()
         return [said for said in heard if said.final], [said for said in heard if not said.final]
 
 
 def hear_each(
-    paths: Sequence[Path], settings: Settings, array: MicrophoneArray | None = None, channel: int | None = None
+    paths: Sequence[Path],
+    settings: Settings,
+    array: MicrophoneArray | None = None,
+    channel: int | None = None,
+    progress: WorkProgress = UNSEEN,
 ) -> Iterator[tuple[str, HeardRecording | UnreadRecording]]:
     """Hear recordings one after another → the name of each, and its answer as soon as it is known.
 
@@ -176,9 +195,9 @@ def hear_each(
     hearer = RecordingTranscriber(settings, array)
     distinct = list(dict.fromkeys(paths))
     names = [path.name for path in distinct]
-    for path in distinct:
+    for number, path in enumerate(distinct):
         try:
-            found = hearer.hear(path, channel)
+            found = hearer.hear(path, channel, progress.part(number, len(distinct)))
         except BadInput as refusal:
             if len(paths) == 1:
                 raise

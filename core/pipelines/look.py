@@ -25,12 +25,17 @@ from core.perception.people.detector import Rectangle
 from core.perception.people.engines import open_detector
 from core.perception.people.looking import ASKED_SD, LookQuestion, PersonDetector
 from core.perception.people.parts import PeopleSettings
+from core.progress import UNSEEN, WorkProgress
+from core.recording.read_report import ReadReport
+from core.recording.recorded_senses import RecordedImage, sights
 from core.sensors import Camera
+from core.settings import Settings
 
 FIELD = 1.05  # [rad] that a picture is wide where nothing is known of its camera; a telephone's is about that
 NARROWEST, WIDEST = 0.05, 2.8  # [rad] of a field of view
 NEAREST, FARTHEST = 0.2, 100.0  # [m]
 EYE = 1.15  # [m] above the floor, for the detector that needs a height
+EVERY_S = 1.0  # between the pictures of a recording
 LARGEST = 1280  # [pixel] of a picture's longer side; larger ones are shrunk before they are looked at
 MOST_QUESTIONS, MOST_BYTES = 20_000, 8 * 2**20  # of a file with questions
 COLOURS = ((80, 200, 255), (90, 220, 90), (255, 170, 60))  # of head, torso and feet, blue-green-red
@@ -47,6 +52,7 @@ class PictureQuestion:
     azimuth: float | None = None  # [rad] left positive, from the camera's axis; None: look anywhere
     azimuth_sd: float = ASKED_SD  # [rad]
     distance: float | None = None  # [m]
+    pixels: Array | None = None  # (H, W, 3) of a recorded picture; None: those of the file
     field: float | None = None  # [rad] that the picture is wide; None: by the camera's calibration, else FIELD
 
 
@@ -73,6 +79,7 @@ class LookedPicture(TypedDict):
     people: list[PersonEntry]  # best first
     processing_s: float  # for looking, without reading the file
     drawing: NotRequired[str]  # the annotated picture
+    t_s: NotRequired[float]  # of a recorded picture, from the first one
     error: NotRequired[str]  # why the picture was not looked at
 
 
@@ -91,6 +98,7 @@ def look_each(
     settings: PeopleSettings,
     camera: Path | None = None,
     draw: Path | None = None,
+    progress: WorkProgress = UNSEEN,
 ) -> Iterator[LookedPicture]:
     """Answer questions about picture files → each answer as soon as it is known.
 
@@ -102,9 +110,40 @@ def look_each(
         _check(question)
     folder = None if draw is None else folder_at(draw)
     opened = cache(lambda: open_detector(settings))  # not before a picture could be read
-    for number, question in enumerate(questions):
+    for number, question in enumerate(progress.each(questions, "pictures")):
         drawing = None if folder is None else folder / f"{question.picture.stem}_people_{number}.jpg"
         yield _answered(question, model, opened, drawing)
+
+
+def look_recorded(
+    path: Path,
+    pattern: PictureQuestion,
+    settings: Settings,
+    camera: Path | None = None,
+    draw: Path | None = None,
+    every_s: float = EVERY_S,
+    progress: WorkProgress = UNSEEN,
+) -> Iterator[LookedPicture]:
+    """The same question about one picture every `every_s` [s] of a recording → each answer as soon as it is known.
+
+    A picture is called by its time [s] from the first one. Without `camera` the calibration in the recording counts.
+    Raises BadInput where it holds no pictures.
+    """
+    _check(pattern)
+    model = None if camera is None else read_camera(camera)
+    folder, opened = None if draw is None else folder_at(draw), cache(lambda: open_detector(settings.people))
+    tally, start = ReadReport(path), None
+    for found in sights(path, settings.log, tally, every_s, progress):
+        if not isinstance(found, RecordedImage):
+            continue
+        start = found.stamp if start is None else start
+        at = found.stamp - start
+        known = model or (found.model if pattern.field is None else None)
+        asked = replace(pattern, picture=path, name=f"{path.name} {at:.1f} s", pixels=found.pixels)
+        drawing = None if folder is None else folder / f"{path.stem}_people_{at:07.1f}.jpg"
+        yield {**_answered(asked, known, opened, drawing), "t_s": round(at, 3)}
+    if start is None:
+        raise BadInput(" ".join((f"{path.name} holds no pictures.", *tally.report("recording").warnings[:1])))
 
 
 def read_questions(path: Path) -> list[PictureQuestion]:
@@ -160,7 +199,9 @@ def _answered(
 ) -> LookedPicture:
     answer: LookedPicture = {"picture": question.name, "people": [], "processing_s": 0.0}
     try:
-        pixels = read_upright(question.picture) if model is None else read_colour(question.picture)
+        pixels = question.pixels
+        if pixels is None:
+            pixels = read_upright(question.picture) if model is None else read_colour(question.picture)
         camera = _camera(question, model, pixels)
     except BadInput as wrong:
         return {**answer, "error": f"{str(wrong)[:1].upper()}{str(wrong)[1:]}."}

@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NotRequired, TypedDict
+from typing import NamedTuple, NotRequired, TypedDict
 
+import numpy as np
+
+from core.errors import BadInput
 from core.geometry import Pose
+from core.message import Array
 from core.pilot import Pilot
+from core.pilot.recorded_drive import robot_of
 from core.pipelines import slam_files
-from core.recording import Ids, Recording, ScanRecording, SightingRecording, open_log
+from core.pipelines.slam_report import ReportedRun, SlamCourse, report_html
+from core.progress import UNSEEN, WorkProgress
+from core.recording import Ids, Recording, RecordingReport, ScanRecording, SightingRecording, open_log
+from core.recording.drive import DriveRecording, is_drive
+from core.recording.frame_record import FRAME
 from core.robots.replayed import profile_of
+from core.sensors import SensorFrame
 from core.settings import Settings
 from core.slam.ekf_slam import EkfSlam
 from core.slam.estimate import Landmark
 from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.status import ClosureStatus
 from core.slam.mapper import AnchoredPose
 
 PACE = 0.02  # [m]: the path is measured from place to place this far apart, so that trembling at rest adds nothing
@@ -56,17 +70,15 @@ class SlamFigures(TypedDict):
 class SlamResult:
     """The estimates from one log. The caller measures the time that it took."""
 
-    recording: Recording
+    recording: Recording | DriveRecording
+    report: RecordingReport
+    stamps: tuple[float, ...]  # [s], the log's own, one per pose
     poses: tuple[Pose, ...]  # world, one per reading that carries a scan or a sighting
     landmarks: tuple[Landmark, ...]
+    course: SlamCourse
     identities: dict[int, int] = field(default_factory=dict[int, int])  # landmark → its name in the log, where given
     grid: OccupancyGrid | None = None
     files: dict[str, str | None] = field(default_factory=lambda: {"trajectory_tum": None, "map_yaml": None})
-
-    @property
-    def stamps(self) -> tuple[float, ...]:
-        """The log's own stamp [s] of every pose."""
-        return tuple(reading.stamp for reading in self.recording)
 
     @property
     def path(self) -> float:
@@ -80,10 +92,10 @@ class SlamResult:
 
     def json(self) -> SlamFigures:
         """Everything but the poses, as plain values with their units in the keys."""
-        report = self.recording.report
+        report = self.report
         return {
             "frames": len(self.poses),
-            "duration_s": self.recording.duration,
+            "duration_s": self.stamps[-1] - self.stamps[0],
             "path_m": self.path,
             "landmarks": [self._row(mark) for mark in self.landmarks],
             "files": self.files,
@@ -119,6 +131,7 @@ def slam_log(
     ids: Ids = "given",
     still: bool = False,
     out: Path | None = None,
+    progress: WorkProgress = UNSEEN,
 ) -> SlamResult:
     """Read a log and estimate pose and landmarks over all of it; with `out`, leave the files there.
 
@@ -126,33 +139,135 @@ def slam_log(
     Unavailable.
     """
     settings = settings or Settings()
-    recording = open_log(path, settings.log, ids, still)
-    result = _scans(recording, settings) if isinstance(recording, ScanRecording) else _sightings(recording, settings)
+    progress.at(0.0, "reading")
+    result = _own(Path(path), settings, progress)
+    if result is None:
+        recording = open_log(path, settings.log, ids, still)
+        scans = isinstance(recording, ScanRecording)
+        result = _scans(recording, settings, progress) if scans else _sightings(recording, settings, progress)
     if out is None:
         return result
-    files = slam_files.save(out, result.stamps, result.poses, result.landmarks, result.grid)
-    return SlamResult(recording, result.poses, result.landmarks, result.identities, result.grid, files)
+    report = report_html(_reported(result, settings))
+    files = slam_files.save(out, result.stamps, result.poses, result.landmarks, result.grid, report)
+    return replace(result, files=files)
 
 
-def _scans(recording: ScanRecording, settings: Settings) -> SlamResult:
-    """Scans go through the pilot itself, frame by frame; the poses are those of the final map."""
+def _reported(result: SlamResult, settings: Settings) -> ReportedRun:
+    """The report of a result."""
+    report = result.report
+    return ReportedRun(
+        title=result.recording.path.name,
+        facts=(
+            ("form", f"{report.form}: {', '.join(report.topics)}".rstrip(": ")),
+            ("readings", f"{len(result.poses)} over {result.stamps[-1] - result.stamps[0]:.1f} s"),
+            ("records skipped", str(report.skipped)),
+            ("odometry", "yes" if result.recording.has_wheels else "no"),
+            ("path", f"{result.path:.2f} m"),
+            ("landmarks", str(len(result.landmarks))),
+        ),
+        warnings=report.warnings,
+        stamps=result.stamps,
+        poses=result.poses,
+        landmarks=result.landmarks,
+        grid=result.grid,
+        course=result.course,
+        settings=settings,
+    )
+
+
+class _CourseTaker:
+    """Collects how the estimate goes, reading by reading."""
+
+    def __init__(self) -> None:
+        self._rows: list[tuple[float, float, float]] = []
+        self._began = time.perf_counter()
+
+    def begin(self) -> None:
+        """A reading is taken in from now on."""
+        self._began = time.perf_counter()
+
+    def end(self, nis: float | None, covariance: Array) -> None:
+        """Its estimate is there."""
+        weakest = float(np.linalg.eigvalsh(covariance[:2, :2])[-1])
+        took_ms = 1e3 * (time.perf_counter() - self._began)
+        self._rows.append((math.nan if nis is None else nis, math.sqrt(max(weakest, 0.0)), took_ms))
+
+    def course(self, closures: tuple[ClosureStatus, ...] = ()) -> SlamCourse:
+        """All of it."""
+        nis, position_sd, step_ms = np.array(self._rows).reshape(-1, 3).T
+        return SlamCourse(nis, position_sd, step_ms, closures)
+
+
+def _own(path: Path, settings: Settings, progress: WorkProgress) -> SlamResult | None:
+    """One of Beckon's own recordings: the frames that the pilot took that day; None for all others."""
+    if not is_drive(path):
+        return None
+    drive = DriveRecording(path, settings.log)
+    try:
+        pilot = Pilot(robot_of(drive).used, settings)
+    except BadInput:
+        return None  # recorded before there was a description, or without a page
+    run = _steered(pilot, drive, drive.counts.get(FRAME, 0), progress)
+    drive.close()
+    report = drive.report
+    if not run.stamps:
+        raise BadInput(f"{path.name} holds no scans. It holds {', '.join(report.topics[:8])}.")
+    warnings = (*report.warnings, *(one.sentence for one in pilot.faults))
+    return _result(drive, replace(report, faults=pilot.faults, warnings=warnings), pilot, run)
+
+
+def _scans(recording: ScanRecording, settings: Settings, progress: WorkProgress) -> SlamResult:
+    """Scans go through the pilot itself, frame by frame."""
     pilot = Pilot(profile_of(recording), settings)
-    stands: list[AnchoredPose] = []
-    for frame in recording:
-        pilot.step(frame)
-        stands.append(pilot.anchored_pose)
-    landmarks, grid = pilot.finish()
+    run = _steered(pilot, recording, len(recording), progress)
     recording = recording.with_faults(pilot.faults)
-    return SlamResult(recording, tuple(pilot.where(stand) for stand in stands), landmarks, grid=grid)
+    return _result(recording, recording.report, pilot, run)
 
 
-def _sightings(recording: SightingRecording, settings: Settings) -> SlamResult:
+class _PilotRun(NamedTuple):
+    """The outcome of taking every frame."""
+
+    stamps: list[float]  # [s] of the frames with a scan
+    stands: list[AnchoredPose]  # at them
+    course: SlamCourse
+
+
+def _steered(pilot: Pilot, frames: Iterable[SensorFrame], count: int, progress: WorkProgress) -> _PilotRun:
+    """Take `count` frames."""
+    taker, stamps, stands = _CourseTaker(), list[float](), list[AnchoredPose]()
+    closures: tuple[ClosureStatus, ...] = ()
+    progress.at(0.0, "estimating")
+    for number, frame in enumerate(frames, 1):
+        taker.begin()
+        snapshot = pilot.step(frame)
+        if frame.scan is not None:
+            stamps.append(frame.stamp)
+            stands.append(pilot.anchored_pose)
+            taker.end(snapshot.slam.nis, snapshot.estimate.covariance)
+        closures = snapshot.floor.closures
+        progress.at(min(number / max(count, 1), 1.0), "estimating")
+    return _PilotRun(stamps, stands, taker.course(closures))
+
+
+def _result(
+    recording: ScanRecording | DriveRecording, report: RecordingReport, pilot: Pilot, run: _PilotRun
+) -> SlamResult:
+    """The poses are those of the final map."""
+    landmarks, grid = pilot.finish()
+    poses = tuple(pilot.where(stand) for stand in run.stands)
+    return SlamResult(recording, report, tuple(run.stamps), poses, landmarks, run.course, grid=grid)
+
+
+def _sightings(recording: SightingRecording, settings: Settings, progress: WorkProgress) -> SlamResult:
     """Sightings need no perception: they go to the estimator with the noise of their log."""
-    slam = EkfSlam(settings.ekf, settings.motion)
+    slam, taker = EkfSlam(settings.ekf, settings.motion), _CourseTaker()
     poses: list[Pose] = []
-    for step in recording:
+    for step in progress.each(recording.steps, "estimating"):
+        taker.begin()
         slam.advance(step.increment)
         slam.see(step.sightings)
         poses.append(slam.estimate.pose)
+        taker.end(slam.health.nis, slam.estimate.covariance)
     identities = {row.id: row.identity for row in slam.table.rows if row.identity is not None}
-    return SlamResult(recording, tuple(poses), slam.landmarks, identities)
+    stamps = tuple(step.stamp for step in recording)
+    return SlamResult(recording, recording.report, stamps, tuple(poses), slam.landmarks, taker.course(), identities)

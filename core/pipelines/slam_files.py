@@ -1,4 +1,4 @@
-"""The files an offline run leaves: trajectory (TUM), landmarks (CSV), map (Nav2)."""
+"""The files an offline run leaves: trajectory (TUM), landmarks (CSV), map (Nav2, PNG), and its report (HTML)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from core.files import saving, write_atomic
 from core.geometry import Pose
 from core.pipelines.nav2_map import nav2_map
+from core.pipelines.slam_report import map_png
 from core.slam.estimate import Landmark
 from core.slam.map.occupancy import OccupancyGrid
 
@@ -37,15 +38,21 @@ def save(
     poses: Sequence[Pose],
     landmarks: Sequence[Landmark],
     grid: OccupancyGrid | None,
+    report: str,
 ) -> dict[str, str | None]:
     """Write everything into `folder` → what lies where; without a grid there is no map. Raises Unwritable."""
     contents: dict[str, tuple[str, bytes]] = {
         "trajectory_tum": ("trajectory.tum", trajectory_tum(stamps, poses).encode()),
         "landmarks_csv": ("landmarks.csv", landmarks_csv(landmarks).encode()),
+        "report_html": ("report.html", report.encode()),
     }
     if grid is not None:
         text, picture = nav2_map(grid, "map.pgm")
-        contents |= {"map_yaml": ("map.yaml", text.encode()), "map_pgm": ("map.pgm", picture)}
+        contents |= {
+            "map_yaml": ("map.yaml", text.encode()),
+            "map_pgm": ("map.pgm", picture),
+            "map_png": ("map.png", map_png(grid)),
+        }
     with saving(f"Nothing can be written to {folder}"):
         for name, content in contents.values():
             write_atomic(folder / name, content)

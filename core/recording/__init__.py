@@ -88,10 +88,23 @@ def open_log(
     return _file(place, number, ids, still, settings, whole=whole)
 
 
+def ros_form(path: Path) -> tuple[str, Messages] | None:
+    """The form of a file or folder of ROS messages, by how it begins or else by its name; None where it is none."""
+    if path.is_dir():
+        holds = any(each.suffix in (".db3", ".mcap") for each in path.iterdir())
+        return ("ROS 2 bag", ros2_bag.folder_messages) if holds else None
+    return ROS_FORMS.get(_form_of(path))
+
+
+def _form_of(place: Path) -> str:
+    """How the name of a file should end."""
+    head = first_bytes(place, 16)
+    return next((form for magic, form in MAGIC.items() if head.startswith(magic)), place.suffix.lower())
+
+
 def _file(place: Path, number: int | None, ids: Ids, still: bool, settings: LogSettings, *, whole: bool) -> Recording:
     """One file that is not packed."""
-    head = first_bytes(place, 16)
-    suffix = next((form for magic, form in MAGIC.items() if head.startswith(magic)), place.suffix.lower())
+    suffix = _form_of(place)
     if suffix == ".npz":
         return _archive(place, number, ids, still, settings)
     if number is not None:

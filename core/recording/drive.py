@@ -33,6 +33,7 @@ from core.sensors import Image, Scan, SensorFrame, Sound, Wheels
 from core.sensors.recordable import samples_of, unpack_picture
 
 LIBRARY = b"beckon"  # in the header of the file
+ODOMETRY_TOPIC = "/odom"
 CAMERA_TOPIC, INFO_TOPIC = "/camera/image/compressed", "/camera/camera_info"
 FORM = "Beckon's recording"
 SAME_MOMENT_S = 1e-9
@@ -74,6 +75,11 @@ class DriveRecording:
         self.duration = max(max(span.last for span in self._chunks.spans) - self.start, 0.0)  # [s]
         self.counts = self._chunks.counts  # messages by topic
         self.exact = FRAME in self.counts
+
+    @property
+    def has_wheels(self) -> bool:
+        """True if there is odometry."""
+        return ODOMETRY_TOPIC in self.counts
 
     def close(self) -> None:
         """Let go of the file."""

@@ -28,7 +28,7 @@ from core.recording.ros_writing import LATCHED_QOS, LATCHED_TOPICS, RosMessage, 
 
 PART, REBUILT = ".part", ".rebuilt"  # behind the name of a recording that grows, or is recovered
 CHUNK_BYTES = 262_144  # of messages, packed together: a seek unpacks few of them
-FLUSH_PERIOD_S = 0.8  # [s] of messages that may be lost with the process
+FLUSH_PERIOD_S = 0.4  # [s] of messages that may be lost with the process
 NS_PER_S = 1_000_000_000
 BROKEN_RECORD = (McapError, struct.error, zstandard.ZstdError, ValueError)  # what a reader raises at a damaged one
 
@@ -85,10 +85,9 @@ class McapRecording:
                 self._counts[one.topic] += 1
                 stamp = max(round(one.stamp * NS_PER_S), 0)
                 self._writer.add_message(self._channel(one.topic, one.kind), log_time, one.data, stamp, number)
-            if time.monotonic() - self._flushed > FLUSH_PERIOD_S:
-                self.flush()
         except OSError as trouble:
             raise self._unwritable(trouble) from None
+        self.flush_when_due()
         self._first, self._last = self._first or log_time, log_time
 
     def attach(self, name: str, media_type: str, content: bytes) -> None:
@@ -106,8 +105,16 @@ class McapRecording:
         except OSError as trouble:
             raise self._unwritable(trouble) from None
 
+    def flush_when_due(self) -> None:
+        """Flush what is older than FLUSH_PERIOD_S; to be called also while nothing comes."""
+        if time.monotonic() - self._flushed > FLUSH_PERIOD_S:
+            try:
+                self.flush()
+            except OSError as trouble:
+                raise self._unwritable(trouble) from None
+
     def flush(self) -> None:
-        """Close the open chunk, and have the disk take it."""
+        """Close the open chunk, and have the disk take it. Raises OSError."""
         self._writer.flush()
         self._file.flush()
         os.fsync(self._file.fileno())

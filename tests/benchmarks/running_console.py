@@ -81,7 +81,7 @@ class Console:
 
     def answer(self, path: str, body: dict[str, object] | None = None) -> Any:
         """POST → what the JSON says. Raises OSError where it is refused."""
-        with urllib.request.urlopen(self._request(path, body), timeout=5) as answer:
+        with urllib.request.urlopen(self._request(path, body), timeout=60) as answer:
             return json.load(answer)
 
     def _request(self, path: str, body: dict[str, object] | None) -> urllib.request.Request:

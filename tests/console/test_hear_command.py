@@ -9,6 +9,7 @@ import re
 import signal
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,16 @@ import pytest
 from console.__main__ import main
 from console.cli.hear import in_words
 from core.pipelines.hear import HeardRecording, RecordingTranscriber, first_heard
-from core.recording.sound_file import write_wav
+from core.progress import UNSEEN, WorkProgress
+from core.recording.mcap_writing import McapRecording
+from core.recording.ros_writing import RosEncoder
+from core.recording.sound_file import read_sound, write_wav
+from core.sensors import SensorFrame
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
 from core.simulation.acoustics.shoebox import plane_waves
 from core.speech.practice_voice import practice_voice
+from tests.core.recording.log_writers import robot_messages, two
+from tests.core.recording.log_writers import write_mcap as write_plain_mcap
 
 RATE = 16_000
 AZIMUTH = math.radians(40)
@@ -95,13 +102,15 @@ def test_each_file_is_told_when_it_was_heard_and_an_interrupted_batch_keeps_what
     printed: list[str] = []
     files = [recorded(tmp_path / f"{name}.wav") for name in "ab"]
 
-    def hear_one(self: RecordingTranscriber, path: Path, channel: int | None = None) -> HeardRecording:
+    def hear_one(
+        self: RecordingTranscriber, path: Path, channel: int | None = None, progress: WorkProgress = UNSEEN
+    ) -> HeardRecording:
         printed.append(capsys.readouterr().out)
         if len(printed) == 2:
             error = interrupt()
             if isinstance(error, BaseException):
                 raise error
-        return heard(self, path, channel)
+        return heard(self, path, channel, progress)
 
     heard = RecordingTranscriber.hear
     monkeypatch.setattr(RecordingTranscriber, "hear", hear_one)
@@ -257,3 +266,26 @@ def test_a_file_that_is_no_sound_or_not_there_is_told(tmp_path: Path, capsys: py
 def test_for_people_it_speaks_in_degrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert locate(recorded(tmp_path / "a.wav")) == 0
     assert re.search(r" 40\.\d° to the left, ± \d\.\d°\.", capsys.readouterr().out)
+
+
+def test_a_recording_is_heard_as_the_same_sound_in_a_file_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = recorded(tmp_path / "sound.wav")
+    assert locate(file, "--json") == 0
+    alone = answer(capsys)
+    sound = read_sound(file)
+    recording, encoder = McapRecording(tmp_path / "drive.mcap"), RosEncoder()
+    for piece in sound.pieces(0.05):
+        block = replace(piece, stamp=1000.0 + piece.stamp)
+        recording.add(encoder.readings(SensorFrame(stamp=block.newest, sound=block)), block.newest)
+    recording.finish()
+    assert locate(str(tmp_path / "drive.mcap"), "--json") == 0
+    told = answer(capsys)
+    assert told["channels"] == 4 and told["sample_rate_hz"] == RATE and told["directions"]
+    assert told["audio_s"] == pytest.approx(alone["audio_s"])
+    for one, same in zip(told["directions"], alone["directions"], strict=True):
+        assert one["t_s"] == pytest.approx(same["t_s"]) and one["azimuth_rad"] == pytest.approx(same["azimuth_rad"])
+    write_plain_mcap(tmp_path / "mute.mcap", robot_messages(two, scans=2))
+    assert locate(str(tmp_path / "mute.mcap")) == 1
+    assert "mute.mcap holds no sound that can be read." in capsys.readouterr().err

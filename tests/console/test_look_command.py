@@ -14,6 +14,7 @@ from console.__main__ import main
 from core.perception.people.pose.detector import PoseDetector
 from core.pipelines import look as pipeline
 from tests.core.perception.stick_figures import StickNetworks, white_body
+from tests.core.recording.log_writers import ROS2, TF, Types, write_mcap
 
 
 @pytest.fixture
@@ -55,6 +56,25 @@ def test_many_questions_are_answered_in_their_order(folder, capsys) -> None:
     assert [len(one["people"]) for one in told["answers"]] == [1, 0, 0, 1]
     assert "no such file" in told["answers"][2]["error"]
     assert len(list((folder / "drawn").glob("*.jpg"))) == 3
+
+
+def test_a_recording_is_looked_at_as_often_as_was_asked(folder, capsys) -> None:
+    kind = Types(ROS2)
+    name = "sensor_msgs/msg/CompressedImage"
+
+    def sent(stamp: float, file: str) -> tuple:
+        data = np.frombuffer((folder / file).read_bytes(), np.uint8)
+        return "/camera", name, stamp, kind.types[name](header=kind.header(stamp, "camera"), format="png", data=data)
+
+    write_mcap(folder / "walk.mcap", [sent(100 + 0.5 * n, "one.png" if n < 3 else "none.png") for n in range(6)])
+    told = answer(capsys, folder / "walk.mcap", "--fov", 1.05)
+    assert [(one["t_s"], len(one["people"])) for one in told["answers"]] == [(0.0, 1), (1.0, 1), (2.0, 0)]
+    every = answer(capsys, folder / "walk.mcap", "--every", 0, "--draw", folder / "drawn")
+    assert len(every["answers"]) == 6 == len(list((folder / "drawn").glob("*.jpg")))
+    alone = answer(capsys, folder / "one.png", "--fov", 1.05)
+    assert told["answers"][0]["people"] == alone["people"]
+    write_mcap(folder / "blind.mcap", [("/tf", TF, 1.0, kind.tf(1.0, "a", "b", (0, 0, 0)))])
+    assert "holds no pictures" in answer(capsys, folder / "blind.mcap", code=1)["error"]
 
 
 def test_large_pictures_are_shrunk_and_boxes_grow_back(folder, capsys) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import signal
@@ -15,6 +16,8 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 from console.recording.service import RecordingService
+from core.geometry import wrap
+from core.pipelines.slam import slam_log
 from core.recording import open_log
 from tests.console.live import Live
 
@@ -78,6 +81,18 @@ def test_its_readings_are_those_that_came_and_it_plays_as_a_log(recorded: tuple[
     assert len(log.scans) >= answer["messages"]["/scan"] - 2
     assert log.laser is not None and log.laser.beams == 682
     assert log.report.faults == ()
+
+
+def test_it_goes_through_the_estimator_offline_scan_for_scan(recorded: tuple[dict[str, Any], Path]) -> None:
+    answer, path = recorded
+    found = slam_log(path)
+    assert len(found.poses) == answer["messages"]["/scan"]
+    with AnyReader([path]) as reader:
+        of = [one for one in reader.connections if one.topic == "/pose"]
+        live = [reader.deserialize(raw, one.msgtype).pose.pose for one, _, raw in reader.messages(of)][-1]
+    turned = 2 * math.atan2(live.orientation.z, live.orientation.w)
+    assert abs(wrap(found.poses[-1].heading - found.poses[0].heading)) > 1.0
+    assert abs(wrap(found.poses[-1].heading - turned)) < 0.2
 
 
 def test_its_command_stands_in_the_events(recorded: tuple[dict[str, Any], Path]) -> None:

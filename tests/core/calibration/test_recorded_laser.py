@@ -17,7 +17,8 @@ from core.calibration.practice import ImageExposure, picture
 from core.calibration.projection import Poses
 from core.geometry import Transform
 from core.optics import TABLE_3
-from core.pipelines.calibrate_from_recording import calibrate_laser_recorded
+from core.pipelines.calibrate_from_recording import calibrate_camera_recorded, calibrate_laser_recorded
+from core.progress import WorkProgress
 from tests.core.calibration.rooms_to_practise import BOARD, a_room, error_of
 from tests.core.recording.log_writers import ROS2, SCAN, Types, write_mcap
 from tests.practice_room import PracticeRoom
@@ -69,6 +70,16 @@ def carried_about(room: PracticeRoom, packed: bool, poses: int = 12) -> Iterator
             yield from at(np.clip(still + noise, 0, 255).astype(np.uint8), ranges)
 
 
+class SharesOfWork(WorkProgress):
+    """Keeps what it is told."""
+
+    def __init__(self) -> None:
+        self.shares: list[float] = []
+
+    def at(self, share: float, doing: str = "") -> None:
+        self.shares.append(share)
+
+
 @pytest.fixture
 def camera(tmp_path: Path) -> Path:
     file = tmp_path / "camera.json"
@@ -81,14 +92,19 @@ def test_a_recording_becomes_a_mount(tmp_path: Path, camera: Path, packed: bool)
     room = a_room(6, noise=0.01)
     file = tmp_path / "carried.mcap"
     write_mcap(file, carried_about(room, packed))
-    words: list[str] = []
-    told = calibrate_laser_recorded(file, camera, BOARD, tmp_path / "out", say=words.append)
+    progress = SharesOfWork()
+    told = calibrate_laser_recorded(file, camera, BOARD, tmp_path / "out", progress=progress)
     found = Transform(rotation=np.array(told["rotation"]), translation=np.array(told["translation_m"]))
     turn, shift = error_of(found, room)
     assert turn < 1 and shift < 8
     assert told["poses_used"] >= 7 and told["poses_used"] + len(told["poses_refused"]) <= 14
-    assert Path(told["files"]["json"]).is_file() and words
+    assert Path(told["files"]["json"]).is_file()
+    assert progress.shares == sorted(progress.shares) and progress.shares[-1] > 0.5
     assert not [each for each in told["warnings"] if "skipped" in each]
+    if packed:
+        seen = calibrate_camera_recorded(file, BOARD)
+        assert seen["views_used"] >= 7 and seen["image_size"] == [TABLE_3.width, TABLE_3.height]
+        assert abs(seen["fx"] - TABLE_3.fx) < 4 * seen["sd"]["fx"] + 1.0 and seen["rms_px"] < 0.5
 
 
 def test_recordings_without_pictures_scans_or_board_are_told_in_a_sentence(

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import re
+from html.parser import HTMLParser
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -15,6 +18,7 @@ from core.geometry import Pose
 from core.pipelines.slam import slam_log
 from core.pipelines.slam_files import landmarks_csv, trajectory_tum
 from core.robots.connect import connect
+from core.settings import read
 from core.simulation.settings import SimulationSettings
 from core.slam.estimate import Landmark
 
@@ -99,6 +103,44 @@ def test_a_sightings_log_leaves_a_trajectory_and_landmarks_but_no_map(circling, 
     assert len((tmp_path / "new/out/landmarks.csv").read_text().splitlines()) == 1 + len(MARKS)
 
 
+def test_the_report_is_one_file_that_needs_no_network_and_shows_everything(circling, tmp_path):
+    path = circling.path.rename(circling.path.with_name("<i>circle & more.npz"))
+    settings = read("[ekf]\ngate = 7.5\n")
+    result = slam_log(path, settings, out=tmp_path / "out")
+    text = (tmp_path / "out" / "report.html").read_text()
+    assert result.files["report_html"] == str(tmp_path / "out" / "report.html")
+    assert "http" not in text.replace("http-equiv", "") and "<script" not in text and "<i>" not in text
+    assert "&lt;i&gt;circle &amp; more.npz" in text
+    assert text.count("<ellipse") == len(result.landmarks) == len(MARKS)
+    assert text.count('<polyline class="way"') == 4  # way, NIS, standard deviation, time
+    assert "ekf.gate" in text and "7.5 (else" in text
+    [way, *_] = re.findall(r'<polyline class="way" points="([^"]*)"', text)
+    points = np.array([one.split(",") for one in way.split()], float) * [1, -1]
+    assert points == pytest.approx(np.array([(pose.x, pose.y) for pose in result.poses]), abs=1e-3)
+    assert np.isfinite(result.course.nis[-1]) and (result.course.step_ms > 0).all()
+    parser = CountingParser()
+    parser.feed(text)
+    assert parser.open == []
+
+
+class CountingParser(HTMLParser):
+    """Every element that is begun is ended."""
+
+    EMPTY = ("meta", "line", "rect", "image", "circle", "polyline")
+
+    def __init__(self):
+        super().__init__()
+        self.open = []
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in self.EMPTY:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if tag not in self.EMPTY:
+            assert self.open.pop() == tag
+
+
 def test_a_place_that_cannot_be_written_to_is_told(circling, tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(Unavailable, match="Nothing can be written"):
@@ -150,6 +192,9 @@ def test_scans_with_odometry_lead_to_the_true_pose_a_map_and_its_corners(driven)
     picture = (driven.folder / "out/map.pgm").read_bytes()
     assert picture.startswith(b"P5\n")
     assert {0, 205, 254} == set(picture.split(b"\n", 3)[3])
+    shown = cv2.imread(str(driven.folder / "out/map.png"), cv2.IMREAD_UNCHANGED)
+    assert shown.tobytes() == picture.split(b"\n", 3)[3]
+    assert "data:image/png;base64," in (driven.folder / "out/report.html").read_text()
     assert "image: map.pgm" in (driven.folder / "out/map.yaml").read_text()
 
 

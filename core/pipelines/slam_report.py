@@ -1,0 +1,225 @@
+"""The report of an offline run: one HTML file with everything in it, to be read without a network."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+from html import escape
+
+import cv2
+import numpy as np
+
+from core.geometry import Pose
+from core.message import Array
+from core.pipelines.nav2_map import map_pixels
+from core.settings import Settings
+from core.slam.consistency import faded_band
+from core.slam.ekf_slam import NIS_FADE
+from core.slam.estimate import Landmark
+from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.status import ClosureStatus
+
+MAX_POINTS = 3000  # of a line that is drawn
+ELLIPSE_SIGMAS = 2.0
+SPOT_M = 0.06  # radius of the ring at a landmark, whose ellipse may be too small to be seen
+MARGIN_M = 0.5  # around everything in the map
+CHART_WIDTH, CHART_HEIGHT = 860, 180  # [px]
+CHART_LEFT, CHART_FOOT = 46, 22  # [px] for the numbers
+MAX_ROWS = 200  # of a table
+OFFLINE = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+STYLE = """
+:root { color-scheme: light dark; --ink: #1b1f24; --paper: #fff; --faint: #68717c; --line: #d5dae0; --way: #0b6bcb;
+  --mark: #0a7d6c; --loop: #b3541e; --band: #0a7d6c22; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e6e9ec; --paper: #14171a; --faint: #98a2ad; --line: #333a41;
+  --way: #5aa9ff; --mark: #3fc3ae; --loop: #f09a5e; --band: #3fc3ae22; } }
+body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 0 auto;
+  max-width: 900px; padding: 24px; }
+h1 { font-size: 22px; } h2 { font-size: 17px; margin-top: 32px; } p, td, th, summary { overflow-wrap: anywhere; }
+table { border-collapse: collapse; width: 100%; } th { text-align: left; font-weight: 600; }
+td, th { border-top: 1px solid var(--line); padding: 4px 12px 4px 0; vertical-align: top; }
+svg { width: 100%; height: auto; max-height: 80vh; } .faint { color: var(--faint); }
+.way { fill: none; stroke: var(--way); stroke-width: 1.5; vector-effect: non-scaling-stroke; }
+.mark { fill: var(--band); stroke: var(--mark); stroke-width: 1.5; vector-effect: non-scaling-stroke; }
+.spot { fill: none; stroke: var(--mark); vector-effect: non-scaling-stroke; }
+.loop { stroke: var(--loop); stroke-width: 1.5; vector-effect: non-scaling-stroke; }
+.undone { stroke-dasharray: 4 4; } .band { fill: var(--band); } .axis { stroke: var(--line); }
+text { fill: var(--faint); font: 11px system-ui, sans-serif; } .map { image-rendering: pixelated; }
+"""
+
+
+@dataclass(frozen=True)
+class SlamCourse:
+    """How an estimate went, reading by reading."""
+
+    nis: Array  # (N,) running mean per degree of freedom; NaN before the first update
+    position_sd: Array  # (N,) [m] of the weaker direction
+    step_ms: Array  # (N,) of processing
+    closures: tuple[ClosureStatus, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportedRun:
+    """All that a report shows."""
+
+    title: str
+    facts: Sequence[tuple[str, str]]  # name, value with its unit
+    warnings: Sequence[str]
+    stamps: Sequence[float]  # [s]
+    poses: Sequence[Pose]  # world
+    landmarks: Sequence[Landmark]
+    grid: OccupancyGrid | None
+    course: SlamCourse
+    settings: Settings
+
+
+def map_png(grid: OccupancyGrid) -> bytes:
+    """A grid as a PNG with the grey values of Nav2's map, the highest y at the top."""
+    return cv2.imencode(".png", map_pixels(grid))[1].tobytes()
+
+
+def report_html(run: ReportedRun) -> str:
+    """The whole report."""
+    seconds = np.asarray(run.stamps) - run.stamps[0]
+    low, high = faded_band(NIS_FADE)
+    parts = [
+        f"<h1>{escape(run.title)}</h1>",
+        _table(("", ""), run.facts),
+        *(f"<p>{escape(one)}</p>" for one in run.warnings),
+        "<h2>Trajectory and map</h2>",
+        _map(run),
+        '<p class="faint">Blue: the way. Green: landmarks with their ellipses of two standard deviations. '
+        "Orange: places that were recognised; dashed where that was taken back.</p>",
+        "<h2>Consistency (NIS)</h2>",
+        _chart(seconds, run.course.nis, "", band=(low, high)),
+        '<p class="faint">Normalised innovation squared per degree of freedom, running mean: 1 is ideal. In the band '
+        "it lies for 95 % of the time where the filter is as sure as it should be; above, it is surer.</p>",
+        "<h2>Standard deviation of the position</h2>",
+        _chart(seconds, run.course.position_sd, "m"),
+        "<h2>Loop closures</h2>",
+        _closures(run),
+        "<h2>Processing time</h2>",
+        _chart(seconds, run.course.step_ms, "ms"),
+        _timing(run.course.step_ms),
+        "<h2>Settings</h2>",
+        *_settings(run.settings),
+    ]
+    head = (
+        f'<meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{OFFLINE}">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{escape(run.title)}</title><style>{STYLE}</style>"
+    )
+    return f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body>\n' + "\n".join(parts) + "\n</body></html>\n"
+
+
+def _map(run: ReportedRun) -> str:
+    """The map from above, y up, in metres."""
+    way = np.array([(pose.x, pose.y) for pose in run.poses])
+    places = np.concatenate([way, *(mark.position[None] for mark in run.landmarks)])
+    low, high = places.min(axis=0) - MARGIN_M, places.max(axis=0) + MARGIN_M
+    inside: list[str] = []
+    if run.grid is not None and (run.grid.log_odds != 0).any():
+        known = np.argwhere(run.grid.log_odds != 0)[:, ::-1] * run.grid.resolution + run.grid.origin
+        low, high = np.minimum(low, known.min(axis=0)), np.maximum(high, known.max(axis=0))
+        inside.append(_map_image(run.grid))
+    inside += [_ellipse(mark) for mark in run.landmarks]
+    inside += [_closure_line(one) for one in run.course.closures]
+    inside.append(f'<polyline class="way" points="{_points(way * [1, -1])}"/>')
+    width, height = high - low
+    box = f"{low[0]:.3f} {-high[1]:.3f} {width:.3f} {height:.3f}"
+    return f'<svg viewBox="{box}" role="img" aria-label="map">{"".join(inside)}</svg>'
+
+
+def _map_image(grid: OccupancyGrid) -> str:
+    x, y = grid.origin.tolist()
+    rows, columns = grid.log_odds.shape
+    width, height = columns * grid.resolution, rows * grid.resolution
+    content = base64.b64encode(map_png(grid)).decode()
+    return (
+        f'<image class="map" x="{x:.3f}" y="{-y - height:.3f}" width="{width:.3f}" height="{height:.3f}" '
+        f'href="data:image/png;base64,{content}"/>'
+    )
+
+
+def _ellipse(mark: Landmark) -> str:
+    values, vectors = np.linalg.eigh(mark.covariance)
+    across, along = (ELLIPSE_SIGMAS * np.sqrt(np.maximum(values, 0))).tolist()
+    x, y = mark.position.tolist()
+    turned = -math.degrees(math.atan2(vectors[1, 1], vectors[0, 1]))
+    spot = f'<circle class="spot" cx="{x:.3f}" cy="{-y:.3f}" r="{SPOT_M}"/>'
+    title = f"<title>{mark.id}: {x:.2f}, {y:.2f} m, seen {mark.hits} times</title>"
+    return (
+        f'{spot}<ellipse class="mark" rx="{along:.4f}" ry="{across:.4f}" '
+        f'transform="translate({x:.3f} {-y:.3f}) rotate({turned:.1f})">{title}</ellipse>'
+    )
+
+
+def _closure_line(one: ClosureStatus) -> str:
+    (x1, y1), (x2, y2) = one.position_from.tolist(), one.position_to.tolist()
+    undone = "" if one.state == "accepted" else " undone"
+    return f'<line class="loop{undone}" x1="{x1:.3f}" y1="{-y1:.3f}" x2="{x2:.3f}" y2="{-y2:.3f}"/>'
+
+
+def _chart(seconds: Array, values: Array, unit: str, band: tuple[float, float] | None = None) -> str:
+    """Values (N,) over the time (N,) [s] as a line; `band`: from and to, what is usual."""
+    known = np.isfinite(values)
+    if not known.any():
+        return "<p>Nothing was measured.</p>"
+    top = max(float(values[known].max()), 0.0 if band is None else band[1]) * 1.05 or 1.0
+    end = max(float(seconds[-1]), 1e-9)
+    across, down = CHART_WIDTH - CHART_LEFT, CHART_HEIGHT - CHART_FOOT
+    points = np.column_stack([CHART_LEFT + across * seconds[known] / end, down * (1 - values[known] / top)])
+    inside = [f'<line class="axis" x1="{CHART_LEFT}" y1="{down}" x2="{CHART_WIDTH}" y2="{down}"/>']
+    if band is not None:
+        high, low = (down * (1 - edge / top) for edge in reversed(band))
+        box = f'x="{CHART_LEFT}" y="{high:.1f}" width="{across}" height="{low - high:.1f}"'
+        inside.append(f'<rect class="band" {box}/>')
+    inside += [
+        f'<polyline class="way" points="{_points(points)}"/>',
+        f'<text x="0" y="10">{top:.3g} {unit}</text><text x="0" y="{down}">0</text>',
+        f'<text x="{CHART_LEFT}" y="{CHART_HEIGHT - 6}">0 s</text>',
+        f'<text x="{CHART_WIDTH}" y="{CHART_HEIGHT - 6}" text-anchor="end">{end:.0f} s</text>',
+    ]
+    return f'<svg viewBox="0 0 {CHART_WIDTH} {CHART_HEIGHT}" role="img">{"".join(inside)}</svg>'
+
+
+def _points(line: Array) -> str:
+    """A line (N, 2) as SVG has it, thinned."""
+    thin = line[:: max(1, math.ceil(len(line) / MAX_POINTS))]
+    return " ".join(f"{x:.3f},{y:.3f}" for x, y in thin.tolist())
+
+
+def _closures(run: ReportedRun) -> str:
+    if not run.course.closures:
+        return "<p>No place was recognised again.</p>"
+    rows = [
+        (f"{one.stamp - run.stamps[0]:.1f} s", f"{one.submap_from} → {one.submap_to}", f"{one.score:.2f}", one.state)
+        for one in run.course.closures[:MAX_ROWS]
+    ]
+    return _table(("time", "rooms", "score", "state"), rows)
+
+
+def _timing(step_ms: Array) -> str:
+    shares = [(f"{share} %", f"{np.percentile(step_ms, share):.2f} ms") for share in (50, 90, 99, 100)]
+    return _table(("of all readings took at most", ""), [*shares, ("together", f"{step_ms.sum() / 1e3:.2f} s")])
+
+
+def _settings(settings: Settings) -> Iterable[str]:
+    """Yield the settings that differ from the defaults, and all of them."""
+    usual, changed, every = Settings(), list[tuple[str, str]](), list[tuple[str, str]]()
+    for section in fields(settings):
+        values, defaults = getattr(settings, section.name), getattr(usual, section.name)
+        for one in fields(values):
+            row = f"{section.name}.{one.name}", str(getattr(values, one.name))
+            every.append(row)
+            if getattr(values, one.name) != getattr(defaults, one.name):
+                changed.append((row[0], f"{row[1]} (else {getattr(defaults, one.name)})"))
+    yield _table(("changed", "value"), changed) if changed else "<p>All settings are the defaults.</p>"
+    yield f"<details><summary>All settings</summary>{_table(('setting', 'value'), every)}</details>"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    top = f"<tr>{''.join(f'<th>{escape(one)}</th>' for one in head)}</tr>" if any(head) else ""
+    lines = (f"<tr>{''.join(f'<td>{escape(one)}</td>' for one in row)}</tr>" for row in rows)
+    return f"<table>{top}{''.join(lines)}</table>"
