@@ -42,6 +42,7 @@ from console.api.places import places
 from console.api.playback import playback
 from console.api.recognizer import recognizer
 from console.api.recordings import recordings
+from console.api.routes import routes
 from console.api.sessions import sessions
 from console.api.settings import settings
 from console.api.simulation import simulation
@@ -50,6 +51,7 @@ from console.api.speech_quality import speech_quality
 from console.api.state import state
 from console.api.stop import stop
 from console.api.voice import voice
+from console.api.zones import zones
 from console.control.durable_answers import DurableAnswers
 from console.http.problems import Problem, problem_of
 from console.runtime import Runtime
@@ -72,6 +74,8 @@ ROUTERS = (
     maps,
     places,
     metrics,
+    zones,
+    routes,
     connection,
     slam,
     playback,

@@ -22,7 +22,9 @@ from console.control.settings_in_use import NAME as SETTINGS
 from console.control.settings_in_use import SettingsInUse
 from console.experiments.runs import ExperimentRuns
 from console.maps.places import PlaceService
+from console.maps.routes import RouteService
 from console.maps.service import MapService
+from console.maps.zones import ZoneService
 from console.part import Part, Parts
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
@@ -133,6 +135,16 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
     room_transcriber,
     lambda base, _: BrowserMicrophone(base.settings.speech),
     places,
+    lambda base, parts: ZoneService(parts[MapService], base.robot, base.dispatcher, base.lease),
+    lambda base, parts: RouteService(
+        base.home,
+        parts[MapService],
+        parts[PlaceService],
+        base.dispatcher,
+        base.lease,
+        base.history,
+        base.notifications,
+    ),
     lambda base, _: RobotVoice(settings=base.settings.voice),
     lambda base, _: SettingsInUse(base.settings, base.settings_file or base.home / SETTINGS, base.adopted),
     lambda base, parts: ConnectionService(base.home, base.robot, parts[MapService], base.settings.log),

@@ -64,6 +64,9 @@ class CommandDispatcher:
         """`own`: phrases of the user's that may be typed, too."""
         self.own_phrases = own
         self._places: OwnPhrases = ()
+        self.hand_warning: Callable[[messages.JogMessage], str] = lambda _: ""
+        """Asked before a hand moves the robot: why that press must not, "" for no reason."""
+        self._warned_press: int | None = None
         self.setpoint_sender = SetpointSender(robot)
         self._stop_controller = StopController(
             robot, self.setpoint_sender, lease, history, notifications, partial(self.cancel, objected=True)
@@ -172,9 +175,19 @@ class CommandDispatcher:
             )  # the gate was started again: it has forgotten who drives
         now = time.monotonic()
         self._lease.active(who, now)
+        if moving and (why := self.hand_warning(message)):
+            self._warn_hand(message.press, why)
+            return
         if moving:
             self._press(message.press, who, now)
         self.setpoint_sender.jog(message)
+
+    def _warn_hand(self, press: int, why: str) -> None:
+        """Stop a hand, and say once for each press why. Raises Problem 409."""
+        self.setpoint_sender.stop()
+        warned, self._warned_press = self._warned_press, press
+        if warned != press:
+            raise Problem(409, why)
 
     def admit_own_navigation(self, who: Person) -> None:
         """Check that this person may let the robot's own navigation drive; a free lease goes to this person.

@@ -1,4 +1,4 @@
-"""The marks that people make on a map: named places. They lie in the map's folder, sealed, and go where the map goes.
+"""The marks that people make on a map: named places and zones. They lie sealed in the map's folder.
 
 Each mark is anchored to the submap that was nearest when it was made: where a loop closure moves the submap, the mark
 moves with it.
@@ -10,6 +10,7 @@ import json
 import math
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -19,7 +20,10 @@ from core.files import is_intact, sealed, write_atomic
 from core.geometry import Pose
 from core.message import Array
 from core.navigation.places import NamedPlace
+from core.navigation.zones import MapZone, ZoneKind
 from core.slam.map.status import SubmapView
+
+StopAction = Literal["wait_for_continue", "come_here"]
 
 MARKS = "marks.json"  # in the folder of a map
 MARKS_VERSION = 1
@@ -59,10 +63,45 @@ class PlaceMark(msgspec.Struct, frozen=True):
         return NamedPlace(name=self.name, x_m=here.x, y_m=here.y, heading_rad=heading)
 
 
+class ZoneMark(msgspec.Struct, frozen=True):
+    """A zone, in the world as it was when it was drawn."""
+
+    name: str
+    kind: ZoneKind
+    points_m: tuple[tuple[float, float], ...]
+    max_speed_m_s: float | None = None
+    anchor: Anchor | None = None
+    by: str = ""  # who drew it
+
+    def now(self, submaps: Iterable[SubmapView]) -> MapZone:
+        """The zone in the world as it is now."""
+        points = np.array(self.points_m)
+        moved = points if self.anchor is None else self.anchor.moved(submaps).apply(points)
+        return MapZone(name=self.name, kind=self.kind, points=moved, max_speed=self.max_speed_m_s)
+
+
+class RouteStop(msgspec.Struct, frozen=True):
+    """A stop of a route."""
+
+    place: str  # its name
+    wait_s: float = 0.0
+    action: StopAction | None = None  # before the wait
+
+
+class RouteMark(msgspec.Struct, frozen=True):
+    """Places in the order in which they are driven to."""
+
+    name: str
+    stops: tuple[RouteStop, ...]
+    loop: bool = False
+
+
 class MapMarks(msgspec.Struct, frozen=True):
     """All marks of one map."""
 
     places: tuple[PlaceMark, ...] = ()
+    zones: tuple[ZoneMark, ...] = ()
+    routes: tuple[RouteMark, ...] = ()
 
 
 def anchor_at(points: Array, submaps: Iterable[SubmapView]) -> Anchor | None:

@@ -68,6 +68,10 @@ class RobotLink(Protocol):
         """Obey nobody."""
         ...
 
+    def cap(self, speed: float | None) -> None:
+        """Move no faster than this [m/s] until another cap comes; None: as the gate's limits say."""
+        ...
+
     def beat(self) -> None:
         """The console is alive."""
         ...

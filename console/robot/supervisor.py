@@ -182,6 +182,10 @@ class RobotSupervisor:
         """Obey nobody."""
         self._insist("disarm")
 
+    def cap(self, speed: float | None) -> None:
+        """Move no faster than this [m/s] until another cap comes; None: as the gate's limits say."""
+        self._send({"kind": "cap", "speed": speed})
+
     def status(self) -> GateStatus:
         """The gate's newest status."""
         return self._status

@@ -63,6 +63,7 @@ class Gate:
         self._seen = self._heard = -math.inf  # [s]: when what was seen was measured; when the robot was last heard of
         self._age, self._untimely = 0.0, (0.0, -math.inf)  # [s] of the newest scan; of one left out for it, and when
         self._contact, self._contact_side, self._side = False, 0.0, 0.0
+        self._cap = math.inf  # [m/s] where the robot is
 
     # what is asked
 
@@ -92,6 +93,10 @@ class Gate:
         if self._state == "armed":
             self._state = "disarmed"
         self._stand("disarm", reason, now)
+
+    def cap(self, speed: float | None) -> None:
+        """Move no faster than `speed` [m/s], and never faster than the limits, from now on; None: as they say."""
+        self._cap = math.inf if speed is None else max(speed, 0.0)
 
     def stop(self, now: float) -> None:
         """Set zero at once; the present press never moves the robot again, a new press may."""
@@ -245,7 +250,7 @@ class Gate:
         if self._contact and wanted.v * self._contact_side > 0.0:
             return Permitted(ZERO, 0.0, None, "the bumper touches something: drive away from it")
         limits = self.limits
-        cap = speed_cap(limits, max(self._accepted.age, self._age))
+        cap = min(speed_cap(limits, max(self._accepted.age, self._age)), self._cap)
         if limits.guard and wanted.v < 0.0:
             cap = min(cap, self._guard.backing_speed)
         wanted = wanted.clamped(cap, limits.max_turn_rate)

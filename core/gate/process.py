@@ -27,6 +27,7 @@ from core.gate.limits import Limits, is_count
 from core.gate.packets import packet_socket, send_packet, take_packets
 from core.gate.requests import (
     GateArm,
+    GateCap,
     GateDisarm,
     GateHalt,
     GateHeartbeat,
@@ -172,6 +173,8 @@ class GateLoop:
                 self._gate.arm(epoch, owner, now)
             case GateDisarm():
                 self._gate.disarm(now)
+            case GateCap(speed):
+                self._gate.cap(speed)
             case GateLeave():
                 self._leave(now)
 

@@ -55,6 +55,13 @@ class GateDisarm:
 
 
 @dataclass(frozen=True)
+class GateCap:
+    """No faster than this from now on [m/s]; None: as the limits say."""
+
+    speed: float | None
+
+
+@dataclass(frozen=True)
 class GateReach:
     """A part of the console has worked on what a simulator sensed until then [s]; None: nobody need wait for it."""
 
@@ -68,7 +75,16 @@ class GateLeave:
 
 
 GateRequest = (
-    Setpoint | GateHeartbeat | GateStop | GateHalt | GateReset | GateArm | GateDisarm | GateReach | GateLeave
+    Setpoint
+    | GateHeartbeat
+    | GateStop
+    | GateHalt
+    | GateReset
+    | GateArm
+    | GateDisarm
+    | GateCap
+    | GateReach
+    | GateLeave
 )
 
 
@@ -115,6 +131,15 @@ def _reach(fields: Packet) -> GateReach:
     return GateReach(float(stamp) if is_number(stamp) else None, "ears" if fields.get("part") == "ears" else "pilot")
 
 
+def _cap(fields: Packet) -> GateCap:
+    speed = fields["speed"]
+    if speed is None:
+        return GateCap(None)
+    if not is_number(speed):
+        raise TypeError("a cap is a number")
+    return GateCap(float(speed))
+
+
 def _arm(fields: Packet) -> GateArm:
     return GateArm(fields["epoch"], str(fields["owner"])[:MOST_LETTERS])
 
@@ -127,6 +152,7 @@ KINDS: dict[str, Callable[[Packet], GateRequest]] = {
     "reset": lambda _: GateReset(),
     "arm": _arm,
     "disarm": lambda _: GateDisarm(),
+    "cap": _cap,
     "reach": _reach,
     "leave": lambda _: GateLeave(),
 }

@@ -15,6 +15,7 @@ from core.errors import Refused
 from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext, SteeredBody
+from core.navigation.zones import KeepOuts
 from core.perception.people.appearance import PersonProfile
 from core.perception.people.looking import PersonLook
 from core.perception.people.voice_bearing import likeliest
@@ -94,6 +95,8 @@ class Pilot:
         self._notices = Notices()
         self._inbox = Inbox()
         self._who: PersonProfile | None = None
+        self._keep_outs = KeepOuts()
+        self._ground: tuple[OccupancyGrid, KeepOuts, OccupancyGrid] | None = None  # a grid and the same with zones
         self._look: PersonLook | None = None
         self.frame = SensorFrame(stamp=-math.inf)  # the newest, for the console: what is used, with its own stamps
         self._doing = ""  # name of the command that was under way when the newest frame came
@@ -128,6 +131,8 @@ class Pilot:
         lost = self._mapper.lost
         if lost is not None and self._profile.drives and _goes_to_a_place(command.name):
             raise Refused(Statement("command.not_now", why=lost.words))
+        if why := self._forbidden(command):
+            raise Refused(why)
         accepted = AcceptedCommand(command_id, command, source, who)
         self._inbox.put(lambda stamp: self._executor.accept(self._located(accepted), stamp))
 
@@ -142,6 +147,10 @@ class Pilot:
     def obey_only(self, who: PersonProfile | None) -> None:
         """Come to and follow only this person from the next frame on; None: anybody."""
         self._inbox.put(lambda _: setattr(self, "_who", who))
+
+    def keep_out_of(self, zones: KeepOuts) -> None:
+        """Enter none of these zones from the next frame on."""
+        self._inbox.put(lambda _: setattr(self, "_keep_outs", zones))
 
     def drive_with(self, settings: Settings) -> None:
         """Take the settings of driving, walls and people, which are read with every frame, from the next frame on."""
@@ -311,7 +320,28 @@ class Pilot:
             return self._executor.only_turn(self._mapper.turn, lost.words, frame.stamp - self._stamp)
         waits = self._mapper.looking_around and self._profile.drives
         wait_for = LOOKING_AROUND if waits else ""
-        return self._executor.drive(self._surroundings(frame, motion, pose), wait_for)
+        twist = self._executor.drive(self._surroundings(frame, motion, pose), wait_for)
+        zone = self._keep_outs.ahead(pose, twist, self._body.radius)
+        if zone is None:
+            return twist
+        self._executor.end("failed", Statement("zones.ahead", name=zone.name))
+        return ZERO
+
+    def _forbidden(self, command: Command) -> str:
+        """Return why a command may not be obeyed: its goal lies in a zone; "": it may."""
+        numbers = command.numbers
+        if "x_m" not in numbers or "y_m" not in numbers:
+            return ""
+        zone = self._keep_outs.around(numbers["x_m"], numbers["y_m"], self._body.radius)
+        return "" if zone is None else Statement("zones.inside", name=zone.name)
+
+    def _planned_on(self, pose: Pose) -> OccupancyGrid:
+        """The map with the zones to keep out of as walls, but for the one in which the robot stands."""
+        grid, zones = self._mapper.grid, self._keep_outs.left_by(pose)
+        known = self._ground
+        if known is None or known[0] is not grid or known[1] != zones:
+            self._ground = known = grid, zones, zones.on(grid)
+        return known[2]
 
     def _waits_for_odometry(self, stamp: float) -> bool:
         """Return whether a command that moves waits for odometry; one that has waited for too long ends."""
@@ -335,7 +365,7 @@ class Pilot:
             speed=wheels.speed if wheels else 0.0,
             turn_rate=wheels.turn_rate if wheels else 0.0,
             body=self._body,
-            grid=self._mapper.grid,
+            grid=self._planned_on(pose),
             scan_points=frozen(pose.inverse().apply(self._mapper.points)),
             scan_stamp=self._scanned,
             planner=self._planner,

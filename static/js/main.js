@@ -28,6 +28,7 @@ import "./panels/place-sheet.js";
 import "./panels/place-view.js";
 import "./panels/playback-bar.js";
 import "./panels/robot-badge.js";
+import "./panels/route-card.js";
 import "./panels/scene-view.js";
 import "./panels/sign-in-sheet.js";
 import "./panels/slam-card.js";
@@ -36,6 +37,7 @@ import "./panels/tab-card.js";
 import "./panels/tour-guide.js";
 import "./panels/view-tabs.js";
 import "./panels/voice-button.js";
+import "./panels/zone-sheet.js";
 import { OperatorInput } from "./drive/operator-input.js";
 import { startPage } from "./page.js";
 

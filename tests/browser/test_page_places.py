@@ -1,8 +1,9 @@
-"""Places on the page: remembered where the robot is, named on the map, gone to, renamed and removed."""
+"""Places and zones on the page: remembered where the robot is, named and drawn on the map, gone to, removed."""
 
 from __future__ import annotations
 
 import os
+import urllib.parse
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -19,6 +20,8 @@ def _no_places_stay(console: Running) -> Iterator[None]:
     yield
     for place in console.ask("api/places")["places"]:
         console.ask(f"api/places/{place['name']}", method="DELETE")
+    for zone in console.ask("api/zones")["zones"]:
+        console.ask(f"api/zones/{urllib.parse.quote(zone['name'])}", method="DELETE")
 
 
 def shown(here: Visit, name: str) -> None:
@@ -99,3 +102,35 @@ def test_who_watches_sees_places_and_changes_none(visit: Open, console: Running)
     expect(row).to_contain_text("sofa")
     expect(row.get_by_role("button")).to_have_count(0)
     expect(here.find("place-list:visible").get_by_role("button", name="Remember this place")).to_be_hidden()
+
+
+@pytest.mark.parametrize("hand", ["mouse", "finger", "keys"])
+def test_a_zone_is_drawn_on_the_map(visit: Open, console: Running, hand: str) -> None:
+    here = visit(size=PHONE) if hand == "finger" else visit()
+    flat(here)
+    here.button("Draw a zone").click()
+    floor = here.find(".flat-floor")
+    box = floor.bounding_box()
+    assert box is not None
+    if hand == "keys":
+        floor.focus()
+        for key in ("ArrowUp", "ArrowRight", "ArrowDown"):
+            floor.press(f"Shift+{key}")
+            floor.press("Enter")
+    else:
+        for across, down in ((0.3, 0.55), (0.6, 0.55), (0.45, 0.75)):
+            x, y = box["x"] + across * box["width"], box["y"] + down * box["height"]
+            here.page.touchscreen.tap(x, y) if hand == "finger" else here.page.mouse.click(x, y)
+    expect(here.find(".flat-zone-bar")).to_contain_text("3")
+    shown(here, f"zone-by-{hand}")
+    here.button("Done").click()
+    sheet = here.find("zone-sheet")
+    sheet.get_by_label("Name", exact=True).fill(f"hole by {hand}")
+    if hand == "mouse":
+        sheet.get_by_label("Slow, at most").check()
+    sheet.get_by_role("button", name="Save").click()
+    expect(sheet).to_be_hidden()
+    here.until(lambda: console.ask("api/zones")["zones"], "it holds")
+    (zone,) = console.ask("api/zones")["zones"]
+    assert zone["kind"] == ("slow" if hand == "mouse" else "keep_out") and len(zone["points_m"]) == 3
+    shown(here, f"zone-drawn-by-{hand}")

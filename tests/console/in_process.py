@@ -116,6 +116,10 @@ class InProcessRobot:
         with self._lock:
             self.gate.arm(epoch, owner, self._now)
 
+    def cap(self, speed: float | None) -> None:
+        with self._lock:
+            self.gate.cap(speed)
+
     def disarm(self) -> None:
         with self._lock:
             self.gate.disarm(self._now)

@@ -54,8 +54,8 @@ class Led(Pilot):
         self.floor = FLOOR
         self.asked: list[tuple[Any, ...]] = []
 
-    def step(self, frame: SensorFrame) -> Snapshot:
-        return replace(super().step(frame), floor=self.floor)
+    def step(self, frame: SensorFrame, **how: Any) -> Snapshot:
+        return replace(super().step(frame, **how), floor=self.floor)
 
     def undo_closure(self, number: int) -> None:
         self.asked.append(("undo", number))

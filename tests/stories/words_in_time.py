@@ -209,6 +209,8 @@ class Story:
         if epoch != self._epoch:
             self._epoch, self._armed = epoch, self.now
 
+    def cap(self, speed: float | None) -> None: ...
+
     def disarm(self) -> None:
         self.seen.hands.append(self.now)
 

@@ -46,7 +46,7 @@ def tidy_name(name: str) -> str:
 def place_phrases(places: Iterable[NamedPlace]) -> OwnPhrases:
     """Return the phrases that go to these places, with the numbers in their names in digits and in words."""
     return tuple(
-        OwnPhrase(pattern.format(name=said), STOP_AT, compiled(pattern.format(name=said)), place)
+        OwnPhrase(pattern.format(name=said), STOP_AT, _read(pattern, said), place)
         for place in places
         for said in _said(place.name)
         for pattern in TO_PLACE
@@ -81,6 +81,12 @@ def _confusable(one: str, other: str) -> bool:
 def spoken_name(name: str) -> str:
     """A name as it is said: small letters, numbers in words, without marks."""
     return re.sub("[-']", "", _said(name)[-1])
+
+
+def _read(pattern: str, name: str) -> re.Pattern[str]:
+    """Words of STOP AT with this name, whether its parts are written together or not: "book shelf", "bookshelf"."""
+    letters = " ?".join(re.escape(letter) for letter in name if letter != " ")
+    return re.compile(compiled(pattern.format(name="@")).pattern.replace("@", letters))
 
 
 def _said(name: str) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.commands import VOCABULARY, spec_of
+from core.commands import SPECS, VOCABULARY, spec_of
 from core.commands.command import CommandSpec
 from core.commands.stop_at import SAID_OF_PLACES, command_to
 from core.commands.stop_moving import START, STOP_MOVING
@@ -117,6 +117,7 @@ class Bounds:
     behind_free: float  # [nats] behind the best free text that means something else, at most
 
 
+PLACE_BEHIND_FREE = 1.0  # [nats] behind the best free text, for a name: other words are nearly as likely to be meant
 NUMBERS, COMMON, RARE, STOP = (
     Bounds(score=-8, behind_free=4),
     Bounds(score=-6, behind_free=0.7),
@@ -185,7 +186,9 @@ class WhisperRecognizer:
         meanings, agreed = self._weighed(samples, found, utterance.rejected)
         objection = TOO_LONG if utterance.cut else "" if agreed else NOT_SURE
         decision = self._decided(meanings, found, objection)
-        if _is_lone_motion(decision) and not self._confirmed_slower(decision, samples, utterance.rejected):
+        if (_is_lone_motion(decision) or _names_place(decision)) and not self._confirmed_slower(
+            decision, samples, utterance.rejected
+        ):
             decision = self._decided(meanings, found, NOT_SURE)
         goes = decision.command is not None and decision.command.name in NAME_STOP
         words = found.free_text
@@ -239,7 +242,10 @@ class WhisperRecognizer:
     def _confirmed_slower(self, decision: Decision, samples: Array, rejected: Iterable[str]) -> bool:
         """Return whether slower speech, by itself, is the same command."""
         found = self.search(resampled(samples, RATE, SLOWER * RATE))
-        again = self._decided(self.meanings(found, rejected), found, "").command
+        meanings = self.meanings(found, rejected)
+        if _names_place(decision):  # it is confirmed before it moves: another name must not be likelier
+            return bool(meanings) and _best(meanings)[0].key == key_of(decision.words, self._own)
+        again = self._decided(meanings, found, "").command
         return again is not None and decision.command is not None and again.name == decision.command.name
 
     def _again(self, samples: Array, rejected: Iterable[str]) -> list[Meaning]:
@@ -318,6 +324,8 @@ class WhisperRecognizer:
         if name == STOP_MOVING.name:
             return STOP
         fixed = NUMBERS if numbers else self._fixed.get(name, COMMON)
+        if not numbers and name not in SPECS:
+            fixed = replace(fixed, behind_free=min(fixed.behind_free, PLACE_BEHIND_FREE))
         return replace(fixed, behind_free=COMMON.behind_free) if misheard(meaning.spelling) else fixed
 
     def _near(self, meanings: list[Meaning], free: float) -> list[Meaning]:
@@ -360,6 +368,11 @@ def _is_lone_motion(decision: Decision) -> bool:
     """Return whether one word alone is to move the robot: talk and other languages have words like "come"."""
     command = decision.command
     return command is not None and spec_of(command.name).moves and len(decision.words.split()) == 1
+
+
+def _names_place(decision: Decision) -> bool:
+    """Return whether a place is to be gone to: any word may be a name, and many words sound like one."""
+    return decision.command is not None and decision.command.place != ""
 
 
 def _differs_only(one: Key, other: Key, *ways: Callable[[float, float], bool]) -> bool:

@@ -1,4 +1,4 @@
-// HTTP client for what people marked on the map: named places. Read again whenever the console says that they changed.
+// HTTP client for what people marked on the map: named places, zones and routes. Read again whenever the console says that they changed.
 
 import { t } from "../ui/texts.js";
 import { call, post } from "./api.js";
@@ -6,8 +6,29 @@ import { call, post } from "./api.js";
 /** @typedef {import("../drive/suggest.js").Kind} Kind */
 /** @typedef {import("./session.js").Session} Session */
 /** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number | null}} Place */
+/**
+ * @typedef {object} Zone
+ * @property {string} name
+ * @property {"keep_out" | "slow"} kind
+ * @property {Array<[number, number]>} points_m
+ * @property {number | null} max_speed_m_s
+ */
+
+/** @typedef {{place: string, wait_s: number, action: "wait_for_continue" | "come_here" | null}} Stop */
+/** @typedef {{name: string, stops: Stop[], loop: boolean}} Route */
+/**
+ * @typedef {object} RouteProgress the route under way, or the last one
+ * @property {string | null} name
+ * @property {number} stop counted from 1
+ * @property {number} of
+ * @property {"idle" | "driving" | "waiting" | "paused" | "ended"} state
+ * @property {string} reason
+ * @property {string} place
+ */
 
 const PLACES = "api/places";
+const ZONES = "api/zones";
+const ROUTES = "api/routes";
 const AGAIN_MS = 3000; // after which a reading that failed is repeated
 
 /** @param {string} root @param {string} name */
@@ -25,6 +46,27 @@ export const changePlace = (name, change) => send(one(PLACES, name), "PATCH", ch
 
 /** @param {string} name */
 export const removePlace = (name) => call(one(PLACES, name), { method: "DELETE" });
+
+/** @param {Zone} zone @returns {Promise<Zone>} */
+export const addZone = (zone) => post(ZONES, zone);
+
+/** @param {string} name */
+export const removeZone = (name) => call(one(ZONES, name), { method: "DELETE" });
+
+/** @param {Route} route @returns {Promise<Route>} */
+export const addRoute = (route) => post(ROUTES, route);
+
+/** @param {string} name */
+export const removeRoute = (name) => call(one(ROUTES, name), { method: "DELETE" });
+
+/** @param {string} name @returns {Promise<RouteProgress>} */
+export const startRoute = (name) => post(`${one(ROUTES, name)}/start`, {});
+
+/** @param {"pause" | "resume" | "skip" | "stop"} act @returns {Promise<RouteProgress>} */
+export const steerRoute = (act) => post(`api/route/${act}`);
+
+/** @returns {Promise<RouteProgress>} */
+export const routeNow = () => call("api/route");
 
 /** @param {Place} place the words that send the robot there */
 export const wordsTo = ({ name }) => `go to ${name.toLowerCase()}`;
@@ -47,6 +89,10 @@ export const kindsOf = (places) =>
 export class MapMarks extends EventTarget {
   /** @type {readonly Place[]} */
   places = [];
+  /** @type {readonly Zone[]} */
+  zones = [];
+  /** @type {readonly Route[]} */
+  routes = [];
   #revision = -1;
   #askedAt = -Infinity; // [ms]
   #busy = false;
@@ -66,7 +112,8 @@ export class MapMarks extends EventTarget {
     if (this.#busy || (revision === this.#revision && now - this.#askedAt < AGAIN_MS)) return;
     [this.#busy, this.#askedAt] = [true, now];
     try {
-      this.places = (await call(PLACES)).places;
+      const [places, zones, routes] = await Promise.all([call(PLACES), call(ZONES), call(ROUTES)]);
+      [this.places, this.zones, this.routes] = [places.places, zones.zones, routes.routes];
       this.#revision = revision;
       this.dispatchEvent(new Event("change"));
     } catch {

@@ -43,6 +43,7 @@ const LAYERS = [
   ["trail", t("flat-map.trail"), t("flat-map.where_the_robot_was_within")],
   ["way", t("flat-map.way_and_goal"), t("flat-map.where_the_robot_is_going_and")],
   ["places", t("flat-map.places"), t("flat-map.named_places_a_press_goes_there")],
+  ["zones", t("flat-map.zones"), t("flat-map.keep_out_of_the_red_slow_in")],
   ["people", t("flat-map.person"), t("flat-map.whom_the_running_command_looks_at")],
   ["voice", t("flat-map.voice"), t("flat-map.direction_of_a_voice_two_standard")],
   ["landmarks", t("flat-map.corners"), t("flat-map.landmarks_the_ellipse_is_two_standard")],
@@ -76,6 +77,19 @@ class FlatMap extends Panel {
   #fit = tool("whole", t("flat-map.whole_map"));
   #measure = tool("measure", t("flat-map.measure_a_distance"));
   #namer = tool("pin", t("flat-map.name_a_place"));
+  #zoner = tool("zone", t("flat-map.draw_a_zone"));
+  #zoneWords = make("span");
+  #zoneDone = make("button", { type: "button", class: "button primary" }, t("flat-map.done"));
+  #zoneBack = make("button", { type: "button", class: "button" }, t("flat-map.last_corner_away"));
+  #zoneLeave = make("button", { type: "button", class: "button" }, t("place-view.cancel"));
+  #zoneBar = make(
+    "div",
+    { class: "flat-zone-bar", role: "group", "aria-label": t("flat-map.draw_a_zone"), hidden: true },
+    this.#zoneWords,
+    this.#zoneBack,
+    this.#zoneLeave,
+    this.#zoneDone,
+  );
   #layersButton = tool("layers", t("flat-map.layers"));
   #layersPanel = make("div", { class: "flat-layers", role: "group", "aria-label": t("flat-map.layers") });
   #tools = make("div", { class: "flat-tools", role: "toolbar", "aria-label": t("flat-map.map_2") });
@@ -94,6 +108,8 @@ class FlatMap extends Panel {
   #cursor = null;
   #measures = false;
   #names = false; // the next press names a place
+  /** @type {Point[] | null} */
+  #corners = null; // of the zone that is drawn
   /** @type {Point[]} */
   #measured = [];
   #drawn = ""; // what the newest drawing showed
@@ -116,8 +132,8 @@ class FlatMap extends Panel {
     this.#layers = new Set(LAYERS.map(([layer]) => layer).filter((layer) => !hidden.has(layer)));
     this.#layersPanel.append(...LAYERS.map((row) => this.#switch(...row)));
     const layers = make("div", { class: "flat-layers-place" }, this.#layersButton, this.#layersPanel);
-    this.#tools.append(this.#fit, this.#follow, this.#measure, this.#namer, layers);
-    this.append(this.#canvas, this.#why, this.#tools, this.#text, this.#said);
+    this.#tools.append(this.#fit, this.#follow, this.#measure, this.#namer, this.#zoner, layers);
+    this.append(this.#canvas, this.#why, this.#tools, this.#zoneBar, this.#text, this.#said);
     popover(this.#layersButton, this.#layersPanel);
     this.session.on("restarted", () => {
       [this.#plan, this.#scan] = [null, []]; // of a robot that stood elsewhere
@@ -128,12 +144,26 @@ class FlatMap extends Panel {
     this.#fit.addEventListener("click", () => this.#look("whole"));
     marksOf(this.session).addEventListener("change", () => this.#draw());
     this.#namer.addEventListener("click", () => {
-      [this.#names, this.#measures] = [!this.#names, false];
+      [this.#names, this.#measures, this.#corners] = [!this.#names, false, null];
       if (this.#names) write(this.#said, t("flat-map.press_where_the_place_is"));
       this.#draw();
     });
+    this.#zoner.addEventListener("click", () => {
+      [this.#corners, this.#measures, this.#names] = [this.#corners ? null : [], false, false];
+      if (this.#corners) write(this.#said, t("flat-map.press_its_corners"));
+      this.#draw();
+    });
+    this.#zoneBack.addEventListener("click", () => {
+      this.#corners?.pop();
+      this.#draw();
+    });
+    this.#zoneLeave.addEventListener("click", () => {
+      this.#corners = null;
+      this.#draw();
+    });
+    this.#zoneDone.addEventListener("click", () => this.#closeZone());
     this.#measure.addEventListener("click", () => {
-      [this.#measures, this.#names] = [!this.#measures, false];
+      [this.#measures, this.#names, this.#corners] = [!this.#measures, false, null];
       this.#measured = [];
       this.#draw();
     });
@@ -254,6 +284,7 @@ class FlatMap extends Panel {
     const pressed = this.#layers.has("people") ? this.#personAt(at) : null;
     const place = this.#layers.has("places") ? this.#placeAt(at) : null;
     if (this.#names) this.#name(point);
+    else if (this.#corners) this.#corner(point);
     else if (this.#measures) {
       this.#measured = this.#measured.length === 1 ? [...this.#measured, point] : [point];
       const [one, other] = this.#measured;
@@ -273,8 +304,29 @@ class FlatMap extends Panel {
     askName(this, { at: point });
   }
 
+  /** @param {Point} point [m] */
+  #corner(point) {
+    const [first] = this.#corners ?? [];
+    const closes = first && (this.#corners?.length ?? 0) > 2;
+    if (closes && apart(this.#view.drawn(first), this.#view.drawn(point)) < REACH / 2) {
+      this.#closeZone();
+      return;
+    }
+    this.#corners?.push(point);
+    this.#draw();
+  }
+
+  #closeZone() {
+    const points = (this.#corners ?? []).map(({ x, y }) => [x, y]);
+    this.#corners = null;
+    this.#draw();
+    this.dispatchEvent(new CustomEvent("name-zone", { detail: { points }, bubbles: true, composed: true }));
+  }
+
   /** @param {import("../net/marks-api.js").Place} place */
   #goTo(place) {
+    const asked = new CustomEvent("place-pressed", { detail: place.name, bubbles: true, cancelable: true });
+    if (!this.dispatchEvent(asked)) return; // a route that is being made takes it
     if (this.session.hello?.robot.drives === true) void this.session.say(wordsTo(place), "click");
   }
 
@@ -318,6 +370,8 @@ class FlatMap extends Panel {
       write(this.#said, t("flat-map.where_metres_from_the_robot", { where, metres: metres(away, 1) }));
     } else if (event.key === "Enter" && this.#cursor && this.#names) {
       this.#name(this.#cursor);
+    } else if (event.key === "Enter" && this.#cursor && this.#corners) {
+      this.#corner(this.#cursor);
     } else if (event.key === "Enter" && this.#cursor && state.pending_command === null) {
       this.#go(this.#cursor);
     } else if (event.key === "+" || event.key === "-") {
@@ -371,8 +425,14 @@ class FlatMap extends Panel {
     mark(this.#fit, "aria-pressed", String(this.#looks === "whole"));
     mark(this.#measure, "aria-pressed", String(this.#measures));
     mark(this.#namer, "aria-pressed", String(this.#names));
-    this.#namer.hidden = hello === null || hello === undefined || hello.you.role === "viewer";
-    this.classList.toggle("is-measuring", this.#measures || this.#names);
+    mark(this.#zoner, "aria-pressed", String(this.#corners !== null));
+    const corners = this.#corners?.length ?? 0;
+    this.#zoneBar.hidden = this.#corners === null;
+    this.#zoneDone.disabled = corners < 3;
+    this.#zoneBack.disabled = corners === 0;
+    write(this.#zoneWords, corners ? t("flat-map.count_corners", { count: corners }) : t("flat-map.press_its_corners"));
+    this.#zoner.hidden = this.#namer.hidden = hello === null || hello === undefined || hello.you.role === "viewer";
+    this.classList.toggle("is-measuring", this.#measures || this.#names || this.#corners !== null);
     if (this.hidden || !state || this.#canvas.clientWidth === 0) return;
     this.#aim();
     if (picture) this.#drawn = picture;
@@ -396,6 +456,8 @@ class FlatMap extends Panel {
       trail: this.#motion.trail,
       ground: this.#ground,
       places: marksOf(this.session).places,
+      zones: marksOf(this.session).zones,
+      corners: this.#corners ?? [],
     });
     this.#cost = performance.now() - begun;
   }

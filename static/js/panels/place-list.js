@@ -1,6 +1,6 @@
 // Element <place-list>: the named places of the map; a press sends the robot there.
 
-import { marksOf, removePlace, wordsTo } from "../net/marks-api.js";
+import { marksOf, removePlace, removeZone, wordsTo } from "../net/marks-api.js";
 import { sure } from "../ui/confirm-button.js";
 import { icon, make } from "../ui/element.js";
 import { degrees, fixed } from "../ui/format.js";
@@ -9,6 +9,7 @@ import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/marks-api.js").Place} Place */
+/** @typedef {import("../net/marks-api.js").Zone} Zone */
 
 /** @param {Element} from @param {{place?: Place, at?: {x: number, y: number}}} detail asks for a name */
 export const askName = (from, detail) =>
@@ -23,6 +24,8 @@ class PlaceList extends Panel {
   );
   #empty = make("p", { class: "note" }, t("place-list.none_yet"));
   #list = make("ul", { class: "places", "aria-label": t("place-list.places") });
+  #noZone = make("p", { class: "note" }, t("place-list.no_zone_yet"));
+  #zones = make("ul", { class: "places", "aria-label": t("place-list.zones") });
   #operates = false;
   #drives = false;
   #drawn = "";
@@ -34,6 +37,9 @@ class PlaceList extends Panel {
       make("div", { class: "slam-head" }, head, make("span", { class: "spring" }), this.#remember),
       this.#empty,
       this.#list,
+      make("div", { class: "slam-head" }, make("h3", {}, t("place-list.zones"))),
+      this.#noZone,
+      this.#zones,
     );
     this.#remember.addEventListener("click", () => askName(this, {}));
     marksOf(this.session).addEventListener("change", () => this.#draw());
@@ -52,12 +58,40 @@ class PlaceList extends Panel {
   }
 
   #draw() {
-    const { places } = marksOf(this.session);
-    const drawn = JSON.stringify([places, this.#operates, this.#drives]);
+    const { places, zones } = marksOf(this.session);
+    const drawn = JSON.stringify([places, zones, this.#operates, this.#drives]);
     if (drawn === this.#drawn) return;
     this.#drawn = drawn;
     this.#empty.hidden = places.length > 0;
     this.#list.replaceChildren(...places.map((place) => this.#row(place)));
+    this.#noZone.hidden = zones.length > 0;
+    this.#zones.replaceChildren(...zones.map((zone) => this.#zoneRow(zone)));
+  }
+
+  /** @param {string} name @param {(name: string) => Promise<unknown>} remove */
+  #remover(name, remove) {
+    const away = make(
+      "button",
+      { type: "button", class: "button small", "aria-label": t("place-list.remove_name", { name }) },
+      t("place-list.remove"),
+    );
+    away.addEventListener("click", () => {
+      if (sure(away, t("place-list.remove_it"))) void this.session.attempt(() => remove(name));
+    });
+    return away;
+  }
+
+  /** @param {Zone} zone */
+  #zoneRow({ name, kind, max_speed_m_s: speed }) {
+    const says =
+      kind === "keep_out" ? t("place-list.keep_out") : t("place-list.at_most_speed", { speed: fixed(speed ?? 0, 2) });
+    const body = make(
+      "div",
+      { class: "place-body" },
+      make("p", { class: "place-name" }, name),
+      make("p", { class: "note" }, says),
+    );
+    return make("li", { class: "place", "data-kind": kind }, body, this.#operates && this.#remover(name, removeZone));
   }
 
   /** @param {Place} place */
@@ -81,14 +115,7 @@ class PlaceList extends Panel {
       icon("pencil"),
     );
     edit.addEventListener("click", () => askName(this, { place }));
-    const away = make(
-      "button",
-      { type: "button", class: "button small", "aria-label": t("place-list.remove_name", { name: place.name }) },
-      t("place-list.remove"),
-    );
-    away.addEventListener("click", () => {
-      if (sure(away, t("place-list.remove_it"))) void this.session.attempt(() => removePlace(place.name));
-    });
+    const away = this.#remover(place.name, removePlace);
     const body = make(
       "div",
       { class: "place-body" },

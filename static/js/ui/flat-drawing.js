@@ -1,13 +1,13 @@
 // Drawing of the map from above: what is known of the floor, the robot in it, and where it goes.
 
-import { metres } from "./format.js";
+import { fixed, metres } from "./format.js";
 import { colourOf, drawRobot, fresh } from "./place-drawing.js";
 import { t } from "./texts.js";
 
 /** @typedef {import("../net/messages.js").State} State */
 /** @typedef {import("./floor-view.js").Point} Point */
 /** @typedef {import("./floor-view.js").FloorView} FloorView */
-/** @typedef {"scan" | "trail" | "landmarks" | "way" | "voice" | "people" | "places" | "ghost" | "grid"} Layer */
+/** @typedef {"scan" | "trail" | "landmarks" | "way" | "voice" | "people" | "places" | "zones" | "ghost" | "grid"} Layer */
 /**
  * @typedef {object} FlatScene
  * @property {State} state
@@ -25,6 +25,8 @@ import { t } from "./texts.js";
  * @property {readonly {x: number, y: number, fresh: number}[]} trail fresh 0..1
  * @property {import("./flat-ground.js").FlatGround} ground
  * @property {readonly import("../net/marks-api.js").Place[]} places
+ * @property {readonly import("../net/marks-api.js").Zone[]} zones
+ * @property {readonly Point[]} corners of the zone that is being drawn [m]
  */
 
 const LABEL = "600 13px system-ui, sans-serif";
@@ -57,6 +59,7 @@ export function drawFlat(canvas, view, scene) {
     canvas.clientWidth,
     canvas.clientHeight,
   );
+  if (layers.has("zones")) for (const zone of scene.zones) brush.zone(zone);
   if (layers.has("trail")) brush.trail(scene.trail);
   if (layers.has("way")) brush.way(state.path, state.goal, scene.left);
   if (layers.has("landmarks")) brush.landmarks(state.landmarks);
@@ -79,6 +82,7 @@ export function drawFlat(canvas, view, scene) {
   brush.halo(robot, pose.cov, colour(look));
   brush.robot(robot, scene.radius, look, 1);
   brush.measured(scene.measured);
+  brush.corners(scene.corners);
   if (scene.cursor) brush.cross(scene.cursor);
   brush.scale(canvas.clientHeight);
 }
@@ -268,6 +272,44 @@ class Brush {
     this.label(at, state === "seen" ? name : t("flat-drawing.name_hidden_now", { name }));
   }
 
+  /** @param {import("../net/marks-api.js").Zone} zone */
+  zone({ name, kind, points_m: points, max_speed_m_s: speed }) {
+    const { context } = this;
+    const corners = points.map(([x, y]) => this.view.drawn({ x, y }));
+    const colour = this.colour(kind === "keep_out" ? "stop" : "stale");
+    context.beginPath();
+    for (const { x, y } of corners) context.lineTo(x, y);
+    context.closePath();
+    context.save();
+    context.globalAlpha = 0.22;
+    context.fillStyle = colour;
+    context.fill();
+    context.restore();
+    context.strokeStyle = colour;
+    context.lineWidth = 2;
+    context.stroke();
+    const [x, y] = [mean(corners.map((at) => at.x)), mean(corners.map((at) => at.y))];
+    this.label({ x: x - 13, y: y - ABOVE }, speed === null ? name : `${name}, ${fixed(speed, 2)} m/s`);
+  }
+
+  /** @param {readonly Point[]} points [m] */
+  corners(points) {
+    const { context } = this;
+    context.strokeStyle = context.fillStyle = this.colour("accent");
+    context.lineWidth = 2;
+    context.beginPath();
+    for (const point of points) {
+      const { x, y } = this.view.drawn(point);
+      context.lineTo(x, y);
+    }
+    if (points.length > 2) context.closePath();
+    context.stroke();
+    for (const point of points) {
+      const { x, y } = this.view.drawn(point);
+      context.fillRect(x - 4, y - 4, 8, 8);
+    }
+  }
+
   /** @param {import("../net/marks-api.js").Place} place */
   place({ name, x_m: x, y_m: y, heading_rad: heading }) {
     const { context } = this;
@@ -396,6 +438,9 @@ class Brush {
     context.fillText(words, x + 13, y + down);
   }
 }
+
+/** @param {readonly number[]} values */
+const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
 /** @param {Point} one @param {Point} other */
 export const apart = (one, other) => Math.hypot(one.x - other.x, one.y - other.y);

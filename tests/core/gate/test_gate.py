@@ -52,6 +52,21 @@ def test_too_much_is_cut_to_the_limits(bench: Bench) -> None:
     assert (bench.speed, bench.gate.twist.w) == (0.3, -1.5)
 
 
+@pytest.mark.parametrize("cap", [0.0, 0.05, 0.2, 5.0, -1.0])
+@pytest.mark.parametrize("source", ["jog", "goal"])
+def test_a_cap_only_lowers_the_speed_and_holds_until_it_is_lifted(bench: Bench, source: Source, cap: float) -> None:
+    bench.hold(source, 0.3, seconds=0.5)
+    bench.gate.cap(cap)
+    begun = bench.now
+    bench.hold(source, 0.3, seconds=1.0)
+    slowed = 0.3 / bench.gate.limits.max_acceleration  # [s]
+    fastest = max(abs(row.v) for row in bench.rows if row.t_mono_ns * 1e-9 > begun + slowed + 0.1)
+    assert fastest == pytest.approx(min(max(cap, 0.0), 0.3), abs=1e-9)
+    bench.gate.cap(None)
+    bench.hold(source, 0.3, seconds=0.5)
+    assert bench.speed == 0.3
+
+
 @pytest.mark.parametrize("source", ["jog", "goal"])
 def test_silence_stops_within_the_deadman(bench: Bench, source: str) -> None:
     bench.hold(source, 0.3, seconds=0.5)  # type: ignore[arg-type]

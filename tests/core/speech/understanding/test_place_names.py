@@ -33,6 +33,12 @@ def test_a_place_is_gone_to_by_its_name_however_far_it_is(
     assert isinstance(again, Command) and again.place == place.name
 
 
+@pytest.mark.parametrize("words", ["go to the cof fee machine", "stop at the coffeemachine."])
+def test_a_name_is_read_however_its_parts_are_written(words: str) -> None:
+    command = understood(words)
+    assert isinstance(command, Command) and command.place == "coffee machine"
+
+
 @pytest.mark.parametrize("words", ["go to room twelve", "stop at the room 12"])
 def test_numbers_in_names_are_read_in_digits_and_in_words(words: str) -> None:
     command = understood(words)

@@ -1,0 +1,167 @@
+"""Routes of the map in use, and the one under way."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+from fastapi import Path, Response
+from pydantic import Field
+
+from console.access.roles import needs
+from console.api import RequestBody, Who, part, router
+from console.maps.marks import RouteMark, RouteStop, StopAction
+from console.maps.routes import MAX_STOPS, MAX_WAIT_S, RouteRun, RouteService, RouteState
+from console.maps.store import MAX_NAME_LETTERS as MAX_ROUTE_LETTERS
+from core.speech.understanding.place_names import MAX_NAME_LETTERS
+
+routes = router("places", 409, 503, 507)
+
+Routes = Annotated[RouteService, part(RouteService)]
+RouteName = Annotated[str, Path(min_length=1, max_length=4 * MAX_ROUTE_LETTERS)]
+
+
+class StopRequest(RequestBody):
+    """A stop: a named place, what is done there, and a wait."""
+
+    place: str = Field(max_length=2 * MAX_NAME_LETTERS)
+    wait_s: float = Field(default=0.0, ge=0, le=MAX_WAIT_S)
+    action: Literal["wait_for_continue", "come_here"] | None = None
+
+
+class RouteRequest(RequestBody):
+    """Places in an order; `loop`: round and round, until a person ends it. `replace`: a route of that name, too."""
+
+    name: str = Field(max_length=4 * MAX_ROUTE_LETTERS, examples=["evening round"])
+    stops: list[StopRequest] = Field(min_length=1, max_length=MAX_STOPS)
+    loop: bool = False
+    replace: bool = False
+
+
+class StartRequest(RequestBody):
+    """`unattended`: the route goes on without a sign of life of who started it."""
+
+    unattended: bool = False
+
+
+class StopRow(msgspec.Struct, frozen=True):
+    """A stop of a route."""
+
+    place: str
+    wait_s: float
+    action: StopAction | None
+
+
+class RouteRow(msgspec.Struct, frozen=True):
+    """A route of the map."""
+
+    name: str
+    stops: list[StopRow]
+    loop: bool
+
+
+class RouteList(msgspec.Struct, frozen=True):
+    """All routes of the map in use."""
+
+    routes: list[RouteRow]
+
+
+class RouteProgress(msgspec.Struct, frozen=True):
+    """The route under way, or the last one."""
+
+    name: str | None  # None: none ran yet
+    stop: int  # that is driven to or stood at, counted from 1; 0: none
+    of: int
+    state: RouteState
+    reason: str  # a sentence: why it stands, or ended
+    round: int = 0  # full rounds so far
+    place: str = ""
+    owner: str = ""
+    skipped: int = 0
+
+
+def row_of(route: RouteMark) -> RouteRow:
+    """A route as it is kept."""
+    return RouteRow(route.name, [StopRow(one.place, one.wait_s, one.action) for one in route.stops], route.loop)
+
+
+def progress_of(run: RouteRun | None) -> RouteProgress:
+    """How the route goes."""
+    if run is None:
+        return RouteProgress(None, 0, 0, "idle", "")
+    return RouteProgress(
+        run.route.name,
+        run.stop + 1,
+        len(run.route.stops),
+        run.state,
+        run.reason,
+        run.rounds,
+        run.here.place,
+        run.owner.name,
+        run.skipped,
+    )
+
+
+@routes.get("/routes")
+@needs("viewer")
+async def listed(service: Routes) -> RouteList:
+    """The routes of the map in use."""
+    return RouteList([row_of(one) for one in service.routes])
+
+
+@routes.post("/routes", status_code=201)
+@needs("operator")
+async def add(asked: RouteRequest, service: Routes, who: Who) -> RouteRow:
+    """Keep a route. A stop without a place of that name is refused."""
+    stops = tuple(RouteStop(one.place, one.wait_s, one.action) for one in asked.stops)
+    return row_of(await service.add(RouteMark(asked.name, stops, asked.loop), who, replace=asked.replace))
+
+
+@routes.delete("/routes/{name}", status_code=204)
+@needs("operator")
+async def remove(name: RouteName, service: Routes, who: Who) -> Response:
+    """Remove a route; one that runs goes on with its own copy."""
+    await service.remove(name, who)
+    return Response(status_code=204)
+
+
+@routes.post("/routes/{name}/start", status_code=202)
+@needs("operator")
+async def start(name: RouteName, service: Routes, who: Who, asked: StartRequest | None = None) -> RouteProgress:
+    """Start a route in this person's name. It pauses when their control ends, unless it is `unattended`."""
+    return progress_of(service.start(name, who, unattended=asked is not None and asked.unattended))
+
+
+@routes.get("/route")
+@needs("viewer")
+async def progress(service: Routes) -> RouteProgress:
+    """How the route under way goes, or how the last one ended."""
+    return progress_of(service.run_now)
+
+
+@routes.post("/route/pause")
+@needs("operator")
+async def pause(service: Routes, who: Who) -> RouteProgress:
+    """Stand, and wait for resume."""
+    return progress_of(service.pause(who))
+
+
+@routes.post("/route/resume")
+@needs("operator")
+async def resume(service: Routes, who: Who) -> RouteProgress:
+    """Go on at the stop where it stands, in this person's name; also the answer to “wait for continue”."""
+    return progress_of(service.resume(who))
+
+
+@routes.post("/route/skip")
+@needs("operator")
+async def skip(service: Routes, who: Who) -> RouteProgress:
+    """Leave out the stop that is driven to or stood at."""
+    return progress_of(service.skip(who))
+
+
+@routes.post("/route/stop")
+@needs("viewer")
+async def stop(service: Routes, who: Who) -> RouteProgress:
+    """End the route; the robot stands. Anybody who is signed in may."""
+    return progress_of(service.stop(who))

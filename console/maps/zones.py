@@ -1,0 +1,163 @@
+"""Zones of the map in use: the pilot keeps out of some, and the gate gets a lower cap in the others.
+
+A hand that drives is warned at a zone to keep out of, and enters it with a second press.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+
+import msgspec
+import numpy as np
+
+from console.access.logins import Person
+from console.control.dispatcher import CommandDispatcher
+from console.control.lease import Lease
+from console.http.problems import Problem
+from console.maps.marks import MapMarks, ZoneMark, anchor_at
+from console.maps.service import MapService
+from console.maps.store import checked_name, key_of
+from console.messages import JogMessage
+from console.part import Part
+from console.robot.link import RobotLink
+from core.errors import BadInput
+from core.gate import Twist
+from core.navigation.zones import KeepOuts, MapZone, ZoneKind, slow_cap
+from core.pilot.pilot import Pilot
+from core.sensors import SensorFrame
+from core.sentences import Statement
+from core.snapshot import Snapshot
+
+MAX_ZONES, MAX_CORNERS = 200, 200
+MIN_AREA_M2 = 0.01
+MIN_SLOW_SPEED_M_S, MAX_SLOW_SPEED_M_S = 0.02, 1.0
+CAP_PERIOD_S = 0.25  # between two caps: a gate that was started again has forgotten the last one
+WARNED_S = 15.0  # for which another press may enter the zone that a hand was warned of
+NO_SUCH_ZONE = Statement("zones.gone")
+
+
+class ZoneService(Part):
+    """Lives on the event loop."""
+
+    def __init__(self, maps: MapService, robot: RobotLink, dispatcher: CommandDispatcher, lease: Lease) -> None:
+        self.zones: tuple[MapZone, ...] = ()  # where they are now
+        self._maps, self._robot, self._dispatcher, self._lease = maps, robot, dispatcher, lease
+        self._keep_outs = KeepOuts()
+        self._revision = -1
+        self._cap: float | None = None
+        self._capped_at = -math.inf  # [s]
+        self._warned: tuple[str, int, float] | None = None  # of which zone, by which press, when [s]
+        dispatcher.hand_warning = self._hand_warning
+
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
+        """Keep the zones where the map is, and the gate's cap where the robot is."""
+        self._refresh()
+        cap = self._cap_at(snapshot)
+        now = time.monotonic()
+        if cap == self._cap and (not self._slow or now - self._capped_at < CAP_PERIOD_S):
+            return
+        self._cap, self._capped_at = cap, now
+        self._robot.cap(cap)
+
+    def equip(self, pilot: Pilot) -> None:
+        """Have the pilot keep out of zones."""
+        pilot.keep_out_of(self._keep_outs)
+
+    async def add(self, mark: ZoneMark, who: Person) -> MapZone:
+        """Draw a zone. Raises BadInput, Problem 409, 503, Refused, Unwritable."""
+        self._lease.check_not_anothers(who)
+        drawn = self._checked(mark, who)
+
+        def change(marks: MapMarks) -> MapMarks:
+            if len(marks.zones) >= MAX_ZONES:
+                raise Problem(409, Statement("zones.full", most=MAX_ZONES))
+            if any(key_of(one.name) == key_of(drawn.name) for one in marks.zones):
+                raise Problem(409, Statement("zones.taken"))
+            return msgspec.structs.replace(marks, zones=(*marks.zones, drawn))
+
+        await self._maps.mark(change, f"zone {drawn.name}", who)
+        self._refresh()
+        self._stop_inside(drawn.name)
+        return next(zone for zone in self.zones if zone.name == drawn.name)
+
+    async def remove(self, name: str, who: Person) -> None:
+        """Remove a zone. Raises Problem 404, 503, Refused, Unwritable."""
+        self._lease.check_not_anothers(who)
+
+        def change(marks: MapMarks) -> MapMarks:
+            left = tuple(one for one in marks.zones if key_of(one.name) != key_of(name))
+            if len(left) == len(marks.zones):
+                raise Problem(404, NO_SUCH_ZONE)
+            return msgspec.structs.replace(marks, zones=left)
+
+        await self._maps.mark(change, f"zone {name} removed", who)
+        self._refresh()
+
+    # steps of the above
+
+    @property
+    def _slow(self) -> tuple[MapZone, ...]:
+        return tuple(zone for zone in self.zones if zone.kind == "slow")
+
+    def _refresh(self) -> None:
+        """Have the pilot know the zones as they are now."""
+        if self._revision == self._maps.marks_revision:
+            return
+        self._revision = self._maps.marks_revision
+        submaps = self._maps.snapshot.floor.submaps
+        self.zones = tuple(one.now(submaps) for one in self._maps.marks.zones)
+        self._keep_outs = KeepOuts(tuple(zone for zone in self.zones if zone.kind == "keep_out"))
+        if self._dispatcher.pilot is not None:
+            self._dispatcher.pilot.keep_out_of(self._keep_outs)
+
+    def _cap_at(self, snapshot: Snapshot) -> float | None:
+        """The cap [m/s] where the robot is; a robot that is lost may be in any slow zone."""
+        slow = self._slow
+        if snapshot.floor.lost is not None:
+            return min((zone.max_speed for zone in slow if zone.max_speed is not None), default=None)
+        return slow_cap(slow, snapshot.estimate.pose, snapshot.velocity.v, self._robot.profile.radius)
+
+    def _stop_inside(self, name: str) -> None:
+        """A command whose way may lead through a new zone ends: it was planned without it."""
+        if any(zone.name == name for zone in self._keep_outs.zones):
+            self._dispatcher.cancel("cancelled", Statement("zones.drawn"))
+
+    def _hand_warning(self, jog: JogMessage) -> str:
+        """Why this press of a hand must not go on; "": it may."""
+        if not self._keep_outs.zones:
+            return ""
+        pose, now = self._maps.snapshot.estimate.pose, time.monotonic()
+        zone = self._keep_outs.ahead(pose, Twist(jog.v, jog.w), self._robot.profile.radius)
+        if zone is None:
+            return ""
+        warned = self._warned
+        if warned is not None and warned[0] == zone.name and warned[1] != jog.press and now - warned[2] < WARNED_S:
+            self._warned = (zone.name, warned[1], now)
+            return ""
+        if warned is None or warned[:2] != (zone.name, jog.press):
+            self._warned = (zone.name, jog.press, now)
+        return Statement("zones.press_again", name=zone.name)
+
+    def _checked(self, mark: ZoneMark, who: Person) -> ZoneMark:
+        """A zone as it is kept. Raises BadInput."""
+        points = np.array(mark.points_m, float).reshape(-1, 2)
+        if not 3 <= len(points) <= MAX_CORNERS or not np.isfinite(points).all():
+            raise BadInput(Statement("zones.corners", most=MAX_CORNERS))
+        x, y = points.T
+        area = 0.5 * abs(float(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))))
+        if area < MIN_AREA_M2:
+            raise BadInput(Statement("zones.small"))
+        speed = checked_speed(mark.kind, mark.max_speed_m_s)
+        rounded = tuple((round(float(a), 3), round(float(b), 3)) for a, b in points)
+        anchor = anchor_at(points, self._maps.snapshot.floor.submaps)
+        return ZoneMark(checked_name(mark.name), mark.kind, rounded, speed, anchor, who.name)
+
+
+def checked_speed(kind: ZoneKind, speed: float | None) -> float | None:
+    """The speed [m/s] of a zone of that kind. Raises BadInput."""
+    if kind == "keep_out":
+        return None
+    if speed is None or not MIN_SLOW_SPEED_M_S <= speed <= MAX_SLOW_SPEED_M_S:
+        raise BadInput(Statement("zones.speed", least=MIN_SLOW_SPEED_M_S, most=MAX_SLOW_SPEED_M_S))
+    return speed

@@ -1,0 +1,119 @@
+"""Zones of the map: those that the robot keeps out of, and those in which it drives slowly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import cv2
+import numpy as np
+
+from core.gate import Twist
+from core.geometry import Pose
+from core.message import Array
+from core.slam.map.occupancy import OccupancyGrid
+
+ZoneKind = Literal["keep_out", "slow"]
+KEPT_OUT_LOG_ODDS = 20.0  # of a cell that is planned around, however free it was seen
+REACTION_S = 0.25  # [s] until a stop reaches the wheels
+BRAKING_M_S2 = 1.0  # [m/s²]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MapZone:
+    """A polygon of the map."""
+
+    name: str
+    kind: ZoneKind
+    points: Array  # (N, 2) [m], world: its corners, N ≥ 3
+    max_speed: float | None = None  # [m/s] of a slow one
+
+    def depth(self, x: float, y: float) -> float:
+        """How far (x, y) [m] lies inside [m]; < 0: so far outside."""
+        corners = self.points.astype(np.float32).reshape(-1, 1, 2)
+        return float(cv2.pointPolygonTest(corners, (float(x), float(y)), measureDist=True))
+
+
+@dataclass(frozen=True)
+class KeepOuts:
+    """Zones that no wheel enters."""
+
+    zones: tuple[MapZone, ...] = ()
+
+    def around(self, x: float, y: float, radius: float = 0.0) -> MapZone | None:
+        """The zone that a round body of `radius` [m] at (x, y) [m], world, touches."""
+        return next((zone for zone in self.zones if zone.depth(x, y) > -radius), None)
+
+    def left_by(self, pose: Pose) -> KeepOuts:
+        """Those in which the robot does not stand: it may leave the one in which it does."""
+        left = tuple(zone for zone in self.zones if zone.depth(pose.x, pose.y) <= 0.0)
+        return self if len(left) == len(self.zones) else KeepOuts(left)
+
+    def ahead(self, pose: Pose, twist: Twist, radius: float) -> MapZone | None:
+        """The zone that a body of `radius` [m] would touch before it stands, if it drove on like this; not the one
+        in which it stands.
+        """
+        if twist.v == 0.0 or not self.zones:
+            return None
+        way = stopping_way(twist.v)
+        end = pose @ Pose(math.copysign(way, twist.v), 0.0, 0.0)
+        zones = self.left_by(pose)
+        found = zones.around(end.x, end.y, radius)
+        if found is None or found.depth(end.x, end.y) <= found.depth(pose.x, pose.y):
+            return None  # it drives away from it
+        return found
+
+    def on(self, grid: OccupancyGrid) -> OccupancyGrid:
+        """The grid with these zones as walls, grown to hold all of them."""
+        if not self.zones:
+            return grid
+        low = np.min([zone.points.min(axis=0) for zone in self.zones], axis=0) - grid.resolution
+        high = np.max([zone.points.max(axis=0) for zone in self.zones], axis=0) + grid.resolution
+        grown = _grown(grid, low, high)
+        log_odds = grown.log_odds.copy()
+        for zone in self.zones:
+            log_odds[cells_in(zone.points, grown)] = KEPT_OUT_LOG_ODDS
+        return OccupancyGrid(
+            revision=grown.revision, resolution=grown.resolution, origin=grown.origin, log_odds=log_odds
+        )
+
+
+def stopping_way(speed: float) -> float:
+    """How far [m] the robot drives on at `speed` [m/s] until it stands."""
+    return abs(speed) * REACTION_S + speed * speed / (2 * BRAKING_M_S2)
+
+
+def slow_cap(zones: Iterable[MapZone], pose: Pose, speed: float, radius: float) -> float | None:
+    """The speed [m/s] that the slow zones allow a body of `radius` [m] here; the lowest wins. None: none is near.
+
+    It is reached before the body enters one.
+    """
+    reach = radius + stopping_way(speed)
+    near = [zone.max_speed for zone in zones if zone.max_speed is not None and zone.depth(pose.x, pose.y) > -reach]
+    return min(near, default=None)
+
+
+def cells_in(points: Array, grid: OccupancyGrid) -> Array:
+    """Mask (rows, columns) of the cells of a grid that a polygon (N, 2) [m], world, touches."""
+    mask = np.zeros(grid.log_odds.shape, np.uint8)
+    corners = np.rint((points - grid.origin) / grid.resolution - 0.5).astype(np.int32)
+    cv2.fillPoly(mask, [corners.reshape(-1, 1, 2)], 1)
+    return mask.astype(bool)
+
+
+def _grown(grid: OccupancyGrid, low: Array, high: Array) -> OccupancyGrid:
+    """The grid with unknown cells around it, so that it reaches from `low` to `high` (2,) [m], world."""
+    rows, columns = grid.log_odds.shape
+    before = np.maximum(0, np.ceil((grid.origin - low) / grid.resolution)).astype(int)
+    end = grid.origin + grid.resolution * np.array([columns, rows])
+    after = np.maximum(0, np.ceil((high - end) / grid.resolution)).astype(int)
+    if not before.any() and not after.any():
+        return grid
+    return OccupancyGrid(
+        revision=grid.revision,
+        resolution=grid.resolution,
+        origin=grid.origin - grid.resolution * before,
+        log_odds=np.pad(grid.log_odds, ((before[1], after[1]), (before[0], after[0]))),
+    )

@@ -1,0 +1,290 @@
+// Element <route-card>: the routes of the map, one in the making, and how the one under way goes.
+
+import { sentenceOf } from "../net/api.js";
+import { addRoute, marksOf, removeRoute, routeNow, startRoute, steerRoute } from "../net/marks-api.js";
+import { sure } from "../ui/confirm-button.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/marks-api.js").Route} Route */
+/** @typedef {import("../net/marks-api.js").Stop} Stop */
+/** @typedef {import("../net/marks-api.js").RouteProgress} RouteProgress */
+
+const ASK_MS = 1000; // between two looks at the route under way
+const STEERS = /** @type {const} */ (["pause", "resume", "skip", "stop"]);
+/** @type {Readonly<Record<string, string>>} */
+const STEER_WORDS = {
+  pause: t("route-card.pause"),
+  resume: t("route-card.go_on"),
+  skip: t("route-card.skip"),
+  stop: t("route-card.end"),
+};
+/** @type {Readonly<Record<RouteProgress["state"], string>>} */
+const STATES = {
+  idle: "",
+  driving: t("route-card.drives_to"),
+  waiting: t("route-card.waits_at"),
+  paused: t("route-card.paused_before"),
+  ended: t("route-card.ended_at"),
+};
+/** Which buttons make sense in which state. @type {Readonly<Record<string, readonly string[]>>} */
+const MAY = {
+  driving: ["pause", "skip", "stop"],
+  waiting: ["pause", "resume", "skip", "stop"],
+  paused: STEERS.slice(1),
+};
+
+class RouteCard extends Panel {
+  #now = make("p", { class: "route-now", role: "status" });
+  #why = make("p", { class: "note" });
+  /** @type {Map<string, HTMLButtonElement>} */
+  #steers = new Map();
+  #under = make("div", { class: "route-under", hidden: true });
+  #list = make("ul", { class: "places", "aria-label": t("route-card.routes") });
+  #empty = make("p", { class: "note" }, t("route-card.none_yet"));
+  #new = make("button", { type: "button", class: "button" }, t("route-card.new_route"));
+  #name = make("input", {
+    class: "field-box",
+    type: "text",
+    maxlength: "40",
+    autocomplete: "off",
+    placeholder: t("route-card.name_of_the_route"),
+    "aria-label": t("route-card.name_of_the_route"),
+  });
+  #stops = make("ol", { class: "route-stops", "aria-label": t("route-card.stops") });
+  #choice = make("select", { class: "field-box", "aria-label": t("route-card.add_a_stop") });
+  #loop = make("input", { type: "checkbox" });
+  #save = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
+  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #form = make("form", { class: "route-form", hidden: true });
+  /** @type {Stop[]} of the route in the making */
+  #made = [];
+  #operates = false;
+  #drawn = "";
+  #askedAt = -Infinity; // [ms]
+  #dragged = -1; // index of the stop that is dragged
+
+  /** @override */
+  build() {
+    const steers = STEERS.map((act) => {
+      const button = make("button", { type: "button", class: "button" }, STEER_WORDS[act] ?? act);
+      button.addEventListener("click", () => void this.#try(() => steerRoute(act)));
+      this.#steers.set(act, button);
+      return button;
+    });
+    this.#under.append(this.#now, this.#why, make("div", { class: "route-acts" }, ...steers));
+    this.#form.append(
+      this.#name,
+      this.#stops,
+      this.#choice,
+      make("label", { class: "place-turns" }, this.#loop, t("route-card.round_and_round")),
+      this.#save,
+    );
+    this.append(
+      make(
+        "div",
+        { class: "slam-head" },
+        make("h3", {}, t("route-card.routes")),
+        make("span", { class: "spring" }),
+        this.#new,
+      ),
+      this.#under,
+      this.#trouble,
+      this.#empty,
+      this.#list,
+      this.#form,
+    );
+    this.#new.addEventListener("click", () => {
+      this.#form.hidden = !this.#form.hidden;
+      if (!this.#form.hidden) this.#name.focus();
+    });
+    this.#choice.addEventListener("change", () => {
+      if (this.#choice.value) this.#made.push({ place: this.#choice.value, wait_s: 0, action: null });
+      this.#drawForm();
+    });
+    this.#form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#keep();
+    });
+    addEventListener("place-pressed", (event) => {
+      if (this.#form.hidden) return;
+      event.preventDefault(); // a press on the map adds it to the route that is being made
+      this.#made.push({ place: /** @type {CustomEvent<string>} */ (event).detail, wait_s: 0, action: null });
+      this.#drawForm();
+    });
+    marksOf(this.session).addEventListener("change", () => this.#draw());
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ hello, up }) {
+    this.#operates = hello !== null && hello.you.role !== "viewer" && hello.robot.drives;
+    this.#new.hidden = !this.#operates;
+    this.#draw();
+    const now = performance.now();
+    if (up && this.offsetParent !== null && now - this.#askedAt > ASK_MS) void this.#ask();
+  }
+
+  async #ask() {
+    this.#askedAt = performance.now();
+    const progress = await routeNow().catch(() => null);
+    if (progress) this.#tell(progress);
+  }
+
+  /** @param {RouteProgress} progress */
+  #tell({ name, stop, of, state, reason, place }) {
+    this.#under.hidden = state === "idle";
+    if (state === "idle") return;
+    write(this.#now, t("route-card.name_doing_place", { name: name ?? "", doing: STATES[state], place, stop, of }));
+    write(this.#why, reason);
+    for (const [act, button] of this.#steers)
+      button.hidden = !(MAY[state] ?? []).includes(act) || (!this.#operates && act !== "stop");
+  }
+
+  #draw() {
+    const { routes, places } = marksOf(this.session);
+    const drawn = JSON.stringify([routes, places, this.#operates]);
+    if (drawn === this.#drawn) return;
+    this.#drawn = drawn;
+    this.#empty.hidden = routes.length > 0;
+    this.#list.replaceChildren(...routes.map((route) => this.#row(route)));
+    this.#drawForm();
+  }
+
+  /** @param {Route} route */
+  #row({ name, stops, loop }) {
+    const way = stops.map(({ place }) => place).join(" → ");
+    const start = make(
+      "button",
+      { type: "button", class: "button", "aria-label": t("route-card.start_name", { name }) },
+      t("route-card.start"),
+    );
+    start.addEventListener("click", () => void this.#try(() => startRoute(name)));
+    const away = make(
+      "button",
+      { type: "button", class: "button small", "aria-label": t("place-list.remove_name", { name }) },
+      t("place-list.remove"),
+    );
+    away.addEventListener("click", () => {
+      if (sure(away, t("place-list.remove_it"))) void this.#try(() => removeRoute(name));
+    });
+    const body = make(
+      "div",
+      { class: "place-body" },
+      make("p", { class: "place-name" }, name),
+      make("p", { class: "note" }, loop ? `${way} ↻` : way),
+    );
+    return make("li", { class: "place" }, body, this.#operates && start, this.#operates && away);
+  }
+
+  #drawForm() {
+    const { places } = marksOf(this.session);
+    this.#choice.replaceChildren(
+      make("option", { value: "" }, t("route-card.add_a_stop")),
+      ...places.map(({ name }) => make("option", { value: name }, name)),
+    );
+    this.#stops.replaceChildren(...this.#made.map((stop, index) => this.#stopRow(stop, index)));
+    this.#save.disabled = this.#made.length === 0;
+  }
+
+  /** @param {Stop} stop @param {number} index */
+  #stopRow(stop, index) {
+    const wait = make("input", {
+      class: "field-box route-wait",
+      type: "number",
+      min: "0",
+      max: "3600",
+      value: String(stop.wait_s),
+      "aria-label": t("route-card.seconds_at_place", { place: stop.place }),
+    });
+    wait.addEventListener("input", () => (stop.wait_s = wait.valueAsNumber || 0));
+    const action = make(
+      "select",
+      { class: "field-box", "aria-label": t("route-card.action_at_place", { place: stop.place }) },
+      make("option", { value: "" }, t("route-card.only_wait")),
+      make("option", { value: "wait_for_continue" }, t("route-card.until_go_on")),
+      make("option", { value: "come_here" }, t("route-card.come_here")),
+    );
+    action.value = stop.action ?? "";
+    action.addEventListener("change", () => (stop.action = /** @type {Stop["action"]} */ (action.value || null)));
+    const row = make(
+      "li",
+      { class: "route-stop", draggable: "true" },
+      make("span", { class: "place-name" }, stop.place),
+      wait,
+      "s",
+      action,
+      this.#act("chevron", t("route-card.place_earlier", { place: stop.place }), () => this.#move(index, index - 1)),
+      this.#act("close", t("place-list.remove_name", { name: stop.place }), () => {
+        this.#made.splice(index, 1);
+        this.#drawForm();
+      }),
+    );
+    row.addEventListener("dragstart", () => (this.#dragged = index));
+    row.addEventListener("dragover", (event) => event.preventDefault());
+    row.addEventListener("drop", (event) => {
+      event.preventDefault();
+      this.#move(this.#dragged, index);
+    });
+    return row;
+  }
+
+  /** @param {string} drawing @param {string} says @param {() => void} then */
+  #act(drawing, says, then) {
+    const button = make(
+      "button",
+      { type: "button", class: "icon-button small", "aria-label": says, title: says },
+      icon(drawing),
+    );
+    mark(button, "data-act", drawing);
+    button.addEventListener("click", then);
+    return button;
+  }
+
+  /** @param {number} from @param {number} to */
+  #move(from, to) {
+    if (from < 0 || to < 0 || from === to) return;
+    this.#made.splice(to, 0, ...this.#made.splice(from, 1));
+    this.#drawForm();
+  }
+
+  async #keep() {
+    const name = this.#name.value.trim();
+    if (!name) {
+      this.#complain(t("place-sheet.a_name_is_missing"));
+      this.#name.focus();
+      return;
+    }
+    const kept = await this.#try(() => addRoute({ name, stops: this.#made, loop: this.#loop.checked }));
+    if (!kept) return;
+    this.#made = [];
+    this.#name.value = "";
+    this.#form.hidden = true;
+    this.#drawForm();
+  }
+
+  /** @param {() => Promise<unknown>} act @returns {Promise<boolean>} whether it was done */
+  async #try(act) {
+    try {
+      await act();
+      this.#complain("");
+      await this.#ask();
+      return true;
+    } catch (refusal) {
+      this.#complain(sentenceOf(refusal));
+      return false;
+    }
+  }
+
+  /** @param {string} sentence */
+  #complain(sentence) {
+    this.#trouble.hidden = !sentence;
+    write(this.#trouble, sentence);
+  }
+}
+
+customElements.define("route-card", RouteCard);

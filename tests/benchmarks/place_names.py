@@ -1,0 +1,119 @@
+"""Names of places by all English voices of espeak-ng: `python -m tests.benchmarks.place_names`.
+
+Thirty rooms and things are learnt at once. Each voice says "go to the NAME" (`--stop-at`: "stop at the NAME"), quiet
+and in echoes (direct sound 6 dB over a tail that falls by 60 dB in 0.4 s), and goes to places without a name. Printed
+for both: right, refused, stopped, wrong; every wrong motion is listed, with `--misses` every miss. `--every N` takes
+every Nth sentence; `--talk FOLDER` also reads the near misses of speech_commands_tts and the talk of speech_real in
+FOLDER, with the names and without them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from core.message import Array
+from core.navigation.places import NamedPlace
+from core.speech.recognition.decision import Decision
+from core.speech.recognition.engines import open_engine
+from core.speech.settings import RATE, SpeechSettings
+from core.speech.synthesis import ENGLISH_VOICES
+from core.speech.understanding.place_names import check_name_apart, place_phrases
+from core.speech.whisper.recognizer import WhisperRecognizer
+from tests.benchmarks.accents import said
+from tests.benchmarks.voices import REFUSED, RIGHT, STOPPED, WRONG, utterance
+from tests.benchmarks.word_scenes import real, synthetic
+
+NAMES = (
+    *("kitchen", "window", "sofa", "Anna's office", "meeting room", "printer", "elevator", "front door", "bathroom"),
+    *("library", "workshop", "garden", "reception", "hallway", "coffee machine", "fridge", "bookshelf", "piano"),
+    *("fireplace", "charging station", "balcony", "garage", "server rack", "whiteboard", "lab bench", "closet"),
+    *("stairs", "terrace", "mailbox", "room 12"),
+)
+UNNAMED = ("museum", "cinema", "bedroom", "chicken", "winter", "harbour", "pencil", "airport", "market", "river")
+GO_TO, STOP_AT = "go to the {}", "stop at the {}"
+TAIL_S, TAIL_DB = 0.4, -6.0
+
+
+def places() -> tuple[NamedPlace, ...]:
+    """The thirty places, each apart from all others."""
+    known: list[NamedPlace] = []
+    for number, name in enumerate(NAMES):
+        check_name_apart(name, [one.name for one in known])
+        known.append(NamedPlace(name=name, x_m=0.5 * number, y_m=-1.0))
+    return tuple(known)
+
+
+def echoed(samples: Array, seed: int) -> Array:
+    """Samples (N,) as they sound in a room."""
+    chance = np.random.default_rng(seed)
+    length = round(TAIL_S * RATE)
+    tail = chance.normal(size=length) * 10 ** (-3.0 * np.arange(length) / length)
+    tail *= 10 ** (TAIL_DB / 20) / np.sqrt(np.sum(tail**2))
+    tail[0] = 1.0
+    heard = np.convolve(samples, tail)[: len(samples)]
+    return heard * np.abs(samples).max() / np.abs(heard).max()
+
+
+def sentences(every: int, words: str) -> Iterator[tuple[str, str, str, Array]]:
+    """(voice, where, the name or "", sound) of every Nth sentence of every voice."""
+    number = 0
+    for voice in ENGLISH_VOICES:
+        for name in (*NAMES, *UNNAMED):
+            number += 1
+            if number % every:
+                continue
+            sound = said(words.format(name), voice, number)
+            wanted = name if name in NAMES else ""
+            yield voice, "quiet", wanted, sound
+            yield voice, "echoes", wanted, echoed(sound, number)
+
+
+def outcome(wanted: str, decision: Decision) -> str:
+    """What became of a sentence; `wanted` "": it goes to no place that has a name."""
+    command = decision.command
+    if command is None:
+        return REFUSED if wanted else RIGHT
+    if decision.stops:
+        return STOPPED
+    return RIGHT if wanted and command.place == wanted else WRONG
+
+
+def main() -> None:
+    """Print one JSON object for each kind of sentence."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--misses", action="store_true")
+    parser.add_argument("--stop-at", action="store_true")
+    parser.add_argument("--talk", type=Path)
+    chosen = parser.parse_args()
+    recognizer = open_engine(SpeechSettings(engine="whisper")).recognizer
+    assert isinstance(recognizer, WhisperRecognizer)
+    if chosen.talk:
+        clips = [*synthetic(chosen.talk, "near-miss"), *(clip for _, clip in real(chosen.talk))][:: chosen.every]
+        for names in (False, True):
+            recognizer.learn(place_phrases(places()) if names else ())
+            found = Counter(outcome("", recognizer.decide(utterance(clip.samples))) for clip in clips)
+            sys.stdout.write(json.dumps({"talk": "with names" if names else "without names", **found}) + "\n")
+            sys.stdout.flush()
+    recognizer.learn(place_phrases(places()))
+    results: dict[str, Counter[str]] = {}
+    for voice, where, wanted, sound in sentences(chosen.every, STOP_AT if chosen.stop_at else GO_TO):
+        decision = recognizer.decide(utterance(sound))
+        result = outcome(wanted, decision)
+        results.setdefault(f"{'named' if wanted else 'unnamed'}, {where}", Counter())[result] += 1
+        if result == WRONG or (chosen.misses and result != RIGHT):
+            sys.stdout.write(f"  {result} {voice} {where} “{wanted}” → {decision.echo}\n")
+            sys.stdout.flush()
+    for kind, found in results.items():
+        sys.stdout.write(json.dumps({"sentences": kind, "of": found.total(), **found}) + "\n")
+
+
+if __name__ == "__main__":
+    main()

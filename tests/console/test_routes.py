@@ -1,0 +1,225 @@
+"""Routes over REST, on the simulated robot: stops in their order, and a stated end for all that goes wrong."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import msgspec
+import pytest
+
+from console.access.logins import Person
+from console.maps.marks import RouteMark, RouteStop
+from console.maps.routes import FILE, LOST, LOW, RouteRun, RouteService
+from core.pilot import Pilot
+from core.sensors import SensorFrame
+from core.slam.map.status import LostStatus
+from core.snapshot import Snapshot
+from tests.console.live import Live
+from tests.console.test_slam_api import LOST as LOST_STATUS
+
+
+def call(live: Live, method: str, path: str, body: Any = None, *, status: int = 200, token: str = "") -> Any:
+    answer = live.ask(method, path, body, token=token or live.operator)
+    assert answer.status == status, answer.body
+    return answer.json if answer.body else None
+
+
+class Doubting(Pilot):
+    """A pilot that says what the test gives it of its battery and its place; all else is real."""
+
+    battery: float | None = None
+    lost: LostStatus | None = None
+
+    def step(self, frame: SensorFrame, **how: Any) -> Snapshot:
+        snapshot = super().step(frame, **how)
+        return replace(snapshot, battery=self.battery, floor=replace(snapshot.floor, lost=self.lost))
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
+    live = Live(tmp_path_factory.mktemp("routes"), pace=2.0)
+    live.runtime._make_pilot = lambda: Doubting(live.robot.profile)
+    with live:
+        live.until(lambda: not live.runtime.snapshot.slam.looking_around, 60)
+        for name, x, y in (("desk", 0.06, 0.0), ("sofa", 0.12, 0.0), ("door", 0.18, 0.0)):
+            call(live, "POST", "/api/places", {"name": name, "x_m": x, "y_m": y}, status=201)
+        stops = [{"place": name} for name in ("desk", "sofa", "door")]
+        call(live, "POST", "/api/routes", {"name": "round", "stops": stops}, status=201)
+        call(live, "POST", "/api/routes", {"name": "patrol", "stops": stops[:2], "loop": True}, status=201)
+        waits = [{"place": "desk", "action": "wait_for_continue"}, {"place": "sofa", "wait_s": 3600.0}]
+        call(live, "POST", "/api/routes", {"name": "slowly", "stops": waits}, status=201)
+        yield live
+
+
+@pytest.fixture
+def live(opened: Live) -> Iterator[Live]:
+    opened.calm()
+    doubting(opened).battery, doubting(opened).lost = None, None
+    opened.until(lambda: opened.runtime.snapshot.floor.lost is None and opened.runtime.snapshot.battery is None)
+    yield opened
+    opened.ask("POST", "/api/route/stop", {}, token=opened.operator)
+
+
+def doubting(live: Live) -> Doubting:
+    pilot = live.runtime.dispatcher.pilot
+    assert isinstance(pilot, Doubting)
+    return pilot
+
+
+def progress(live: Live) -> Any:
+    return call(live, "GET", "/api/route")
+
+
+def comes_to(live: Live, state: str, seconds: float = 90) -> Any:
+    return live.until(lambda: (told := progress(live))["state"] == state and told, seconds)
+
+
+def start(live: Live, name: str) -> None:
+    told = call(live, "POST", f"/api/routes/{name}/start", {"unattended": True}, status=202)
+    assert (told["state"], told["stop"], told["owner"]) == ("driving", 1, "operator")
+
+
+def stays(live: Live, state: str) -> None:
+    """Nothing goes on by itself for a second of the robot."""
+    begun = live.runtime.snapshot.stamp
+    rows = live.robot.writer.rows
+    live.until(lambda: live.robot.status().v == 0.0)
+    first = len(rows)
+    live.until(lambda: live.runtime.snapshot.stamp > begun + 1.0)
+    assert progress(live)["state"] == state
+    assert all(row.v == 0.0 for row in rows[first:])
+
+
+def test_all_stops_are_driven_to_in_their_order_and_stand_in_the_history(live: Live) -> None:
+    start(live, "round")
+    call(live, "POST", "/api/routes/patrol/start", {}, status=409)
+    told = comes_to(live, "ended", 200)
+    assert told["reason"] == "All stops were reached." and (told["stop"], told["of"]) == (3, 3)
+    true = call(live, "GET", "/api/sim/truth")
+    assert math.hypot(true["x_m"] - 0.18, true["y_m"]) < 0.1
+    words = [row["words"] for row in call(live, "GET", "/api/audit")["entries"] if row["what"] == "route"]
+    stops = [f"round: stop {n} of 3, {name}" for n, name in ((3, "door"), (2, "sofa"), (1, "desk"))]
+    assert [one for one in words if one in stops] == stops
+
+
+@pytest.mark.campaign
+def test_it_pauses_goes_on_skips_waits_and_stops(live: Live) -> None:
+    start(live, "slowly")
+    told = comes_to(live, "waiting")
+    assert told["stop"] == 1 and "continue" in told["reason"]
+    call(live, "POST", "/api/route/resume", {})
+    live.until(lambda: progress(live)["stop"] == 2)
+    assert call(live, "POST", "/api/route/pause", {})["state"] == "paused"
+    stays(live, "paused")
+    assert call(live, "POST", "/api/route/resume", {})["state"] == "driving"
+    comes_to(live, "waiting")
+    told = call(live, "POST", "/api/route/skip", {})
+    assert told["state"] == "ended" and told["skipped"] == 1
+    for act in ("pause", "resume", "skip", "stop"):
+        call(live, "POST", f"/api/route/{act}", {}, status=409)
+    start(live, "patrol")
+    assert call(live, "POST", "/api/route/stop", {}, token=live.viewer)["state"] == "ended"
+    stays(live, "ended")
+
+
+ENDS: dict[str, tuple[Callable[[Live], Any], str, str]] = {
+    "STOP": (lambda live: call(live, "POST", "/api/stop", {}, token=live.viewer), "paused", "viewer"),
+    "lost pose": (lambda live: setattr(doubting(live), "lost", LOST_STATUS), "paused", LOST),
+    "operator gone": (
+        lambda live: live.on_loop(lambda: live.runtime.dispatcher.forget(live.runtime.lease.holder)),
+        "paused",
+        "signed out",
+    ),
+    "a trip of the gate": (
+        lambda live: live.on_loop(lambda: live.runtime.dispatcher.cancel("failed", "The gate stopped it.")),
+        "ended",
+        "The gate stopped it.",
+    ),
+    "the pilot fails": (
+        lambda live: live.on_loop(lambda: live.runtime.dispatcher.ended_without_pilot("The pilot failed.")),
+        "ended",
+        "The pilot failed.",
+    ),
+    "a zone is drawn": (
+        lambda live: call(
+            live,
+            "POST",
+            "/api/zones",
+            {"name": "hole", "kind": "keep_out", "points_m": [[2.0, 2.0], [2.2, 2.0], [2.2, 2.2]]},
+            status=201,
+        ),
+        "paused",
+        "zone",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", ENDS)
+def test_each_fault_has_its_stated_end_and_nothing_moves_after_it(live: Live, fault: str) -> None:
+    inject, state, why = ENDS[fault]
+    start(live, "patrol")
+    inject(live)
+    assert why in comes_to(live, state)["reason"]
+    stays(live, state)
+
+
+@pytest.mark.campaign
+def test_another_command_pauses_a_route_and_it_stays_so_when_that_is_done(live: Live) -> None:
+    start(live, "patrol")
+    call(live, "POST", "/api/commands", {"text": "turn left"}, status=202)
+    assert "turn left" in comes_to(live, "paused")["reason"]
+    live.until(lambda: live.runtime.snapshot.active_command is None, 30)
+    stays(live, "paused")
+
+
+@pytest.mark.campaign
+def test_a_low_battery_lets_the_stop_be_reached_and_no_further(live: Live) -> None:
+    start(live, "patrol")
+    doubting(live).battery = 0.1
+    told = comes_to(live, "paused")
+    assert told["reason"] == LOW and told["stop"] == 1
+    stays(live, "paused")
+    assert call(live, "POST", "/api/route/resume", {}, status=409)["detail"] == LOW
+
+
+def test_a_blocked_stop_is_tried_again_and_then_ends_or_is_left_out(live: Live) -> None:
+    service = live.runtime.parts[RouteService]
+    for name, state in (("round", "ended"), ("patrol", "driving")):
+        start(live, name)
+        run = service.run_now
+        assert run is not None
+
+        def block(run: RouteRun = run) -> None:
+            live.runtime.dispatcher.pilot.cancel("failed", "The way is blocked.")  # type: ignore[union-attr]
+
+        for tries in (1, 2):
+            block()
+            live.until(lambda run=run, tries=tries: run.tries == tries)
+            assert run.command is None and "tried again" in run.reason
+            run.until = 0.0
+            live.until(lambda run=run: run.command is not None)
+        block()
+        live.until(lambda run=run, state=state: run.stop == 1 or run.state == "ended")
+        assert run.state == state
+        live.ask("POST", "/api/route/stop", {}, token=live.operator)
+
+
+def test_a_route_of_unknown_places_or_names_is_refused(live: Live) -> None:
+    call(live, "POST", "/api/routes", {"name": "x", "stops": [{"place": "moon"}]}, status=404)
+    call(live, "POST", "/api/routes", {"name": "round", "stops": [{"place": "desk"}]}, status=409)
+    call(live, "POST", "/api/routes/none/start", {}, status=404)
+    call(live, "POST", "/api/routes/round/start", {}, status=403, token=live.viewer)
+
+
+def test_after_a_restart_it_stands_as_interrupted(live: Live) -> None:
+    service = live.runtime.parts[RouteService]
+    run = RouteRun(RouteMark("round", (RouteStop("desk"), RouteStop("sofa"))), Person("1", "Ada"), True, stop=1)
+    (live.home / FILE).write_text(json.dumps(msgspec.to_builtins(run)))
+    live.run(service.open())
+    told = progress(live)
+    assert (told["state"], told["stop"], told["name"]) == ("ended", 2, "round") and "started again" in told["reason"]
+    stays(live, "ended")

@@ -1,0 +1,100 @@
+"""Zones over REST: the way leads round them, a goal in one is refused by its name, slow ones reach the gate."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import pytest
+
+from console.access.logins import Person
+from console.http.problems import Problem
+from console.maps.zones import ZoneService
+from console.messages import JogMessage
+from tests.console.live import Live
+
+
+def call(live: Live, method: str, path: str, body: Any = None, *, status: int = 200) -> Any:
+    answer = live.ask(method, path, body, token=live.operator)
+    assert answer.status == status, answer.body
+    return answer.json if answer.body else None
+
+
+def square(x: float, y: float, half: float) -> list[list[float]]:
+    return [[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]]
+
+
+@pytest.fixture
+def bare(live: Live) -> Any:
+    """A console without zones, before and after."""
+    live.until(lambda: not live.runtime.snapshot.slam.looking_around)
+    yield live
+    live.ask("POST", "/api/stop", token=live.operator)
+    for one in call(live, "GET", "/api/zones")["zones"]:
+        call(live, "DELETE", f"/api/zones/{one['name']}", status=204)
+
+
+def ahead(live: Live, metres: float) -> tuple[float, float]:
+    pose = live.runtime.snapshot.estimate.pose
+    return pose.x + metres * math.cos(pose.heading), pose.y + metres * math.sin(pose.heading)
+
+
+def test_no_command_enters_a_zone_to_keep_out_of(bare: Live) -> None:
+    x, y = ahead(bare, 0.5)
+    made = call(
+        bare, "POST", "/api/zones", {"name": "hole", "kind": "keep_out", "points_m": square(x, y, 0.15)}, status=201
+    )
+    assert made["kind"] == "keep_out" and len(made["points_m"]) == 4 and made["max_speed_m_s"] is None
+    inside = bare.ask("POST", "/api/commands", {"text": f"stop at {x:.2f} and {y:.2f}"}, token=bare.operator)
+    assert inside.status == 409 and "“hole”" in inside.json["detail"]
+    begun = call(bare, "POST", "/api/commands", {"text": "continue 1 meters"}, status=202)
+    entry = bare.until(lambda: (one := bare.runtime.history.find(begun["id"])).state != "running" and one, 60)
+    assert entry.state == "failed" and "“hole”" in entry.remark
+    (zone,) = bare.runtime.parts[ZoneService].zones
+    true = bare.ask("GET", "/api/sim/truth", token=bare.viewer).json
+    assert zone.depth(true["x_m"], true["y_m"]) < 0.0
+
+
+def test_a_slow_zone_caps_what_the_gate_lets_through(bare: Live) -> None:
+    pose = bare.runtime.snapshot.estimate.pose
+    body = {"name": "shop", "kind": "slow", "points_m": square(pose.x, pose.y, 3.0), "max_speed_m_s": 0.04}
+    call(bare, "POST", "/api/zones", {**body, "max_speed_m_s": None}, status=422)
+    call(bare, "POST", "/api/zones", body, status=201)
+    call(bare, "POST", "/api/zones", body, status=409)
+    bare.until(lambda: bare.robot.gate._cap == 0.04)
+    rows = bare.robot.writer.rows
+    first = len(rows)
+    call(bare, "POST", "/api/commands", {"text": "continue 0.2 meters"}, status=202)
+    bare.until(lambda: any(row.v > 0.03 for row in rows[first:]))
+    call(bare, "POST", "/api/stop", {}, status=200)
+    assert max(row.v for row in rows[first:]) <= 0.04 + 1e-9
+    call(bare, "DELETE", "/api/zones/shop", status=204)
+    bare.until(lambda: bare.robot.gate._cap == math.inf)
+    call(bare, "DELETE", "/api/zones/shop", status=404)
+
+
+def test_a_hand_is_warned_and_enters_with_a_second_press(bare: Live) -> None:
+    x, y = ahead(bare, 0.2)
+    call(bare, "POST", "/api/zones", {"name": "hole", "kind": "keep_out", "points_m": square(x, y, 0.1)}, status=201)
+    hand, dispatcher, numbers = Person("hand", "Hand", "operator"), bare.runtime.dispatcher, itertools.count(1)
+
+    def jog(press: int, speed: float) -> None:
+        gate = bare.robot.status()
+        dispatcher.drive(
+            JogMessage(v=speed, w=0.0, press=press, seq=next(numbers), nonce=gate.nonce, epoch=gate.epoch), hand
+        )
+
+    def moved(press: int) -> bool:
+        bare.on_loop(lambda: jog(press, 0.1))
+        return bare.runtime.snapshot.estimate.pose.distance_to(begun.x, begun.y) > 0.08
+
+    begun = bare.runtime.snapshot.estimate.pose
+    with pytest.raises(Problem, match=r"“hole”.*Press again"):
+        bare.until(lambda: moved(1), 20)
+    bare.on_loop(lambda: jog(1, 0.1))  # the same press again: nothing, and it is not said again
+    bare.until(lambda: bare.robot.status().v == 0.0)
+    bare.on_loop(lambda: jog(1, 0.0))
+    bare.until(lambda: moved(2), 20)
+    bare.on_loop(lambda: jog(2, 0.0))
+    bare.on_loop(lambda: dispatcher.forget(hand))
