@@ -37,6 +37,8 @@ from console.recording.work import (
     RecordMoments,
     RecoverRecordings,
     ServeFoxglove,
+    cause_facts,
+    with_cause,
 )
 from console.robot.link import RobotLink
 from console.workers.worker import Worker
@@ -48,7 +50,7 @@ from core.recording.settings import RecordingSettings
 from core.robots import Profile
 from core.robots.profile_json import profile_to_json
 from core.sensors import SensorFrame
-from core.sentences import Statement, code_of
+from core.sentences import Statement
 from core.slam.map.occupancy import OccupancyGrid
 from core.snapshot import Snapshot
 
@@ -334,7 +336,7 @@ class RecordingService(Part):
         self.revision += 1
         if who is not None:
             self._history.add("keep_recording", who, words=name)
-        return msgspec.structs.replace(kept, cause=cause)
+        return msgspec.structs.replace(kept, **with_cause(cause))
 
     async def _send(self) -> None:
         moments, self._moments = self._moments, []
@@ -445,8 +447,8 @@ class RecordingService(Part):
                         ReadRecording(str(self._path(name))), budget=FILE_BUDGET_S
                     )
             one = self._known[name, changed]
-            note, cause = self._notes.get(name, RecordingNote(one.note)).note, one.cause if one.complete else CUT
-            found.append(msgspec.structs.replace(one, note=note, **with_cause(cause)))
+            note = self._notes.get(name, RecordingNote(one.note)).note
+            found.append(msgspec.structs.replace(one, note=note, **({} if one.complete else with_cause(CUT))))
         running = self._running
         for name, changed, size in await asyncio.to_thread(self._parts):
             if running is None or name != running.name:
@@ -532,7 +534,7 @@ class RecordingService(Part):
     def _description(self, cause: str, note: str) -> dict[str, str]:
         profile = self._robot.profile
         facts = {"version": beckon_version(), "robot": profile.name, "url": profile.url}
-        return {**facts, "cause": cause, "note": note}
+        return {**facts, **cause_facts(cause), "note": note}
 
     async def _files(self) -> list[tuple[str, str, bytes]]:
         """The files that go into a recording."""
@@ -580,11 +582,6 @@ def slimmed(snapshot: Snapshot, *, with_map: bool) -> Snapshot:
         notices=(),
         sensors=(),
     )
-
-
-def with_cause(cause: str) -> dict[str, object]:
-    """The fields of a recording that say a cause, in every language."""
-    return {"cause": cause, **code_of(cause)._asdict()}
 
 
 def media_type(path: Path) -> str:

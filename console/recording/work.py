@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import msgspec
@@ -34,7 +35,7 @@ from core.recording.ros_writing import RosEncoder, RosMessage
 from core.robots import Profile
 from core.robots.profile_json import profile_from_json, profile_to_json
 from core.sensors import SensorFrame
-from core.sentences import Statement
+from core.sentences import SentenceCode, Statement, code_of, coded
 from core.snapshot import PilotInputs, Snapshot
 
 PICTURE_WIDTH = 240  # [pixel] of the one in the list
@@ -75,6 +76,16 @@ class FinishedRecording(msgspec.Struct, frozen=True):
     def of(cls, written: RecordedFile, cause: str = "") -> FinishedRecording:
         """As it goes through the pipe."""
         return cls(written.path.stem, written.seconds, written.bytes, dict(written.messages), cause=cause)
+
+
+def cause_facts(cause: str) -> dict[str, str]:
+    """What a file says of its cause."""
+    return {"cause": cause, "said": msgspec.json.encode(code_of(cause)).decode()}
+
+
+def with_cause(cause: str) -> dict[str, Any]:
+    """The fields of a recording that say a cause, in every language."""
+    return {"cause": cause, **code_of(cause)._asdict()}
 
 
 class DescribeRobot(Job[None], frozen=True):
@@ -252,20 +263,21 @@ class RecorderWorker:
 
     def recover(self, job: RecoverRecordings) -> list[FinishedRecording]:
         """Finish what was left behind. Raises Unwritable."""
-        whole = (recovered(part, {"cause": RECOVERED}) for part in sorted(Path(job.folder).glob(f"*.mcap{PART}")))
+        whole = (recovered(part, cause_facts(RECOVERED)) for part in sorted(Path(job.folder).glob(f"*.mcap{PART}")))
         return [FinishedRecording.of(one, RECOVERED) for one in whole if one is not None]
 
     def read(self, job: ReadRecording) -> FinishedRecording:
         """Look at a file's summary; one that has none is shown as not complete."""
         path = Path(job.path)
         size = path.stat().st_size
-        described: dict[str, str] = {}
+        described, said = dict[str, str](), SentenceCode()
         try:
             with path.open("rb") as file:
                 reader = make_reader(file)
                 summary = reader.get_summary()
                 described = next((one.metadata for one in reader.iter_metadata() if one.name == DESCRIPTION), {})
-        except (OSError, *BROKEN_RECORD):
+                said = msgspec.json.decode(described.get("said", "[null,null]"), type=SentenceCode)
+        except (OSError, msgspec.MsgspecError, *BROKEN_RECORD):
             summary = None
         if summary is None or summary.statistics is None:
             return FinishedRecording(path.stem, 0.0, size, {}, complete=False)
@@ -276,7 +288,7 @@ class RecorderWorker:
             size,
             {summary.channels[number].topic: count for number, count in counted.channel_message_counts.items()},
             counted.message_start_time / NS_PER_S,
-            cause=described.get("cause", ""),
+            **with_cause(coded(described.get("cause", ""), said)),
             note=described.get("note", ""),
             robot=described.get("robot", ""),
         )

@@ -28,6 +28,7 @@ from core.recording.frame_record import (
 from core.robots import Profile
 from core.robots.profile_json import profile_from_json, profile_to_json
 from core.sensors import SensorFrame
+from core.sentences import Statement, plain
 from core.slam.estimate import Landmark
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
@@ -103,6 +104,8 @@ def _built(value: object) -> dict[str, object]:
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, Statement):
+        return plain(value)
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else float(value)
 
 
