@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import http.client
 import json
+import resource
 import socket
+import sys
 import threading
 import time
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Coroutine, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pytest
 from websockets.sync.client import ClientConnection, connect
 from websockets.sync.connection import Connection
 
@@ -236,3 +240,20 @@ def say_at_once(line: ClientConnection, texts: Iterable[str]) -> None:
     for text in texts:
         line.protocol.send_text(text.encode())
     line.socket.sendall(b"".join(line.protocol.data_to_send()))
+
+
+@contextlib.contextmanager
+def full_disk(most: int = 128) -> Iterator[None]:
+    """No file of this process, and of those it starts meanwhile, grows beyond `most` bytes; modules are not compiled.
+
+    Python does not notice that a compiled module was cut off, and the next process could not import it.
+    """
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+        patch.setattr(sys, "dont_write_bytecode", True)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, hard))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

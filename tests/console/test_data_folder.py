@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import resource
 import sqlite3
 import stat
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,18 +18,7 @@ from console.data_folder import DataFolder, prepare
 from core.calibration.files.camera_files import ros_yaml
 from core.errors import Unwritable
 from core.optics import TABLE_3
-from tests.console.live import Live
-
-
-@contextlib.contextmanager
-def full_disk() -> Iterator[None]:
-    """No file of this process grows."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (128, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+from tests.console.live import Live, full_disk
 
 
 def a_file(folder: Path) -> tuple[Path, str]:

@@ -123,6 +123,7 @@ def test_a_disk_that_fills_up_ends_it_with_a_sentence_and_what_was_done_stays(tm
 import resource, sys
 from pathlib import Path
 from core.experiments.run_log import RunLog
+sys.dont_write_bytecode = True  # a compiled module that is cut off could not be imported any more
 resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 try:
     with RunLog(Path(sys.argv[1]), "tour", 99, 0, print) as log:

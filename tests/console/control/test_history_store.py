@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import resource
 import shutil
 import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,6 +16,7 @@ import pytest
 from console.access.logins import Person
 from console.control.history import REFUSED_ALLOWANCE, VIEWER_ALLOWANCE, VIEWERS_ALLOWANCE, History
 from console.control.history_store import MAX_KEPT_ENTRIES, MAX_REMEMBERED_ENTRIES
+from tests.console.live import full_disk
 
 ANNA = Person("a", "Anna")
 REPOSITORY = Path(__file__).parents[3]
@@ -141,24 +139,13 @@ def on_disk(folder: Path) -> list[str]:
     return [words for (words,) in rows]
 
 
-@contextlib.contextmanager
-def full_disk() -> Iterator[None]:
-    """No file of this process grows."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-
 def test_rows_that_met_a_full_disk_are_written_when_it_has_room_again(tmp_path: Path) -> None:
     told: list[str] = []
     history = History(tmp_path, told.append)
     history.open()
     history.add("stop", ANNA, words="before")
     asyncio.run(history.settled())
-    with full_disk():
+    with full_disk(1024):
         for number in range(10):
             history.add("command", ANNA, words=f"meanwhile {number}")
             asyncio.run(history.settled())
