@@ -134,3 +134,35 @@ def test_a_zone_is_drawn_on_the_map(visit: Open, console: Running, hand: str) ->
     (zone,) = console.ask("api/zones")["zones"]
     assert zone["kind"] == ("slow" if hand == "mouse" else "keep_out") and len(zone["points_m"]) == 3
     shown(here, f"zone-drawn-by-{hand}")
+
+
+def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: Open, console: Running) -> None:
+    for name, x in (("desk", 0.05), ("sofa", 0.3)):
+        console.ask("api/places", {"name": name, "x_m": x, "y_m": 0.0})
+    here = visit()
+    flat(here)
+    here.open_tab("Maps")
+    card = here.find("route-card:visible")
+    card.get_by_role("button", name="New route").click()
+    card.get_by_label("Name of the route").fill("round")
+    card.get_by_label("Add a stop…").select_option("sofa")
+    card.get_by_label("Add a stop…").select_option("desk")
+    card.get_by_role("button", name="desk earlier").click()
+    expect(card.locator(".route-stop .place-name")).to_have_text(["desk", "sofa"])
+    card.get_by_label("Action at desk").select_option("wait_for_continue")
+    shown(here, "route-built")
+    card.get_by_role("button", name="Save").click()
+    expect(card.locator("li.place")).to_contain_text("desk → sofa")
+    card.get_by_role("button", name="Start round").click()
+    expect(card.locator(".route-now")).to_contain_text("waits at desk (1 of 2)")
+    card.get_by_role("button", name="Go on").click()
+    expect(card.locator(".route-now")).to_contain_text("sofa (2 of 2)")
+    card.get_by_role("button", name="Pause").click()
+    expect(card.locator(".route-now")).to_contain_text("paused at sofa")
+    expect(card.locator(".route-under")).to_contain_text("Paused by")
+    shown(here, "route-paused")
+    card.get_by_role("button", name="End").click()
+    expect(card.locator(".route-now")).to_contain_text("ended at sofa")
+    card.get_by_role("button", name="Remove round").click()
+    card.get_by_role("button", name="Remove it?").click()
+    expect(card.locator("li.place")).to_have_count(0)

@@ -10,8 +10,14 @@ from core.commands.command import Command
 from core.commands.stop_at import TO_PLACE
 from core.errors import BadInput
 from core.navigation.places import NamedPlace
+from core.speech.recognition.decision import Decision
+from core.speech.recognition.recognizer import for_words
+from core.speech.settings import SpeechSettings
+from core.speech.synthesis import speak
+from core.speech.transcription.transcriber import Transcriber
 from core.speech.understanding.grammar import Refusal, understand
 from core.speech.understanding.place_names import check_name_apart, place_phrases, spoken_name, tidy_name
+from tests.core.speech.ears import mono, padded, whisper
 
 NAMES = ("kitchen", "Anna's office", "room 12", "coffee machine", "window")
 PLACES = tuple(NamedPlace(name=name, x_m=7.0 + n, y_m=-n, heading_rad=0.5 * n) for n, name in enumerate(NAMES))
@@ -111,3 +117,18 @@ def test_a_name_that_sounds_like_other_words_is_refused_with_the_pair(name: str,
 def test_common_names_stand_side_by_side(name: str) -> None:
     check_name_apart(tidy_name(f"the  {name}"), NAMES)
     assert spoken_name("Room 12") == "room twelve"
+
+
+def test_names_are_heard_as_soon_as_they_are_learnt_and_no_longer_when_they_are_gone() -> None:
+    recognizer = whisper()
+    recognizer.learn(OWN)
+    ears = Transcriber(SpeechSettings(engine="whisper"), recognizer=recognizer)
+
+    def hears(text: str) -> Decision:
+        heard = ears.feed(mono(padded(0.3 * for_words(speak(text)).samples[:, 0], 0.7, 1.2)))
+        return next(one.decision for one in heard if one.final)
+
+    going = hears("go to the window")
+    assert going.command is not None and going.command.place == "window" and going.waits
+    recognizer.learn(())
+    assert hears("go to the window").command is None
