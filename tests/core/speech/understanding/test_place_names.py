@@ -122,9 +122,9 @@ def test_common_names_stand_side_by_side(name: str) -> None:
 def test_names_are_heard_as_soon_as_they_are_learnt_and_no_longer_when_they_are_gone() -> None:
     recognizer = whisper()
     recognizer.learn(OWN)
-    ears = Transcriber(SpeechSettings(engine="whisper"), recognizer=recognizer)
 
     def hears(text: str) -> Decision:
+        ears = Transcriber(SpeechSettings(engine="whisper"), recognizer=recognizer)
         heard = ears.feed(mono(padded(0.3 * for_words(speak(text)).samples[:, 0], 0.7, 1.2)))
         return next(one.decision for one in heard if one.final)
 
