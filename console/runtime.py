@@ -76,7 +76,7 @@ class Runtime:
         self.chapter: ChapterMode = settings.chapter.mode  # "printed": the chapter's own equations run
         self.access = access or Access()
         self.broadcaster = Broadcaster()
-        self.feed = CameraStream(self.broadcaster)
+        self.camera_stream = CameraStream(self.broadcaster)
         self.sockets = OpenSockets()
         self.lease = Lease()
         self.notifications = Notifications()
@@ -84,7 +84,7 @@ class Runtime:
         self.history = History(home, partial(self._call, self.folder.history))
         own = own_phrases(settings.speech.phrases)
         self.dispatcher = CommandDispatcher(robot, self.lease, self.history, self.notifications, own)
-        self.states = StateTimes()
+        self.state_times = StateTimes()
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
@@ -142,16 +142,16 @@ class Runtime:
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.dispatcher, self.sockets)
         await self.parts.open()
-        self.dispatcher.words.time.simulated = self.robot.profile.simulated
+        self.dispatcher.freshness.time.simulated = self.robot.profile.simulated
         self.pilots.start()
         for work in (self._beat, *(part.run for part in self.parts)):
             self.keep(asyncio.create_task(work()))
 
-    def farewell_soon(self) -> None:
+    def shut_down_soon(self) -> None:
         """From a signal handler or any thread: the console is about to end."""
-        self._call(self.farewell)
+        self._call(self.shut_down)
 
-    def farewell(self) -> None:
+    def shut_down(self) -> None:
         """End the console: the robot stands, every socket is closed with a reason, nothing more is opened."""
         if self.over:
             return
@@ -163,7 +163,7 @@ class Runtime:
 
     async def close(self) -> None:
         """Stop the robot and let go of everything."""
-        self.farewell()
+        self.shut_down()
         await end(*self._tasks)
         with contextlib.suppress(BeckonError):
             await self.login_keeper.settle()
@@ -181,7 +181,7 @@ class Runtime:
             return None
         now = time.monotonic()
         self._seq += 1
-        self.states.note(self._seq, now)
+        self.state_times.note(self._seq, now)
         return state_message(self.snapshot, self._context, self._seq, now)
 
     @property
@@ -244,9 +244,9 @@ class Runtime:
 
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """From the pilot's thread."""
-        picture = self.feed.encoded(frame.image, self._state_pace.saw(snapshot))
+        picture = self.camera_stream.encoded(frame.image, self._state_pace.saw(snapshot))
         self.scene.show(snapshot)
-        self._call(self._took, snapshot, picture, frame)
+        self._call(self._on_snapshot, snapshot, picture, frame)
 
     def _recalibrated(self) -> None:
         """A calibration was accepted or taken back: used from the next frame on."""
@@ -259,7 +259,7 @@ class Runtime:
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(act, *given)
 
-    def _took(self, snapshot: Snapshot, picture: Picture | None, frame: SensorFrame) -> None:
+    def _on_snapshot(self, snapshot: Snapshot, picture: Picture | None, frame: SensorFrame) -> None:
         self._look_for_sleep()
         if not (self.over or self._state_pace.at_rest):  # at rest those of the tick are enough
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
@@ -269,7 +269,7 @@ class Runtime:
         self.notifications.adopt(snapshot.notices, snapshot.stamp)
         self.dispatcher.all_ended(snapshot.endings)
         if picture is not None:
-            self.feed.show(picture)
+            self.camera_stream.show(picture)
         if self._state_pace.due(time.monotonic(), self._context.situation):
             self._tell_state()
 

@@ -127,12 +127,12 @@ class Server(uvicorn.Server):
 
     def leave(self) -> None:
         """End as after a signal; on the event loop."""
-        self._runtime.farewell()
+        self._runtime.shut_down()
         self.should_exit = True
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """A signal arrived: only word is left here, the event loop does the rest."""
-        self._runtime.farewell_soon()
+        self._runtime.shut_down_soon()
         super().handle_exit(sig, frame)
 
 

@@ -67,7 +67,7 @@ class StateContext:
             self.parts[VoiceCommands].operator,
             pending.waiting,
             pending.late,
-            self.parts[RoomTranscriber].words.starting,
+            self.parts[RoomTranscriber].status.starting,
             self.robot.link()[0],
             self.parts[RecordingService].revision,
         )
@@ -94,7 +94,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
             profile.camera,
             muted=parts[RobotVoice].muted,
             voice_control=parts[VoiceCommands].operator is not None,
-            words=parts[RoomTranscriber].words,
+            words=parts[RoomTranscriber].status,
         ),
         person=person.person(snapshot.person, snapshot.stamp, "" if chosen is None else chosen.name),
         goal=None if goal is None else messages.PointState(near(goal[0]), near(goal[1])),

@@ -199,9 +199,9 @@ class AudioSocket:
             self._tell(audio.ListeningMessage(False, str(busy)))
             return
         now = time.monotonic()
-        turn.sent(self._runtime.states.oldest(asked.seen, now), now)
+        turn.sent(self._runtime.state_times.oldest(asked.seen, now), now)
         self._turn = turn
-        self._listener.another_clock()
+        self._listener.reset()
         self._tell(audio.ListeningMessage(True))
 
     # from a mouth in the simulated room

@@ -63,7 +63,7 @@ async def listen(asked: ListeningRequest, behind: Behind, who: Who) -> Listening
     if asked.obey is True and asked.listen:
         behind.parts[VoiceCommands].take_on(who)
     elif asked.obey is False or not asked.listen:
-        behind.parts[VoiceCommands].let_go()
+        behind.parts[VoiceCommands].release()
     answer = await behind.ask(SetListening(on=asked.listen))
     behind.history.add("listen", who, words="on" if asked.listen else "off")
     return Listening(listening=answer.on, obeying=behind.parts[VoiceCommands].operator is not None)

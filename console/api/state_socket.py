@@ -202,7 +202,7 @@ class StateSocket:
                 return messages.EchoBack(message.t)
             case messages.SayMessage():
                 now = time.monotonic()
-                given = self._runtime.states.oldest(message.seen, now)
+                given = self._runtime.state_times.oldest(message.seen, now)
                 entry = dispatcher.submit(message.text, message.source, person, said=Spoken(now, given))
                 return messages.AnswerMessage(message.ref, True, 202, entry.heard_as, id=entry.id)
             case messages.LeaseMessage():

@@ -77,7 +77,7 @@ class CommandDispatcher:
         self._lease = lease
         self._history = history
         self._notifications = notifications
-        self.words = CommandFreshness(lease)
+        self.freshness = CommandFreshness(lease)
         self._active = ActiveCommands()
         self._jog: ActiveJog | None = None
         self._trips, self._tripped = 0, 0.0  # how often the gate stopped by itself, and when [s] it last did
@@ -150,7 +150,7 @@ class CommandDispatcher:
         try:
             self._check_motion(who, heard)
             if said is not None:
-                self.words.check(said, source, who)
+                self.freshness.check(said, source, who)
             self._obtain(who)
             if self._active.does(heard):
                 raise Problem(
@@ -287,7 +287,7 @@ class CommandDispatcher:
     def tick(self, now: float) -> None:
         """Twenty times a second: leases that lapse, presses that end, a gate that stopped by itself."""
         if now - self._ticked > MAX_TICK_GAP_S:  # sound that waited in the sockets looks as if it came just now
-            self.words.stood_still(now - self._ticked, now + MAX_TICK_GAP_S)
+            self.freshness.stood_still(now - self._ticked, now + MAX_TICK_GAP_S)
         self._ticked = now
         if self._jog and now - self._jog.seen > LET_GO:
             self._history.end(self._jog.entry, "done", "")
@@ -314,7 +314,7 @@ class CommandDispatcher:
 
     def ended(self, status: ActiveCommandStatus) -> None:
         """The pilot reports how an active command ended."""
-        self.setpoint_sender.dismiss(status.id)
+        self.setpoint_sender.revoke(status.id)
         self._active.end(status.id)
         self._history.end(status.id, status.state, status.remark)
 
@@ -322,7 +322,7 @@ class CommandDispatcher:
         """No pilot says it now: everything under way has failed, and a pilot that comes to itself hears so."""
         self._tell("failed", why)
         for number in self._active:
-            self.setpoint_sender.dismiss(number)
+            self.setpoint_sender.revoke(number)
             self._history.end(number, "failed", why)
         self._active.clear()
         if self.pilot is not None:
@@ -333,14 +333,14 @@ class CommandDispatcher:
         self._tell(state, why, objected=objected)
         self._active.cancel()
         for number in self._active:
-            self.setpoint_sender.dismiss(number)
+            self.setpoint_sender.revoke(number)
         if self.pilot is not None:
             self.pilot.cancel(state, why)
 
     # steps of the above
 
     def _tell(self, state: Ending, why: str, *, objected: bool = False, at: float | None = None) -> None:
-        self.words.void(why, stop=objected, at=at)
+        self.freshness.void(why, stop=objected, at=at)
         for tell in self.when_cancelled:
             tell(state, why, objected)
 
@@ -353,11 +353,11 @@ class CommandDispatcher:
             return
         self._active.begin(entry.id, ActiveCommand(who, entry.source, time.monotonic(), heard))
         if self._robot.profile.drives:
-            self.setpoint_sender.entrust(entry.id, self._lease.epoch)
+            self.setpoint_sender.authorize(entry.id, self._lease.epoch)
         try:
             self.pilot.tell(entry.id, heard, entry.source, who.name)
         except Refused as refused:
-            self.setpoint_sender.dismiss(entry.id)
+            self.setpoint_sender.revoke(entry.id)
             self._active.end(entry.id)
             self._history.end(entry.id, "refused", str(refused))
             raise problem_of(refused) from None
@@ -368,7 +368,7 @@ class CommandDispatcher:
             return
         tripped, self._trips = status.trips > self._trips, status.trips
         self._tripped = now if tripped else self._tripped
-        elapsed = self.words.time.elapsed  # a simulated robot's clock waits for who is to be heard
+        elapsed = self.freshness.time.elapsed  # a simulated robot's clock waits for who is to be heard
         older = [given for given in self._active.given() if elapsed(given, now) > SETTLING_S]
         if not older or not status.refused or status.holds:
             self._obeyed = now

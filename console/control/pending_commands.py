@@ -110,7 +110,7 @@ class PendingCommands(Part):
             raise
         why, now = Statement("command.pre_empted", words=words), time.monotonic()
         self._end("pre-empted", why)
-        self._dispatcher.words.void(why, at=said.ended)
+        self._dispatcher.freshness.void(why, at=said.ended)
         self._newest += 1
         begins = ConfirmationDelay.from_now(now, self.delay)
         taken = replace(said, taken=now)
@@ -151,7 +151,7 @@ class PendingCommands(Part):
         """Drop the pending command; anyone who may stop the robot may do this. Raises Problem 404."""
         self._find(number)
         why = Statement("command.dropped_by", name=who.name)
-        self._dispatcher.words.void(why, stop=True)
+        self._dispatcher.freshness.void(why, stop=True)
         self._ended("cancelled", why, objected=True)
 
     def forget(self, source: str, why: str) -> None:
@@ -161,7 +161,7 @@ class PendingCommands(Part):
 
     def left(self, who: Person) -> None:
         """A page of this person closed: nothing that they said before begins."""
-        self._dispatcher.words.left(who)
+        self._dispatcher.freshness.left(who)
         self._late = None
         if self.waiting is not None and self.waiting.person.id == who.id:
             self._end("cancelled", Statement("command.closed_the_page", name=who.name))

@@ -79,7 +79,7 @@ class FinishedRecording(msgspec.Struct, frozen=True):
 
 
 def cause_facts(cause: str) -> dict[str, str]:
-    """What a file says of its cause."""
+    """Return the part of a file's description that says its cause."""
     return {"cause": cause, "said": msgspec.json.encode(code_of(cause)).decode()}
 
 

@@ -17,7 +17,7 @@ REPEATED_STOP_S = 0.02  # within which the same stop, with no command between, i
 
 
 class SetpointSender:
-    """Sends a goal's setpoints only while the goal is entrusted, under the lease it was entrusted with.
+    """Sends a goal's setpoints only while the goal is authorized, under the lease it was authorized with.
 
     The lock makes a stop final: whatever the pilot computed before it is not sent after it.
     """
@@ -25,26 +25,26 @@ class SetpointSender:
     def __init__(self, robot: RobotLink) -> None:
         self._robot = robot
         self._lock = threading.Lock()
-        self._entrusted: dict[int, int] = {}  # active command → epoch of its lease
+        self._authorized: dict[int, int] = {}  # active command → epoch of its lease
         self._seq = itertools.count(1)
         self._driving: Setpoint | None = None  # the last goal setpoint that moved
         self._stood: dict[str, float] = {}  # when a stop or a halt was sent [s], of those since the last command
 
-    def entrust(self, active_command: int, epoch: int) -> None:
+    def authorize(self, active_command: int, epoch: int) -> None:
         """Let this active command drive from now on, under this lease."""
         with self._lock:
-            self._entrusted[active_command] = epoch
+            self._authorized[active_command] = epoch
 
-    def dismiss(self, active_command: int) -> None:
+    def revoke(self, active_command: int) -> None:
         """It has ended."""
         with self._lock:
-            self._entrusted.pop(active_command, None)
+            self._authorized.pop(active_command, None)
 
     def follow(self, snapshot: Snapshot) -> None:
         """Send what the pilot asks for; from the pilot's thread."""
         with self._lock:
             last, press = self._driving, snapshot.setpoint_command_id
-            epoch = self._entrusted.get(press)
+            epoch = self._authorized.get(press)
             if epoch is not None:
                 self._driving = self._send(epoch, press, snapshot.setpoint, snapshot.nonce)
             elif last is not None:
@@ -58,7 +58,7 @@ class SetpointSender:
             self._robot.send(Setpoint(drive.epoch, drive.seq, "jog", drive.press, drive.v, drive.w, drive.nonce))
 
     def stop(self) -> None:
-        """Zero now; no goal that was entrusted until now moves again."""
+        """Zero now; no goal that was authorized until now moves again."""
         self._stand("stop", self._robot.stop)
 
     def halt(self) -> None:
@@ -70,7 +70,7 @@ class SetpointSender:
         with self._lock:
             self._stood.clear()
             self._robot.disarm()
-            self._entrusted.clear()
+            self._authorized.clear()
             if owner is not None:
                 self._robot.arm(epoch, owner)
 
@@ -82,7 +82,7 @@ class SetpointSender:
 
     def _stand(self, kind: str, act: Callable[[], None]) -> None:
         with self._lock:
-            self._entrusted.clear()
+            self._authorized.clear()
             now = time.monotonic()
             if now - self._stood.get(kind, -REPEATED_STOP_S) >= REPEATED_STOP_S:
                 act()

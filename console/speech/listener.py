@@ -38,7 +38,7 @@ class SpokenStops:
         self._end = -math.inf  # [s] of the newest STOP that was heard
         self._utterance = object()  # in which it was
 
-    def another_clock(self) -> None:
+    def reset(self) -> None:
         """The sound that comes from now on has other times."""
         self._end = -math.inf
 
@@ -59,9 +59,9 @@ class SpokenStops:
         at_place = command is not None and command.name == STOP_AT.name
         return "stopped" if same and not at_place else "words"
 
-    def obeyed(self, words: CommandFreshness) -> None:
+    def obeyed(self, freshness: CommandFreshness) -> None:
         """The newest stop of all is the one that was heard here."""
-        words.stopped_by(self._utterance)
+        freshness.stopped_by(self._utterance)
 
     def said(self, begin: float, said: Spoken) -> Spoken:
         """When words that began at `begin` [s] were said; their own STOP does not make them void."""
@@ -115,9 +115,9 @@ class WordListener:
         self._stops = SpokenStops()
         self._newest_unrecognized = 0  # id of its entry in the history
 
-    def another_clock(self) -> None:
+    def reset(self) -> None:
         """The sound that comes from now on has other times."""
-        self._stops.another_clock()
+        self._stops.reset()
 
     def hear(self, utterance: RecognizedUtterance, ended: float, *, maybe_noise: bool = False) -> SpokenOutcome:
         """Act on an utterance, or on a STOP within one that is not over; `ended` [s]: when, by our own clock.
@@ -128,7 +128,7 @@ class WordListener:
         said = self._stops.said(utterance.begin, Spoken(ended - (utterance.end - utterance.begin), ended))
         if heard == "stop":
             entry = self._stop(utterance.decision, said)
-            self._stops.obeyed(self._dispatcher.words)
+            self._stops.obeyed(self._dispatcher.freshness)
             return SpokenOutcome(utterance, said, entry=entry, heard=heard)
         if heard == "stopped":
             return SpokenOutcome(_stopped(utterance), said, heard=heard)

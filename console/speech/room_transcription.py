@@ -88,7 +88,11 @@ class RoomTranscriber(Part):
         self.read_to = -np.inf  # [s] robot clock, up to which words were read
         self._reading: float | None = None  # [s] robot clock, begin of the sound that is being read
         self._kept_up: float | None = None  # with which `keep_up` was called last
-        self._voice_commands, self._time, self._notifications = voice_commands, dispatcher.words.time, notifications
+        self._voice_commands, self._time, self._notifications = (
+            voice_commands,
+            dispatcher.freshness.time,
+            notifications,
+        )
         pending_commands.when_rejected.append(self.reject)
         self._worker = TranscriptionClient()
         self._array: MicrophoneArray | None = None  # of which a beam can be made
@@ -114,7 +118,7 @@ class RoomTranscriber(Part):
         """
         if snapshot.stamp < self.stamp:  # another clock: the robot was started again
             self._drove = (-np.inf, -np.inf)
-            self._voice_commands.another_clock()
+            self._voice_commands.reset()
             self.read_to = -np.inf
         self.stamp = snapshot.stamp
         self._piece.follow(self.stamp, snapshot.hearing is not None and snapshot.hearing.speaking)
@@ -170,7 +174,7 @@ class RoomTranscriber(Part):
         await self._worker.gone()
 
     @property
-    def words(self) -> TranscriptionStatus:
+    def status(self) -> TranscriptionStatus:
         """The state of reading the room's words."""
         newest = self.utterances[-1] if self.utterances else None
         fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFERED

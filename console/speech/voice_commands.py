@@ -57,7 +57,7 @@ class VoiceCommands(WordListener, Part):
             raise Problem(409, str(refused)) from None
         self.operator = who
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Words are only shown again."""
         self.operator = None
         self._pending_commands.forget(EARS, Statement("speech.obeyed_no_more"))
@@ -76,7 +76,7 @@ class VoiceCommands(WordListener, Part):
         if self.operator is None:
             return NOT_OBEYED
         if not self._lease.held_by(self.operator):
-            self.let_go()
+            self.release()
             return NOT_YOURS
         busy = not self.at_console and self._dispatcher.busy_above(SPOKEN_SOURCES)
         return HIGHER if busy else ""

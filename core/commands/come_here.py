@@ -28,14 +28,14 @@ class ComeHere(CommandSpec):
     already: str = Statement("command.already_coming")
     icon: str = "come_here"
 
-    def begin(self, command: Command, here: ControlContext) -> Action:
+    def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Turn to the person who spoke. Raises Refused with a sentence without a fresh, sure direction."""
-        if here.company.mode == "person":
-            return Coming(TurnToVoice(heard_for(command, here), here))
-        call = call_for(command, here)
-        if here.who is not None:
-            raise Refused(Statement("come.only_to_by_ear", name=here.who.name))
-        return LocateVoice(call, here)
+        if ctx.company.mode == "person":
+            return Coming(TurnToVoice(heard_for(command, ctx), ctx))
+        call = call_for(command, ctx)
+        if ctx.who is not None:
+            raise Refused(Statement("come.only_to_by_ear", name=ctx.who.name))
+        return LocateVoice(call, ctx)
 
 
 class Coming:
@@ -46,20 +46,20 @@ class Coming:
         self._approach: GoalController | None = None
         self._whole = 1.0
 
-    def drive(self, here: ControlContext) -> Progress:
+    def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
-        person = self._attending.watch(here)
+        person = self._attending.watch(ctx)
         if isinstance(person, Progress):
             return person
-        short = here.company.stop_short
+        short = ctx.company.stop_short
         aim = aim_at(person, short)
-        apart = here.pose.distance_to(aim.x, aim.y)
+        apart = ctx.pose.distance_to(aim.x, aim.y)
         if self._approach is None:
-            self._approach = GoalController(aim, here, cruise=here.company.coming)
+            self._approach = GoalController(aim, ctx, cruise=ctx.company.coming)
             self._whole = max(apart - short, 0.05)
-        step = self._approach.drive(here, aim)
+        step = self._approach.drive(ctx, aim)
         if step.state == "there":
-            if here.stamp - self._attending.track.measured > MAX_UNSEEN_S:
+            if ctx.stamp - self._attending.track.measured > MAX_UNSEEN_S:
                 return Progress(finished="failed", remark=Statement("come.gone"))
             return Progress(
                 finished="done", remark=Statement("come.here_i_am", apart=f"{apart:.2f}"), fraction=1.0, person=person

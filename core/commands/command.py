@@ -66,7 +66,7 @@ class Progress:
 class Action(Protocol):
     """A command under way: made once by the kind's `begin`, then asked for a twist with every frame."""
 
-    def drive(self, here: ControlContext) -> Progress:
+    def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
         ...
 
@@ -124,5 +124,5 @@ class CommandSpec(ABC):
         return CommandPreview()
 
     @abstractmethod
-    def begin(self, command: Command, here: ControlContext) -> Action:
+    def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Start the command. Raises Refused with a sentence when that is impossible from here."""

@@ -34,46 +34,46 @@ class Continue(CommandSpec):
         end = pose @ Pose(numbers["distance_m"], 0.0, 0.0)
         return CommandPreview.straight(pose, (end.x, end.y))
 
-    def begin(self, command: Command, here: ControlContext) -> Action:
+    def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Start along the present heading."""
-        return Continuing(command.numbers["distance_m"], here)
+        return Continuing(command.numbers["distance_m"], ctx)
 
 
 class Continuing:
     """A straight line under way: holds the line through the start by the estimated pose."""
 
-    def __init__(self, distance: float, here: ControlContext) -> None:
+    def __init__(self, distance: float, ctx: ControlContext) -> None:
         """`distance` [m]."""
         self._distance = distance
-        self._start = here.pose
-        end = here.pose @ Pose(distance, 0.0, 0.0)
+        self._start = ctx.pose
+        end = ctx.pose @ Pose(distance, 0.0, 0.0)
         self._end = np.array([end.x, end.y])
-        self._arrival = Arrival(here.steering.distance_tolerance, here.steering)
-        self._headway = StallDetector(0.02, here.steering.stalled_after)
-        self._deadline = here.stamp + 2 * distance / here.body.cruise + 2.0
+        self._arrival = Arrival(ctx.steering.distance_tolerance, ctx.steering)
+        self._headway = StallDetector(0.02, ctx.steering.stalled_after)
+        self._deadline = ctx.stamp + 2 * distance / ctx.body.cruise + 2.0
 
-    def drive(self, here: ControlContext) -> Progress:
+    def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
-        done = (self._start.inverse() @ here.pose).x
+        done = (self._start.inverse() @ ctx.pose).x
         left = self._distance - done
-        there = self._arrival.reached(left, here.stamp)
-        if self._arrival.settled(here.stamp):
+        there = self._arrival.reached(left, ctx.stamp)
+        if self._arrival.settled(ctx.stamp):
             return Progress(finished="done", fraction=1.0)
-        twist = ZERO if there else self._hold_line(left, here)
+        twist = ZERO if there else self._hold_line(left, ctx)
         far = f" {max(done, 0):.2f} of {self._distance:g} m are done."
-        if twist.moves and self._headway.lost(left, here.stamp):
-            return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius) + far)
-        if here.stamp > self._deadline:
+        if twist.moves and self._headway.lost(left, ctx.stamp):
+            return Progress(finished="failed", remark=why_no_headway(ctx.scan_points, ctx.body.radius) + far)
+        if ctx.stamp > self._deadline:
             return Progress(finished="failed", remark=Statement("command.way_too_long") + far)
         return Progress(
             twist=twist,
             fraction=min(1.0, max(0.0, done / self._distance)),
-            path=np.array([[here.pose.x, here.pose.y], self._end]),
+            path=np.array([[ctx.pose.x, ctx.pose.y], self._end]),
             goal=self._end,
         )
 
-    def _hold_line(self, left: float, here: ControlContext) -> Twist:
-        return hold_line(here.pose, self._start, left, here.body.cruise, here.body.turn, here.steering)
+    def _hold_line(self, left: float, ctx: ControlContext) -> Twist:
+        return hold_line(ctx.pose, self._start, left, ctx.body.cruise, ctx.body.turn, ctx.steering)
 
 
 CONTINUE = Continue()

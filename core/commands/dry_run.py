@@ -34,17 +34,17 @@ DISTANCE_SD = 0.15  # share of a distance that only the picture gives
 class DryRun:
     """Looks for who called, or for anybody where no direction is known, and says what a robot would do."""
 
-    def __init__(self, command: Command, here: ControlContext) -> None:
+    def __init__(self, command: Command, ctx: ControlContext) -> None:
         """Raises Refused where nothing here sees people."""
-        if here.camera is None:
+        if ctx.camera is None:
             raise Refused("Dry run: there is no camera here to see who spoke.")
-        if here.look is None:
+        if ctx.look is None:
             raise Refused(
                 "Dry run: what looks for people here knows drawn figures only. Get the pose networks first: "
                 "beckon models get people."
             )
         self._command = command
-        self._began = here.stamp
+        self._began = ctx.stamp
         self._asked: tuple[float, Pose, VoiceBearing | None] | None = None  # the question that waits for its answer
         self._asked_last = -math.inf  # [s]
         self._found_first: float | None = None  # [s]
@@ -52,122 +52,122 @@ class DryRun:
         self._strangers = False
         self._answered = False  # what looks for people has started
 
-    def drive(self, here: ControlContext) -> Progress:
+    def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame; the twist is always zero."""
-        call = self._call(here)
-        self._take(here)
-        self._ask(here, call)
+        call = self._call(ctx)
+        self._take(ctx)
+        self._ask(ctx, call)
         person = self._person
-        if person is None or here.stamp - person.stamp > FORGET_PERSON_S:
+        if person is None or ctx.stamp - person.stamp > FORGET_PERSON_S:
             self._person = None
-            return self._nobody(here, call)
-        if here.stamp - person.stamp > MAX_HIDDEN_S:
+            return self._nobody(ctx, call)
+        if ctx.stamp - person.stamp > MAX_HIDDEN_S:
             hidden = _hidden(person)
             return Progress(remark="Dry run: you are hidden; I would wait for you.", person=hidden)
-        return self._person_seen(here, person)
+        return self._person_seen(ctx, person)
 
-    def _call(self, here: ControlContext) -> VoiceBearing | None:
+    def _call(self, ctx: ControlContext) -> VoiceBearing | None:
         """The newest voice, while it counts."""
-        call = here.call or self._command.call
-        known = call is not None and here.stamp - call.stamp <= here.company.fresh and call.sd <= here.company.sure
+        call = ctx.call or self._command.call
+        known = call is not None and ctx.stamp - call.stamp <= ctx.company.fresh and call.sd <= ctx.company.sure
         return call if known else None
 
-    def _ask(self, here: ControlContext, call: VoiceBearing | None) -> None:
+    def _ask(self, ctx: ControlContext, call: VoiceBearing | None) -> None:
         """Ask for the person where they were, else where the voice is, else anywhere."""
-        waits = self._asked is not None and here.stamp - self._asked_last < MAX_ANSWER_S
-        if here.image is None or here.camera is None or here.look is None or waits:
+        waits = self._asked is not None and ctx.stamp - self._asked_last < MAX_ANSWER_S
+        if ctx.image is None or ctx.camera is None or ctx.look is None or waits:
             return
-        if here.stamp - self._asked_last < QUESTION_PERIOD_S:
+        if ctx.stamp - self._asked_last < QUESTION_PERIOD_S:
             return
-        bearing, sd = _towards(here, self._person, call)
+        bearing, sd = _towards(ctx, self._person, call)
         question = LookQuestion(
-            pixels=here.image.pixels,
-            camera=here.camera,
-            stamp=here.stamp,
+            pixels=ctx.image.pixels,
+            camera=ctx.camera,
+            stamp=ctx.stamp,
             bearing=bearing,
             sd=sd,
             on_floor=False,
         )
-        self._asked, self._asked_last = (here.stamp, here.pose, call), here.stamp
-        here.look.ask(question)
+        self._asked, self._asked_last = (ctx.stamp, ctx.pose, call), ctx.stamp
+        ctx.look.ask(question)
 
-    def _take(self, here: ControlContext) -> None:
+    def _take(self, ctx: ControlContext) -> None:
         """The newest answer → the person."""
-        answer = None if here.look is None else here.look.answer()
-        if answer is None or self._asked is None or here.camera is None or answer.stamp != self._asked[0]:
+        answer = None if ctx.look is None else ctx.look.answer()
+        if answer is None or self._asked is None or ctx.camera is None or answer.stamp != self._asked[0]:
             return
         stamp, pose, call = self._asked
         self._asked, self._answered = None, True
-        own = [one for one in answer.found if _is_who(one, here)]
+        own = [one for one in answer.found if _is_who(one, ctx)]
         self._strangers = bool(answer.found) and not own
         if own:
             sound = call.ray if call is not None else None
-            self._person = _person(own[0], stamp, pose, eye(pose, here.camera), sound)
-            self._found_first = here.stamp if self._found_first is None else self._found_first
+            self._person = _person(own[0], stamp, pose, eye(pose, ctx.camera), sound)
+            self._found_first = ctx.stamp if self._found_first is None else self._found_first
 
-    def _nobody(self, here: ControlContext, call: VoiceBearing | None) -> Progress:
+    def _nobody(self, ctx: ControlContext, call: VoiceBearing | None) -> Progress:
         """Go on looking, or give up. Raises Refused."""
-        heard = "" if call is None else f"I heard you {from_side(call.side(here.pose.heading))}"
-        if call is not None and not _in_view(here, call):
-            would = _would(wrap(call.azimuth - here.pose.heading), 0.0)
+        heard = "" if call is None else f"I heard you {from_side(call.side(ctx.pose.heading))}"
+        if call is not None and not _in_view(ctx, call):
+            would = _would(wrap(call.azimuth - ctx.pose.heading), 0.0)
             return Progress(remark=f"Dry run: {heard}; I would {would} and look who spoke.")
         patience = LOOK_FOR if self._answered else MAX_START_S
-        if here.stamp - self._began > patience and self._found_first is None:
-            raise Refused(f"Dry run: {self._missed(here, heard)}")
+        if ctx.stamp - self._began > patience and self._found_first is None:
+            raise Refused(f"Dry run: {self._missed(ctx, heard)}")
         looks = f"{heard} and look who spoke" if heard else "I know of no direction and look for anybody"
         return Progress(remark=f"Dry run: {looks}.")
 
-    def _missed(self, here: ControlContext, heard: str) -> str:
+    def _missed(self, ctx: ControlContext, heard: str) -> str:
         if not self._answered:
             return "what looks for people has not started yet; the computer is busy. Try again."
-        if self._strangers and here.who is not None:
-            return f"I see someone, but not {here.who.name}."
+        if self._strangers and ctx.who is not None:
+            return f"I see someone, but not {ctx.who.name}."
         return f"{heard} but see nobody there." if heard else "I see nobody."
 
-    def _person_seen(self, here: ControlContext, person: TrackedPerson) -> Progress:
+    def _person_seen(self, ctx: ControlContext, person: TrackedPerson) -> Progress:
         """Describe what a robot would do now."""
         x, y = person.position.tolist()
-        apart, angle = here.pose.distance_to(x, y), wrap(here.pose.bearing_to(x, y))
+        apart, angle = ctx.pose.distance_to(x, y), wrap(ctx.pose.bearing_to(x, y))
         follows = self._command.name == "follow_me"
-        keep = here.company.keep if follows else here.company.stop_short
+        keep = ctx.company.keep if follows else ctx.company.stop_short
         way = max(0.0, apart - keep)
-        towards = here.pose.heading + angle
-        stand = np.array([here.pose.x + way * math.cos(towards), here.pose.y + way * math.sin(towards)])
+        towards = ctx.pose.heading + angle
+        stand = np.array([ctx.pose.x + way * math.cos(towards), ctx.pose.y + way * math.sin(towards)])
         words = f"Dry run: I see you {apart:.1f} m away; I would {_would(angle, way)}."
-        over = not follows and self._found_first is not None and here.stamp - self._found_first > SHOW_FOUND_S
+        over = not follows and self._found_first is not None and ctx.stamp - self._found_first > SHOW_FOUND_S
         return Progress(
             finished="done" if over else "",
             remark=words,
-            path=np.array([(here.pose.x, here.pose.y), stand]),
+            path=np.array([(ctx.pose.x, ctx.pose.y), stand]),
             goal=stand,
             person=person,
         )
 
 
 def _towards(
-    here: ControlContext, person: TrackedPerson | None, call: VoiceBearing | None
+    ctx: ControlContext, person: TrackedPerson | None, call: VoiceBearing | None
 ) -> tuple[float | None, float]:
     """Return the direction in which to look: the bearing [rad, robot frame] and its sd; None: anywhere."""
     if person is not None and person.camera is not None:
-        return wrap(person.camera.azimuth - here.pose.heading), NEAR_SD
+        return wrap(person.camera.azimuth - ctx.pose.heading), NEAR_SD
     if call is not None:
-        return wrap(call.azimuth - here.pose.heading), math.hypot(call.sd, 0.02)
+        return wrap(call.azimuth - ctx.pose.heading), math.hypot(call.sd, 0.02)
     return None, NEAR_SD
 
 
-def _in_view(here: ControlContext, call: VoiceBearing) -> bool:
+def _in_view(ctx: ControlContext, call: VoiceBearing) -> bool:
     """Return whether the camera looks to where the voice is."""
-    if here.camera is None:
+    if ctx.camera is None:
         return False
-    column = Viewpoint(here.camera).column(wrap(call.azimuth - here.pose.heading))
-    return 0 <= column < here.camera.model.width
+    column = Viewpoint(ctx.camera).column(wrap(call.azimuth - ctx.pose.heading))
+    return 0 <= column < ctx.camera.model.width
 
 
-def _is_who(rectangle: Rectangle, here: ControlContext) -> bool:
+def _is_who(rectangle: Rectangle, ctx: ControlContext) -> bool:
     """Return whether this may be the only person to come to."""
-    if here.who is None or rectangle.looks is None:
-        return here.who is None
-    return alike(here.who.looks, rectangle.looks) >= here.people.alike
+    if ctx.who is None or rectangle.looks is None:
+        return ctx.who is None
+    return alike(ctx.who.looks, rectangle.looks) >= ctx.people.alike
 
 
 def _person(rectangle: Rectangle, stamp: float, pose: Pose, camera: Pose, sound: Ray | None) -> TrackedPerson:

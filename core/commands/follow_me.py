@@ -25,9 +25,9 @@ class FollowMe(CommandSpec):
     already: str = Statement("command.already_following")
     icon: str = "follow_me"
 
-    def begin(self, command: Command, here: ControlContext) -> Action:
+    def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Turn to the person who spoke. Raises Refused with a sentence without a fresh, sure direction."""
-        return FollowingPerson(TurnToVoice(heard_for(command, here), here))
+        return FollowingPerson(TurnToVoice(heard_for(command, ctx), ctx))
 
 
 class FollowingPerson:
@@ -37,18 +37,18 @@ class FollowingPerson:
         self._attending = KeepToPerson(seeking)
         self._approach: GoalController | None = None
 
-    def drive(self, here: ControlContext) -> Progress:
+    def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
-        person = self._attending.watch(here)
+        person = self._attending.watch(ctx)
         if isinstance(person, Progress):
             return person
-        if self._attending.track.lost(here.stamp):
+        if self._attending.track.lost(ctx.stamp):
             return Progress(finished="failed", remark=Statement("come.lost"))
-        aim = aim_at(person, here.company.keep)
+        aim = aim_at(person, ctx.company.keep)
         if self._approach is None:
-            cruise = min(here.company.following, here.body.max_speed)
-            self._approach = GoalController(aim, here, lasting=True, cruise=cruise)
-        step = self._approach.drive(here, aim)
+            cruise = min(ctx.company.following, ctx.body.max_speed)
+            self._approach = GoalController(aim, ctx, lasting=True, cruise=cruise)
+        step = self._approach.drive(ctx, aim)
         hidden = Statement("come.hidden")
         return going(step, person, following_words(self._attending, person, Statement("come.follow"), hidden))
 

@@ -44,9 +44,9 @@ class FollowWall(CommandSpec):
     pronunciations: Mapping[str, str] = field(default_factory=lambda: {"wall": "W AA L", "follow": "TH AA L OW"})
     """"Caught" said as "cot", and an F blurred by a room, which is taken for a TH first (Miller and Nicely 1955)."""
 
-    def begin(self, command: Command, here: ControlContext) -> Action:
+    def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Find the wall. Raises Refused with a sentence when there is none."""
-        return FollowingWall(command.numbers["distance_m"], here)
+        return FollowingWall(command.numbers["distance_m"], ctx)
 
 
 class FollowingWall:
@@ -57,50 +57,50 @@ class FollowingWall:
     BACK_SPEED = 0.05  # [m/s]
     TRIES = 3  # … so often without getting on in between
 
-    def __init__(self, distance: float, here: ControlContext) -> None:
+    def __init__(self, distance: float, ctx: ControlContext) -> None:
         """`distance` [m]. Raises Refused."""
         self._distance = distance
-        self._wall = RightWall(here.wall)
-        self._travel = Travel(here.pose)
-        self._headway = StallDetector(0.05, here.steering.stalled_after)
+        self._wall = RightWall(ctx.wall)
+        self._travel = Travel(ctx.pose)
+        self._headway = StallDetector(0.05, ctx.steering.stalled_after)
         self._looked = self._seen = -math.inf
         self._line: WallLine | None = None
         self._pursuit: Pursuit | None = None
         self._back_until, self._tries, self._tried_at = -math.inf, 0, 0.0
         self._shut: list[Array] = []  # (2,) [m] each, world: places at the wall that nothing leads to
         self._towards, self._far = np.zeros(2), 0.0
-        self._approach = self._to_the_wall(here)
+        self._approach = self._to_the_wall(ctx)
 
-    def drive(self, here: ControlContext) -> Progress:
+    def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
         if self._approach is not None:
-            return self._come(self._approach, here)
-        self._look(here)
+            return self._come(self._approach, ctx)
+        self._look(ctx)
         if self._line is None or self._pursuit is None:
-            lost = here.stamp - self._seen > here.wall.lost_after
+            lost = ctx.stamp - self._seen > ctx.wall.lost_after
             return Progress(finished="failed" if lost else "", remark=LOST if lost else "Where is the wall?")
-        gone = self._travel.gone(here.pose)
-        if here.stamp < self._back_until:
-            self._headway = StallDetector(0.05, here.steering.stalled_after)
-            words = why_no_headway(here.scan_points, here.body.radius, back_up=True)
+        gone = self._travel.gone(ctx.pose)
+        if ctx.stamp < self._back_until:
+            self._headway = StallDetector(0.05, ctx.steering.stalled_after)
+            words = why_no_headway(ctx.scan_points, ctx.body.radius, back_up=True)
             return Progress(twist=Twist(-self.BACK_SPEED, 0.0), remark=words)
-        space = free_space(here.scan_points, here.body.radius)
-        twist = self._pursuit.steer(here.pose, here.body.cruise, here.body.turn, space)
-        if twist.moves and self._headway.lost(-gone, here.stamp):
-            return self._held(here, gone)
+        space = free_space(ctx.scan_points, ctx.body.radius)
+        twist = self._pursuit.steer(ctx.pose, ctx.body.cruise, ctx.body.turn, space)
+        if twist.moves and self._headway.lost(-gone, ctx.stamp):
+            return self._held(ctx, gone)
         return Progress(twist=twist, remark=self._words(self._line), path=self._pursuit.rest)
 
-    def _to_the_wall(self, here: ControlContext) -> GoalController | None:
+    def _to_the_wall(self, ctx: ControlContext) -> GoalController | None:
         """Plan to the nearest wall on the right at which there is room; None where it is near already.
 
         Raises Refused.
         """
-        places = walls_on_the_right(here.pose, here.scan_points, here.wall)
+        places = walls_on_the_right(ctx.pose, ctx.scan_points, ctx.wall)
         if not len(places):
-            raise Refused(NO_WALL(reach=f"{here.wall.seek:g}"))
-        robot = np.array([here.pose.x, here.pose.y])
+            raise Refused(NO_WALL(reach=f"{ctx.wall.seek:g}"))
+        robot = np.array([ctx.pose.x, ctx.pose.y])
         away = np.hypot(*(robot - places).T)
-        if away[0] <= self._distance + here.wall.near:
+        if away[0] <= self._distance + ctx.wall.near:
             return None
         why = ""
         for found, far in zip(places[:MAX_PLACES], away.tolist(), strict=False):
@@ -109,7 +109,7 @@ class FollowingWall:
             out = (robot - found) / far
             x, y = (found + self._distance * out).tolist()
             try:
-                approach = GoalController(GoalAim(x=x, y=y, heading=math.atan2(-out[0], out[1])), here)
+                approach = GoalController(GoalAim(x=x, y=y, heading=math.atan2(-out[0], out[1])), ctx)
             except Refused as refusal:
                 why = why or str(refusal)
                 continue
@@ -117,44 +117,44 @@ class FollowingWall:
             return approach
         raise Refused(why or NO_ROOM)
 
-    def _come(self, approach: GoalController, here: ControlContext) -> Progress:
+    def _come(self, approach: GoalController, ctx: ControlContext) -> Progress:
         """To the wall first; to another place at it where this one turns out to be shut."""
-        step = approach.drive(here)
+        step = approach.drive(ctx)
         if step.state == "stuck":
             self._shut.append(self._towards)
             try:
-                self._approach = self._to_the_wall(here)
+                self._approach = self._to_the_wall(ctx)
             except Refused:
                 return Progress(finished="failed", remark=f"I cannot get to the wall. {step.words}")
         if step.state == "there":
             self._approach = None
-            self._travel = Travel(here.pose)
+            self._travel = Travel(ctx.pose)
         words = step.words or Statement("wall.to_it_first", far=f"{self._far:.1f}")
         return Progress(twist=step.twist, remark=words, path=step.path, goal=step.stand)
 
-    def _look(self, here: ControlContext) -> None:
+    def _look(self, ctx: ControlContext) -> None:
         """Update the line along the wall that is seen."""
-        if here.stamp - self._looked < self.LOOK_EVERY - 1e-6:
+        if ctx.stamp - self._looked < self.LOOK_EVERY - 1e-6:
             return
-        self._looked = here.stamp
-        self._wall.see(here.pose, here.scan_points, here.stamp)
-        self._line = self._wall.line(here.pose, self._distance)
+        self._looked = ctx.stamp
+        self._wall.see(ctx.pose, ctx.scan_points, ctx.stamp)
+        self._line = self._wall.line(ctx.pose, self._distance)
         if self._line is None:
             self._pursuit = None
-            self._seen = here.stamp if self._seen == -math.inf else self._seen
+            self._seen = ctx.stamp if self._seen == -math.inf else self._seen
             return
-        self._seen = here.stamp
+        self._seen = ctx.stamp
         turning = self._pursuit is not None and self._pursuit.turning
-        self._pursuit = Pursuit(self._line.path, here.steering, turn_first=turning)
+        self._pursuit = Pursuit(self._line.path, ctx.steering, turn_first=turning)
 
-    def _held(self, here: ControlContext, gone: float) -> Progress:
+    def _held(self, ctx: ControlContext, gone: float) -> Progress:
         """Something holds it: back up and try again, a few times."""
         self._tries = self._tries + 1 if gone - self._tried_at < 1.0 else 1
         self._tried_at = gone
         if self._tries > self.TRIES:
-            return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius))
-        self._back_until = here.stamp + self.BACK / self.BACK_SPEED
-        words = why_no_headway(here.scan_points, here.body.radius, back_up=True)
+            return Progress(finished="failed", remark=why_no_headway(ctx.scan_points, ctx.body.radius))
+        self._back_until = ctx.stamp + self.BACK / self.BACK_SPEED
+        words = why_no_headway(ctx.scan_points, ctx.body.radius, back_up=True)
         return Progress(twist=Twist(-self.BACK_SPEED, 0.0), remark=words)
 
     def _words(self, line: WallLine) -> str:

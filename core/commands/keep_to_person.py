@@ -33,23 +33,23 @@ class KeepToPerson:
         assert self._track is not None
         return self._track
 
-    def watch(self, here: ControlContext) -> TrackedPerson | Progress:
+    def watch(self, ctx: ControlContext) -> TrackedPerson | Progress:
         """Take one frame → the person, or what to do until they are found. Raises Refused when nobody is there."""
         if self._track is None:
-            found = self._seeking.look(here)
+            found = self._seeking.look(ctx)
             if isinstance(found, Progress):
                 return found
             self._track = found
         elif self._stands:
-            self._track = self._seeking.decide_again(self._track, here)
-        self.track.follow(here.stamp, here.pose, here.scan_points, here.scan_stamp, here.image, here.camera)
-        person, silent = self.track.person, here.stamp - self.track.looked
+            self._track = self._seeking.decide_again(self._track, ctx)
+        self.track.follow(ctx.stamp, ctx.pose, ctx.scan_points, ctx.scan_stamp, ctx.image, ctx.camera)
+        person, silent = self.track.person, ctx.stamp - self.track.looked
         if person is None or silent > MAX_BLIND_S:
             return Progress(finished="failed", remark=Statement("come.no_picture_stay"))
         if silent > MAX_PICTURE_GAP_S:
             return Progress(remark=Statement("come.no_picture_wait"), person=person)
-        own = np.array([here.pose.x, here.pose.y])
-        if self.track.passed_by(own, here.stamp, here.body.radius + PASSING_BERTH_M):
+        own = np.array([ctx.pose.x, ctx.pose.y])
+        if self.track.passed_by(own, ctx.stamp, ctx.body.radius + PASSING_BERTH_M):
             return Progress(remark=Statement("come.passed_by"), person=person)
         return person
 

@@ -30,43 +30,43 @@ LEGS_SD_M = 0.3  # sd that is added to a crossing around which legs are searched
 class LocateVoice:
     """Steps aside, listens, and goes to the crossing; every word on the way makes it surer."""
 
-    def __init__(self, call: VoiceBearing, here: ControlContext) -> None:
+    def __init__(self, call: VoiceBearing, ctx: ControlContext) -> None:
         """Raises Refused when there is no room to step aside."""
         self._calls = [call]
         self._place = VoicePlace(position=None, covariance=None)
-        self._waits = here.stamp + here.company.listen_for
-        self._aside = self._step_aside(here)
+        self._waits = ctx.stamp + ctx.company.listen_for
+        self._aside = self._step_aside(ctx)
         self._approach: GoalController | None = None
         self._person: TrackedPerson | None = None
 
-    def drive(self, here: ControlContext) -> Progress:
+    def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
-        self._listen(here)
+        self._listen(ctx)
         if self._person is None:
-            return self._wait(here)
-        aim = aim_at(self._person, here.company.stop_short)
+            return self._wait(ctx)
+        aim = aim_at(self._person, ctx.company.stop_short)
         if self._approach is None:
-            self._approach = GoalController(aim, here, cruise=here.company.coming)
-        step = self._approach.drive(here, aim)
+            self._approach = GoalController(aim, ctx, cruise=ctx.company.coming)
+        step = self._approach.drive(ctx, aim)
         if step.state == "there":
-            apart = here.pose.distance_to(aim.x, aim.y)
+            apart = ctx.pose.distance_to(aim.x, aim.y)
             remark = Statement("come.here_i_am_heard", apart=f"{apart:.2f}")
             return Progress(finished="done", remark=remark, fraction=1.0, person=self._person)
         return going(step, self._person, Statement("come.bearings_cross", count=len(self._place.used)))
 
-    def _wait(self, here: ControlContext) -> Progress:
+    def _wait(self, ctx: ControlContext) -> Progress:
         """Step aside and wait until the voice is heard from there."""
-        step = self._aside.drive(here)
+        step = self._aside.drive(ctx)
         if step.state == "under way" and step.twist.moves:
-            self._waits = here.stamp + here.company.listen_for
-        if here.stamp > self._waits or step.state == "stuck":
+            self._waits = ctx.stamp + ctx.company.listen_for
+        if ctx.stamp > self._waits or step.state == "stuck":
             return Progress(finished="failed", remark=self._place.reason or step.words or AGAIN)
         return Progress(twist=step.twist, remark=AGAIN, path=step.path, goal=step.stand)
 
-    def _listen(self, here: ControlContext) -> None:
+    def _listen(self, ctx: ControlContext) -> None:
         """Cross the bearing of a voice heard from a new place with the others."""
-        call = here.call
-        if call is None or call.stamp <= self._calls[-1].stamp or call.sd > here.company.sure:
+        call = ctx.call
+        if call is None or call.stamp <= self._calls[-1].stamp or call.sd > ctx.company.sure:
             return
         last = self._calls[-1]
         if math.hypot(call.x - last.x, call.y - last.y) < MIN_BASELINE_M:
@@ -78,23 +78,23 @@ class LocateVoice:
         if place.position is not None and place.covariance is not None:
             widest = math.sqrt(float(np.linalg.eigvalsh(place.covariance)[-1]))
             if widest < MAX_CROSSING_SD_M:
-                self._person = self._stands(place.position, place.covariance, here)
+                self._person = self._stands(place.position, place.covariance, ctx)
 
-    def _stands(self, position: Array, covariance: Array, here: ControlContext) -> TrackedPerson:
+    def _stands(self, position: Array, covariance: Array, ctx: ControlContext) -> TrackedPerson:
         """Return the person where the bearings cross, at the legs that stand there if any do."""
-        c, s = math.cos(here.pose.heading), math.sin(here.pose.heading)
+        c, s = math.cos(ctx.pose.heading), math.sin(ctx.pose.heading)
         turn = np.array([[c, -s], [s, c]])
-        local = here.pose.inverse().apply(position[None])[0]
+        local = ctx.pose.inverse().apply(position[None])[0]
         spread = turn.T @ covariance @ turn + LEGS_SD_M**2 * np.eye(2)
-        legs = nearest_to(find_standers(here.scan_points), local, spread, LEGS_GATE_CHI2)
+        legs = nearest_to(find_standers(ctx.scan_points), local, spread, LEGS_GATE_CHI2)
         sound = self._calls[-1].ray
         fused = Fused(position=position, covariance=covariance, used=("sound",))
         laser = None
         if legs is not None:
-            laser = here.pose.apply(legs.place[None])[0]
+            laser = ctx.pose.apply(legs.place[None])[0]
             fused = fuse((laser, turn @ legs.covariance @ turn.T), (("sound", sound),))
         return TrackedPerson(
-            stamp=here.stamp,
+            stamp=ctx.stamp,
             position=fused.position,
             covariance=fused.covariance,
             velocity=np.zeros(2),
@@ -103,14 +103,14 @@ class LocateVoice:
             used=fused.used,
         )
 
-    def _step_aside(self, here: ControlContext) -> GoalController:
+    def _step_aside(self, ctx: ControlContext) -> GoalController:
         """Plan to the first reachable place aside of the way to the voice. Raises Refused when there is none."""
         for angle in ASIDE_ANGLES_RAD:
             away = self._calls[0].azimuth + angle
-            x = here.pose.x + here.company.sidestep * math.cos(away)
-            y = here.pose.y + here.company.sidestep * math.sin(away)
+            x = ctx.pose.x + ctx.company.sidestep * math.cos(away)
+            y = ctx.pose.y + ctx.company.sidestep * math.sin(away)
             try:
-                return GoalController(GoalAim(x=x, y=y, heading=self._calls[0].azimuth), here)
+                return GoalController(GoalAim(x=x, y=y, heading=self._calls[0].azimuth), ctx)
             except Refused:
                 continue
         raise Refused(Statement("come.no_room_aside"))

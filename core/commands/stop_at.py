@@ -42,27 +42,27 @@ class StopAt(CommandSpec):
         """Return the line to the goal."""
         return CommandPreview.straight(pose, (numbers["x_m"], numbers["y_m"]))
 
-    def begin(self, command: Command, here: ControlContext) -> Action:
+    def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Plan the way. Raises Refused with a sentence when there is none."""
         numbers = command.numbers
-        return Going((numbers["x_m"], numbers["y_m"]), here, numbers.get("heading_rad"))
+        return Going((numbers["x_m"], numbers["y_m"]), ctx, numbers.get("heading_rad"))
 
 
 class Going:
     """A way under way."""
 
-    def __init__(self, goal: tuple[float, float], here: ControlContext, heading: float | None = None) -> None:
+    def __init__(self, goal: tuple[float, float], ctx: ControlContext, heading: float | None = None) -> None:
         """`goal` (x, y) [m], world; `heading` [rad] to look there, None: as it comes. Raises Refused."""
         self._goal = np.array(goal)
-        self._whole = max(here.pose.distance_to(*goal), 1e-6)
-        self._approach = GoalController(GoalAim(x=goal[0], y=goal[1], heading=heading), here)
+        self._whole = max(ctx.pose.distance_to(*goal), 1e-6)
+        self._approach = GoalController(GoalAim(x=goal[0], y=goal[1], heading=heading), ctx)
 
-    def drive(self, here: ControlContext) -> Progress:
+    def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
-        step = self._approach.drive(here)
+        step = self._approach.drive(ctx)
         if step.state == "there":
             return Progress(finished="done", fraction=1.0, goal=self._goal)
-        left = here.pose.distance_to(*self._goal)
+        left = ctx.pose.distance_to(*self._goal)
         return Progress(
             twist=step.twist,
             finished="failed" if step.state == "stuck" else "",

@@ -16,7 +16,7 @@ class StopMoving(CommandSpec):
     remark: str
     moves: bool = False
 
-    def begin(self, command: Command, here: ControlContext) -> Action:
+    def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Stop at once; whatever ran before has been pre-empted."""
         return StandingStill(command.remark or self.remark)
 
@@ -27,7 +27,7 @@ class StandingStill:
     def __init__(self, remark: str) -> None:
         self._remark = remark
 
-    def drive(self, here: ControlContext) -> Progress:
+    def drive(self, ctx: ControlContext) -> Progress:
         """Zero, at once."""
         return Progress(finished="done", remark=self._remark, fraction=1.0)
 

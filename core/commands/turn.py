@@ -30,35 +30,35 @@ class Turn(CommandSpec):
         """Return the arc around the robot."""
         return CommandPreview.turn(pose, self.side * numbers["angle_rad"], radius)
 
-    def begin(self, command: Command, here: ControlContext) -> Action:
+    def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Start turning from the present heading."""
-        return Turning(self.side * command.numbers["angle_rad"], here)
+        return Turning(self.side * command.numbers["angle_rad"], ctx)
 
 
 class Turning:
     """A turn under way: closes the heading that the estimator reports, and waits until it stays."""
 
-    def __init__(self, angle: float, here: ControlContext) -> None:
+    def __init__(self, angle: float, ctx: ControlContext) -> None:
         """`angle` [rad], counter-clockwise."""
         self._angle = angle
         self._left = angle
-        self._heading = here.pose.heading
-        self._arrival = Arrival(here.steering.heading_tolerance, here.steering)
-        self._headway = StallDetector(0.05, here.steering.stalled_after)
-        self._deadline = here.stamp + 2 * abs(angle) / here.body.turn + 2.0 + here.steering.settle
+        self._heading = ctx.pose.heading
+        self._arrival = Arrival(ctx.steering.heading_tolerance, ctx.steering)
+        self._headway = StallDetector(0.05, ctx.steering.stalled_after)
+        self._deadline = ctx.stamp + 2 * abs(angle) / ctx.body.turn + 2.0 + ctx.steering.settle
 
-    def drive(self, here: ControlContext) -> Progress:
+    def drive(self, ctx: ControlContext) -> Progress:
         """Take one frame."""
-        self._left -= wrap(here.pose.heading - self._heading)
-        self._heading = here.pose.heading
-        soon = self._left - here.turn_rate * here.steering.turn_lead
-        there = self._arrival.reached(min(abs(soon), abs(self._left)), here.stamp)
-        if self._arrival.settled(here.stamp):
+        self._left -= wrap(ctx.pose.heading - self._heading)
+        self._heading = ctx.pose.heading
+        soon = self._left - ctx.turn_rate * ctx.steering.turn_lead
+        there = self._arrival.reached(min(abs(soon), abs(self._left)), ctx.stamp)
+        if self._arrival.settled(ctx.stamp):
             return Progress(finished="done", fraction=1.0)
-        rate = 0.0 if there else spin(soon, here.body.turn, here.steering)
-        if rate and self._headway.lost(abs(self._left), here.stamp):
-            return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius))
-        if here.stamp > self._deadline:
+        rate = 0.0 if there else spin(soon, ctx.body.turn, ctx.steering)
+        if rate and self._headway.lost(abs(self._left), ctx.stamp):
+            return Progress(finished="failed", remark=why_no_headway(ctx.scan_points, ctx.body.radius))
+        if ctx.stamp > self._deadline:
             return Progress(finished="failed", remark=Statement("command.turn_too_long"))
         return Progress(twist=Twist(0.0, rate), fraction=max(0.0, 1 - abs(self._left) / max(abs(self._angle), 1e-6)))
 

@@ -69,43 +69,43 @@ class GoalController:
     SLACK = 0.04  # [m] around the distance that is kept from what moves
 
     def __init__(
-        self, aim: GoalAim, here: ControlContext, *, lasting: bool = False, cruise: float | None = None
+        self, aim: GoalAim, ctx: ControlContext, *, lasting: bool = False, cruise: float | None = None
     ) -> None:
         """`lasting`: the aim will move and being there is no end; `cruise` [m/s]: None, as the body does."""
-        steering = here.steering
+        steering = ctx.steering
         self._aim, self._lasting = aim, lasting
-        self._cruise = min(cruise or here.body.cruise, here.body.max_speed)
+        self._cruise = min(cruise or ctx.body.cruise, ctx.body.max_speed)
         self._arrival = Arrival(self.SLACK if lasting else steering.goal_tolerance, steering)
         self._faced = Arrival(self.FACING, steering)
         self._shut = ""  # why there is no way at the moment
         self._tries = 0
         self._back_from: tuple[float, float] | None = None
-        self._began = self._looked = self._shut_since = here.stamp
+        self._began = self._looked = self._shut_since = ctx.stamp
         self._pursuit: Pursuit | None = None
-        self._headway = _headway(here)
-        self._travel = Travel(here.pose)
-        self._allowance = self._set_out(here)
+        self._headway = _headway(ctx)
+        self._travel = Travel(ctx.pose)
+        self._allowance = self._set_out(ctx)
 
-    def drive(self, here: ControlContext, aim: GoalAim | None = None) -> GoalStep:
+    def drive(self, ctx: ControlContext, aim: GoalAim | None = None) -> GoalStep:
         """Take one frame towards the former aim, or towards this new one."""
         if aim is not None:
             self._aim = aim
-        self._look(here)
+        self._look(ctx)
         if self._back_from is not None:
-            return self._back(here)
-        left = self._left(here)
-        if self._arrival.reached(left, here.stamp):
-            self._headway = _headway(here)
-            return self._face(here)
+            return self._back(ctx)
+        left = self._left(ctx)
+        if self._arrival.reached(left, ctx.stamp):
+            self._headway = _headway(ctx)
+            return self._face(ctx)
         if self._shut:
-            self._headway = _headway(here)
-            return self._wait(here, left)
-        if not self._lasting and here.stamp > self._began + self._allowance:
+            self._headway = _headway(ctx)
+            return self._wait(ctx, left)
+        if not self._lasting and ctx.stamp > self._began + self._allowance:
             return self._say("stuck", left, Statement("command.way_too_long_left", left=f"{left:.2f}"))
-        space = free_space(here.scan_points, here.body.radius)
-        twist = self._way.steer(here.pose, self._cruise, here.body.turn, space)
-        if twist.moves and self._headway.lost(self._effort(here), here.stamp):
-            return self._stalled(here, left)
+        space = free_space(ctx.scan_points, ctx.body.radius)
+        twist = self._way.steer(ctx.pose, self._cruise, ctx.body.turn, space)
+        if twist.moves and self._headway.lost(self._effort(ctx), ctx.stamp):
+            return self._stalled(ctx, left)
         return self._say("under way", left, twist=twist)
 
     @property
@@ -113,138 +113,138 @@ class GoalController:
         assert self._pursuit is not None, "a way was planned at the start"
         return self._pursuit
 
-    def _effort(self, here: ControlContext) -> float:
+    def _effort(self, ctx: ControlContext) -> float:
         """Return a length [m] that falls with progress: the way left; towards a moving aim, minus the way gone."""
         if not self._lasting:
-            return self._way.effort(here.pose)
-        return -self._travel.gone(here.pose)
+            return self._way.effort(ctx.pose)
+        return -self._travel.gone(ctx.pose)
 
-    def _left(self, here: ControlContext) -> float:
+    def _left(self, ctx: ControlContext) -> float:
         """Return the distance to the place to stand [m]; 0 within the distance to keep if nothing is between."""
         x, y = self._way.path[-1]
-        left = here.pose.distance_to(float(x), float(y))
+        left = ctx.pose.distance_to(float(x), float(y))
         if self._aim.keep == 0.0:
             return left
-        beyond = here.pose.distance_to(self._aim.x, self._aim.y) - self._aim.keep
+        beyond = ctx.pose.distance_to(self._aim.x, self._aim.y) - self._aim.keep
         return min(left, max(0.0, beyond)) if self._open else left
 
     def _say(self, state: State, left: float, words: str = "", twist: Twist = ZERO) -> GoalStep:
         way = self._way
         return GoalStep(state=state, left=left, path=way.rest, stand=way.path[-1], twist=twist, words=words)
 
-    def _face(self, here: ControlContext) -> GoalStep:
+    def _face(self, ctx: ControlContext) -> GoalStep:
         """At the place: turn to what it should look at, and stay."""
         heading = self._aim.heading
         if heading is None and self._aim.keep > 0.0:
-            heading = math.atan2(self._aim.y - here.pose.y, self._aim.x - here.pose.x)
-        error = 0.0 if heading is None else wrap(heading - here.pose.heading)
-        soon = error - here.turn_rate * here.steering.turn_lead
-        if not self._faced.reached(abs(error), here.stamp):
-            return self._say("under way", 0.0, twist=Twist(0.0, spin(soon, here.body.turn, here.steering)))
-        settled = self._arrival.settled(here.stamp) and self._faced.settled(here.stamp)
+            heading = math.atan2(self._aim.y - ctx.pose.y, self._aim.x - ctx.pose.x)
+        error = 0.0 if heading is None else wrap(heading - ctx.pose.heading)
+        soon = error - ctx.turn_rate * ctx.steering.turn_lead
+        if not self._faced.reached(abs(error), ctx.stamp):
+            return self._say("under way", 0.0, twist=Twist(0.0, spin(soon, ctx.body.turn, ctx.steering)))
+        settled = self._arrival.settled(ctx.stamp) and self._faced.settled(ctx.stamp)
         return self._say("there" if settled else "under way", 0.0)
 
-    def _wait(self, here: ControlContext, left: float) -> GoalStep:
+    def _wait(self, ctx: ControlContext, left: float) -> GoalStep:
         """Wait for a way, then back up if something is near, then ask."""
-        if here.stamp - self._shut_since <= self.WAIT:
+        if ctx.stamp - self._shut_since <= self.WAIT:
             return self._say("waiting", left, self._shut)
-        if self._tries < self.TRIES and self._tight(here):
-            return self._stalled(here, left)
+        if self._tries < self.TRIES and self._tight(ctx):
+            return self._stalled(ctx, left)
         return self._say("stuck", left, self._shut)
 
-    def _stalled(self, here: ControlContext, left: float) -> GoalStep:
+    def _stalled(self, ctx: ControlContext, left: float) -> GoalStep:
         """Back up from what is near, or give up."""
-        if not self._tight(here) or self._tries >= self.TRIES:
-            return self._say("stuck", left, why_no_headway(here.scan_points, here.body.radius))
+        if not self._tight(ctx) or self._tries >= self.TRIES:
+            return self._say("stuck", left, why_no_headway(ctx.scan_points, ctx.body.radius))
         self._tries += 1
-        self._back_from = here.pose.x, here.pose.y
-        self._back_until = here.stamp + 2 * self.BACK / self.BACK_SPEED
-        return self._back(here)
+        self._back_from = ctx.pose.x, ctx.pose.y
+        self._back_until = ctx.stamp + 2 * self.BACK / self.BACK_SPEED
+        return self._back(ctx)
 
-    def _tight(self, here: ControlContext) -> bool:
+    def _tight(self, ctx: ControlContext) -> bool:
         """Return whether something is so near, ahead or at the side, that backing up may help."""
-        points, radius = here.scan_points, here.body.radius
+        points, radius = ctx.scan_points, ctx.body.radius
         return free_space(points, radius) < 2 * self.CAUTION or obstacle_ahead(points, radius, self.BACK) is not None
 
-    def _back(self, here: ControlContext) -> GoalStep:
+    def _back(self, ctx: ControlContext) -> GoalStep:
         """Back out of a tight place, then plan again, with more room around the body where there is any."""
         assert self._back_from is not None
-        if here.pose.distance_to(*self._back_from) < self.BACK and here.stamp < self._back_until:
-            words = why_no_headway(here.scan_points, here.body.radius, back_up=True)
-            return self._say("backing", self._left(here), words, Twist(-self.BACK_SPEED, 0.0))
+        if ctx.pose.distance_to(*self._back_from) < self.BACK and ctx.stamp < self._back_until:
+            words = why_no_headway(ctx.scan_points, ctx.body.radius, back_up=True)
+            return self._say("backing", self._left(ctx), words, Twist(-self.BACK_SPEED, 0.0))
         self._back_from = None
-        self._try_to_set_out(here)
-        return self._say("waiting" if self._shut else "under way", self._left(here), self._shut)
+        self._try_to_set_out(ctx)
+        return self._say("waiting" if self._shut else "under way", self._left(ctx), self._shut)
 
-    def _set_out(self, here: ControlContext) -> float:
+    def _set_out(self, ctx: ControlContext) -> float:
         """Plan from here and follow that → how long it may take [s]. Raises Refused."""
-        self._planned, self._planned_for = here.stamp, (self._aim.x, self._aim.y)
-        cautious = replace(here.planner, guard=here.planner.guard + self.CAUTION * self._tries)
+        self._planned, self._planned_for = ctx.stamp, (self._aim.x, self._aim.y)
+        cautious = replace(ctx.planner, guard=ctx.planner.guard + self.CAUTION * self._tries)
         try:
-            way = self._plan(here, cautious)
+            way = self._plan(ctx, cautious)
         except Refused:
             if not self._tries:
                 raise
-            way = self._plan(here, here.planner)
+            way = self._plan(ctx, ctx.planner)
         self._pursuit = Pursuit(
-            way, here.steering, turn_first=not self._lasting or self._pursuit is None or self._pursuit.turning
+            way, ctx.steering, turn_first=not self._lasting or self._pursuit is None or self._pursuit.turning
         )
         if not self._lasting:
-            self._headway = _headway(here)
-        self._open = self._sees_aim(here)
+            self._headway = _headway(ctx)
+        self._open = self._sees_aim(ctx)
         length = float(np.hypot(*np.diff(way, axis=0).T).sum())
-        return 3 * (length / self._cruise + 2 * math.pi / here.body.turn) + 2.0 + 2 * self.WAIT
+        return 3 * (length / self._cruise + 2 * math.pi / ctx.body.turn) + 2.0 + 2 * self.WAIT
 
-    def _plan(self, here: ControlContext, settings: PlannerSettings) -> Array:
-        seen, place = here.pose.apply(here.scan_points), (self._aim.x, self._aim.y)
+    def _plan(self, ctx: ControlContext, settings: PlannerSettings) -> Array:
+        seen, place = ctx.pose.apply(ctx.scan_points), (self._aim.x, self._aim.y)
         if self._aim.keep == 0.0:
-            return plan(here.grid, seen, here.pose, place, here.body.radius, settings)
-        return plan_beside(here.grid, seen, here.pose, place, self._aim.keep, here.body.radius, settings)
+            return plan(ctx.grid, seen, ctx.pose, place, ctx.body.radius, settings)
+        return plan_beside(ctx.grid, seen, ctx.pose, place, self._aim.keep, ctx.body.radius, settings)
 
-    def _try_to_set_out(self, here: ControlContext) -> None:
+    def _try_to_set_out(self, ctx: ControlContext) -> None:
         try:
-            self._set_out(here)
+            self._set_out(ctx)
             self._shut = ""
         except Refused as refusal:
-            self._shut_since = self._shut_since if self._shut else here.stamp
+            self._shut_since = self._shut_since if self._shut else ctx.stamp
             self._shut = str(refusal)
 
-    def _look(self, here: ControlContext) -> None:
+    def _look(self, ctx: ControlContext) -> None:
         """See whether the way is still free and leads to the aim; plan again where it does not."""
-        passed = here.stamp - self._looked
-        if passed < self.LOOK_EVERY or (here.is_full and passed < self.LOOK_EVERY + self.DEFER):
+        passed = ctx.stamp - self._looked
+        if passed < self.LOOK_EVERY or (ctx.is_full and passed < self.LOOK_EVERY + self.DEFER):
             return
-        self._looked = here.stamp
+        self._looked = ctx.stamp
         moved = math.dist(self._planned_for, (self._aim.x, self._aim.y)) > self.MOVED
-        if moved and here.stamp - self._planned >= self.FOLLOW_EVERY:
-            self._try_to_set_out(here)
+        if moved and ctx.stamp - self._planned >= self.FOLLOW_EVERY:
+            self._try_to_set_out(ctx)
             return
-        rest = np.vstack(((here.pose.x, here.pose.y), self._way.rest))
-        self._open = self._sees_aim(here)
-        if is_free(_terrain(here, rest), rest, here.body.radius, here.planner):
+        rest = np.vstack(((ctx.pose.x, ctx.pose.y), self._way.rest))
+        self._open = self._sees_aim(ctx)
+        if is_free(_terrain(ctx, rest), rest, ctx.body.radius, ctx.planner):
             self._shut = ""
-        elif here.stamp - self._planned >= self.PLAN_EVERY:
-            self._try_to_set_out(here)
+        elif ctx.stamp - self._planned >= self.PLAN_EVERY:
+            self._try_to_set_out(ctx)
 
-    def _sees_aim(self, here: ControlContext) -> bool:
+    def _sees_aim(self, ctx: ControlContext) -> bool:
         """Return whether nothing stands between the robot and the aim; what is near the aim does not count."""
         if self._aim.keep == 0.0:
             return True
-        ends = np.array([(here.pose.x, here.pose.y), (self._aim.x, self._aim.y)])
-        far = here.pose.distance_to(self._aim.x, self._aim.y)
+        ends = np.array([(ctx.pose.x, ctx.pose.y), (self._aim.x, self._aim.y)])
+        far = ctx.pose.distance_to(self._aim.x, self._aim.y)
         shares = np.linspace(
-            0.0, max(0.0, 1 - PERSON_RADIUS / max(far, 1e-6)), 2 + math.ceil(far / here.grid.resolution)
+            0.0, max(0.0, 1 - PERSON_RADIUS / max(far, 1e-6)), 2 + math.ceil(far / ctx.grid.resolution)
         )
         line = ends[0] + shares[:, None] * (ends[1] - ends[0])
-        return bool((_terrain(here, ends).clearance_at(line) > 0).all())
+        return bool((_terrain(ctx, ends).clearance_at(line) > 0).all())
 
 
-def _headway(here: ControlContext) -> StallDetector:
+def _headway(ctx: ControlContext) -> StallDetector:
     """A fresh watch: what stands still on purpose has lost nothing."""
-    return StallDetector(0.03, here.steering.stalled_after)
+    return StallDetector(0.03, ctx.steering.stalled_after)
 
 
-def _terrain(here: ControlContext, places: Array) -> Costmap:
+def _terrain(ctx: ControlContext, places: Array) -> Costmap:
     """The ground around places (N, 2) [m], world, with the newest scan on it."""
     low, high = places.min(axis=0) - 0.5, places.max(axis=0) + 0.5
-    return survey(here.grid, here.pose.apply(here.scan_points), low, high, here.planner.occupied)
+    return survey(ctx.grid, ctx.pose.apply(ctx.scan_points), low, high, ctx.planner.occupied)

@@ -56,21 +56,21 @@ class CommandExecutor:
         else:
             self._adopt(accepted, stamp)
 
-    def drive(self, here: ControlContext, wait_for: str = "") -> Twist:
+    def drive(self, ctx: ControlContext, wait_for: str = "") -> Twist:
         """Execute one frame → the twist to ask of the gate. `wait_for`: why nothing may begin to move yet."""
         if self._next is not None:
-            self._begin(*self._next, here, wait=bool(wait_for))
+            self._begin(*self._next, ctx, wait=bool(wait_for))
         if self.active_command is None or self._command is None:
             return ZERO
         kind = spec_of(self._command.name)
-        here = replace(here, stamp=here.stamp - self._paused)
+        ctx = replace(ctx, stamp=ctx.stamp - self._paused)
         if wait_for and kind.moves and self._action is None:
             self.active_command = replace(self.active_command, remark=wait_for)
             return ZERO
         try:
             if self._action is None:
-                self._action = self._action_of(self._command, here)
-            progress = self._action.drive(here)
+                self._action = self._action_of(self._command, ctx)
+            progress = self._action.drive(ctx)
         except Refused as refusal:
             self.end("refused", str(refusal))
             return ZERO
@@ -116,20 +116,20 @@ class CommandExecutor:
         self.end("pre-empted", _came_after(accepted))
         self._command, self._action, self.active_command = accepted.command, action, _active_command(accepted, stamp)
 
-    def _begin(self, accepted: AcceptedCommand, stamp: float, here: ControlContext, *, wait: bool) -> None:
+    def _begin(self, accepted: AcceptedCommand, stamp: float, ctx: ControlContext, *, wait: bool) -> None:
         """Let the command that came in take the other's place if it can begin; `wait`: it does so later."""
         try:
-            action = self._action_of(accepted.command, here)
+            action = self._action_of(accepted.command, ctx)
             self._adopt(accepted, stamp, None if wait else action)
         except Refused as refusal:
             self._end_next("refused", str(refusal))
 
-    def _action_of(self, command: Command, here: ControlContext) -> Action:
+    def _action_of(self, command: Command, ctx: ControlContext) -> Action:
         """Begin a command. Raises Refused."""
         kind = spec_of(command.name)
         if self._dry and kind.target == "person":
-            return DryRun(command, here)
-        return kind.begin(command, here)
+            return DryRun(command, ctx)
+        return kind.begin(command, ctx)
 
     def take_endings(self) -> tuple[ActiveCommandStatus, ...]:
         """Return the commands that ended since the last call: every one exactly once."""

@@ -92,7 +92,7 @@ class Live:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.runtime.farewell_soon()
+        self.runtime.shut_down_soon()
         self.server.should_exit = True
         self._thread.join(MORE)
         assert not self._thread.is_alive(), "the console did not end"

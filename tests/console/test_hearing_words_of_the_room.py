@@ -42,8 +42,8 @@ class Reads:
         return [replace(self.utterances.pop(0), begin=stamp, end=stamp + 0.2)]
 
 
-def transcriber(dispatcher: Any, history: History) -> RoomTranscriber:
-    """The robot's ears, whose words nobody has taken on."""
+def new_transcriber(dispatcher: Any, history: History) -> RoomTranscriber:
+    """The transcriber of the robot's ears, whose words nobody has taken on."""
     lease, notifications = Lease(), Notifications()
     dispatcher.when_cancelled = []
     pending_commands = PendingCommands(dispatcher, lease, history, notifications)
@@ -54,7 +54,7 @@ def transcriber(dispatcher: Any, history: History) -> RoomTranscriber:
 def hear(
     utterances: list[RecognizedUtterance],
     stamps: list[float],
-    ears: RoomTranscriber,
+    transcriber: RoomTranscriber,
     worker: Reads,
     *,
     moving: bool = False,
@@ -66,7 +66,7 @@ def hear(
         for number, stamp in enumerate(stamps):
             sound = Sound(stamp=stamp, rate=16_000, samples=np.zeros((3200, 4)))
             snapshot: Any = SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.2 if moving else 0.0, 0.0))
-            ears.feed(snapshot, sound, RESPEAKER_ODAS)
+            transcriber.feed(snapshot, sound, RESPEAKER_ODAS)
             while len(worker.utterances) > len(stamps) - 1 - number:
                 await asyncio.sleep(0)
             await asyncio.sleep(0.01)
@@ -80,11 +80,13 @@ def test_stop_is_obeyed_when_the_robot_was_started_anew_and_its_clock_with_it(
     worker, stops = Reads(), list[str]()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
     words = SimpleNamespace(stopped_by=lambda _: None, time=RobotTime())
-    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source), words=words)
-    ears = transcriber(dispatcher, History(tmp_path, lambda _: None))
+    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source), freshness=words)
+    transcriber = new_transcriber(dispatcher, History(tmp_path, lambda _: None))
     told = list[str]()
-    ears.when_heard.append(lambda outcome, voice: told.append(f"{outcome.heard}: {outcome.utterance.decision.words}"))
-    hear([STOP, STOP, STOP, TURN], [100.0, 100.2, 1.0, 3.0], ears, worker)
+    transcriber.when_heard.append(
+        lambda outcome, voice: told.append(f"{outcome.heard}: {outcome.utterance.decision.words}")
+    )
+    hear([STOP, STOP, STOP, TURN], [100.0, 100.2, 1.0, 3.0], transcriber, worker)
     assert stops == ["ears", "ears"]  # the second is the same word's, heard again
     assert told == ["stop: stop", "stopped: stop", "stop: stop", "words: turn left"]
 
@@ -93,20 +95,20 @@ def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: 
     worker = Reads()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
     history = History(tmp_path, lambda _: None)
-    ears = transcriber(SimpleNamespace(words=CommandFreshness(Lease())), history)
+    transcriber = new_transcriber(SimpleNamespace(freshness=CommandFreshness(Lease())), history)
     history.open()
-    hear([NOTHING, NOTHING, NOTHING, TURN, NOTHING, NOTHING], [0.2 * n for n in range(6)], ears, worker)
+    hear([NOTHING, NOTHING, NOTHING, TURN, NOTHING, NOTHING], [0.2 * n for n in range(6)], transcriber, worker)
     told = [entry.words for entry in reversed(history.newest_first(commands_only=True))]
     assert told == ["", "turn left", ""]
     history.add("command", ROOM, words="stop")
-    hear([NOTHING, NOTHING], [2.0, 2.2], ears, worker)
+    hear([NOTHING, NOTHING], [2.0, 2.2], transcriber, worker)
     told = [entry.words for entry in reversed(history.newest_first(commands_only=True))]
     assert told == ["", "turn left", "", "stop", ""]  # what came between parts them
     history.add("command", ROOM, words="continue")
-    hear([NOTHING, NOTHING], [3.0, 3.2], ears, worker, moving=True)
+    hear([NOTHING, NOTHING], [3.0, 3.2], transcriber, worker, moving=True)
     assert history.newest_first(commands_only=True)[0].words == "continue"  # those are the robot's own motors
     history.close()
-    assert len(ears.utterances) == 10
+    assert len(transcriber.utterances) == 10
 
 
 @pytest.mark.parametrize("broken", [np.nan, np.inf, 1e300])
@@ -116,26 +118,28 @@ def test_a_piece_that_is_no_numbers_is_a_gap_and_not_the_end_of_all_words(
     worker, stops = Reads(), list[str]()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
     words = CommandFreshness(Lease())
-    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source), words=words)
-    ears = transcriber(dispatcher, History(tmp_path, lambda _: None))
+    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source), freshness=words)
+    transcriber = new_transcriber(dispatcher, History(tmp_path, lambda _: None))
     piece = Sound(stamp=1.0, rate=16_000, samples=np.full((3200, 4), broken))
     snapshot: Any = SimpleNamespace(stamp=1.0, hearing=None, velocity=Twist(0.0, 0.0))
-    ears.feed(snapshot, piece, RESPEAKER_ODAS)
-    assert ears.trouble == ""
-    hear([STOP], [1.2], ears, worker)
+    transcriber.feed(snapshot, piece, RESPEAKER_ODAS)
+    assert transcriber.trouble == ""
+    hear([STOP], [1.2], transcriber, worker)
     assert stops == ["ears"]
 
 
 def test_words_are_as_old_as_their_sound_whenever_the_console_takes_it(tmp_path: Path) -> None:
     """Sensed at 1000 s of our clock, taken by the console ten seconds late."""
-    ears = transcriber(SimpleNamespace(words=CommandFreshness(Lease())), History(tmp_path, lambda _: None))
+    transcriber = new_transcriber(
+        SimpleNamespace(freshness=CommandFreshness(Lease())), History(tmp_path, lambda _: None)
+    )
     came: list[Spoken] = []
-    ears.when_heard.append(lambda outcome, voice: came.append(outcome.said))
+    transcriber.when_heard.append(lambda outcome, voice: came.append(outcome.said))
     for stamp in (4.0, 5.0, 6.0):
         snapshot: Any = SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.0, 0.0))
-        ears.feed(snapshot, None, None, 1000.0 + 1.5 * (stamp - 5.0))  # the robot's clock is slow
-    ears._hear(replace(TURN, begin=4.2, end=4.8))
-    ears._hear(replace(TURN, begin=7.0, end=7.5))  # after all that is known of its clock
+        transcriber.feed(snapshot, None, None, 1000.0 + 1.5 * (stamp - 5.0))  # the robot's clock is slow
+    transcriber._hear(replace(TURN, begin=4.2, end=4.8))
+    transcriber._hear(replace(TURN, begin=7.0, end=7.5))  # after all that is known of its clock
     said, late = came
     assert (said.began, said.ended) == pytest.approx((999.2, 999.8))
     assert late.ended == 1001.5

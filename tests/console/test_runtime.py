@@ -165,7 +165,7 @@ def test_a_console_that_is_told_to_end_stands_at_once_and_stays_so(tmp_path: Pat
         live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator)
         live.until(lambda: live.robot.status().w)
         told = round(1e9 * live.robot.now)
-        live.runtime.farewell_soon()
+        live.runtime.shut_down_soon()
         live.until(lambda: live.robot.status().w == 0.0, 2.0)
         rows = live.robot.writer.rows
         stopped = next(row for row in rows if row.event == "stop" and row.t_mono_ns >= told)

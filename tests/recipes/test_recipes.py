@@ -36,9 +36,9 @@ class Dance(CommandSpec):
     summary: str = "Turns once around on the spot."
     example: str = "dance"
 
-    def begin(self, command: Command, here: ControlContext) -> Action:
+    def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Start turning."""
-        return Turning(2 * math.pi, here)
+        return Turning(2 * math.pi, ctx)
 
 
 DANCE = Dance()

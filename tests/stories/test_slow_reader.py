@@ -22,7 +22,7 @@ def told(folder: Path, tell: Any) -> Story:
 
         async def all_of_it() -> None:
             story.pages["a"] = Page(story, ANNA, control=True)
-            story.spoken.take_on(ANNA)
+            story.voice_commands.take_on(ANNA)
             tasks = [asyncio.ensure_future(one) for one in (story.room(), story.ticks())]
             await asyncio.sleep(1.0)
             await tell(story)
@@ -109,7 +109,7 @@ def test_the_rest_of_a_sentence_with_stop_is_neither_obeyed_nor_offered(tmp_path
             (True, "stop moving", [])
         ] * 2
     else:
-        assert [(one.accepted, one.command, one.suggested_commands) for one in story.ears.utterances] == [
+        assert [(one.accepted, one.command, one.suggested_commands) for one in story.transcriber.utterances] == [
             (True, "stop moving", ())
         ] * 2
 
@@ -152,7 +152,7 @@ def test_sound_of_a_link_that_held_it_up_is_as_old_as_the_state_that_its_page_ha
     tmp_path: Path, held_up: float
 ) -> None:
     async def tell(story: Story) -> None:
-        story.states.note(7, story.now - held_up)
+        story.state_times.note(7, story.now - held_up)
         story.pages["a"].seen = 7
         await say(story, "voice", "turn left")
 

@@ -158,14 +158,14 @@ class Story:
         self.dispatcher.pilot = self  # type: ignore[assignment]
         self.pending_commands = Waiting(self.dispatcher, self.lease, history, board)
         self.pending_commands.seen = self.seen
-        self.spoken = VoiceCommands(self.dispatcher, self.lease, self.pending_commands, history, board)
+        self.voice_commands = VoiceCommands(self.dispatcher, self.lease, self.pending_commands, history, board)
         with patch("console.speech.room_transcription.TranscriptionClient", lambda: self.room_reader):
-            self.ears = RoomTranscriber(self.spoken, self.pending_commands, self.dispatcher, board)
+            self.transcriber = RoomTranscriber(self.voice_commands, self.pending_commands, self.dispatcher, board)
         with patch("console.speech.browser_microphone.TranscriptionClient", lambda: self.page_reader):
             self.microphone = BrowserMicrophone()
-        self.sockets, self.history, self.states = OpenSockets(), history, StateTimes()
+        self.sockets, self.history, self.state_times = OpenSockets(), history, StateTimes()
         self.parts = Parts()
-        for part in (self.ears, self.microphone, self.pending_commands, self.spoken, RobotVoice()):
+        for part in (self.transcriber, self.microphone, self.pending_commands, self.voice_commands, RobotVoice()):
             self.parts.add(part)
         self.pages: dict[str, Page] = {}
         self.heard_until = 0.0  # [s]
@@ -292,7 +292,7 @@ class Story:
             snapshot: Any = SimpleNamespace(stamp=sensed - 50.0, hearing=None, velocity=Twist(0.0, 0.0))
             rows = round(PIECE * 100)
             sound = Sound(stamp=sensed - 50.0 - PIECE, rate=100, samples=np.zeros((rows, 1)))
-            self.ears.feed(snapshot, sound, array, sensed)
+            self.transcriber.feed(snapshot, sound, array, sensed)
 
     async def ticks(self) -> None:
         while True:
@@ -363,7 +363,7 @@ class Story:
     def _answer_pending(self, what: str, who: Person) -> None:
         match what:
             case "take on":
-                self.spoken.take_on(who)
+                self.voice_commands.take_on(who)
             case "drop" if self.pending_commands.waiting is not None:
                 self.seen.stops.append(self.now)
                 self.pending_commands.drop(self.pending_commands.waiting.id, GUEST)
@@ -391,7 +391,7 @@ class Story:
         self._running = [self._loop.create_task(one) for one in (self.room(), self.ticks(), self.texts.run())]
         self.pages["a"] = Page(self, ANNA, control=self.chance.random() < 0.8)
         if self.pages["a"].control:
-            self._try(lambda: self.spoken.take_on(ANNA))
+            self._try(lambda: self.voice_commands.take_on(ANNA))
         end = self.now + LENGTH
         while self.now < end:
             self._try(self.act)

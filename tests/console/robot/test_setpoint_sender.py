@@ -60,7 +60,7 @@ def test_only_what_is_entrusted_drives_and_under_its_own_lease() -> None:
     setpoint_sender = SetpointSender(diary)  # type: ignore[arg-type]
     setpoint_sender.follow(wanting(5, 0.1))
     assert diary.told == []
-    setpoint_sender.entrust(5, 3)
+    setpoint_sender.authorize(5, 3)
     setpoint_sender.follow(wanting(5, 0.1))
     (order,) = diary.told
     assert (order.epoch, order.press, order.v, order.nonce, order.source) == (3, 5, 0.1, 7, "goal")
@@ -72,14 +72,14 @@ def test_after_a_stop_nothing_that_was_entrusted_before_moves() -> None:
     for stop in ("stop", "halt"):
         diary = Diary()
         setpoint_sender = SetpointSender(diary)  # type: ignore[arg-type]
-        setpoint_sender.entrust(5, 3)
+        setpoint_sender.authorize(5, 3)
         setpoint_sender.follow(wanting(5, 0.1))
         getattr(setpoint_sender, stop)()
         setpoint_sender.follow(wanting(5, 0.1))
         setpoint_sender.follow(wanting(5, 0.1))
         after = diary.told[diary.told.index((stop,)) :]
         assert not any(isinstance(order, Setpoint) and order.v for order in after)
-        setpoint_sender.entrust(6, 3)
+        setpoint_sender.authorize(6, 3)
         setpoint_sender.follow(wanting(6, 0.1))
         assert diary.told[-1].v == 0.1
 
@@ -87,7 +87,7 @@ def test_after_a_stop_nothing_that_was_entrusted_before_moves() -> None:
 def test_a_hand_over_goes_through_zero_and_forgets_the_goals() -> None:
     diary = Diary()
     setpoint_sender = SetpointSender(diary)  # type: ignore[arg-type]
-    setpoint_sender.entrust(5, 3)
+    setpoint_sender.authorize(5, 3)
     setpoint_sender.hand_over(4, "Bert")
     setpoint_sender.follow(wanting(5, 0.1))
     assert diary.told == [("disarm",), ("arm", 4, "Bert")]
@@ -98,7 +98,7 @@ def test_a_hand_over_goes_through_zero_and_forgets_the_goals() -> None:
 def test_numbers_rise_so_that_no_order_looks_older_than_one_before() -> None:
     diary = Diary()
     setpoint_sender = SetpointSender(diary)  # type: ignore[arg-type]
-    setpoint_sender.entrust(1, 1)
+    setpoint_sender.authorize(1, 1)
     for _ in range(10):
         setpoint_sender.follow(wanting(1, 0.1))
     numbers = [order.seq for order in diary.told]
@@ -123,7 +123,7 @@ def test_no_order_slips_between_a_stop_and_its_end_however_the_threads_run() -> 
     thread = threading.Thread(target=pilot)
     thread.start()
     for _ in range(200):
-        setpoint_sender.entrust(1, 1)
+        setpoint_sender.authorize(1, 1)
         setpoint_sender.stop()
     over.set()
     thread.join()
@@ -145,7 +145,7 @@ def test_a_flood_of_stops_is_few_until_something_is_ordered() -> None:
         setpoint_sender.arm(1, "Anna")
         setpoint_sender.stop()
     assert diary.told.count(("stop",)) == 6 and diary.told.count(("halt",)) == 3
-    setpoint_sender.entrust(5, 3)
+    setpoint_sender.authorize(5, 3)
     setpoint_sender.stop()
     setpoint_sender.follow(wanting(5, 0.1))
     assert diary.told[-1] == ("stop",)

@@ -26,7 +26,10 @@ PIECE = 3200  # samples: 0.2 s, so that nothing comes faster than is allowed
 @pytest.fixture
 def line(live: Live) -> Iterator[Connection]:
     dispatcher, words = live.runtime.dispatcher, CommandFreshness(live.runtime.lease)
-    words.time, dispatcher.words = dispatcher.words.time, words  # what was said here began before the stops of others
+    words.time, dispatcher.freshness = (
+        dispatcher.freshness.time,
+        words,
+    )  # what was said here began before the stops of others
     with live.open("/ws/audio") as line:
         yield line
 

@@ -41,10 +41,10 @@ def spoken(room: Room, act: Callable[[RoomMouth], Coroutine[Any, Any, None]]) ->
     """One turn to speak → the sentences of trouble, and the voice commands."""
     troubles: list[str] = []
     commands: Any = SimpleNamespace(at_console=False, operator=None)
-    ears: Any = SimpleNamespace(stamp=0.0, read_to=-math.inf, trouble="", speaker=None)
+    transcriber: Any = SimpleNamespace(stamp=0.0, read_to=-math.inf, trouble="", speaker=None)
 
     async def turn() -> None:
-        mouth = RoomMouth(NEAREST, room.ask, ears, commands, troubles.append)
+        mouth = RoomMouth(NEAREST, room.ask, transcriber, commands, troubles.append)
         await act(mouth)
         for _ in range(20):
             await asyncio.sleep(0.01)

@@ -35,22 +35,22 @@ def decision(words: str) -> Decision:
 
 
 def said(live: Live, words: str, age: float = 0.0, own: tuple[float, float] | None = None) -> str:
-    """The ears understand words that are said from now on, or were `age` [s] ago → why nothing is done about it.
+    """Words are said from now on, or were `age` [s] ago → why nothing is done about it.
 
     `own`: from when to when [s] the words were said, where others talked too.
     """
-    ears = live.runtime.parts[RoomTranscriber]
-    begin = ears.stamp + 0.1
-    live.until(lambda: ears.stamp > begin + 0.1)
-    end = ears.stamp - age
+    transcriber = live.runtime.parts[RoomTranscriber]
+    begin = transcriber.stamp + 0.1
+    live.until(lambda: transcriber.stamp > begin + 0.1)
+    end = transcriber.stamp - age
     one = RecognizedUtterance(begin=end - 0.1, end=end, decision=replace(decision(words), said=own))
     came: list[SpokenOutcome] = []
 
     def hear() -> str:
-        ears._voices = (voice(end),)
-        ears.when_heard.append(lambda outcome, _: came.append(outcome))
-        ears._hear(one)
-        ears.when_heard.pop()
+        transcriber._voices = (voice(end),)
+        transcriber.when_heard.append(lambda outcome, _: came.append(outcome))
+        transcriber._hear(one)
+        transcriber.when_heard.pop()
         return came[0].reason
 
     return live.on_loop(hear)
@@ -173,14 +173,14 @@ def test_words_are_let_go_with_the_wheel(live: Live, spoken: VoiceCommands) -> N
 def test_commands_that_were_rejected_as_uncertain_are_offered_as_long_as_they_are_fresh(
     live: Live, spoken: VoiceCommands
 ) -> None:
-    ears = live.runtime.parts[RoomTranscriber]
+    transcriber = live.runtime.parts[RoomTranscriber]
     both = ("turn left", "turn right")
     for age, offered in ((0.5, [*both]), (60.0, [])):
-        end = ears.stamp - age
+        end = transcriber.stamp - age
         one = RoomUtterance(
             1, end - 0.8, end, "turn left", False, None, "I am not sure.", None, None, "reject", 0.5, both
         )
-        live.on_loop(lambda one=one: ears.utterances.append(one))
+        live.on_loop(lambda one=one: transcriber.utterances.append(one))
         assert live.ask("GET", "/api/state", token=live.viewer).json["ears"]["suggested_commands"] == offered
 
 
