@@ -6,7 +6,7 @@ import asyncio
 from typing import Annotated
 
 import msgspec
-from fastapi import Path, Response
+from fastapi import Path, Query, Response
 from fastapi.responses import FileResponse
 from pydantic import Field
 
@@ -21,11 +21,13 @@ from console.recording.service import (
     RecordingState,
 )
 from console.recording.work import FinishedRecording
+from core.pipelines.drive_film import FilmForm
 
 recordings = router("recordings", 409, 503, 507)
 
 Recorder = Annotated[RecordingService, part(RecordingService)]
 Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
+MAX_PART_S = 100_000.0
 MEDIA_TYPE = "application/octet-stream"
 
 
@@ -48,6 +50,13 @@ class ChangeRecordingRequest(RequestBody):
 
     note: str | None = Field(None, max_length=4 * MAX_NOTE_LETTERS)
     name: str | None = Field(None, max_length=4 * MAX_NAME_LETTERS)
+
+
+class PartRequest(RequestBody):
+    """From when to when [s] after the start."""
+
+    from_s: float = Field(ge=0, examples=[12.0])
+    to_s: float = Field(gt=0, le=MAX_PART_S, examples=[34.0])
 
 
 class StartedRecording(msgspec.Struct, frozen=True):
@@ -119,6 +128,31 @@ async def download(name: Name, recorder: Recorder) -> Response:
 async def picture(name: Name, recorder: Recorder) -> Response:
     """A small picture out of its middle. 404 where it has none."""
     return Response(await recorder.picture(name), media_type="image/jpeg")
+
+
+@recordings.post("/recordings/{name}/export", status_code=201)
+@needs("operator")
+async def export(name: Name, asked: PartRequest, recorder: Recorder, who: Who) -> FinishedRecording:
+    """Save a part as a recording of its own, with the map and the mountings that held at its beginning."""
+    return await recorder.cut(name, asked.from_s, asked.to_s, who)
+
+
+@recordings.get(
+    "/recordings/{name}/film.{form}",
+    response_class=Response,
+    responses={200: {"content": {"image/webp": {}, "image/gif": {}}}},
+)
+@needs("viewer")
+async def film(
+    name: Name,
+    form: FilmForm,
+    recorder: Recorder,
+    from_s: Annotated[float, Query(ge=0)],
+    to_s: Annotated[float, Query(gt=0, le=MAX_PART_S)],
+) -> Response:
+    """A film of a part: the map as it was shown, and what the camera saw."""
+    content = await recorder.film(name, from_s, to_s, form)
+    return Response(content, media_type=f"image/{form}", headers=named(f"{name} {from_s:.0f}-{to_s:.0f} s.{form}"))
 
 
 @recordings.patch("/recordings/{name}", status_code=204)

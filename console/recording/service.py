@@ -27,7 +27,9 @@ from console.part import Part
 from console.recording.events import DriveEvents
 from console.recording.work import (
     BeginRecording,
+    CutRecording,
     DescribeRobot,
+    FilmRecording,
     FinishedRecording,
     FinishRecording,
     KeepRing,
@@ -45,6 +47,7 @@ from console.workers.worker import Worker
 from core.errors import BadInput, BeckonError
 from core.files import saving, write_atomic
 from core.pilot.trail import NO_POINTS
+from core.pipelines.drive_film import FilmForm
 from core.recording.mcap_writing import PART
 from core.recording.settings import RecordingSettings
 from core.robots import Profile
@@ -129,7 +132,7 @@ class RecordingService(Part):
         self._folder, self._notes_file = home / FOLDER, home / NOTES
         self._settings, self._robot, self._history, self._notifications = settings, robot, history, notifications
         self._attached = attached
-        self._worker = Worker("recorder")
+        self._worker, self._cutter = Worker("recorder"), Worker("recorder")  # a cut holds up no recording
         self._described = self._writes = 0  # start of the worker that knows the robot, that writes the file
         self._moments: list[RecordedMoment] = []
         self._left_out = 0
@@ -198,8 +201,9 @@ class RecordingService(Part):
                 await self.stop()
             except (BeckonError, Problem) as trouble:
                 log.warning("The recording could not be finished: %s", trouble)
-        self._worker.kill()
-        await self._worker.gone()
+        for worker in (self._worker, self._cutter):
+            worker.kill()
+            await worker.gone()
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """Take a frame and what was made of it, once the robot has moved or something is recorded."""
@@ -473,6 +477,21 @@ class RecordingService(Part):
         if not picture:
             raise Problem(404, NO_PICTURE)
         return picture
+
+    async def cut(self, name: str, begin_s: float, end_s: float, who: Person) -> FinishedRecording:
+        """Save a part of a finished recording as one of its own. Raises BadInput, Problem 404, Unwritable."""
+        path = await asyncio.to_thread(self.file, name)
+        fresh = self._fresh_name(f"{name} {begin_s:.0f}-{end_s:.0f} s"[:MAX_NAME_LETTERS])
+        job = CutRecording(str(path), str(self._path(fresh)), begin_s, end_s)
+        done = await self._cutter.ask(job, budget=FILE_BUDGET_S)
+        self.revision += 1
+        self._history.add("keep_recording", who, words=fresh)
+        return done
+
+    async def film(self, name: str, begin_s: float, end_s: float, form: FilmForm) -> bytes:
+        """A film of a part of a finished recording. Raises BadInput, Unavailable, Problem 404."""
+        path = await asyncio.to_thread(self.file, name)
+        return await self._cutter.ask(FilmRecording(str(path), begin_s, end_s, form), budget=FILE_BUDGET_S)
 
     async def rewrite(self, name: str, note: str | None, new_name: str | None) -> None:
         """Give a recording another note, or another name. Raises BadInput, Problem 404, 409, Unwritable."""

@@ -26,7 +26,9 @@ from core.errors import Refused, Unwritable
 from core.gate.status import GateStatus
 from core.message import Array
 from core.pilot.drive_record import record_of
+from core.pipelines.drive_film import FilmForm, film_of
 from core.recording.drive import CAMERA_TOPIC
+from core.recording.excerpt import write_excerpt
 from core.recording.foxglove_server import FoxgloveServer
 from core.recording.frame_record import ROBOT, RobotRecord
 from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, PART, McapRecording, RecordedFile, recovered
@@ -148,6 +150,24 @@ class PictureRecording(Job[bytes], frozen=True):
     path: str
 
 
+class CutRecording(Job[FinishedRecording], frozen=True):
+    """Write a part of one file to another."""
+
+    path: str
+    target: str
+    begin_s: float
+    end_s: float
+
+
+class FilmRecording(Job[bytes], frozen=True):
+    """Make a film of a part of one file."""
+
+    path: str
+    begin_s: float
+    end_s: float
+    form: FilmForm
+
+
 class RecorderWorker:
     """Keeps the file that grows, and the ring."""
 
@@ -174,6 +194,8 @@ class RecorderWorker:
             RecoverRecordings.handled_by(self.recover),
             ReadRecording.handled_by(self.read),
             PictureRecording.handled_by(self.picture),
+            CutRecording.handled_by(self.cut),
+            FilmRecording.handled_by(self.film),
         )
 
     def describe(self, job: DescribeRobot) -> None:
@@ -308,6 +330,14 @@ class RecorderWorker:
                     raw = Envelope(channel.topic, kind, channel.message_encoding, 0.0, message.data)
                     return small_picture(decode(raw, kind).data)
         return b""
+
+    def cut(self, job: CutRecording) -> FinishedRecording:
+        """Write a part to a file of its own. Raises BadInput, Unwritable."""
+        return FinishedRecording.of(write_excerpt(Path(job.path), Path(job.target), job.begin_s, job.end_s))
+
+    def film(self, job: FilmRecording) -> bytes:
+        """The map and the camera of a part, as an animated picture. Raises BadInput, Unavailable."""
+        return film_of(Path(job.path), job.begin_s, job.end_s, job.form)
 
     def _end(self) -> None:
         recording, self._recording = self._recording, None

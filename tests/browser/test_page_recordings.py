@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import urllib.error
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
@@ -90,6 +91,23 @@ def test_what_is_not_there_is_refused_and_the_robot_stays(console: Running, url:
     assert console.ask("api/robot/connection")["connection"]["url"].startswith("sim:")
 
 
+def export_a_part(here: Visit) -> None:
+    """Two seconds as a film, and as a recording of its own, which is deleted again."""
+    here.button("Export a part of a turn").click()
+    here.page.get_by_label("From [s]").fill("0.5")
+    here.page.get_by_label("To [s]").fill("2.5")
+    with here.page.expect_download(timeout=LONG) as taken:
+        here.page.get_by_role("link", name="Film (WEBP)").click()
+    assert taken.value.suggested_filename.endswith(".webp")
+    assert Path(taken.value.path()).read_bytes()[8:12] == b"WEBP"
+    here.page.get_by_role("button", name="As a recording").click()
+    part = here.find('[data-recording="a turn 0-2 s"]')
+    expect(part).to_contain_text("0:0", timeout=LONG)
+    assert AXE.exists() is False or violations(here.page, AXE.read_text()) == []
+    part.get_by_role("button", name=re.compile("^Delete")).click()
+    here.button("Delete").click()
+
+
 def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console: Running) -> None:
     here, watching = visit(), visit(size=PHONE, theme="light", watching=True)
     record = here.find(".bar .recorder")
@@ -105,7 +123,7 @@ def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console:
     kept.get_by_role("button", name="Show").click()
     expect(watching.find('.recording[data-state="runs"]')).to_contain_text("It is being recorded.")
     expect(watching.find('.recording[data-state="whole"]')).to_contain_text(re.compile(r"viewer \d+ kept it\."))
-    expect(watching.find(".recording button")).to_have_count(0)
+    expect(watching.find(".recording button")).to_have_count(1)  # a film may be taken away, too
     here.until(lambda: console.newest()["state"] != "running", "it has driven", LONG / 1000)
     record.click()
     toast = here.find(".toast").filter(has_text="Recorded:")
@@ -120,6 +138,7 @@ def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console:
     here.page.get_by_label(re.compile("^Note")).fill("in the lab")
     here.page.keyboard.press("Enter")
     expect(here.find('[data-recording="a turn"]')).to_contain_text("in the lab")
+    export_a_part(here)
     rows.filter(has_text="kept it").get_by_role("button", name=re.compile("^Delete")).click()
     here.button("Delete").click()
     expect(rows).to_have_count(2)

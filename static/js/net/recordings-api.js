@@ -18,6 +18,8 @@ import { address, call, post } from "./api.js";
  * @property {import("../ui/texts.js").Values | null} values in the cause
  */
 
+/** @typedef {{from: number, to: number}} Part [s] from the start */
+
 const ROOT = "api/recordings";
 
 /** @param {string} name */
@@ -54,6 +56,12 @@ export const remove = (name) => call(one(name), { method: "DELETE" });
 /** A small picture of it, null where its camera saw nothing. @param {Recording} recording */
 export const pictureOf = ({ name, started_s: started, messages }) =>
   messages["/camera/image/compressed"] ? address(`${one(name)}/picture?of=${started}`).href : null;
+
+/** A part of it as a recording of its own; both times [s] from its start. @param {string} name @param {Part} part */
+export const cut = (name, { from, to }) => post(`${one(name)}/export`, { from_s: from, to_s: to });
+
+/** A film of a part: map and camera. @param {string} name @param {Part} part @param {"webp" | "gif"} form */
+export const filmOf = (name, { from, to }, form) => address(`${one(name)}/film.${form}?from_s=${from}&to_s=${to}`).href;
 
 /** @param {string} name */
 export const fileOf = (name) => address(one(name)).href;

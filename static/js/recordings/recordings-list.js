@@ -1,7 +1,7 @@
-// Element <recordings-list>: every recording, newest first: play, take away, rename, note, delete.
+// Element <recordings-list>: every recording, newest first: play, take away, a part or its film, rename, delete.
 
 import { askToOpen } from "../connect/opening.js";
-import { fileOf, pictureOf } from "../net/recordings-api.js";
+import { fileOf, filmOf, pictureOf } from "../net/recordings-api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { recorderOf } from "../ui/recorder.js";
@@ -12,6 +12,7 @@ import { about, stateOf, urlOf } from "./recordings-model.js";
 /** @typedef {import("./recordings-model.js").RecordingsModel} RecordingsModel */
 /** @typedef {import("./recordings-model.js").Recording} Recording */
 
+const FORMS = /** @type {const} */ (["webp", "gif"]);
 const DRAWINGS = { runs: "recording", whole: "tape", cut: "warning", unfinished: "warning" };
 
 class RecordingsList extends Panel {
@@ -114,6 +115,8 @@ class RecordingsList extends Panel {
       title: t("map-card.download"),
     };
     acts.append(make("a", { class: "icon-button small", ...link }, icon("download")));
+    if (state === "whole")
+      acts.append(act("mark", t("recordings-list.part_name", { name }), () => this.#part(row, one)));
     if (!this.#may) return row;
     acts.append(
       act("pencil", t("recordings-list.change_name", { name }), () => this.#change(row, one)),
@@ -132,6 +135,46 @@ class RecordingsList extends Panel {
       open: (save) => void model.play(name, save),
       stay: () => focusOn(row),
     });
+  }
+
+  /**
+   * From A to B: as a recording of its own, or as a film.
+   * @param {HTMLElement} row
+   * @param {Recording} one
+   */
+  #part(row, { name, seconds }) {
+    const end = Math.max(Math.floor(seconds * 10) / 10, 0.1);
+    const at = { type: "number", class: "field-box", min: "0", max: String(end), step: "0.1", required: true };
+    const from = make("input", { ...at, value: "0" });
+    const to = make("input", { ...at, value: String(end) });
+    const form = this.#ask(row, "form", { "aria-label": t("recordings-list.part_name", { name }) });
+    const part = () => ({ from: from.valueAsNumber, to: to.valueAsNumber });
+    const films = FORMS.map((kind) =>
+      make("a", { class: "button", download: "" }, t("recordings-list.film", { kind: kind.toUpperCase() })),
+    );
+    const aim = () => {
+      for (const [at, link] of films.entries()) link.setAttribute("href", filmOf(name, part(), FORMS[at]));
+    };
+    const leave = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
+    form.append(
+      make("label", {}, t("recordings-list.from"), from),
+      make("label", {}, t("recordings-list.to"), to),
+      ...(this.#may
+        ? [make("button", { type: "submit", class: "button primary" }, t("recordings-list.as_recording"))]
+        : []),
+      ...films,
+      leave,
+    );
+    aim();
+    form.addEventListener("input", aim);
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      if (await this.#model?.cut(name, part())) form.remove();
+    });
+    leave.addEventListener("click", () => close(form, row));
+    form.addEventListener("keydown", (event) => event.key === "Escape" && close(form, row));
+    from.focus();
+    form.scrollIntoView({ block: "nearest" });
   }
 
   /** @param {HTMLElement} row @param {Recording} one */

@@ -74,6 +74,11 @@ export class RecordingsModel {
     return this.#tried("", () => recordings.change(name, fresh));
   }
 
+  /** @param {string} name @param {recordings.Part} part */
+  cut(name, part) {
+    return this.#tried(t("recordings-list.part_is_written"), () => recordings.cut(name, part));
+  }
+
   /** @param {string} name */
   remove(name) {
     return this.#tried("", () => recordings.remove(name));

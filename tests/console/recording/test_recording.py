@@ -19,6 +19,7 @@ from console.recording.service import RecordingService
 from core.geometry import wrap
 from core.pipelines.slam import slam_log
 from core.recording import open_log
+from core.recording.drive import DriveRecording
 from tests.console.live import Live
 
 RAW = {"/scan", "/odom", "/tf", "/tf_static", "/camera/image/compressed", "/camera/camera_info", "/audio"}
@@ -130,6 +131,33 @@ def test_recordings_are_listed_renamed_noted_taken_away_and_deleted(live: Live, 
     assert ask(live, "GET", "recordings/..%2Fsettings").status in (404, 422)
     assert ask(live, "POST", "recordings/stop").status == 409
     assert ask(live, "POST", "recordings/start", {"name": "../x"}).status == 422
+
+
+def test_a_part_is_a_recording_of_its_own_with_what_held_at_its_beginning(live: Live, recorded: Any) -> None:
+    answer, path = recorded
+    begin, end = answer["seconds"] / 3, 2 * answer["seconds"] / 3
+    part = ask(live, "POST", "recordings/a%20turn/export", {"from_s": begin, "to_s": end})
+    assert part.status == 201, part.body
+    assert part.json["seconds"] == pytest.approx(end - begin, abs=1.5)
+    cut = live.home / "recordings" / f"{part.json['name']}.mcap"
+    with AnyReader([path]) as whole, AnyReader([cut]) as less:
+        inside = {(one.topic, at, bytes(raw)) for one, at, raw in whole.messages()}
+        mine = [(one.topic, at, bytes(raw)) for one, at, raw in less.messages()]
+        since = less.start_time
+    assert [row for row in mine if row not in inside and row[1] > since] == []
+    first = {topic for topic, at, _ in mine if at == since}
+    assert first >= {"/tf_static", "/camera/camera_info", "/beckon/robot"}
+    assert part.json["messages"].keys() >= RAW - {"/audio"}
+    drive = DriveRecording(cut)
+    assert sum(1 for _ in drive.moments()) == part.json["messages"]["/beckon/frame"]
+    drive.close()
+    for form, begins in (("webp", b"RIFF"), ("gif", b"GIF8")):
+        film = ask(live, "GET", f"recordings/a%20turn/film.{form}?from_s={begin}&to_s={end}")
+        assert film.headers["content-type"] == f"image/{form}" and film.body.startswith(begins)
+    for asked in ({"from_s": 5, "to_s": 4}, {"from_s": 9_000, "to_s": 9_001}):
+        assert ask(live, "POST", "recordings/a%20turn/export", asked).status == 422
+    assert ask(live, "POST", "recordings/absent/export", {"from_s": 0, "to_s": 1}).status == 404
+    assert ask(live, "DELETE", f"recordings/{part.json['name'].replace(' ', '%20')}").status == 204
 
 
 def test_what_just_happened_can_be_kept(live: Live, recorded: Any) -> None:
