@@ -142,6 +142,25 @@ def read(text: str, name: str = "settings") -> Settings:
     return as_printed(settings) if settings.chapter.mode == "printed" else settings
 
 
+def changed(settings: Settings, values: Mapping[str, Any]) -> Settings:
+    """Settings with others by name ("ekf.gate"). Raises BadSettings, with the nearest names of one that is not."""
+    sections = {one.name: getattr(settings, one.name) for one in dataclasses.fields(settings)}
+    known = [f"{name}.{one.name}" for name, section in sections.items() for one in dataclasses.fields(section)]
+    for name, value in values.items():
+        if name not in known:
+            close = difflib.get_close_matches(name, known, 3, 0.5)
+            own = [one for one in known if one.partition(".")[2] == name.rpartition(".")[2]]
+            near = list(dict.fromkeys((*own, *close)))[:3] or ["`beckon settings` lists them"]
+            raise BadSettings(f"There is no setting {_shown(name)}; near are {', '.join(near)}.")
+        section, _, key = name.partition(".")
+        try:
+            section_changed = _section(getattr(settings, section), {key: value}, f"[{section}]")
+        except BadInput as wrong:
+            raise BadSettings(str(wrong)) from None
+        settings = dataclasses.replace(settings, **{section: section_changed})
+    return settings
+
+
 def as_printed(settings: Settings) -> Settings:
     """The chapter's own forms in the place of ours; noises, limits, planning and everything else stay.
 

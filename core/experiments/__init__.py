@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from importlib import import_module
+from inspect import signature
+from pathlib import Path
 from typing import Any
 
 from core.experiments.about import About
+from core.experiments.campaign import Campaign
+from core.experiments.plan import ExperimentPlan
 from core.experiments.result import ExperimentResult
 from core.files import check_folder
 
@@ -13,14 +19,43 @@ from core.files import check_folder
 class Experiment:
     """One experiment; its module is imported when it is first needed."""
 
-    def __init__(self, module: str) -> None:
-        self._module = f"core.experiments.{module}"
+    def __init__(self, name: str) -> None:
+        self._name, self._module = name, f"core.experiments.{name.replace('-', '_')}"
 
-    def __call__(self, **options: Any) -> ExperimentResult:
-        """`run(runs=, seed=, out=, tell=)` → the result, ready for JSON. Raises Unwritable for `out` beforehand."""
-        if options.get("out") is not None:
-            check_folder(options["out"])
-        return import_module(self._module).run(**options)
+    def __call__(
+        self,
+        *,
+        seed: int = 0,
+        out: Path | None = None,
+        tell: Callable[[str], None] | None = None,
+        workers: int | None = None,
+        cluster: str = "",
+        resume: bool = False,
+        **options: Any,
+    ) -> ExperimentResult:
+        """Plan it with its options (`runs=` …) and carry it out → the result, ready for JSON.
+
+        Raises Unwritable for `out` beforehand.
+        """
+        if out is not None:
+            check_folder(out)
+        return self.carry_out(Campaign(self._name, seed, out, tell, workers, cluster, resume), options)
+
+    def carry_out(self, campaign: Campaign, options: Mapping[str, Any]) -> ExperimentResult:
+        """Plan it with its options and carry it out as a campaign; one that takes workers starts them itself."""
+        if "workers" in self.options:
+            options = {**options, "workers": campaign.workers, "cluster": campaign.cluster}
+            campaign = replace(campaign, workers=1, cluster="")
+        return campaign.carry_out(self.plan(seed=campaign.seed, **options))
+
+    def plan(self, **options: Any) -> ExperimentPlan:
+        """The experiment with these options. Raises BadInput, Unavailable."""
+        return import_module(self._module).plan(**options)
+
+    @property
+    def options(self) -> frozenset[str]:
+        """The names of what `plan` takes."""
+        return frozenset(signature(import_module(self._module).plan).parameters)
 
     @property
     def about(self) -> About:
@@ -28,19 +63,18 @@ class Experiment:
         return import_module(self._module).ABOUT
 
 
-def _in(module: str) -> Experiment:
-    """The experiment of that module."""
-    return Experiment(module)
-
-
 EXPERIMENTS: dict[str, Experiment] = {
-    "audio-visual": _in("audio_visual"),
-    "camera-table": _in("camera_table"),
-    "dead-reckoning-vs-slam": _in("dead_reckoning_vs_slam"),
-    "direction-of-arrival": _in("direction_of_arrival"),
-    "figure-16-conditions": _in("figure_16_conditions"),
-    "printed-and-ours": _in("printed_and_ours"),
-    "speech-quality": _in("speech_quality"),
-    "table-2": _in("table_2"),
-    "tour": _in("tour"),
+    name: Experiment(name)
+    for name in (
+        "audio-visual",
+        "camera-table",
+        "dead-reckoning-vs-slam",
+        "direction-of-arrival",
+        "figure-16-conditions",
+        "parallel",
+        "printed-and-ours",
+        "speech-quality",
+        "table-2",
+        "tour",
+    )
 }

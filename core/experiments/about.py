@@ -29,6 +29,7 @@ class About:
     base_s: float  # [s] of processor time before the first run, and
     run_s: float  # for each run, both measured on one core of a server; 0 and 0: not measured
     chapter: tuple[ChapterValue, ...] = ()
+    swept: tuple[str, ...] = ()  # keys of the figures that a sweep over settings shows
 
 
 def figure_at(result: Mapping[str, object], keys: str) -> float | None:

@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TypedDict
 
@@ -20,9 +21,8 @@ from core.calibration.files.written import write_all
 from core.errors import Unavailable
 from core.experiments.about import About
 from core.experiments.figures.audio_visual import audio_visual_figure
+from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
-from core.experiments.run_log import RunLog
-from core.experiments.side_by_side import side_by_side
 from core.gate import Twist
 from core.geometry import Pose
 from core.message import message
@@ -45,6 +45,7 @@ ABOUT = About(
     counts="drives in every place",
     base_s=0.0,
     run_s=840.0,
+    swept=("places.0.rows.laser.mean_error_m", "places.0.rows.all.mean_error_m", "places.1.rows.all.mean_error_m"),
 )
 REST_BEFORE_S = 2.5  # at rest before the drive
 DRIVE_SPEED_M_S, DRIVE_TURN_RAD_S = 0.25, 1.0  # of the drive
@@ -248,26 +249,20 @@ class Work:
         return drive(self.places[place], self.settings, self.seed + run, tuple(SENSORS))
 
 
-def run(
-    *,
-    runs: int | None = None,
-    seed: int = 0,
-    out: Path | None = None,
-    tell: Callable[[str], None] | None = None,
-    settings: Settings | None = None,
-    workers: int | None = None,
-    places: tuple[Place, ...] = PLACES,
-) -> AudioVisual:
-    """`runs` drives (2) in every place, with seeds from `seed` on; `out` receives figure and table.
-
-    Raises Unwritable.
-    """
+def plan(
+    *, runs: int | None = None, seed: int = 0, settings: Settings | None = None, places: tuple[Place, ...] = PLACES
+) -> ExperimentPlan:
+    """Plan `runs` drives (2) in every place, with seeds from `seed` on; figure and table."""
     count = runs or DEFAULT_RUNS
     work = Work(places, settings or Settings(), seed, count)
-    with RunLog(out, "audio-visual", count * len(places), seed, tell) as log:
-        done = side_by_side(work, count * len(places), workers, tell)
-        for number, one in enumerate(done):
-            log.add({"place": places[number // count].name, "path_m": one["path"], **_plain(one)})
+    batch = RunBatch(work, count * len(places), dict[str, RowErrors | float])
+    return ExperimentPlan((batch,), partial(_result, places, seed))
+
+
+def _result(
+    places: tuple[Place, ...], seed: int, out: Path | None, done: list[dict[str, RowErrors | float]]
+) -> AudioVisual:
+    count = len(done) // len(places)
     figures = [_place(place, done[k * count : (k + 1) * count]) for k, place in enumerate(places)]
     result: AudioVisual = {
         "runs": count,
@@ -284,23 +279,8 @@ def run(
             files["figure"] = ("audio_visual.svg", audio_visual_figure(figures, count))
         except Unavailable as missing:
             result["not_drawn"] = str(missing)
-        result["files"] = write_all(out, files) | log.files
+        result["files"] = write_all(out, files)
     return result
-
-
-def _plain(one: dict[str, RowErrors | float]) -> dict[str, object]:
-    """A drive's errors as JSON."""
-    return {
-        name: {
-            "mean_m": errors.mean,
-            "early_m": errors.early,
-            "final_m": errors.final,
-            "nees": errors.nees,
-            "from_laser_m": errors.apart,
-        }
-        for name, errors in one.items()
-        if isinstance(errors, RowErrors)
-    }
 
 
 def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> AudioVisualPlace:

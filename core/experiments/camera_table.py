@@ -6,7 +6,7 @@ by a toolbox that prints three standard deviations.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import NamedTuple, TypedDict
 
@@ -23,8 +23,8 @@ from core.errors import Unavailable
 from core.experiments.about import About, ChapterValue
 from core.experiments.figures.figure_15 import figure_15
 from core.experiments.figures.figures_13_14 import figure_13, figure_14
+from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import BoardPoseFigures, ExperimentResult
-from core.experiments.run_log import RunLog
 from core.message import Array
 from core.optics import TABLE_3
 
@@ -90,25 +90,38 @@ class Table3(ExperimentResult):
     f_u_within_printed_share: float
 
 
-def run(
-    *, runs: int | None = None, seed: int = 0, out: Path | None = None, tell: Callable[[str], None] | None = None
-) -> Table3:
-    """Calibrate `runs` times from 20 rendered pictures each → the table of the first run and figures over all."""
-    wanted, shown, errors, sds = runs or DEFAULT_RUNS, 0, [], []
-    first: tuple[Calibration, Captured] | None = None
-    with RunLog(out, "camera-table", wanted, seed, tell) as log:
-        for number in range(wanted):
-            if tell is not None and number % 5 == 0:
-                tell(f"run {number + 1} of {wanted}")
-            captured = capture(np.random.default_rng((seed, number)))
-            calibration = calibrate(captured.views, BOARD, (TABLE_3.width, TABLE_3.height))
-            first = first or (calibration, captured)
-            shown += captured.shown
-            errors.append([getattr(calibration.model, name) - getattr(TABLE_3, name) for name in PARAMETERS[:8]])
-            sds.append([calibration.sds[name] for name in PARAMETERS[:8]])
-            log.add({"errors": dict(zip(PARAMETERS, errors[-1], strict=False)), "boards_shown": captured.shown})
-    assert first is not None
-    off, stated = np.array(errors), np.array(sds)
+class CalibrationErrors(TypedDict):
+    """One calibration, as JSON."""
+
+    errors: dict[str, float]  # by parameter
+    sds: dict[str, float]  # as the calibration states them
+    boards_shown: int
+
+
+def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
+    """Plan `runs` calibrations (40) from 20 rendered pictures each → the first one's table and figures over all."""
+    batch = RunBatch(partial(_work, seed), runs or DEFAULT_RUNS, CalibrationErrors)
+    return ExperimentPlan((batch,), partial(_result, seed))
+
+
+def _work(seed: int, number: int) -> CalibrationErrors:
+    calibration, captured = _calibrated(seed, number)
+    errors = {name: getattr(calibration.model, name) - getattr(TABLE_3, name) for name in PARAMETERS[:8]}
+    sds = {name: calibration.sds[name] for name in PARAMETERS[:8]}
+    return {"errors": errors, "sds": sds, "boards_shown": captured.shown}
+
+
+@lru_cache(maxsize=1)
+def _calibrated(seed: int, number: int) -> tuple[Calibration, Captured]:
+    captured = capture(np.random.default_rng((seed, number)))
+    return calibrate(captured.views, BOARD, (TABLE_3.width, TABLE_3.height)), captured
+
+
+def _result(seed: int, out: Path | None, done: list[CalibrationErrors]) -> Table3:
+    first = _calibrated(seed, 0)
+    wanted, shown = len(done), sum(one["boards_shown"] for one in done)
+    off = np.array([[one["errors"][name] for name in PARAMETERS[:8]] for one in done])
+    stated = np.array([[one["sds"][name] for name in PARAMETERS[:8]] for one in done])
     result: Table3 = {
         "runs": wanted,
         "seed": seed,
@@ -126,7 +139,7 @@ def run(
         "files": {},
     }
     if out is not None:
-        result["files"] = save(out, result, *first) | log.files
+        result["files"] = save(out, result, *first)
     return result
 
 

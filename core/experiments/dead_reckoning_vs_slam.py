@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Literal, NotRequired, TypedDict
@@ -25,9 +25,8 @@ from core.experiments.drawn_drives import drawn_drives
 from core.experiments.drives import Drives, DriveSetup
 from core.experiments.figures.figure_16 import Panel, figure_16
 from core.experiments.lab_drives import lab_drives
+from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
-from core.experiments.run_log import RunLog
-from core.experiments.side_by_side import side_by_side
 from core.message import Array, message
 from core.recording import Ids
 from core.settings import Settings
@@ -55,6 +54,12 @@ ABOUT = About(
         )
         for name, title in (("dead_reckoning", "Dead reckoning"), ("ekf_slam", "EKF-SLAM"))
     ),
+    swept=(
+        "estimators.ekf_slam.worst_average_error_m",
+        "estimators.ekf_slam.mean_average_error_m",
+        "estimators.ekf_slam.nees_mean",
+        "estimators.dead_reckoning.mean_average_error_m",
+    ),
 )
 
 
@@ -62,22 +67,12 @@ ABOUT = About(
 class DriveOutcome:
     """Figures of one run by estimator, and for the figure its errors."""
 
-    average: dict[str, float]  # [m]
-    path: dict[str, float]  # [m]
-    final: dict[str, float]  # [m]
+    average_error_m: dict[str, float]
+    path_m: dict[str, float]
+    final_error_m: dict[str, float]
     nees: dict[str, float]
     errors: dict[str, Array]  # times [s] and errors [m] as rows (2, M); empty for runs that are not drawn
     places: dict[str, Array]  # (M, 2) [m]
-
-    @property
-    def figures(self) -> dict[str, dict[str, float]]:
-        """Everything but what is drawn."""
-        return {
-            "average_error_m": self.average,
-            "path_m": self.path,
-            "final_error_m": self.final,
-            "nees": self.nees,
-        }
 
 
 class EstimatorFigures(TypedDict):
@@ -107,21 +102,19 @@ def outcome(drives: Drives, number: int) -> DriveOutcome:
     traces = drives.traces(number)
     drawn = {name: trace for name, trace in traces.items() if number < MAX_DRAWN_RUNS}
     return DriveOutcome(
-        average={name: trace.average for name, trace in traces.items()},
-        path={name: trace.path for name, trace in traces.items()},
-        final={name: trace.final for name, trace in traces.items()},
+        average_error_m={name: trace.average for name, trace in traces.items()},
+        path_m={name: trace.path for name, trace in traces.items()},
+        final_error_m={name: trace.final for name, trace in traces.items()},
         nees={name: trace.nees for name, trace in traces.items()},
         errors={name: np.stack((trace.times, trace.errors)) for name, trace in drawn.items()},
         places={name: trace.places for name, trace in drawn.items()},
     )
 
 
-def run(
+def plan(
     *,
     runs: int | None = None,
     seed: int = 0,
-    out: Path | None = None,
-    tell: Callable[[str], None] | None = None,
     settings: Settings | None = None,
     data: Path | None = None,
     noise: float | None = None,
@@ -129,9 +122,8 @@ def run(
     still: bool = False,
     ids: Ids | None = None,
     through: Through = "drawn",
-    workers: int | None = None,
-) -> DriveComparison:
-    """`runs` drives (40) → the worst and mean average error of each estimator; `out` receives figure and tables.
+) -> ExperimentPlan:
+    """Plan `runs` drives (40) → the worst and mean average error of each estimator, with figure and tables.
 
     `through`: sightings drawn about the true corners, or made out by the whole robot in `sim:lab`. Of drawn ones:
     `data`: frozen draws instead of the simulator; `noise`: all of eq. 43 times so much; `field`: what is seen of the
@@ -149,20 +141,28 @@ def run(
     count = runs or min(DEFAULT_RUNS, most)
     if count > most:
         raise BadInput(f"{data.name if data else 'The seed'} has {most} runs; {count} cannot be had from it.")
-    with RunLog(out, "dead-reckoning-vs-slam", count, seed, tell) as log:
-        done = side_by_side(partial(outcome, drives), count, workers, tell, lambda one: log.add(one.figures))
-    rows = {name: _row(name, done) for name in drives.rows}
+    batch = RunBatch(partial(outcome, drives), count, DriveOutcome)
+    return ExperimentPlan((batch,), partial(_compared, drives, seed))
+
+
+def _compared(drives: Drives, seed: int, out: Path | None, done: list[DriveOutcome]) -> DriveComparison:
+    rows = drive_rows(drives, done)
     result: DriveComparison = {
-        "runs": count,
+        "runs": len(done),
         "seed": seed,
         "setup": drives.setup,
         "estimators": rows,
-        "text": "\n".join(layout(rows, count)),
+        "text": "\n".join(layout(rows, len(done))),
         "files": {},
     }
     if out is not None:
-        result["files"] = save(out, result, done, drives) | log.files
+        result["files"] = save(out, result, done, drives)
     return result
+
+
+def drive_rows(drives: Drives, done: list[DriveOutcome]) -> dict[str, EstimatorFigures]:
+    """The figures of every estimator over some runs of drives."""
+    return {name: _row(name, done) for name in drives.rows}
 
 
 def layout(rows: Mapping[str, EstimatorFigures], count: int) -> list[str]:
@@ -218,9 +218,9 @@ def save(out: Path, result: DriveComparison, done: list[DriveOutcome], drives: D
 
 def _row(name: str, done: list[DriveOutcome]) -> EstimatorFigures:
     """The figures of one estimator over all runs."""
-    averages = np.array([one.average[name] for one in done])
+    averages = np.array([one.average_error_m[name] for one in done])
     worst = int(averages.argmax())
-    path = done[worst].path[name]
+    path = done[worst].path_m[name]
     row: EstimatorFigures = {
         "worst_average_error_m": float(averages.max()),
         "mean_average_error_m": float(averages.mean()),
@@ -228,7 +228,7 @@ def _row(name: str, done: list[DriveOutcome]) -> EstimatorFigures:
         "path_m": path,
         "nees_mean": float(np.nanmean([one.nees[name] for one in done])),
         "worst_share_of_path": float(averages.max()) / path,
-        "mean_final_error_m": float(np.mean([one.final[name] for one in done])),
+        "mean_final_error_m": float(np.mean([one.final_error_m[name] for one in done])),
     }
     if name in PRINTED:
         row["paper_worst_average_error_m"], row["paper_share_of_path"] = PRINTED[name]
@@ -241,8 +241,8 @@ def _table(done: list[DriveOutcome]) -> str:
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(("run", "estimator", "average_error_m", "final_error_m", "nees"))
     for number, one in enumerate(done):
-        for name in one.average:
-            figures = (one.average[name], one.final[name], one.nees[name])
+        for name in one.average_error_m:
+            figures = (one.average_error_m[name], one.final_error_m[name], one.nees[name])
             rows.writerow((number, name, *(f"{figure:.6g}" for figure in figures)))
     return text.getvalue()
 

@@ -11,6 +11,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
@@ -18,14 +19,16 @@ import numpy as np
 
 from core.calibration.files.written import write_all
 from core.experiments.about import About
+from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
-from core.experiments.run_log import RunLog
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, AcousticScene, make_scene
 from core.geometry import wrap
 from core.message import Array, message
 from core.perception.sound.locate import locate, sure
 from core.perception.sound.paper import locate_as_printed
+from core.perception.sound.settings import DirectionFindingSettings
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, tetrahedron
+from core.settings import Settings
 from core.speech.practice_voice import practice_voice
 
 ARRAYS = {"square": RESPEAKER_ODAS, "tetrahedron": tetrahedron()}
@@ -36,6 +39,7 @@ FIRST_REPORT_S = 0.35  # of speech after which the robot reports a direction
 WRONG = math.radians(10)  # beyond, a direction misleads
 LOST = math.pi / 2  # [rad] the mean error of a guess; counted where nothing was found
 DEFAULT_UTTERANCES = 240
+DEFAULT = DirectionFindingSettings()
 
 ABOUT = About(
     title="Directions of voices",
@@ -45,6 +49,13 @@ ABOUT = About(
     counts="utterances",
     base_s=4.0,
     run_s=0.08,
+    swept=(
+        "estimators.beckon.all.median_deg",
+        "estimators.beckon.all.p95_deg",
+        "estimators.beckon.all.beyond_10_deg",
+        "estimators.beckon.all.declared",
+        "estimators.beckon_alone.all.median_deg",
+    ),
 )
 
 CONDITIONS = "all know when the speech begins and that 0.5 s before it is noise, but for those named _alone"
@@ -63,22 +74,26 @@ class DirectionEstimate:
 Estimator = Callable[[Sound, MicrophoneArray], DirectionEstimate]
 
 
-def ours(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
+def ours(sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT) -> DirectionEstimate:
     """The default."""
-    found = locate(sound, array, speech_from=PRE_ROLL)
+    found = locate(sound, array, speech_from=PRE_ROLL, settings=settings)
     if found is None:
         return DirectionEstimate(azimuth=None, declared=False)
     return DirectionEstimate(azimuth=found.azimuth, sd=found.azimuth_sd, declared=sure(found))
 
 
-def ours_at_once(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
+def ours_at_once(
+    sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT
+) -> DirectionEstimate:
     """The default, with the first 0.35 s of speech only."""
-    return ours(sound.part(0.0, PRE_ROLL + FIRST_REPORT_S), array)
+    return ours(sound.part(0.0, PRE_ROLL + FIRST_REPORT_S), array, settings)
 
 
-def ours_alone(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
+def ours_alone(
+    sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT
+) -> DirectionEstimate:
     """The default where nobody knows when the speech begins: the quietest moments are taken for noise."""
-    found = locate(sound, array)
+    found = locate(sound, array, settings=settings)
     return DirectionEstimate(azimuth=None if found is None else found.azimuth)
 
 
@@ -92,13 +107,15 @@ def printed_alone(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
     return DirectionEstimate(azimuth=locate_as_printed(sound, array).azimuth)
 
 
-ESTIMATORS: dict[str, Estimator] = {
-    "beckon": ours,
-    "as_printed": printed,
-    "beckon_first_0.35_s": ours_at_once,
-    "beckon_alone": ours_alone,
-    "as_printed_alone": printed_alone,
-}
+def estimators_with(settings: DirectionFindingSettings) -> dict[str, Estimator]:
+    """Every estimator by name, ours with these settings."""
+    return {
+        "beckon": partial(ours, settings=settings),
+        "as_printed": printed,
+        "beckon_first_0.35_s": partial(ours_at_once, settings=settings),
+        "beckon_alone": partial(ours_alone, settings=settings),
+        "as_printed_alone": printed_alone,
+    }
 
 
 @message
@@ -215,36 +232,29 @@ def scenes_for(utterances: int) -> int:
     return max(len(REVERBERATION_TIMES_S), math.ceil(utterances / (len(ARRAYS) * len(NOISES))))
 
 
-def campaign(
-    utterances: int,
-    seed: int,
-    estimators: Mapping[str, Estimator],
-    voices: Sequence[Array] = (),
-    tell: Callable[[str], None] | None = None,
-    part: tuple[int, int] = (1, 1),
-    kept: Callable[[list[DirectionTrial]], None] | None = None,
-) -> list[DirectionTrial]:
-    """At least `utterances` sounds: rooms in turn of every reverberation, all arrays and noises in each.
+class RoomTrials(TypedDict):
+    """All trials in one room, as JSON."""
 
-    `voices` (N,) at 16 kHz are used in turn; without any, a voice is made up. `part` (k, n): only the k-th of n
-    parts, which together are the whole. `kept`: given the trials of every room as soon as they are there.
+    trials: list[DirectionTrial]
+
+
+def in_room(
+    seed: int,
+    number: int,
+    *,
+    estimators: Mapping[str, Estimator] | None = None,
+    voices: Sequence[Array] = (),
+    settings: DirectionFindingSettings = DEFAULT,
+) -> RoomTrials:
+    """All arrays and noises in the room of that number; reverberations come in turn.
+
+    `voices` (N,) at 16 kHz are drawn from; without any, a voice is made up. `settings` are those of the default.
     """
-    scenes = scenes_for(utterances)
-    done: list[DirectionTrial] = []
-    for number in range(scenes * (part[0] - 1) // part[1], scenes * part[0] // part[1]):
-        rng = np.random.default_rng([seed, number])
-        made = practice_voice(rng, SPEECH_S, RATE_HZ)
-        voice = voices[int(rng.integers(len(voices)))][: int(SPEECH_S * RATE_HZ)] if voices else made
-        scene = make_scene(
-            rng, REVERBERATION_TIMES_S[number % len(REVERBERATION_TIMES_S)], voice, list(ARRAYS.values())
-        )
-        here = trials(scene, estimators)
-        done += here
-        if kept is not None:
-            kept(here)
-        if tell is not None and (number + 1) % 10 == 0:
-            tell(f"{number + 1} of {scenes} rooms…")
-    return done
+    rng = np.random.default_rng([seed, number])
+    made = practice_voice(rng, SPEECH_S, RATE_HZ)
+    voice = voices[int(rng.integers(len(voices)))][: int(SPEECH_S * RATE_HZ)] if voices else made
+    scene = make_scene(rng, REVERBERATION_TIMES_S[number % len(REVERBERATION_TIMES_S)], voice, list(ARRAYS.values()))
+    return {"trials": trials(scene, estimators or estimators_with(settings))}
 
 
 def summary(done: Sequence[DirectionTrial]) -> dict[str, EstimatorSummary]:
@@ -272,21 +282,15 @@ def summary(done: Sequence[DirectionTrial]) -> dict[str, EstimatorSummary]:
     return result
 
 
-def run(
-    *,
-    runs: int | None = None,
-    seed: int = 0,
-    out: Path | None = None,
-    tell: Callable[[str], None] | None = None,
-) -> DirectionResult:
-    """`runs` utterances (240) in made-up rooms; `out` receives direction.json and direction.csv."""
-    utterances = runs or DEFAULT_UTTERANCES
-    with RunLog(out, "direction-of-arrival", scenes_for(utterances), seed, tell) as log:
+def plan(*, runs: int | None = None, seed: int = 0, settings: Settings | None = None) -> ExperimentPlan:
+    """Plan `runs` utterances (240) in made-up rooms, with direction.json and direction.csv."""
+    work = partial(in_room, seed, settings=DEFAULT if settings is None else settings.direction_finding)
+    batch = RunBatch(work, scenes_for(runs or DEFAULT_UTTERANCES), RoomTrials)
+    return ExperimentPlan((batch,), partial(_result, seed))
 
-        def keep(here: list[DirectionTrial]) -> None:
-            log.add({"trials": [vars(one) for one in here]})
 
-        done = campaign(utterances, seed, ESTIMATORS, tell=tell, kept=keep)
+def _result(seed: int, out: Path | None, rooms: list[RoomTrials]) -> DirectionResult:
+    done = [one for room in rooms for one in room["trials"]]
     totals = summary(done)
     result: DirectionResult = {
         "utterances": totals["beckon"]["all"]["utterances"],
@@ -301,7 +305,7 @@ def run(
     }
     if out is not None:
         cells = {name: one["cells"] for name, one in totals.items()}
-        result["files"] = save(out, {**result, "cells": cells}, done) | log.files
+        result["files"] = save(out, {**result, "cells": cells}, done)
     return result
 
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -27,8 +26,8 @@ from core.errors import BadInput
 from core.experiments.about import About, ChapterValue
 from core.experiments.course_draws import MAX_RANGE_M, Draws, Field, Run, frozen
 from core.experiments.course_traces import followed, mapped, reckoned
+from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
-from core.experiments.side_by_side import side_by_side
 from core.message import Array, message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording import Ids
@@ -134,28 +133,28 @@ class Figure16Conditions(ExperimentResult):
     conditions: list[ConditionFigures]
 
 
-def run(
-    *,
-    runs: int | None = None,
-    seed: int = 0,
-    out: Path | None = None,
-    tell: Callable[[str], None] | None = None,
-    data: Path | None = None,
-    workers: int | None = None,
-) -> Figure16Conditions:
-    """`runs` drives (40) under every condition; `data`: frozen draws of the room with its twelve corners. Raises
-    BadInput, Unwritable.
+def plan(*, runs: int | None = None, seed: int = 0, data: Path | None = None) -> ExperimentPlan:
+    """Plan `runs` drives (40) under every condition; `data`: frozen draws of the room with its twelve corners.
+
+    Raises BadInput.
     """
     count = runs or DEFAULT_RUNS
     if data is not None and count > len(frozen(data).speeds):
         raise BadInput(f"{data.name} has {len(frozen(data).speeds)} runs; {count} cannot be had from it.")
-    rows: list[ConditionFigures] = []
-    for one in CONDITIONS if data is not None else CONDITIONS + FURTHER:
-        if tell is not None:
-            tell(one.subtitle)
-        draws = Draws(seed=seed, data=data, field=one.field, ids=one.ids, spacing=one.spacing, reach=one.reach)
-        rows.append(_row(one, draws, side_by_side(partial(errors, draws, one.still), count, workers)))
+    rows = {
+        one: Draws(seed=seed, data=data, field=one.field, ids=one.ids, spacing=one.spacing, reach=one.reach)
+        for one in (CONDITIONS if data is not None else CONDITIONS + FURTHER)
+    }
+    batches = tuple(RunBatch(partial(errors, draws, one.still), count, DriveErrors) for one, draws in rows.items())
     source = data.name if data else f"seed {seed}"
+    return ExperimentPlan(batches, partial(_result, rows, source, seed))
+
+
+def _result(
+    drawn: dict[Condition, Draws], source: str, seed: int, out: Path | None, *done: list[DriveErrors]
+) -> Figure16Conditions:
+    count = len(done[0])
+    rows = [_row(*condition, answers) for condition, answers in zip(drawn.items(), done, strict=True)]
     result: Figure16Conditions = {
         "runs": count,
         "seed": seed,

@@ -8,19 +8,20 @@ spoken and obeyed. Reading words has no printed form: who is not located is unde
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Literal, TypedDict
+from typing import Any, Literal, TypedDict
 
 from core.calibration.files.written import write_all
 from core.errors import Unavailable
-from core.experiments import dead_reckoning_vs_slam
 from core.experiments.about import About
+from core.experiments.dead_reckoning_vs_slam import DriveOutcome, drive_rows, outcome
 from core.experiments.drives import FIGURED, PLAIN
+from core.experiments.lab_drives import lab_drives
+from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
-from core.experiments.side_by_side import side_by_side
-from core.experiments.table_2 import trial
+from core.experiments.table_2 import TrialRow, trial
 from core.experiments.table_2_trials import TRIALS
 from core.settings import Settings, as_printed
 from core.speech.synthesis import NO_VOICE, can_speak
@@ -67,12 +68,11 @@ class SpokenCommands:
     seed: int
     runs: int
 
-    def __call__(self, number: int) -> tuple[bool, int]:
-        """One of them → whether it succeeded, and contacts."""
+    def __call__(self, number: int) -> TrialRow:
+        """One of them."""
         command, run = divmod(number, self.runs)
         settings = as_printed(Settings()) if self.column == "printed" else Settings()
-        row = trial(tuple(TRIALS)[command], run, self.seed, settings=settings)
-        return row["success"], row["contacts"]
+        return trial(tuple(TRIALS)[command], run, self.seed, settings=settings)
 
 
 def of_column(column: Column) -> Settings:
@@ -86,39 +86,43 @@ def of_column(column: Column) -> Settings:
     return as_printed(chosen) if column == "printed" else chosen
 
 
-def run(
-    *,
-    runs: int | None = None,
-    seed: int = 0,
-    out: Path | None = None,
-    tell: Callable[[str], None] | None = None,
-    workers: int | None = None,
-) -> PrintedAndOurs:
-    """`runs` drives (10), and runs of every command, in either mode. Raises Unavailable where nothing can
-    speak, Unwritable.
+def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
+    """Plan `runs` drives (10), and runs of every command, in either mode. Raises Unavailable where nothing can
+    speak.
     """
     if not can_speak():
         raise Unavailable(NO_VOICE)
     count = runs or DEFAULT_RUNS
+    batches: list[RunBatch[Any]] = []
+    for column in COLUMNS:
+        drives = lab_drives(of_column(column), seed)
+        batches += [
+            RunBatch(partial(outcome, drives), count, DriveOutcome),
+            RunBatch(SpokenCommands(column, seed, count), count * len(TRIALS), TrialRow),
+        ]
+    return ExperimentPlan(tuple(batches), partial(_result, seed))
+
+
+def _result(seed: int, out: Path | None, *done: list[Any]) -> PrintedAndOurs:
+    count = len(done[0])
     columns: dict[Column, ColumnFigures] = {}
     dead = 0.0
     commands: dict[str, dict[Column, float]] = {name: {} for name in TRIALS}
     contacts: dict[Column, int] = {}
-    for column in COLUMNS:
-        drives = dead_reckoning_vs_slam.run(
-            runs=count, seed=seed, tell=tell, settings=of_column(column), through="sensors", workers=workers
-        )
-        row, dead = drives["estimators"][FIGURED], drives["estimators"][PLAIN]["worst_average_error_m"]
+    for place, column in enumerate(COLUMNS):
+        driven, spoken = done[2 * place : 2 * place + 2]
+        rows = drive_rows(lab_drives(of_column(column), seed), driven)
+        row, dead = rows[FIGURED], rows[PLAIN]["worst_average_error_m"]
         columns[column] = {
             "worst_average_error_m": row["worst_average_error_m"],
             "mean_average_error_m": row["mean_average_error_m"],
             "mean_final_error_m": row["mean_final_error_m"],
             "nees_mean": row["nees_mean"],
         }
-        done = side_by_side(SpokenCommands(column, seed, count), count * len(TRIALS), workers, tell)
         for number, name in enumerate(TRIALS):
-            commands[name][column] = sum(good for good, _ in done[number * count : (number + 1) * count]) / count
-        contacts[column] = sum(touched for _, touched in done)
+            some = spoken[number * count : (number + 1) * count]
+            commands[name][column] = sum(one["success"] for one in some) / count
+        contacts[column] = sum(one["contacts"] for one in spoken)
     result: PrintedAndOurs = {
         "runs": count,
         "seed": seed,

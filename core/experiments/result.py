@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NotRequired, TypedDict, cast
-
-SET_OUT = ("text", "table", "boards", "said")  # a result's own layout, and what it lays out
+from typing import Any, NotRequired, TypedDict, cast
 
 
 class BoardPoseFigures(TypedDict):
@@ -15,8 +13,18 @@ class BoardPoseFigures(TypedDict):
     translation_m: list[float]  # [3]
 
 
-class ExperimentResult(TypedDict):
-    """Keys that all results have in common."""
+class SpeedUp(TypedDict, total=False):
+    """How a campaign went, as JSON; without these the result is the same on any workers."""
+
+    workers: int
+    seconds: float  # from the start of the workers to the last run
+    resumed_runs: int  # that were not carried out again
+    serial_seconds: float  # the sum of the processor times of those that were
+    speed_up: float | None  # None: none was carried out
+
+
+class ExperimentResult(SpeedUp, total=True):
+    """Keys that all results have in common; those of the campaign come at its end."""
 
     seed: int
     files: dict[str, str]  # paths by what they hold; empty without a folder
@@ -25,11 +33,30 @@ class ExperimentResult(TypedDict):
     boards: NotRequired[list[BoardPoseFigures]]  # to be drawn as a scene
 
 
+SPEED = tuple(SpeedUp.__annotations__)  # keys of how the campaign went
+SET_OUT = ("text", "table", "boards", "said", "points", *SPEED)  # a result's own layout, and what it lays out
+
+
 def as_text(result: Mapping[str, object]) -> str:
     """A result for people: its own table where it has one, then every other figure by name."""
     rest = {name: value for name, value in result.items() if name not in SET_OUT}
     own = [f"{result['text']}\n"] if "text" in result else []
-    return "\n".join([*own, *_lines(rest)])
+    return "\n".join([*own, *_lines(rest), *_speed(result)])
+
+
+def _speed(result: Mapping[str, Any]) -> list[str]:
+    """The speed-up of a campaign against the serial time of the same runs."""
+    if "speed_up" not in result:
+        return []
+    resumed = f"; {result['resumed_runs']} runs were done before" if result["resumed_runs"] else ""
+    if result["speed_up"] is None:
+        return ["", f"no run was left to be carried out{resumed}"]
+    seconds, serial, gain, workers = (result[key] for key in ("seconds", "serial_seconds", "speed_up", "workers"))
+    return [
+        "",
+        f"{'workers':>7}{'seconds':>11}{'one by one':>13}{'speed-up':>11}{'of ideal':>11}",
+        f"{workers:7}{seconds:9.1f} s{serial:11.1f} s{gain:11.2f}{100 * gain / workers:9.0f} %{resumed}",
+    ]
 
 
 def _lines(result: Mapping[str, object], indent: str = "") -> list[str]:

@@ -12,7 +12,8 @@ import csv
 import io
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
@@ -22,8 +23,8 @@ from core.calibration.files.written import write_all
 from core.errors import Unavailable
 from core.experiments.about import About
 from core.experiments.drawn_voices import best_and_worst, by_voice
+from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
-from core.experiments.run_log import RunLog
 from core.experiments.speech_loop import LoopResult, padded, read, run_loop, save_loop, track_of
 from core.install import install_extra
 from core.message import Array, message
@@ -77,6 +78,7 @@ ROOM = ShoeboxRoom((7.0, 5.5, 2.7), 0.3)
 EAR = np.array([1.2, 1.4, 0.3])  # [m] in the room
 PERSON_NOISE = 1e-3  # of the voice's power: a headset
 VOICE_RMS = 0.05  # RMS of the voice
+SHOWN_ROOM = {"room": "7 x 5.5 x 2.7 m, RT60 0.3 s", "distance": "2 m", "noise": "30 dB"}  # of the page
 NOTHING_SPEAKS = f"Nothing here speaks, so that only recordings are compared: {install_extra('voice')}"
 
 
@@ -231,6 +233,7 @@ class SpeechQualityResult(ExperimentResult):
     figure_17: MarkedFigures
     figure_17_spoken: QualityFigures | None  # the same sentences through the loop
     figure_17_note: str
+    figure_17_missing: str  # why they were not spoken; "" when they were
     recognizer: str  # of the sweep, in words
     phrases: int
     words: int
@@ -265,37 +268,55 @@ def row(place: Setting, quality: SpeechQuality | None, similarity: AudioSimilari
     return fields
 
 
-def run(
-    *,
-    runs: int | None = None,
-    seed: int = 0,
-    out: Path | None = None,
-    tell: Callable[[str], None] | None = None,
-) -> SpeechQualityResult:
-    """Fig. 17, then every place; `runs` phrases (36) are spoken. `out` receives JSON, CSV and one place's page."""
-    say = tell or (lambda _: None)
+class PlaceRun(TypedDict):
+    """One place: figures, errors by phrase on both paths (none without a recognizer), and its page where shown."""
+
+    figures: PlaceFigures
+    person_errors: list[int]
+    robot_errors: list[int]
+    page: str
+
+
+def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
+    """Plan Fig. 17 and every place; `runs` phrases (36) are spoken. JSON, CSV and one place's page."""
     count = runs or PHRASES
-    phrases = [TEXT[number % len(TEXT)] for number in range(count)]
-    said = spoken(np.random.default_rng(seed), phrases)
+    batch = RunBatch(partial(_work, seed, count), len(SETTINGS), PlaceRun)
+    return ExperimentPlan((batch,), partial(_result, seed, count))
+
+
+def _work(seed: int, count: int, number: int) -> PlaceRun:
+    """One place."""
+    dictation, _ = _dictation()
+    said = _said(seed, count)
+    person = "" if dictation is None else _person(seed, count)
+    place = SETTINGS[number]
+    quality, similarity = measure(dictation, said, person, place, seed)
+    shown = place == FIGURE_17_PLACE
+    return {
+        "figures": row(place, quality, similarity),
+        "person_errors": [] if quality is None else list(quality.person.errors_of_phrases),
+        "robot_errors": [] if quality is None else list(quality.robot.errors_of_phrases),
+        "page": page(quality, similarity, {"voice": speaker_of(said), **SHOWN_ROOM}) if shown else "",
+    }
+
+
+@lru_cache(maxsize=1)
+def _said(seed: int, count: int) -> list[SpokenPhrase]:
+    """All phrases, once for the places of a process."""
+    return spoken(np.random.default_rng(seed), [TEXT[number % len(TEXT)] for number in range(count)])
+
+
+@lru_cache(maxsize=1)
+def _person(seed: int, count: int) -> str:
+    """The person's path, likewise."""
+    return close_by(open_dictation(SpeechSettings()), _said(seed, count), seed)
+
+
+def _result(seed: int, count: int, out: Path | None, done: list[PlaceRun]) -> SpeechQualityResult:
+    said = _said(seed, count)
     dictation, why_not = _dictation()
     loop, not_free = _figure_17_spoken(seed, count)
-    recognizer = "" if dictation is None else chosen(SpeechSettings()).says
-    for reason in dict.fromkeys(filter(None, (why_not, not_free))):
-        say(reason)
-    person = "" if dictation is None else close_by(dictation, said, seed)
-    rows: list[PlaceFigures] = []
-    qualities: list[SpeechQuality] = []
-    shown: tuple[SpeechQuality | None, AudioSimilarity] | None = None
-    with RunLog(out, "speech-quality", len(SETTINGS), seed, tell) as log:
-        for number, place in enumerate(SETTINGS):
-            quality, similarity = measure(dictation, said, person, place, seed)
-            rows.append(row(place, quality, similarity))
-            qualities += [] if quality is None else [quality]
-            log.add(rows[-1])
-            if place.distance == 2.0:
-                shown = quality, similarity
-            say(f"{number + 1} of {len(SETTINGS)} places…")
-    arrived = phrase_figures(said, qualities)
+    arrived = phrase_figures(said, done)
     voices = voice_figures(arrived, len(SETTINGS))
     best, worst = (
         best_and_worst({name: one["robot_right_rate"] for name, one in voices.items()}) if voices else ("", "")
@@ -305,9 +326,10 @@ def run(
         "figure_17": marks_json(FIGURE_17_PERSON, FIGURE_17_ROBOT),
         "figure_17_spoken": None if loop is None else quality_json(loop.quality),
         "figure_17_note": FIGURE_17_NOTE,
-        "recognizer": recognizer,
+        "figure_17_missing": not_free,
+        "recognizer": "" if dictation is None else chosen(SpeechSettings()).says,
         "phrases": count,
-        "words": sum(len(words) for text in phrases for words in phrases_of(text)),
+        "words": sum(len(words) for one in said for words in phrases_of(one.text)),
         "seed": seed,
         "voice": speaker_of(said),
         "said": arrived,
@@ -315,22 +337,22 @@ def run(
         "best_voice": best,
         "worst_voice": worst,
         "words_missing": why_not,
-        "sweep": rows,
+        "sweep": [one["figures"] for one in done],
         "files": {},
     }
-    if out is not None and shown is not None:
-        result["files"] = save(out, result, shown) | log.files
+    if out is not None:
+        result["files"] = save(out, result, next((one["page"] for one in done if one["page"]), ""))
     if out is not None and loop is not None:
-        result["files"] = result["files"] | save_loop(out, loop)
+        result["files"] |= save_loop(out, loop)
     return result
 
 
-def phrase_figures(said: Sequence[SpokenPhrase], qualities: Sequence[SpeechQuality]) -> list[SpokenPhraseFigures]:
+def phrase_figures(said: Sequence[SpokenPhrase], places: Sequence[PlaceRun]) -> list[SpokenPhraseFigures]:
     """Every phrase with its voice and its errors; none where no words were read."""
-    if not qualities:
+    if not places or not places[0]["robot_errors"]:
         return []
-    robot = np.sum([one.robot.errors_of_phrases for one in qualities], axis=0).tolist()
-    person = qualities[0].person.errors_of_phrases
+    robot = np.sum([one["robot_errors"] for one in places], axis=0).tolist()
+    person = places[0]["person_errors"]
     return [
         {
             "text": one.text,
@@ -396,23 +418,15 @@ def _dictation() -> tuple[Dictation | None, str]:
         return None, str(absent)
 
 
-def save(
-    out: Path, result: SpeechQualityResult, shown: tuple[SpeechQuality | None, AudioSimilarity]
-) -> dict[str, str]:
+def save(out: Path, result: SpeechQualityResult, shown: str) -> dict[str, str]:
     """Figures, table and the page of the place at 2 m → what lies where."""
     table = io.StringIO(newline="")
     writer = csv.DictWriter(table, list(result["sweep"][0]))
     writer.writeheader()
     writer.writerows(result["sweep"])
-    surroundings = {
-        "voice": str(result["voice"]),
-        "room": "7 x 5.5 x 2.7 m, RT60 0.3 s",
-        "distance": "2 m",
-        "noise": "30 dB",
-    }
     texts = {
         "json": json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1),
         "csv": table.getvalue(),
-        "page": page(*shown, surroundings),
+        "page": shown,
     }
-    return write_all(out, {name: (f"speech_quality.{ENDINGS[name]}", text) for name, text in texts.items()})
+    return write_all(out, {name: (f"speech_quality.{ENDINGS[name]}", texts[name]) for name in texts if texts[name]})

@@ -46,8 +46,9 @@ NOISE_BEFORE_S = 1.0  # of sound before listening starts that are read too: the 
 class TimedListening:
     """Neither the robot nor the room is known here: a room that is left goes at once, with all that it heard."""
 
-    def __init__(self, recognizer: StreamingRecognizer) -> None:
-        self._recognizer = recognizer
+    def __init__(self, recognizer: StreamingRecognizer, reading_share: float | None = None) -> None:
+        """`reading_share`: time of reading a sound, of its duration; None: the processor time that it takes here."""
+        self._recognizer, self._share = recognizer, reading_share
         self._waiting: Sound | None = None
         self._piece = PieceLength()
         self._pending: Sequence[RecognizedUtterance] = ()  # what will be known at the end of the newest reading
@@ -78,7 +79,8 @@ class TimedListening:
         if sound is not None and sound.duration >= self._piece.seconds:
             self._waiting, begun = None, time.process_time()
             self._pending = self._recognizer.feed(sound)
-            self._readings.append((now, now + time.process_time() - begun))
+            took = time.process_time() - begun if self._share is None else self._share * sound.duration
+            self._readings.append((now, now + took))
         return tuple(known)
 
     def reading(self, begin: float, end: float) -> float:
@@ -132,9 +134,12 @@ class SpokenRoom:
         settings: Settings | None = None,
         recognizer: Recognizer | None = None,
         voice: VoiceSettings | None = None,
+        reading_share: float | None = None,
     ) -> None:
-        """`voice`: Ann's; None: the usual one at an easy pace. Raises Unavailable where words are to be read and
-        nothing reads them.
+        """`voice`: Ann's; None: the usual one at an easy pace. `reading_share`: of a sound's duration that its
+        reading takes; None: as long as it takes here, so that no run is like another.
+
+        Raises Unavailable where words are to be read and nothing reads them.
         """
         self._voice = voice
         self.chance = np.random.default_rng(seed)
@@ -147,7 +152,7 @@ class SpokenRoom:
             chosen = self.robot.settings
             reads = recognizer or open_engine(chosen.speech).recognizer
             self._ears = TimedListening(
-                ArrayTranscriber(array, chosen.speech, chosen.direction_finding, recognizer=reads)
+                ArrayTranscriber(array, chosen.speech, chosen.direction_finding, recognizer=reads), reading_share
             )
             self.robot.when_stepped.append(self._ears.keep)
         self.robot.robot.ask(SetListening(on=True))

@@ -12,7 +12,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Literal, TypedDict
@@ -24,9 +24,8 @@ from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused, Unavailable
 from core.experiments.about import About
 from core.experiments.drawn_voices import best_and_worst, by_voice
+from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
-from core.experiments.run_log import RunLog
-from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SENSES, SentenceOutcome, SpokenRoom
 from core.experiments.table_2_trials import MAX_TRIES, PRECONDITIONS, TRIALS, TrialOutcome
 from core.settings import Settings
@@ -37,6 +36,7 @@ from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NO_VOICE, can_speak, drawn_voice
 
 DEFAULT_RUNS = 50
+READING_SHARE = 0.2  # of a sound's duration: so long its reading takes, on every computer alike
 
 ABOUT = About(
     title="Table 2: every command, spoken and obeyed",
@@ -46,6 +46,7 @@ ABOUT = About(
     counts="runs of every command",
     base_s=3.0,
     run_s=190.0,
+    swept=(*(f"commands.{name}.success_rate" for name in TRIALS), "wrong_motions", "contacts"),
 )
 Delay = Literal["endpoint_s", "read_s", "delay_s", "wheels_s"]
 DELAYS: tuple[Delay, ...] = ("endpoint_s", "read_s", "delay_s", "wheels_s")  # from the end of the words to the wheels
@@ -145,7 +146,16 @@ def trial(name: str, number: int, seed: int, *, words: bool = True, settings: Se
     start, said = kind.start(world_named(place), chance)
     recognizer = _recognizer() if words else None
     own, voice = int(chance.integers(2**31)), drawn_voice(chance)
-    room = SpokenRoom(place, own, words=words, start=start, settings=settings, recognizer=recognizer, voice=voice)
+    room = SpokenRoom(
+        place,
+        own,
+        words=words,
+        start=start,
+        settings=settings,
+        recognizer=recognizer,
+        voice=voice,
+        reading_share=READING_SHARE,
+    )
     try:
         heard, outcome = kind.obey(room, said)
     except Refused as refused:
@@ -192,8 +202,8 @@ def _recognizer() -> Recognizer:
     return open_engine(SpeechSettings()).recognizer
 
 
-def _work(seed: int, runs: int, index: int) -> TrialRow:
-    return trial(tuple(TRIALS)[index // runs], index % runs, seed)
+def _work(seed: int, runs: int, settings: Settings | None, index: int) -> TrialRow:
+    return trial(tuple(TRIALS)[index // runs], index % runs, seed, settings=settings)
 
 
 def summary(name: str, rows: Sequence[TrialRow]) -> CommandFigures:
@@ -226,23 +236,16 @@ def summary(name: str, rows: Sequence[TrialRow]) -> CommandFigures:
     }
 
 
-def run(
-    *,
-    runs: int | None = None,
-    seed: int = 0,
-    out: Path | None = None,
-    tell: Callable[[str], None] | None = None,
-    workers: int | None = None,
-) -> Table2:
-    """`runs` (50) of every command; `out` receives JSON, CSV, and every run's row at once. Raises Unavailable where
-    nothing can speak, Unwritable.
-    """
+def plan(*, runs: int | None = None, seed: int = 0, settings: Settings | None = None) -> ExperimentPlan:
+    """Plan `runs` (50) of every command, with JSON and CSV. Raises Unavailable where nothing can speak."""
     if not can_speak():
         raise Unavailable(NO_VOICE)
     count = runs or DEFAULT_RUNS
-    every = count * len(TRIALS)
-    with RunLog(out, "table-2", every, seed, tell) as log:
-        rows = side_by_side(partial(_work, seed, count), every, workers, tell, log.add)
+    batch = RunBatch(partial(_work, seed, count, settings), count * len(TRIALS), TrialRow)
+    return ExperimentPlan((batch,), partial(_result, seed, count))
+
+
+def _result(seed: int, count: int, out: Path | None, rows: list[TrialRow]) -> Table2:
     voices = voice_figures(rows)
     best, worst = best_and_worst({name: one["success_rate"] for name, one in voices.items()})
     saved = sum(len(row["rescued"]) for row in rows)
@@ -268,7 +271,7 @@ def run(
     }
     result["text"] = "\n".join((table(commands), *remarks(result)))
     if out is not None:
-        result["files"] = _save(out, result, rows) | log.files
+        result["files"] = _save(out, result, rows)
     return result
 
 

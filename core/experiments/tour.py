@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
@@ -11,9 +12,9 @@ import numpy as np
 
 from core.calibration.files.written import write
 from core.experiments.about import About
+from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.rehearsal import Rehearsal
 from core.experiments.result import ExperimentResult
-from core.experiments.run_log import RunLog
 from core.geometry import Pose, wrap
 from core.message import Array
 from core.settings import Settings
@@ -30,6 +31,12 @@ ABOUT = About(
     counts="tours",
     base_s=0.0,
     run_s=110.0,
+    swept=(
+        "estimators.ekf_slam.mean_error_m",
+        "estimators.ekf_slam.worst_error_m",
+        "estimators.ekf_slam.nees_mean",
+        "contacts",
+    ),
 )
 ROUTE = (
     "turn left",
@@ -179,23 +186,19 @@ def _over(tours: Sequence[TourErrors]) -> TourErrors:
     return both
 
 
-def run(
-    *,
-    runs: int | None = None,
-    seed: int = 0,
-    out: Path | None = None,
-    tell: Callable[[str], None] | None = None,
-    settings: Settings | None = None,
-    minutes: float = DEFAULT_MINUTES,
-) -> TourResult:
-    """`runs` tours (1) with seeds from `seed` on; `tell` hears of the progress, `out` receives tour.json."""
-    tours: list[TourFigures] = []
-    with RunLog(out, "tour", runs or 1, seed, tell) as log:
-        for number in range(seed, seed + (runs or 1)):
-            if tell is not None:
-                tell(f"Tour of the laboratory with seed {number}: {minutes:g} minutes of the robot's time…")
-            tours.append(tour(number, minutes, settings))
-            log.add(tours[-1])
+def plan(
+    *, runs: int | None = None, seed: int = 0, settings: Settings | None = None, minutes: float = DEFAULT_MINUTES
+) -> ExperimentPlan:
+    """Plan `runs` tours (1) with seeds from `seed` on, and tour.json."""
+    batch = RunBatch(partial(_work, seed, minutes, settings), runs or 1, TourFigures)
+    return ExperimentPlan((batch,), partial(_result, seed))
+
+
+def _work(seed: int, minutes: float, settings: Settings | None, number: int) -> TourFigures:
+    return tour(seed + number, minutes, settings)
+
+
+def _result(seed: int, out: Path | None, tours: list[TourFigures]) -> TourResult:
     both: TourEstimators = {
         "ekf_slam": _over([one["estimators"]["ekf_slam"] for one in tours]),
         "dead_reckoning": _over([one["estimators"]["dead_reckoning"] for one in tours]),
@@ -211,6 +214,6 @@ def run(
     }
     if out is not None:
         path = out / "tour.json"
-        result["files"] = {"json": str(path)} | log.files
+        result["files"] = {"json": str(path)}
         write(path, json.dumps(result, indent=1))
     return result

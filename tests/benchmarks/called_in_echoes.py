@@ -23,7 +23,6 @@ from typing import Any, get_args
 import numpy as np
 
 from core.errors import BadInput, Refused
-from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import BODY, SEEN, SentenceOutcome, SpokenRoom, length_of_words
 from core.experiments.table_2_trials import COME_DISTANCES_M, MAX_TRIES, PLACES, anywhere
 from core.geometry import Pose, wrap
@@ -36,6 +35,7 @@ from core.simulation.settings import HardWall
 from core.simulation.world import world_named
 from core.speech.settings import RATE
 from core.speech.synthesis import drawn_voice, pcm, speak
+from tests.benchmarks.carried_out import carried_out
 
 BOB = "Bob"
 TALK = (
@@ -174,18 +174,13 @@ def main() -> None:
     parser.add_argument("--plain", action="store_true")
     parser.add_argument("--typed", action="store_true")
     chosen = parser.parse_args()
-
-    def keep(one: dict[str, Any]) -> None:
-        sys.stdout.write(json.dumps(one) + "\n")
-        sys.stdout.flush()
-
-    rows: Sequence[dict[str, Any]] = side_by_side(
+    rows: Sequence[dict[str, Any]] = carried_out(
         partial(numbered, chosen.first, chosen.seed, chosen.plain, chosen.typed),
         chosen.runs,
         chosen.workers,
         tell,
-        keep,
     )
+    sys.stdout.writelines(json.dumps(one) + "\n" for one in rows)
     good, understood = sum(one["success"] for one in rows), sum(one["understood"] for one in rows)
     tell(f"{good} of {len(rows)} stand 0.5 ± 0.1 m from the caller; understood: {understood}")
 

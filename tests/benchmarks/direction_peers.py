@@ -4,54 +4,48 @@ Needs `pip install pyroomacoustics` (0.10.1 was measured), and OMP_NUM_THREADS=1
 core. All know when the speech begins, but for those named `_alone`: peers get the speech without the noise before
 it, which they have no use for, or else the whole sound. With the flat array they search azimuths in whole degrees,
 with the tetrahedron 2,000 directions of the sphere, as their documentation shows.
-`--part 2/8` measures the second of eight parts, `--pool` puts together what the parts have written.
 """
 
 from __future__ import annotations
 
 import argparse
-import csv
 import json
-import math
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from core.experiments.direction_of_arrival import (
-    ESTIMATORS,
+    DEFAULT,
     DirectionEstimate,
-    DirectionTrial,
-    Estimator,
-    campaign,
+    estimators_with,
+    in_room,
     save,
+    scenes_for,
     summary,
 )
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ
 from core.message import Array
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray, Sound
+from tests.benchmarks.carried_out import carried_out
 
 SIZE = 512  # samples of the peers' frames
 SHORTEST = 1.0  # [s] of a recording that is used
 
 
-def peer(name: str, begin: float) -> Estimator:
+def peer(name: str, begin: float, sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
     """An algorithm of pyroomacoustics, 200-7000 Hz, for the sound from `begin` [s] on."""
     import pyroomacoustics
 
+    samples = array.heard(sound)[int(begin * sound.rate) :]
+    frames = pyroomacoustics.transform.stft.analysis(samples, SIZE, SIZE // 2, win=np.hanning(SIZE))
+    where = {"dim": 3, "n_grid": 2000} if array.dimensions == 3 else {"azimuth": np.radians(np.arange(360))}
     algorithm = pyroomacoustics.doa.algorithms[name]
-    azimuths = np.radians(np.arange(360))
-
-    def answer(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
-        samples = array.heard(sound)[int(begin * sound.rate) :]
-        frames = pyroomacoustics.transform.stft.analysis(samples, SIZE, SIZE // 2, win=np.hanning(SIZE))
-        where = {"dim": 3, "n_grid": 2000} if array.dimensions == 3 else {"azimuth": azimuths}
-        finder = algorithm(array.positions.T, sound.rate, SIZE, c=array.speed, num_src=1, **where)
-        finder.locate_sources(frames.transpose(2, 1, 0), freq_range=[200, 7000])
-        return DirectionEstimate(azimuth=float(np.ravel(finder.azimuth_recon)[0]))
-
-    return answer
+    finder = algorithm(array.positions.T, sound.rate, SIZE, c=array.speed, num_src=1, **where)
+    finder.locate_sources(frames.transpose(2, 1, 0), freq_range=[200, 7000])
+    return DirectionEstimate(azimuth=float(np.ravel(finder.azimuth_recon)[0]))
 
 
 def voices(folder: Path) -> list[Array]:
@@ -67,28 +61,6 @@ def voices(folder: Path) -> list[Array]:
     return found
 
 
-def written(folder: Path) -> list[DirectionTrial]:
-    """All trials that parts have written below a folder."""
-    done: list[DirectionTrial] = []
-    for path in sorted(folder.glob("part-*/direction.csv")):
-        with path.open(newline="") as file:
-            done += [
-                DirectionTrial(
-                    estimator=row["estimator"],
-                    array=row["array"],
-                    rt60=float(row["rt60_s"]),
-                    noise=row["noise"],
-                    ratio=float(row["snr_db"]),
-                    error=math.radians(float(row["error_deg"])),
-                    sd=math.radians(float(row["sd_deg"])) if row["sd_deg"] else None,
-                    declared=row["declared"] == "1",
-                    took=float(row["real_time_factor"]),
-                )
-                for row in csv.DictReader(file)
-            ]
-    return done
-
-
 def tell(words: str) -> None:
     """How far it is."""
     sys.stderr.write(f"{words}\n")
@@ -101,28 +73,17 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--speech", type=Path, default=None, help="folder of recordings; without: a made-up voice")
     parser.add_argument("--out", type=Path, default=Path("direction"))
-    parser.add_argument("--part", default="1/1", help="which of how many parts, as 2/8")
-    parser.add_argument("--pool", action="store_true", help="measure nothing: put together the parts in --out")
+    parser.add_argument("--workers", type=int, default=2)
     chosen = parser.parse_args()
-    number, parts = map(int, chosen.part.split("/"))
     spoken = voices(chosen.speech) if chosen.speech else []
-    if chosen.pool:
-        done, out = written(chosen.out), chosen.out
-    else:
-        estimators = dict(ESTIMATORS)
-        for name in ("SRP", "MUSIC", "NormMUSIC"):
-            estimators |= {name: peer(name, PRE_ROLL), f"{name}_alone": peer(name, 0.0)}
-        done = campaign(
-            chosen.utterances,
-            chosen.seed,
-            estimators,
-            spoken,
-            tell=tell,
-            part=(number, parts),
-        )
-        out = chosen.out if parts == 1 else chosen.out / f"part-{number:02d}"
+    estimators = estimators_with(DEFAULT)
+    for name in ("SRP", "MUSIC", "NormMUSIC"):
+        estimators |= {name: partial(peer, name, PRE_ROLL), f"{name}_alone": partial(peer, name, 0.0)}
+    work = partial(in_room, chosen.seed, estimators=estimators, voices=spoken)
+    rooms = carried_out(work, scenes_for(chosen.utterances), chosen.workers, tell)
+    done = [one for room in rooms for one in room["trials"]]
     told = summary(done)
-    save(out, {"seed": chosen.seed, "voices": len(spoken), "estimators": told}, done)
+    save(chosen.out, {"seed": chosen.seed, "voices": len(spoken), "estimators": told}, done)
     for name, one in told.items():
         sys.stdout.write(f"{name}: {json.dumps(one['all'])}\n")
         for part in ("arrays", "noises"):

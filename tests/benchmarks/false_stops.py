@@ -12,8 +12,8 @@ import json
 import sys
 from typing import Any
 
-from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SpokenRoom
+from tests.benchmarks.carried_out import carried_out
 
 SHORT = ("turn left", "turn right", "continue 0.5 meters", "turn left", "turn left", "continue 0.5 meters")
 WORDS = (*SHORT, "continue 2 meters", "turn right", "continue 1.5 meters")
@@ -52,7 +52,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     chosen = parser.parse_args()
     count = max(round(chosen.minutes * 60 / PART), 1) * len(WORLDS)
-    rows = side_by_side(drive, count, chosen.workers, None)
+    rows = carried_out(drive, count, chosen.workers)
     for world in WORLDS:
         these = [row for row in rows if row["world"] == world]
         hours = sum(row["drove_s"] for row in these) / 3600

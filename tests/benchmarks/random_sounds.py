@@ -29,7 +29,6 @@ from console.speech.browser_microphone import TalkTurn
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
 from console.speech.transcription_worker import TranscriptionWorker
 from core.errors import BadInput, BeckonError
-from core.experiments.side_by_side import side_by_side
 from core.geometry import Pose
 from core.message import Array
 from core.perception.sound.array_diagnostics import check
@@ -44,6 +43,7 @@ from core.settings import Settings
 from core.slam.estimate import Estimate
 from core.speech.practice_voice import practice_voice
 from core.speech.settings import SpeechSettings
+from tests.benchmarks.carried_out import carried_out
 from tests.sound_files import FORMS, write_sound
 
 RATES = (16_000, 8_000, 11_025, 22_050, 44_100, 48_000, 96_000, 12_345, 4_000, 192_000)
@@ -292,7 +292,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2)
     chosen = parser.parse_args()
     parts = -(-chosen.count * len(ENTRANCES) // (ROUND * PART))
-    visits = [one for some in side_by_side(part, parts, chosen.workers, progress) for one in some]
+    visits = [one for some in carried_out(part, parts, chosen.workers, progress) for one in some]
     for name in ENTRANCES:
         these = [one for one in visits if one.name == name]
         line = {"entrance": name, "sounds": sum(one.sounds for one in these)}

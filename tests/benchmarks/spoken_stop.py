@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SpokenRoom
 from core.experiments.table_2 import TRIALS
 from core.experiments.table_2_trials import along
@@ -31,6 +30,7 @@ from core.speech.recognition.engines import open_engine
 from core.speech.recognition.recognizer import Recognizer, at_16_khz
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
+from tests.benchmarks.carried_out import carried_out
 from tests.benchmarks.word_scenes import Clip, synthetic
 from tests.benchmarks.words import end_of_stop
 
@@ -110,7 +110,7 @@ def main() -> None:
     chosen = parser.parse_args()
     spoken = clips(chosen.data)
     cases = [(v, c, noise, n) for v, c in spoken.items() for noise in MURMURS for n in range(chosen.trials)]
-    rows = side_by_side(partial(_nth, cases), len(cases), chosen.workers, None)
+    rows = carried_out(partial(_nth, cases), len(cases), chosen.workers)
     for voice in spoken:
         for noise in MURMURS:
             these = [row for row in rows if (row["voice"], row["noise"]) == (voice, noise)]

@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from core.errors import BadInput
-from core.experiments.side_by_side import side_by_side
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import Sound
 from core.speech.recognition.engines import ActiveEngine, open_engine
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import PIECE, RATE, SpeechSettings
 from core.speech.transcription.transcriber import Transcriber
+from tests.benchmarks.carried_out import carried_out
 from tests.benchmarks.word_hearing import padded
 
 KINDS = {".wav", ".flac", ".ogg"}
@@ -67,10 +67,8 @@ def main() -> None:
     files = sorted(path for path in chosen.folder.rglob("*") if path.suffix.lower() in KINDS)
     parts = -(-len(files) // TOGETHER)
 
-    def kept(row: dict[str, Any]) -> None:
-        sys.stderr.write(json.dumps(row) + "\n")
-
-    rows = side_by_side(partial(listened, files, chosen.engine), parts, chosen.workers, None, kept)
+    rows = carried_out(partial(listened, files, chosen.engine), parts, chosen.workers)
+    sys.stderr.writelines(json.dumps(row) + "\n" for row in rows)
     line = {
         "engine": chosen.engine,
         "files": sum(row["files"] for row in rows),

@@ -5,23 +5,21 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from console.__main__ import main
 from console.cli import build_parser
 from core.errors import Unwritable
-from core.experiments import EXPERIMENTS, table_2
-from core.experiments.run_log import RunLog
-from core.experiments.side_by_side import side_by_side
-from core.experiments.table_2_trials import TRIALS
+from core.experiments import EXPERIMENTS
+from core.experiments.result import SPEED
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -75,60 +73,17 @@ def test_an_experiment_that_is_called_by_a_program_looks_first_too(tmp_path: Pat
             run(out=tmp_path / "file" / "x")
 
 
-def rows_in(path: Path) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in path.read_text().splitlines()]
-
-
-def refuse_third(number: int) -> dict[str, int]:
-    if number == 3:
-        raise KeyboardInterrupt
-    return {"figure": number}
-
-
-def test_an_experiment_that_is_interrupted_keeps_the_runs_that_were_done(tmp_path: Path) -> None:
-    told: list[str] = []
-    log = RunLog(tmp_path / "new", "table-2", 8, 5, told.append)
-    with pytest.raises(KeyboardInterrupt), log:
-        side_by_side(refuse_third, 8, 1, None, log.add)
-    path = Path(log.files["runs"])
-    assert rows_in(path) == [
-        {"experiment": "table-2", "runs": 8, "seed": 5},
-        *({"done": number + 1, "of": 8, "figure": number} for number in range(3)),
-    ]
-    assert told == [f"Ended after 3 of 8 runs; their figures are in {path}."]
-
-
-def test_the_runs_of_table_2_are_on_the_disk_as_they_are_done(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    seen: list[int] = []
-
-    def work(seed: int, runs: int, index: int) -> dict[str, Any]:
-        found = list(tmp_path.glob("*.jsonl"))
-        seen.append(len(rows_in(found[0])) - 1)
-        if index == 2:
-            raise KeyboardInterrupt
-        return {"command": "turn_left", "run": index, "figure": None}
-
-    monkeypatch.setattr(table_2, "_work", work)
-    monkeypatch.setattr(table_2, "can_speak", lambda: True)
-    with pytest.raises(KeyboardInterrupt):
-        table_2.run(runs=1, out=tmp_path, workers=1)
-    assert seen == [0, 1, 2]
-    assert [row["of"] for row in rows_in(tmp_path / "table_2_runs.jsonl")[1:]] == [len(TRIALS)] * 2
-
-
 def test_a_disk_that_fills_up_ends_it_with_a_sentence_and_what_was_done_stays(tmp_path: Path) -> None:
     limited = """
 import resource, sys
 from pathlib import Path
-from core.experiments.run_log import RunLog
+from core.experiments.campaign import Campaign
+from core.experiments.plan import ExperimentPlan, RunBatch
 sys.dont_write_bytecode = True  # a compiled module that is cut off could not be imported any more
 resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+plan = ExperimentPlan((RunBatch(lambda number: {"text": "x" * 500}, 99, dict),), None)
 try:
-    with RunLog(Path(sys.argv[1]), "tour", 99, 0, print) as log:
-        for number in range(99):
-            log.add({"text": "x" * 500})
+    Campaign("tour", out=Path(sys.argv[1]), tell=print, workers=1).carry_out(plan)
 except Exception as trouble:
     print(type(trouble).__name__, trouble)
 """
@@ -141,16 +96,27 @@ except Exception as trouble:
     assert len(whole) >= 6 and all(json.loads(line) for line in whole)
 
 
-def test_an_experiment_that_is_killed_keeps_its_runs(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "console", "experiment", "dead-reckoning-vs-slam", "--runs", "5000"]
+def test_an_experiment_that_is_killed_keeps_its_runs_and_resumes_with_the_others(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["experiment", "dead-reckoning-vs-slam", "--runs", "4", "--workers", "1", "--out", str(tmp_path)]
+    path = tmp_path / "dead_reckoning_vs_slam_runs.jsonl"
     with subprocess.Popen(
-        [*command, "--workers", "1", "--out", str(tmp_path)], cwd=REPOSITORY, stderr=subprocess.DEVNULL
+        [sys.executable, "-m", "console", *asked], cwd=REPOSITORY, stderr=subprocess.DEVNULL
     ) as process:
-        path = tmp_path / "dead_reckoning_vs_slam_runs.jsonl"
-        end = time.monotonic() + 60
+        end = time.monotonic() + 120
         while not (path.exists() and path.read_text().count("\n") > 2) and time.monotonic() < end:
-            time.sleep(0.05)
+            time.sleep(0.02)
         os.kill(process.pid, signal.SIGKILL)
-    lines = path.read_text().splitlines()
-    assert json.loads(lines[0])["runs"] == 5000
-    assert json.loads(lines[2]).keys() >= {"done", "of", "average_error_m"} and json.loads(lines[2])["done"] == 2
+    kept = path.read_text().count("\n") - 1
+    assert main([*asked, "--resume", "--json"]) == 0
+    resumed = json.loads(capsys.readouterr().out)
+    assert 2 <= resumed["resumed_runs"] == kept <= 4
+    shutil.rmtree(tmp_path)
+    assert main([*asked, "--json"]) == 0
+    whole = json.loads(capsys.readouterr().out)
+    assert {key: one for key, one in resumed.items() if key not in SPEED} == {
+        key: one for key, one in whole.items() if key not in SPEED
+    }
+    assert main([*asked[:2], "--resume", "--runs", "1"]) == 2
+    assert "--out DIR" in capsys.readouterr().err

@@ -6,9 +6,12 @@ from pathlib import Path
 import cv2
 import pytest
 
-from core.experiments.camera_table import PRINTED_SDS_3, run
+from core.experiments import EXPERIMENTS
+from core.experiments.camera_table import PRINTED_SDS_3
 from core.install import install_extra
 from core.optics import TABLE_3
+
+run = EXPERIMENTS["camera-table"]
 
 
 @pytest.mark.parametrize("runs", [1, pytest.param(3, marks=pytest.mark.campaign)])

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.experiments import audio_visual
-from core.experiments.audio_visual import PLACES, SENSORS, drive, run, seen_by, table
+from core.experiments import EXPERIMENTS, audio_visual
+from core.experiments.audio_visual import PLACES, SENSORS, drive, seen_by, table
 from core.settings import Settings, as_printed
 from core.simulation.world import world_named
 
@@ -54,7 +54,7 @@ def test_the_table_has_every_place_and_every_row(monkeypatch: pytest.MonkeyPatch
         return {"path": 5.0} | {name: half if "camera" in name else one for name in SENSORS}
 
     monkeypatch.setattr(audio_visual, "drive", given)
-    result = run(runs=1, workers=1, out=tmp_path)
+    result = EXPERIMENTS["audio-visual"](runs=1, workers=1, out=tmp_path)
     assert [each["place"] for each in result["places"]] == [place.name for place in PLACES]
     assert result["places"][0]["rows"]["laser + camera"]["of_laser"] == pytest.approx(0.5)
     assert all(name in result["text"] for name in SENSORS)

@@ -8,14 +8,13 @@ import json
 import numpy as np
 import pytest
 
-from core.experiments.direction_of_arrival import run
+from core.experiments import EXPERIMENTS
 from core.speech.practice_voice import practice_voice
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    told: list[str] = []
-    return run(runs=40, seed=3, out=tmp_path_factory.mktemp("direction"), tell=told.append)
+    return EXPERIMENTS["direction-of-arrival"](runs=40, seed=3, out=tmp_path_factory.mktemp("direction"))
 
 
 def test_ours_is_better_than_as_printed_on_the_same_sounds(result):

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.experiments import figure_16_conditions
+from core.experiments import EXPERIMENTS, figure_16_conditions
 from core.experiments.course_draws import Draws
-from core.experiments.figure_16_conditions import CHAPTER, CONDITIONS, errors, limit, mean_length, run
+from core.experiments.figure_16_conditions import CHAPTER, CONDITIONS, errors, limit, mean_length
 
 
 def test_the_first_condition_is_the_chapter_s_and_the_four_are_its_field_and_names() -> None:
@@ -43,7 +43,7 @@ def test_who_knows_the_map_errs_less_than_who_has_to_make_it() -> None:
 def test_the_table_says_the_condition_under_every_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figure_16_conditions, "CONDITIONS", (CHAPTER,))
     monkeypatch.setattr(figure_16_conditions, "FURTHER", ())
-    result = run(runs=1, out=tmp_path, workers=1)
+    result = EXPERIMENTS["figure-16-conditions"](runs=1, out=tmp_path, workers=1)
     assert CHAPTER.subtitle in result["text"] and "edges required; names hidden" in CHAPTER.subtitle
     saved = json.loads(Path(result["files"]["json"]).read_text())
     assert saved["conditions"] == result["conditions"]

@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from core.experiments import dead_reckoning_vs_slam, printed_and_ours
+from core.experiments import EXPERIMENTS
+from core.experiments.dead_reckoning_vs_slam import DriveOutcome
 from core.experiments.drives import FIGURED, PLAIN
-from core.experiments.printed_and_ours import Column, SpokenCommands, run
+from core.experiments.printed_and_ours import Column, SpokenCommands
 from core.experiments.table_2_trials import TRIALS
 from core.speech.synthesis import can_speak
 
@@ -26,27 +27,31 @@ understands = pytest.mark.skipif(
 )
 def test_a_spoken_command_is_carried_out_in_either_form(column: Column, command: str) -> None:
     number = tuple(TRIALS).index(command)
-    assert SpokenCommands(column, seed=0, runs=1)(number) == (True, 0)
+    row = SpokenCommands(column, seed=0, runs=1)(number)
+    assert (row["success"], row["contacts"]) == (True, 0), row["why"]
 
 
 @speaking
 def test_the_table_has_the_drive_and_every_command_in_both_columns(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    tmp_path: Path,
 ) -> None:
-    modes: list[str] = []
-
-    def drives(**given: Any) -> dict[str, Any]:
-        modes.append(given["settings"].chapter.mode)
-        row = {"worst_average_error_m": 0.2, "mean_average_error_m": 0.1, "mean_final_error_m": 0.1, "nees_mean": 3.0}
-        return {"estimators": {FIGURED: row, PLAIN: row}}
-
-    def trials(work: SpokenCommands, count: int, *_: object) -> list[tuple[bool, int]]:
-        return [(work.column == "ours" or number % 2 == 0, 0) for number in range(count)]
-
-    monkeypatch.setattr(dead_reckoning_vs_slam, "run", drives)
-    monkeypatch.setattr(printed_and_ours, "side_by_side", trials)
-    result = run(runs=2, out=tmp_path)
-    assert modes == ["printed", "ours"]
+    drive = DriveOutcome(
+        average_error_m={FIGURED: 0.1, PLAIN: 0.2},
+        path_m={FIGURED: 3.2, PLAIN: 3.2},
+        final_error_m={FIGURED: 0.1, PLAIN: 0.2},
+        nees={FIGURED: 3.0, PLAIN: 3.0},
+        errors={},
+        places={},
+    )
+    plan = EXPERIMENTS["printed-and-ours"].plan(runs=2)
+    forms = [batch.work.column for batch in plan.batches if isinstance(batch.work, SpokenCommands)]
+    assert forms == ["printed", "ours"]
+    answers: list[Any] = []
+    for column in forms:
+        spoken = [{"success": column == "ours" or n % 2 == 0, "contacts": 0} for n in range(2 * len(TRIALS))]
+        answers += [drive, drive, *spoken]
+    assert plan.count == len(answers)
+    result: Any = plan.finish(answers, tmp_path)
     assert result["commands"] == {key: {"printed": 0.5, "ours": 1.0} for key in TRIALS}
     assert result["contacts"] == {"printed": 0, "ours": 0}
     assert all(name in result["text"] for name in TRIALS)
