@@ -20,7 +20,7 @@ from core.experiments.run_log import RunLog
 from core.experiments.workers import Workers, killed, timed, versions
 
 MAX_BREAKS = 3  # of the workers in succession without a run between them
-REPORTS = 10  # of the progress at least
+PROGRESS_LINES = 10  # of the progress at least
 REPORT_EVERY_S = 10.0
 IN_HAND = 2  # runs that every worker is given at a time
 
@@ -144,7 +144,7 @@ class _Progress:
         self._done += 1
         self.serial += seconds
         now = time.monotonic()
-        tenth = self._done * REPORTS // self._count > (self._done - 1) * REPORTS // self._count
+        tenth = self._done * PROGRESS_LINES // self._count > (self._done - 1) * PROGRESS_LINES // self._count
         if self._say is not None and (tenth or now - self._said >= self._every_s):
             self._said = now
             rate = (self._done - self._resumed) / max(now - self._began, 1e-3)

@@ -1,4 +1,4 @@
-"""What runs in parallel: steps of calibration, localization and hearing on 1, 2, 4 … workers of this computer.
+"""Gain of parallel computing: steps of calibration, localization and hearing on 1, 2, 4 … workers.
 
 The chapter tries parallel computing to reach real time and prints no figures. A step has parts that do not wait for
 each other, or it has one part, and then no number of workers makes it faster. Inputs are made beforehand and sent to
@@ -49,9 +49,9 @@ from core.simulation.settings import SimulationSettings
 from core.slam.ekf_slam import EkfSettings
 from core.speech.practice_voice import practice_voice
 
-RUNS = 3
+DEFAULT_RUNS = 3
 LEAST_MOST = 4  # workers that are tried at least
-PICTURES, SCANS, DRIVES, SOUNDS = 16, 128, 4, 16
+PICTURE_COUNT, SCAN_COUNT, DRIVE_COUNT, SOUND_COUNT = 16, 128, 4, 16
 SCANS_TOGETHER = 16  # of one part: a scan alone takes less time than its way to a worker
 BUSY_SHARE = 0.5  # of the processors, above which the load of others makes times worthless
 
@@ -59,7 +59,7 @@ ABOUT = About(
     title="What runs in parallel, and what it gains",
     reproduces="The abstract's trial of parallel computing for calibration, localization and hearing, on this "
     "computer's processors. The chapter prints no figures.",
-    runs=RUNS,
+    runs=DEFAULT_RUNS,
     counts="measurements of every step",
     base_s=3.0,
     run_s=30.0,
@@ -130,7 +130,7 @@ class ParallelResult(ExperimentResult):
 def pictures(seed: int) -> list[Array]:
     """Pictures (H, W) of a board."""
     rng = np.random.default_rng((seed, 1))
-    return [picture(rng, TABLE_3, held(rng, 1, TABLE_3, BOARD), BOARD) for _ in range(PICTURES)]
+    return [picture(rng, TABLE_3, held(rng, 1, TABLE_3, BOARD), BOARD) for _ in range(PICTURE_COUNT)]
 
 
 def board_corners(grey: Array) -> list[list[float]] | None:
@@ -157,10 +157,10 @@ def scans(seed: int) -> list[tuple[Laser, list[SensorFrame]]]:
     laser = robot.profile.laser
     assert laser is not None
     frames: list[SensorFrame] = []
-    while len(frames) < SCANS:
+    while len(frames) < SCAN_COUNT:
         frame = robot.read()
         frames += [frame] if frame.scan is not None else []
-    return [(laser, frames[begin : begin + SCANS_TOGETHER]) for begin in range(0, SCANS, SCANS_TOGETHER)]
+    return [(laser, frames[begin : begin + SCANS_TOGETHER]) for begin in range(0, SCAN_COUNT, SCANS_TOGETHER)]
 
 
 def corners_of(part: tuple[Laser, list[SensorFrame]]) -> list[list[list[float]]]:
@@ -176,7 +176,7 @@ def corners_of(part: tuple[Laser, list[SensorFrame]]) -> list[list[list[float]]]
 
 def drives(seed: int) -> list[Run]:
     """Drives of figure 16."""
-    return [Draws(seed=seed).run(number) for number in range(DRIVES)]
+    return [Draws(seed=seed).run(number) for number in range(DRIVE_COUNT)]
 
 
 def estimated(drive: Run) -> float:
@@ -187,7 +187,7 @@ def estimated(drive: Run) -> float:
 def sounds(seed: int) -> list[Sound]:
     """A voice in rooms, as an array of microphones hears it."""
     heard: list[Sound] = []
-    for number in range(SOUNDS):
+    for number in range(SOUND_COUNT):
         rng = np.random.default_rng((seed, 2, number))
         scene = make_scene(rng, 0.3, practice_voice(rng, 2.0, RATE_HZ), [ARRAYS["square"]])
         heard.append(scene.sound(0, "diffuse", 20.0))
@@ -220,7 +220,7 @@ def plan(*, runs: int | None = None, seed: int = 0, workers: int | None = None, 
     """Plan `runs` measurements (3) with 1, 2, 4 … `workers`, which it starts itself, here or on a cluster."""
     most = workers or max(len(os.sched_getaffinity(0)), LEAST_MOST)
     counts = tuple(sorted({most, *(2**power for power in range(most.bit_length()))}))
-    batch = RunBatch(partial(measure, seed, counts, cluster), runs or RUNS, Measurement)
+    batch = RunBatch(partial(measure, seed, counts, cluster), runs or DEFAULT_RUNS, Measurement)
     return ExperimentPlan((batch,), partial(_result, seed))
 
 

@@ -1,4 +1,4 @@
-"""Where runs are carried out: in this process, in several processes, or by the workers of a dask cluster.
+"""Execution of runs: in this process, in several processes, or by the workers of a dask cluster.
 
 Each of them is a `concurrent.futures.Executor`, so that a campaign knows none of them. Libraries for algebra and
 pictures have one thread in every worker, and all workers have the same versions: the answers of a run are the same
@@ -100,7 +100,7 @@ class _Cluster:
             distributed = import_module("distributed")
         except ImportError:
             raise Unavailable(f"Clusters need the extra cluster: {install_extra('cluster')}") from None
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a worker that is killed is told in a sentence
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a killed worker gets a sentence
         try:
             self._client: Any = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, ImportError, AttributeError):
