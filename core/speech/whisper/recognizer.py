@@ -85,8 +85,14 @@ DOUBTED = 4.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written
 UNHEARD = 2.0  # [nats] … and by which "2.4" is likelier beside "0.4"
 DECIMAL_DOUBTED = 2.0  # [nats] by which "1.2" and "1.5" are less likely beside "1.25": a digit may be unheard
 NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits makes it doubtful
-FRACTION = re.compile(r"(?i)\b(?:half|quarter|third)s?\b|[½¼¾]|[0-9]/[0-9]")
-"""A part of a number in free text that is doubted like a digit more: "two meters and a half" is not 2 meters."""
+OTHER_NUMBER = re.compile(
+    r"(?i)\b(?:half|quarter|first|second|third|fourth|fifth|sixth|seventh|eighth|ninth|tenth|once|twice|double)s?\b"
+    r"|[0-9](?:st|nd|rd|th)\b|[½¼¾]|[0-9]/[0-9]"
+)
+"""A number in free text that is doubted like a digit more: neither two meters and a half nor the second meter is 2
+meters.
+"""
+LEAST_SPOKEN_M = 0.05  # [m] of a spoken length or place but 0: "one centimeters" is written for "one or two meters"
 OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
 SELDOM = 1.0  # [nats] by which "3.0", "1.05", "0.77" are less likely: they are written for "3.2", "1.25", "0.7"
@@ -306,12 +312,12 @@ class WhisperRecognizer:
 
     def _objection(self, best: Meaning, found: Found) -> str:
         """Why these numbers must not move the robot; "": they may."""
-        if best.key[2]:
+        if best.key[2] or any(0 < abs(value) < LEAST_SPOKEN_M for _, value in best.key[1]):
             return NO_WHOLE_NUMBER
         digits = count_digits(best.spelling)
         near = (one.text for one in found.free if digits and one.nats > best.nats - NEAR_FREE)
         other = (text for text in near if key_of(text, self._own) != best.key)
-        return MORE_DIGITS if any(count_digits(text) > digits or FRACTION.search(text) for text in other) else ""
+        return MORE_DIGITS if any(count_digits(text) > digits or OTHER_NUMBER.search(text) for text in other) else ""
 
     def _owed_to_chance(self, key: Key) -> float:
         """[nats] by which its numbers with one decimal are written more often than others, as far as it counts."""

@@ -226,6 +226,20 @@ def test_a_number_without_the_fraction_of_the_free_text_moves_nothing(free):
     assert decided({"Continue 2.5 meters.": -3.0}, {"Continue two and a half meters.": -2.5}).command is not None
 
 
+@pytest.mark.parametrize("free", ["Continue second meter.", "Continue the 2nd meter", "Continue to 2 meters."])
+def test_a_number_beside_another_kind_of_number_in_the_free_text_moves_nothing(free):
+    told = decided({"Continue 2 meters.": -5.0}, {free: -2.5})
+    assert told.command is None and "missed a part" in told.reason
+    assert decided({"Continue 2 meters.": -5.0}, {"Continue to meters.": -2.5}).command is not None
+
+
+@pytest.mark.parametrize(
+    ("words", "moves"), [("one centimeters", False), ("10 centimeters", True), ("0 meters", False)]
+)
+def test_a_length_too_short_to_be_meant_moves_nothing(words, moves):
+    assert (decided({f"Continue {words}.": -2.0}, {}).command is not None) is moves
+
+
 def test_a_number_below_one_that_is_little_likelier_than_one_above_only_stops():
     """As a voice from the West Midlands says "stop at 0.8 and 2.4"."""
     assert decided({"stop at 0.8 and 0.4": -4.4, "stop at 0.8 and 2.4": -8.8}, {}).stops

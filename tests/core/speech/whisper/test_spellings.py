@@ -119,6 +119,12 @@ def test_a_number_without_its_whole_part_is_known(words, lacks):
         ("continue 1.2-8 meter", 3),
         ("someone, tenfold", 0),
         ("", 0),
+        ("continue to 3 meters", 2),
+        ("continue 1 or to meters", 2),
+        ("continue for a 3 meters", 2),
+        ("continue to meters", 0),
+        ("go to 1 and 2", 2),
+        ("stop at 1 and to", 1),
     ],
 )
 def test_digits_are_counted_however_they_are_written(text, count):
