@@ -35,6 +35,8 @@ from console.control.pending_commands import PendingCommands
 from console.control.pilot_supervisor import PilotSupervisor
 from console.control.state_times import StateTimes
 from console.data_folder import DataFolder
+from console.maps.places import PlaceService
+from console.maps.zones import ZoneService
 from console.rest import StatePace
 from console.robot.link import RobotLink
 from console.robot.pilot_thread import PilotPace, PilotThread
@@ -123,6 +125,7 @@ class Runtime:
             partial(self._call, self.notifications.tell, "warning"),
             lambda: self.parts[PendingCommands].command,
             lambda: self.parts[OwnNavigationService].map_view,
+            lambda: (self.parts[PlaceService].places, self.parts[ZoneService].zones),
         )
 
     # life

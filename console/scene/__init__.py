@@ -28,6 +28,7 @@ from console.scene.overlays.dead_reckoning import DeadReckoningGhost
 from console.scene.overlays.ground_grid import GroundGrid
 from console.scene.overlays.landmarks import Landmarks
 from console.scene.overlays.loop_closures import LoopClosureArcs
+from console.scene.overlays.marks import MarksOnMap, ShownMarks
 from console.scene.overlays.occupancy import Occupancy
 from console.scene.overlays.people import People
 from console.scene.overlays.plan import Plan
@@ -93,16 +94,17 @@ class Scene:
         complain: Callable[[str], None],
         waiting: Callable[[], Command | None],
         own_map: Callable[[], OwnMapView | None],
+        marks: Callable[[], ShownMarks] = lambda: ((), ()),
     ) -> None:
         """`complain`, from any thread: why the scene is left as it is; `waiting`: the command that waits, if any;
-        `own_map`: the robot's own map while it is shown.
+        `own_map`: the robot's own map while it is shown; `marks`: places and zones of the map.
         """
         self.why_not = ""  # why there is no scene; "" when there is one
         self.tabs: dict[str, Callable[[messages.AnswerMessage], None]] = {}  # how to tell each open page something
         self._robot = robot
         self._complain = complain
         self._waiting = waiting
-        self._own_map = own_map
+        self._own_map, self._marks = own_map, marks
         self._server: QuietViser | None = None
         self._inside: NoSocketServer | None = None
         self._sockets = OpenSockets()
@@ -164,7 +166,8 @@ class Scene:
             overlays = [overlay(server.scene, self._robot.profile) for overlay in OVERLAYS]
             intended = PreviewLines(server.scene, self._robot.profile, self._waiting)
             own = RobotsOwnMap(server.scene, self._robot.profile, self._own_map)
-            self._draw(server, [own, *overlays, intended])
+            marked = MarksOnMap(server.scene, self._robot.profile, self._marks)
+            self._draw(server, [own, *overlays, marked, intended])
         except Exception:
             log.exception("The scene could not be drawn any more")
             self.why_not = "The 3-D scene cannot be drawn and stays as it is; the log says why. All else goes on."

@@ -12,10 +12,12 @@ import pytest
 from console.scene.overlays.associations import crosses, dashes, places
 from console.scene.overlays.candidates import POINTER_RADII, outline, stood
 from console.scene.overlays.loop_closures import MAX_ARCH_M, MIN_ARCH_M, arch, strokes_of
+from console.scene.overlays.marks import outlines
 from console.scene.overlays.occupancy import Occupancy
 from console.scene.overlays.submaps import frame
 from core.geometry import Pose
 from core.message import Array
+from core.navigation.zones import MapZone
 from core.robots import Profile
 from core.slam.estimate import Association
 from core.slam.map.occupancy import OccupancyGrid
@@ -35,6 +37,15 @@ def test_an_arch_stands_on_both_its_places_and_can_be_seen(length: float) -> Non
     assert spans[0, 0, :2] == pytest.approx([0, 0]) and spans[-1, 1, :2] == pytest.approx([length, 0])
     assert MIN_ARCH_M <= spans[..., 2].max() <= MAX_ARCH_M + 0.1
     assert spans[1:, 0] == pytest.approx(spans[:-1, 1])  # without gaps
+
+
+def test_a_zone_is_outlined_all_around() -> None:
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]])
+    spans = outlines([MapZone(name="hole", kind="keep_out", points=corners)])
+    assert spans[:, 0, :2] == pytest.approx(corners) and spans[:, 1, :2] == pytest.approx(
+        np.roll(corners, -1, axis=0)
+    )
+    assert len(outlines([])) == 0
 
 
 def test_an_undone_closure_is_drawn_broken() -> None:
