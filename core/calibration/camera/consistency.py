@@ -21,7 +21,7 @@ from core.message import Array, message
 LEAST_SHARE = 0.2  # of the squared errors that a rival must explain …
 LEAST_F = 30.0  # … and by how much more per unknown than noise does
 ASPECT_SDS, LEAST_ASPECT = 6.0, 0.002  # a square's height over its width differs from 1 by so many sds and by so much
-LEAST_BEND = 0.001  # of a board's diagonal, from its lowest to its highest corner, from which it is called bent
+LEAST_BEND = 0.0015  # of a board's diagonal, from its lowest to its highest corner, from which it is called bent
 MAX_NOISE_RATIO = 2.0  # a part that another camera explains errs at most so many times more than the others
 MIN_VIEWS = 3  # views that determine a camera of their own
 MIXTURE_STARTS = 24  # beginnings of the mixture
@@ -393,11 +393,13 @@ def find_aspect(corners: Corners, solution: BundleSolution) -> Aspect | None:
     return Aspect(value=found, sd=sd)
 
 
-def find_bend(corners: Corners, solution: BundleSolution) -> Bend | None:
-    """The board's shape by heights of second order across it, if the used views show beyond doubt that it is bent."""
+def find_bend(corners: Corners, solution: BundleSolution, least_bend: float = LEAST_BEND) -> Bend | None:
+    """The board's shape by heights of second order across it, if the used views show beyond doubt that it is bent, by
+    so much of its diagonal at least.
+    """
     flat, bends = corners.points, _bends(corners.points)
     found, curved = np.zeros(bends.shape[1]), corners
-    least = LEAST_BEND * 2 * float(np.linalg.norm(flat - flat.mean(axis=0), axis=1).max())
+    least = least_bend * 2 * float(np.linalg.norm(flat - flat.mean(axis=0), axis=1).max())
     for turn in range(3):
         slope = by_bend(curved, solution)
         precision, pull = bundle_adjustment.information_and_pull(curved, solution, PAPER, slope)

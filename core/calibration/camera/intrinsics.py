@@ -182,14 +182,15 @@ def _consistently(everything: Corners, size: tuple[int, int], settings: Intrinsi
     if aspect is not None:
         oblong = everything._replace(points=everything.points * (1.0, aspect.value, 1.0))
         rivals.append(_Found(oblong, *_solve_robustly(oblong, size, settings), aspect=aspect))
-    bend = consistency.find_bend(found.corners, found.solution)
+    part = _part_of(found, size)
+    least_bend = consistency.LEAST_BEND if part is None else 0.0  # any bend is likelier than a second camera
+    bend = consistency.find_bend(found.corners, found.solution, least_bend)
     if bend is not None:
         curved = everything._replace(points=bend.points)
         rivals.append(_Found(curved, *_solve_robustly(curved, size, settings), bend=bend))
     whole = [rival for rival in rivals if _part_of(rival, size) is None]
     if whole:
         return min(whole, key=lambda each: bundle_adjustment.noise(each.corners, each.solution, PAPER))
-    part = _part_of(found, size)
     if part is None or not part.is_minority(len(everything.pixels)):
         return found._replace(part=part)
     others = ~np.isin(np.arange(len(everything.pixels)), part.views)
