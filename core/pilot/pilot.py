@@ -149,8 +149,8 @@ class Pilot:
         self._inbox.put(lambda _: setattr(self, "_who", who))
 
     def keep_out_of(self, zones: KeepOuts) -> None:
-        """Enter none of these zones from the next frame on."""
-        self._inbox.put(lambda _: setattr(self, "_keep_outs", zones))
+        """Enter none of these zones from now on: a command that is given next is judged by them."""
+        self._keep_outs = zones
 
     def drive_with(self, settings: Settings) -> None:
         """Take the settings of driving, walls and people, which are read with every frame, from the next frame on."""
