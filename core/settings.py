@@ -49,7 +49,7 @@ from core.speech.synthesis import VoiceSettings
 
 log = logging.getLogger(__name__)
 
-LARGEST = 1_000_000  # bytes of a settings file
+MAX_SETTINGS_BYTES = 1_000_000  # bytes of a settings file
 FORMER = {
     "company": "person_following",
     "floor": "submaps",
@@ -115,7 +115,7 @@ def load(path: Path | str | None) -> Settings:
         return Settings()
     path = Path(path)
     try:
-        if path.stat().st_size > LARGEST:
+        if path.stat().st_size > MAX_SETTINGS_BYTES:
             raise BadInput(f"{path.name} is too large for settings.")
         text = path.read_text(encoding="utf-8")
     except OSError as trouble:

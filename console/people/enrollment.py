@@ -12,7 +12,7 @@ import msgspec
 from console.people.jobs import SeenBackground, SeenPerson
 from core.geometry import Pose
 from core.message import Array
-from core.perception.people.enrollment import FEWEST, PersonImage
+from core.perception.people.enrollment import MIN_PICTURES, PersonImage
 
 MOST_PICTURES = 12
 FORGET_ENROLLMENT_S = 900.0  # without anybody at it, after which an enrollment is over
@@ -185,8 +185,8 @@ class EnrollmentSession:
             gestures=[one.name for one in GESTURES],
             pictures=[one.shown for one in self.taken],
             newest=None if self.newest is None else self.newest.shown,
-            fewest=FEWEST,
-            ready=len(self.taken) >= FEWEST,
+            fewest=MIN_PICTURES,
+            ready=len(self.taken) >= MIN_PICTURES,
             demo=self.demo,
             trouble=self.trouble,
             waits=self.waits,

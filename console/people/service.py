@@ -29,7 +29,7 @@ from core.errors import Refused, Unavailable
 from core.files import saving
 from core.geometry import Pose
 from core.perception.people.appearance import PersonProfile
-from core.perception.people.enrollment import FEWEST
+from core.perception.people.enrollment import MIN_PICTURES
 from core.perception.people.legs import find_standers
 from core.pilot.pilot import Pilot
 from core.sensors import Image, SensorFrame
@@ -195,8 +195,8 @@ class EnrollmentService(Part):
         name = self._free(given)
         if enrollment.demo:
             raise Problem(409, "The simulated person still shows gestures; wait, or stop it.")
-        if len(enrollment.taken) < FEWEST:
-            raise Refused(f"I need at least {FEWEST} good pictures with different gestures; take more.")
+        if len(enrollment.taken) < MIN_PICTURES:
+            raise Refused(f"I need at least {MIN_PICTURES} good pictures with different gestures; take more.")
         async with self._looks.taken():
             learnt = await self._asked(enrollment, LearnPerson(name, enrollment.person_images))
         async with self._turn:

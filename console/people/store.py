@@ -15,7 +15,7 @@ import numpy as np
 from console.http.problems import Problem
 from core.files import UNFINISHED, sync_folder, write_atomic
 from core.message import Array
-from core.perception.people.appearance import LIMBS, TONES, Appearance, PersonProfile
+from core.perception.people.appearance import LIMB_COUNT, TONE_COUNT, Appearance, PersonProfile
 from core.perception.people.parts import PARTS
 
 log = logging.getLogger(__name__)
@@ -148,9 +148,9 @@ def card_in(raw: bytes, card_id: str) -> PersonFile:
     if not is_name(card.name):
         raise ValueError("no name")
     looks = card.looks
-    if len(looks.colours) != len(PARTS) or any(len(row) != TONES for row in looks.colours):
+    if len(looks.colours) != len(PARTS) or any(len(row) != TONE_COUNT for row in looks.colours):
         raise ValueError("colours of another form")
-    if len(looks.proportions) != LIMBS:
+    if len(looks.proportions) != LIMB_COUNT:
         raise ValueError("proportions of another form")
     numbers = [one for row in (*looks.colours, looks.proportions, [looks.height_m]) for one in row if one is not None]
     if not all(math.isfinite(one) and abs(one) < MAX_LOOK_NUMBER for one in numbers) or not looks.appearance.known:

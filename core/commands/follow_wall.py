@@ -16,7 +16,7 @@ from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalAim, GoalController
 from core.navigation.obstacle import free_space, why_no_headway
 from core.navigation.steering import Pursuit, StallDetector, Travel
-from core.navigation.wall import APART, RightWall, WallLine, walls_on_the_right
+from core.navigation.wall import MIN_PLACE_GAP_M, RightWall, WallLine, walls_on_the_right
 from core.sentences import Statement
 
 NO_WALL = Statement("wall.none")
@@ -104,7 +104,7 @@ class FollowingWall:
             return None
         why = ""
         for found, far in zip(places[:MAX_PLACES], away.tolist(), strict=False):
-            if any(math.dist(found, shut) < APART for shut in self._shut):
+            if any(math.dist(found, shut) < MIN_PLACE_GAP_M for shut in self._shut):
                 continue
             out = (robot - found) / far
             x, y = (found + self._distance * out).tolist()

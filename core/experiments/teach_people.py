@@ -24,7 +24,14 @@ from core.message import Array
 from core.perception.people.brightness import levelled
 from core.perception.people.edge_orientation import edge_cells
 from core.perception.people.part_model import FILE, PartModel, keep_model, likelihoods
-from core.perception.people.parts import CELLS_PER_METRE, HIGHEST_SHIFT, LOWEST_SHIFT, PARTS, TALL, BodySegment
+from core.perception.people.parts import (
+    CELLS_PER_METRE,
+    HIGHEST_SHIFT,
+    LOWEST_SHIFT,
+    MODEL_HEIGHT_M,
+    PARTS,
+    BodySegment,
+)
 from core.perception.people.vertical_plane import VerticalPlanes
 from core.simulation.world import FLOOR
 
@@ -74,7 +81,7 @@ def _learn_from(scene: DrawnScene, samples: dict[str, TrainingSamples], rng: np.
     """One person, the places next to them, the wrong distances, and other places."""
     person = scene.people[0]
     boards = VerticalPlanes(levelled(scene.pixels), scene.camera)
-    shift = round((person.height - TALL) * CELLS_PER_METRE)
+    shift = round((person.height - MODEL_HEIGHT_M) * CELLS_PER_METRE)
     shift = min(HIGHEST_SHIFT, max(LOWEST_SHIFT, shift))
     if person.shown > 0.8:
         pixels, valid = boards.cut(person.distance, person.bearing + rng.normal(0, 0.015), REACH)

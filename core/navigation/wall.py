@@ -53,7 +53,7 @@ def _touching(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
 
 
 NOTHING = np.empty((0, 2))
-APART = 0.5  # [m] between places at the walls that can be gone to
+MIN_PLACE_GAP_M = 0.5  # between places at the walls that can be gone to
 SECTOR = math.radians(2.0)  # of the sight, in which the newest scan replaces what was remembered
 NEAR_END, WALL_AT_END = 0.35, 0.2  # [m] around the end of an opening, and to where its wall is seen there at least
 RIGHT = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the right-hand side
@@ -178,7 +178,7 @@ def walls_on_the_right(pose: Pose, points: Array, settings: WallSettings) -> Arr
     spread = []
     while len(rest):
         spread.append(rest[0])
-        rest = rest[np.hypot(*(rest - rest[0]).T) >= APART]
+        rest = rest[np.hypot(*(rest - rest[0]).T) >= MIN_PLACE_GAP_M]
     return np.array(spread).reshape(-1, 2)
 
 

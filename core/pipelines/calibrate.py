@@ -44,7 +44,7 @@ PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".pgm", ".ppm"}
 SCANS = {".pcd", ".csv"}
 MOST_FILES = 2000
 NUMBER, WORDS = re.compile(r"\d+"), re.compile(r"(\D*)(\d*)")
-SHIFTS = (-3, -2, -1, 1, 2, 3)  # places by which a list of scans may be off against the pictures
+SHIFT_PLACES = (-3, -2, -1, 1, 2, 3)  # places by which a list of scans may be off against the pictures
 
 
 def calibrate_camera(
@@ -170,7 +170,7 @@ def _other_pairings(
     every = list(scanned)
     shifted = [
         (f"{abs(shift)} {'later' if shift > 0 else 'earlier'} in the list", every[shift:] + every[:shift])
-        for shift in SHIFTS
+        for shift in SHIFT_PLACES
         if abs(shift) < len(every) - 2
     ]
     return [

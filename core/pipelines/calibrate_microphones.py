@@ -18,7 +18,7 @@ from core.progress import UNSEEN, WorkProgress
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray
 
-DIGITS = 6
+DECIMAL_DIGITS = 6
 
 
 class ClapFigures(TypedDict):
@@ -106,7 +106,7 @@ def write_profile(out: Path, array: MicrophoneArray, found: Orientation) -> Path
     mounted = oriented(array, found)
     turned: Array = mounted.positions.copy()
     turned[:, :2] = turned[:, :2] @ rotation(found.yaw).T
-    rows = ",\n".join(f"  {[round(float(value), DIGITS) for value in row]}" for row in turned)
+    rows = ",\n".join(f"  {[round(float(value), DECIMAL_DIGITS) for value in row]}" for row in turned)
     name = "".join(letter for letter in array.name if letter.isprintable() and letter not in '"\\')
     lines = [
         f"# Turned by {math.degrees(found.yaw):.1f} deg, known to {math.degrees(2 * found.yaw_sd):.1f} deg (95 %).",

@@ -30,11 +30,11 @@ from core.settings import Settings
 from core.speech.recognition.decision import RecognizedUtterance, Verdict
 from core.speech.recognition.engines import ActiveEngine, open_engine
 
-PIECE = 0.5  # [s] of sound that are recognised at once
-AROUND = 0.3  # [s] by which a direction may lie outside the utterance that it belongs to
-FAINTER = 20.0  # [dB] below the loudest channel, from which on one is taken to be unused
-BEYOND = 8.0  # times full scale, from which samples are taken for whole numbers written as fractions
-VAGUE = 0.5  # [rad] sd beyond which an elevation is not reported
+PIECE_S = 0.5  # of sound that are recognised at once
+AROUND_S = 0.3  # by which a direction may lie outside the utterance that it belongs to
+FAINTER_DB = 20.0  # below the loudest channel, from which on one is taken to be unused
+MIN_WHOLE_NUMBER_PEAK = 8.0  # times full scale, from which samples are taken for whole numbers written as fractions
+MAX_ELEVATION_SD_RAD = 0.5  # sd beyond which an elevation is not reported
 
 
 class HeardDirection(TypedDict):
@@ -175,7 +175,7 @@ class RecordingTranscriber:
             return [], []
         reader = WordReader(self._settings, self._engine, self._array if channel is None else None, channel or 0)
         heard: list[RecognizedUtterance] = []
-        for piece in progress.each(list(reader.prepared(sound).pieces(PIECE)), name):
+        for piece in progress.each(list(reader.prepared(sound).pieces(PIECE_S)), name):
             heard += reader.feed(piece)
         heard += reader.finish()
         return [said for said in heard if said.final], [said for said in heard if not said.final]
@@ -210,13 +210,13 @@ def first_heard(sound: Sound) -> int:
     if not sound.samples.size:
         return 0
     power = np.mean(sound.samples**2, axis=0)  # (C,)
-    return int(np.argmax(power >= power.max() * 10 ** (-FAINTER / 10)))
+    return int(np.argmax(power >= power.max() * 10 ** (-FAINTER_DB / 10)))
 
 
 def in_full_scale(sound: Sound) -> tuple[Sound, list[Fault]]:
     """A sound whose samples are numbers of 16, 24 or 32 bits → the same within ±1, and what is said about it."""
     peak = float(np.abs(sound.samples).max(initial=0.0))
-    if not BEYOND < peak <= LOUDEST:  # more is no sound, and refused
+    if not MIN_WHOLE_NUMBER_PEAK < peak <= LOUDEST:  # more is no sound, and refused
         return sound, []
     full = next(2.0 ** (bits - 1) for bits in (16, 24, 32) if peak <= 2.0 ** (bits - 1))
     units = fault("sound.units", used=True, peak=f"{peak:.0f}", full=f"{full:.0f}")
@@ -229,7 +229,7 @@ def _direction(
     return {
         "t_s": one.stamp,
         "azimuth_rad": wrap(one.azimuth),
-        "elevation_rad": one.elevation if one.elevation_sd < VAGUE else None,
+        "elevation_rad": one.elevation if one.elevation_sd < MAX_ELEVATION_SD_RAD else None,
         "elevation_ambiguous": one.mirror is not None,
         "ambiguity": one.ambiguity if array is not None else "",
         "sd_rad": one.azimuth_sd,
@@ -240,7 +240,7 @@ def _direction(
 
 def _utterance(said: RecognizedUtterance, found: Sequence[Direction]) -> HeardUtterance:
     begin, end = said.said
-    near = [one for one in found if begin - AROUND <= one.stamp <= end + AROUND]
+    near = [one for one in found if begin - AROUND_S <= one.stamp <= end + AROUND_S]
     best = max(near, key=lambda one: one.strength, default=None)
     decision, command = said.decision, said.decision.command
     return {

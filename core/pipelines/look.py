@@ -31,12 +31,12 @@ from core.recording.recorded_senses import RecordedImage, sights
 from core.sensors import Camera
 from core.settings import Settings
 
-FIELD = 1.05  # [rad] that a picture is wide where nothing is known of its camera; a telephone's is about that
-NARROWEST, WIDEST = 0.05, 2.8  # [rad] of a field of view
-NEAREST, FARTHEST = 0.2, 100.0  # [m]
-EYE = 1.15  # [m] above the floor, for the detector that needs a height
+FIELD_OF_VIEW_RAD = 1.05  # that a picture is wide where nothing is known of its camera; a telephone's is about that
+MIN_FIELD_RAD, MAX_FIELD_RAD = 0.05, 2.8  # of a field of view
+MIN_DISTANCE_M, MAX_DISTANCE_M = 0.2, 100.0
+EYE_HEIGHT_M = 1.15  # above the floor, for the detector that needs a height
 EVERY_S = 1.0  # between the pictures of a recording
-LARGEST = 1280  # [pixel] of a picture's longer side; larger ones are shrunk before they are looked at
+MAX_SIDE_PX = 1280  # of a picture's longer side; larger ones are shrunk before they are looked at
 MOST_QUESTIONS, MOST_BYTES = 20_000, 8 * 2**20  # of a file with questions
 COLOURS = ((80, 200, 255), (90, 220, 90), (255, 170, 60))  # of head, torso and feet, blue-green-red
 
@@ -53,7 +53,9 @@ class PictureQuestion:
     azimuth_sd: float = ASKED_SD  # [rad]
     distance: float | None = None  # [m]
     pixels: Array | None = None  # (H, W, 3) of a recorded picture; None: those of the file
-    field: float | None = None  # [rad] that the picture is wide; None: by the camera's calibration, else FIELD
+    field: float | None = (
+        None  # [rad] that the picture is wide; None: by the camera's calibration, else FIELD_OF_VIEW_RAD
+    )
 
 
 class PersonEntry(TypedDict):
@@ -181,8 +183,8 @@ def _check(question: PictureQuestion) -> None:
     bounds = (
         ("azimuth", question.azimuth, -math.pi, math.pi, "rad"),
         ("sd of the azimuth", question.azimuth_sd, 0.0, 1.0, "rad"),
-        ("distance", question.distance, NEAREST, FARTHEST, "m"),
-        ("field of view", question.field, NARROWEST, WIDEST, "rad"),
+        ("distance", question.distance, MIN_DISTANCE_M, MAX_DISTANCE_M, "m"),
+        ("field of view", question.field, MIN_FIELD_RAD, MAX_FIELD_RAD, "rad"),
     )
     for name, value, low, high, unit in bounds:
         if value is not None and not low <= value <= high:
@@ -219,20 +221,20 @@ def _camera(question: PictureQuestion, model: CameraModel | None, pixels: Array)
     """The camera of a picture, level, at the height of a table. Raises BadInput for another's calibration."""
     height, width = pixels.shape[:2]
     if model is None:
-        focal = width / 2 / math.tan((question.field or FIELD) / 2)
+        focal = width / 2 / math.tan((question.field or FIELD_OF_VIEW_RAD) / 2)
         model = CameraModel(width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2)
     elif abs(width / model.width - height / model.height) > 0.01 * width / model.width:
         raise BadInput(f"it is {size_words(pixels)}, the camera file is for {model.width}x{model.height}")
     else:
         model = model.scaled(width / model.width)
-    return Camera(model=model, mounting=Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, EYE])))
+    return Camera(model=model, mounting=Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, EYE_HEIGHT_M])))
 
 
 def _found(
     question: PictureQuestion, camera: Camera, pixels: Array, detector: PersonDetector
 ) -> tuple[tuple[Rectangle, ...], float]:
     """Return the people who were found in the shrunk picture, and its size as a share of the picture's."""
-    factor = min(1.0, LARGEST / max(pixels.shape[:2]))
+    factor = min(1.0, MAX_SIDE_PX / max(pixels.shape[:2]))
     if factor < 1:
         pixels = cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
         camera = replace(camera, model=camera.model.scaled(factor))

@@ -31,7 +31,7 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import ClosureStatus
 from core.slam.mapper import AnchoredPose
 
-PACE = 0.02  # [m]: the path is measured from place to place this far apart, so that trembling at rest adds nothing
+PATH_STEP_M = 0.02  # the path is measured from place to place this far apart, so that trembling at rest adds nothing
 
 
 class LandmarkFigures(TypedDict):
@@ -86,7 +86,7 @@ class SlamResult:
         total, last = 0.0, self.poses[0]
         for pose in self.poses[1:]:
             way = last.distance_to(pose.x, pose.y)
-            if way >= PACE:
+            if way >= PATH_STEP_M:
                 total, last = total + way, pose
         return total
 

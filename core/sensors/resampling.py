@@ -8,8 +8,8 @@ import numpy as np
 
 from core.message import Array
 
-CROSSINGS = 10  # of zero on each side of the low-pass filter
-KAISER = 5.0  # shape of its window
+ZERO_CROSSINGS = 10  # of zero on each side of the low-pass filter
+KAISER_BETA = 5.0  # shape of its window
 
 
 def resampled(samples: Array, rate: float, wanted: float) -> Array:
@@ -36,9 +36,9 @@ def resampled(samples: Array, rate: float, wanted: float) -> Array:
 def _taps(up: int, down: int) -> Array:
     """Weights (J, up) of the samples around each of the `up` phases between two of them, J odd."""
     widest = max(up, down)
-    reach = CROSSINGS * widest
+    reach = ZERO_CROSSINGS * widest
     before = reach // up + 1
     at = np.arange(up) - up * np.arange(-before, before + 1)[:, None]  # in samples of the common multiple
-    window = np.i0(KAISER * np.sqrt(np.maximum(1 - (at / reach) ** 2, 0))) / np.i0(KAISER)
+    window = np.i0(KAISER_BETA * np.sqrt(np.maximum(1 - (at / reach) ** 2, 0))) / np.i0(KAISER_BETA)
     weights = np.where(np.abs(at) <= reach, np.sinc(at / widest) * window, 0.0)
     return weights * (up / weights.sum())

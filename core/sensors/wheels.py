@@ -7,7 +7,7 @@ from dataclasses import replace
 from core.geometry import Pose, arc, wrap
 from core.message import message
 
-MOVING = 0.02  # [m/s], [rad/s] from which a robot moves noticeably
+MOVING_SPEED = 0.02  # [m/s], [rad/s] from which a robot moves noticeably
 
 
 MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S = 5.0, 7.0  # of a base, with a margin
@@ -46,7 +46,7 @@ class Wheels:
     @property
     def moves(self) -> bool:
         """True while the robot moves noticeably."""
-        return max(abs(self.speed), abs(self.turn_rate)) > MOVING
+        return max(abs(self.speed), abs(self.turn_rate)) > MOVING_SPEED
 
     def carried(self, seconds: float) -> Wheels:
         """The same `seconds` [s] later, if they went on as they were."""

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from core.message import Array
-from core.pipelines.hear import PIECE
+from core.pipelines.hear import PIECE_S
 from core.sensors.microphones import Sound
 from core.sensors.resampling import resampled
 from core.speech.recognition.decision import Decision, RecognizedUtterance, Sentence, log_odds
@@ -184,7 +184,7 @@ def as_cut(recognizer: Recognizer, settings: SpeechSettings) -> Decide:
     def decide(samples: Array) -> list[Decision]:
         ears = Transcriber(settings, recognizer=recognizer)
         heard: list[RecognizedUtterance] = []
-        for piece in Sound(stamp=0.0, rate=RATE, samples=samples[:, None]).pieces(PIECE):
+        for piece in Sound(stamp=0.0, rate=RATE, samples=samples[:, None]).pieces(PIECE_S):
             heard += ears.feed(piece)
         return [one.decision for one in (*heard, *ears.finish()) if one.final]
 

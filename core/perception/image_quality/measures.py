@@ -9,20 +9,20 @@ import numpy as np
 
 from core.message import Array, message
 
-BLACK, WHITE = 2, 253  # grey levels at and beyond which a pixel means only "less" or "more"
-BRIGHTEST = 0.1  # share of the pixels that is left out of the level: lamps and windows
+BLACK_GREY, WHITE_GREY = 2, 253  # grey levels at and beyond which a pixel means only "less" or "more"
+BRIGHTEST_SHARE = 0.1  # share of the pixels that is left out of the level: lamps and windows
 SECOND = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.int16)  # answers to no plane and to no straight edge
 SECOND_GAIN = 6.0  # sd of its answer to white noise of sd 1
-NORMAL = 0.6745  # median of |x| for a normal x of sd 1
-ROUNDING = 0.29  # [grey levels] sd of rounding to whole numbers: no picture is less noisy
-FINE, COARSE = 1.0, 2.5  # [pixel] sd of the two smoothings that are compared
-ROWS = 5  # that are averaged, of which every third is looked at
-CLEAR = 12.0  # times the noise of a slope that an edge must have for its width to be measured
-LEAST = 0.5  # [grey levels per pixel] of that slope in any case
-RIM = 8  # [pixel] at either end of a row that are left out
-SHARPEST = 0.4  # quantile that counts: soft shadows and neighbouring edges make the others look wider
-FEW = 12  # edges, below which the blur is not measured
-WIDEST = 8.0  # [pixel] the widest sd that can be measured
+NORMAL_MEDIAN = 0.6745  # median of |x| for a normal x of sd 1
+ROUNDING_SD_GREY = 0.29  # [grey levels] sd of rounding to whole numbers: no picture is less noisy
+FINE_SD_PX, COARSE_SD_PX = 1.0, 2.5  # sd of the two smoothings that are compared
+AVERAGED_ROWS = 5  # that are averaged, of which every third is looked at
+MIN_EDGE_RATIO = 12.0  # times the noise of a slope that an edge must have for its width to be measured
+MIN_EDGE_SLOPE = 0.5  # [grey levels per pixel] of that slope in any case
+RIM_PX = 8  # at either end of a row that are left out
+SHARPEST_QUANTILE = 0.4  # quantile that counts: soft shadows and neighbouring edges make the others look wider
+MIN_EDGES = 12  # edges, below which the blur is not measured
+MAX_BLUR_SD_PX = 8.0  # the widest sd that can be measured
 
 
 @message
@@ -51,14 +51,14 @@ def exposure(grey: Array) -> ExposureMeasure:
     shares = counts / counts.sum()
     levels = np.arange(256.0)
     below = np.cumsum(shares)
-    kept = np.clip(1 - BRIGHTEST - (below - shares), 0.0, shares)
+    kept = np.clip(1 - BRIGHTEST_SHARE - (below - shares), 0.0, shares)
     return ExposureMeasure(
         mean=float(shares @ levels),
         level=float(kept @ levels / kept.sum()),
         low=_quantile(below, 0.01),
         high=_quantile(below, 0.99),
-        dark_share=float(shares[: BLACK + 1].sum()),
-        bright_share=float(shares[WHITE:].sum()),
+        dark_share=float(shares[: BLACK_GREY + 1].sum()),
+        bright_share=float(shares[WHITE_GREY:].sum()),
     )
 
 
@@ -78,12 +78,12 @@ def noise_sd(grey: Array) -> float:
     """
     rough = np.abs(cv2.filter2D(grey, cv2.CV_16S, SECOND)[1:-1:2, 1:-1])
     shown = grey[1:-1:2, 1:-1]
-    rough = rough[(shown > BLACK) & (shown < WHITE)]
+    rough = rough[(shown > BLACK_GREY) & (shown < WHITE_GREY)]
     if rough.size < 200:
-        return ROUNDING
+        return ROUNDING_SD_GREY
     counts = np.bincount(rough)
     middle = _quantile(np.cumsum(counts) / rough.size, 0.5)  # whole numbers: between them by their shares
-    return max(ROUNDING, middle / (NORMAL * SECOND_GAIN))
+    return max(ROUNDING_SD_GREY, middle / (NORMAL_MEDIAN * SECOND_GAIN))
 
 
 def blur(grey: Array, noise: float) -> Blur:
@@ -98,17 +98,21 @@ def blur(grey: Array, noise: float) -> Blur:
 
 def _width(grey: Array, noise: float) -> float | None:
     """Picture (H, W) → sd [pixel] of the blur of its edges that run down, or None."""
-    along = cv2.boxFilter(grey, cv2.CV_32F, (1, ROWS), borderType=cv2.BORDER_REPLICATE)[ROWS // 2 :: 3]
-    fine, steep = _slope(along, FINE), np.abs(_slope(along, COARSE))
-    quiet = noise / math.sqrt(ROWS * 4 * math.sqrt(math.pi) * COARSE**3)  # sd of the coarse slope of noise alone
-    peak = steep > max(CLEAR * quiet, LEAST)
+    along = cv2.boxFilter(grey, cv2.CV_32F, (1, AVERAGED_ROWS), borderType=cv2.BORDER_REPLICATE)[
+        AVERAGED_ROWS // 2 :: 3
+    ]
+    fine, steep = _slope(along, FINE_SD_PX), np.abs(_slope(along, COARSE_SD_PX))
+    quiet = noise / math.sqrt(
+        AVERAGED_ROWS * 4 * math.sqrt(math.pi) * COARSE_SD_PX**3
+    )  # sd of the coarse slope of noise alone
+    peak = steep > max(MIN_EDGE_RATIO * quiet, MIN_EDGE_SLOPE)
     peak[:, 1:-1] &= (steep[:, 1:-1] >= steep[:, :-2]) & (steep[:, 1:-1] > steep[:, 2:])
-    peak[:, :RIM] = peak[:, -RIM:] = False
-    if np.count_nonzero(peak) < FEW:
+    peak[:, :RIM_PX] = peak[:, -RIM_PX:] = False
+    if np.count_nonzero(peak) < MIN_EDGES:
         return None
-    ratio = np.clip(np.abs(fine[peak]) / steep[peak], 1.0 + 1e-6, COARSE / FINE)
-    squares = (COARSE**2 - ratio**2 * FINE**2) / (ratio**2 - 1)
-    return min(WIDEST, math.sqrt(max(0.0, float(np.quantile(squares, SHARPEST)))))
+    ratio = np.clip(np.abs(fine[peak]) / steep[peak], 1.0 + 1e-6, COARSE_SD_PX / FINE_SD_PX)
+    squares = (COARSE_SD_PX**2 - ratio**2 * FINE_SD_PX**2) / (ratio**2 - 1)
+    return min(MAX_BLUR_SD_PX, math.sqrt(max(0.0, float(np.quantile(squares, SHARPEST_QUANTILE)))))
 
 
 def _slope(grey: Array, sd: float) -> Array:

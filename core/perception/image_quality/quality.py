@@ -14,9 +14,9 @@ from core.perception.landmarks.edges import EdgeSettings
 from core.perception.landmarks.preprocessing import NOTHING, Preprocessing
 from core.sensors import Image
 
-GLARE = 0.1  # share of white pixels beyond which it is said
-BLACKOUT = 5.0  # grey level: where not even the brightest parts reach it there is nothing to see
-BLUNT = 2.0  # times the blur of a sharp picture beyond which it is said, whatever is done
+MAX_WHITE_SHARE = 0.1  # share of white pixels beyond which it is said
+BLACKOUT_GREY = 5.0  # grey level: where not even the brightest parts reach it there is nothing to see
+BLUNT_RATIO = 2.0  # times the blur of a sharp picture beyond which it is said, whatever is done
 
 
 @message
@@ -42,13 +42,13 @@ def faults(
 ) -> tuple[PictureFault, ...]:
     """Light, blur [pixel] and what was done → what is wrong, the light first."""
     found: list[PictureFault] = []
-    if light.bright_share > GLARE:
+    if light.bright_share > MAX_WHITE_SHARE:
         found.append(
             PictureFault(
                 label="bright", what="too bright", advice="turn the camera away from the light or close a blind"
             )
         )
-    elif light.high < BLACKOUT:
+    elif light.high < BLACKOUT_GREY:
         covered = "see whether something covers the lens, or switch on a light"
         return (PictureFault(label="dark", what="black", advice=covered),)
     elif light.level < settings.level / settings.idle:
@@ -58,7 +58,7 @@ def faults(
                 label="dark", what="too dark", done="brightened" if lit else "", advice="give the robot more light"
             )
         )
-    if done.contrast > 1 or width > BLUNT * settings.sharp:
+    if done.contrast > 1 or width > BLUNT_RATIO * settings.sharp:
         raised = "contrast raised" if done.contrast > 1 else ""
         if motion.sideways and motion.turning:
             slower = "turn more slowly or give the robot more light"
@@ -108,9 +108,9 @@ def complaint(found: tuple[PictureFault, ...]) -> str:
 
 PictureState = Literal["good", "mended", "poor", "unusable"]
 WHITE_OUT = 0.5  # share of white pixels beyond which a picture is unusable
-SMEARED = 1.6  # times the blur of level edges: beyond, it is motion
-SMEAR = 1.2  # [pixel] sd below which no direction is reported
-TURNING = 0.05  # [rad/s] beyond which motion blur is put down to the turn
+SMEARED_RATIO = 1.6  # times the blur of level edges: beyond, it is motion
+MIN_SMEAR_SD_PX = 1.2  # sd below which no direction is reported
+TURNING_RAD_S = 0.05  # beyond which motion blur is put down to the turn
 
 
 @message
@@ -143,12 +143,12 @@ def judge(
     light, noise = exposure(grey), noise_sd(grey)
     width = blur(grey, noise)
     across, down = width.across or 0.0, width.down
-    smeared = across > SMEAR and down is not None and across > SMEARED * max(down, 0.5)
+    smeared = across > MIN_SMEAR_SD_PX and down is not None and across > SMEARED_RATIO * max(down, 0.5)
     wanted = prepare_for(light, noise, width, settings, edges)
     done = wanted if settings.prepare else NOTHING
     margin = _margin(light, noise, across, done, settings, edges)
     state = _state(light, margin, done, edges)
-    motion = MotionSmear(sideways=smeared, turning=abs(turn_rate) > TURNING)
+    motion = MotionSmear(sideways=smeared, turning=abs(turn_rate) > TURNING_RAD_S)
     found = faults(light, across, motion, done, settings)
     return PictureQuality(
         light=light,
@@ -185,6 +185,6 @@ def _margin(
 def _state(light: ExposureMeasure, margin: float, done: Preprocessing, edges: EdgeSettings) -> PictureState:
     if margin < 1 or light.bright_share > WHITE_OUT:
         return "unusable"
-    if margin < edges.canny_high / edges.canny_low or light.bright_share > GLARE:
+    if margin < edges.canny_high / edges.canny_low or light.bright_share > MAX_WHITE_SHARE:
         return "poor"
     return "good" if done.idle else "mended"

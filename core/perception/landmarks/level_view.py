@@ -15,7 +15,7 @@ from core.optics import CameraModel
 from core.sensors import Camera
 
 MIN_SIDE, MAX_GROWTH = 8, 16  # [pixel] of a level picture, and its area in areas of the camera's
-WIDEST = 3.0  # rays steeper than this (72 degrees off the axis) are left out
+MAX_STEEPNESS = 3.0  # rays steeper than this (72 degrees off the axis) are left out
 
 
 class LevelView:
@@ -68,7 +68,7 @@ def level_bounds(camera: Camera) -> tuple[Array, Array]:
     model, (_, camera_from_level) = camera.model, _level_axes(camera)
     ideal = model.unproject(_rim(model))
     level = np.column_stack((ideal, np.ones(len(ideal)))) @ camera_from_level
-    rays = np.clip(level[:, :2] / np.maximum(level[:, 2:], 1e-3), -WIDEST, WIDEST)
+    rays = np.clip(level[:, :2] / np.maximum(level[:, 2:], 1e-3), -MAX_STEEPNESS, MAX_STEEPNESS)
     rays = rays[np.isfinite(rays).all(axis=1)]
     size = np.ptp(rays, axis=0) * model.fx if len(rays) else np.zeros(2)
     if not (size.min() >= MIN_SIDE and size.prod() <= MAX_GROWTH * model.width * model.height):

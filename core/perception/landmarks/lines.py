@@ -11,7 +11,7 @@ import numpy as np
 from core.message import Array
 from core.setting import Meta, Section
 
-TINY = 1e-12
+MIN_LENGTH_M = 1e-12
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Sweep:
         self.beams = beams
         self.step = abs(step)
         self.settings = settings
-        self.ranges = np.maximum(np.hypot(points[:, 0], points[:, 1]), TINY)
+        self.ranges = np.maximum(np.hypot(points[:, 0], points[:, 1]), MIN_LENGTH_M)
         self.directions = points / self.ranges[:, None]
         self.sd = self._range_sd(self.ranges)
         x, y = points.T
@@ -169,7 +169,7 @@ class Sweep:
         """Distances of samples [first, stop) from a line through (x, y) along (dx, dy), in sd of a range."""
         points = self.points[first:stop]
         across = np.abs((points[:, 0] - x) * dy - (points[:, 1] - y) * dx)
-        return across / (max(math.hypot(dx, dy), TINY) * self.sd[first:stop])
+        return across / (max(math.hypot(dx, dy), MIN_LENGTH_M) * self.sd[first:stop])
 
     def _axes(self, first: int, last: int) -> tuple[float, float, float, float, float]:
         """Samples `first` to `last` → centroid, direction, mean square off it over the range variance."""

@@ -10,8 +10,8 @@ from core.geometry import Pose
 from core.message import Array
 
 ASIDE = math.radians(4)  # of the direction in which the wall's points are looked at
-FEWEST = 6  # points of a wall
-STRAIGHT = 0.03  # [m] rms off the line, at most
+MIN_POINTS = 6  # points of a wall
+MAX_WALL_RMS_M = 0.03  # rms off the line, at most
 GRAZING = math.radians(8)  # between the wall and the direction, at least
 
 
@@ -27,7 +27,7 @@ class SeenWalls:
         """Points (N, 2) [m], eye's frame, around a bearing [rad], some on either side; None: too few."""
         off = (self._angles - bearing + np.pi) % (2 * np.pi) - np.pi
         beside = np.flatnonzero(np.abs(off) < ASIDE)
-        if len(beside) < FEWEST or off[beside].min() > 0 or off[beside].max() < 0:
+        if len(beside) < MIN_POINTS or off[beside].min() > 0 or off[beside].max() < 0:
             return None
         return self._points[beside]
 
@@ -42,7 +42,7 @@ def wall_range(walls: SeenWalls, bearing: float, sd: float, wall_sd: float) -> t
         return None
     middle = near.mean(axis=0)
     values, vectors = np.linalg.eigh((near - middle).T @ (near - middle) / len(near))
-    if math.sqrt(max(float(values[0]), 0.0)) > STRAIGHT:
+    if math.sqrt(max(float(values[0]), 0.0)) > MAX_WALL_RMS_M:
         return None
     normal = vectors[:, 0]
     ray = np.array([math.cos(bearing), math.sin(bearing)])

@@ -12,13 +12,21 @@ import math
 import numpy as np
 
 from core.message import Array, message
-from core.perception.people.parts import CEILING, CELL, CELLS_PER_METRE, PARTS, SCALE, TALL, BodySegment
+from core.perception.people.parts import (
+    CEILING_M,
+    CELL_PX,
+    CELLS_PER_METRE,
+    MODEL_HEIGHT_M,
+    PARTS,
+    PIXELS_PER_METRE,
+    BodySegment,
+)
 from core.perception.people.vertical_plane import VerticalPlanes
 
-TONES = 4  # of a part: medians of log blue, log green, log red, and the spread of log brightness
-LIMBS = 3  # proportions: log of the legs', the arms' and the neck's length in lengths of the torso
-DARKEST = 12.0  # [grey levels] added before the logarithm: noise of the dark
-SPREAD = (15, 85)  # [%] quantiles between which the brightness of a part spreads
+TONE_COUNT = 4  # of a part: medians of log blue, log green, log red, and the spread of log brightness
+LIMB_COUNT = 3  # proportions: log of the legs', the arms' and the neck's length in lengths of the torso
+DARK_NOISE_GREY = 12.0  # [grey levels] added before the logarithm: noise of the dark
+SPREAD_PERCENTS = (15, 85)  # [%] quantiles between which the brightness of a part spreads
 LIGHT_SD, TINT_SD = 0.25, 0.08  # of the logarithms, between two sights of one person, of all parts together
 PART_SD = (0.3, 0.12, 0.12)  # head, torso, feet: each by itself; a head shows its face or its hair
 OTHERS_SD, OTHERS_TINT_SD = 0.7, 0.15  # between two people, of each part
@@ -27,17 +35,17 @@ LIMB_SD = (0.12, 0.15, 0.18)  # of one person's proportions in two sights: peopl
 OTHERS_LIMB_SD = (0.14, 0.17, 0.23)  # between two people
 HEIGHT_SD, OTHERS_HEIGHT_SD = 0.07, 0.12  # [m] the same of heights by laser and camera
 LEAST = -2.0  # of a log likelihood ratio of proportions or height: a bent knee alone makes nobody a stranger
-HALF = 0.25  # [m] of a view to either side in which colours are looked at
-SHOWN = 0.3  # share of a part in the picture from which its colours count
-FEWEST = 8  # pixels of a part
+VIEW_HALF_M = 0.25  # of a view to either side in which colours are looked at
+MIN_SHOWN_SHARE = 0.3  # share of a part in the picture from which its colours count
+MIN_PART_PIXELS = 8  # pixels of a part
 
 
 @message
 class Appearance:
     """One person's looks as far as they are known; NaN where they are not."""
 
-    colours: Array  # (3, TONES): head, torso, feet
-    proportions: Array  # (LIMBS,)
+    colours: Array  # (3, TONE_COUNT): head, torso, feet
+    proportions: Array  # (LIMB_COUNT,)
     height: float = math.nan  # [m] by the laser's distance and the camera
 
     @property
@@ -55,7 +63,7 @@ class PersonProfile:
     pictures: int  # from how many
 
 
-NO_LIMBS = np.full(LIMBS, np.nan)
+NO_LIMBS = np.full(LIMB_COUNT, np.nan)
 
 
 def likelihood_ratio(who: Appearance, seen: Appearance) -> float:
@@ -89,22 +97,22 @@ def colours_seen(boards: VerticalPlanes, distance: float, bearing: float, height
     """The colours of who stands there, `distance` [m] and `bearing` [rad] from the camera, so tall [m]; NaN for a
     part that is not in the picture.
     """
-    pixels, valid = boards.cut(distance, bearing, HALF)
-    inside = np.repeat(np.repeat(valid, CELL, axis=0), CELL, axis=1)
-    shift = round((height - TALL) * CELLS_PER_METRE)
+    pixels, valid = boards.cut(distance, bearing, VIEW_HALF_M)
+    inside = np.repeat(np.repeat(valid, CELL_PX, axis=0), CELL_PX, axis=1)
+    shift = round((height - MODEL_HEIGHT_M) * CELLS_PER_METRE)
     rows: list[Array] = []
     for part in PARTS:
         region, shown = region_of(part, pixels, inside, shift)
-        enough = shown.size and shown.mean() >= SHOWN
-        rows.append(tones_of(region, shown) if enough else np.full(TONES, np.nan))
+        enough = shown.size and shown.mean() >= MIN_SHOWN_SHARE
+        rows.append(tones_of(region, shown) if enough else np.full(TONE_COUNT, np.nan))
     return Appearance(colours=np.array(rows), proportions=NO_LIMBS)
 
 
 def region_of(part: BodySegment, pixels: Array, inside: Array, shift: int) -> tuple[Array, Array]:
     """The core of a part in a compared view with the body in its middle, and which of its pixels count."""
-    middle, half = pixels.shape[1] / 2, part.core / 2 * SCALE
-    top = (part.top - round(part.rise * shift) + 0.15 * part.rows) * CELL
-    bottom = min(top + 0.75 * part.rows * CELL, CEILING * SCALE)
+    middle, half = pixels.shape[1] / 2, part.core / 2 * PIXELS_PER_METRE
+    top = (part.top - round(part.rise * shift) + 0.15 * part.rows) * CELL_PX
+    bottom = min(top + 0.75 * part.rows * CELL_PX, CEILING_M * PIXELS_PER_METRE)
     area = (slice(round(top), round(bottom)), slice(round(middle - half), round(middle + half)))
     return pixels[area], inside[area]
 
@@ -112,14 +120,14 @@ def region_of(part: BodySegment, pixels: Array, inside: Array, shift: int) -> tu
 def tones_of(pixels: Array, shown: Array) -> Array:
     """Pixels (H, W, 3) uint8 and which count (H, W) bool → (TONES,); NaN where too few count."""
     counted = pixels[shown]
-    if len(counted) < FEWEST:
-        return np.full(TONES, np.nan)
+    if len(counted) < MIN_PART_PIXELS:
+        return np.full(TONE_COUNT, np.nan)
     logs = LOGS[counted]
-    low, high = np.percentile(logs.mean(axis=1), SPREAD)
+    low, high = np.percentile(logs.mean(axis=1), SPREAD_PERCENTS)
     return np.append(np.median(logs, axis=0), high - low)
 
 
-LOGS = np.log(np.arange(256) + DARKEST)
+LOGS = np.log(np.arange(256) + DARK_NOISE_GREY)
 
 
 def _covariances(parts: tuple[int, ...]) -> tuple[Array, Array]:

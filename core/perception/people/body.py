@@ -6,7 +6,7 @@ from core.message import message
 from core.perception.people.parts import PARTS
 
 Box = tuple[float, float, float, float]  # left, top, right, bottom [pixel]; it may reach out of the picture
-SHOWN = 0.3  # share of a part in the picture below which it says nothing
+MIN_SHOWN_SHARE = 0.3  # share of a part in the picture below which it says nothing
 
 
 @message
@@ -39,7 +39,7 @@ def weigh(body: SeenBody, width: int, height: int) -> WeighedBody:
     shares = [share_inside(box, width, height) for box in body.parts]
     if not 0 <= body.foretold_head < height:
         shares[0] = 0.0  # a model puts a head into the picture all the same
-    shares = [share if share >= SHOWN else 0.0 for share in shares]
+    shares = [share if share >= MIN_SHOWN_SHARE else 0.0 for share in shares]
     weights = [part.weight * share for part, share in zip(PARTS, shares, strict=True)]
     shown = sum(weights)
     value = sum(weight * k for weight, k in zip(weights, body.likelihoods, strict=True)) / max(shown, 1e-9)

@@ -10,16 +10,16 @@ from core.perception.people.body import SeenBody, WeighedBody
 from core.perception.people.detector import Rectangle, SeenPart
 from core.perception.people.looking import LookQuestion
 from core.perception.people.parts import PARTS, PeopleSettings
-from core.perception.people.pose.view import STATURE, Viewpoint
+from core.perception.people.pose.view import STATURE_M, Viewpoint
 
 SHORTEST_LEGS = 0.6  # torso's lengths from the hips down to the ankles, at least
 LOWEST_HIPS, HIGHEST_HIPS = 0.45, 1.4  # [m] above the floor
-BEYOND = 1.3  # times the farthest distance that is searched
-NARROWEST, WIDEST = 0.65, 1.5  # stature against the foretold one, from the length of the torso
-BROADEST = 1.0  # width of an upright body against its height
+MAX_DISTANCE_RATIO = 1.3  # times the farthest distance that is searched
+MIN_STATURE_RATIO, MAX_STATURE_RATIO = 0.65, 1.5  # stature against the foretold one, from the length of the torso
+MAX_WIDTH_RATIO = 1.0  # width of an upright body against its height
 HEAD_SD = 0.045  # of its width: sd of the column of a head's middle
 TORSO_SD = 0.12  # of its length: the same where the torso stands in for the head
-SHORTEST, TALLEST = 1.2, 2.1  # [m] of a person
+MIN_PERSON_M, MAX_PERSON_M = 1.2, 2.1  # of a person
 
 
 class BodyRules:
@@ -31,10 +31,10 @@ class BodyRules:
     def fits(self, body: SeenBody, distance: float | None, question: LookQuestion, view: Viewpoint) -> bool:
         """The body is upright, its size is that of the distance [m], and the sound falls in its head."""
         left, top, right, bottom = body.box
-        if right - left > BROADEST * (bottom - top) or body.legs_length < SHORTEST_LEGS * body.torso_length:
+        if right - left > MAX_WIDTH_RATIO * (bottom - top) or body.legs_length < SHORTEST_LEGS * body.torso_length:
             return False
         seen = view.distance(body.torso_length)
-        if distance is not None and not NARROWEST < distance / seen < WIDEST:
+        if distance is not None and not MIN_STATURE_RATIO < distance / seen < MAX_STATURE_RATIO:
             return False
         if question.on_floor and not self._stands(body, distance or seen, view):
             return False
@@ -48,7 +48,7 @@ class BodyRules:
         """The hips are as high above the floor as someone's there: legs alone look like a small person far away."""
         column = (body.parts[1][0] + body.parts[1][2]) / 2
         height = float(view.camera.mounting.translation[2]) + distance * view.elevation(column, body.hips_row)
-        near = distance < BEYOND * self._settings.farthest
+        near = distance < MAX_DISTANCE_RATIO * self._settings.farthest
         return near and (math.isnan(height) or LOWEST_HIPS < height < HIGHEST_HIPS)
 
 
@@ -66,7 +66,9 @@ def rectangle_of(
     distance = distance or view.distance(body.torso_length)
     height, width = question.pixels.shape[:2]
     crown = float(question.camera.mounting.translation[2]) + distance * view.elevation(column, head[1])
-    measured = by_laser and question.on_floor and weighed.likelihoods[0] is not None and SHORTEST < crown < TALLEST
+    measured = (
+        by_laser and question.on_floor and weighed.likelihoods[0] is not None and MIN_PERSON_M < crown < MAX_PERSON_M
+    )
     if looks is not None and measured:
         looks = replace(looks, height=crown)
     left, top, right, bottom = body.box
@@ -77,7 +79,9 @@ def rectangle_of(
         shown=weighed.shown,
         distance=distance,
         bearing=0.0 if math.isnan(bearing) else bearing,
-        height=min(max(crown, SHORTEST), TALLEST) if question.on_floor and math.isfinite(crown) else STATURE,
+        height=min(max(crown, MIN_PERSON_M), MAX_PERSON_M)
+        if question.on_floor and math.isfinite(crown)
+        else STATURE_M,
         parts=tuple(
             SeenPart(name=part.name, likelihood=k, box=place)
             for part, k, place in zip(PARTS, weighed.likelihoods, body.parts, strict=True)

@@ -17,8 +17,8 @@ from core.sensors import Camera
 
 CAMERA_SD = 0.03  # [m] across, of where a rectangle's axis is
 CAMERA_FLOOR = 0.012  # [rad]
-BESIDE = 0.25  # [m] of legs to the axis of the rectangle that they belong to
-STEPS = (0.94, 1.0, 1.06)  # times a distance that is looked at
+LEGS_BESIDE_M = 0.25  # of legs to the axis of the rectangle that they belong to
+DISTANCE_FACTORS = (0.94, 1.0, 1.06)  # times a distance that is looked at
 
 
 def eye(pose: Pose, camera: Camera) -> Pose:
@@ -55,7 +55,7 @@ def legs_of(
         far, angle = from_eye(one, camera)
         aside = far * abs(math.sin(angle - rectangle.bearing))
         apart = abs(far - rectangle.distance) / (settings.near_floor + settings.near_laser * rectangle.distance)
-        if aside < BESIDE and apart < 1.0 and aside + apart * 0.2 < least:
+        if aside < LEGS_BESIDE_M and apart < 1.0 and aside + apart * 0.2 < least:
             best, least = one, aside + apart * 0.2
     return best
 
@@ -83,7 +83,7 @@ def in_world(stander: LegCluster, pose: Pose) -> tuple[Array, Array]:
 def around(distances: list[float]) -> list[float]:
     """Distances [m] and their neighbours, none twice."""
     kept: list[float] = []
-    for distance in sorted(far * factor for far in distances for factor in STEPS):
+    for distance in sorted(far * factor for far in distances for factor in DISTANCE_FACTORS):
         if distance > 0.4 and (not kept or distance > 1.03 * kept[-1]):
             kept.append(distance)
     return kept

@@ -16,25 +16,25 @@ import numpy as np
 
 from core.geometry import Pose, wrap, wrap_all
 from core.message import Array, message
-from core.perception.people.fusion import GATE, Ray, Sense
+from core.perception.people.fusion import GATE_CHI2, Ray, Sense
 from core.perception.people.legs import find_standers
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing
 from core.perception.sound.triangulation import TriangulationSettings, crossing
 
-BODY = 0.1  # [m] of a mouth or a head beside the middle of the legs
-NEAREST = 0.3  # [m] of a caller from where they were perceived
+BODY_SD_M = 0.1  # of a mouth or a head beside the middle of the legs
+MIN_DISTANCE_M = 0.3  # of a caller from where they were perceived
 MOST_PAIRS = 500
-BELIEVED = 3.0  # coordinates of one sense after which more of them change nothing
+BELIEVED_COORDINATES = 3.0  # coordinates of one sense after which more of them change nothing
 SHARES: dict[Sense, float] = {"sound": 1.0, "camera": 0.5, "laser": 0.2}
 """Weight of each sense: the voice says who called, a picture that a person is there, legs may be a chair's."""
-ROUNDS = 10
-GUESSED = 0.15  # share of a distance that only the picture gives
+MAX_ROUNDS = 10
+GUESSED_SD_SHARE = 0.15  # share of a distance that only the picture gives
 LEGS_SD = 0.07  # [m] of a place that the laser gives
-LEGS = 0.5  # weight of two legs that no picture showed to be a person's
-WEDGE = 3.0  # sd of a voice's direction within which legs are kept
-TURNED, MOVED = 0.1, 0.1  # [rad], [m] between two poses from which coordinates are gathered
-KEPT = 300  # coordinates
+LEGS_WEIGHT = 0.5  # weight of two legs that no picture showed to be a person's
+WEDGE_SDS = 3.0  # sd of a voice's direction within which legs are kept
+MIN_TURN_RAD, MIN_MOVE_M = 0.1, 0.1  # between two poses from which coordinates are gathered
+MAX_COORDINATES = 300  # coordinates
 
 
 @message
@@ -78,7 +78,7 @@ class GatheredCoordinates:
         """`calls`: the bearings that were heard in its words; those of one moment have one stamp."""
         self._calls = tuple(calls)
         self._voices = [Coordinate(sense="sound", stamp=one.stamp, ray=one.ray, weight=one.strength) for one in calls]
-        self._seen: deque[Coordinate] = deque(maxlen=KEPT)
+        self._seen: deque[Coordinate] = deque(maxlen=MAX_COORDINATES)
         self._gathered: Pose | None = None
 
     def agreed(self) -> Consensus | None:
@@ -88,8 +88,8 @@ class GatheredCoordinates:
     def is_new(self, pose: Pose) -> bool:
         """Return whether nothing was gathered near this pose yet; it counts as gathered then."""
         before = self._gathered
-        near = before is not None and before.distance_to(pose.x, pose.y) < MOVED
-        if before is not None and near and abs(wrap(before.heading - pose.heading)) < TURNED:
+        near = before is not None and before.distance_to(pose.x, pose.y) < MIN_MOVE_M
+        if before is not None and near and abs(wrap(before.heading - pose.heading)) < MIN_TURN_RAD:
             return False
         self._gathered = pose
         return True
@@ -98,11 +98,11 @@ class GatheredCoordinates:
         """Gather things that stand like legs in a voice's direction; `points` (N, 2) [m] of a scan, robot frame."""
         for legs in find_standers(points):
             x, y = pose.apply(legs.place[None])[0].tolist()
-            if not any(abs(wrap(one.ray.bearing_to(x, y) - one.azimuth)) < WEDGE * one.sd for one in self._calls):
+            if not any(abs(wrap(one.ray.bearing_to(x, y) - one.azimuth)) < WEDGE_SDS * one.sd for one in self._calls):
                 continue
             sd = LEGS_SD / max(legs.distance, LEGS_SD)
             ray = Ray(x=pose.x, y=pose.y, azimuth=pose.heading + legs.bearing, sd=sd)
-            weight = LEGS * legs.legs / 2
+            weight = LEGS_WEIGHT * legs.legs / 2
             self._seen.append(
                 Coordinate(
                     sense="laser",
@@ -127,7 +127,7 @@ class GatheredCoordinates:
                 stamp=person.stamp,
                 ray=ray,
                 distance=far,
-                distance_sd=LEGS_SD if "laser" in person.used else GUESSED * far,
+                distance_sd=LEGS_SD if "laser" in person.used else GUESSED_SD_SHARE * far,
                 weight=min(rectangle.value, 1.0),
             )
         )
@@ -149,7 +149,9 @@ class _Table:
     def judged(self, place: Array) -> Consensus | None:
         """How well a place (2,) is supported; None without a voice, or without anything that was seen."""
         miss = self._misses(place)
-        gates = np.where(np.isnan(self._distances), GATE, GATE + 2.8)  # the same probability with a distance
+        gates = np.where(
+            np.isnan(self._distances), GATE_CHI2, GATE_CHI2 + 2.8
+        )  # the same probability with a distance
         gains = self._weights * np.maximum(0.0, 1 - miss / gates)
         sums: dict[Sense, float] = {sense: self._support(sense, gains) for sense in SHARES}
         if not sums["sound"] or not sums["camera"] + sums["laser"]:
@@ -164,15 +166,15 @@ class _Table:
             moments = set(self._stamps[own].tolist())
             return sum(float(gains[own & (self._stamps == one)].max()) for one in moments) / max(len(moments), 1)
         agree = gains[own][gains[own] > 0]
-        return float(agree.mean()) * min(len(agree) / BELIEVED, 1.0) if len(agree) else 0.0
+        return float(agree.mean()) * min(len(agree) / BELIEVED_COORDINATES, 1.0) if len(agree) else 0.0
 
     def refined(self, found: Consensus) -> Array:
         """Least squares over what agrees (Gauss-Newton) → the place (2,)."""
         place, chosen = found.position, np.array(found.used)
         origins, known = self._origins[chosen], ~np.isnan(self._distances[chosen])
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ROUNDS):
             away = place - origins
-            far = np.maximum(np.hypot(*away.T), NEAREST)
+            far = np.maximum(np.hypot(*away.T), MIN_DISTANCE_M)
             across = np.stack((-away[:, 1], away[:, 0]), axis=1) / far[:, None] ** 2
             gap = wrap_all(self._azimuths[chosen] - np.arctan2(away[:, 1], away[:, 0]))
             slopes = across / self._sds[chosen, None]
@@ -188,9 +190,9 @@ class _Table:
     def _misses(self, place: Array) -> Array:
         """Squared Mahalanobis distance (N,) of every coordinate from a place (2,)."""
         away = place - self._origins
-        far = np.maximum(np.hypot(*away.T), NEAREST)
+        far = np.maximum(np.hypot(*away.T), MIN_DISTANCE_M)
         gap = wrap_all(self._azimuths - np.arctan2(away[:, 1], away[:, 0]))
-        across = gap**2 / (self._sds**2 + (BODY / far) ** 2)
+        across = gap**2 / (self._sds**2 + (BODY_SD_M / far) ** 2)
         return across + np.nan_to_num((self._distances - far) / self._distance_sds) ** 2
 
 

@@ -12,22 +12,22 @@ from core.perception.people.appearance import Appearance, PersonProfile, alike, 
 from core.perception.people.edge_orientation import edge_cells
 from core.perception.people.part_model import PartModel, general_model, likelihoods
 from core.perception.people.parts import (
-    CEILING,
+    BODY_COLUMNS,
+    CEILING_M,
     CELLS_PER_METRE,
-    COLUMNS,
     HIGHEST_SHIFT,
     LOWEST_SHIFT,
+    MODEL_HEIGHT_M,
     PARTS,
-    TALL,
     BodySegment,
     PeopleSettings,
 )
 from core.perception.people.vertical_plane import VerticalPlanes, columns_of
 
 SHIFTS = tuple(range(LOWEST_SHIFT, HIGHEST_SHIFT + 1))
-SHOWN = 0.3  # share of a part in the picture below which it says nothing
-BODY = COLUMNS / 2 / CELLS_PER_METRE  # [m] half the width of the rectangle
-WIDEST = 0.6  # [rad] to either side of one direction that a plane is true for
+MIN_SHOWN_SHARE = 0.3  # share of a part in the picture below which it says nothing
+BODY = BODY_COLUMNS / 2 / CELLS_PER_METRE  # [m] half the width of the rectangle
+MAX_PLANE_HALF_RAD = 0.6  # to either side of one direction that a plane is true for
 
 
 @message
@@ -93,7 +93,7 @@ def everybody(
     bearing, half = towards
     found: list[Rectangle] = []
     for distance in distances:
-        wide = min(half, WIDEST)
+        wide = min(half, MAX_PLANE_HALF_RAD)
         found += _at_distance(boards, bearing, wide, float(distance), settings, models or general_model(), who)
     return found
 
@@ -120,7 +120,7 @@ def _at_distance(
     if not valid.any():
         return []
     cells = edge_cells(pixels)
-    left = reach_of(reach) - (np.arange(cells.shape[1] - COLUMNS + 1) + COLUMNS / 2) / CELLS_PER_METRE
+    left = reach_of(reach) - (np.arange(cells.shape[1] - BODY_COLUMNS + 1) + BODY_COLUMNS / 2) / CELLS_PER_METRE
     allowed = np.abs(left) <= aside
     values, ranks, weight, likely, inside = _weighed(models, cells, valid)
     rank = np.where(allowed, ranks, -np.inf)  # (shifts, places)
@@ -132,7 +132,7 @@ def _at_distance(
         value, shown = values[shift, place], weight[shift, place]
         single, shares = likely[:, shift, place], inside[:, shift, place]
         angle, away = bearing + math.atan2(left[place], distance), math.hypot(distance, left[place])
-        height = TALL + SHIFTS[shift] / CELLS_PER_METRE
+        height = MODEL_HEIGHT_M + SHIFTS[shift] / CELLS_PER_METRE
         enough = _threshold(float(shown), settings)
         own = value, float(rank[shift, place]), single
         known = who is None and value >= enough
@@ -164,7 +164,7 @@ def _at_distance(
             )
         elif rank[shift, place] < 0:
             return found
-        rank[:, max(0, place - COLUMNS // 2) : place + COLUMNS // 2 + 1] = -np.inf
+        rank[:, max(0, place - BODY_COLUMNS // 2) : place + BODY_COLUMNS // 2 + 1] = -np.inf
 
 
 def _liked(like: float, single: Array, shares: Array) -> tuple[float, float, Array]:
@@ -187,15 +187,15 @@ def _weighed(models: tuple[PartModel, ...], cells: Array, valid: Array) -> tuple
     """For every shift of the crown and every place along: K (S, P), its log odds (S, P), the weight in the picture
     (S, P), K_i and the shares of the parts (3, S, P).
     """
-    count = cells.shape[1] - COLUMNS + 1
+    count = cells.shape[1] - BODY_COLUMNS + 1
     odds, shares = (np.empty((len(models), len(SHIFTS), count)) for _ in range(2))
     for number, model in enumerate(models):
-        first = (COLUMNS - model.part.columns) // 2
+        first = (BODY_COLUMNS - model.part.columns) // 2
         rises = [round(model.part.rise * shift) for shift in SHIFTS]
         found, share = likelihoods(model, cells, valid, range(rises[0], rises[-1] + 1))
         rows = np.array(rises) - rises[0]
         odds[number], shares[number] = found[rows, first : first + count], share[rows, first : first + count]
-    shares = np.where(shares >= SHOWN, shares, 0.0)
+    shares = np.where(shares >= MIN_SHOWN_SHARE, shares, 0.0)
     single = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
     weights = shares * np.array([model.part.weight for model in models])[:, None, None]
     shown = weights.sum(axis=0)
@@ -220,7 +220,7 @@ def _seen_part(
     share: float,
 ) -> SeenPart:
     rise = part.rise * shift / CELLS_PER_METRE
-    top = CEILING - part.top / CELLS_PER_METRE + rise
+    top = CEILING_M - part.top / CELLS_PER_METRE + rise
     bottom = max(0.0, top - part.rows / CELLS_PER_METRE)
     box = _box(boards, distance, bearing, (top, bottom), part.columns / 2 / CELLS_PER_METRE)
     return SeenPart(name=part.name, likelihood=likelihood if share > 0 else None, box=box)

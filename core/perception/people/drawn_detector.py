@@ -13,7 +13,7 @@ SAYS = (
     "The embedded detector looks for people: it was taught with drawn figures and knows those of the simulator only. "
     "For real people run: beckon models get people"
 )
-ANYWHERE = 0.5  # [rad] to either side where no direction is known
+ANYWHERE_HALF_RAD = 0.5  # to either side where no direction is known
 
 
 class DrawnDetector:
@@ -30,6 +30,6 @@ class DrawnDetector:
         camera = question.camera
         boards = VerticalPlanes(levelled(question.pixels), camera)
         bearing = axis(camera) if question.bearing is None else question.bearing
-        half = ANYWHERE if question.bearing is None else self._settings.wedge * question.sd
+        half = ANYWHERE_HALF_RAD if question.bearing is None else self._settings.wedge * question.sd
         planes = around(list(question.distances)) or None
         return find_people(boards, bearing, half, self._settings, distances=planes)

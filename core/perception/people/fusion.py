@@ -11,8 +11,8 @@ from core.geometry import wrap
 from core.message import Array, message
 
 Sense = Literal["laser", "camera", "sound"]
-GATE = 9.0  # chi-square, one degree of freedom: three standard deviations; what differs more is another's
-LIMIT = 5.0  # [m] sd of a distance of which nothing is known
+GATE_CHI2 = 9.0  # chi-square, one degree of freedom: three standard deviations; what differs more is another's
+UNKNOWN_SD_M = 5.0  # sd of a distance of which nothing is known
 
 
 @message
@@ -49,7 +49,7 @@ def fuse(start: tuple[Array, Array], rays: tuple[tuple[Sense, Ray], ...], first:
     for sense, ray in rays:
         gap, slope = _gap(position, ray)
         spread = float(slope @ covariance @ slope) + ray.sd**2
-        if gap**2 > GATE * spread:
+        if gap**2 > GATE_CHI2 * spread:
             continue
         gain = covariance @ slope / spread
         position = position + gain * gap
@@ -58,7 +58,7 @@ def fuse(start: tuple[Array, Array], rays: tuple[tuple[Sense, Ray], ...], first:
     return Fused(position=position, covariance=(covariance + covariance.T) / 2, used=tuple(used))
 
 
-def along(ray: Ray, distance: float, sd: float = LIMIT) -> tuple[Array, Array]:
+def along(ray: Ray, distance: float, sd: float = UNKNOWN_SD_M) -> tuple[Array, Array]:
     """A bearing and a distance [m] with its sd → the place (2,) and its covariance (2, 2): a long thin ellipse."""
     c, s = math.cos(ray.azimuth), math.sin(ray.azimuth)
     ahead, across = np.array([c, s]), np.array([-s, c])

@@ -10,13 +10,13 @@ import numpy as np
 from core.message import Array
 from core.perception.people.appearance import Appearance, likelihood_ratio
 
-NEAR = 0.6  # [m] between the person and other legs, within which a picture may show either of them
-DOUBT = 4.0  # [s] after that, in which the person may be on the legs of another
-SURE = 1.0  # log likelihood ratio of looks from which people elsewhere may be the person …
-MARGIN = 1.5  # … if it is so much larger than at the place where the person was thought to be
-SIGHTS = 2  # pictures in a row that show the person at other legs until those are theirs
-KEPT, EVERY = 25, 0.2  # sights that are remembered, and [s] between them: five seconds of undoubted following
-SETTLED = 8  # of them, from which on who looks different is a stranger
+NEAR_LEGS_M = 0.6  # between the person and other legs, within which a picture may show either of them
+DOUBT_TIME_S = 4.0  # after that, in which the person may be on the legs of another
+SURE_RATIO = 1.0  # log likelihood ratio of looks from which people elsewhere may be the person …
+RATIO_MARGIN = 1.5  # … if it is so much larger than at the place where the person was thought to be
+MIN_SIGHTS = 2  # pictures in a row that show the person at other legs until those are theirs
+MAX_SIGHTS, SIGHT_PERIOD_S = 25, 0.2  # that are remembered, and between them: five seconds of undoubted following
+SETTLED_SIGHTS = 8  # of them, from which on who looks different is a stranger
 PART_SIGHTS = 3  # of a part of the body, from which it counts; one picture may have shown a wall
 
 
@@ -26,14 +26,14 @@ class Identity:
     def __init__(self, least: float) -> None:
         """`least`: the probability by looks alone below which it is not the person."""
         self.least = math.log(least / (1 - least)) if 0 < least < 1 else math.copysign(math.inf, least - 0.5)
-        self._sights: deque[Appearance] = deque(maxlen=KEPT)
+        self._sights: deque[Appearance] = deque(maxlen=MAX_SIGHTS)
         self._looks: Appearance | None = None
         self._learned = self._doubted = -math.inf  # [s]
 
     @property
     def is_settled(self) -> bool:
         """Return whether the looks are known well enough to call a person a stranger."""
-        return len(self._sights) >= SETTLED
+        return len(self._sights) >= SETTLED_SIGHTS
 
     def ratio(self, seen: Appearance | None) -> float:
         """Log likelihood ratio that these are the person's looks; 0 where nothing can be compared."""
@@ -49,11 +49,11 @@ class Identity:
 
     def is_doubtful(self, stamp: float) -> bool:
         """Return whether the person's legs may be another's."""
-        return stamp - self._doubted < DOUBT
+        return stamp - self._doubted < DOUBT_TIME_S
 
     def learn(self, seen: Appearance | None, stamp: float) -> None:
         """Learn looks that legs, followed without a doubt, show to be the person's."""
-        if seen is None or stamp - self._learned < EVERY or self.is_doubtful(stamp):
+        if seen is None or stamp - self._learned < SIGHT_PERIOD_S or self.is_doubtful(stamp):
             return
         if self.is_settled and self.is_strange(seen):
             return

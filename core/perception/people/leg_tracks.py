@@ -16,17 +16,17 @@ from core.message import Array
 from core.perception.people.camera_geometry import in_world
 from core.perception.people.legs import LegCluster
 
-NEARBY = 2.5  # [m] from the person: farther away legs are nobody's
-APART = 0.3  # [m] from legs that were shared out already: nearer ones are part of the same body
-MISSED = 7.0  # cost (squared distance and log determinant of its covariance) from which legs are another's
+MAX_LEGS_DISTANCE_M = 2.5  # from the person: farther away legs are nobody's
+MIN_BODY_GAP_M = 0.3  # from legs that were shared out already: nearer ones are part of the same body
+MISSED_COST = 7.0  # cost (squared distance and log determinant of its covariance) from which legs are another's
 POSITION_SD, SPEED_SD = 0.1, 0.5  # [m], [m/s] of a new track
-GONE = 1.2  # [s] without legs, after which a track ends
+MAX_UNSEEN_S = 1.2  # without legs, after which a track ends
 POSITION_GAIN, SPEED_GAIN = 0.5, 0.25  # of the alpha-beta filter
-FIRM = 3  # scans from which a track counts
-WALKED = 0.25  # [m] from which legs are a person's: furniture stands
-LATELY = 0.4  # [s] since legs were seen, for which a picture can show who stands on them
-REACH = 2.0  # [m] from the person: who is farther away is not looked at
-MOST = 3  # of those that are looked at, the nearest
+FIRM_SCANS = 3  # scans from which a track counts
+MIN_WALKED_M = 0.25  # from which legs are a person's: furniture stands
+MAX_LEGS_AGE_S = 0.4  # since legs were seen, for which a picture can show who stands on them
+LOOK_REACH_M = 2.0  # from the person: who is farther away is not looked at
+MAX_LOOKED_AT = 3  # of those that are looked at, the nearest
 
 
 @dataclass(eq=False)
@@ -53,7 +53,7 @@ class LegTrack:
     def predicted(self, stamp: float) -> tuple[Array, Array]:
         """Predict the place (2,) at `stamp`, and the covariance (2, 2) [m²]."""
         passed = stamp - self.stamp
-        speed = SPEED_SD if self.age < FIRM else 0.5 * SPEED_SD
+        speed = SPEED_SD if self.age < FIRM_SCANS else 0.5 * SPEED_SD
         hidden = stamp - self.measured
         sd = np.hypot(POSITION_SD, speed * hidden)
         return self.place + passed * self.velocity, sd**2 * np.eye(2)
@@ -93,8 +93,8 @@ class OtherLegs:
         reach, gate = limits
         anothers = frozenset[int]().union(*(one.pieces for one in barred))
         seen = [(one, *in_world(one, pose)) for one in standers]
-        seen = [one for one in seen if np.hypot(*(one[1] - person[0])) < NEARBY]
-        self._tracks = [one for one in self._tracks if stamp - one.measured < GONE]
+        seen = [one for one in seen if np.hypot(*(one[1] - person[0])) < MAX_LEGS_DISTANCE_M]
+        self._tracks = [one for one in self._tracks if stamp - one.measured < MAX_UNSEEN_S]
         matches: list[tuple[float, int, int]] = []  # cost, number of the track (0: the person), of the legs
         for number, (place, covariance) in enumerate([person, *(one.predicted(stamp) for one in self._tracks)]):
             for column, (legs, at, spread) in enumerate(seen):
@@ -107,7 +107,7 @@ class OtherLegs:
         taken: list[Array] = []
         for cost, number, column in sorted(matches):
             legs, at, _ = seen[column]
-            if cost >= MISSED or number in matched or legs.pieces & used:
+            if cost >= MISSED_COST or number in matched or legs.pieces & used:
                 continue
             matched.add(number)
             used |= legs.pieces
@@ -117,7 +117,7 @@ class OtherLegs:
             else:
                 self._tracks[number - 1].take(at, stamp)
         for legs, at, _ in sorted(seen, key=lambda one: -one[0].legs):
-            if not legs.pieces & used and all(np.hypot(*(at - other)) > APART for other in taken):
+            if not legs.pieces & used and all(np.hypot(*(at - other)) > MIN_BODY_GAP_M for other in taken):
                 self._begin(at, stamp)
                 used |= legs.pieces
                 taken.append(at)
@@ -126,10 +126,12 @@ class OtherLegs:
     def near(self, place: Array, stamp: float, *, walking: bool) -> list[LegTrack]:
         """Return those who were seen just now near a place (2,) [m], world, nearest first; `walking`: no others."""
         seen = [
-            one for one in self._tracks if stamp - one.measured < LATELY and (one.walked >= WALKED or not walking)
+            one
+            for one in self._tracks
+            if stamp - one.measured < MAX_LEGS_AGE_S and (one.walked >= MIN_WALKED_M or not walking)
         ]
         order = sorted((float(np.hypot(*(one.place - place))), number) for number, one in enumerate(seen))
-        return [seen[number] for far, number in order if far < REACH][:MOST]
+        return [seen[number] for far, number in order if far < LOOK_REACH_M][:MAX_LOOKED_AT]
 
     def heir(self, place: Array, stamp: float, reach: float, since: float) -> LegTrack | None:
         """Return the one track near a place (2,) [m], world, that may be of legs last seen as the person's at `since`
@@ -138,7 +140,7 @@ class OtherLegs:
         found = [
             one
             for one in self._tracks
-            if one.since > since and one.measured == stamp and one.age >= FIRM and not one.is_stranger
+            if one.since > since and one.measured == stamp and one.age >= FIRM_SCANS and not one.is_stranger
         ]
         found = [one for one in found if np.hypot(*(one.place - place)) < reach]
         return found[0] if len(found) == 1 else None
@@ -157,4 +159,4 @@ def _cost(off: Array, spread: Array, gate: float) -> float:
     x, y = off.tolist()
     determinant = max(a * d - b * b, 1e-12)
     square = (d * x * x - 2 * b * x * y + a * y * y) / determinant
-    return square + math.log(determinant) if square < gate else MISSED
+    return square + math.log(determinant) if square < gate else MISSED_COST

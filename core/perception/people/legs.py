@@ -10,19 +10,19 @@ import numpy as np
 
 from core.message import Array, message
 
-LEG = 0.055  # [m] radius of a leg: its front is that much nearer than its middle
-BREAK, BREAK_SHARE = 0.10, 0.03  # [m], and of the range: a wider gap between neighbours divides two things
-WIDEST = 0.50  # [m] across of what may be legs
-THINNEST = 0.065  # [m] across of a leg: a table's or a chair's, where it is seen whole, is thinner
-STANCE = 0.46  # [m] between the two legs of a walking person
-FEWEST = 2  # points
+LEG_RADIUS_M = 0.055  # radius of a leg: its front is that much nearer than its middle
+BREAK_M, BREAK_SHARE = 0.10, 0.03  # [m], and of the range: a wider gap between neighbours divides two things
+MAX_LEGS_WIDTH_M = 0.50  # across of what may be legs
+MIN_LEG_WIDTH_M = 0.065  # across of a leg: a table's or a chair's, where it is seen whole, is thinner
+MAX_STANCE_M = 0.46  # between the two legs of a walking person
+MIN_POINTS = 2  # points
 RADIAL_SD, ACROSS_SD = 0.05, 0.05  # [m] of the place of a person whose legs were measured
 SINGLE_SD = 0.07  # [m] the same where only one leg was seen
-BEHIND = 0.08  # [m] that a person's middle is behind the one leg that is seen: it hides the other
+HIDDEN_LEG_M = 0.08  # that a person's middle is behind the one leg that is seen: it hides the other
 ONE_LEG = 0.20  # [m] across: what is wider is both
 MIN_WIDTH_M = 0.06  # from the first to the last point on a leg of which nothing but the laser tells
 MIN_GAP_M = 0.05  # between two such legs before which nothing else is seen
-FARTHEST = 6.0  # [m]
+MAX_RANGE_M = 6.0
 
 
 @message
@@ -51,7 +51,7 @@ def find_standers(points: Array, *, every: bool = False) -> tuple[LegCluster, ..
 
     `every`: also those legs alone that may be one of a pair, since the other may be someone else's.
     """
-    if len(points) < FEWEST:
+    if len(points) < MIN_POINTS:
         return ()
     pieces = _free_pieces(points)
     found: list[LegCluster] = []
@@ -59,7 +59,7 @@ def find_standers(points: Array, *, every: bool = False) -> tuple[LegCluster, ..
     for first in range(len(pieces)):
         for second in range(first + 1, min(first + 4, len(pieces))):
             one, other = pieces[first], pieces[second]
-            if max(_width(one), _width(other)) < 0.24 and np.hypot(*(_middle(one) - _middle(other))) < STANCE:
+            if max(_width(one), _width(other)) < 0.24 and np.hypot(*(_middle(one) - _middle(other))) < MAX_STANCE_M:
                 pair = stander_at((_middle(one) + _middle(other)) / 2, 2, first, second)
                 found.append(replace(pair, distinct=_are_legs(one, other)))
                 paired |= {first, second}
@@ -85,18 +85,18 @@ def _free_pieces(points: Array) -> list[Array]:
     points, bearings = points[order], bearings[order]
     ranges = np.hypot(points[:, 0], points[:, 1])
     gaps = np.hypot(*np.diff(points, axis=0).T)
-    cuts = np.flatnonzero(gaps > BREAK + BREAK_SHARE * np.minimum(ranges[1:], ranges[:-1])) + 1
+    cuts = np.flatnonzero(gaps > BREAK_M + BREAK_SHARE * np.minimum(ranges[1:], ranges[:-1])) + 1
     begins, ends = [0, *cuts.tolist()], [*cuts.tolist(), len(points)]
     pieces: list[Array] = []
     for begin, end in zip(begins, ends, strict=True):
         piece, far = points[begin:end], float(_median(ranges[begin:end]))
-        if len(piece) < FEWEST or far > FARTHEST or _width(piece) > WIDEST:
+        if len(piece) < MIN_POINTS or far > MAX_RANGE_M or _width(piece) > MAX_LEGS_WIDTH_M:
             continue
         before = ranges[begin - 1] if begin > 0 else math.inf
         behind = ranges[end] if end < len(points) else math.inf
         free = ranges[begin] < before, ranges[end - 1] < behind  # whether that side is not hidden itself
         inside = begin > 0 and end < len(points)
-        if all(free) and inside and far * (bearings[end] - bearings[begin - 1]) < THINNEST:
+        if all(free) and inside and far * (bearings[end] - bearings[begin - 1]) < MIN_LEG_WIDTH_M:
             continue  # from the ray that passes it at one side to the one at the other
         if any(free):
             pieces.append(piece)
@@ -111,7 +111,7 @@ def _alone(piece: Array, number: int) -> LegCluster:
     distinct = len(parts) <= 2 and _are_legs(*parts)
     if _width(piece) > ONE_LEG:
         return replace(stander_at(middle, 2, number), distinct=distinct)
-    alone = stander_at(middle * (1 + BEHIND / max(float(np.hypot(*middle)), 1e-6)), 1, number)
+    alone = stander_at(middle * (1 + HIDDEN_LEG_M / max(float(np.hypot(*middle)), 1e-6)), 1, number)
     return replace(alone, distinct=distinct)
 
 
@@ -127,7 +127,7 @@ def _width(piece: Array) -> float:
 def _middle(piece: Array) -> Array:
     """Centre of a round object from points on its front."""
     front = _median(piece)
-    return front * (1 + 0.8 * LEG / max(float(np.hypot(*front)), 1e-6))
+    return front * (1 + 0.8 * LEG_RADIUS_M / max(float(np.hypot(*front)), 1e-6))
 
 
 def _median(values: Array) -> Array:

@@ -12,13 +12,13 @@ from typing import Annotated, Literal
 from core.errors import BadInput
 from core.setting import Meta, Section
 
-SCALE = 64.0  # [pixel/m] at which bodies are compared; a person of 1.75 m is 112 pixels tall
-CELL = 4  # [pixel] side of a cell; 6.25 cm
-CELLS_PER_METRE = SCALE / CELL
-TALL = 1.75  # [m] of the model
-COLUMNS = 12  # [cell] of the body's rectangle; 0.75 m
-CEILING = 2.0  # [m] height at which the rows of a compared view begin
-ROWS = 34  # [cell] of a compared view: from CEILING to a little under the floor
+PIXELS_PER_METRE = 64.0  # [pixel/m] at which bodies are compared; a person of 1.75 m is 112 pixels tall
+CELL_PX = 4  # side of a cell; 6.25 cm
+CELLS_PER_METRE = PIXELS_PER_METRE / CELL_PX
+MODEL_HEIGHT_M = 1.75  # of the model
+BODY_COLUMNS = 12  # [cell] of the body's rectangle; 0.75 m
+CEILING_M = 2.0  # height at which the rows of a compared view begin
+VIEW_ROWS = 34  # [cell] of a compared view: from CEILING_M to a little under the floor
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class BodySegment:
 
     name: str
     weight: float  # in eq. 34
-    top: int  # [cell] below CEILING
+    top: int  # [cell] below CEILING_M
     rows: int
     columns: int  # around the axis
     core: float  # [m] width of what is surely body, for its colours

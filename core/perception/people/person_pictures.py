@@ -16,12 +16,12 @@ from core.perception.people.looking import LookQuestion, PersonLook
 from core.perception.people.pose.view import Viewpoint
 from core.sensors import Camera, Image
 
-WAIT = 2.0  # [s] after which an answer is expected no more
-PAUSE = 0.18  # [s] between two questions about the followed person: five a second are enough
-CHEST = 1.15  # [m] above the floor: of whom less is in view is not asked for
-SHOULDERS = 1.4  # [m] above the floor: of whom less is in view is found in few pictures
-MOST = 2  # distances of one question
-WEDGE = 2.0  # sd of a direction within which legs may be the caller's
+MAX_ANSWER_S = 2.0  # after which an answer is expected no more
+QUESTION_PERIOD_S = 0.18  # between two questions about the followed person: five a second are enough
+CHEST_HEIGHT_M = 1.15  # above the floor: of whom less is in view is not asked for
+SHOULDER_HEIGHT_M = 1.4  # above the floor: of whom less is in view is found in few pictures
+MAX_DISTANCES = 2  # distances of one question
+WEDGE_SDS = 2.0  # sd of a direction within which legs may be the caller's
 BODY_MARGIN_M = 0.3  # [m] to either side that are added to it …
 MIDDLE_M = 0.15  # … where no picture shows whose legs they are
 
@@ -65,7 +65,7 @@ class PersonPictures:
         if self._busy(stamp):
             return
         near = _within(standers, camera, towards, BODY_MARGIN_M)
-        hinted = () if self._guess else tuple(from_eye(one, camera)[0] for one in near[:MOST])
+        hinted = () if self._guess else tuple(from_eye(one, camera)[0] for one in near[:MAX_DISTANCES])
         waiting = AskedPicture(stamp, pose, standers, legs_alone(standers, camera, towards))
         self._ask(waiting, image, camera, towards, hinted)
 
@@ -80,7 +80,11 @@ class PersonPictures:
         stamp: float,
     ) -> bool:
         """Ask for someone who is expected at a bearing and a distance [m] from the camera → whether it was asked."""
-        if self._busy(stamp) or stamp - self._asked < PAUSE or only_legs_show(camera, towards[0], distance, CHEST):
+        if (
+            self._busy(stamp)
+            or stamp - self._asked < QUESTION_PERIOD_S
+            or only_legs_show(camera, towards[0], distance, CHEST_HEIGHT_M)
+        ):
             return False
         self._ask(AskedPicture(stamp, pose, standers, None), image, camera, towards, (distance,))
         return True
@@ -95,7 +99,7 @@ class PersonPictures:
         return AnsweredPicture(asked.stamp, asked.pose, asked.standers, asked.legs, answer.found)
 
     def _busy(self, stamp: float) -> bool:
-        return self._waiting is not None and stamp - self._asked < WAIT
+        return self._waiting is not None and stamp - self._asked < MAX_ANSWER_S
 
     def _ask(
         self,
@@ -118,7 +122,7 @@ class PersonPictures:
         self._look.ask(question)
 
 
-def only_legs_show(camera: Camera, bearing: float, distance: float, height: float = SHOULDERS) -> bool:
+def only_legs_show(camera: Camera, bearing: float, distance: float, height: float = SHOULDER_HEIGHT_M) -> bool:
     """Return whether of someone who stands there less than `height` [m] is in the picture, little but legs."""
     view = Viewpoint(camera)
     if math.isnan(view.column(bearing)):
@@ -144,6 +148,6 @@ def _within(
     for one in standers:
         far, angle = from_eye(one, camera)
         aside = abs(math.remainder(angle - bearing, math.tau))
-        if far > 0.2 and aside < WEDGE * sd + body / far:
+        if far > 0.2 and aside < WEDGE_SDS * sd + body / far:
             found.append((aside - 0.05 * (one.legs == 2), one))
     return [one for _, one in sorted(found, key=lambda each: each[0])]

@@ -12,7 +12,7 @@ from core.perception.people.legs import LegCluster
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.vertical_plane import VerticalPlanes
 
-PLANES = 6  # with one frame
+MAX_PLANES = 6  # with one frame
 
 
 class Search:
@@ -66,4 +66,4 @@ class Glance:
 
 
 def _pieces(distances: list[float]) -> list[list[float]]:
-    return [distances[begin : begin + PLANES] for begin in range(0, len(distances), PLANES)]
+    return [distances[begin : begin + MAX_PLANES] for begin in range(0, len(distances), MAX_PLANES)]

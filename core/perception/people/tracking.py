@@ -13,7 +13,7 @@ from core.message import Array
 from core.perception.people.appearance import Appearance, PersonProfile, alike, colours_seen
 from core.perception.people.brightness import levelled
 from core.perception.people.camera_geometry import (
-    BESIDE,
+    LEGS_BESIDE_M,
     around,
     axis,
     eye,
@@ -26,26 +26,26 @@ from core.perception.people.camera_geometry import (
 )
 from core.perception.people.detector import Rectangle, find_people
 from core.perception.people.fusion import Fused, Ray, Sense, along, fuse
-from core.perception.people.identity import MARGIN, NEAR, SIGHTS, SURE, Identity
-from core.perception.people.leg_tracks import LATELY, POSITION_SD, LegTrack, OtherLegs
+from core.perception.people.identity import MIN_SIGHTS, NEAR_LEGS_M, RATIO_MARGIN, SURE_RATIO, Identity
+from core.perception.people.leg_tracks import MAX_LEGS_AGE_S, POSITION_SD, LegTrack, OtherLegs
 from core.perception.people.legs import LegCluster, find_standers
 from core.perception.people.looking import PersonLook
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.person_pictures import PersonPictures, legs_alone, only_legs_show
-from core.perception.people.search import PLANES, Glance, Search
+from core.perception.people.search import MAX_PLANES, Glance, Search
 from core.perception.people.tracked_person import TrackedPerson, TrackSettings
 from core.perception.people.vertical_plane import VerticalPlanes
 from core.perception.people.voice_bearing import VoiceBearing
 from core.sensors import Camera, Image
 
 DISTANCE_SD = 0.15  # share of a distance that only the picture gives
-IN_VIEW, ASIDE = 1.3, 0.4  # [m], [rad] nearer or farther aside, too little of a person is in the picture
-MISTAKEN = 0.3  # [m] sd that is added where a picture shows that the legs at the person's place are another's
-HIDDEN = 0.5  # [s] without a measurement, after which the person may have stopped, or be elsewhere
-REMEMBERED = 1.0  # [s] for which it counts how much a picture showed the person at their place
-NEWEST = 0.3  # share of the newest picture in that
-WALKING = 0.15  # [m/s] from which someone else is walking now
-STEADY = 0.5  # [s] for which a person's acceleration lasts
+IN_VIEW, ASIDE_RAD = 1.3, 0.4  # [m], [rad] nearer or farther aside, too little of a person is in the picture
+MISTAKEN_SD_M = 0.3  # sd that is added where a picture shows that the legs at the person's place are another's
+MAX_HIDDEN_S = 0.5  # without a measurement, after which the person may have stopped, or be elsewhere
+LOOKS_MEMORY_S = 1.0  # for which it counts how much a picture showed the person at their place
+NEWEST_SHARE = 0.3  # share of the newest picture in that
+WALKING_SPEED_M_S = 0.15  # from which someone else is walking now
+STEADY_TIME_S = 0.5  # for which a person's acceleration lasts
 
 
 class PersonTrack:
@@ -102,7 +102,7 @@ class PersonTrack:
     def passed_by(self, place: Array, stamp: float, within: float) -> bool:
         """Return whether someone else walks within that distance [m] of a place (2,) [m], world."""
         others = self._others.near(place, stamp, walking=True)
-        return any(one.speed > WALKING and np.hypot(*(one.place - place)) < within for one in others)
+        return any(one.speed > WALKING_SPEED_M_S and np.hypot(*(one.place - place)) < within for one in others)
 
     def lost(self, stamp: float) -> bool:
         """True when the person has been hidden for too long."""
@@ -297,10 +297,10 @@ class PersonTrack:
 
     def _candidates(self, stamp: float) -> list[LegTrack]:
         """Other legs that may be the person's: in doubt those of walkers, and any when the person is gone."""
-        gone = stamp - self.measured > HIDDEN
+        gone = stamp - self.measured > MAX_HIDDEN_S
         if not gone and not self._identity.is_doubtful(stamp):
             return []
-        return self._others.near(self._state[:2], stamp, walking=not gone and self._likely[1] > SURE)
+        return self._others.near(self._state[:2], stamp, walking=not gone and self._likely[1] > SURE_RATIO)
 
     def _own_among(self, found: Sequence[Rectangle], here: Pose) -> tuple[Rectangle | None, list[Rectangle]]:
         """Rectangles with looks, as seen from `here` → the person's, and the others."""
@@ -333,11 +333,11 @@ class PersonTrack:
         since, level = self._likely
         at_place = [own] if own is not None else [one for one in others if self._fits(one, here)]
         if at_place:
-            before = level if stamp - since < REMEMBERED else SURE
-            level = before + NEWEST * (max(identity.ratio(one.looks) for one in at_place) - before)
+            before = level if stamp - since < LOOKS_MEMORY_S else SURE_RATIO
+            level = before + NEWEST_SHARE * (max(identity.ratio(one.looks) for one in at_place) - before)
             self._likely = stamp, level
-        elif stamp - since > REMEMBERED:
-            self._likely = since, level = since, -math.inf if stamp - self.measured > HIDDEN else SURE
+        elif stamp - since > LOOKS_MEMORY_S:
+            self._likely = since, level = since, -math.inf if stamp - self.measured > MAX_HIDDEN_S else SURE_RATIO
         x, y = self._state[:2].tolist()
         for track in self._candidates(stamp):
             if _in_line(here, (x, y), track):
@@ -345,8 +345,8 @@ class PersonTrack:
             there = [identity.ratio(one.looks) for one in others if _stands_on(one, track, here)]
             if there:
                 track.is_stranger = max(there) < identity.least
-                track.sights = track.sights + 1 if max(there) >= max(SURE, level + MARGIN) else 0
-            if track.sights >= SIGHTS:
+                track.sights = track.sights + 1 if max(there) >= max(SURE_RATIO, level + RATIO_MARGIN) else 0
+            if track.sights >= MIN_SIGHTS:
                 self._take_over(track)
                 return True
         return False
@@ -355,14 +355,14 @@ class PersonTrack:
         """Return whether strangers near the person are: if the two may have been mixed up, and a picture shows the
         person beside them, or several showed a stranger in the person's place.
         """
-        beside = own is not None and self._identity.ratio(own.looks) >= SURE
+        beside = own is not None and self._identity.ratio(own.looks) >= SURE_RATIO
         return self._identity.is_doubtful(self._stamp) and (beside or self._likely[1] < self._identity.least)
 
     def _take_over(self, track: LegTrack) -> None:
         """The person stands on these legs."""
         self._others.remove(track)
         self._identity.doubt(self._stamp)
-        self._likely, self._on_legs = (self._stamp, SURE), self._stamp
+        self._likely, self._on_legs = (self._stamp, SURE_RATIO), self._stamp
         self._state = np.concatenate((track.place, track.velocity))
         self._covariance = np.diag([POSITION_SD**2, POSITION_SD**2, *2 * [self._tracking.walking**2]])
 
@@ -376,7 +376,7 @@ class PersonTrack:
         x, y = self._state[:2].tolist()
         bearing = here.bearing_to(x, y)
         self.only_legs = only_legs_show(camera, bearing, here.distance_to(x, y))
-        if self.only_legs or abs(bearing - axis(camera)) > ASIDE:
+        if self.only_legs or abs(bearing - axis(camera)) > ASIDE_RAD:
             self._excused = self._stamp
 
     def _predict(self, stamp: float) -> None:
@@ -384,14 +384,14 @@ class PersonTrack:
         self._stamp = stamp
         if passed <= 0:
             return
-        hidden = stamp - self.measured > HIDDEN
+        hidden = stamp - self.measured > MAX_HIDDEN_S
         if hidden:
             self._state[2:] *= math.exp(-passed / 1.0)  # who is out of sight may have stopped
         step = np.eye(4)
         step[:2, 2:] = passed * np.eye(2)
         self._state = step @ self._state
         jolt = np.array([[passed**3 / 3, passed**2 / 2], [passed**2 / 2, passed]])
-        wander = self._tracking.acceleration**2 * STEADY
+        wander = self._tracking.acceleration**2 * STEADY_TIME_S
         self._covariance = step @ self._covariance @ step.T + wander * np.kron(jolt, np.eye(2))
 
     def _look(
@@ -401,7 +401,7 @@ class PersonTrack:
         here = eye(pose, boards.camera)
         ahead = axis(boards.camera)
         x, y = self._state[:2].tolist()
-        if here.distance_to(x, y) < IN_VIEW or abs(here.bearing_to(x, y) - ahead) > ASIDE:
+        if here.distance_to(x, y) < IN_VIEW or abs(here.bearing_to(x, y) - ahead) > ASIDE_RAD:
             self._excused = self._stamp
         places = [self._state[:2], *(one.place for one in self._candidates(self._stamp))]
         found: list[Rectangle] = []
@@ -414,7 +414,7 @@ class PersonTrack:
             ]
             hinted = [far for far in near if abs(far - distance) < 0.35 + 0.2 * distance]
             half = min(0.5, 0.12 + 0.35 / distance)
-            planes = sorted(around([distance, *hinted]), key=lambda far: abs(far - distance))[:PLANES]
+            planes = sorted(around([distance, *hinted]), key=lambda far: abs(far - distance))[:MAX_PLANES]
             found += find_people(boards, bearing, half, self._known, distances=planes)
         return self._own_among([replace(one, looks=_looks_of(boards, one)) for one in found], here)
 
@@ -423,8 +423,8 @@ class PersonTrack:
     ) -> LegCluster | None:
         """The legs that the person walked on with; `barred`: those of strangers, as a picture shows."""
         place = pose.inverse().apply(self._state[None, :2])[0]
-        if any(np.hypot(*(one.place - place)) < MISTAKEN for one in barred):
-            self._covariance[:2, :2] += MISTAKEN**2 * np.eye(2)
+        if any(np.hypot(*(one.place - place)) < MISTAKEN_SD_M for one in barred):
+            self._covariance[:2, :2] += MISTAKEN_SD_M**2 * np.eye(2)
             self._state[2:] = 0.0  # it is the other's speed
         expected = self._state[:2], self._covariance[:2, :2]
         limits = self._tracking.wide_gate, self._tracking.gate
@@ -434,7 +434,7 @@ class PersonTrack:
         elif (heir := self._others.heir(self._state[:2], stamp, self._tracking.wide_gate, self._on_legs)) is not None:
             self._take_over(heir)
         walkers = self._others.near(self._state[:2], stamp, walking=True)
-        if any(self.apart_from(one.place) < NEAR for one in walkers):
+        if any(self.apart_from(one.place) < NEAR_LEGS_M for one in walkers):
             self._identity.doubt(stamp)
         return own
 
@@ -443,7 +443,7 @@ class PersonTrack:
     ) -> tuple[LegCluster, ...]:
         """Legs that a picture showed to be another's a moment ago."""
         since, before, strangers = self._strangers
-        if camera is None or self._stamp - since > LATELY:
+        if camera is None or self._stamp - since > MAX_LEGS_AGE_S:
             return ()
         seen = [_seen_from(eye(pose, camera), one, before) for one in strangers]
         return tuple(one for one in standers if any(stands_at(one, other, camera) for other in seen))
@@ -568,7 +568,7 @@ def _in_line(here: Pose, place: tuple[float, float], track: LegTrack) -> bool:
     """Return whether people there and at these legs hide each other: then no picture can tell who is where."""
     x, y = track.place.tolist()
     apart = abs(math.remainder(here.bearing_to(*place) - here.bearing_to(x, y), math.tau))
-    return min(here.distance_to(*place), here.distance_to(x, y)) * apart < BESIDE
+    return min(here.distance_to(*place), here.distance_to(x, y)) * apart < LEGS_BESIDE_M
 
 
 def _stands_on(rectangle: Rectangle, track: LegTrack, here: Pose) -> bool:
@@ -576,7 +576,8 @@ def _stands_on(rectangle: Rectangle, track: LegTrack, here: Pose) -> bool:
     x, y = track.place.tolist()
     aside = rectangle.distance * abs(math.sin(rectangle.bearing - here.bearing_to(x, y)))
     return (
-        aside < BESIDE and abs(rectangle.distance - here.distance_to(x, y)) < 0.2 + DISTANCE_SD * rectangle.distance
+        aside < LEGS_BESIDE_M
+        and abs(rectangle.distance - here.distance_to(x, y)) < 0.2 + DISTANCE_SD * rectangle.distance
     )
 
 

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 
 from core.message import Array
-from core.perception.people.parts import CEILING, CELL, CELLS_PER_METRE, ROWS, SCALE
+from core.perception.people.parts import CEILING_M, CELL_PX, CELLS_PER_METRE, PIXELS_PER_METRE, VIEW_ROWS
 from core.sensors import Camera
 
-COARSE = 8  # [pixel] between the places that are projected exactly; between them it is linear
-LEVELS = 4  # of halving, for people who are near
+COARSE_STEP_PX = 8  # between the places that are projected exactly; between them it is linear
+PYRAMID_LEVELS = 4  # of halving, for people who are near
 
 
 class VerticalPlanes:
@@ -30,15 +30,15 @@ class VerticalPlanes:
 
         → pixels (ROWS·CELL, C·CELL, 3) at SCALE, from CEILING down, and which cells (ROWS, C) are in the picture.
         """
-        width, height = columns_of(half) * CELL, ROWS * CELL
+        width, height = columns_of(half) * CELL_PX, VIEW_ROWS * CELL_PX
         u, v = self._where(distance, bearing, width, height)
-        shrunk = self.camera.model.fx / (distance * SCALE)
-        level = min(LEVELS - 1, max(0, round(math.log2(max(shrunk, 1.0)))))
+        shrunk = self.camera.model.fx / (distance * PIXELS_PER_METRE)
+        level = min(PYRAMID_LEVELS - 1, max(0, round(math.log2(max(shrunk, 1.0)))))
         image, factor = self._level(level), 0.5**level
         pixels = cv2.remap(image, u * factor, v * factor, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         model = self.camera.model
         inside = (u > -0.5) & (u < model.width - 0.5) & (v > -0.5) & (v < model.height - 0.5)
-        valid = inside.reshape(ROWS, CELL, -1, CELL).all(axis=(1, 3))
+        valid = inside.reshape(VIEW_ROWS, CELL_PX, -1, CELL_PX).all(axis=(1, 3))
         return pixels, np.asarray(valid)
 
     def pixels_of(self, distance: float, bearing: float, places: Array) -> Array:
@@ -57,14 +57,17 @@ class VerticalPlanes:
 
     def _where(self, distance: float, bearing: float, width: int, height: int) -> tuple[Array, Array]:
         """Columns and rows of the picture (H, W) float32 that the plane's pixels look at; far outside: -1e4."""
-        across = np.arange(0, width + COARSE, COARSE)
-        down = np.arange(0, height + COARSE, COARSE)
-        left = (width / 2 - across - 0.5) / SCALE
-        up = CEILING - (down + 0.5) / SCALE
+        across = np.arange(0, width + COARSE_STEP_PX, COARSE_STEP_PX)
+        down = np.arange(0, height + COARSE_STEP_PX, COARSE_STEP_PX)
+        left = (width / 2 - across - 0.5) / PIXELS_PER_METRE
+        up = CEILING_M - (down + 0.5) / PIXELS_PER_METRE
         places = np.stack(np.meshgrid(left, up), axis=-1).reshape(-1, 2)
         found = np.nan_to_num(self.pixels_of(distance, bearing, places), nan=-1e4).astype(np.float32)
         grid = found.reshape(len(down), len(across), 2)
-        share_u, share_v = np.arange(width, dtype=np.float32) / COARSE, np.arange(height, dtype=np.float32) / COARSE
+        share_u, share_v = (
+            np.arange(width, dtype=np.float32) / COARSE_STEP_PX,
+            np.arange(height, dtype=np.float32) / COARSE_STEP_PX,
+        )
         map_x, map_y = np.meshgrid(share_u, share_v)
         whole = cv2.remap(grid, map_x, map_y, cv2.INTER_LINEAR)
         return np.ascontiguousarray(whole[:, :, 0]), np.ascontiguousarray(whole[:, :, 1])

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 from core.geometry import wrap
 from core.message import message
-from core.perception.people.fusion import GATE, Ray
+from core.perception.people.fusion import GATE_CHI2, Ray
 
-APART = 0.3  # [rad] within which two bearings are looked at together
+SAME_BEARING_RAD = 0.3  # within which two bearings are looked at together
 
 
 @message
@@ -49,7 +49,7 @@ def likeliest(heard: Sequence[VoiceBearing]) -> tuple[VoiceBearing, ...]:
     found: list[VoiceBearing] = []
     for number in sorted(support, key=lambda each: -support[each]):
         one = replace(heard[number], strength=support[number] / len(moments), stamp=moments[-1])
-        if all(abs(wrap(one.azimuth - other.azimuth)) > APART for other in found):
+        if all(abs(wrap(one.azimuth - other.azimuth)) > SAME_BEARING_RAD for other in found):
             found.append(one)
     return tuple(found)
 
@@ -57,7 +57,7 @@ def likeliest(heard: Sequence[VoiceBearing]) -> tuple[VoiceBearing, ...]:
 def _agreement(one: VoiceBearing, other: VoiceBearing) -> float:
     """Strength with which the other bearing is heard in the direction of the one."""
     miss = wrap(one.azimuth - other.azimuth) ** 2 / (one.sd**2 + other.sd**2)
-    return other.strength * max(0.0, 1 - miss / GATE)
+    return other.strength * max(0.0, 1 - miss / GATE_CHI2)
 
 
 def from_side(side: str) -> str:

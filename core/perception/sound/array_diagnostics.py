@@ -25,19 +25,19 @@ from core.perception.sound.spectra import (
     quiet_frames,
     spectra,
 )
-from core.perception.sound.srp import FINER, Correlation
+from core.perception.sound.srp import STEPS_PER_SAMPLE, Correlation
 from core.perception.sound.utterances import directions, utterances
 from core.sensors.checks import Fault, fault
 from core.sensors.microphones import MicrophoneArray, Sound
 
-DEAD = 1e-5  # level of full scale, below which a channel is dead
-FAINT = 0.05  # of the others' level
-IDENTICAL = 0.99999  # correlation at lag 0
+DEAD_LEVEL = 1e-5  # level of full scale, below which a channel is dead
+FAINT_SHARE = 0.05  # of the others' level
+IDENTICAL_CORRELATION = 0.99999  # correlation at lag 0
 CLIPPED_SHARE = 1e-4  # of the samples in runs at the channel's limit
-COMMON = 0.25  # mean coherence of the noise of a processed channel with each other one, at least
+COMMON_COHERENCE = 0.25  # mean coherence of the noise of a processed channel with each other one, at least
 FEWEST_BINS = 8  # of the spectrum, from which that is known
-VALLEY = 0.3  # of all that two channels share, from which they swing against each other
-ABOVE = 0.4  # cosine of the elevation below which a voice is nearly straight above
+VALLEY_SHARE = 0.3  # of all that two channels share, from which they swing against each other
+ABOVE_COSINE = 0.4  # cosine of the elevation below which a voice is nearly straight above
 CONTRADICTED = 1 / 3  # of all utterances, from which the array is at fault
 
 
@@ -109,7 +109,7 @@ def contradiction(
 def _scale(found: Sequence[Direction], array: MicrophoneArray) -> list[ArrayFault]:
     """A flat array that hears every voice from nearly straight above is likely smaller than its profile says."""
     lengths = [float(np.linalg.norm(one.fit.within)) for one in found if one.fit is not None]
-    if not lengths or array.dimensions > 2 or max(lengths) > ABOVE:
+    if not lengths or array.dimensions > 2 or max(lengths) > ABOVE_COSINE:
         return []
     return [_wrong("scale", array.channels, False, times=f"{1 / max(float(np.median(lengths)), 1e-3):.0f}")]
 
@@ -160,9 +160,9 @@ def _levels(samples: Array, array: MicrophoneArray) -> list[ArrayFault]:
     usual = float(np.median(level))
     faults: list[ArrayFault] = []
     for channel, here in zip(array.channels, level, strict=True):
-        if here < DEAD:
+        if here < DEAD_LEVEL:
             faults.append(_wrong("dead", (channel,)))
-        elif here < FAINT * usual:
+        elif here < FAINT_SHARE * usual:
             faults.append(_wrong("faint", (channel,), times=f"{usual / here:.0f}"))
     return faults
 
@@ -183,8 +183,8 @@ def _identical(samples: Array, array: MicrophoneArray) -> list[ArrayFault]:
     """Channels that carry one microphone twice, whatever their gains."""
     centred = samples - samples.mean(0)
     size = np.linalg.norm(centred, axis=0)
-    alike = np.abs(centred.T @ centred) > IDENTICAL * np.outer(size, size)
-    left = [number for number in range(len(size)) if size[number] > DEAD]
+    alike = np.abs(centred.T @ centred) > IDENTICAL_CORRELATION * np.outer(size, size)
+    left = [number for number in range(len(size)) if size[number] > DEAD_LEVEL]
     faults: list[ArrayFault] = []
     while left:
         group = [number for number in left if alike[left[0], number]]
@@ -220,7 +220,7 @@ def _summed(noise: Array, frequencies: Array, array: MicrophoneArray) -> list[Ar
     for number in range(len(common)):
         others = np.delete(np.arange(len(common)), number)
         rest = common[np.ix_(others, others)][np.triu_indices(len(others), 1)]
-        if common[number, others].min() > COMMON and rest.max() < COMMON / 2:
+        if common[number, others].min() > COMMON_COHERENCE and rest.max() < COMMON_COHERENCE / 2:
             channel = array.channels[number]
             return [_wrong("processed", (channel,))]
     return []
@@ -229,15 +229,15 @@ def _summed(noise: Array, frequencies: Array, array: MicrophoneArray) -> list[Ar
 def _inverted(correlation: Correlation, array: MicrophoneArray) -> list[ArrayFault]:
     """Channels of opposite sign: their correlations with most others have a deep valley where a top belongs."""
     tables = correlation.tables() / np.maximum(np.abs(correlation.values).sum(0), 1e-300)
-    reach = np.linalg.norm(array.baselines, axis=1) / array.speed * correlation.rate * FINER
+    reach = np.linalg.norm(array.baselines, axis=1) / array.speed * correlation.rate * STEPS_PER_SAMPLE
     lags = np.minimum(np.arange(len(tables)), len(tables) - np.arange(len(tables)))
-    inside = lags[:, None] <= reach + FINER
+    inside = lags[:, None] <= reach + STEPS_PER_SAMPLE
     top = np.where(inside, tables, -np.inf).max(0)
     valley = np.where(inside, -tables, -np.inf).max(0)
     count = len(array.positions)
     opposite = np.zeros((count, count))
     first, second = array.pairs.T
-    deep = (valley > 1.3 * top) & (valley > VALLEY)
+    deep = (valley > 1.3 * top) & (valley > VALLEY_SHARE)
     opposite[first, second] = opposite[second, first] = np.where(deep, 1.0, 0.0)
     wrong = [number for number in range(count) if opposite[number].sum() > (count - 1) / 2]
     return [_wrong("inverted", (array.channels[number],)) for number in wrong[:1]]

@@ -15,16 +15,16 @@ from core.perception.sound.locate import DEFAULT, locate
 from core.perception.sound.settings import DirectionFindingSettings
 from core.sensors.microphones import MicrophoneArray, Sound
 
-FEWEST = 3  # claps
+MIN_CLAPS = 3  # claps
 SPREAD = math.radians(60)  # between the two most distant claps
-AGREES = 3.0  # standard deviations of a clap that fits
+MAX_RESIDUAL_SDS = 3.0  # standard deviations of a clap that fits
 PLACING = math.radians(3)  # [rad] how exactly a person stands where they are asked to
-MOMENT = 0.01  # [s] in which loudness is measured
-LOUD = 0.1  # of the loudest moment's level, from which a clap or a voice has begun
+MOMENT_S = 0.01  # in which loudness is measured
+LOUD_SHARE = 0.1  # of the loudest moment's level, from which a clap or a voice has begun
 ABOVE_NOISE = 4.0  # times the usual level that the loudest moment reaches
-BEFORE, AFTER = 0.6, 0.8  # [s] around the beginning that are looked at
+BEFORE_S, AFTER_S = 0.6, 0.8  # around the beginning that are looked at
 UNCLEAR = "That clap came from no clear direction; clap again, nearer."
-EARLY = 0.03  # [s] before the beginning that may already belong to it
+EARLY_S = 0.03  # before the beginning that may already belong to it
 
 
 @message
@@ -46,7 +46,7 @@ def oriented(array: MicrophoneArray, found: Orientation) -> MicrophoneArray:
 
 def heard_from(sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT) -> Direction:
     """Direction of the clap or the word in a recording of some seconds. Raises BadInput when there was none."""
-    length = max(1, round(MOMENT * sound.rate))
+    length = max(1, round(MOMENT_S * sound.rate))
     samples = array.heard(sound)
     if len(samples) < 20 * length:
         raise BadInput("The recording is too short; half a second before the clap is needed.")
@@ -55,11 +55,11 @@ def heard_from(sound: Sound, array: MicrophoneArray, settings: DirectionFindingS
     top = int(np.argmax(level))
     if not level[top] > ABOVE_NOISE * float(np.median(level)):
         raise BadInput("Nothing stood out of the noise; clap louder or nearer.")
-    quiet = np.nonzero(level[: top + 1] < LOUD * level[top])[0]
+    quiet = np.nonzero(level[: top + 1] < LOUD_SHARE * level[top])[0]
     first = int(quiet[-1]) + 1 if len(quiet) else 0
-    begin = sound.stamp + first * length / sound.rate - EARLY
-    part = sound.part(begin - BEFORE, begin + AFTER)
-    found = locate(part, array, speech_from=begin if begin - part.stamp > BEFORE / 2 else None, settings=settings)
+    begin = sound.stamp + first * length / sound.rate - EARLY_S
+    part = sound.part(begin - BEFORE_S, begin + AFTER_S)
+    found = locate(part, array, speech_from=begin if begin - part.stamp > BEFORE_S / 2 else None, settings=settings)
     if found is None:
         raise BadInput(UNCLEAR)
     return found
@@ -110,8 +110,8 @@ class OrientationWizard:
 
     def solve(self) -> Orientation | str:
         """The orientation, or what is still missing."""
-        if len(self.claps) < FEWEST:
-            return f"{FEWEST} claps are needed; {len(self.claps)} were heard."
+        if len(self.claps) < MIN_CLAPS:
+            return f"{MIN_CLAPS} claps are needed; {len(self.claps)} were heard."
         asked = np.array([one.asked for one in self.claps])
         if np.max(np.abs(wrap_all(asked[:, None] - asked))) < SPREAD:
             return "The claps came all from one side; clap from another one."
@@ -128,7 +128,7 @@ class OrientationWizard:
                 spread = math.sqrt(max(1.0, chi) / float(np.sum(1 / variance)))
                 best = Orientation(yaw=wrap(yaw), yaw_sd=spread, mirrored=side < 0, residual=residual)
         assert best is not None
-        if best.residual > AGREES * float(np.sqrt(variance.mean())):
+        if best.residual > MAX_RESIDUAL_SDS * float(np.sqrt(variance.mean())):
             return (
                 f"The claps do not agree on one orientation ({math.degrees(best.residual):.0f}° apart); "
                 "check the order of the channels first."

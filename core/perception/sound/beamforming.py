@@ -11,7 +11,7 @@ from core.perception.sound.stft import analyse, quiet, size_of, synthesise
 from core.sensors.microphones import MicrophoneArray, Sound
 
 How = Literal["delay-and-sum", "mvdr"]
-LOADING = 0.1  # share of the noise's power that every microphone is taken to have for itself
+LOADING_SHARE = 0.1  # share of the noise's power that every microphone is taken to have for itself
 LEAST_FRAMES = 8  # of noise for every microphone, from which its matrix is believed
 
 
@@ -39,6 +39,6 @@ def _mvdr(steering: Array, noise: Array) -> Array:
     """Directions (K, M) and the noise's spectra (K, T, M) → weights (K, M)."""
     cross = np.einsum("ktm,ktn->kmn", noise, noise.conj()) / noise.shape[1]
     power = np.trace(cross, axis1=1, axis2=2).real / cross.shape[1]
-    own = LOADING * power + 1e-6 * power.mean() + 1e-14
+    own = LOADING_SHARE * power + 1e-6 * power.mean() + 1e-14
     solved = np.linalg.solve(cross + own[:, None, None] * np.eye(cross.shape[1]), steering[:, :, None])[:, :, 0]
     return solved / np.einsum("km,km->k", steering.conj(), solved)[:, None]

@@ -20,15 +20,15 @@ from core.perception.sound.least_squares import axes_of
 from core.perception.sound.locate import DEFAULT, whitened
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import cell_weights, cross_spectra, noise_of, over_noise, quiet_frames, spectra
-from core.perception.sound.srp import FINER, Correlation
+from core.perception.sound.srp import STEPS_PER_SAMPLE, Correlation
 from core.sensors.microphones import MicrophoneArray, Sound
 
-MOST = 6  # channels, of which all orders are tried
+MAX_CHANNELS = 6  # channels, of which all orders are tried
 STANDS = math.radians(6)  # [rad] how far a person stands from the asked direction, as a standard deviation
-MOUTH, MOUTH_SD = 0.3, 0.35  # [rad] elevation of a mouth above the array
-WEIGHT = 60.0  # of the share of sound that an order explains, against misses of the known directions
-CLEAR = 3.0  # by which the best order's score must exceed the next
-GRID = 1500  # directions over the sphere
+MOUTH_ELEVATION_RAD, MOUTH_SD = 0.3, 0.35  # [rad] elevation of a mouth above the array
+SHARE_WEIGHT = 60.0  # of the share of sound that an order explains, against misses of the known directions
+MIN_SCORE_MARGIN = 3.0  # by which the best order's score must exceed the next
+GRID_DIRECTIONS = 1500  # directions over the sphere
 
 
 @message
@@ -48,23 +48,23 @@ def find_order(
     count = len(array.positions)
     if not utterances:
         raise BadInput("The order of channels needs utterances from known directions; two are best.")
-    if count > MOST:
-        raise BadInput(f"Orders of at most {MOST} channels can be tried; this array has {count}.")
+    if count > MAX_CHANNELS:
+        raise BadInput(f"Orders of at most {MAX_CHANNELS} channels can be tried; this array has {count}.")
     axes_of(array)
     orders = np.array(list(itertools.permutations(range(count))))
     scores = np.zeros(len(orders))
-    grid = _directions(array, GRID)
+    grid = _directions(array, GRID_DIRECTIONS)
     bearing, up = np.arctan2(grid[:, 1], grid[:, 0]), np.arcsin(np.clip(grid[:, 2], -1, 1))
     for sound, azimuth in utterances:
         correlation = correlation_of(sound, array, settings)
         share = _agreements(correlation, array, orders, grid) / max(correlation.total, 1e-300)
         top = share.argmax(1)
-        missed = (wrap_all(bearing[top] - azimuth) / STANDS) ** 2 + ((up[top] - MOUTH) / MOUTH_SD) ** 2
-        scores += WEIGHT * share.max(1) - missed / 2
+        missed = (wrap_all(bearing[top] - azimuth) / STANDS) ** 2 + ((up[top] - MOUTH_ELEVATION_RAD) / MOUTH_SD) ** 2
+        scores += SHARE_WEIGHT * share.max(1) - missed / 2
     ranking = np.argsort(-scores)
     best, margin = orders[ranking[0]], float(scores[ranking[0]] - scores[ranking[1]])
     channels = tuple(array.channels[number] for number in best)
-    certain = margin > CLEAR and len(utterances) > 1
+    certain = margin > MIN_SCORE_MARGIN and len(utterances) > 1
     words = f"The channels are {', '.join(str(channel + 1) for channel in channels)}, counted from 1."
     if not certain:
         words += " Another order fits nearly as well; say it once more from another side."
@@ -87,7 +87,7 @@ def _agreements(correlation: Correlation, array: MicrophoneArray, orders: Array,
     number = np.zeros((count, count), int)
     first, second = array.pairs.T
     number[first, second] = number[second, first] = np.arange(len(first))
-    lead = towards @ (array.baselines / array.speed * correlation.rate * FINER).T  # (G, P) [steps]
+    lead = towards @ (array.baselines / array.speed * correlation.rate * STEPS_PER_SAMPLE).T  # (G, P) [steps]
     power = np.zeros((len(orders), len(towards)))
     for pair, (i, j) in enumerate(array.pairs):
         one, other = orders[:, i], orders[:, j]

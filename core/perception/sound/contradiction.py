@@ -19,7 +19,7 @@ from core.perception.sound.plane_wave import PlaneWaveFit, explain
 from core.sensors.microphones import MicrophoneArray
 
 LATE = np.arange(1, 101) * 4e-6  # [s] that are tried
-EXPLAINED = 1.5  # times the expected misfit: a cause that leaves more is none
+MAX_MISFIT = 1.5  # times the expected misfit: a cause that leaves more is none
 
 CauseKind = Literal["foreign", "sharing", "processed", "swapped", "late", "misfit"]
 
@@ -43,7 +43,7 @@ def likely_causes(fits: Sequence[PlaneWaveFit], array: MicrophoneArray) -> tuple
     if 2 * sharing.total() > len(fits):
         return (Cause(kind="sharing", microphones=sharing.most_common(1)[0][0], misfit=0.0),)
     found = sorted(_hypotheses(fits, array), key=lambda one: one.misfit)
-    found = [one for one in found if one.misfit <= EXPLAINED]
+    found = [one for one in found if one.misfit <= MAX_MISFIT]
     alone = any(one.kind == "late" and len(one.microphones) == 1 for one in found)
     found = [one for one in found if one.kind != "late" or not alone or len(one.microphones) == 1]
     if not found:
@@ -53,7 +53,7 @@ def likely_causes(fits: Sequence[PlaneWaveFit], array: MicrophoneArray) -> tuple
 
 def _hypotheses(fits: Sequence[PlaneWaveFit], array: MicrophoneArray) -> Iterator[Cause]:
     numbers, count = range(len(array.positions)), len(array.positions)
-    if np.mean([one.residual_sd / one.expected_sd for one in fits]) > EXPLAINED:
+    if np.mean([one.residual_sd / one.expected_sd for one in fits]) > MAX_MISFIT:
         yield from _elsewhere(fits, array)
     for few in (*itertools.combinations(numbers, 1), *itertools.combinations(numbers, 2)):
         if len(few) < count - 1:  # all but one late is one early

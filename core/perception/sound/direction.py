@@ -14,7 +14,7 @@ from core.message import Array, message
 from core.perception.sound.plane_wave import PlaneWaveFit
 
 WIDEST = math.pi / math.sqrt(3)  # [rad] the standard deviation of an azimuth of which nothing is known
-AHEAD = 0.15  # [rad] to either side of straight ahead, or behind, that counts as that in words
+AHEAD_RAD = 0.15  # to either side of straight ahead, or behind, that counts as that in words
 
 
 @message
@@ -89,9 +89,9 @@ def side(azimuth: float) -> Literal["left", "right"]:
 def in_words(azimuth: float) -> str:
     """An azimuth [rad] as people say it: "31° to the right", "straight ahead"."""
     away = abs(wrap(azimuth))
-    if away < AHEAD:
+    if away < AHEAD_RAD:
         return "straight ahead"
-    return "behind" if away > math.pi - AHEAD else f"{math.degrees(away):.0f}° to the {side(azimuth)}"
+    return "behind" if away > math.pi - AHEAD_RAD else f"{math.degrees(away):.0f}° to the {side(azimuth)}"
 
 
 def unit(azimuth: float, elevation: float = 0.0) -> Array:

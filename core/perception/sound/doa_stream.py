@@ -13,7 +13,7 @@ from core.message import Array, message
 from core.perception.sound.direction import Direction
 from core.perception.sound.locate import DEFAULT
 from core.perception.sound.multi_source import share_out
-from core.perception.sound.paper import SIZE, direction_as_printed
+from core.perception.sound.paper import FRAME_SAMPLES, direction_as_printed
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import (
     Noise,
@@ -29,14 +29,14 @@ from core.perception.sound.spectra import (
 from core.perception.sound.voice_activity import VoiceActivityDetector, active_share
 from core.sensors.microphones import MicrophoneArray, Sound
 
-KEPT = 12.0  # [s] of spectra that are remembered
-FIRST = 0.4  # [s] of sound from which the noise is learnt before anything is heard
-LEAD = 0.3  # [s] before an utterance that are looked at with it
-GUARD = 0.15  # [s] before now that are not yet taken for noise: an utterance may be beginning
-GAP = 0.02  # [s] missing between two pieces of sound, beyond which listening starts again
+SPECTRA_MEMORY_S = 12.0  # of spectra that are remembered
+FIRST_NOISE_S = 0.4  # of sound from which the noise is learnt before anything is heard
+LEAD_S = 0.3  # before an utterance that are looked at with it
+GUARD_S = 0.15  # before now that are not yet taken for noise: an utterance may be beginning
+MAX_GAP_S = 0.02  # missing between two pieces of sound, beyond which listening starts again
 MOST_TALKERS = 2
-BEFORE, AFTER = 0.6, 0.1  # [s] before words that show the noise, and after them that are still theirs
-TALKED, TALKED_SHARE = 0.5, 0.25  # strength of who talked before words, at least, and what of it is left in them
+BEFORE_S, AFTER_S = 0.6, 0.1  # before words that show the noise, and after them that are still theirs
+MIN_TALKED_STRENGTH, TALKED_SHARE = 0.5, 0.25  # of who talked before words, and what of it is left in them, at least
 WIDEST_TALKER = 0.6  # [rad] from a talker, within which a direction is theirs at most
 MOST_IN_WORDS = 3  # directions of words: the talker's, an echo's, another talker's
 
@@ -88,12 +88,12 @@ class DoaStream:
         """The next piece of sound → what became known with it. A gap in time resets the state. Raises BadInput."""
         samples = self.array.heard(sound)
         expected = self._start + len(self._pending) / (self._rate or sound.rate)
-        if sound.rate != self._rate or abs(sound.stamp - expected) > GAP:
+        if sound.rate != self._rate or abs(sound.stamp - expected) > MAX_GAP_S:
             self._forget(sound.stamp)
             self._rate = sound.rate
         self._pending = np.concatenate((self._pending, samples))
         if self.settings.form == "paper":
-            self._latest = np.concatenate((self._latest, samples))[-round(KEPT * sound.rate) :]
+            self._latest = np.concatenate((self._latest, samples))[-round(SPECTRA_MEMORY_S * sound.rate) :]
             self._until = sound.stamp + sound.duration
         size = frame_size(sound.rate, self.settings)
         if len(self._pending) < size:
@@ -103,7 +103,7 @@ class DoaStream:
         used = len(seen.times) * (size // self.settings.steps)
         self._pending, self._start = self._pending[used:], self._start + used / sound.rate
         self._pieces.append(seen)
-        while self._pieces[0].times[-1] < seen.times[-1] - KEPT:
+        while self._pieces[0].times[-1] < seen.times[-1] - SPECTRA_MEMORY_S:
             self._pieces.popleft()
         return self._judge(seen)
 
@@ -114,10 +114,10 @@ class DoaStream:
         much of the sound is not remembered, or in the paper's form.
         """
         pieces = self._pieces
-        if not pieces or self.settings.form == "paper" or pieces[0].times[0] > begin - LEAD:
+        if not pieces or self.settings.form == "paper" or pieces[0].times[0] > begin - LEAD_S:
             return ()
-        seen = self._since(begin - BEFORE)
-        quiet = (seen.times >= begin - BEFORE) & (seen.times + seen.size / (2 * seen.rate) <= begin)
+        seen = self._since(begin - BEFORE_S)
+        quiet = (seen.times >= begin - BEFORE_S) & (seen.times + seen.size / (2 * seen.rate) <= begin)
         if not quiet.any():
             return ()
         noise = noise_of(seen, quiet, self.settings)
@@ -126,7 +126,7 @@ class DoaStream:
         middle = (begin + end) / 2
         heard: list[HeardDirections] = []
         for first, last in ((begin, end), (begin, middle), (middle, end)):
-            until = last + AFTER if last == end else last
+            until = last + AFTER_S if last == end else last
             own = np.where((seen.times >= first) & (seen.times <= until), fresh, 0.0)
             found = share_out(seen, own, noise, self.array, 0.0, self.settings, MOST_IN_WORDS)
             weighed = tuple(_less_where(one, talked) for one in found)
@@ -139,13 +139,13 @@ class DoaStream:
             return ()
         fresh = cell_weights(over_noise(seen, self._noise), seen, self.settings) * frames
         found = share_out(seen, fresh, self._noise, self.array, 0.0, self.settings, MOST_IN_WORDS)
-        return tuple(one for one in found if one.strength > TALKED)
+        return tuple(one for one in found if one.strength > MIN_TALKED_STRENGTH)
 
     def _judge(self, seen: Spectra) -> tuple[HeardDirections, ...]:
         """Frames that are new → what became known."""
         now = float(seen.times[-1])
         if self._noise is None:
-            if now - self._pieces[0].times[0] < FIRST:
+            if now - self._pieces[0].times[0] < FIRST_NOISE_S:
                 return ()
             past = self._since(0.0)
             self._learn(noise_of(past, quiet_frames(past, self.settings), self.settings), now)
@@ -176,9 +176,9 @@ class DoaStream:
         assert self._cross is not None
         step = self._pieces[-1].size / self.settings.steps / self._rate
         weight = step / self.settings.noise_memory
-        past = self._since(self._learnt - GUARD)
-        settled = (past.times > self._learnt - GUARD) & (past.times <= now - GUARD)
-        if now - self._learnt < GUARD or not settled.any():
+        past = self._since(self._learnt - GUARD_S)
+        settled = (past.times > self._learnt - GUARD_S) & (past.times <= now - GUARD_S)
+        if now - self._learnt < GUARD_S or not settled.any():
             return
         values = past.values[:, :, settled]
         share = 1 - (1 - weight) ** int(settled.sum())
@@ -194,9 +194,9 @@ class DoaStream:
         assert self._noise is not None
         if self.settings.form == "paper":
             return HeardDirections(begin=begin, end=end, directions=self._as_printed(since, end))
-        seen = self._since(since - LEAD)
+        seen = self._since(since - LEAD_S)
         fresh = cell_weights(over_noise(seen, self._noise), seen, self.settings)
-        fresh = np.where(seen.times >= since - LEAD / 3, fresh, 0.0)
+        fresh = np.where(seen.times >= since - LEAD_S / 3, fresh, 0.0)
         directions = share_out(seen, fresh, self._noise, self.array, 0.0, self.settings, MOST_TALKERS)
         self._learnt = float(seen.times[-1])
         return HeardDirections(begin=begin, end=end, directions=directions)
@@ -207,7 +207,7 @@ class DoaStream:
         last = self._until if end is None else min(end, self._until)
         first, stop = (round((time - self._until) * self._rate) + len(self._latest) for time in (since, last))
         part = self._latest[max(first, 0) : max(stop, 0)]
-        if len(part) < SIZE:
+        if len(part) < FRAME_SAMPLES:
             return ()
         return (direction_as_printed(part, self._rate, (since + last) / 2, self.array),)
 

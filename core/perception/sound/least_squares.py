@@ -15,8 +15,8 @@ from core.message import Array, message
 from core.perception.sound.direction import Direction, tangents
 from core.sensors.microphones import MicrophoneArray
 
-ROUNDS = 30
-FULLY, NOT_AT_ALL = 4.0, 8.0  # standard deviations up to which a lag counts, and from which it does not
+MAX_ROUNDS = 30
+FULL_WEIGHT_SDS, NO_WEIGHT_SDS = 4.0, 8.0  # standard deviations up to which a lag counts, and from which it does not
 LAG_SD = 3e-6  # [s] no lag is better known than this
 
 
@@ -83,13 +83,13 @@ def _weighted(matrix: Array, ahead: Array, robust: bool) -> tuple[Array, Array]:
     within = np.linalg.lstsq(matrix, ahead, rcond=None)[0]
     if not robust or len(ahead) <= matrix.shape[1] + 1:
         return within, weights
-    for turn in range(2 * ROUNDS):
+    for turn in range(2 * MAX_ROUNDS):
         residuals = np.abs(matrix @ within - ahead)
-        if turn < ROUNDS:  # smallest sum of absolute residuals
+        if turn < MAX_ROUNDS:  # smallest sum of absolute residuals
             weights = 1 / np.maximum(residuals, 1e-5)
         else:
             scale = max(1.4826 * float(np.median(residuals)), 1e-6)
-            weights = np.clip((NOT_AT_ALL - residuals / scale) / (NOT_AT_ALL - FULLY), 0.0, 1.0)
+            weights = np.clip((NO_WEIGHT_SDS - residuals / scale) / (NO_WEIGHT_SDS - FULL_WEIGHT_SDS), 0.0, 1.0)
         root = np.sqrt(weights)
         within = np.linalg.lstsq(matrix * root[:, None], ahead * root, rcond=None)[0]
     return within, weights

@@ -24,9 +24,9 @@ from core.perception.sound.spectra import (
 from core.perception.sound.srp import grid_of
 from core.sensors.microphones import MicrophoneArray, Sound
 
-NARROW = 0.12  # standard deviation with which glimpses of one talker are taken to scatter
+GLIMPSE_SD = 0.12  # standard deviation with which glimpses of one talker are taken to scatter
 FEWEST_CELLS = 15.0  # weight of the fresh cells of a glimpse
-FEWEST = 3  # glimpses of a talker
+MIN_GLIMPSES = 3  # glimpses of a talker
 
 
 @message
@@ -121,13 +121,13 @@ def gathered(seen_at: Glimpses, settings: DirectionFindingSettings, most: int) -
     centres: list[Array] = []
     groups: list[Array] = []
     gaps = np.linalg.norm(seen_at.within[:, None] - seen_at.within, axis=2)
-    near = np.exp(-((gaps / NARROW) ** 2) / 2)
+    near = np.exp(-((gaps / GLIMPSE_SD) ** 2) / 2)
     while len(groups) < most and left.any():
         density = np.where(left, near @ (seen_at.weights * left), -1.0)
         top = int(np.argmax(density))
         group = np.nonzero(left & (gaps[top] < settings.apart))[0]
         left[group] = False
-        if seen_at.weights[group].sum() < settings.share * seen_at.weights.sum() or len(group) < FEWEST:
+        if seen_at.weights[group].sum() < settings.share * seen_at.weights.sum() or len(group) < MIN_GLIMPSES:
             break
         centre = seen_at.within[top]
         if all(np.linalg.norm(centre - other) > settings.apart for other in centres):

@@ -11,10 +11,10 @@ import numpy as np
 from core.message import Array
 from core.perception.sound.stft import analyse, quiet, synthesise
 
-FLOOR = 0.25  # least gain: what is left of the noise hides the gaps that would sound like consonants
-MEMORY = 0.96  # of the ratio of the frame before
+MIN_GAIN = 0.25  # least gain: what is left of the noise hides the gaps that would sound like consonants
+RATIO_MEMORY = 0.96  # of the ratio of the frame before
 LEAST_BEFORE = 0.1  # [s] of noise from which it is learnt at all
-SILENT = 1e-14  # power of rounding
+SILENT_POWER = 1e-14  # power of rounding
 
 
 def without_noise(samples: Array, rate: int, before: int) -> Array:
@@ -23,7 +23,7 @@ def without_noise(samples: Array, rate: int, before: int) -> Array:
         return samples
     spectra = analyse(samples[:, None], rate)[:, :, 0]  # (K, T)
     power = np.abs(spectra) ** 2
-    noise = _smooth(power[:, quiet(power.shape[1], before, rate)].mean(1)) + SILENT
+    noise = _smooth(power[:, quiet(power.shape[1], before, rate)].mean(1)) + SILENT_POWER
     return synthesise(spectra * _gains(power / noise[:, None]), rate, len(samples))
 
 
@@ -32,8 +32,8 @@ def _gains(ratio: Array) -> Array:
     gains = np.empty_like(ratio)
     left = np.zeros(len(ratio))  # power of the voice over the noise's in the frame before
     for t, now in enumerate(ratio.T):
-        expected = MEMORY * left + (1 - MEMORY) * np.maximum(now - 1, 0)
-        gain = np.maximum(expected / (1 + expected), FLOOR)
+        expected = RATIO_MEMORY * left + (1 - RATIO_MEMORY) * np.maximum(now - 1, 0)
+        gain = np.maximum(expected / (1 + expected), MIN_GAIN)
         gains[:, t] = gain
         left = gain**2 * now
     return gains

@@ -18,17 +18,17 @@ from core.perception.sound.direction import Direction
 from core.perception.sound.least_squares import axes_of, lift, mirrored, on_sphere
 from core.sensors.microphones import MicrophoneArray, Sound
 
-SIZE = 1024  # samples of a frame
-HOP = 512
-ALPHA = 0.4  # share of the noise taken away (eq. 37)
-GAMMA = 0.3  # emphasis of tones (eq. 38)
-MEMORY = 0.95  # of the noise's time average, a frame
+FRAME_SAMPLES = 1024  # samples of a frame
+HOP_SAMPLES = 512
+NOISE_SHARE = 0.4  # share of the noise taken away (eq. 37)
+TONE_EXPONENT = 0.3  # emphasis of tones (eq. 38)
+NOISE_MEMORY = 0.95  # of the noise's time average, a frame
 
 
 def mask(power: Array, noise: Array) -> Array:
     """Power X (…, K) and noise X_n (…, K) → weight w (eq. 37 and 38)."""
-    masked = np.maximum(0.1, (power - ALPHA * noise) / np.maximum(power, 1e-300))
-    tonal = (np.maximum(power, 1e-300) / np.maximum(noise, 1e-300)) ** GAMMA
+    masked = np.maximum(0.1, (power - NOISE_SHARE * noise) / np.maximum(power, 1e-300))
+    tonal = (np.maximum(power, 1e-300) / np.maximum(noise, 1e-300)) ** TONE_EXPONENT
     return np.where(power > noise, masked * tonal, masked)
 
 
@@ -38,7 +38,7 @@ def averaged(power: Array) -> Array:
     mean = power[0]
     for number, now in enumerate(power):
         noise[number] = mean
-        mean = MEMORY * mean + (1 - MEMORY) * now
+        mean = NOISE_MEMORY * mean + (1 - NOISE_MEMORY) * now
     return noise
 
 
@@ -46,17 +46,21 @@ def correlations(samples: Array, begin: int = 0) -> Array:
     """Samples (N, M), speech from sample `begin` on → R_1j over lags (SIZE, M - 1), lag 0 first (eq. 39 summed over
     frames with speech).
     """
-    if len(samples) < SIZE:
-        raise BadInput(f"The paper's estimator needs at least {SIZE} samples.")
-    window = np.hanning(SIZE)
-    spectra = np.fft.rfft(sliding_window_view(samples, SIZE, axis=0)[::HOP] * window, axis=2)  # (T, M, K)
+    if len(samples) < FRAME_SAMPLES:
+        raise BadInput(f"The paper's estimator needs at least {FRAME_SAMPLES} samples.")
+    window = np.hanning(FRAME_SAMPLES)
+    spectra = np.fft.rfft(
+        sliding_window_view(samples, FRAME_SAMPLES, axis=0)[::HOP_SAMPLES] * window, axis=2
+    )  # (T, M, K)
     power = np.mean(np.abs(spectra) ** 2, axis=1)
     weight = mask(power, averaged(power)) ** 2
     phases = spectra / np.maximum(np.abs(spectra), 1e-300)
     last = len(spectra) - 1
-    weight[: min(max(math.ceil((begin - SIZE / 2) / HOP), 0), last)] = 0.0  # half of a frame or more is speech
+    weight[: min(max(math.ceil((begin - FRAME_SAMPLES / 2) / HOP_SAMPLES), 0), last)] = (
+        0.0  # half of a frame or more is speech
+    )
     summed = np.sum(weight[:, None] * phases[:, :1] * phases[:, 1:].conj(), axis=0)
-    return np.fft.irfft(summed, SIZE, axis=1).T
+    return np.fft.irfft(summed, FRAME_SAMPLES, axis=1).T
 
 
 def locate_as_printed(sound: Sound, array: MicrophoneArray, speech_from: float | None = None) -> Direction:
@@ -74,7 +78,7 @@ def direction_as_printed(
     """The same from the array's samples (N, M) at a rate [Hz], of a moment [s]. Raises BadInput."""
     table = correlations(samples, begin)
     top = np.argmax(table, axis=0)
-    lags = np.where(top < SIZE // 2, top, top - SIZE) / rate  # ΔT_1j (eq. 36)
+    lags = np.where(top < FRAME_SAMPLES // 2, top, top - FRAME_SAMPLES) / rate  # ΔT_1j (eq. 36)
     axes = axes_of(array)
     matrix = (array.positions[1:] - array.positions[0]) @ axes.T
     within = np.linalg.lstsq(matrix, array.speed * lags, rcond=None)[0]  # (eq. 40)

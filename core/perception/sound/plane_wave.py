@@ -18,10 +18,10 @@ from core.message import Array, message
 
 LAG_SD = 0.0007  # [m] of a microphone's time, in a sound that comes from one direction alone
 ECHO_SD = 0.008  # [m] added to it for a sound without a direct path; less with more strength
-FASTEST = 1.02  # of the speed of sound along the array: warmer air, a profile that is a little too large
+MAX_SPEED_RATIO = 1.02  # of the speed of sound along the array: warmer air, a profile that is a little too large
 NOISE_LEAN = 0.08  # of an array's radius: noise from everywhere is never quite even (48 waves: 1 / sqrt(3 · 48))
 CHANCE_SDS = 1.645  # a misfit that one sound in twenty has by chance adds nothing to a direction's deviation
-FOREIGN = 0.35  # of what the others share; a channel that shares less hears something else
+FOREIGN_SHARE = 0.35  # of what the others share; a channel that shares less hears something else
 
 
 @message
@@ -53,7 +53,7 @@ class PlaneWaveFit:
     @property
     def foreign(self) -> Array:
         """Which channels share too little with all others, (M,) bool."""
-        return self.shared < FOREIGN * float(np.median(self.shared))
+        return self.shared < FOREIGN_SHARE * float(np.median(self.shared))
 
     @property
     def misfit(self) -> float:
@@ -93,8 +93,8 @@ def explain(positions: Array, times: Array) -> tuple[Array, Array, Array]:
     matrix, times = positions - positions.mean(0), times - times.mean(0)
     within = np.linalg.lstsq(matrix, times, rcond=None)[0]
     length, dimensions = np.linalg.norm(within, axis=0), matrix.shape[1]
-    bound = (length > FASTEST) | (dimensions == 3)
-    longest = 1.0 if dimensions == 3 else FASTEST
+    bound = (length > MAX_SPEED_RATIO) | (dimensions == 3)
+    longest = 1.0 if dimensions == 3 else MAX_SPEED_RATIO
     within = np.where(bound, within * longest / np.maximum(length, 1e-12), within)
     freedom = len(matrix) - 1 - dimensions + bound
     return within, np.where(freedom > 0, matrix @ within - times, 0.0), freedom

@@ -15,8 +15,8 @@ from core.errors import BadInput
 from core.message import Array, message
 from core.perception.sound.settings import DirectionFindingSettings
 
-BINS = 32  # computed at a time, to spare memory
-SILENT = 1e-14  # power below which nothing but rounding is left
+BINS_AT_ONCE = 32  # computed at a time, to spare memory
+SILENT_POWER = 1e-14  # power below which nothing but rounding is left
 
 
 @message
@@ -85,7 +85,7 @@ def quiet_frames(seen: Spectra, settings: DirectionFindingSettings, speech_from:
         before = seen.times + seen.size / (2 * seen.rate) <= speech_from
         if np.count_nonzero(before) >= settings.steps:
             return before
-    level = np.log(np.mean(np.abs(seen.values) ** 2, axis=1) + SILENT).mean(0)
+    level = np.log(np.mean(np.abs(seen.values) ** 2, axis=1) + SILENT_POWER).mean(0)
     return level <= np.quantile(level, settings.quiet_share)
 
 
@@ -104,7 +104,7 @@ def noise_from(cross: Array, settings: DirectionFindingSettings) -> Noise:
     for n, weight in enumerate(weights / weights.sum()):
         smooth += weight * padded[n : n + len(cross)]
     power = np.trace(smooth, axis1=1, axis2=2).real / cross.shape[1]
-    least = settings.loading * power + 1e-6 * power.mean() + SILENT
+    least = settings.loading * power + 1e-6 * power.mean() + SILENT_POWER
     root = np.linalg.cholesky(smooth + least[:, None, None] * np.eye(cross.shape[1]))
     return Noise(cross=smooth, whitener=np.linalg.inv(root))
 
@@ -120,7 +120,7 @@ def cell_weights(power: Array, seen: Spectra, settings: DirectionFindingSettings
     step = seen.times[1] - seen.times[0]
     fall = step * 6 * math.log(10) / settings.reverberation  # [nepers of power a frame]
     rise = fall * np.arange(power.shape[1])
-    highest = np.maximum.accumulate(np.log(power + SILENT) + rise, axis=1)
+    highest = np.maximum.accumulate(np.log(power + SILENT_POWER) + rise, axis=1)
     echo = np.zeros_like(power)
     echo[:, 1:] = np.exp(highest[:, :-1] - rise[1:])
     above = np.maximum(power, settings.evidence)
@@ -136,4 +136,4 @@ def cross_spectra(seen: Spectra, weights: Array, noise: Noise) -> Array:
 
 def _parts(seen: Spectra) -> list[slice]:
     """All bins, a few at a time: what is computed of them is as large as they are."""
-    return [slice(k, k + BINS) for k in range(0, len(seen.values), BINS)]
+    return [slice(k, k + BINS_AT_ONCE) for k in range(0, len(seen.values), BINS_AT_ONCE)]

@@ -15,10 +15,10 @@ from core.perception.sound.direction import sphere
 from core.perception.sound.least_squares import axes_of
 from core.sensors.microphones import MicrophoneArray
 
-FINER = 4  # steps of a lag table per sample
-ROUNDS = 12
-CLOSE = 1e-5  # [rad] a refinement step that is no longer worth making
-NEIGHBOURS = 0.6  # [rad] grid directions farther than this from the best belong to another peak
+STEPS_PER_SAMPLE = 4  # steps of a lag table per sample
+MAX_ROUNDS = 12
+CONVERGED_STEP_RAD = 1e-5  # a refinement step that is no longer worth making
+PEAK_RADIUS_RAD = 0.6  # grid directions farther than this from the best belong to another peak
 
 
 @message
@@ -37,10 +37,10 @@ class Correlation:
 
     def tables(self) -> Array:
         """Correlation over lags (FINER · size, P), lag 0 first, FINER steps a sample."""
-        full = np.zeros((self.size * FINER // 2 + 1, self.values.shape[1]), complex)
+        full = np.zeros((self.size * STEPS_PER_SAMPLE // 2 + 1, self.values.shape[1]), complex)
         first = round(self.omega[0] / (2 * np.pi) * self.size / self.rate)
         full[first : first + len(self.omega)] = self.values
-        return np.fft.irfft(full, axis=0) * (self.size * FINER / 2)
+        return np.fft.irfft(full, axis=0) * (self.size * STEPS_PER_SAMPLE / 2)
 
 
 @message
@@ -78,9 +78,9 @@ def grid_of(array: MicrophoneArray, rate: int, size: int, count: int) -> Directi
 
 
 def _looked_up(array: MicrophoneArray, within: Array, rate: int, size: int) -> dict[str, Array]:
-    steps = within @ (array.baselines @ axes_of(array).T).T / array.speed * rate * FINER
+    steps = within @ (array.baselines @ axes_of(array).T).T / array.speed * rate * STEPS_PER_SAMPLE
     below = np.floor(steps).astype(int)
-    return {"within": within, "places": below % (size * FINER), "parts": steps - below}
+    return {"within": within, "places": below % (size * STEPS_PER_SAMPLE), "parts": steps - below}
 
 
 def find_peak(
@@ -94,7 +94,7 @@ def find_peak(
     within = grid.within[best] if not len(tried) or powers[best] >= tried.max() else seeds[int(np.argmax(tried))]
     slant = array.baselines @ axes_of(array).T / array.speed
     within, power = _climb(correlation, slant, within)
-    away = np.linalg.norm(grid.within - within, axis=1) > NEIGHBOURS
+    away = np.linalg.norm(grid.within - within, axis=1) > PEAK_RADIUS_RAD
     return Peak(
         within=within,
         covariance=_covariance(correlation, slant, within, bands),
@@ -143,12 +143,12 @@ def _curvature(gradient: Array, hessian: Array, within: Array, sides: Array) -> 
 def _climb(correlation: Correlation, slant: Array, within: Array) -> tuple[Array, float]:
     """Newton's steps uphill, halved until they climb → where they end (D,), and the power there."""
     power = steered_power(correlation, slant, within)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         gradients, hessian = slopes(correlation, slant, within)
         gradient, sides = gradients.sum(0), _frame(within)
         step = -np.linalg.solve(_curvature(gradient, hessian, within, sides), sides @ gradient) @ sides
         step *= min(1.0, 0.1 / max(float(np.linalg.norm(step)), 1e-12))
-        while np.linalg.norm(step) > CLOSE:
+        while np.linalg.norm(step) > CONVERGED_STEP_RAD:
             there = _onto(within + step)
             higher = steered_power(correlation, slant, there)
             if higher > power:

@@ -13,16 +13,16 @@ from core.message import Array
 from core.perception.sound.least_squares import axes_of
 from core.perception.sound.plane_wave import ECHO_SD, LAG_SD, PlaneWaveFit, explain, noise_sd_of
 from core.perception.sound.spectra import Noise
-from core.perception.sound.srp import FINER, Correlation
+from core.perception.sound.srp import STEPS_PER_SAMPLE, Correlation
 from core.sensors.microphones import MicrophoneArray
 
-SLACK = 0.5  # [samples] beyond the way between two microphones that a peak may lie
-ROUNDS = 10
+SLACK_SAMPLES = 0.5  # [samples] beyond the way between two microphones that a peak may lie
+MAX_ROUNDS = 10
 LATEST_SAMPLES = 10  # by which a channel is searched for in noise
 MAX_UNLIKE = 0.08  # mean squared difference of the noise's coherence from that of noise from everywhere
 SHARED_NOISE = 0.18  # squared coherence of two microphones beyond that of the two with least, where sound is short
 FEWEST_BINS = 8  # of a spectrum, in which that is looked for
-CLOSE = 1e-7  # [s] a step of a time that is no longer worth making
+CONVERGED_STEP_S = 1e-7  # a step of a time that is no longer worth making
 
 
 def pair_lags(correlation: Correlation, array: MicrophoneArray) -> Array:
@@ -31,7 +31,7 @@ def pair_lags(correlation: Correlation, array: MicrophoneArray) -> Array:
     length, count = tables.shape
     reach = np.linalg.norm(array.baselines, axis=1) / array.speed * correlation.rate
     lags = np.arange(-(length // 2), length // 2)
-    allowed = np.abs(lags)[:, None] <= (reach + SLACK) * FINER
+    allowed = np.abs(lags)[:, None] <= (reach + SLACK_SAMPLES) * STEPS_PER_SAMPLE
     shifted = np.where(allowed, np.roll(tables, length // 2, axis=0), -np.inf)
     top = np.argmax(shifted, axis=0)
     pair = np.arange(count)
@@ -39,7 +39,7 @@ def pair_lags(correlation: Correlation, array: MicrophoneArray) -> Array:
     before, here, after = tables[(place - 1) % length, pair], tables[place, pair], tables[(place + 1) % length, pair]
     bend = before - 2 * here + after
     shift = np.where(bend < 0, (before - after) / np.where(bend < 0, 2 * bend, 1.0), 0.0)
-    best = (lags[top] + np.clip(shift, -1, 1)) / FINER
+    best = (lags[top] + np.clip(shift, -1, 1)) / STEPS_PER_SAMPLE
     return np.clip(best, -reach, reach) / correlation.rate
 
 
@@ -87,8 +87,8 @@ def _noise_times(noise: Noise, correlation: Correlation, array: MicrophoneArray)
     diffuse = np.sinc(correlation.omega[:, None] * apart / (np.pi * array.speed))
     matched = replace(correlation, values=coherence * diffuse)
     tables = matched.tables()
-    lags = np.arange(-LATEST_SAMPLES * FINER, LATEST_SAMPLES * FINER + 1)
-    tops = lags[np.argmax(tables[lags], axis=0)] / (FINER * correlation.rate)
+    lags = np.arange(-LATEST_SAMPLES * STEPS_PER_SAMPLE, LATEST_SAMPLES * STEPS_PER_SAMPLE + 1)
+    tops = lags[np.argmax(tables[lags], axis=0)] / (STEPS_PER_SAMPLE * correlation.rate)
     starts = (_times_of(array, tops), np.zeros(len(array.positions)))
     _, leads = max((_climb(matched, array, start) for start in starts), key=lambda one: one[0])
     turned = _turned(replace(correlation, values=coherence), array, leads)
@@ -149,10 +149,10 @@ def _climb(correlation: Correlation, array: MicrophoneArray, leads: Array) -> tu
     differences, omega = _differences(array), correlation.omega[:, None]
     turned = _turned(correlation, array, leads)
     power = float(np.real(turned).sum())
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         slope = -(omega * np.imag(turned)).sum(0)
         step = np.linalg.lstsq(_bend(turned, omega, array), differences.T @ slope, rcond=None)[0]
-        while np.abs(step).max() > CLOSE:
+        while np.abs(step).max() > CONVERGED_STEP_S:
             there = _turned(correlation, array, leads + step)
             higher = float(np.real(there).sum())
             if higher > power:

@@ -12,7 +12,7 @@ import numpy as np
 from core.geometry import wrap, wrap_all
 from core.message import Array, message
 
-ROUNDS = 20
+MAX_ROUNDS = 20
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def _refined(table: Array, names: list[int], position: Array, settings: Triangul
     """Least squares over the bearings that agree."""
     covariance = np.full((2, 2), np.inf)
     chosen = np.zeros(len(table), bool)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         chosen = np.abs(_gaps(table, position)) < settings.inlier * table[:, 3]
         rows = table[chosen]
         if len(rows) < 2:

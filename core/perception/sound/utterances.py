@@ -12,10 +12,10 @@ from core.perception.sound.voice_activity import VoiceActivityDetector, active_s
 from core.sensors.microphones import MicrophoneArray, Sound
 
 AT_ONCE = 60.0  # [s] of sound that are looked through together
-LEAD = 0.5  # [s] before an utterance that show the noise
+LEAD_S = 0.5  # before an utterance that show the noise
 LEAST_LEAD = 0.3  # [s]; with less, the quietest moments of all are taken for noise
-TAIL = 0.1  # [s]
-SHORTEST = 0.1  # [s] that can be looked at
+TAIL_S = 0.1
+MIN_UTTERANCE_S = 0.1  # that can be looked at
 MOST_TALKERS = 3
 
 
@@ -34,7 +34,7 @@ def utterances(
     array.heard(sound)
     found: list[SpeechSpan] = []
     begin, end = sound.stamp, sound.stamp + sound.duration
-    while end - begin > SHORTEST:
+    while end - begin > MIN_UTTERANCE_S:
         part = sound.part(begin, end if end - begin < 1.5 * AT_ONCE else begin + AT_ONCE)
         found += _within(part, array, settings)
         begin = part.stamp + part.duration
@@ -52,13 +52,13 @@ def directions(
     found: list[Direction] = []
     for span in utterances(sound, array, settings):
         begin = span.begin
-        while span.end - begin > SHORTEST:
+        while span.end - begin > MIN_UTTERANCE_S:
             stop = min(span.end, begin + settings.longest)
-            part = sound.part(begin - LEAD, stop + TAIL)
+            part = sound.part(begin - LEAD_S, stop + TAIL_S)
             first = begin == span.begin and begin - part.stamp >= LEAST_LEAD
             found += _seen(part, array, begin if first else None, settings)
             begin = stop
-    if not found and sound.duration > SHORTEST:
+    if not found and sound.duration > MIN_UTTERANCE_S:
         found += _seen(sound.part(sound.stamp, sound.stamp + AT_ONCE), array, None, settings)
     return tuple(sorted(found, key=lambda one: one.stamp))
 

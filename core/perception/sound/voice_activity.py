@@ -11,7 +11,7 @@ from core.message import Array
 from core.perception.sound.settings import DirectionFindingSettings
 
 Change = Literal["", "begins", "ends"]
-RECENT = 5  # frames among which the onset is sought
+RECENT_FRAMES = 5  # frames among which the onset is sought
 
 
 def active_share(power: Array, settings: DirectionFindingSettings) -> Array:
@@ -24,7 +24,7 @@ class VoiceActivityDetector:
 
     def __init__(self, settings: DirectionFindingSettings) -> None:
         self._settings = settings
-        self._recent: deque[tuple[float, bool]] = deque(maxlen=RECENT)
+        self._recent: deque[tuple[float, bool]] = deque(maxlen=RECENT_FRAMES)
         self._last_active = 0.0
         self.begin: float | None = None  # [s] of the present utterance; None: silence
 

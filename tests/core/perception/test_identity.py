@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from core.perception.people.appearance import Appearance
-from core.perception.people.identity import DOUBT, EVERY, SURE, Identity
+from core.perception.people.identity import DOUBT_TIME_S, SIGHT_PERIOD_S, SURE_RATIO, Identity
 from tests.core.perception.test_appearance import ANN, BLUE, GREEN, RED, SKIN, dressed
 
 BOB = dressed(SKIN, GREEN, RED)
@@ -20,7 +20,7 @@ def between(share: float) -> Appearance:
 def followed(seconds: float = 5.0) -> Identity:
     """Ann, after she was followed for so long with nobody near."""
     identity = Identity(0.15)
-    for stamp in np.arange(0.0, seconds, EVERY):
+    for stamp in np.arange(0.0, seconds, SIGHT_PERIOD_S):
         identity.learn(ANN, float(stamp))
     return identity
 
@@ -39,10 +39,10 @@ def test_who_walks_by_before_the_person_is_not_learned_however_slowly_one_turns_
     for stamp in np.linspace(10.0, 20.0, 60).tolist():
         identity.doubt(stamp)
         identity.learn(between((stamp - 10.0) / 10.0), stamp)
-    assert identity.ratio(ANN) > SURE and identity.is_strange(BOB)
+    assert identity.ratio(ANN) > SURE_RATIO and identity.is_strange(BOB)
     for step in range(60):
         identity.learn(BOB, 100.0 + step)
-    assert identity.ratio(ANN) > SURE and identity.is_strange(BOB)
+    assert identity.ratio(ANN) > SURE_RATIO and identity.is_strange(BOB)
 
 
 def test_alone_with_the_person_the_light_is_followed() -> None:
@@ -57,7 +57,7 @@ def test_a_doubt_ends() -> None:
     identity = followed()
     assert not identity.is_doubtful(3.0)
     identity.doubt(3.0)
-    assert identity.is_doubtful(3.0 + 0.9 * DOUBT) and not identity.is_doubtful(3.0 + 1.1 * DOUBT)
+    assert identity.is_doubtful(3.0 + 0.9 * DOUBT_TIME_S) and not identity.is_doubtful(3.0 + 1.1 * DOUBT_TIME_S)
 
 
 def test_a_wrong_first_picture_and_a_part_that_one_picture_shows_are_outvoted() -> None:
@@ -74,4 +74,4 @@ def test_a_wrong_first_picture_and_a_part_that_one_picture_shows_are_outvoted() 
     for step in range(8):
         identity.learn(ANN, 10.0 + step)
     assert identity.is_settled and identity.is_strange(BOB)
-    assert identity.ratio(ANN) > max(identity.ratio(mixed) + SURE, identity.ratio(feet))
+    assert identity.ratio(ANN) > max(identity.ratio(mixed) + SURE_RATIO, identity.ratio(feet))

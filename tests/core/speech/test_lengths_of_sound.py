@@ -13,7 +13,7 @@ from core.errors import BadInput
 from core.perception.sound.array_diagnostics import check
 from core.perception.sound.array_orientation import heard_from
 from core.perception.sound.doa_stream import DoaStream
-from core.pipelines.hear import PIECE, RecordingTranscriber
+from core.pipelines.hear import PIECE_S, RecordingTranscriber
 from core.sensors.microphones import LOUDEST, RESPEAKER_ODAS, MicrophoneArray, Sound
 from core.settings import Settings
 from core.speech.practice_voice import practice_voice
@@ -28,7 +28,7 @@ from tests.benchmarks.random_sounds import ENTRANCES, ROUND, visit
 from tests.core.speech.ears import engine, padded
 from tests.sound_files import FORMS, write_sound
 
-BLOCKS = (HOP, SIZE, round(PIECE * RATE))
+BLOCKS = (HOP, SIZE, round(PIECE_S * RATE))
 AROUND = sorted({0, 1, *(block + more for block in BLOCKS for more in (-1, 0, 1))})
 NUMBERS = (np.nan, np.inf, -np.inf, 1e300)
 

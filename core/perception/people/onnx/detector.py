@@ -28,9 +28,9 @@ from core.perception.people.pose.view import Viewpoint
 
 MOST_BYTES = 400 * 2**20
 MOST_MEMORY = 700 * 2**20  # [bytes] that a network may take
-DOUBLE = 0.45  # overlap from which two boxes are one person
-LEAST = 0.25  # score below which a detection is not looked at
-MOST = 50  # detections of one picture
+DOUBLE_OVERLAP = 0.45  # overlap from which two boxes are one person
+MIN_SCORE = 0.25  # score below which a detection is not looked at
+MAX_DETECTIONS = 50  # detections of one picture
 KNOWN = ", ".join(layout.name for layout in LAYOUTS)
 
 
@@ -166,16 +166,16 @@ def _network(content: bytes) -> Any:
 
 def _apart(found: Detections) -> list[tuple[Box, float, Array | None]]:
     """The best of those who are one person."""
-    usable = np.isfinite(found.boxes).all(axis=1) & np.isfinite(found.scores) & (found.scores >= LEAST)
+    usable = np.isfinite(found.boxes).all(axis=1) & np.isfinite(found.scores) & (found.scores >= MIN_SCORE)
     kept: list[tuple[Box, float, Array | None]] = []
-    for row in np.flatnonzero(usable)[np.argsort(-found.scores[usable])][: 20 * MOST]:
+    for row in np.flatnonzero(usable)[np.argsort(-found.scores[usable])][: 20 * MAX_DETECTIONS]:
         left, top, right, bottom = found.boxes[row].tolist()
         box = (left, top, right, bottom)
-        if right - left < 2 or bottom - top < 2 or any(overlap(box, other) > DOUBLE for other, _, _ in kept):
+        if right - left < 2 or bottom - top < 2 or any(overlap(box, other) > DOUBLE_OVERLAP for other, _, _ in kept):
             continue
         points = None if found.points is None else np.nan_to_num(found.points[row].astype(float))
         kept.append((box, min(float(found.scores[row]), 1.0), points))
-        if len(kept) == MOST:
+        if len(kept) == MAX_DETECTIONS:
             break
     return kept
 

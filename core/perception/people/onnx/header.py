@@ -6,26 +6,28 @@ from collections.abc import Iterator
 
 from core.errors import BadInput
 
-GRAPH, INPUT, INITIALIZER = 7, 11, 5  # fields of ModelProto and GraphProto
+GRAPH_FIELD, INPUT_FIELD, INITIALIZER_FIELD = 7, 11, 5  # fields of ModelProto and GraphProto
 VALUE_NAME, VALUE_TYPE, TENSOR_NAME = 1, 2, 8  # of ValueInfoProto and TensorProto
-TENSOR_TYPE, SHAPE, DIMENSION, DIMENSION_VALUE = 1, 2, 1, 1
-VARINT, LONG, BYTES, WORD = 0, 1, 2, 5  # wire types
+TENSOR_TYPE, SHAPE_FIELD, DIMENSION_FIELD, DIMENSION_VALUE = 1, 2, 1, 1
+VARINT_KIND, LONG_KIND, BYTES_KIND, WORD_KIND = 0, 1, 2, 5  # wire types
 BROKEN = "this is no ONNX file, or it is damaged"
-USUAL = (1, 3, 640, 640)  # where the file leaves its size open
+USUAL_SHAPE = (1, 3, 640, 640)  # where the file leaves its size open
 MOST_SIDE = 1920  # [pixel]
 
 
 def input_shape(content: bytes) -> tuple[int, int, int, int]:
     """An ONNX file → the four dimensions of the picture that goes in. Raises BadInput."""
-    graph = next((value for field, value in fields(content) if field == GRAPH and isinstance(value, bytes)), None)
+    graph = next(
+        (value for field, value in fields(content) if field == GRAPH_FIELD and isinstance(value, bytes)), None
+    )
     if graph is None:
         raise BadInput(BROKEN)
     weights: set[bytes] = set()
     inputs: list[bytes] = []
     for field, value in fields(graph):
-        if field == INITIALIZER and isinstance(value, bytes):
+        if field == INITIALIZER_FIELD and isinstance(value, bytes):
             weights |= {name for number, name in fields(value) if number == TENSOR_NAME and isinstance(name, bytes)}
-        elif field == INPUT and isinstance(value, bytes):
+        elif field == INPUT_FIELD and isinstance(value, bytes):
             inputs.append(value)
     for one in inputs:
         names = [value for number, value in fields(one) if number == VALUE_NAME]
@@ -41,13 +43,13 @@ def fields(content: bytes) -> Iterator[tuple[int, int | bytes]]:
     while at < len(content):
         key, at = _varint(content, at)
         kind = key & 7
-        if kind == VARINT:
+        if kind == VARINT_KIND:
             value, at = _varint(content, at)
-        elif kind == BYTES:
+        elif kind == BYTES_KIND:
             length, at = _varint(content, at)
             value, at = content[at : at + length], at + length
-        elif kind in (LONG, WORD):
-            width = 8 if kind == LONG else 4
+        elif kind in (LONG_KIND, WORD_KIND):
+            width = 8 if kind == LONG_KIND else 4
             value, at = content[at : at + width], at + width
         else:
             raise BadInput(BROKEN)
@@ -74,10 +76,10 @@ def _inner(content: bytes, wanted: int) -> bytes:
 
 def _shape(value_info: bytes) -> list[int]:
     """The dimensions of an input; 0 where one is left open."""
-    shape = _inner(_inner(_inner(value_info, VALUE_TYPE), TENSOR_TYPE), SHAPE)
+    shape = _inner(_inner(_inner(value_info, VALUE_TYPE), TENSOR_TYPE), SHAPE_FIELD)
     sizes: list[int] = []
     for number, dimension in fields(shape):
-        if number == DIMENSION and isinstance(dimension, bytes):
+        if number == DIMENSION_FIELD and isinstance(dimension, bytes):
             values = [value for field, value in fields(dimension) if field == DIMENSION_VALUE]
             sizes.append(values[0] if values and isinstance(values[0], int) else 0)
     return sizes
@@ -86,7 +88,7 @@ def _shape(value_info: bytes) -> list[int]:
 def _whole(shape: list[int]) -> tuple[int, int, int, int]:
     """The shape with what it leaves open; channels may come last. Raises BadInput."""
     last = shape[3] == 3 and shape[1] != 3
-    usual = (USUAL[0], USUAL[2], USUAL[3], USUAL[1]) if last else USUAL
+    usual = (USUAL_SHAPE[0], USUAL_SHAPE[2], USUAL_SHAPE[3], USUAL_SHAPE[1]) if last else USUAL_SHAPE
     batch, *rest = (size or plain for size, plain in zip(shape, usual, strict=True))
     sides = rest[:2] if last else rest[1:]
     if batch != 1 or 3 not in (rest[0], rest[2]) or not all(32 <= side <= MOST_SIDE for side in sides):

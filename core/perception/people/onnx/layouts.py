@@ -15,9 +15,9 @@ from core.message import Array
 from core.perception.people.pose.faces import anchors
 from core.perception.people.pose.landmarks import sigmoid
 
-POINTS = 17  # of COCO
-POSE_ROW = 5 + 3 * POINTS  # YOLO's: box, score, x, y and visibility of each point
-STRIDES = (8, 16, 32)  # [pixel] of YOLOX
+POINT_COUNT = 17  # of COCO
+POSE_ROW = 5 + 3 * POINT_COUNT  # YOLO's: box, score, x, y and visibility of each point
+STRIDES_PX = (8, 16, 32)  # of YOLOX
 FEWEST_ROWS = 100  # of a layout whose rows are places in the picture
 FACE_ROWS = 2254  # of MediaPipe's person detector
 LARGEST_FACE = 2.0  # sides of the input
@@ -73,20 +73,20 @@ def _yolo(outputs: Sequence[Array], _: int) -> Detections:
 
 def _yolo_pose(outputs: Sequence[Array], _: int) -> Detections:
     rows = outputs[0].reshape(outputs[0].shape[-2:]).T
-    return Detections(_corners(rows), rows[:, 4], rows[:, 5:POSE_ROW].reshape(-1, POINTS, 3))
+    return Detections(_corners(rows), rows[:, 4], rows[:, 5:POSE_ROW].reshape(-1, POINT_COUNT, 3))
 
 
 def _sorted_out(outputs: Sequence[Array], _: int) -> Detections:
     rows = outputs[0].reshape(outputs[0].shape[-2:])
     people = rows[np.round(rows[:, 5]) == 0]
-    points = people[:, 6:].reshape(-1, POINTS, 3) if outputs[0].shape[-1] == POSE_ROW + 1 else None
+    points = people[:, 6:].reshape(-1, POINT_COUNT, 3) if outputs[0].shape[-1] == POSE_ROW + 1 else None
     return Detections(people[:, :4], people[:, 4], points)
 
 
 def _yolox(outputs: Sequence[Array], side: int) -> Detections:
     rows = outputs[0].reshape(outputs[0].shape[-2:])
     cells: list[Array] = []
-    for stride in STRIDES:
+    for stride in STRIDES_PX:
         y, x = np.mgrid[0 : side // stride, 0 : side // stride]
         cells.append(np.column_stack((x.ravel(), y.ravel(), np.full(x.size, stride))))
     grid = np.concatenate(cells)
@@ -142,7 +142,7 @@ LAYOUTS = (
     Layout("YOLO", lambda shapes: _wide(shapes, lambda count: count >= 5), _yolo),
     Layout(
         "RTMO",
-        lambda shapes: [one[1:] for one in _sizes(shapes)] == [(5,), (POINTS, 3)],
+        lambda shapes: [one[1:] for one in _sizes(shapes)] == [(5,), (POINT_COUNT, 3)],
         _rtmo,
         scale=1.0,
         red_first=False,

@@ -6,16 +6,16 @@ import cv2
 import numpy as np
 
 from core.message import Array
-from core.perception.people.appearance import NO_LIMBS, TONES, Appearance, tones_of
+from core.perception.people.appearance import NO_LIMBS, TONE_COUNT, Appearance, tones_of
 from core.perception.people.body import Box, WeighedBody
-from core.perception.people.pose.landmarks import HIPS, SHOULDERS, VISIBLE, BodyLandmarks
+from core.perception.people.pose.landmarks import HIPS, MIN_VISIBILITY, SHOULDERS, BodyLandmarks
 
 THIGHS = ((23, 25), (24, 26), (25, 27), (26, 28))  # hip to knee, knee to ankle
 ARMS = ((11, 13), (12, 14), (13, 15), (14, 16))  # shoulder to elbow, elbow to wrist
-THICKNESS = 0.2  # torso's lengths: width of a leg's core
-CORE = 0.7  # of the width between shoulders and hips that is surely torso
+LEG_CORE_WIDTH = 0.2  # torso's lengths: width of a leg's core
+CORE_SHARE = 0.7  # of the width between shoulders and hips that is surely torso
 BOX_CORE = 0.5  # of the sides of a part's box, where there are no landmarks
-SIDE = 160  # [pixel] of the cut-out in which colours are counted, at most
+MAX_SIDE_PX = 160  # of the cut-out in which colours are counted, at most
 
 
 def looks_of(found: BodyLandmarks, weighed: WeighedBody, pixels: Array) -> Appearance:
@@ -28,10 +28,10 @@ def looks_of(found: BodyLandmarks, weighed: WeighedBody, pixels: Array) -> Appea
     middle, half = head.mean(axis=0), (head[1] - head[0]) / 2
     cv2.ellipse(masks[0], (_whole(middle), _whole(1.4 * half), 0.0), 255, -1)
     trunk = points[[SHOULDERS[0], SHOULDERS[1], HIPS[1], HIPS[0]]]
-    core = trunk.mean(axis=0) + (trunk - trunk.mean(axis=0)) * (CORE, 0.85)
+    core = trunk.mean(axis=0) + (trunk - trunk.mean(axis=0)) * (CORE_SHARE, 0.85)
     cv2.fillConvexPoly(masks[1], np.clip(np.round(core), -30000, 30000).astype(np.int32), 255)
     for one, other in THIGHS:
-        cv2.line(masks[2], _whole(points[one]), _whole(points[other]), 255, max(1, round(THICKNESS * length)))
+        cv2.line(masks[2], _whole(points[one]), _whole(points[other]), 255, max(1, round(LEG_CORE_WIDTH * length)))
     return Appearance(colours=_tones(small, masks, weighed), proportions=proportions_of(found))
 
 
@@ -55,14 +55,14 @@ def proportions_of(found: BodyLandmarks) -> Array:
 
 def _length(found: BodyLandmarks, bones: tuple[tuple[int, int], ...]) -> float:
     ends = sorted({end for bone in bones for end in bone})
-    if found.visibility[ends].mean() < VISIBLE:
+    if found.visibility[ends].mean() < MIN_VISIBILITY:
         return float("nan")
     return float(sum(np.hypot(*(found.points[one] - found.points[other])) for one, other in bones))
 
 
 def _tones(small: Array, masks: list[Array], weighed: WeighedBody) -> Array:
     rows = [
-        tones_of(small, mask > 0) if known is not None else np.full(TONES, np.nan)
+        tones_of(small, mask > 0) if known is not None else np.full(TONE_COUNT, np.nan)
         for mask, known in zip(masks, weighed.likelihoods, strict=True)
     ]
     return np.array(rows)
@@ -74,7 +74,7 @@ def _cut_out(box: Box, pixels: Array) -> tuple[Array, Array, float]:
     left, top, right, bottom = (round(edge) for edge in box)
     left, top = min(max(left, 0), width - 1), min(max(top, 0), height - 1)
     region = pixels[top : max(min(bottom, height), top + 1), left : max(min(right, width), left + 1)]
-    factor = min(1.0, SIDE / max(region.shape[:2]))
+    factor = min(1.0, MAX_SIDE_PX / max(region.shape[:2]))
     size = max(1, round(region.shape[1] * factor)), max(1, round(region.shape[0] * factor))
     return cv2.resize(region, size, interpolation=cv2.INTER_AREA), np.array([left, top]), factor
 

@@ -22,9 +22,9 @@ from core.perception.people.pose.search import Candidate, candidates
 from core.perception.people.pose.squares import FIRST_SIDE, ImagePyramid, Square, around_hips, picture_from_crop
 from core.perception.people.pose.view import Viewpoint
 
-BOTH = 0.55  # confidence of the first look times K after the second, at least; less is not worth a second look
-SURE = 0.9  # K from which nobody surer is looked for in a direction
-SAME = 0.45  # overlap of two boxes from which they are one person
+MIN_JOINT_CONFIDENCE = 0.55  # of the first look times K after the second; less is not worth a second look
+SURE_CONFIDENCE = 0.9  # K from which nobody surer is looked for in a direction
+SAME_OVERLAP = 0.45  # overlap of two boxes from which they are one person
 MOST_PEOPLE = 12
 
 
@@ -51,17 +51,17 @@ class PoseDetector:
             if question.bearing is None and _seen_already(candidate.square, found):
                 continue
             first = self._landmarks(picture, candidate.square)
-            if first.confidence < BOTH:
+            if first.confidence < MIN_JOINT_CONFIDENCE:
                 continue
             landmarks = self._landmarks(picture, around_hips(first))
             weighed = weigh(body_of(landmarks), picture.width, picture.height)
-            least = max(self._settings.threshold, candidate.least, BOTH / first.confidence)
+            least = max(self._settings.threshold, candidate.least, MIN_JOINT_CONFIDENCE / first.confidence)
             if weighed.value < least or not self._rules.fits(weighed.body, candidate.distance, question, view):
                 continue
-            if candidate.guessed and self._mirrored(picture, landmarks) < BOTH:
+            if candidate.guessed and self._mirrored(picture, landmarks) < MIN_JOINT_CONFIDENCE:
                 continue
             found.append((weighed, landmarks, candidate))
-            if len(found) >= MOST_PEOPLE or (question.bearing is not None and weighed.value >= SURE):
+            if len(found) >= MOST_PEOPLE or (question.bearing is not None and weighed.value >= SURE_CONFIDENCE):
                 break
         found.sort(key=lambda one: -one[0].value)
         return tuple(self._rectangle(one, question, view, picture) for one in _apart(found))
@@ -117,6 +117,6 @@ def _apart(
     """The best of those who are one person."""
     kept: list[tuple[WeighedBody, BodyLandmarks, Candidate]] = []
     for one in found:
-        if all(overlap(one[0].body.box, other[0].body.box) < SAME for other in kept):
+        if all(overlap(one[0].body.box, other[0].body.box) < SAME_OVERLAP for other in kept):
             kept.append(one)
     return kept

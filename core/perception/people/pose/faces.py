@@ -14,8 +14,8 @@ from core.perception.people.pose.networks import DETECTOR_SIDE, PoseNetworks
 from core.perception.people.pose.squares import SECOND_SIDE, ImagePyramid, Square, picture_from_crop
 
 GRIDS = ((28, 2), (14, 2), (7, 6))  # cells a side, anchors a cell
-SURE = 0.5  # score from which someone is there
-SAME = 0.3  # overlap of the boxes of one face
+SURE_SCORE = 0.5  # score from which someone is there
+SAME_OVERLAP = 0.3  # overlap of the boxes of one face
 
 
 @message
@@ -41,7 +41,7 @@ def find_faces(networks: PoseNetworks, picture: ImagePyramid, square: Square) ->
     """Everybody in a square of the picture, surest first. Raises Unavailable without a detector."""
     rows, raw = networks.faces(picture.cut(square, DETECTOR_SIDE))
     scores = sigmoid(raw)
-    sure = scores >= SURE
+    sure = scores >= SURE_SCORE
     points = rows[sure].reshape(-1, 6, 2) / DETECTOR_SIDE
     size = points[:, 1].copy()
     points = points + anchors()[sure][:, None, :]
@@ -58,7 +58,11 @@ def without_doubles(rows: Array, scores: Array) -> list[tuple[Array, float]]:
     rest = list(np.argsort(-scores))
     while rest:
         first = rest[0]
-        same = [one for one in rest if one == first or overlap(tuple(rows[first, :4]), tuple(rows[one, :4])) > SAME]
+        same = [
+            one
+            for one in rest
+            if one == first or overlap(tuple(rows[first, :4]), tuple(rows[one, :4])) > SAME_OVERLAP
+        ]
         kept.append((np.average(rows[same], axis=0, weights=scores[same]), float(scores[first])))
         rest = [one for one in rest if one not in same]
     return kept

@@ -8,14 +8,14 @@ from core.message import Array, message
 from core.perception.people.body import Box, SeenBody
 
 # rows of the 33 landmarks
-NOSE, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR = 0, 2, 5, 7, 8
+NOSE_ROW, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR = 0, 2, 5, 7, 8
 SHOULDERS, HIPS, ANKLES = (11, 12), (23, 24), (27, 28)
 LEGS = tuple(range(25, 33))  # knees, ankles, heels, toes
-FACE = (NOSE, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR)
+FACE = (NOSE_ROW, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR)
 TRUNK = (*SHOULDERS, *HIPS)
-ROWS = 33  # of 39: the others are auxiliary
-VISIBLE = 0.5  # of a landmark's visibility
-LOGIT = 80.0  # the networks reach that far
+LANDMARK_ROWS = 33  # of 39: the others are auxiliary
+MIN_VISIBILITY = 0.5  # of a landmark's visibility
+MAX_LOGIT = 80.0  # the networks reach that far
 
 
 @message
@@ -29,7 +29,7 @@ class BodyLandmarks:
     @property
     def seen(self) -> Array:
         """(33, 2) [pixel]; NaN where hidden or out of the picture."""
-        return np.where(self.visibility[:, None] >= VISIBLE, self.points, np.nan)
+        return np.where(self.visibility[:, None] >= MIN_VISIBILITY, self.points, np.nan)
 
     @property
     def shoulders(self) -> Array:
@@ -46,13 +46,13 @@ class BodyLandmarks:
         """(2,) [pixel] the middle of the head: mean of the nose, both ears, and the middle of the eyes."""
         points = self.points
         eyes = (points[LEFT_EYE] + points[RIGHT_EYE]) / 2
-        return (points[NOSE] + points[LEFT_EAR] + points[RIGHT_EAR] + eyes) / 4
+        return (points[NOSE_ROW] + points[LEFT_EAR] + points[RIGHT_EAR] + eyes) / 4
 
 
 def landmarks_of(rows: Array, confidence: float, picture_from_crop: Array) -> BodyLandmarks:
     """The network's rows (39, 5), and the affine map (2, 3) from the crop to the picture → landmarks."""
-    points = rows[:ROWS, :2] @ picture_from_crop[:, :2].T + picture_from_crop[:, 2]
-    return BodyLandmarks(points=points, visibility=sigmoid(rows[:ROWS, 3]), confidence=confidence)
+    points = rows[:LANDMARK_ROWS, :2] @ picture_from_crop[:, :2].T + picture_from_crop[:, 2]
+    return BodyLandmarks(points=points, visibility=sigmoid(rows[:LANDMARK_ROWS, 3]), confidence=confidence)
 
 
 def body_of(found: BodyLandmarks) -> SeenBody:
@@ -82,7 +82,7 @@ def body_of(found: BodyLandmarks) -> SeenBody:
 
 def sigmoid(logits: Array) -> Array:
     """Logits → 0..1."""
-    return 1 / (1 + np.exp(-np.clip(logits, -LOGIT, LOGIT)))
+    return 1 / (1 + np.exp(-np.clip(logits, -MAX_LOGIT, MAX_LOGIT)))
 
 
 def _around(points: Array, margins: tuple[float, float, float, float], length: float) -> Box:

@@ -9,10 +9,10 @@ import numpy as np
 from core.message import Array
 from core.sensors import Camera
 
-STATURE = 1.70  # [m] of the people who are expected
-TORSO = 0.29  # of the stature: from the hips to the shoulders
-HIPS = 0.93  # [m] of the middle of the hips above the floor
-WIDEST = 1.3  # [rad] off the camera's axis up to which a direction is looked for
+STATURE_M = 1.70  # of the people who are expected
+TORSO_SHARE = 0.29  # of the stature: from the hips to the shoulders
+HIPS_HEIGHT_M = 0.93  # of the middle of the hips above the floor
+MAX_OFF_AXIS_RAD = 1.3  # off the camera's axis up to which a direction is looked for
 
 
 class Viewpoint:
@@ -32,7 +32,7 @@ class Viewpoint:
         point = np.array([[eye[0] + distance * math.cos(bearing), eye[1] + distance * math.sin(bearing), height]])
         seen = self._to_camera.apply(point)
         depth = float(seen[0, 2])
-        if depth < 0.05 or math.hypot(*seen[0, :2]) > math.tan(WIDEST) * depth:
+        if depth < 0.05 or math.hypot(*seen[0, :2]) > math.tan(MAX_OFF_AXIS_RAD) * depth:
             return np.full(2, np.nan), 0.0
         return self.camera.model.project(seen)[0], self.camera.model.fx / depth
 
@@ -59,8 +59,8 @@ class Viewpoint:
 
     def stature(self, distance: float) -> float:
         """[pixel] of an upright person at a distance [m]."""
-        return self.camera.model.fy * STATURE / distance
+        return self.camera.model.fy * STATURE_M / distance
 
     def distance(self, torso: float) -> float:
         """The distance [m] of a person whose torso is so long [pixel]."""
-        return self.camera.model.fy * TORSO * STATURE / max(torso, 1e-3)
+        return self.camera.model.fy * TORSO_SHARE * STATURE_M / max(torso, 1e-3)

@@ -16,7 +16,7 @@ from core.perception.sound.array_diagnostics import contradiction
 from core.perception.sound.direction import Direction, unit
 from core.perception.sound.least_squares import direction_from_lags, fit_lags, on_sphere
 from core.perception.sound.locate import DEFAULT, locate, sure, whitened
-from core.perception.sound.paper import ALPHA, GAMMA, averaged, correlations, locate_as_printed, mask
+from core.perception.sound.paper import NOISE_SHARE, TONE_EXPONENT, averaged, correlations, locate_as_printed, mask
 from core.perception.sound.plane_wave import PlaneWaveFit, noise_sd_of
 from core.perception.sound.spectra import cross_spectra, noise_of, quiet_frames, spectra
 from core.perception.sound.tdoa import pair_lags
@@ -104,7 +104,7 @@ def test_lags_are_found_between_samples(array):
 
 def test_the_noise_mask_is_equation_37_and_the_tonal_weight_equation_38():
     power, noise = np.array([1.0, 10.0, 0.1]), np.array([2.0, 1.0, 0.1])
-    expected = [max(0.1, (1 - ALPHA * 2) / 1), (10 - ALPHA) / 10 * 10**GAMMA, 1 - ALPHA]
+    expected = [max(0.1, (1 - NOISE_SHARE * 2) / 1), (10 - NOISE_SHARE) / 10 * 10**TONE_EXPONENT, 1 - NOISE_SHARE]
     assert mask(power, noise) == pytest.approx(expected)
     assert mask(np.array([1.0]), np.array([1e3])) == pytest.approx([0.1])
 
