@@ -158,11 +158,19 @@ def recovered(part: Path, more: Mapping[str, str]) -> RecordedFile | None:
     """A recording whose process ended before its file was finished → the finished file; None: nothing was in it.
 
     `more` is added to its description. Chunks are read until one is cut; `part` is removed when the whole file is
-    there. Raises Unwritable.
+    there. Raises Unwritable; then nothing but `part` is left.
     """
-    path = part.with_name(part.name.removesuffix(PART))
-    whole = _free(path)
-    whole.with_name(whole.name + REBUILT).unlink(missing_ok=True)  # of an attempt that was ended
+    whole = _free(part.with_name(part.name.removesuffix(PART)))
+    rebuilt = whole.with_name(whole.name + REBUILT)
+    rebuilt.unlink(missing_ok=True)  # of an attempt that was ended
+    try:
+        return _rebuilt(part, whole, more)
+    except Unwritable:
+        rebuilt.unlink(missing_ok=True)
+        raise
+
+
+def _rebuilt(part: Path, whole: Path, more: Mapping[str, str]) -> RecordedFile | None:
     other = McapRecording(whole, REBUILT)
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}

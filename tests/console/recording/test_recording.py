@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import random
 import shutil
 import signal
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ from core.geometry import wrap
 from core.pipelines.slam import slam_log
 from core.recording import open_log
 from core.recording.drive import DriveRecording
+from tests.benchmarks.recorder_kills import killed_recorder
 from tests.console.live import Live
 
 RAW = {"/scan", "/odom", "/tf", "/tf_static", "/camera/image/compressed", "/camera/camera_info", "/audio"}
@@ -185,6 +187,11 @@ def test_a_killed_recorder_loses_a_second_and_the_rest_is_recovered(live: Live, 
     [row] = [row for row in ask(live, "GET", "recordings").json["recordings"] if row["name"] == "cut"]
     assert row["complete"] and row["seconds"] > written.seconds - 2.0
     assert (row["code"], row["note"]) == ("recording.recovered", "")
+
+
+def test_of_a_recorder_killed_at_any_instant_what_is_older_than_a_second_is_there() -> None:
+    kills = [killed_recorder(random.Random(seed)) for seed in (1, 2)]
+    assert [one["missing"] for one in kills] == [0, 0] and sum(one["due"] for one in kills) > 5
 
 
 def test_of_two_who_begin_at_once_one_records_and_one_is_refused(live: Live, recorded: Any) -> None:

@@ -1,0 +1,126 @@
+"""Recordings whose process is killed: `python -m tests.benchmarks.recorder_kills [--recorder 50] [--console 3]`.
+
+The recorder: a process writes readings and is killed (SIGKILL) at a random instant; the file that is left is
+recovered, and all that was written more than a second before has to be in it. The console: `beckon run` is killed
+while it records; its recorder finishes the file, or the next start recovers it. Printed as JSON.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from mcap.reader import make_reader
+
+from core.geometry import Pose
+from core.recording.mcap_writing import PART, McapRecording, recovered
+from core.recording.ros_writing import RosEncoder
+from core.sensors import SensorFrame, Wheels
+from tests.benchmarks.running_console import Console
+
+BATCH_PERIOD_S = 0.05
+LONGEST_S, SHORTEST_S = 2.5, 0.3  # until a recorder is killed
+KEPT_AGE_S = 1.0  # from which a message must be there
+
+
+def write_until_killed(path: Path) -> None:
+    """Write readings as they come, for ever; every tenth batch nothing comes for a while."""
+    recording, encoder = McapRecording(path), RosEncoder()
+    number = 0
+    while True:
+        number += 1
+        now = time.time()
+        frame = SensorFrame(stamp=now, wheels=Wheels(odometry=Pose(number * 1e-3, 0, 0), speed=0.1, turn_rate=0.0))
+        if number % 20 < 12:
+            recording.add(encoder.readings(frame), now)
+            with (path.parent / "written").open("ab") as told:
+                told.write(b"%.6f\n" % now)
+        recording.flush_when_due()
+        time.sleep(BATCH_PERIOD_S)
+
+
+def killed_recorder(chance: random.Random) -> dict[str, Any]:
+    """Kill one recorder → how many of the messages that had to be there are missing."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "drive.mcap"
+        command = [sys.executable, "-m", "tests.benchmarks.recorder_kills", "--write", str(path)]
+        child = subprocess.Popen(command, cwd=Path(__file__).parents[2])
+        while not (path.parent / "written").exists():
+            time.sleep(0.01)
+        lived = chance.uniform(SHORTEST_S, LONGEST_S)
+        time.sleep(lived)
+        killed = time.time()
+        child.kill()
+        child.wait()
+        due = [float(line) for line in (path.parent / "written").read_text().splitlines() if line]
+        due = [one for one in due if killed - one > KEPT_AGE_S]
+        whole = recovered(path.with_name(path.name + PART), {})
+        times = set[int]()
+        if whole is not None:
+            with whole.path.open("rb") as file:
+                times = {message.log_time // 1000 for _, _, message in make_reader(file).iter_messages()}
+        missing = [one for one in due if not {round(one * 1e6) + off for off in (-1, 0, 1)} & times]
+        return {"lived_s": round(lived, 2), "due": len(due), "missing": len(missing)}
+
+
+def killed_console(chance: random.Random) -> dict[str, Any]:
+    """Kill one console while it records → seconds of its recording, before and after the next start."""
+    with tempfile.TemporaryDirectory() as folder:
+        console = Console(Path(folder))
+        console.answer("/api/recordings/start", {"name": "drive"})
+        time.sleep(chance.uniform(2.0, 5.0))
+        before = console.get("/api/recorder")["seconds"]
+        os.kill(console.process.pid, signal.SIGKILL)
+        console.close()
+        again = Console(Path(folder))
+        try:
+            end = time.monotonic() + 60
+            rows = again.get("/api/recordings")["recordings"]
+            while time.monotonic() < end and not all(row["complete"] for row in rows):
+                time.sleep(0.5)
+                rows = again.get("/api/recordings")["recordings"]
+            kept = max((row["seconds"] for row in rows), default=0.0)
+            return {
+                "before_s": round(before, 2),
+                "kept_s": round(kept, 2),
+                "missing": int(kept < before - KEPT_AGE_S),
+            }
+        finally:
+            again.close()
+
+
+def main() -> None:
+    """Kill them all."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--recorder", type=int, default=50)
+    parser.add_argument("--console", type=int, default=3)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--write", type=Path, default=None, help="be the recorder that is killed")
+    chosen = parser.parse_args()
+    if chosen.write is not None:
+        write_until_killed(chosen.write)
+    chance = random.Random(chosen.seed)
+    recorders = [killed_recorder(chance) for _ in range(chosen.recorder)]
+    consoles = [killed_console(chance) for _ in range(chosen.console)]
+    report = {
+        name: {
+            "kills": len(rows),
+            "due": sum(row.get("due", 1) for row in rows),
+            "missing": sum(row["missing"] for row in rows),
+        }
+        for name, rows in (("recorder", recorders), ("console", consoles))
+    }
+    sys.stdout.write(json.dumps({**report, "consoles": consoles}, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
