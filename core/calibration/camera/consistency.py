@@ -399,6 +399,7 @@ def find_bend(corners: Corners, solution: BundleSolution, least_bend: float = LE
     """
     flat, bends = corners.points, _bends(corners.points)
     found, curved = np.zeros(bends.shape[1]), corners
+    covariance = np.zeros((0, 0))
     least = least_bend * 2 * float(np.linalg.norm(flat - flat.mean(axis=0), axis=1).max())
     for turn in range(3):
         slope = by_bend(curved, solution)
