@@ -34,6 +34,7 @@ from core.sentences import code_of
 from core.slam.consistency import faded_band
 from core.slam.ekf_slam import NIS_FADE
 from core.slam.estimate import Estimate, Landmark
+from core.slam.scan_matching.agreement import MoveAgreement
 from core.snapshot import ActiveCommandStatus, CameraView, Notice, Snapshot
 
 NIS_BAND = faded_band(NIS_FADE)
@@ -224,7 +225,18 @@ def robot(snapshot: Snapshot, around: StateContext, rate_hz: float) -> messages.
             messages.LaserTiming(one.laser, near(one.offset), near(one.sd), near(one.applied))
             for one in snapshot.timings
         ],
+        agreement=agreement(snapshot.agreement),
         battery=snapshot.battery,
+    )
+
+
+def agreement(found: MoveAgreement | None) -> messages.MoveAgreementState | None:
+    """How far wheels and scans agree."""
+    if found is None:
+        return None
+    scales = (found.turn_scale, found.turn_sd, found.way_scale, found.way_sd)
+    return messages.MoveAgreementState(
+        found.laser, found.turns, found.ways, *(None if scale is None else near(scale) for scale in scales)
     )
 
 

@@ -21,6 +21,7 @@ from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import MapStatus
 from core.slam.motion import Increment
+from core.slam.scan_matching.agreement import MoveAgreement
 from core.slam.scan_matching.time_offset import TimeOffset
 
 VOICE_BEFORE, VOICE_AFTER = 0.2, 1.5  # [s] by which a direction may be older than words, and younger
@@ -188,6 +189,7 @@ class Snapshot:
     person: TrackedPerson | None = None  # who is looked at by the command that runs
     drift: Drift | None = None  # how the camera's mount seems to differ from its calibration
     timings: tuple[TimeOffset, ...] = ()  # of the lasers whose time offset is known
+    agreement: MoveAgreement | None = None  # of wheels and scans
     notices: tuple[Notice, ...] = ()  # newest last, at most 20
     sensors: tuple[SensorStatus, ...] = ()
     contact: bool = False

@@ -5,13 +5,19 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from console.cli.answer import add_json, add_out, progress, tell, write, write_json
 from core.errors import BadInput, Refused
 from core.files import write_atomic
 
-CONSENT = "The robot will move at 2 cm/s for about a second, twice. Are the wheels free, or the floor? [y/N] "
+if TYPE_CHECKING:
+    from core.robots.conformance import ConformanceReport
+
+CONSENT = (
+    "The robot will move at 2 cm/s for about a second, twice, then turn by 40° to both sides and, where 70 cm around "
+    "it are free, go 40 cm ahead and back. Are the wheels free, or the floor? [y/N] "
+)
 CUT = "Pull the robot's cable or switch its radio off, then press Enter. "
 RESTORE = "Plug it in again, then press Enter. "
 
@@ -42,7 +48,7 @@ def run_check(chosen: argparse.Namespace) -> int:
         raise Refused("Nothing was moved. Lift the wheels off the floor and answer y, or check without --drive.")
     pulled = Interruption(lambda: asked(CUT), lambda: asked(RESTORE)) if chosen.interactive else None
     with progress() as say:
-        report = check_robot(chosen.robot, drive=chosen.drive, interruption=pulled, say=say)
+        report = check_robot(chosen.robot, drive=chosen.drive, compare=chosen.drive, interruption=pulled, say=say)
     if chosen.json:
         checks = [
             {"name": one.name, "passed": one.passed, "figure": one.figure, "unit": one.unit, "advice": one.advice}
@@ -59,6 +65,7 @@ def run_check(chosen: argparse.Namespace) -> int:
                 "faults": [
                     {"code": one.code, "sensor": one.sensor, "sentence": one.sentence} for one in report.faults
                 ],
+                "agreement": agreement_of(report),
             }
         )
         return 0 if report.passed else 1
@@ -78,6 +85,24 @@ def run_check(chosen: argparse.Namespace) -> int:
     left_out = f" {len(report.not_checked)} were not made." if report.not_checked else ""
     write(f"{failed} of {asked_for} checks failed." if failed else f"All {asked_for} checks passed.{left_out}")
     return 1 if failed else 0
+
+
+def agreement_of(report: ConformanceReport) -> dict[str, object] | None:
+    """How far wheels and scans agree, as JSON; None: the robot has not both."""
+    found = report.agreement
+    if found is None:
+        return None
+    return {
+        "laser": found.laser,
+        "moved": bool(found.turns or found.ways),
+        "turns": found.turns,
+        "ways": found.ways,
+        "turn_scale": found.turn_scale,
+        "turn_scale_sd": found.turn_sd,
+        "way_scale": found.way_scale,
+        "way_scale_sd": found.way_sd,
+        "lateness_s": found.lateness,
+    }
 
 
 def run_new(chosen: argparse.Namespace) -> int:

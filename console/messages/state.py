@@ -137,6 +137,18 @@ class LaserTiming(Struct):
     applied_s: float  # that are added now
 
 
+class MoveAgreementState(Struct):
+    """Moves of the robot by its wheels over those by its scans, as far as it has moved."""
+
+    laser: str
+    turns: int  # moves that show a turn …
+    ways: int  # … and a way
+    turn_scale: float | None  # the wheels' turn over the scans'; less than 0: mirrored; null: too few show it
+    turn_scale_sd: float | None
+    way_scale: float | None
+    way_scale_sd: float | None
+
+
 class RobotState(Struct):
     """The robot and the link to it."""
 
@@ -153,6 +165,7 @@ class RobotState(Struct):
     speed: float
     sensors: list[SensorLine]
     timings: list[LaserTiming]  # of the lasers whose time offset is known
+    agreement: MoveAgreementState | None  # of wheels and scans
     battery: float | None
 
 

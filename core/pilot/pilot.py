@@ -472,6 +472,7 @@ class Pilot:
             person=doing.person,
             drift=self._mount.drift,
             timings=self._timing.offsets,
+            agreement=self._odometry.compared,
             notices=self._notices.newest,
             sensors=self._sensor_status,
             contact=frame.contact,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import math
 import os
 import stat
 import threading
@@ -18,6 +19,7 @@ import numpy as np
 
 from core.errors import BadInput, Unavailable
 from core.gate.twist import ZERO, Twist
+from core.geometry import wrap
 from core.message import message
 from core.perception.sound.array_diagnostics import check
 from core.robots import Profile
@@ -30,6 +32,10 @@ from core.robots.requests import SetListening, SpeedsType, SwitchSpeeds
 from core.sensors import SensorFrame
 from core.sensors.checks import MAX_AGE_S, Fault, distinct
 from core.sensors.microphones import MicrophoneArray, Sound, joined
+from core.slam.motion import MotionSettings
+from core.slam.odometry import Odometry
+from core.slam.scan_matching.agreement import MoveAgreement
+from core.slam.scan_matching.scan_odometry import ScanOdometrySettings
 
 TEST_SPEED_M_S, TEST_DRIVE_S = 0.02, 1.0  # what the robot is asked to do
 MOVING_SHARE = 0.3  # of the way that was asked for, from which it moves
@@ -45,6 +51,11 @@ MAX_STAMP_LEAD_S = 0.010  # by which a stamp may lead
 PUNCTUAL_SHARE = 0.9  # of the readings that must be there within `MAX_AGE_S` of their stamps
 MAX_STOPPING_S = 0.5  # from a request to a base that stands
 LOST_WITHIN, BACK_WITHIN = 15.0, 30.0  # [s] after the link was cut, and after it was restored
+AGREEMENT = "wheels over scans"
+TURN_RAD, TURN_RAD_S = 0.7, 0.4  # of a drive on which wheels and scans are compared
+AHEAD_M, AHEAD_M_S, NEAR_M = 0.4, 0.1, 0.7  # … and of its way ahead, where nothing is as near as that
+MAX_SLOWNESS = 4.0  # times the time that a leg takes, for which it is waited
+AFTER_S = 2.6  # of odometry after a turn, by which its lateness is known
 LETTING_GO = 2.0  # [s] that threads and sockets may take to end
 
 
@@ -74,6 +85,7 @@ class ConformanceReport:
     not_checked: tuple[SkippedCheck, ...] = ()
     remarks: tuple[str, ...] = ()  # sentences of the devices: ambiguities, and what is missing
     faults: tuple[Fault, ...] = ()  # what the checks of the readings found
+    agreement: MoveAgreement | None = None  # of wheels and scans; None: it has not both
 
     @property
     def passed(self) -> bool:
@@ -108,12 +120,14 @@ def check_robot(
     url: str,
     *,
     drive: bool = False,
+    compare: bool = False,
     interruption: Interruption | None = None,
     say: Callable[[str], object] = lambda _: None,
 ) -> ConformanceReport:
     """Try everything on the robot. With `drive` it moves at 2 cm/s, twice for about a second.
 
-    `say` is given what goes on. Raises BadInput where the URL names no robot that can be checked.
+    With `compare` it turns and goes a little way after that, for its wheels and its scans to be compared. `say` is
+    given what goes on. Raises BadInput where the URL names no robot that can be checked.
     """
     before, began = Holdings.now(), time.monotonic()
     try:
@@ -130,6 +144,7 @@ def check_robot(
     try:
         suite.check_streams()
         suite.check_driving(allowed=drive)
+        suite.check_agreement(drive=drive and compare)
         suite.check_reconnecting(interruption, drive=drive)
         asks = ReadConnection in robot.requests
         found = [part.findings for part in robot.ask(ReadConnection()).parts] if asks else []
@@ -140,7 +155,8 @@ def check_robot(
         checks=tuple(suite.checks),
         not_checked=tuple(suite.not_checked),
         remarks=tuple(dict.fromkeys(remark for one in found for remark in one.remarks)),
-        faults=distinct([fault for one in found for fault in one.faults]),
+        faults=distinct([*(fault for one in found for fault in one.faults), *suite.contradictions]),
+        agreement=suite.agreement,
     )
 
 
@@ -152,6 +168,12 @@ class Suite:
         self.checks: list[ConformanceCheck] = []
         self.not_checked: list[SkippedCheck] = []
         self._moved = False  # odometry has shown that it moves when asked to
+        self._both, self._near = False, 0.0  # wheels and scans came; the least range [m] of the newest scan
+        self._heading = self._turned = 0.0  # [rad] by the wheels, now and in all
+        self._odometry = Odometry(session.profile.laser, MotionSettings(), ScanOdometrySettings())
+        self.contradictions: tuple[Fault, ...] = ()  # of wheels and scans
+        self.agreement: MoveAgreement | None = None
+        session.watch = self._watch
 
     def add(self, name: str, passed: bool, figure: float | None = None, unit: str = "", advice: str = "") -> None:
         """Write down one result; `advice` is for the case that it failed."""
@@ -352,6 +374,69 @@ class Suite:
     def _add_stop(self, name: str, lasted: float | None, limit: float, advice: str) -> None:
         figure = None if lasted is None else 1000 * lasted
         self.add(name, lasted is not None and lasted <= limit, figure, "ms", advice)
+
+    # what agrees
+
+    def check_agreement(self, *, drive: bool) -> None:
+        """Wheels and scans claim the same moves: those that were seen until now, and those of a drive for it."""
+        if not self._both:
+            self.skip("It takes a laser and odometry.", AGREEMENT)
+            return
+        if drive and self._moved:
+            self._drive_about()
+        self._odometry.finish()
+        self.agreement, faults = self._odometry.compared, self._odometry.faults
+        if self._turned > 2 * TURN_RAD and self.agreement.turns == 0:
+            self.skip("The wheels roll, the scans stand: put the robot on the floor, and check again.", AGREEMENT)
+            return
+        self.contradictions = faults
+        found = self.agreement
+        scales = (("turns", found.turn_scale, found.turn_sd), ("ways", found.way_scale, found.way_sd))
+        known = [(name, scale, sd) for name, scale, sd in scales if scale is not None]
+        advice = " ".join(one.sentence for one in faults)
+        for name, scale, sd in known:
+            self.add(f"{AGREEMENT}, {name}", not faults, scale, f"times ± {sd:.2f}", advice)
+        if faults and not known:
+            self.add(AGREEMENT, False, advice=advice)
+        elif not known:
+            moved = "hardly moved" if self.agreement.turns or self.agreement.ways else "not moved"
+            self.skip(f"The robot has {moved}; let it with --drive, where 70 cm around it are free.", AGREEMENT)
+
+    def _watch(self, frame: SensorFrame) -> None:
+        """Follow the robot by its wheels and its scans."""
+        seen = self.session.profile.first_view(frame)
+        if frame.wheels is not None:
+            self._turned += abs(wrap(frame.wheels.odometry.heading - self._heading))
+            self._heading = frame.wheels.odometry.heading
+        if frame.wheels is not None and seen.scan is not None:
+            self._both = True
+            echoes = seen.scan.ranges[seen.scan.valid]
+            self._near = float(echoes.min()) if len(echoes) else math.inf
+        self._odometry.update(seen)
+
+    def _drive_about(self) -> None:
+        """Turn to both sides, and go ahead and back where nothing is near."""
+        base = self.session.profile
+        turn, speed = min(TURN_RAD_S, base.max_turn_rate), min(AHEAD_M_S, base.max_speed)
+        self._say(f"turning by {math.degrees(TURN_RAD):.0f}° to both sides, to compare wheels and scans")
+        for one in (turn, -turn, -turn, turn):
+            self._drive_leg(Twist(0.0, one), TURN_RAD / turn)
+        if self._near > NEAR_M:
+            self._say(f"going {100 * AHEAD_M:g} cm ahead and back")
+            for one in (speed, -speed):
+                self._drive_leg(Twist(one, 0.0), AHEAD_M / speed)
+        self.session.frames(AFTER_S, ZERO)
+
+    def _drive_leg(self, twist: Twist, seconds: float) -> None:
+        """Drive at a speed for so long by the robot's clock, which a slow computer may hold up, and stop."""
+        began: list[float] = []
+
+        def is_over(frame: SensorFrame) -> bool:
+            began.append(frame.stamp)
+            return frame.stamp - began[0] >= seconds
+
+        self.session.frames(MAX_SLOWNESS * seconds, twist, until=is_over)
+        self.session.frames(MAX_STOPPING_S, ZERO)
 
     # what is lost
 

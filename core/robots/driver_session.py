@@ -29,6 +29,7 @@ class DriverSession:
 
     def __init__(self, robot: Robot) -> None:
         self.robot, self.profile = robot, robot.profile
+        self.watch: Callable[[SensorFrame], object] = lambda _: None  # is given every frame that is read
         self.asked_at = time.monotonic()  # [s] of the newest twist
         self._control, control = packet_pair()
         self._gate, gate = packet_pair()
@@ -63,6 +64,7 @@ class DriverSession:
                 due = now + PERIOD
             for frame in self._newest(min(end - now, PERIOD)):
                 read.append(frame)
+                self.watch(frame)
                 if until is not None and until(frame):
                     return read
             now = time.monotonic()

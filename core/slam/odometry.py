@@ -8,7 +8,7 @@ from dataclasses import replace
 from core.geometry import Pose, wrap
 from core.sensors import Fault, Laser, Scan, SensorFrame, Wheels
 from core.slam.motion import Increment, Motion, MotionSettings, WheelTrack, widened
-from core.slam.scan_matching.agreement import SenseAgreement
+from core.slam.scan_matching.agreement import MoveAgreement, SenseAgreement
 from core.slam.scan_matching.scan_odometry import ScanOdometry, ScanOdometrySettings
 
 RESTARTED = "odometry.restarted"  # code of the fault of a base that was
@@ -36,6 +36,11 @@ class Odometry:
     def faults(self) -> tuple[Fault, ...]:
         """Contradictions between wheels and scans that were found."""
         return self._agreement.faults
+
+    @property
+    def compared(self) -> MoveAgreement:
+        """How far wheels and scans agree, as far as the robot has moved."""
+        return self._agreement.compared
 
     @property
     def lateness(self) -> float:

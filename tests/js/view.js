@@ -99,6 +99,7 @@ export const STATE = {
     speed: 1,
     sensors: [],
     timings: [],
+    agreement: null,
     battery: null,
   },
   gate: {

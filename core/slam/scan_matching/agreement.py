@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.geometry import Pose, wrap, wrap_all
-from core.message import Array
+from core.message import Array, message
 from core.sensors import Fault, Laser, Scan, Wheels
 from core.sensors.checks import fault
 from core.slam.scan_matching.point_to_line import WallPoints
@@ -44,6 +44,7 @@ AGAINST_SHARE = 0.8  # of the turns that are the wrong way round
 MAX_WAY_OFF, MAX_TURN_OFF = 0.085, 0.25  # of the logarithm of the wheels' share in a way, a turn
 MAX_MOUNT_RAD, MOUNT_LENGTH = math.radians(8), 0.8  # off ahead; length of the mean direction
 SURE_SDS = 4.0
+SCAN_SD_M, SCAN_SD_RAD = 0.01, math.radians(0.3)  # of one move by scans, at least
 MAX_LATE_S, LATE_STEP_S, MIN_LATE_S = 2.5, 0.05, 0.15  # of the search for a lateness; what is said
 TURN_SD_RAD, TURN_SD_SHARE = math.radians(0.15), 0.05  # of a turn by scans
 MAX_TURN_SQUARED = 25.0  # difference of one turn that counts
@@ -107,6 +108,20 @@ def _is_still(move: Pose) -> bool:
 
 def _has_moved(move: Pose) -> bool:
     return _way(move) > MOVED_M or abs(move.heading) > MOVED_RAD
+
+
+@message
+class MoveAgreement:
+    """Moves of a robot by its wheels over those by its scans, as far as it has moved."""
+
+    laser: str  # name
+    turns: int = 0  # moves that show a turn …
+    ways: int = 0  # … and a way
+    turn_scale: float | None = None  # the wheels' turn over the scans'; less than 0: mirrored; None: too few show it
+    turn_sd: float | None = None  # … and its sd
+    way_scale: float | None = None
+    way_sd: float | None = None
+    lateness: float = 0.0  # [s] to add to the stamps of the scans; 0: none is known
 
 
 class OdometryPast:
@@ -199,6 +214,7 @@ class SenseAgreement:
         self._found: dict[str, Fault] = {}
         self._late_before = 0.0  # [s], when it was judged last
         self.lateness = 0.0  # [s] to add to the stamps of the scans; 0: none is known
+        self.compared = MoveAgreement(laser=laser.name)  # when it was judged last
 
     @property
     def distrusts(self) -> bool:
@@ -327,11 +343,12 @@ class SenseAgreement:
             for code in ("agreement.wheels_stand", "agreement.wheels_spin"):
                 self._found.pop(code, None)
             self._say("agreement.early" if late > 0 else "agreement.late", late=f"{abs(late):.2f}")
+        moves = [pair.scans for pair in self._pairs]
+        seen = np.array([move.pose.vector for move in moves]).reshape(-1, 3)
+        rolled = np.array([pair.wheels.vector for pair in self._pairs]).reshape(-1, 3)
+        self.compared = compare(self._laser.name, seen, rolled, self.lateness)
         if abs(self.lateness) >= MIN_LATE_S or len(self._pairs) < MIN_TURNS:
             return
-        moves = [pair.scans for pair in self._pairs]
-        seen = np.array([move.pose.vector for move in moves])
-        rolled = np.array([pair.wheels.vector for pair in self._pairs])
         turned = find_turn_scale(seen, rolled)
         if turned < 0:
             self._say("agreement.mirrored")
@@ -365,15 +382,54 @@ def find_lateness(turns: deque[tuple[float, Array]]) -> float:
     return late if explains and abs(late) >= MIN_LATE_S - 1e-9 else 0.0
 
 
+def compare(laser: str, seen: Array, rolled: Array, lateness: float) -> MoveAgreement:
+    """Moves (N, 3) by scans and by wheels → what they say of each other."""
+    turns, ways = _turning(seen, rolled), _straight(seen, rolled)
+    turn_sd, way_sd = SCAN_SD_RAD / _rms(seen[turns, 2]), SCAN_SD_M / _rms(seen[ways, :2])
+    return MoveAgreement(
+        laser=laser,
+        turns=int(turns.sum()),
+        ways=int(ways.sum()),
+        turn_scale=_ratio(rolled[turns, 2:], seen[turns, 2:]) if turns.sum() >= MIN_TURNS else None,
+        turn_sd=turn_sd if turns.sum() >= MIN_TURNS else None,
+        way_scale=_ratio(rolled[ways, :2], seen[ways, :2]) if ways.sum() >= MIN_WAYS else None,
+        way_sd=way_sd if ways.sum() >= MIN_WAYS else None,
+        lateness=lateness,
+    )
+
+
+def _ratio(rolled: Array, seen: Array) -> float:
+    """Size of moves (N, D) by wheels over those by scans, by least squares; less than 0: against each other."""
+    along = (rolled * seen).sum(axis=1)
+    sense = math.copysign(1.0, float(along.sum()))
+    return sense * float((rolled**2).sum() / max(np.abs(along).sum(), 1e-9))
+
+
+def _rms(moves: Array) -> float:
+    """Return the length of moves (N,) or (N, D), summed by squares."""
+    return max(float(np.sqrt((moves**2).sum())), 1e-9)
+
+
+def _turning(seen: Array, rolled: Array) -> Array:
+    """Return which moves show a turn (N,)."""
+    return (np.abs(seen[:, 2]) > TURN_RAD) & (np.abs(rolled[:, 2]) > 0.3 * TURN_RAD)
+
+
+def _straight(seen: Array, rolled: Array) -> Array:
+    """Return which moves show a way (N,)."""
+    long = (np.hypot(*seen[:, :2].T) > WAY_M) & (np.hypot(*rolled[:, :2].T) > 0.3 * WAY_M)
+    return long & (np.abs(seen[:, 2]) < STRAIGHT_RAD)
+
+
 def find_turn_scale(seen: Array, rolled: Array) -> float:
     """Moves (N, 3) by scans and by wheels → the wheels' turn over the scans'; 1: nothing is wrong, < 0: mirrored."""
-    turns = (np.abs(seen[:, 2]) > TURN_RAD) & (np.abs(rolled[:, 2]) > 0.3 * TURN_RAD)
+    turns = _turning(seen, rolled)
     if turns.sum() < MIN_TURNS:
         return 1.0
     share = rolled[turns, 2] / seen[turns, 2]
     if np.mean(share < 0) >= AGAINST_SHARE:
         return -1.0
-    return _scale(share[share > 0], MAX_TURN_OFF)
+    return _scale(share[share > 0], MAX_TURN_OFF, SCAN_SD_RAD / _rms(seen[turns, 2]))
 
 
 def find_way_scale(seen: Array, rolled: Array) -> tuple[float, float]:
@@ -381,11 +437,11 @@ def find_way_scale(seen: Array, rolled: Array) -> tuple[float, float]:
 
     (1, 0): nothing is wrong.
     """
-    ways, claimed = np.hypot(*seen[:, :2].T), np.hypot(*rolled[:, :2].T)
-    ahead = (ways > WAY_M) & (claimed > 0.3 * WAY_M) & (np.abs(seen[:, 2]) < STRAIGHT_RAD)
+    ahead = _straight(seen, rolled)
     if ahead.sum() < MIN_WAYS:
         return 1.0, 0.0
-    scale = _scale(claimed[ahead] / ways[ahead], MAX_WAY_OFF)
+    ways, claimed = np.hypot(*seen[ahead, :2].T), np.hypot(*rolled[ahead, :2].T)
+    scale = _scale(claimed / ways, MAX_WAY_OFF, SCAN_SD_M / _rms(ways))
     off = wrap_all(_direction(seen[ahead]) - _direction(rolled[ahead]))
     mean = np.exp(1j * off).mean()
     rest = wrap_all(off - np.angle(mean))
@@ -394,11 +450,14 @@ def find_way_scale(seen: Array, rolled: Array) -> tuple[float, float]:
     return scale, aside if sure else 0.0
 
 
-def _scale(shares: Array, most: float) -> float:
-    """The median of shares (N,); 1 where it is not surely off by more than `most` of its logarithm."""
+def _scale(shares: Array, most: float, least_sd: float) -> float:
+    """The median of shares (N,); 1 where it is not surely off by more than `most` of its logarithm.
+
+    `least_sd` of it: few that happen to lie close together are no surer than the scans.
+    """
     off = np.log(shares)
     middle = float(np.median(off))
-    return math.exp(middle) if abs(middle) > max(most, SURE_SDS * _median_sd(off)) else 1.0
+    return math.exp(middle) if abs(middle) > max(most, SURE_SDS * max(_median_sd(off), least_sd)) else 1.0
 
 
 def _direction(moves: Array) -> Array:

@@ -9,6 +9,7 @@ import { isRecording } from "./connection-model.js";
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
 /** @typedef {import("./connection-model.js").Clock} Clock */
 /** @typedef {import("../net/messages.js").LaserTiming} LaserTiming */
+/** @typedef {import("../net/messages.js").MoveAgreementState} MoveAgreementState */
 /** @typedef {import("../net/messages.js").SensorLine} SensorLine */
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {{name: string, value: string, note: string, tone: string | null}} Row */
@@ -58,6 +59,7 @@ class ConnectTiming extends Panel {
     const rows = [
       ...state.robot.sensors.map(sensorRow),
       ...found.lasers.map((laser) => offsetRow(laser.name, state.robot.timings, found.odometry, found.lasers.length)),
+      ...(found.odometry && found.lasers.length ? [agreementRow(state.robot.agreement)] : []),
       ...clocks.map(clockRow),
     ];
     this.#fill(rows);
@@ -117,6 +119,24 @@ function offsetRow(laser, timings, odometry, count) {
     note: t("connect-timing.the_laser_s_stamps_are_way", { way, corrected }),
     tone: null,
   };
+}
+
+/** @param {number} value @param {number | null | undefined} sd @returns {string} */
+function withSd(value, sd) {
+  return `${fixed(value, 2)} ± ${fixed(sd ?? 0, 2)}`;
+}
+
+/** @param {MoveAgreementState | null} agreement @returns {Row} */
+function agreementRow(agreement) {
+  const name = t("connect-timing.wheels_over_scans");
+  const { turn_scale: turn, turn_scale_sd: turnSd, way_scale: way, way_scale_sd: waySd, turns, ways } = agreement ?? {};
+  const known = [
+    ...(typeof turn === "number" ? [t("connect-timing.turns_scale", { scale: withSd(turn, turnSd) })] : []),
+    ...(typeof way === "number" ? [t("connect-timing.ways_scale", { scale: withSd(way, waySd) })] : []),
+  ];
+  if (known.length) return { name, value: known.join(", "), note: t("connect-timing.compared_by_moves"), tone: null };
+  const note = turns || ways ? t("connect-timing.has_hardly_moved") : t("connect-timing.has_not_moved");
+  return { name, value: "–", note, tone: null };
 }
 
 /** @param {Clock} clock @returns {Row} */

@@ -161,6 +161,18 @@
  */
 
 /**
+ * Moves of the robot by its wheels over those by its scans, as far as it has moved.
+ * @typedef {object} MoveAgreementState
+ * @property {string} laser
+ * @property {number} turns
+ * @property {number} ways
+ * @property {number | null} turn_scale
+ * @property {number | null} turn_scale_sd
+ * @property {number | null} way_scale
+ * @property {number | null} way_scale_sd
+ */
+
+/**
  * A sentence for the operator.
  * @typedef {object} NoticeLine
  * @property {number} id
@@ -234,6 +246,7 @@
  * @property {number} speed
  * @property {SensorLine[]} sensors
  * @property {LaserTiming[]} timings
+ * @property {MoveAgreementState | null} agreement
  * @property {number | null} battery
  */
 

@@ -8,16 +8,17 @@ import sys
 import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 import pytest
 
 from core.errors import BadInput
 from core.gate import ZERO, Twist
+from core.geometry import Pose, arc
 from core.robots.conformance import (
     MAX_STOPPING_S,
     ConformanceReport,
@@ -32,6 +33,9 @@ from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
 from core.robots.process import TWIST_TIMEOUT_S
 from core.robots.ros.typestore import TWIST_STAMPED
+from core.sensors import SensorFrame
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from tests.core.robots.links import loopback
 from tests.emulators.camera import CameraEmulator
 from tests.emulators.foxglove import FoxgloveEmulator
@@ -408,7 +412,7 @@ def test_without_consent_nothing_is_asked_to_move() -> None:
     with wired(ToyRobot()) as robot:
         report = check_robot(robot.url)
         assert not any(v or w for _, v, w in speeds(robot))
-    assert {one.name for one in report.not_checked} == {"drive", "stop", "silence", "reconnect"}
+    assert {one.name for one in report.not_checked} == {"drive", "stop", "silence", "wheels over scans", "reconnect"}
 
 
 def test_a_recording_has_no_driver(tmp_path: Path) -> None:
@@ -448,3 +452,52 @@ def test_the_other_type_of_speeds_is_tried_where_the_guessed_one_moves_nothing(
     found = {check.name: check for check in suite.checks}
     assert not found["speeds as Twist"].passed and (found["drive"].figure or 0.0) > 0.3
     assert 'cmd_vel_type = "TwistStamped"' in found["speeds as Twist"].advice
+
+
+class SimulatedSession:
+    """A session with the simulated robot, in its own time; its base may report other wheels than it has."""
+
+    def __init__(self, turns: float = 1.0, *, lifted: bool = False) -> None:
+        self.robot = SimulatedRobot("lab", settings=SimulationSettings(camera=False))
+        self.profile, self.watch = self.robot.profile, lambda frame: None
+        self._turns, self._lifted, self._rolled = turns, lifted, Pose()
+
+    def frames(
+        self, seconds: float, twist: Twist = ZERO, until: Callable[[SensorFrame], object] | None = None
+    ) -> list[SensorFrame]:
+        for _ in range(round(seconds * self.profile.rate)):
+            self.robot.drive(ZERO if self._lifted else twist)
+            frame = self.robot.read()
+            assert frame.wheels is not None
+            self._rolled = self._rolled @ arc(twist.v / self.profile.rate, twist.w / self.profile.rate)
+            place = frame.wheels.odometry
+            seen = self._rolled if self._lifted else Pose(place.x, place.y, self._turns * place.heading)
+            frame = replace(frame, wheels=replace(frame.wheels, odometry=seen))
+            self.watch(frame)
+            if until is not None and until(frame):
+                break
+        return []
+
+
+@pytest.mark.parametrize(
+    ("session", "drive", "found"),
+    [
+        ({}, False, "not moved"),
+        pytest.param({}, True, "", marks=pytest.mark.campaign),
+        ({"turns": 1.5}, True, "turns 1.5"),
+        ({"lifted": True}, True, "on the floor"),
+    ],
+)
+def test_wheels_and_scans_are_compared_on_a_drive_for_it(session: dict[str, Any], drive: bool, found: str) -> None:
+    suite = Suite(cast(DriverSession, SimulatedSession(**session)), lambda _: None)
+    suite.session.frames(1.0)
+    suite._moved = True
+    suite.check_agreement(drive=drive)
+    told = [one.advice for one in suite.checks if not one.passed] + [one.reason for one in suite.not_checked]
+    assert all(found.removeprefix("turns ") in one for one in told if found) and bool(told) is bool(found)
+    assert ("agreement.turn_scale" in [one.code for one in suite.contradictions]) is found.startswith("turns")
+    assert suite.agreement is not None
+    if drive and not session.get("lifted"):
+        figures = {one.name: one.figure for one in suite.checks}
+        assert figures["wheels over scans, turns"] == pytest.approx(session.get("turns", 1.0), abs=0.04)
+        assert figures["wheels over scans, ways"] == pytest.approx(1.0, abs=0.15)
