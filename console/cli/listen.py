@@ -142,10 +142,10 @@ def from_where(source: Any) -> str:
 def recorded(path: Path) -> Iterator[Sound]:
     """A recording in pieces, each when it is due. Raises BadInput."""
     from core.recording.sound_file import read_sound
-    from core.speech.settings import PIECE
+    from core.speech.settings import PIECE_S
 
     whole, began = read_sound(path), time.monotonic()
-    for piece in whole.pieces(PIECE):
+    for piece in whole.pieces(PIECE_S):
         time.sleep(max(began + piece.stamp + piece.duration - time.monotonic(), 0.0))
         yield piece
 
@@ -154,7 +154,7 @@ def heard_by(robot: Robot, say: str | None) -> Iterator[Sound]:
     """Yield the sound of a robot's microphones, in pieces, as time goes on; in a simulated room `say` is said."""
     from core.robots.requests import SetListening, Speak
     from core.sensors.microphones import joined
-    from core.speech.settings import MOST_WAITING, PIECE
+    from core.speech.settings import MOST_WAITING, PIECE_S
 
     if say is not None and Speak not in robot.requests:
         raise BadInput("Only in a simulated room someone says what --say gives: try --array sim:lab.")
@@ -170,6 +170,6 @@ def heard_by(robot: Robot, say: str | None) -> Iterator[Sound]:
         due += 1 / robot.profile.rate
         time.sleep(max(due - time.monotonic(), 0.0))
         waiting = joined(waiting, robot.read().sound, MOST_WAITING)
-        if waiting is not None and waiting.duration >= PIECE:
+        if waiting is not None and waiting.duration >= PIECE_S:
             yield waiting
             waiting = None

@@ -101,17 +101,17 @@ def compared(chosen: argparse.Namespace) -> SpeechReport:
 def lived(chosen: argparse.Namespace) -> SpeechReport:
     """Sentences that are played and recorded now. Raises Unavailable with what is missing."""
     from core.experiments.live_speech_loop import LiveSpeechLoop
-    from core.experiments.speech_loop import RATE
+    from core.experiments.speech_loop import RATE_HZ
     from core.robots.usb_audio import play_and_record
 
     loop = LiveSpeechLoop("" if chosen.text is None else read_text(chosen.text), seed=chosen.seed)
     if not chosen.browser:
-        tell(f"Playing {len(loop.played) / RATE:.0f} s of sentences and recording them…")
-        result = loop.through(lambda played: play_and_record(played, RATE, chosen.microphone, chosen.loudspeaker))
+        tell(f"Playing {len(loop.played) / RATE_HZ:.0f} s of sentences and recording them…")
+        result = loop.through(lambda played: play_and_record(played, RATE_HZ, chosen.microphone, chosen.loudspeaker))
         return _of_loop(chosen.out, result)
     from console.cli.browser_loop import BrowserLoop
 
-    with BrowserLoop(loop.played, RATE) as page:
+    with BrowserLoop(loop.played, RATE_HZ) as page:
         tell(f"Open this page in a browser on this computer and press its button: {page.address}")
         try:
             report = _of_loop(chosen.out, loop.compared(page.recorded()))

@@ -29,10 +29,10 @@ from core.speech.understanding.place_names import place_phrases
 
 log = logging.getLogger(__name__)
 
-PIECE = 0.1  # [s] of sound that go to the worker at once
+MICROPHONE_PIECE_S = 0.1  # of sound that go to the worker at once
 MOST_WAITING = 15.0  # [s] of sound that may wait for it: it may just be starting
-JUMP = 0.1  # [s] by which the browser's clock may be off before the sound counts as interrupted
-IDLE = 120.0  # [s] after which a worker that nobody needs is ended
+MAX_CLOCK_JUMP_S = 0.1  # by which the browser's clock may be off before the sound counts as interrupted
+MAX_IDLE_S = 120.0  # after which a worker that nobody needs is ended
 TAKEN = Statement("speech.operator_speaks")
 BUSY = Statement("speech.someone_speaks")
 
@@ -78,13 +78,13 @@ class TalkTurn:
         self._lead = max(self._lead, end - time.monotonic() + self._on_its_way)
         self._on_its_way = 0.0
         expected = None if self._start is None else self._start + self._samples / AUDIO_RATE
-        if expected is None or abs(stamp - expected) > JUMP or self.waiting > MOST_WAITING:
+        if expected is None or abs(stamp - expected) > MAX_CLOCK_JUMP_S or self.waiting > MOST_WAITING:
             if self.waiting > MOST_WAITING:
                 self.say(Statement("speech.too_slow"), True)
             self._waiting, self._samples, self._start = [], 0, stamp
         self._waiting.append(samples)
         self._samples += len(samples)
-        if self.waiting >= PIECE:
+        if self.waiting >= MICROPHONE_PIECE_S:
             self.news.set()
 
     @property
@@ -162,7 +162,7 @@ class BrowserMicrophone(Part):
 
     def tick(self, now: float) -> None:
         """Now and then: a worker that nobody needs is ended."""
-        if self._turn is None and self._worker.alive and now - self._used > IDLE:
+        if self._turn is None and self._worker.alive and now - self._used > MAX_IDLE_S:
             self._worker.kill()
 
     async def close(self) -> None:
@@ -210,7 +210,7 @@ class BrowserMicrophone(Part):
 
     async def _read_so_far(self, turn: TalkTurn) -> None:
         """Show the words so far, while the button is held."""
-        if turn.mode != "held" or turn.over or turn.waiting > PIECE:
+        if turn.mode != "held" or turn.over or turn.waiting > MICROPHONE_PIECE_S:
             return
         words = await self._worker.words_so_far()
         if words and not turn.over:

@@ -21,11 +21,11 @@ from console.messages import audio
 from core.commands.stop_at import STOP_AT
 from core.sentences import code_of
 from core.speech.recognition.decision import Decision, RecognizedUtterance, stop
-from core.speech.settings import PIECE
+from core.speech.settings import PIECE_S
 
 Heard = Literal["words", "stop", "stopped"]
 """Words without a STOP, a STOP that is to be obeyed, or the rest of an utterance whose STOP was obeyed."""
-SAME = 1.0  # [s] by which the whole sentence may place the STOP later than it was first heard
+SAME_STOP_S = 1.0  # by which the whole sentence may place the STOP later than it was first heard
 
 
 class SpokenStops:
@@ -49,7 +49,7 @@ class SpokenStops:
         """
         same = utterance.begin <= self._end
         if utterance.decision.stops:
-            if utterance.end <= self._end + (SAME if utterance.final and same else PIECE):
+            if utterance.end <= self._end + (SAME_STOP_S if utterance.final and same else PIECE_S):
                 return "stopped"
             if not same:
                 self._utterance = object()

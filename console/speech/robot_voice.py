@@ -16,9 +16,9 @@ from core.sensors.microphones import Sound
 from core.settings import Settings
 from core.speech.synthesis import VoiceSettings, speak
 
-TAIL = 0.3  # [s] after the last word: the room still sounds, and sound is on its way
-LATE = 1.0  # [s] that a browser may take until it plays
-MOST = 20.0  # [s] that may be waiting to be said: nobody talks the robot deaf for longer …
+TAIL_S = 0.3  # after the last word: the room still sounds, and sound is on its way
+MAX_PLAY_DELAY_S = 1.0  # that a browser may take until it plays
+MAX_WAITING_S = 20.0  # that may be waiting to be said: nobody talks the robot deaf for longer …
 MOST_MOVING = 6.0  # [s] … and while it moves: no spoken STOP is heard meanwhile
 
 
@@ -51,16 +51,16 @@ class RobotVoice(Part):
         """Return whether sound that the robot heard up to `stamp` [s] of its own clock is not listened to."""
         return self.muted or stamp < self._room
 
-    async def say(self, text: str, most: float = MOST) -> tuple[int, Sound]:
+    async def say(self, text: str, most: float = MAX_WAITING_S) -> tuple[int, Sound]:
         """A text → its number and how it sounds; from now on nobody is listened to until it is over, `most` [s].
 
         Raises BadInput, Refused, and Unavailable where nothing speaks.
         """
         sound = await asyncio.to_thread(self._speaker, text, self.settings)
         now = self._clock()
-        end = now + LATE + sound.duration + TAIL
+        end = now + MAX_PLAY_DELAY_S + sound.duration + TAIL_S
         if end > now + most:
-            moving = " while the robot moves: no spoken STOP would be heard meanwhile" if most < MOST else ""
+            moving = " while the robot moves: no spoken STOP would be heard meanwhile" if most < MAX_WAITING_S else ""
             raise Refused(f"That takes longer than {most:g} s to say{moving}; say less at once.")
         self._newest += 1
         self._until[self._newest] = end
@@ -71,12 +71,12 @@ class RobotVoice(Part):
         """The browser has played it, or broke it off."""
         now = self._clock()
         if number in self._until:
-            self._until[number] = min(self._until[number], now + TAIL)
+            self._until[number] = min(self._until[number], now + TAIL_S)
             self._settle(now)
 
     def in_room(self, until: float) -> None:
         """The simulated room hears it until `until` [s] of the robot's clock."""
-        self._room = max(self._room, until + TAIL)
+        self._room = max(self._room, until + TAIL_S)
 
     def _settle(self, now: float) -> None:
         self._until = {number: until for number, until in self._until.items() if until > now}

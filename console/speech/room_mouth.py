@@ -32,13 +32,13 @@ from core.robots.requests import (
 )
 
 NEAREST = "nearest"  # the speaker: the nearest person whom no wall hides
-PIECE = 4096  # [bytes] of sound that are handed on at once, 0.13 s
-MOST = 64_000  # [bytes] of one request to the driver
+PIECE_BYTES = 4096  # of sound that are handed on at once, 0.13 s
+MAX_REQUEST_BYTES = 64_000  # of one request to the driver
 SILENCE = bytes(320)  # 10 ms: begins and ends a turn
 NOBODY = "Nobody stands in the simulated room in whose voice you could speak. Choose another voice at the microphone."
 HEARD_OUT = 2.0  # [s] of the room's sound after the words, robot's clock, with which they have been read
-AWAITED = 60.0  # [s] after the button was released in which words are still this turn's, at most
-LOOK = 0.1  # [s] between looks how far the room's sound is read
+MAX_TURN_WORDS_S = 60.0  # after the button was released in which words are still this turn's, at most
+LOOK_PERIOD_S = 0.1  # between looks how far the room's sound is read
 
 
 class RoomMouth:
@@ -69,13 +69,13 @@ class RoomMouth:
     @property
     def awaits_words(self) -> bool:
         """Return whether words that are heard now may be those of this turn."""
-        return time.monotonic() < self._ended + AWAITED
+        return time.monotonic() < self._ended + MAX_TURN_WORDS_S
 
     def add(self, samples: Array) -> None:
         """Sound (N,) of full scale ±1."""
         if not self.over:
             self._waiting += np.round(np.clip(samples, -1, 1) * 32767).astype("<i2").tobytes()
-            if len(self._waiting) >= PIECE:
+            if len(self._waiting) >= PIECE_BYTES:
                 self._news.set()
 
     def rest(self) -> None:
@@ -109,7 +109,7 @@ class RoomMouth:
                 if self._hushed:
                     await self._ask(Hush(id=name))
                     return
-                sound, self._waiting = bytes(self._waiting[:MOST]), self._waiting[MOST:]
+                sound, self._waiting = bytes(self._waiting[:MAX_REQUEST_BYTES]), self._waiting[MAX_REQUEST_BYTES:]
                 over = self.over and not self._waiting
                 said = await self._ask(Speak(id=name, pcm=sound or SILENCE, rate_hz=AUDIO_RATE, more=not over))
                 if over:
@@ -124,7 +124,7 @@ class RoomMouth:
     async def _read_out(self, end: float) -> None:
         """Wait until the room's sound is read up to well after the words, which end at `end` [s], robot's clock."""
         while self.awaits_words and self._transcriber.read_to < end + HEARD_OUT and not self._transcriber.trouble:
-            await asyncio.sleep(LOOK)
+            await asyncio.sleep(LOOK_PERIOD_S)
         if self._ended > -math.inf:
             self._trouble("")
 

@@ -32,15 +32,15 @@ from core.sensors import SensorFrame, Sound
 from core.sensors.microphones import MicrophoneArray, joined, usable
 from core.snapshot import VOICE_AFTER, Snapshot, VoiceDirection, voice_between
 from core.speech.recognition.decision import RecognizedUtterance, Verdict
-from core.speech.settings import MOST_WAITING, PIECE, SpeechSettings
+from core.speech.settings import MOST_WAITING, PIECE_S, SpeechSettings
 from core.speech.transcription.piece_length import PieceLength
 
 log = logging.getLogger(__name__)
 
 MOST_LOSSES = 3  # of the worker, one after the other
-REMEMBERED = 50  # utterances
-OFFERED = 15.0  # [s] that commands are offered that rejected words most likely were
-CREEPS = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
+MAX_REMEMBERED_UTTERANCES = 50  # utterances
+OFFER_TIME_S = 15.0  # that commands are offered that rejected words most likely were
+CREEP_SPEED = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
 MAY_WAIT = 0.5  # [s] of sound that may wait unread before a simulated robot's clock waits for it
 SoundSource = Callable[[SensorFrame], tuple[Sound | None, MicrophoneArray | None]]
 
@@ -79,7 +79,7 @@ class RoomTranscriber(Part):
         self.settings = settings or SpeechSettings()
         self.stamp = 0.0  # [s] robot clock of the newest snapshot
         self.trouble = ""  # why words are not read
-        self.utterances: deque[RoomUtterance] = deque(maxlen=REMEMBERED)
+        self.utterances: deque[RoomUtterance] = deque(maxlen=MAX_REMEMBERED_UTTERANCES)
         self.when_heard: list[Callable[[SpokenOutcome, VoiceDirection | None], None]] = []
         """Called with what became of every utterance, and of every STOP at once, and with the voice."""
         self.when_so_far: list[Callable[[str], None]] = []  # called with the words of the sentence under way
@@ -123,7 +123,7 @@ class RoomTranscriber(Part):
         self.stamp = snapshot.stamp
         self._piece.follow(self.stamp, snapshot.hearing is not None and snapshot.hearing.speaking)
         self._time.note(self.stamp, sensed or time.monotonic())
-        if abs(snapshot.velocity.v) > CREEPS or abs(snapshot.velocity.w) > CREEPS:
+        if abs(snapshot.velocity.v) > CREEP_SPEED or abs(snapshot.velocity.w) > CREEP_SPEED:
             since, until = self._drove
             self._drove = (since if self.stamp - until < VOICE_AFTER else self.stamp, self.stamp)
         if snapshot.hearing is not None:
@@ -177,7 +177,7 @@ class RoomTranscriber(Part):
     def status(self) -> TranscriptionStatus:
         """The state of reading the room's words."""
         newest = self.utterances[-1] if self.utterances else None
-        fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFERED
+        fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFER_TIME_S
         offered = newest.suggested_commands if newest is not None and fresh else ()
         return TranscriptionStatus(starting=not self.trouble and not self._worker.ready, suggested_commands=offered)
 
@@ -222,7 +222,7 @@ class RoomTranscriber(Part):
     async def _read_so_far(self) -> None:
         """Show the words of the sentence under way to those who want them, where no sound waits for it."""
         waits = self._time.simulated  # then the robot's clock does, and no word is late by this
-        late = not waits and self._waiting is not None and self._waiting.duration > PIECE
+        late = not waits and self._waiting is not None and self._waiting.duration > PIECE_S
         if not self.when_so_far or late:
             return
         words = await self._worker.words_so_far()

@@ -20,12 +20,12 @@ from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.settings import SpeechSettings
 from core.speech.understanding.grammar import Refusal, command_of
 
-BUDGET = 20.0  # [s] of processor time for a piece of sound
-LONGEST = 300  # characters of a sentence under way
+BUDGET_S = 20.0  # of processor time for a piece of sound
+MAX_SENTENCE_CHARACTERS = 300  # characters of a sentence under way
 PARTIAL_PERIOD_S = 0.4  # [s] between two readings of a sentence under way, at least
 PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
 NO_SUCH_PLACE = "There is no place of that name any more."
-FEW = 8  # commands rejected while nobody listens: of more than these only the newest count
+MAX_REJECTED = 8  # commands rejected while nobody listens: of more than these only the newest count
 
 
 class TranscriptionClient:
@@ -34,7 +34,7 @@ class TranscriptionClient:
     def __init__(self) -> None:
         self.engine = ""  # a sentence: which engine reads the words, and why; "": none has begun
         self._worker = Worker("words")
-        self._rejected: deque[tuple[str, float]] = deque(maxlen=FEW)  # sent with the next sound
+        self._rejected: deque[tuple[str, float]] = deque(maxlen=MAX_REJECTED)  # sent with the next sound
         self._speaker = 0
         self._begun = 0  # the process's start that knows how to listen
         self._partial_from = 0.0  # [s] from when on a sentence under way is read again
@@ -77,7 +77,7 @@ class TranscriptionClient:
         self._speaker, self._partial_from = speaker, 0.0
         job = BeginListening(settings, held, array, speaker, self._places)
         self._places_sent = True
-        self.engine = await self._worker.ask(job, budget=BUDGET)
+        self.engine = await self._worker.ask(job, budget=BUDGET_S)
         self._begun = self._worker.starts
 
     async def feed(self, samples: Array, rate: int, stamp: float) -> list[RecognizedUtterance]:
@@ -91,7 +91,7 @@ class TranscriptionClient:
         channels = samples[0].size if len(samples) else 1
         job = HearSound(raw, rate, stamp, channels, rejected, None if self._places_sent else self._places)
         self._places_sent = True
-        return received(await self._worker.ask(job, budget=BUDGET), self._places)
+        return received(await self._worker.ask(job, budget=BUDGET_S), self._places)
 
     def reject(self, words: str) -> None:
         """These words, as a command, were rejected: said again, they most likely are others."""
@@ -104,14 +104,14 @@ class TranscriptionClient:
         begun = time.monotonic()
         if begun < self._partial_from:
             return ""
-        words = (await self._worker.ask(ReadSoFar(), budget=BUDGET))[:LONGEST]
+        words = (await self._worker.ask(ReadSoFar(), budget=BUDGET_S))[:MAX_SENTENCE_CHARACTERS]
         now = time.monotonic()
         self._partial_from = now + max(PARTIAL_PERIOD_S, PARTIAL_REST * (now - begun))
         return words
 
     async def finish(self) -> list[RecognizedUtterance]:
         """End the sound → the utterances that became known with that."""
-        return received(await self._worker.ask(FinishListening(), budget=BUDGET), self._places)
+        return received(await self._worker.ask(FinishListening(), budget=BUDGET_S), self._places)
 
     def kill(self) -> None:
         """End the process now."""

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from core.errors import BadInput, Unavailable
-from core.experiments.speech_loop import RATE, LoopResult, SpokenTrack, lag_of, run_loop, track_of
+from core.experiments.speech_loop import RATE_HZ, LoopResult, SpokenTrack, lag_of, run_loop, track_of
 from core.experiments.speech_quality import TEXT, spoken
 from core.message import Array
 from core.speech.quality.word_alignment import phrases_of
@@ -50,7 +50,7 @@ class LiveSpeechLoop:
     @property
     def played(self) -> Array:
         """The sound that is played, (N,) at RATE, with the silence in which the last echo dies away."""
-        return np.concatenate((self.track.samples, np.zeros(round(RECORD_AFTER_S * RATE))))
+        return np.concatenate((self.track.samples, np.zeros(round(RECORD_AFTER_S * RATE_HZ))))
 
     def through(self, air: Air) -> LoopResult:
         """Play and record it → both texts, compared. Raises BadInput where nothing was recorded."""
@@ -58,7 +58,7 @@ class LiveSpeechLoop:
 
     def compared(self, recorded: Array) -> LoopResult:
         """Take a recording (M,) at RATE of the sound while it was played → both texts, compared. Raises BadInput."""
-        if len(recorded) < RATE or not float(np.sqrt(np.mean(recorded**2))) > MIN_RMS:
+        if len(recorded) < RATE_HZ or not float(np.sqrt(np.mean(recorded**2))) > MIN_RMS:
             raise BadInput(
                 "The microphone recorded next to nothing. Check that it and the loudspeaker are on and not muted."
             )

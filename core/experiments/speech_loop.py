@@ -18,7 +18,7 @@ from core.sensors.microphones import Sound
 from core.speech.quality.audio_similarity import AudioSimilarity, liken
 from core.speech.quality.osqe import SpeechQuality, compare
 from core.speech.recognition.recognizer import Dictation, Utterance
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 
 LEAD_SILENCE_S, TAIL_SILENCE_S = 0.6, 0.3  # of silence around every phrase
 MAX_LAG_S = 8.0  # by which a recording may lag behind what was played
@@ -60,12 +60,12 @@ def track_of(phrases: Sequence[str], dry: Sequence[Array]) -> SpokenTrack:
 
 def padded(dry: Array) -> Array:
     """A phrase with silence around it."""
-    return np.concatenate((np.zeros(round(LEAD_SILENCE_S * RATE)), dry, np.zeros(round(TAIL_SILENCE_S * RATE))))
+    return np.concatenate((np.zeros(round(LEAD_SILENCE_S * RATE_HZ)), dry, np.zeros(round(TAIL_SILENCE_S * RATE_HZ))))
 
 
 def read(dictation: Dictation, samples: Array) -> str:
     """A phrase with silence around it → the words that are read in it."""
-    sound = Sound(stamp=0.0, rate=RATE, samples=samples[:, None])
+    sound = Sound(stamp=0.0, rate=RATE_HZ, samples=samples[:, None])
     return dictation.transcribe(
         Utterance(sound=sound, begin=LEAD_SILENCE_S, end=max(sound.duration - TAIL_SILENCE_S, LEAD_SILENCE_S))
     )
@@ -82,7 +82,7 @@ def lag_of(track: SpokenTrack, recorded: Array) -> int:
     size = 1 << (len(track.samples) + len(recorded) - 1).bit_length()
     both = np.conj(np.fft.rfft(track.samples, size)) * np.fft.rfft(recorded, size)
     likely = np.fft.irfft(both / np.maximum(np.abs(both), 1e-12) ** 0.5, size)
-    return int(np.argmax(likely[: round(MAX_LAG_S * RATE)]))
+    return int(np.argmax(likely[: round(MAX_LAG_S * RATE_HZ)]))
 
 
 def run_loop(dictation: Dictation, track: SpokenTrack, person: Array, robot: Array, late: int = 0) -> LoopResult:
@@ -92,7 +92,7 @@ def run_loop(dictation: Dictation, track: SpokenTrack, person: Array, robot: Arr
     """
     original = "; ".join(track.phrases)
     texts = transcribed(dictation, track, person), transcribed(dictation, track, robot, late)
-    sounds = [Sound(stamp=0.0, rate=RATE, samples=samples[:, None]) for samples in (person, robot)]
+    sounds = [Sound(stamp=0.0, rate=RATE_HZ, samples=samples[:, None]) for samples in (person, robot)]
     return LoopResult(
         original=original,
         person=texts[0],

@@ -33,7 +33,7 @@ from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import open_engine
 from core.speech.recognition.recognizer import Recognizer, StreamingRecognizer
-from core.speech.settings import MOST_WAITING, RATE
+from core.speech.settings import MOST_WAITING, RATE_HZ
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from core.speech.synthesis import pcm as pcm_of
 from core.speech.transcription.array_transcriber import ArrayTranscriber
@@ -255,7 +255,7 @@ class SpokenRoom:
         command = understand(words)
         if isinstance(command, Refusal):
             raise Refused(command.reason)
-        voice = 8000 * practice_voice(self.chance, 1.2, RATE)
+        voice = 8000 * practice_voice(self.chance, 1.2, RATE_HZ)
         begun = self.robot.snapshot.stamp
         ended = self._utter(voice.clip(-32768, 32767).astype("<i2").tobytes() if pcm is None else pcm)
         _, voices = self._hear(max(LISTEN_S, ended + LISTEN_S / 2 - begun), watch)
@@ -297,7 +297,7 @@ class SpokenRoom:
         sound = speak(words, self._voice or easy)
         return self._utter(pcm_of(sound), sound.rate)
 
-    def _utter(self, pcm: bytes, rate: int = RATE) -> float:
+    def _utter(self, pcm: bytes, rate: int = RATE_HZ) -> float:
         """Sound out of Ann's mouth, 16-bit samples → when [s] the last of it that is not faint will have left it."""
         length = length_of_words(pcm, rate)
         self.robot.robot.ask(Speak(id=ANN, pcm=pcm, rate_hz=rate))

@@ -25,7 +25,7 @@ from core.recording.recorded_senses import is_recording, recorded_sound
 from core.recording.recording import RecordingReport
 from core.recording.sound_file import read_sound
 from core.sensors.checks import CHECKS, Fault, fault
-from core.sensors.microphones import LOUDEST, MicrophoneArray, Sound
+from core.sensors.microphones import MAX_SAMPLE, MicrophoneArray, Sound
 from core.settings import Settings
 from core.speech.recognition.decision import RecognizedUtterance, Verdict
 from core.speech.recognition.engines import ActiveEngine, open_engine
@@ -216,7 +216,7 @@ def first_heard(sound: Sound) -> int:
 def in_full_scale(sound: Sound) -> tuple[Sound, list[Fault]]:
     """A sound whose samples are numbers of 16, 24 or 32 bits → the same within ±1, and what is said about it."""
     peak = float(np.abs(sound.samples).max(initial=0.0))
-    if not MIN_WHOLE_NUMBER_PEAK < peak <= LOUDEST:  # more is no sound, and refused
+    if not MIN_WHOLE_NUMBER_PEAK < peak <= MAX_SAMPLE:  # more is no sound, and refused
         return sound, []
     full = next(2.0 ** (bits - 1) for bits in (16, 24, 32) if peak <= 2.0 ** (bits - 1))
     units = fault("sound.units", used=True, peak=f"{peak:.0f}", full=f"{full:.0f}")

@@ -18,7 +18,7 @@ from core.recording.recording import SightingRecording
 from core.recording.sightings import MOST_ROWS, Ids, SightingSteps, grouped
 from core.slam.motion import Increment
 
-STEP = 0.2  # [s] between steps: 5 Hz
+STEP_S = 0.2  # between steps: 5 Hz
 SIGHTING_NOISE = 0.03, math.radians(0.6)  # [m], [rad]
 UPPER = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])  # where the six columns stand in a covariance
 
@@ -37,7 +37,7 @@ def read(archive: Archive, ids: Ids) -> SightingRecording:
     for k, (increment, covariance) in enumerate(zip(increments.tolist(), covariances, strict=True)):
         moved = moved.then(Increment(Pose(*increment), covariance[UPPER]))
         if k in by_step:
-            steps.add((k + 1) * STEP, moved, by_step[k])
+            steps.add((k + 1) * STEP_S, moved, by_step[k])
             moved = Increment()
     tally.topics = ["odo: odometry", "obs: sightings"]
     return steps.finish(archive.path, "corridor loop")

@@ -13,7 +13,7 @@ from core.recording.read_report import BadRecord
 from core.recording.scans import make_scan, spread
 from core.sensors import Scan
 
-LONGEST = 4_000_000  # [bytes]
+MAX_TEXT_BYTES = 4_000_000
 
 
 class ClockTime(msgspec.Struct, frozen=True):
@@ -79,7 +79,7 @@ def read_json_scan(text: str | bytes, range_max: float) -> Scan | None:
     `start_angle` and `end_angle`; without them the beams are spread over 180°. Time `t`, `stamp`, `timestamp` or
     `header.stamp`; without one the stamp is NaN. `range_max` [m] of the settings, 0: as the scan says.
     """
-    if len(text) > LONGEST:
+    if len(text) > MAX_TEXT_BYTES:
         raise BadRecord("it is too long")
     try:
         record = json.loads(text)  # many programs write NaN and Infinity, which are no JSON; msgspec refuses them

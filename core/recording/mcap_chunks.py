@@ -16,7 +16,7 @@ from mcap.reader import SeekingReader
 from mcap.summary import Summary
 
 from core.errors import BadInput
-from core.recording.mcap_file import CHUNK, HEAD, MAGIC, NANOSECOND_S, ChunkSpan, McapWalk
+from core.recording.mcap_file import CHUNK_OPCODE, HEAD, MAGIC, NANOSECOND_S, ChunkSpan, McapWalk
 from core.recording.mcap_writing import BROKEN_RECORD
 from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings
@@ -57,7 +57,7 @@ class McapChunks:
         """The messages of one chunk, in the order in which they were written; what is damaged is left out."""
         if number not in self._held:
             span = self.spans[number]
-            self._held[number] = tuple(self._walk.within(CHUNK, span.begin, span.length))
+            self._held[number] = tuple(self._walk.within(CHUNK_OPCODE, span.begin, span.length))
             while len(self._held) > HELD_CHUNKS:
                 self._held.popitem(last=False)
         self._held.move_to_end(number)
@@ -101,7 +101,7 @@ class McapChunks:
             inside = tuple(self._walk.within(opcode, begin, length))
             for one in inside:
                 self.counts[one.topic] = self.counts.get(one.topic, 0) + 1
-            span = self._walk.span(begin, length) if opcode == CHUNK and inside else None
+            span = self._walk.span(begin, length) if opcode == CHUNK_OPCODE and inside else None
             if span is not None:
                 times = [one.logged for one in inside]
                 found.append(ChunkSpan(begin, length, min(times), max(times)))

@@ -20,7 +20,14 @@ from core.recording.source import BinaryLog, unpack
 
 MAGIC = b"\x89MCAP0\r\n"
 NANOSECOND_S = 1e-9
-FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
+FOOTER_OPCODE, SCHEMA_OPCODE, CHANNEL_OPCODE, MESSAGE_OPCODE, CHUNK_OPCODE, STATISTICS_OPCODE = (
+    0x02,
+    0x03,
+    0x04,
+    0x05,
+    0x06,
+    0x0B,
+)
 LAST_OPCODE = 0x0F
 
 HEAD = struct.Struct("<BQ")
@@ -90,22 +97,22 @@ class McapWalk:
                 again = self._restart(offset + 1)
                 what = "it is damaged" if again else "the file ends in the middle of a record"
                 self._tally.skip(what, f"byte {offset}")
-                if opcode == CHUNK and again is None:
+                if opcode == CHUNK_OPCODE and again is None:
                     yield opcode, begin, self._source.size - begin
                 if again is None:
                     return
                 offset = again
                 continue
             yield opcode, begin, length
-            closed, offset = opcode == FOOTER, end
+            closed, offset = opcode == FOOTER_OPCODE, end
 
     def within(self, opcode: int, begin: int, length: int) -> Iterator[Envelope]:
         """The messages of one record."""
-        if opcode == CHUNK:
+        if opcode == CHUNK_OPCODE:
             yield from self._chunk(begin, length)
-        elif opcode == STATISTICS:
+        elif opcode == STATISTICS_OPCODE:
             self._statistics(self._source.at(begin, 8))
-        elif opcode in (SCHEMA, CHANNEL, MESSAGE):
+        elif opcode in (SCHEMA_OPCODE, CHANNEL_OPCODE, MESSAGE_OPCODE):
             yield from self._record(opcode, self._source.at(begin, min(length, self._largest_block)))
 
     def span(self, begin: int, length: int) -> ChunkSpan | None:
@@ -151,7 +158,7 @@ class McapWalk:
                 break
             opcode, length = HEAD.unpack_from(block, at)
             begin, at = at + HEAD.size, at + HEAD.size + length
-            if opcode not in (SCHEMA, CHANNEL, MESSAGE) and opcode < 0x80:
+            if opcode not in (SCHEMA_OPCODE, CHANNEL_OPCODE, MESSAGE_OPCODE) and opcode < 0x80:
                 at = len(block) + 1
             elif at <= len(block):
                 yield from self._record(opcode, block[begin:at])
@@ -160,13 +167,13 @@ class McapWalk:
 
     def _record(self, opcode: int, content: bytes) -> Iterator[Envelope]:
         try:
-            if opcode == SCHEMA:
+            if opcode == SCHEMA_OPCODE:
                 self._schemas[struct.unpack_from("<H", content)[0]] = _text(content, 2)[0]
-            elif opcode == CHANNEL:
+            elif opcode == CHANNEL_OPCODE:
                 number, schema = struct.unpack_from("<HH", content)
                 topic, at = _text(content, 4)
                 self._channels[number] = _Channel(topic, _text(content, at)[0], schema)
-            elif opcode == MESSAGE:
+            elif opcode == MESSAGE_OPCODE:
                 number, _, log_time, _ = MESSAGE_HEAD.unpack_from(content)
                 channel = self._channels[number]
                 kind = self._schemas.get(channel.schema, "")

@@ -54,7 +54,7 @@ LAST_ROBOT = 5  # subjects up to this number drive around and are no landmarks
 FORWARD_NOISE = 0.03  # [m/√s] while moving
 TURN_NOISE = math.radians(2.0)  # [rad/√s] while moving
 SIGHTING_NOISE = 0.15, math.radians(1.0)  # [m], [rad]
-STILL = 1e-6  # [m/s + rad/s]
+STILL_SPEED = 1e-6  # [m/s + rad/s]
 
 
 def read(folder: Path, robot: int, ids: Ids, settings: LogSettings) -> SightingRecording:
@@ -116,6 +116,6 @@ def _rolled(speeds: Array, turn_rates: Array, seconds: Array) -> Increment:
     after = places[:, -1:] - places + ways * ahead / 2
     by_way = np.vstack([ahead, np.zeros_like(ways)])
     by_turn = np.vstack([-after[1], after[0], np.ones_like(ways)])
-    moving = seconds * (np.abs(speeds) + np.abs(turn_rates) >= STILL)
+    moving = seconds * (np.abs(speeds) + np.abs(turn_rates) >= STILL_SPEED)
     covariance = FORWARD_NOISE**2 * (by_way * moving) @ by_way.T + TURN_NOISE**2 * (by_turn * moving) @ by_turn.T
     return Increment(Pose(float(x), float(y), wrap(float(headings[-1]))), covariance)

@@ -13,7 +13,7 @@ from core.errors import BadInput
 from core.message import Array
 from core.recording.source import open_file
 
-LARGEST = 1_000_000_000  # [bytes] of one array
+MAX_ARRAY_BYTES = 1_000_000_000  # of one array
 
 
 class Archive:
@@ -78,7 +78,7 @@ class Archive:
         if (
             kind.kind not in "fiu"
             or min(shape, default=0) < 0
-            or not 0 <= count * kind.itemsize <= min(size, LARGEST)
+            or not 0 <= count * kind.itemsize <= min(size, MAX_ARRAY_BYTES)
         ):
             raise ValueError("not the numbers it promises")
         content = stream.read(count * kind.itemsize)

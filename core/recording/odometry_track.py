@@ -8,7 +8,7 @@ from core.geometry import Pose, rotation, wrap, wrap_all
 from core.message import Array, message
 from core.sensors import Wheels
 
-FARTHEST = 1e6  # [m, rad, m/s, rad/s]: what is beyond is no odometry
+MAX_VALUE = 1e6  # [m, rad, m/s, rad/s]: what is beyond is no odometry
 
 
 @message
@@ -26,9 +26,9 @@ class OdometryTrack:
 
         Rows that are not finite or absurd, and repeated times are left out; fewer than two rows left: None.
         """
-        good = np.isfinite(times) & (np.abs(poses) < FARTHEST).all(axis=1)
+        good = np.isfinite(times) & (np.abs(poses) < MAX_VALUE).all(axis=1)
         if twists is not None:
-            good &= (np.abs(twists) < FARTHEST).all(axis=1)
+            good &= (np.abs(twists) < MAX_VALUE).all(axis=1)
         times, first = np.unique(times[good], return_index=True)
         if len(times) < 2:
             return None

@@ -18,7 +18,7 @@ from core.recording.ros import Envelope
 from core.recording.source import BinaryLog, unpack
 
 MAGIC = b"#ROSBAG V2.0\n"
-MESSAGE, CHUNK, CHUNK_COUNTS, CONNECTION = 2, 5, 6, 7
+MESSAGE_OP, CHUNK_OP, CHUNK_COUNTS_OP, CONNECTION_OP = 2, 5, 6, 7
 LONGEST_HEADER = 10_000  # [bytes]
 
 MARK = re.compile(rb"\x04\0\0\0op=[\x02-\x07]", re.DOTALL)  # every header has it, after at most LOOK_BACK bytes
@@ -58,20 +58,20 @@ class _BagWalk:
                 again = self._restart(uncertain)
                 what = "it is damaged" if again else "the file ends in the middle of a record"
                 self._tally.skip(what, f"byte {offset}")
-                if again is None and fields is not None and fields[b"op"] == bytes([CHUNK]):
+                if again is None and fields is not None and fields[b"op"] == bytes([CHUNK_OP]):
                     yield from self._chunk(fields, begin, self._source.size - begin)
                 offset, uncertain = again, (again or 0) + 1
                 continue
             code = fields[b"op"][0]
-            if code == CHUNK:
+            if code == CHUNK_OP:
                 yield from self._chunk(fields, begin, length)
-            elif code == CHUNK_COUNTS:
+            elif code == CHUNK_COUNTS_OP:
                 counts = self._source.at(begin, min(length, self._largest_block))
                 declared += sum(count for _, count in struct.iter_unpack("<II", counts[: len(counts) // 8 * 8]))
-            elif code in (MESSAGE, CONNECTION):
+            elif code in (MESSAGE_OP, CONNECTION_OP):
                 yield from self._record(fields, self._source.at(begin, min(length, self._largest_block)))
             offset = begin + length
-            uncertain = offset if code == CHUNK else begin
+            uncertain = offset if code == CHUNK_OP else begin
         self._tally.declared = declared or None
 
     def _head(self, offset: int) -> tuple[Fields | None, int, int]:
@@ -125,11 +125,11 @@ class _BagWalk:
 
     def _record(self, fields: Fields, content: bytes) -> Iterator[Envelope]:
         number = fields.get(b"conn", b"")
-        if fields[b"op"][0] == CONNECTION:
+        if fields[b"op"][0] == CONNECTION_OP:
             own = _fields(content) or {}
             topic = own.get(b"topic", fields.get(b"topic", b"")).decode("utf-8", "replace")
             self._connections[number] = topic, own.get(b"type", b"").decode("utf-8", "replace")
-        elif fields[b"op"][0] == MESSAGE:
+        elif fields[b"op"][0] == MESSAGE_OP:
             stamp = fields.get(b"time", b"")
             if len(stamp) != 8 or number not in self._connections:
                 self._tally.skip("it is damaged")

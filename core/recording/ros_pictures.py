@@ -18,10 +18,10 @@ from core.sensors import Camera
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
-VIEW = 0.9  # focal length of an uncalibrated camera, in widths of its picture: it sees 58°
-QUALITY = 88  # of the JPEG that raw pictures are kept as
+FOCAL_WIDTHS = 0.9  # focal length of an uncalibrated camera, in widths of its picture: it sees 58°
+JPEG_QUALITY = 88  # of the JPEG that raw pictures are kept as
 MOST_HELD = 200_000_000  # [bytes] of pictures; later ones are left out
-HEIGHT = 0.16  # [m] of a camera of which nothing is known
+CAMERA_HEIGHT_M = 0.16  # of a camera of which nothing is known
 
 COLOURS: dict[str, tuple[int, int | None]] = {
     "bgr8": (3, None),
@@ -71,7 +71,7 @@ class RosPictures:
         if kind == COMPRESSED:
             encoded = bytes(content.data)
         else:
-            done, jpeg = cv2.imencode(".jpg", raw_pixels(content), [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+            done, jpeg = cv2.imencode(".jpg", raw_pixels(content), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
             if not done:
                 raise BadRecord("its picture cannot be kept")
             encoded = jpeg.tobytes()
@@ -97,9 +97,9 @@ class RosPictures:
 
     def _camera(self, width: int, height: int, rate: float) -> Camera:
         known = None if self._info is None else camera_model(self._info, width, height)
-        focal = VIEW * width
+        focal = FOCAL_WIDTHS * width
         guessed = CameraModel(width=width, height=height, fx=focal, fy=focal, cx=width / 2, cy=height / 2)
-        mounting = Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, HEIGHT]))
+        mounting = Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, CAMERA_HEIGHT_M]))
         return Camera(model=known or guessed, mounting=mounting, rate=min(max(rate, 0.5), 60.0))
 
 

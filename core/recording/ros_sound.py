@@ -18,7 +18,7 @@ from rosbags.typesys.store import Typestore
 from core.install import install_packages
 from core.message import Array
 from core.recording.read_report import BadRecord, ReadReport
-from core.sensors.microphones import MOST, Sound
+from core.sensors.microphones import MAX_MICROPHONES, Sound
 
 RAW_AUDIO = "foxglove_msgs/msg/RawAudio"
 AUDIO_DATA, AUDIO_INFO = "audio_common_msgs/msg/AudioData", "audio_common_msgs/msg/AudioInfo"
@@ -72,7 +72,7 @@ class SampleForm:
 
     def checked(self) -> SampleForm:
         """The same form. Raises BadRecord for a rate, a number of channels or samples that cannot be."""
-        if not (RATES_HZ[0] <= self.rate <= RATES_HZ[1] and 1 <= self.channels <= MOST):
+        if not (RATES_HZ[0] <= self.rate <= RATES_HZ[1] and 1 <= self.channels <= MAX_MICROPHONES):
             raise BadRecord("its sound has no usable rate or number of channels")
         if not self.coding:
             _ = self.block_bytes

@@ -11,7 +11,7 @@ from core.recording.recording import LogSettings, ScanRecording, stamped
 from core.recording.scans import in_time_order, make_scan, scan_recording, spread
 from core.sensors import Scan
 
-FARTHEST = 81.0  # [m]: readings from here on mean that nothing came back
+MAX_RANGE_M = 81.0  # readings from here on mean that nothing came back
 
 
 def read(archive: Archive, settings: LogSettings) -> ScanRecording:
@@ -25,7 +25,7 @@ def read(archive: Archive, settings: LogSettings) -> ScanRecording:
         raise BadInput(f"{archive.path.name} holds more scans than log.most_readings_mb of the settings allows.")
     scans: list[Scan] = []
     used: list[int] = []
-    limits = (0.0, settings.range_max or FARTHEST)
+    limits = (0.0, settings.range_max or MAX_RANGE_M)
     for number, (stamp, row) in enumerate(zip(times.tolist(), ranges, strict=True)):
         try:
             scans.append(make_scan(stamp, row, spread(max(1, ranges.shape[1])), limits))

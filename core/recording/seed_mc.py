@@ -16,7 +16,7 @@ from core.recording.sightings import MOST_ROWS, Ids, SightingSteps, grouped
 from core.slam.motion import Increment, MotionSettings, steered
 
 CONTROLS = MotionSettings(model="paper")  # 40 Hz, wheelbase 0.10 m, Q of eq. 43: they made this log, whatever is set
-FRAME = 0.2  # [s] between still frames (section 6: 5 Hz)
+FRAME_PERIOD_S = 0.2  # between still frames (section 6: 5 Hz)
 SIGHTING_NOISE = 0.08, math.radians(1.0)  # [m], [rad] (eq 43)
 
 
@@ -51,4 +51,4 @@ def _take_still_frames(archive: Archive, run: int, steps: SightingSteps) -> None
     rows = archive.floats("still_obs", 5)
     frames = grouped(rows[rows[:, 0] == run, 1], rows[rows[:, 0] == run, 2:])
     for number, found in enumerate(frames.values()):
-        steps.add((number - len(frames)) * FRAME, Increment(), found)
+        steps.add((number - len(frames)) * FRAME_PERIOD_S, Increment(), found)

@@ -14,19 +14,19 @@ from core.message import Array
 from core.recording.source import open_file
 from core.sensors.microphones import Sound, usable
 
-LARGEST = 2_000_000_000  # [bytes] of a file
+MAX_FILE_BYTES = 2_000_000_000  # of a file
 LONGEST = 4 * 3600.0  # [s] of one sound
 MOST_SAMPLES = 300_000_000  # of all channels together
 MOST_CHANNELS = 64
-RATES = (4_000, 192_000)  # [Hz]
-PCM, FLOAT, EXTENSIBLE = 1, 3, 0xFFFE
+RATE_BOUNDS_HZ = (4_000, 192_000)
+PCM_CODE, FLOAT_CODE, EXTENSIBLE_CODE = 1, 3, 0xFFFE
 EXTENSION_TAIL = bytes.fromhex("000000001000800000aa00389b71")  # of the identifiers that stand for plain codes
 
 
 def read_sound(path: str | Path, stamp: float = 0.0) -> Sound:
     """A WAV, FLAC or Ogg file → its sound, as it is: no resampling. Raises BadInput with a sentence."""
     place = Path(path)
-    with open_file(place, LARGEST) as file:
+    with open_file(place, MAX_FILE_BYTES) as file:
         head = file.read(12)
     if head[:4] == b"RIFF" and head[8:] == b"WAVE":
         rate, samples = _wav(place)
@@ -52,14 +52,14 @@ def wav_bytes(sound: Sound) -> bytes:
     """A sound as the bytes of a 16-bit WAV file; what exceeds full scale is cut off."""
     whole = np.clip(np.round(sound.samples * 32768), -32768, 32767).astype("<i2").tobytes()
     width = 2 * sound.channels
-    form = struct.pack("<HHIIHH", PCM, sound.channels, sound.rate, sound.rate * width, width, 16)
+    form = struct.pack("<HHIIHH", PCM_CODE, sound.channels, sound.rate, sound.rate * width, width, 16)
     body = b"WAVEfmt " + struct.pack("<I", len(form)) + form + b"data" + struct.pack("<I", len(whole)) + whole
     return b"RIFF" + struct.pack("<I", len(body)) + body
 
 
 def _wav(path: Path) -> tuple[int, Array]:
     """Walk the chunks by the bytes that are there; the sizes in headers only ever shorten."""
-    with open_file(path, LARGEST) as file:
+    with open_file(path, MAX_FILE_BYTES) as file:
         size = file.seek(0, 2)
         form: bytes | None = None
         at = 12
@@ -83,12 +83,19 @@ def _samples(name: str, form: bytes, body: bytes) -> tuple[int, Array]:
     if len(form) < 16:
         raise BadInput(f"{name} has a format header that is too short; it is damaged.")
     code, channels, rate, pace, block, bits = struct.unpack("<HHIIHH", form[:16])
-    if code == EXTENSIBLE:
+    if code == EXTENSIBLE_CODE:
         if len(form) < 40 or form[26:40] != EXTENSION_TAIL:
             raise BadInput(f"{name} is coded in a way that is not read here; save it as 16-bit PCM.")
         code = int.from_bytes(form[24:26], "little")
     _check(name, rate, channels)
-    if (code, bits) not in ((PCM, 8), (PCM, 16), (PCM, 24), (PCM, 32), (FLOAT, 32), (FLOAT, 64)):
+    if (code, bits) not in (
+        (PCM_CODE, 8),
+        (PCM_CODE, 16),
+        (PCM_CODE, 24),
+        (PCM_CODE, 32),
+        (FLOAT_CODE, 32),
+        (FLOAT_CODE, 64),
+    ):
         raise BadInput(f"{name} has samples of code {code} with {bits} bits; save it as 16-bit PCM.")
     width = bits // 8
     if block != channels * width:
@@ -106,7 +113,7 @@ def _samples(name: str, form: bytes, body: bytes) -> tuple[int, Array]:
 
 def _decoded(body: bytes, code: int, width: int) -> Array:
     """Bytes of samples → numbers of full scale ±1."""
-    if code == FLOAT:
+    if code == FLOAT_CODE:
         return np.frombuffer(body, f"<f{width}").astype(np.float64)
     if width == 1:
         return (np.frombuffer(body, np.uint8).astype(np.float64) - 128) / 128
@@ -138,8 +145,8 @@ def _compressed(path: Path, kind: str) -> tuple[int, Array]:
 
 
 def _check(name: str, rate: int, channels: int) -> None:
-    if not RATES[0] <= rate <= RATES[1]:
-        raise BadInput(f"{name} says {rate} Hz; {RATES[0]} to {RATES[1]} Hz can be used.")
+    if not RATE_BOUNDS_HZ[0] <= rate <= RATE_BOUNDS_HZ[1]:
+        raise BadInput(f"{name} says {rate} Hz; {RATE_BOUNDS_HZ[0]} to {RATE_BOUNDS_HZ[1]} Hz can be used.")
     if not 1 <= channels <= MOST_CHANNELS:
         raise BadInput(f"{name} says {channels} channels; 1 to {MOST_CHANNELS} can be used.")
 

@@ -14,14 +14,14 @@ from core.geometry import Pose
 from core.message import Array, message
 from core.sensors.checks import are_finite
 
-LARGEST = 100_000  # bytes of an array profile
+MAX_PROFILE_BYTES = 100_000  # bytes of an array profile
 KEYS = ("name", "positions_m", "channels", "sample_rate_hz", "speed_of_sound_m_s", "position_sd_m")
-FEWEST, MOST = 2, 256  # microphones
+MIN_MICROPHONES, MAX_MICROPHONES = 2, 256  # microphones
 MAX_RATE_HZ = 1_000_000  # of samples
-FARTHEST = 5.0  # [m] of a microphone from the frame's origin
-LOUDEST = 1e6  # times full scale: files of floats in whole-number units have 3e4; the square of more says nothing
-HUGE = 1e300  # beyond, a number of a profile counts as not finite
-FLAT = 0.02  # thickness of the array, of its width, below which it is held to be flat
+MAX_COORDINATE_M = 5.0  # of a microphone from the frame's origin
+MAX_SAMPLE = 1e6  # times full scale: files of floats in whole-number units have 3e4; the square of more says nothing
+MAX_NUMBER = 1e300  # beyond, a number of a profile counts as not finite
+FLAT_SHARE = 0.02  # thickness of the array, of its width, below which it is held to be flat
 
 NO_NUMBERS = (
     "The sound holds samples that are no numbers, or far beyond full scale; the microphone's driver is at fault."
@@ -49,7 +49,7 @@ class Sound:
             return "its samples are no numbers"
         if not are_finite(self.stamp, self.rate) or self.rate > MAX_RATE_HZ:
             return "its rate or its time cannot be"
-        return "" if self.channels <= MOST else f"it has {self.channels} channels"
+        return "" if self.channels <= MAX_MICROPHONES else f"it has {self.channels} channels"
 
     @property
     def duration(self) -> float:
@@ -82,7 +82,7 @@ class Sound:
 
 def usable(samples: Array) -> bool:
     """Return whether samples of any shape are all numbers, and none is absurdly far beyond full scale."""
-    return bool(np.abs(samples).max(initial=0.0) <= LOUDEST)
+    return bool(np.abs(samples).max(initial=0.0) <= MAX_SAMPLE)
 
 
 def joined(older: Sound | None, newer: Sound | None, longest: float) -> Sound | None:
@@ -112,10 +112,14 @@ class MicrophoneArray:
 
     def __post_init__(self) -> None:
         shape = self.positions.shape
-        if len(shape) != 2 or shape[1] != 3 or not FEWEST <= shape[0] <= MOST:
-            raise BadInput(f"positions_m needs {FEWEST} to {MOST} rows of three numbers [x, y, z] in metres.")
-        if not np.isfinite(self.positions).all() or np.abs(self.positions).max() > FARTHEST:
-            raise BadInput(f"Microphone positions must be finite and within {FARTHEST:g} m; are they in metres?")
+        if len(shape) != 2 or shape[1] != 3 or not MIN_MICROPHONES <= shape[0] <= MAX_MICROPHONES:
+            raise BadInput(
+                f"positions_m needs {MIN_MICROPHONES} to {MAX_MICROPHONES} rows of three numbers [x, y, z] in metres."
+            )
+        if not np.isfinite(self.positions).all() or np.abs(self.positions).max() > MAX_COORDINATE_M:
+            raise BadInput(
+                f"Microphone positions must be finite and within {MAX_COORDINATE_M:g} m; are they in metres?"
+            )
         if not self.channels:
             object.__setattr__(self, "channels", tuple(range(shape[0])))
         if len(self.channels) != shape[0]:
@@ -148,7 +152,7 @@ class MicrophoneArray:
     def dimensions(self) -> int:
         """0 one point, 1 a line, 2 a plane, 3 a volume."""
         extent = self.axes[1]
-        return int(np.count_nonzero(extent > max(FLAT * float(extent[0]), 1e-4)))
+        return int(np.count_nonzero(extent > max(FLAT_SHARE * float(extent[0]), 1e-4)))
 
     @property
     def normal(self) -> Array:
@@ -217,7 +221,7 @@ def load_array(path: str | Path) -> MicrophoneArray:
         return ARRAYS[str(path)]
     file = Path(path)
     try:
-        if file.stat().st_size > LARGEST:
+        if file.stat().st_size > MAX_PROFILE_BYTES:
             raise BadInput(f"{file.name} is too large for an array profile; a few lines are expected.")
         fields = tomllib.loads(file.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as trouble:
@@ -272,6 +276,6 @@ def _whole(value: object) -> int:
 
 
 def _number(value: object, key: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not -HUGE < value < HUGE:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not -MAX_NUMBER < value < MAX_NUMBER:
         raise BadInput(f"{key} must hold finite numbers only.")
     return float(value)

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from core.setting import Meta, Section
 
-RATE = 16_000  # [Hz] of all sound that goes into a recognizer
-PIECE = 0.2  # [s] of a room's sound, at least, that are read at once
+RATE_HZ = 16_000  # of all sound that goes into a recognizer
+PIECE_S = 0.2  # of a room's sound, at least, that are read at once
 VOICE_PIECE = 0.05  # [s] the same while someone speaks, and shortly after: they wait for an answer
 MOST_WAITING = 8.0  # [s] of it that may wait while words are read; older sound is not heard
 

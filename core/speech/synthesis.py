@@ -40,19 +40,19 @@ ACCENTS = (
 TIMBRES = ("m1", "m2", "m3", "m4", "m5", "m6", "m7", "m8", "f1", "f2", "f3", "f4", "f5")
 ENGLISH_VOICES = (*ACCENTS, *(f"en-us+{timbre}" for timbre in TIMBRES))
 """Every English accent of espeak-ng that reads Latin letters, and its numbered men and women."""
-NATURAL = 175  # [words/min] of espeak-ng by itself
+NATURAL_WORDS_MIN = 175  # [words/min] of espeak-ng by itself
 PERSONS_VOICE = "en-us+f5"  # of simulated people: not the robot's own, and the one that is understood best
-LONGEST = 500  # characters of a text
-PATIENCE = 10.0  # [s] for the program
+MAX_CHARACTERS = 500  # characters of a text
+PROGRAM_TIMEOUT_S = 10.0  # for the program
 NO_VOICE = (
     f"Text cannot be spoken here: install the extra voice ({install_extra('voice')}) "
     "or the program espeak-ng (Debian: apt install espeak-ng)."
 )
 
-SYNCHRONOUS, NO_EXIT = 2, 0x8000  # of espeak_Initialize
+SYNCHRONOUS_MODE, NO_EXIT = 2, 0x8000  # of espeak_Initialize
 BY_CHARACTER, UTF_8 = 1, 1  # of espeak_Synth
-SPEED, PITCH = 1, 3  # of espeak_SetParameter
-SEED = 1  # of its hiss
+SPEED_PARAMETER, PITCH_PARAMETER = 1, 3  # of espeak_SetParameter
+HISS_SEED = 1  # of its hiss
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class VoiceSettings(Section):
 def drawn_voice(chance: np.random.Generator) -> VoiceSettings:
     """Any of the English voices, at its natural pace ± 15 %."""
     voice = ENGLISH_VOICES[int(chance.integers(len(ENGLISH_VOICES)))]
-    return VoiceSettings(voice=voice, speed=round(NATURAL * float(chance.uniform(0.85, 1.15))))
+    return VoiceSettings(voice=voice, speed=round(NATURAL_WORDS_MIN * float(chance.uniform(0.85, 1.15))))
 
 
 Speaker = Callable[[str, VoiceSettings], Sound]
@@ -86,8 +86,8 @@ def speak(text: str, settings: VoiceSettings | None = None, speakers: Sequence[S
     plain = " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
     if not any(letter.isalnum() for letter in plain):
         raise BadInput("There is nothing to say in that text.")
-    if len(plain) > LONGEST:
-        raise BadInput(f"Say at most {LONGEST} characters at once.")
+    if len(plain) > MAX_CHARACTERS:
+        raise BadInput(f"Say at most {MAX_CHARACTERS} characters at once.")
     for speaker in (by_library, by_program) if speakers is None else speakers:
         try:
             sound = speaker(plain, settings or VoiceSettings())
@@ -124,7 +124,10 @@ def by_program(text: str, settings: VoiceSettings) -> Sound:
     chosen = ["-v", settings.voice, "-s", str(settings.speed), "-p", str(settings.pitch)]
     try:
         done = subprocess.run(
-            [program, "--stdin", "--stdout", *chosen], input=text.encode(), capture_output=True, timeout=PATIENCE
+            [program, "--stdin", "--stdout", *chosen],
+            input=text.encode(),
+            capture_output=True,
+            timeout=PROGRAM_TIMEOUT_S,
         )
     except (OSError, subprocess.TimeoutExpired):
         raise Unavailable("The program espeak-ng does not answer.") from None
@@ -163,10 +166,10 @@ class SpeechLibrary:
         """The library as after its start, and the rate [Hz] of its sound. Raises OSError."""
         calls: Any = ctypes.CDLL(self._path)
         try:
-            rate = int(calls.espeak_Initialize(SYNCHRONOUS, 0, self._data, NO_EXIT))
+            rate = int(calls.espeak_Initialize(SYNCHRONOUS_MODE, 0, self._data, NO_EXIT))
             if rate <= 0:
                 raise OSError("espeak-ng found no data")
-            calls.espeak_ng_SetRandSeed(ctypes.c_long(SEED))
+            calls.espeak_ng_SetRandSeed(ctypes.c_long(HISS_SEED))
             calls.espeak_SetSynthCallback(self._callback)
             yield calls, rate
             calls.espeak_Terminate()
@@ -179,8 +182,8 @@ class SpeechLibrary:
         with self._turn, self._loaded() as (calls, rate):
             self._pieces.clear()
             calls.espeak_SetVoiceByName(settings.voice.encode())
-            calls.espeak_SetParameter(SPEED, settings.speed, 0)
-            calls.espeak_SetParameter(PITCH, settings.pitch, 0)
+            calls.espeak_SetParameter(SPEED_PARAMETER, settings.speed, 0)
+            calls.espeak_SetParameter(PITCH_PARAMETER, settings.pitch, 0)
             trouble = calls.espeak_Synth(raw, ctypes.c_size_t(len(raw) + 1), 0, BY_CHARACTER, 0, UTF_8, None, None)
             whole = b"".join(self._pieces)
         if trouble:

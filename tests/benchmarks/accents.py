@@ -22,7 +22,7 @@ from core.message import Array
 from core.speech.recognition.engines import ENGINES, open_engine
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import SpeechSettings
-from core.speech.synthesis import ENGLISH_VOICES, NATURAL, VoiceSettings, speak
+from core.speech.synthesis import ENGLISH_VOICES, NATURAL_WORDS_MIN, VoiceSettings, speak
 from tests.benchmarks.voices import RIGHT, STOPPED, WRONG, Noises, as_cut, outcome_of_all
 from tests.benchmarks.word_hearing import padded
 
@@ -102,7 +102,7 @@ def drawn(seed: int) -> list[tuple[str, float]]:
 
 def said(text: str, voice: str, seed: int, pace: float = 1.0) -> Array:
     """A sentence at 16 kHz (N,), with faint noise around it."""
-    settings = VoiceSettings(voice=voice, speed=round(pace * NATURAL))
+    settings = VoiceSettings(voice=voice, speed=round(pace * NATURAL_WORDS_MIN))
     return padded(for_words(speak(text, settings)).samples[:, 0], seed)
 
 

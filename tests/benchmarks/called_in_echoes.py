@@ -33,7 +33,7 @@ from core.sensors.resampling import resampled
 from core.settings import Settings
 from core.simulation.settings import HardWall
 from core.simulation.world import world_named
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.synthesis import drawn_voice, pcm, speak
 from tests.benchmarks.carried_out import carried_out
 
@@ -123,7 +123,7 @@ def degrees(angle: float) -> float:
 
 def at_rate_of_words(said: Sound) -> bytes:
     """A voice as 16-bit samples at the rate of the words."""
-    samples = resampled(said.samples[:, 0], said.rate, RATE)
+    samples = resampled(said.samples[:, 0], said.rate, RATE_HZ)
     return (samples * 32767).clip(-32768, 32767).astype("<i2").tobytes()
 
 

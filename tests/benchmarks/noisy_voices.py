@@ -23,7 +23,7 @@ from core.sensors.microphones import Sound
 from core.speech.recognition.decision import Decision
 from core.speech.recognition.engines import ENGINES, open_engine
 from core.speech.recognition.recognizer import Recognizer, StreamingRecognizer, Utterance
-from core.speech.settings import PIECE, SpeechSettings
+from core.speech.settings import PIECE_S, SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.understanding.grammar import Refusal, understand
@@ -85,7 +85,7 @@ LISTENERS = {
 
 def decisions(ears: StreamingRecognizer, sound: Sound) -> list[Decision]:
     """All that is decided about a sound that comes in as from a room."""
-    heard = [one for piece in sound.pieces(PIECE) for one in ears.feed(piece)]
+    heard = [one for piece in sound.pieces(PIECE_S) for one in ears.feed(piece)]
     return [one.decision for one in (*heard, *ears.finish()) if one.final]
 
 

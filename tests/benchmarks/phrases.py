@@ -29,7 +29,7 @@ from core.speech.recognition.decision import Decision, Sentence, log_odds
 from core.speech.recognition.engines import open_engine
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import SpeechSettings
-from core.speech.synthesis import ACCENTS, NATURAL, VoiceSettings, speak
+from core.speech.synthesis import ACCENTS, NATURAL_WORDS_MIN, VoiceSettings, speak
 from core.speech.understanding.grammar import Refusal, says_stop, understand
 from tests.benchmarks.accents import drawn
 from tests.benchmarks.voices import (
@@ -167,7 +167,7 @@ def spoken(data: Path, decide: Decide, every: int, say: Say) -> None:
         found: Counter[str] = Counter()
         for number, (words, may) in enumerate(rows):
             voice, pitch = UNUSED_VOICES[number % len(UNUSED_VOICES)]
-            sound = speak(words, VoiceSettings(voice=voice, pitch=pitch, speed=NATURAL))
+            sound = speak(words, VoiceSettings(voice=voice, pitch=pitch, speed=NATURAL_WORDS_MIN))
             decisions = decide(padded(for_words(sound).samples[:, 0], number))
             result = judged((one.command for one in decisions), may)
             found[result] += 1

@@ -22,7 +22,7 @@ from core.message import Array
 from core.navigation.places import NamedPlace
 from core.speech.recognition.decision import Decision
 from core.speech.recognition.engines import open_engine
-from core.speech.settings import RATE, SpeechSettings
+from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.synthesis import ENGLISH_VOICES
 from core.speech.understanding.place_names import check_name_apart, place_phrases
 from core.speech.whisper.recognizer import WhisperRecognizer
@@ -53,7 +53,7 @@ def places() -> tuple[NamedPlace, ...]:
 def echoed(samples: Array, seed: int) -> Array:
     """Samples (N,) as they sound in a room."""
     chance = np.random.default_rng(seed)
-    length = round(TAIL_S * RATE)
+    length = round(TAIL_S * RATE_HZ)
     tail = chance.normal(size=length) * 10 ** (-3.0 * np.arange(length) / length)
     tail *= 10 ** (TAIL_DB / 20) / np.sqrt(np.sum(tail**2))
     tail[0] = 1.0

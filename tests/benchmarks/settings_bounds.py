@@ -28,7 +28,7 @@ from core.setting import declared_settings
 from core.settings import Settings
 from core.slam.scan_matching.scan_odometry import ScanOdometry
 from core.speech.recognition.recognizer import for_words
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.sphinx.keyword_spotting import BeamformedStop, SphinxKeywordSpotter
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from core.speech.transcription.transcriber import Transcriber
@@ -126,7 +126,7 @@ def words(settings: Settings) -> None:
         transcriber.feed(piece)
         spotter.feed(piece)
     transcriber.finish()
-    BeamformedStop(chosen).find(mono(spoken()), len(spoken()) / RATE - 1.0)
+    BeamformedStop(chosen).find(mono(spoken()), len(spoken()) / RATE_HZ - 1.0)
 
 
 def voice(settings: Settings) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 
 from core.experiments.spoken_room import length_of_words
 from core.speech.recognition.recognizer import for_words, pcm
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from tests.benchmarks.running_console import Console, console
 
@@ -44,7 +44,7 @@ def said(running: Console, text: str, voice: str) -> dict[str, Any]:
     samples = pcm(for_words(speak(text, VoiceSettings(voice=voice))).samples[:, 0])
     known = {one["id"] for one in running.get("/api/hearing")["utterances"]}
     running.post("/api/sim/say", {"pcm": base64.b64encode(samples).decode(), "id": "Ann"})
-    end = time.monotonic() + length_of_words(samples, RATE)
+    end = time.monotonic() + length_of_words(samples, RATE_HZ)
     outcome: dict[str, Any] = {"said": text, "read": "", "known": None, "moves": None, "refused": ""}
     while time.monotonic() < end + PATIENCE and outcome["moves"] is None and not outcome["refused"]:
         time.sleep(EVERY)

@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from console.speech.browser_microphone import PIECE
+from console.speech.browser_microphone import MICROPHONE_PIECE_S
 from core.message import Array
 from core.sensors.microphones import Sound
 from core.speech.recognition.engines import open_engine
 from core.speech.recognition.recognizer import KeywordSpotter, for_words
-from core.speech.settings import RATE, SpeechSettings
+from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.sphinx.keyword_spotting import SphinxKeywordSpotter
 from core.speech.synthesis import ENGLISH_VOICES, VoiceSettings, speak
 from core.speech.transcription.transcriber import Transcriber
@@ -52,7 +52,7 @@ def spoken(text: str, voice: str, pace: int, level: float) -> Clip:
 def stopped_at(transcriber: Transcriber, samples: Array) -> float | None:
     """When [s] the chain decides to stop, had the sound come in as it is spoken; None: never."""
     ready = 0.0
-    for piece in Sound(stamp=0.0, rate=RATE, samples=samples[:, None]).pieces(PIECE):
+    for piece in Sound(stamp=0.0, rate=RATE_HZ, samples=samples[:, None]).pieces(MICROPHONE_PIECE_S):
         begun = time.process_time()
         heard = transcriber.feed(piece)
         ready = max(ready, piece.stamp + piece.duration) + time.process_time() - begun
@@ -65,9 +65,9 @@ def false_stops(transcriber: Transcriber, data: Path) -> dict[str, Any]:
     """STOPs in real speech without the word."""
     clips = [clip for kind, clip in real(data) if kind not in ("real-digit", "noise")]
     sound = np.concatenate([padded(clip.samples, n, 0.6, 0.6) for n, clip in enumerate(clips)])
-    whole = Sound(stamp=0.0, rate=RATE, samples=sound[:, None])
+    whole = Sound(stamp=0.0, rate=RATE_HZ, samples=sound[:, None])
     begun = time.process_time()
-    count = sum(one.decision.stops for piece in whole.pieces(PIECE) for one in transcriber.feed(piece))
+    count = sum(one.decision.stops for piece in whole.pieces(MICROPHONE_PIECE_S) for one in transcriber.feed(piece))
     return {
         "stops": count,
         "seconds": round(whole.duration),

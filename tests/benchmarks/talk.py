@@ -20,7 +20,7 @@ from core.recording.sound_file import read_sound
 from core.sensors.microphones import Sound
 from core.speech.recognition.engines import ActiveEngine, open_engine
 from core.speech.recognition.recognizer import for_words
-from core.speech.settings import PIECE, RATE, SpeechSettings
+from core.speech.settings import PIECE_S, RATE_HZ, SpeechSettings
 from core.speech.transcription.transcriber import Transcriber
 from tests.benchmarks.carried_out import carried_out
 from tests.benchmarks.word_hearing import padded
@@ -45,9 +45,9 @@ def listened(files: list[Path], name: str, part: int) -> dict[str, Any]:
         except BadInput:
             continue
         told["files"] += 1
-        told["seconds"] += len(samples) / RATE
-        sound = Sound(stamp=1000.0 * n, rate=RATE, samples=samples[:, None])
-        heard = [one for piece in sound.pieces(PIECE) for one in ears.feed(piece)] + list(ears.finish())
+        told["seconds"] += len(samples) / RATE_HZ
+        sound = Sound(stamp=1000.0 * n, rate=RATE_HZ, samples=samples[:, None])
+        heard = [one for piece in sound.pieces(PIECE_S) for one in ears.feed(piece)] + list(ears.finish())
         told["pieces"] += sum(one.final for one in heard)
         for one in heard:
             command = one.decision.command

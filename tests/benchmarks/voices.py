@@ -36,7 +36,7 @@ from core.sensors.resampling import resampled
 from core.speech.recognition.decision import Decision, RecognizedUtterance, Sentence, log_odds
 from core.speech.recognition.engines import ENGINES, open_engine
 from core.speech.recognition.recognizer import Recognizer, Utterance
-from core.speech.settings import RATE, SpeechSettings
+from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.understanding.grammar import Refusal, understand
 from core.speech.whisper.log_mel import log_mel
@@ -50,7 +50,7 @@ RATIOS = (20, 10, 5)  # [dB] of the voice over the noise
 
 def utterance(samples: Array) -> Utterance:
     """A clip as one utterance."""
-    sound = Sound(stamp=0.0, rate=RATE, samples=samples[:, None])
+    sound = Sound(stamp=0.0, rate=RATE_HZ, samples=samples[:, None])
     return Utterance(sound=sound, begin=0.0, end=sound.duration)
 
 
@@ -132,7 +132,7 @@ def heard_numbers(recognizer: Recognizer, clips: Iterable[tuple[str, str, Clip]]
     for kind, wanted, clip in clips:
         meant = Sentence(wanted).meaning
         for warp in WARPS if kind.startswith("digit") else (1.0,):
-            samples = clip.samples if warp == 1.0 else resampled(clip.samples, RATE, round(warp * RATE))
+            samples = clip.samples if warp == 1.0 else resampled(clip.samples, RATE_HZ, round(warp * RATE_HZ))
             decision = recognizer.decide(utterance(samples))
             heard = Sentence(decision.words).meaning
             if meant[1] and heard[1]:
@@ -184,7 +184,7 @@ def as_cut(recognizer: Recognizer, settings: SpeechSettings) -> Decide:
     def decide(samples: Array) -> list[Decision]:
         ears = Transcriber(settings, recognizer=recognizer)
         heard: list[RecognizedUtterance] = []
-        for piece in Sound(stamp=0.0, rate=RATE, samples=samples[:, None]).pieces(PIECE_S):
+        for piece in Sound(stamp=0.0, rate=RATE_HZ, samples=samples[:, None]).pieces(PIECE_S):
             heard += ears.feed(piece)
         return [one.decision for one in (*heard, *ears.finish()) if one.final]
 
@@ -242,7 +242,7 @@ def talk(recognizer: Recognizer, settings: SpeechSettings, data: Path) -> dict[s
     sound = np.concatenate([padded(clip.samples, n, 0.6, 0.6) for n, clip in enumerate(clips)])
     told = [one.heard.decision for one in listened(Transcriber(settings, recognizer=recognizer), sound, 0.0)]
     moved = [one.echo for one in told if one.command is not None and not one.stops]
-    return {"seconds": round(len(sound) / RATE), "pieces": len(told), "motions": moved}
+    return {"seconds": round(len(sound) / RATE_HZ), "pieces": len(told), "motions": moved}
 
 
 def resident() -> float:

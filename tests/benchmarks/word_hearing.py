@@ -12,7 +12,7 @@ from core.message import Array
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.recognizer import StreamingRecognizer, for_words
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.transcription.array_transcriber import PLAIN, WET, BeamReadings
 from core.speech.understanding.grammar import OTHER_WORDS, Refusal, understand
 from tests.benchmarks.word_scenes import LEAD, TAIL
@@ -49,10 +49,12 @@ def listened(transcriber: StreamingRecognizer, samples: Array, stamp: float) -> 
     ready = 0.0
     channels = samples.shape[1] if samples.ndim == 2 else 1
     for at in range(0, len(samples), PIECE):
-        piece = Sound(stamp=stamp + at / RATE, rate=RATE, samples=samples[at : at + PIECE].reshape(-1, channels))
+        piece = Sound(
+            stamp=stamp + at / RATE_HZ, rate=RATE_HZ, samples=samples[at : at + PIECE].reshape(-1, channels)
+        )
         begun = time.process_time()
         found = transcriber.feed(piece)
-        ready = max(ready, (at + PIECE) / RATE) + time.process_time() - begun
+        ready = max(ready, (at + PIECE) / RATE_HZ) + time.process_time() - begun
         told += [Told(one, ready) for one in found]
     return told + [Told(one, ready) for one in transcriber.finish()]
 
@@ -60,7 +62,7 @@ def listened(transcriber: StreamingRecognizer, samples: Array, stamp: float) -> 
 def padded(samples: Array, seed: int, lead: float = LEAD, tail: float = TAIL) -> Array:
     """A clip with faint noise before, behind and beneath it."""
     rng = np.random.default_rng(seed)
-    whole = np.concatenate((np.zeros(int(lead * RATE)), samples, np.zeros(int(tail * RATE))))
+    whole = np.concatenate((np.zeros(int(lead * RATE_HZ)), samples, np.zeros(int(tail * RATE_HZ))))
     return whole + 3e-4 * rng.normal(size=len(whole))
 
 

@@ -16,7 +16,7 @@ from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound
 from core.simulation.acoustics.noise import Motors
 from core.simulation.acoustics.shoebox import ShoeboxRoom, heard, impulse_responses, plane_waves
 from core.speech.recognition.recognizer import for_words
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 
 ARRAY = RESPEAKER_ODAS
 LEAD, TAIL = 0.7, 0.8  # [s] without a voice around every clip
@@ -97,27 +97,27 @@ def scene(
     azimuth = rng.uniform(-0.2, math.pi / 2 + 0.2)
     mouth = centre + np.array([DISTANCE * math.cos(azimuth), DISTANCE * math.sin(azimuth), 0.8])
     mouth[:2] = np.clip(mouth[:2], 0.4, (5.6, 4.6))
-    dry = np.concatenate((np.zeros(int(LEAD * RATE)), clip.samples, np.zeros(int(TAIL * RATE))))
-    voice = heard(dry, impulse_responses(room, mouth, centre + ARRAY.positions, RATE, rng))
-    loud = np.sqrt(np.mean(voice[int(LEAD * RATE) : -int(TAIL * RATE)] ** 2))
+    dry = np.concatenate((np.zeros(int(LEAD * RATE_HZ)), clip.samples, np.zeros(int(TAIL * RATE_HZ))))
+    voice = heard(dry, impulse_responses(room, mouth, centre + ARRAY.positions, RATE_HZ, rng))
+    loud = np.sqrt(np.mean(voice[int(LEAD * RATE_HZ) : -int(TAIL * RATE_HZ)] ** 2))
     if condition.noise == "babble":
         noise = _babble(rng, babble, len(dry), ARRAY)
     elif condition.noise == "recorded":
         noise = _from_one_side(rng, np.resize(recorded[seed % len(recorded)], len(dry)))
     elif condition.noise == "motors":
-        motors = Motors(rng, ARRAY.positions, RATE)
+        motors = Motors(rng, ARRAY.positions, RATE_HZ)
         motors.take(1, *DRIVING)  # it drives already
         noise = motors.take(len(dry), *DRIVING)
     else:
         noise = rng.normal(size=voice.shape)
     noise /= np.sqrt(np.mean(noise**2))
-    return Sound(stamp=0.0, rate=RATE, samples=0.05 * (voice / loud + 10 ** (-condition.ratio / 20) * noise))
+    return Sound(stamp=0.0, rate=RATE_HZ, samples=0.05 * (voice / loud + 10 ** (-condition.ratio / 20) * noise))
 
 
 def _from_one_side(rng: np.random.Generator, noise: Array) -> Array:
     """A noise (N,) far away on one side, (N, M)."""
     towards = rng.normal(size=(1, 3)) * (1, 1, 0.2)
-    return plane_waves(noise[None], towards / np.linalg.norm(towards), ARRAY.positions, RATE)
+    return plane_waves(noise[None], towards / np.linalg.norm(towards), ARRAY.positions, RATE_HZ)
 
 
 def _babble(rng: np.random.Generator, voices: list[Array], length: int, array: MicrophoneArray) -> Array:
@@ -125,4 +125,4 @@ def _babble(rng: np.random.Generator, voices: list[Array], length: int, array: M
     towards = rng.normal(size=(TALKERS, 3)) * (1, 1, 0.2)
     towards /= np.linalg.norm(towards, axis=1, keepdims=True)
     spoken = [np.roll(np.resize(voices[n % len(voices)], length), rng.integers(length)) for n in range(TALKERS)]
-    return plane_waves(np.array([one / one.std() for one in spoken]), towards, array.positions, RATE)
+    return plane_waves(np.array([one / one.std() for one in spoken]), towards, array.positions, RATE_HZ)

@@ -21,7 +21,7 @@ import numpy as np
 
 from core.speech.recognition.decision import Decision, Scores, Sentence, Thresholds, decide
 from core.speech.recognition.recognizer import Recognizer, StreamingRecognizer, Utterance, pcm
-from core.speech.settings import RATE, SpeechSettings
+from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.sphinx.decoder import grammar_decoder
 from core.speech.sphinx.dictation import SphinxDictation
 from core.speech.sphinx.jsgf import plain_grammar, written
@@ -63,7 +63,7 @@ def talk(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
     """Real speech for all its length, as one long sound."""
     clips = [clip for kind, clip in real(data) if kind != "real-digit"]
     sound = np.concatenate([padded(clip.samples, n, 0.6, 0.6) for n, clip in enumerate(clips)])
-    figures: dict[str, Any] = {"seconds": round(len(sound) / RATE, 1)}
+    figures: dict[str, Any] = {"seconds": round(len(sound) / RATE_HZ, 1)}
     for name, recognizer in (("ours", Sphinx(settings)), ("plain grammar", PlainGrammar(settings))):
         begun = time.process_time()
         told = listened(Transcriber(settings, recognizer=recognizer), sound, 0.0)
@@ -94,7 +94,7 @@ def near(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
         samples = padded(clip.samples, n)
         begun = time.process_time()
         told = listened(transcriber, samples, 100.0 * n)
-        worked, audio = worked + time.process_time() - begun, audio + len(samples) / RATE
+        worked, audio = worked + time.process_time() - begun, audio + len(samples) / RATE_HZ
         kept[outcome(told, clip.text)] += 1
         if outcome(told, clip.text) != "right":
             lost.append(
@@ -130,7 +130,7 @@ def numbers(data: Path, settings: SpeechSettings, say: Callable[[str], None]) ->
     wrong: list[tuple[str, ...]] = []
     for n, clip in enumerate(clip for kind, clip in real(data) if kind == "real-digit"):
         level = np.abs(host.samples).max() / max(np.abs(clip.samples).max(), 1e-9)
-        pause = np.zeros(int(0.08 * RATE))
+        pause = np.zeros(int(0.08 * RATE_HZ))
         parts = (host.samples[:begin], pause, level * clip.samples, pause, host.samples[end:])
         told = listened(transcriber, padded(np.concatenate(parts), n), 100.0 * n)
         result = outcome(told, f"continue {clip.text} meters")
@@ -150,7 +150,7 @@ def hole(host: Clip) -> tuple[int, int]:
     decoder.process_raw(pcm(host.samples), full_utt=True)
     decoder.end_utt()
     found = next(one for one in decoder.seg() if one.word.startswith("one"))
-    return int(0.01 * found.start_frame * RATE), int(0.01 * (found.end_frame + 1) * RATE)
+    return int(0.01 * found.start_frame * RATE_HZ), int(0.01 * (found.end_frame + 1) * RATE_HZ)
 
 
 def noise(
@@ -202,7 +202,7 @@ def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
         told = listened(transcriber, padded(clip.samples, n), 100.0 * n)
         early = [one for one in told if not one.heard.final]
         missed += not early
-        audio += len(clip.samples) / RATE
+        audio += len(clip.samples) / RATE_HZ
         after_sentence += [one.ready - (one.heard.end - 100.0 * n) for one in told if one.heard.final]
         if early:
             after_word.append(early[0].ready - (end_of_stop(clip) + LEAD))

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, expect
 
 from core.errors import BeckonError
 from core.experiments.live_speech_loop import LiveSpeechLoop
-from core.experiments.speech_loop import RATE
+from core.experiments.speech_loop import RATE_HZ
 from core.experiments.speech_quality import Setting, received_at, responses_at
 from core.recording.sound_file import write_wav
 from core.sensors.microphones import Sound
@@ -33,10 +33,10 @@ def chromium_flags(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     except BeckonError as absent:
         pytest.skip(str(absent))
     heard = received_at(np.random.default_rng(1), loop.played, responses_at(NEAR), NEAR.ratio)
-    quiet = 1e-4 * np.random.default_rng(2).normal(size=RATE // 2)
-    samples = np.concatenate((quiet, 0.5 * heard / np.abs(heard).max(), quiet, np.zeros(60 * RATE)))
+    quiet = 1e-4 * np.random.default_rng(2).normal(size=RATE_HZ // 2)
+    samples = np.concatenate((quiet, 0.5 * heard / np.abs(heard).max(), quiet, np.zeros(60 * RATE_HZ)))
     file = tmp_path_factory.mktemp("room") / "room.wav"
-    write_wav(file, Sound(stamp=0.0, rate=RATE, samples=samples[:, None]))
+    write_wav(file, Sound(stamp=0.0, rate=RATE_HZ, samples=samples[:, None]))
     return [
         *FLAT,
         "--use-fake-device-for-media-stream",

@@ -23,7 +23,7 @@ from core.sensors.microphones import RESPEAKER_ODAS, Sound, load_array
 from core.settings import Settings
 from core.simulation.acoustics.shoebox import plane_waves
 from core.speech.recognition.decision import RecognizedUtterance
-from core.speech.settings import PIECE, RATE, SpeechSettings
+from core.speech.settings import PIECE_S, RATE_HZ, SpeechSettings
 from core.speech.synthesis import can_speak, speak
 from tests.console.live import Live
 from tests.core.speech.ears import sure
@@ -36,12 +36,12 @@ def spoken_from(azimuth: float, words: str) -> Sound:
     from scipy.signal import resample_poly
 
     sound = speak(words)
-    dry = resample_poly(sound.samples[:, 0], RATE, sound.rate)
-    whole = np.concatenate((np.zeros(RATE), dry, np.zeros(RATE)))
+    dry = resample_poly(sound.samples[:, 0], RATE_HZ, sound.rate)
+    whole = np.concatenate((np.zeros(RATE_HZ), dry, np.zeros(RATE_HZ)))
     towards = np.array([[math.cos(azimuth), math.sin(azimuth), 0.0]])
-    heard = plane_waves(whole[None], towards, RESPEAKER_ODAS.positions, RATE)
+    heard = plane_waves(whole[None], towards, RESPEAKER_ODAS.positions, RATE_HZ)
     noise = 5e-4 * np.random.default_rng(3).normal(size=heard.shape)
-    return Sound(stamp=0.0, rate=RATE, samples=heard + noise)
+    return Sound(stamp=0.0, rate=RATE_HZ, samples=heard + noise)
 
 
 TRIES = 3
@@ -69,7 +69,7 @@ def test_a_console_obeys_what_another_program_hears(live: Live, tmp_path: Path) 
         settings = replace(Settings(), speech=SpeechSettings(engine="sphinx"))
         writer = TextFileWriter(tmp_path, "--text-files")
         for _ in range(TRIES):  # what a busy computer reads too late is refused, and said again
-            listen(read_sound(tmp_path / "said.wav").pieces(PIECE), settings, load_array("respeaker-odas"), writer)
+            listen(read_sound(tmp_path / "said.wav").pieces(PIECE_S), settings, load_array("respeaker-odas"), writer)
             live.until(lambda: (tmp_path / SPEECH).read_text() == "")
             if live.until(answered)["state"] in ("running", "done"):
                 break

@@ -23,7 +23,7 @@ import msgspec
 from core.geometry import Pose
 from core.robots.requests import FloorPlan, PlaceThing, ReadPlan, Speak
 from core.speech.recognition.recognizer import for_words, pcm
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from tests.emulators.camera import CameraEmulator
 from tests.emulators.foxglove import FoxgloveEmulator
@@ -98,7 +98,7 @@ class Served:
                 self.world.ask(PlaceThing(what="person", id=SPEAKER, x_m=asked["x"], y_m=asked["y"]))
             case "say":
                 samples = pcm(for_words(speak(asked["text"], VoiceSettings(voice=PERSONS_VOICE))).samples[:, 0])
-                self.world.ask(Speak(id=SPEAKER, pcm=samples, rate_hz=RATE))
+                self.world.ask(Speak(id=SPEAKER, pcm=samples, rate_hz=RATE_HZ))
             case "cut" | "restore":
                 for part in self.parts:
                     part.stop() if asked["do"] == "cut" else part.start()

@@ -12,7 +12,7 @@ from core.message import Array
 from core.recording.sound_file import read_sound
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.recognizer import for_words
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.synthesis import PERSONS_VOICE
 from core.speech.transcription.transcriber import Transcriber
 from tests.benchmarks.spoken_stop import clips
@@ -85,4 +85,4 @@ def test_a_sentence_cut_off_by_the_button_is_not_obeyed(shared_data):
 def test_the_benchmark_of_stop_knows_when_its_word_is_over(shared_data, voice):
     pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
     spoken = clips(shared_data)[voice]
-    assert 0.2 < end_of_stop(spoken) < 0.7 * len(spoken.samples) / RATE
+    assert 0.2 < end_of_stop(spoken) < 0.7 * len(spoken.samples) / RATE_HZ

@@ -23,7 +23,7 @@ from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
 from core.recording.ros import seconds_of, stamp_of, turned_over
 from core.recording.ros_frames import FrameTree, flat
-from core.recording.ros_pictures import VIEW, camera_model, raw_pixels
+from core.recording.ros_pictures import FOCAL_WIDTHS, camera_model, raw_pixels
 from core.recording.ros_sound import AUDIO_STAMPED, RAW_AUDIO, SampleForm, is_packed_sound, raw_audio
 from core.recording.scans import make_scan
 from core.robots.device import Base, Equipment
@@ -405,7 +405,7 @@ class RosSensors:
         model = camera_model(self._info, width, height) if self._info is not None else None
         if model is None:
             self.notices.append(f"{self.topics.image} comes from a camera that is not calibrated; calibrate it.")
-            focal = VIEW * width
+            focal = FOCAL_WIDTHS * width
             model = CameraModel(
                 width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2
             )

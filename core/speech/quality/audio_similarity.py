@@ -13,12 +13,12 @@ from core.install import install_packages
 from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.speech.quality.stoi import si_sdr, stoi
-from core.speech.quality.time_alignment import RATE, AlignedRecordings, match
+from core.speech.quality.time_alignment import RATE_HZ, AlignedRecordings, match
 
-FULL = 0.999  # of full scale, from which a sample counts as clipped
-RUN = 3  # that many clipped samples together are clipping rather than a peak
-FRAME = 0.02  # [s] in which the level is measured
-QUIET = 10  # percentile of the frames' levels that is the noise floor
+CLIPPED_LEVEL = 0.999  # of full scale, from which a sample counts as clipped
+CLIPPED_SAMPLES = 3  # that many clipped samples together are clipping rather than a peak
+FRAME_S = 0.02  # in which the level is measured
+NOISE_PERCENTILE = 10  # percentile of the frames' levels that is the noise floor
 SILENCE_DB = -120.0
 PESQ_RATE = 16_000  # [Hz] of its wide band
 
@@ -57,8 +57,8 @@ def liken(original: Sound, received: Sound) -> AudioSimilarity:
         original=health(original),
         received=health(received),
         matched=matched,
-        stoi=stoi(matched.original, matched.received, RATE),
-        estoi=stoi(matched.original, matched.received, RATE, extended=True),
+        stoi=stoi(matched.original, matched.received, RATE_HZ),
+        estoi=stoi(matched.original, matched.received, RATE_HZ, extended=True),
         si_sdr_db=si_sdr(matched.original, matched.received),
         pesq=mos,
         pesq_reason=reason,
@@ -68,7 +68,7 @@ def liken(original: Sound, received: Sound) -> AudioSimilarity:
 def health(sound: Sound) -> RecordingHealth:
     """A recording → its level, noise floor and clipping."""
     samples = np.asarray(sound.samples, float)
-    length = max(1, round(FRAME * sound.rate))
+    length = max(1, round(FRAME_S * sound.rate))
     power = np.mean(samples**2, axis=1)
     whole = power[: len(power) // length * length].reshape(-1, length).mean(axis=1)
     return RecordingHealth(
@@ -76,18 +76,18 @@ def health(sound: Sound) -> RecordingHealth:
         channels=sound.channels,
         duration=sound.duration,
         level_db=_db(float(power.mean()) if len(power) else 0.0),
-        noise_floor_db=_db(float(np.percentile(whole, QUIET)) if len(whole) else 0.0),
+        noise_floor_db=_db(float(np.percentile(whole, NOISE_PERCENTILE)) if len(whole) else 0.0),
         clipped=max((_clipped(channel) for channel in samples.T), default=0.0),
     )
 
 
 def _clipped(channel: Array) -> float:
     """Share of samples that stay at full scale for at least three."""
-    full = np.abs(channel) >= FULL
-    if full.sum() < RUN:
+    full = np.abs(channel) >= CLIPPED_LEVEL
+    if full.sum() < CLIPPED_SAMPLES:
         return 0.0
-    whole = sliding_window_view(full, RUN).all(axis=1)
-    return float(np.convolve(whole, np.ones(RUN), "full").astype(bool).mean())
+    whole = sliding_window_view(full, CLIPPED_SAMPLES).all(axis=1)
+    return float(np.convolve(whole, np.ones(CLIPPED_SAMPLES), "full").astype(bool).mean())
 
 
 def _db(power: float) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from core.message import Array
 from core.speech.quality.audio_similarity import AudioSimilarity
 from core.speech.quality.osqe import SpeechPath, SpeechQuality
-from core.speech.quality.time_alignment import RATE
+from core.speech.quality.time_alignment import RATE_HZ
 from core.speech.quality.word_alignment import Pair
 
 STYLE = """
@@ -55,7 +55,7 @@ section{break-inside:avoid}.texts tr{break-inside:avoid}mark,img{print-color-adj
 """
 
 
-SHOWN = 12.0  # [s] of the recordings that are drawn
+MAX_SHOWN_S = 12.0  # of the recordings that are drawn
 SIGN = "Below zero, or a ratio below one: the robot hears worse than the person's own path."
 
 
@@ -154,14 +154,14 @@ def _marked(pairs: Sequence[Pair]) -> str:
 
 
 def _sound(one: AudioSimilarity) -> str:
-    shown = [samples[: round(SHOWN * RATE)] for samples in (one.matched.original, one.matched.received)]
-    top = max(loudest_db(samples, RATE) for samples in shown)
+    shown = [samples[: round(MAX_SHOWN_S * RATE_HZ)] for samples in (one.matched.original, one.matched.received)]
+    top = max(loudest_db(samples, RATE_HZ) for samples in shown)
     pictures = "".join(
         f"<figure><figcaption>{name}</figcaption><img alt='Spectrogram of the {name} sound' "
-        f"src='data:image/png;base64,{base64.b64encode(spectrogram_png(samples, RATE, top)).decode()}'></figure>"
+        f"src='data:image/png;base64,{base64.b64encode(spectrogram_png(samples, RATE_HZ, top)).decode()}'></figure>"
         for name, samples in zip(("original", "received"), shown, strict=True)
     )
-    seconds = len(shown[0]) / RATE
+    seconds = len(shown[0]) / RATE_HZ
     rows = [
         ("STOI", _number(one.stoi, ".3f"), "understood, 0 to 1"),
         ("ESTOI", _number(one.estoi, ".3f"), "the same where noise comes and goes"),
@@ -199,10 +199,10 @@ def _surroundings(facts: Mapping[str, str]) -> str:
     return f"<section><h2>Surroundings</h2><table class='measures'><tbody>{rows}</tbody></table></section>"
 
 
-FRAME, STEP = 0.032, 0.008  # [s]
-HIGHEST = 8_000.0  # [Hz]
+FRAME_S, STEP_S = 0.032, 0.008
+MAX_FREQUENCY_HZ = 8_000.0
 RANGE_DB = 70.0  # below the loudest is black
-SIZE = (900, 260)  # [pixels] of the picture
+SIZE_PX = (900, 260)  # [pixels] of the picture
 
 
 def spectrogram_png(samples: Array, rate: int, loudest: float | None = None) -> bytes:
@@ -213,7 +213,7 @@ def spectrogram_png(samples: Array, rate: int, loudest: float | None = None) -> 
     levels = _levels(samples, rate)
     top = float(levels.max()) if loudest is None else loudest
     grey = np.clip(255 * (1 + (levels - top) / RANGE_DB), 0, 255).astype(np.uint8)
-    wide = cv2.resize(grey[::-1], SIZE, interpolation=cv2.INTER_AREA)
+    wide = cv2.resize(grey[::-1], SIZE_PX, interpolation=cv2.INTER_AREA)
     _, png = cv2.imencode(".png", cv2.applyColorMap(wide, cv2.COLORMAP_MAGMA))
     return png.tobytes()
 
@@ -227,8 +227,8 @@ def _levels(samples: Array, rate: int) -> Array:
     """(bins, frames) [dB], lowest pitch first."""
     from scipy.signal import ShortTimeFFT  # takes half a second, and few processes write a report
 
-    window = np.hanning(max(16, round(FRAME * rate)))
+    window = np.hanning(max(16, round(FRAME_S * rate)))
     padded = np.pad(np.asarray(samples, float), (0, max(0, len(window) - len(samples))))
-    transform = ShortTimeFFT(window, max(1, round(STEP * rate)), rate, fft_mode="onesided")
+    transform = ShortTimeFFT(window, max(1, round(STEP_S * rate)), rate, fft_mode="onesided")
     power = np.abs(transform.stft(padded)) ** 2
-    return 10 * np.log10(power[transform.f <= HIGHEST] + 1e-12)
+    return 10 * np.log10(power[transform.f <= MAX_FREQUENCY_HZ] + 1e-12)

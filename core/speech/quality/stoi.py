@@ -16,12 +16,12 @@ from core.errors import BadInput
 from core.message import Array
 from core.sensors.resampling import resampled
 
-RATE = 10_000  # [Hz] at which intelligibility is judged
-FRAME, STEP, SIZE = 256, 128, 512  # samples of a frame and between frames, points of a spectrum
-BANDS, LOWEST = 15, 150.0  # third octaves, and the middle [Hz] of the lowest
-SEGMENT = 30  # frames that are correlated together, 384 ms
+RATE_HZ = 10_000  # at which intelligibility is judged
+FRAME_SAMPLES, STEP_SAMPLES, SPECTRUM_SIZE = 256, 128, 512  # of a frame, between frames, points of a spectrum
+BAND_COUNT, LOWEST_BAND_HZ = 15, 150.0  # third octaves, and the middle [Hz] of the lowest
+SEGMENT_FRAMES = 30  # frames that are correlated together, 384 ms
 CLIP = 10 ** (15 / 20)  # how far a band may exceed the clean one (-15 dB)
-SILENT = 40.0  # [dB] below the loudest frame, from which a frame does not count
+SILENT_DB = 40.0  # below the loudest frame, from which a frame does not count
 MOST_DB = 100.0  # SI-SDR beyond is rounding
 TINY = np.finfo(float).eps
 
@@ -32,13 +32,13 @@ def stoi(clean: Array, degraded: Array, rate: int, *, extended: bool = False) ->
     `extended`: ESTOI, which also holds where the noise comes and goes. Raises BadInput for unequal lengths.
     """
     _check(clean, degraded)
-    pair = [resampled(one, rate, RATE) for one in (clean, degraded)]
+    pair = [resampled(one, rate, RATE_HZ) for one in (clean, degraded)]
     bands = [_bands(one) for one in _without_silence(*pair)]
-    if bands[0].shape[1] < SEGMENT:
+    if bands[0].shape[1] < SEGMENT_FRAMES:
         return None
-    ours, theirs = (sliding_window_view(one, SEGMENT, axis=1).swapaxes(0, 1) for one in bands)  # (S, 15, 30)
+    ours, theirs = (sliding_window_view(one, SEGMENT_FRAMES, axis=1).swapaxes(0, 1) for one in bands)  # (S, 15, 30)
     if extended:
-        return float(np.mean(np.sum(_standing(ours) * _standing(theirs), axis=(1, 2)) / SEGMENT))
+        return float(np.mean(np.sum(_standing(ours) * _standing(theirs), axis=(1, 2)) / SEGMENT_FRAMES))
     gain = np.linalg.norm(ours, axis=2, keepdims=True) / (np.linalg.norm(theirs, axis=2, keepdims=True) + TINY)
     held = np.minimum(theirs * gain, ours * (1 + CLIP))
     return float(np.mean(np.sum(_unit(ours, 2) * _unit(held, 2), axis=2)))
@@ -68,14 +68,14 @@ def _check(clean: Array, degraded: Array) -> None:
 
 
 def _window() -> Array:
-    return np.hanning(FRAME + 2)[1:-1]
+    return np.hanning(FRAME_SAMPLES + 2)[1:-1]
 
 
 def _frames(samples: Array) -> Array:
     """Windowed frames (T, FRAME)."""
-    if len(samples) <= FRAME:
-        return np.zeros((0, FRAME))
-    return sliding_window_view(samples, FRAME)[: len(samples) - FRAME : STEP] * _window()
+    if len(samples) <= FRAME_SAMPLES:
+        return np.zeros((0, FRAME_SAMPLES))
+    return sliding_window_view(samples, FRAME_SAMPLES)[: len(samples) - FRAME_SAMPLES : STEP_SAMPLES] * _window()
 
 
 def _without_silence(clean: Array, degraded: Array) -> tuple[Array, Array]:
@@ -84,28 +84,28 @@ def _without_silence(clean: Array, degraded: Array) -> tuple[Array, Array]:
     if not len(ours):
         return clean[:0], degraded[:0]
     energy = 20 * np.log10(np.linalg.norm(ours, axis=1) + TINY)
-    loud = energy > energy.max() - SILENT
+    loud = energy > energy.max() - SILENT_DB
     return _together(ours[loud]), _together(theirs[loud])
 
 
 def _together(frames: Array) -> Array:
     """Frames that overlap by half → one signal."""
-    signal = np.zeros((len(frames) + 1) * STEP)
-    signal[: len(frames) * STEP] += frames[:, :STEP].ravel()
-    signal[STEP:] += frames[:, STEP:].ravel()
+    signal = np.zeros((len(frames) + 1) * STEP_SAMPLES)
+    signal[: len(frames) * STEP_SAMPLES] += frames[:, :STEP_SAMPLES].ravel()
+    signal[STEP_SAMPLES:] += frames[:, STEP_SAMPLES:].ravel()
     return signal
 
 
 def _bands(samples: Array) -> Array:
     """A signal → magnitude in third octaves over time, (BANDS, T)."""
-    power = np.abs(np.fft.rfft(_frames(samples), SIZE)) ** 2
+    power = np.abs(np.fft.rfft(_frames(samples), SPECTRUM_SIZE)) ** 2
     return np.sqrt(_third_octaves() @ power.T)
 
 
 def _third_octaves() -> Array:
     """Which bins of a spectrum belong to which band, (BANDS, SIZE // 2 + 1)."""
-    frequencies = np.linspace(0, RATE, SIZE + 1)[: SIZE // 2 + 1]
-    edges = LOWEST * 2 ** ((2 * np.arange(BANDS)[:, None] + np.array([-1, 1])) / 6)
+    frequencies = np.linspace(0, RATE_HZ, SPECTRUM_SIZE + 1)[: SPECTRUM_SIZE // 2 + 1]
+    edges = LOWEST_BAND_HZ * 2 ** ((2 * np.arange(BAND_COUNT)[:, None] + np.array([-1, 1])) / 6)
     nearest = np.argmin(np.abs(edges[..., None] - frequencies), axis=2)
     bins = np.arange(len(frequencies))
     return ((bins >= nearest[:, :1]) & (bins < nearest[:, 1:])).astype(float)

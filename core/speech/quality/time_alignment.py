@@ -12,9 +12,9 @@ from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.sensors.resampling import resampled
 
-RATE = 16_000  # [Hz] at which recordings are compared
-SHORTEST = 0.5  # [s] of speech that can be compared
-LONGEST = 600.0  # [s]
+RATE_HZ = 16_000  # at which recordings are compared
+MIN_RECORDING_S = 0.5  # of speech that can be compared
+MAX_RECORDING_S = 600.0
 LEAST_MATCH = 0.1  # correlation at the best delay, below which it is not the same speech
 
 
@@ -22,8 +22,8 @@ LEAST_MATCH = 0.1  # correlation at the best delay, below which it is not the sa
 class AlignedRecordings:
     """The part that both recordings hold, sample by sample."""
 
-    original: Array  # (N,) at RATE
-    received: Array  # (N,) at RATE
+    original: Array  # (N,) at RATE_HZ
+    received: Array  # (N,) at RATE_HZ
     delay: float  # [s] by which the received speech begins later
     correlation: float  # 0..1 at that delay
     inverted: bool  # the received one is upside down; it was turned
@@ -34,12 +34,12 @@ def match(original: Sound, received: Sound) -> AlignedRecordings:
 
     Raises BadInput when a recording is silent, too short or too long, or when the two have nothing in common.
     """
-    ours, theirs = (at_rate(one, RATE) for one in (original, received))
+    ours, theirs = (at_rate(one, RATE_HZ) for one in (original, received))
     for name, samples in (("original", ours), ("received", theirs)):
-        if not SHORTEST <= len(samples) / RATE <= LONGEST:
+        if not MIN_RECORDING_S <= len(samples) / RATE_HZ <= MAX_RECORDING_S:
             raise BadInput(
-                f"The {name} recording is {len(samples) / RATE:.1f} s long; "
-                f"{SHORTEST:g} to {LONGEST:g} s can be compared."
+                f"The {name} recording is {len(samples) / RATE_HZ:.1f} s long; "
+                f"{MIN_RECORDING_S:g} to {MAX_RECORDING_S:g} s can be compared."
             )
         if not np.std(samples) > 0:
             raise BadInput(f"The {name} recording is silent; record it again.")
@@ -47,13 +47,13 @@ def match(original: Sound, received: Sound) -> AlignedRecordings:
     if abs(peak) < LEAST_MATCH:
         raise BadInput("The two recordings have nothing in common; are they of the same speech?")
     begin, end = max(0, -shift), min(len(ours), len(theirs) - shift)
-    if (end - begin) / RATE < SHORTEST:
-        raise BadInput(f"The two recordings share less than {SHORTEST:g} s; record all of the speech in both.")
+    if (end - begin) / RATE_HZ < MIN_RECORDING_S:
+        raise BadInput(f"The two recordings share less than {MIN_RECORDING_S:g} s; record all of the speech in both.")
     part = theirs[begin + shift : end + shift]
     return AlignedRecordings(
         original=ours[begin:end],
         received=math.copysign(1.0, peak) * part,
-        delay=shift / RATE,
+        delay=shift / RATE_HZ,
         correlation=abs(peak),
         inverted=peak < 0,
     )

@@ -16,7 +16,7 @@ from core.speech.understanding.numbers import DIGITS, TEENS, TENS
 Kind = Literal["same", "substituted", "deleted", "inserted"]
 
 MOST_WORDS = 5_000  # of one text: the table of distances has a cell for every pair of words
-LARGEST = 1_000_000  # characters
+MAX_CHARACTERS = 1_000_000  # characters
 END_OF_PHRASE = re.compile(r"[;:!?\n\r]|[.,](?![0-9])|[.,]$")
 WORD = re.compile(r"-?(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)|[^\W\d_]+(?:['’][^\W\d_]+)*")
 SPELLINGS = {"metre": "meter", "metres": "meters"}
@@ -37,7 +37,7 @@ def phrases_of(text: str) -> list[list[str]]:
 
     Phrases end at a line's end and at ; : . , ! ? (not within a number). Raises BadInput when it is too long.
     """
-    if len(text) > LARGEST:
+    if len(text) > MAX_CHARACTERS:
         raise BadInput(f"A text of {len(text):,} characters is too long to compare; cut it into parts.")
     plain = unicodedata.normalize("NFKC", text).casefold().replace("−", "-")
     found = [_words(part) for part in END_OF_PHRASE.split(plain)]

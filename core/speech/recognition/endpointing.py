@@ -16,25 +16,25 @@ from numpy.lib.stride_tricks import sliding_window_view
 from core.message import Array
 from core.sensors.microphones import Sound
 from core.speech.recognition.recognizer import Utterance, checked
-from core.speech.settings import RATE, SpeechSettings
+from core.speech.settings import RATE_HZ, SpeechSettings
 
-SIZE = 512  # samples of a frame
-HOP = 128  # between frames: 8 ms
+FRAME_SAMPLES = 512  # samples of a frame
+HOP_SAMPLES = 128  # between frames: 8 ms
 BAND = slice(6, 160)  # bins from 190 to 5000 Hz
-STEP = HOP / RATE  # [s]
-FIRST = 0.4  # [s] of sound after which something can be heard at all
-LIVELY = 10.0  # times the quietest frames' power, that the mean has during speech
-GAP = 0.02  # [s] missing between two pieces of sound, beyond which listening starts again
-SILENT = 1e-7  # power of a bin that counts as silence whatever the noise: about -75 dB of full scale
+STEP = HOP_SAMPLES / RATE_HZ  # [s]
+FIRST_SOUND_S = 0.4  # of sound after which something can be heard at all
+LIVELY_RATIO = 10.0  # times the quietest frames' power, that the mean has during speech
+MAX_GAP_S = 0.02  # missing between two pieces of sound, beyond which listening starts again
+SILENT_POWER = 1e-7  # power of a bin that counts as silence whatever the noise: about -75 dB of full scale
 QUIET_SHARE = 0.3  # of the frames, that are taken for noise where nothing is known of it
-SMOOTHING = 15  # bins over which that noise is averaged
-BLOCK = 6  # frames of which one loudness is computed: 48 ms
-STEADY = 31 * BLOCK  # frames: 1.5 s
+SMOOTHING_BINS = 15  # bins over which that noise is averaged
+BLOCK_FRAMES = 6  # frames of which one loudness is computed: 48 ms
+STEADY = 31 * BLOCK_FRAMES  # frames: 1.5 s
 MOST_UNSTEADY = 1.5  # [dB] standard deviation of a noise's loudness in that time: motors 0.2 to 1.1, voices 2.3 up
 MOST_ABOVE = 4.5  # [dB] above its mean that such a noise reaches; what was louder before was a voice
-WITHIN, ABOVE = 16.0, 6.0  # [dB] below the loudest and above the quietest frames, between which a voice begins
-ENOUGH = 12  # frames with a voice, that make an utterance
-SHORT = 1.2  # [s] of an utterance that is soon read
+WITHIN_DB, ABOVE_DB = 16.0, 6.0  # below the loudest and above the quietest frames, between which a voice begins
+MIN_VOICED_FRAMES = 12  # frames with a voice, that make an utterance
+SHORT_UTTERANCE_S = 1.2  # of an utterance that is soon read
 
 
 class Endpointer:
@@ -66,16 +66,16 @@ class Endpointer:
     def feed(self, sound: Sound) -> tuple[Utterance, ...]:
         """The next piece of sound → utterances that ended in it. A gap in time resets the state. Raises BadInput."""
         samples = checked(sound)
-        if abs(sound.stamp - self._now) > GAP:
+        if abs(sound.stamp - self._now) > MAX_GAP_S:
             self._forget(sound.stamp)
         self._samples = np.concatenate((self._samples, samples))
-        count = (len(self._samples) - self._framed - SIZE) // HOP + 1
+        count = (len(self._samples) - self._framed - FRAME_SAMPLES) // HOP_SAMPLES + 1
         if count <= 0:
             return ()
-        fresh = self._samples[self._framed : self._framed + SIZE + (count - 1) * HOP]
+        fresh = self._samples[self._framed : self._framed + FRAME_SAMPLES + (count - 1) * HOP_SAMPLES]
         power = _powers(fresh)  # (T, K)
-        times = self._start + (self._framed + SIZE / 2 + HOP * np.arange(count)) / RATE
-        self._framed += count * HOP
+        times = self._start + (self._framed + FRAME_SAMPLES / 2 + HOP_SAMPLES * np.arange(count)) / RATE_HZ
+        self._framed += count * HOP_SAMPLES
         ended = [one for row, time in zip(power, times, strict=True) if (one := self._step(row, float(time)))]
         self._drop_old()
         return tuple(ended)
@@ -89,7 +89,7 @@ class Endpointer:
 
     def _pause(self, begin: float) -> float:
         """The silence [s] after which the utterance since `begin` [s] is read."""
-        short = self._last_voice - begin <= SHORT
+        short = self._last_voice - begin <= SHORT_UTTERANCE_S
         return self._settings.pause if short else self._settings.long_pause
 
     @property
@@ -105,24 +105,24 @@ class Endpointer:
 
     @property
     def _now(self) -> float:
-        return self._start + len(self._samples) / RATE
+        return self._start + len(self._samples) / RATE_HZ
 
     @property
     def _framed_until(self) -> float:
-        return self._start + (self._framed + SIZE / 2) / RATE
+        return self._start + (self._framed + FRAME_SAMPLES / 2) / RATE_HZ
 
     def _step(self, power: Array, time: float) -> Utterance | None:
         """One frame (K,) at `time` [s] → the utterance that it ends."""
         settings = self._settings
         if self._noise is None:
             self._first.append(power)
-            if len(self._first) * STEP >= FIRST:
+            if len(self._first) * STEP >= FIRST_SOUND_S:
                 self._learn(np.array(self._first))
             return None
         share = float(np.mean(power > settings.evidence * self._noise))
         voice = share > max(settings.voice_share, self._unquiet + settings.voice_margin * self._unrest**0.5)
         self._recent.append((time, voice))
-        level = 10 * float(np.log10(power.mean() + SILENT))
+        level = 10 * float(np.log10(power.mean() + SILENT_POWER))
         self._loudest = max(self._loudest, level) if self._begin is not None else level
         if voice and level > self._loudest - settings.dynamics:
             self._last_voice, self.hangover = time, settings.hangover
@@ -149,15 +149,15 @@ class Endpointer:
         voice = self._loudest > np.mean(self._levels) + MOST_ABOVE
         self._last_voice = time - STEADY * STEP
         utterance = self._cut(False)
-        end = round((time - self._start) * RATE) + SIZE // 2
-        self._learn(_powers(self._samples[end - STEADY * HOP : end]))
+        end = round((time - self._start) * RATE_HZ) + FRAME_SAMPLES // 2
+        self._learn(_powers(self._samples[end - STEADY * HOP_SAMPLES : end]))
         return utterance if voice else None
 
     def _learn(self, power: Array) -> None:
         """Frames (T, K) of what is there now: all of them are noise, unless a person already speaks among them."""
         quiet, mean = quietest(power), _smoothed(power.mean(0))
-        speech = mean.mean() > LIVELY * quiet.mean()
-        self._noise = np.maximum(quiet if speech else mean, SILENT)
+        speech = mean.mean() > LIVELY_RATIO * quiet.mean()
+        self._noise = np.maximum(quiet if speech else mean, SILENT_POWER)
         shares = np.mean(power > self._settings.evidence * self._noise, axis=1)
         self._unquiet = 0.0 if speech else float(shares.mean())
         self._unrest = 0.0 if speech else float(shares.var())
@@ -166,7 +166,7 @@ class Endpointer:
         """Silence, as far as is known: the noise follows what is heard; slowly where it may be a voice."""
         assert self._noise is not None
         weight = STEP / self._settings.noise_memory * (0.1 if voice else 1.0)
-        self._noise = np.maximum(self._noise + weight * (power - self._noise), SILENT)
+        self._noise = np.maximum(self._noise + weight * (power - self._noise), SILENT_POWER)
         self._unquiet += weight * (share - self._unquiet)
         self._unrest += weight * ((share - self._unquiet) ** 2 - self._unrest)
 
@@ -182,7 +182,7 @@ class Endpointer:
         """The sound since `begin` [s]; None for a click."""
         if self._last_voice - begin < self._settings.shortest:
             return None
-        whole = Sound(stamp=self._start, rate=RATE, samples=self._samples[:, None])
+        whole = Sound(stamp=self._start, rate=RATE_HZ, samples=self._samples[:, None])
         return Utterance(
             sound=whole.part(begin - self._settings.pre_roll, self._now),
             begin=begin,
@@ -193,37 +193,37 @@ class Endpointer:
     def _drop_old(self) -> None:
         """Forget what no utterance can reach back to."""
         since = self._begin if self._begin is not None else self._now
-        old = round((since - self._settings.pre_roll - 2 * SIZE / RATE - self._start) * RATE)
-        if old > RATE // 4:
+        old = round((since - self._settings.pre_roll - 2 * FRAME_SAMPLES / RATE_HZ - self._start) * RATE_HZ)
+        if old > RATE_HZ // 4:
             old = min(old, self._framed)
             self._samples = self._samples[old:]
-            self._start += old / RATE
+            self._start += old / RATE_HZ
             self._framed -= old
 
 
 def _powers(samples: Array) -> Array:
     """Samples (N,) → power of the band (T, K)."""
-    window = np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE) ** 2
-    frames = sliding_window_view(samples, SIZE)[::HOP]
+    window = np.sin(np.pi * (np.arange(FRAME_SAMPLES) + 0.5) / FRAME_SAMPLES) ** 2
+    frames = sliding_window_view(samples, FRAME_SAMPLES)[::HOP_SAMPLES]
     return np.abs(np.fft.rfft(frames * window)[:, BAND]) ** 2 / (window @ window)
 
 
 def _is_steady(level: Array) -> bool:
     """Levels [dB] of STEADY frames → whether they are those of a noise, which no voice is part of."""
-    return float(level.reshape(-1, BLOCK).mean(axis=1).std()) < MOST_UNSTEADY
+    return float(level.reshape(-1, BLOCK_FRAMES).mean(axis=1).std()) < MOST_UNSTEADY
 
 
 def quietest(power: Array) -> Array:
     """Frames (T, K) → power of the noise (K,): of the quietest frames, averaged over neighbouring bins too."""
-    level = np.log(power + SILENT).mean(1)
+    level = np.log(power + SILENT_POWER).mean(1)
     mean = power[level <= np.quantile(level, QUIET_SHARE)].mean(0)
-    return np.maximum(_smoothed(mean), SILENT)
+    return np.maximum(_smoothed(mean), SILENT_POWER)
 
 
 def _smoothed(power: Array) -> Array:
     """(K,) averaged over neighbouring bins."""
-    wide = np.pad(power, SMOOTHING // 2, mode="edge")
-    return np.convolve(wide, np.full(SMOOTHING, 1 / SMOOTHING), mode="valid")
+    wide = np.pad(power, SMOOTHING_BINS // 2, mode="edge")
+    return np.convolve(wide, np.full(SMOOTHING_BINS, 1 / SMOOTHING_BINS), mode="valid")
 
 
 class Held:
@@ -267,7 +267,7 @@ class Held:
 
     def _utterance(self, cut: bool) -> tuple[Utterance, ...]:
         samples = np.concatenate([piece.samples for piece in self._pieces])
-        whole = Sound(stamp=self._pieces[0].stamp, rate=RATE, samples=samples)
+        whole = Sound(stamp=self._pieces[0].stamp, rate=RATE_HZ, samples=samples)
         begin, end = voiced(samples[:, 0])
         if begin >= end:
             return ()
@@ -276,14 +276,14 @@ class Held:
 
 def voiced(samples: Array) -> tuple[float, float]:
     """Samples (N,) of one utterance → first and last moment [s] with a voice; (0, 0) for none."""
-    if len(samples) < SIZE:
+    if len(samples) < FRAME_SAMPLES:
         return 0.0, 0.0
     level = levels(samples)
-    least = max(float(np.quantile(level, 0.95)) - WITHIN, float(np.quantile(level, QUIET_SHARE)) + ABOVE)
+    least = max(float(np.quantile(level, 0.95)) - WITHIN_DB, float(np.quantile(level, QUIET_SHARE)) + ABOVE_DB)
     voices = np.flatnonzero(level > least)
-    if len(voices) < ENOUGH:
+    if len(voices) < MIN_VOICED_FRAMES:
         return 0.0, 0.0
-    begin, end = (SIZE / 2 + HOP * voices[[0, -1]]) / RATE
+    begin, end = (FRAME_SAMPLES / 2 + HOP_SAMPLES * voices[[0, -1]]) / RATE_HZ
     return float(begin), float(end)
 
 
@@ -295,4 +295,4 @@ def over_noise(voice: Array, noise: Array) -> float:
 
 def levels(samples: Array) -> Array:
     """Samples (N,) → level [dB] of frames that begin every HOP samples, (T,)."""
-    return 10 * np.log10(_powers(samples).mean(1) + SILENT)
+    return 10 * np.log10(_powers(samples).mean(1) + SILENT_POWER)

@@ -11,7 +11,7 @@ from core.message import Array, message
 from core.sensors.microphones import NO_NUMBERS, Sound, usable
 from core.sensors.resampling import resampled
 from core.speech.recognition.decision import Decision, RecognizedUtterance
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.understanding.grammar import OwnPhrases
 
 LOWEST_RATE = 8_000  # [Hz]: a telephone; below, consonants are gone
@@ -35,7 +35,7 @@ class Utterance:
     @property
     def before(self) -> Array:
         """(N,) what was heard before the speech began."""
-        return self.samples[: max(round((self.begin - self.sound.stamp) * RATE), 0)]
+        return self.samples[: max(round((self.begin - self.sound.stamp) * RATE_HZ), 0)]
 
 
 class Recognizer(Protocol):
@@ -96,17 +96,17 @@ def at_16_khz(sound: Sound) -> Sound:
     """All channels of a sound, resampled where that is needed. Raises BadInput where that cannot be."""
     if sound.rate < LOWEST_RATE:
         raise BadInput(f"Words need sound of at least {LOWEST_RATE} Hz; this has {sound.rate} Hz. Record it again.")
-    if sound.rate == RATE:
+    if sound.rate == RATE_HZ:
         return sound
     if not usable(sound.samples):
         raise BadInput(NO_NUMBERS)
-    return Sound(stamp=sound.stamp, rate=RATE, samples=resampled(sound.samples, sound.rate, RATE))
+    return Sound(stamp=sound.stamp, rate=RATE_HZ, samples=resampled(sound.samples, sound.rate, RATE_HZ))
 
 
 def checked(sound: Sound) -> Array:
     """Sound for a recognizer → its samples (N,). Raises BadInput where it is not one channel at 16 kHz."""
-    if sound.channels != 1 or sound.rate != RATE:
-        raise BadInput(f"A recognizer wants one channel at {RATE} Hz, not {sound.channels} at {sound.rate} Hz.")
+    if sound.channels != 1 or sound.rate != RATE_HZ:
+        raise BadInput(f"A recognizer wants one channel at {RATE_HZ} Hz, not {sound.channels} at {sound.rate} Hz.")
     if not usable(sound.samples):
         raise BadInput(NO_NUMBERS)
     return sound.samples[:, 0]

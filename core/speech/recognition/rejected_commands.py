@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from core.speech.recognition.decision import RecognizedUtterance
 
-OBJECTED = 5.0  # [s] after a sentence in which a STOP rejects it: it is read, said back, and waits meanwhile
-REMEMBERED = 30.0  # [s] after that
+OBJECTION_TIME_S = 5.0  # after a sentence in which a STOP rejects it: it is read, said back, and waits meanwhile
+REJECTION_MEMORY_S = 30.0  # after that
 
 
 class RejectedCommands:
@@ -26,7 +26,7 @@ class RejectedCommands:
         if not heard.decision.stops:
             self._newest = heard if heard.decision.waits else None
         elif self._newest is not None:
-            if 0 <= heard.end - self._newest.end < OBJECTED:
+            if 0 <= heard.end - self._newest.end < OBJECTION_TIME_S:
                 self._stopped[self._newest.decision.words] = heard.end
             self._newest = None
 
@@ -36,5 +36,5 @@ class RejectedCommands:
 
     def words(self, now: float) -> tuple[str, ...]:
         """The sentences that were rejected not long before `now` [s], where an utterance began."""
-        self._stopped = {words: then for words, then in self._stopped.items() if abs(now - then) < REMEMBERED}
+        self._stopped = {words: then for words, then in self._stopped.items() if abs(now - then) < REJECTION_MEMORY_S}
         return tuple(words for words, then in self._stopped.items() if then <= now)

@@ -8,10 +8,10 @@ from itertools import pairwise
 from typing import Any
 
 from core.message import Array, message
-from core.speech.sphinx.decoder import FRAME, take_in
+from core.speech.sphinx.decoder import FRAME_S, take_in
 from core.speech.sphinx.leftover_speech import WordSpan
 
-NATS = 1024.0
+NATS_FACTOR = 1024.0
 """pocketsphinx counts in steps of 1024 times its smallest; its figures are exponentials of what is left then."""
 
 TINY = sys.float_info.min  # what has become 0 on the way here was at least as small
@@ -71,9 +71,9 @@ def decoded(decoder: Any, samples: Array) -> DecodedPath:
     found = [one for one in decoder.seg() if one.end_frame >= one.start_frame and one.word[0] != "("]
     pieces = tuple(
         DecodedPiece(
-            begin=FRAME * one.start_frame,
-            end=FRAME * (one.end_frame + 1),
-            fit=NATS * (math.log(max(one.ascore, TINY)) + math.log(max(one.lscore, TINY))),
+            begin=FRAME_S * one.start_frame,
+            end=FRAME_S * (one.end_frame + 1),
+            fit=NATS_FACTOR * (math.log(max(one.ascore, TINY)) + math.log(max(one.lscore, TINY))),
         )
         for one in found
     )

@@ -24,7 +24,7 @@ MISSING = (
     f"{install_packages('pocketsphinx>=5.1.1')}"
 )
 MODEL = "en-us"
-FRAME = 0.01  # [s] in which it counts
+FRAME_S = 0.01  # in which it counts
 SEARCH = "heard"  # what a decoder with a grammar or a keyword calls it
 
 

@@ -18,8 +18,8 @@ from core.message import message
 TOKEN = re.compile(r"<\w+>|/[\d.e+-]+/|[\w']+|[|()\[\]+]")
 RULE = re.compile(r"^(?:public )?<(\w+)> = (.*);$", re.MULTILINE)
 HALF = math.log(0.5)  # of what may be repeated: to go on, or not
-SAME = 9  # decimals to which log-probabilities [nats] are compared
-START, FINAL = 0, 1
+NATS_DECIMALS = 9  # decimals to which log-probabilities [nats] are compared
+START_STATE, FINAL_STATE = 0, 1
 
 
 @message
@@ -64,7 +64,7 @@ def automaton(jsgf: str, heard: str = "heard") -> Automaton:
     Alternatives are as likely as their weights say, 1 where none stands; what is optional is left out with weight 1.
     """
     written = _Written(dict(RULE.findall(jsgf)))
-    written.put_rule(heard, START, FINAL, 0.0)
+    written.put_rule(heard, START_STATE, FINAL_STATE, 0.0)
     return _numbered(_reduced(_without_detours(written.arcs)))
 
 
@@ -74,7 +74,7 @@ class _Written:
     def __init__(self, rules: Mapping[str, str]) -> None:
         self.arcs: list[FsgArc] = []
         self._rules = rules
-        self._states = FINAL + 1
+        self._states = FINAL_STATE + 1
 
     def put_rule(self, name: str, begin: int, end: int, nats: float) -> None:
         """Add what a rule stands for between two states; all of it as likely as `nats` says."""
@@ -144,9 +144,9 @@ def _without_detours(arcs: list[FsgArc]) -> list[FsgArc]:
     for arc in arcs:
         if not arc.word:
             silent[arc.source].append(arc)
-    departures = {arc.source for arc in spoken} | {FINAL}
+    departures = {arc.source for arc in spoken} | {FINAL_STATE}
     kept: list[FsgArc] = []
-    for state in {START} | {arc.target for arc in spoken}:
+    for state in {START_STATE} | {arc.target for arc in spoken}:
         ways = _reached(state, silent)
         kept += [
             FsgArc(source=state, target=target, nats=nats, word="")
@@ -188,18 +188,18 @@ def _merged(arcs: list[FsgArc], *, leaving: bool) -> list[FsgArc]:
     sides: dict[int, set[tuple[int, float, str]]] = defaultdict(set)
     for arc in arcs:
         own, other = (arc.source, arc.target) if leaving else (arc.target, arc.source)
-        sides[own].add((other, round(arc.nats, SAME), arc.word))
+        sides[own].add((other, round(arc.nats, NATS_DECIMALS), arc.word))
     alike: dict[tuple[frozenset[str], frozenset[tuple[int, float, str]]], int] = {}
     same = {
         state: alike.setdefault((before.get(state, frozenset()), frozenset(side)), state)
         for state, side in sides.items()
-        if state > FINAL
+        if state > FINAL_STATE
     }
     merged = {}
     for arc in arcs:
         source, target = same.get(arc.source, arc.source), same.get(arc.target, arc.target)
         one = FsgArc(source=source, target=target, nats=arc.nats, word=arc.word)
-        merged[source, target, round(arc.nats, SAME), arc.word] = one
+        merged[source, target, round(arc.nats, NATS_DECIMALS), arc.word] = one
     return list(merged.values())
 
 
@@ -228,4 +228,4 @@ def _numbered(arcs: list[FsgArc]) -> Automaton:
         )
         for arc in arcs
     )
-    return Automaton(start=names[START], final=names[FINAL], arcs=numbered)
+    return Automaton(start=names[START_STATE], final=names[FINAL_STATE], arcs=numbered)

@@ -20,7 +20,7 @@ Pronunciation = tuple[str, ...]
 Dictionary = dict[str, tuple[Pronunciation, ...]]
 
 PHONE_WORD = "phone_{}"  # a word that consists of one phone; no dictionary has such
-SHORTEST = 3  # phones of a competing word; shorter ones fit into everything
+MIN_PHONES = 3  # phones of a competing word; shorter ones fit into everything
 REST = "antidisestablishmentarianism"
 """JSGF knows only shares of a whole; this word, which is never said, takes the rest, and so weighs the others."""
 
@@ -79,14 +79,14 @@ def choose(
     Words that sound like one of a command are in neither: "hear" is as good as "here".
     """
     own = [way for word in sorted(command_words()) for way in dictionary.get(word, ())]
-    fixed = [way for word in sorted(fixed_words()) for way in dictionary.get(word, ()) if len(way) >= SHORTEST]
+    fixed = [way for word in sorted(fixed_words()) for way in dictionary.get(word, ()) if len(way) >= MIN_PHONES]
     apart: list[str] = []
     alike: list[str] = []
     for word in sorted((word for word in dictionary if word.isalpha()), key=lambda word: (-frequency(word), word)):
         if len(apart) == count and len(alike) == resembling:
             break
         ways = dictionary[word]
-        if any(len(way) < SHORTEST or way in own for way in ways):
+        if any(len(way) < MIN_PHONES or way in own for way in ways):
             continue
         if not any(_near(way, other) for way in ways for other in own):
             apart += [word] * (len(apart) < count)

@@ -15,18 +15,18 @@ from core.speech.understanding.numbers import DIGITS, TEENS, TENS
 SLOT = re.compile(r"\{\w+\}")
 UNITS = ("meters", "meter")  # spoken; other spellings sound the same
 
-FAR = 1e-22  # likelihood of a number from ten over that of a digit: no robot is sent as far, and "one" sounds like it
-FINE = 1e-18  # how likely a second decimal is: the end of "nine" sounds like an "eight"
+FAR_LIKELIHOOD = 1e-22  # of a number from ten over that of a digit: no robot is sent as far, and "one" sounds like it
+FINE_LIKELIHOOD = 1e-18  # how likely a second decimal is: the end of "nine" sounds like an "eight"
 
-ARTICLE = 1e-10  # how likely "the" is where the command does without it: an echo sounds like it
+ARTICLE_LIKELIHOOD = 1e-10  # how likely "the" is where the command does without it: an echo sounds like it
 RARE = frozenset((*TEENS, *TENS, "hundred"))  # words of numbers from ten
 
 NUMBER_RULES = {
     "number": "[minus] <size>",
     "size": "<whole> [<decimals>] | <decimals>",
-    "decimals": f"/1/ point <digit> | /{FINE:g}/ point <digit> <digit>+",
-    "whole": f"/1/ <below_hundred> | /{FAR:g}/ <one_to_nine> hundred [<below_hundred>]",
-    "below_hundred": f"/1/ <digit> | /{FAR:g}/ <from_ten>",
+    "decimals": f"/1/ point <digit> | /{FINE_LIKELIHOOD:g}/ point <digit> <digit>+",
+    "whole": f"/1/ <below_hundred> | /{FAR_LIKELIHOOD:g}/ <one_to_nine> hundred [<below_hundred>]",
+    "below_hundred": f"/1/ <digit> | /{FAR_LIKELIHOOD:g}/ <from_ten>",
     "from_ten": f"{' | '.join(TEENS)} | <tens> [<one_to_nine>]",
     "tens": " | ".join(TENS),
     "one_to_nine": " | ".join(DIGITS[1:]),
@@ -46,7 +46,7 @@ def phrases() -> tuple[str, ...]:
 
 def command_rules() -> dict[str, str]:
     """Rule name → JSGF, from <command> down."""
-    weighed = (f"/{ARTICLE if ' the ' in phrase else 1:g}/ {phrase}" for phrase in phrases())
+    weighed = (f"/{ARTICLE_LIKELIHOOD if ' the ' in phrase else 1:g}/ {phrase}" for phrase in phrases())
     return {"command": " | ".join(weighed)} | NUMBER_RULES
 
 

@@ -17,22 +17,22 @@ from core.message import Array
 from core.perception.sound.noise_reduction import without_noise
 from core.sensors.microphones import Sound, joined
 from core.speech.recognition.decision import RecognizedUtterance, stop
-from core.speech.recognition.endpointing import SILENT, over_noise
+from core.speech.recognition.endpointing import SILENT_POWER, over_noise
 from core.speech.recognition.loudness import Loudness
 from core.speech.recognition.recognizer import checked
-from core.speech.settings import RATE, SpeechSettings
-from core.speech.sphinx.decoder import FRAME, keyword_decoder, take_in
+from core.speech.settings import RATE_HZ, SpeechSettings
+from core.speech.sphinx.decoder import FRAME_S, keyword_decoder, take_in
 
 WORD, PHONES = "stop", "S T AA P"  # as in the CMU dictionary
-RENEWAL = 20.0  # [s] after which the spotter is restarted, so that it remembers no more than that
-LONGEST = 0.8  # [s] of the word; what is longer is the noise in which a decoder has just begun
-BLOCK = 0.05  # [s] over which loudness is computed
+RENEWAL_S = 20.0  # after which the spotter is restarted, so that it remembers no more than that
+MAX_WORD_S = 0.8  # of the word; what is longer is the noise in which a decoder has just begun
+BLOCK_S = 0.05  # over which loudness is computed
 LEAST_FALL = 4.5  # [dB] below what was loudest until then, that a word falls: STOP 6 and more, a hum 3 and less
-AFTER = 0.25  # [s] behind the word in which it may fall: its end is found early
+AFTER_WORD_S = 0.25  # behind the word in which it may fall: its end is found early
 LEAST_RISE = 2.0  # [dB] over the quietest tenth of the newest sound, below which nobody speaks and nothing is decoded
-OPEN = 1.2  # [s] after such a rise in which all sound is decoded
-BEFORE = 0.4  # [s] before it that are decoded too
-GAP = 0.02  # [s] missing between two pieces of sound, beyond which spotting starts again
+OPEN_TIME_S = 1.2  # after such a rise in which all sound is decoded
+BEFORE_RISE_S = 0.4  # before it that are decoded too
+MAX_GAP_S = 0.02  # missing between two pieces of sound, beyond which spotting starts again
 
 
 class SphinxKeywordSpotter:
@@ -52,31 +52,31 @@ class SphinxKeywordSpotter:
     def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
         """The next piece of sound → STOP, if it was in there. Raises BadInput."""
         samples = checked(sound)
-        if abs(sound.stamp - self._now) > GAP:
+        if abs(sound.stamp - self._now) > MAX_GAP_S:
             self._renew(sound.stamp)
             self._loudness, self._decoding = Loudness(), False
-        self._newest = newest = joined(self._newest, sound, max(LONGEST + AFTER, sound.duration)) or sound
+        self._newest = newest = joined(self._newest, sound, max(MAX_WORD_S + AFTER_WORD_S, sound.duration)) or sound
         self._loudness.add(samples)
-        before, self._decoding = self._decoding, self._loudness.rise(OPEN + sound.duration) > LEAST_RISE
+        before, self._decoding = self._decoding, self._loudness.rise(OPEN_TIME_S + sound.duration) > LEAST_RISE
         if not self._decoding:
             self._heard += len(samples)
             return ()
         if not before:
-            since = max(self._now - BEFORE, newest.stamp)
+            since = max(self._now - BEFORE_RISE_S, newest.stamp)
             samples = newest.part(since, newest.stamp + newest.duration).samples[:, 0]
             self._renew(since)
         take_in(self._decoder, samples)
         self._heard += len(samples)
         words = spotted(self._decoder, self._start)
         found = tuple(one for one in words if not hums(one, newest))
-        undecided = not found and any(self._now - one.end < AFTER for one in words)
-        if (self._decoder.hyp() is not None and not undecided) or self._heard > RENEWAL * RATE:
+        undecided = not found and any(self._now - one.end < AFTER_WORD_S for one in words)
+        if (self._decoder.hyp() is not None and not undecided) or self._heard > RENEWAL_S * RATE_HZ:
             self._renew(self._now)
         return found
 
     @property
     def _now(self) -> float:
-        return self._start + self._heard / RATE
+        return self._start + self._heard / RATE_HZ
 
     def _renew(self, now: float) -> None:
         self._decoder.end_utt()
@@ -87,30 +87,30 @@ class SphinxKeywordSpotter:
 def spotted(decoder: Any, start: float) -> tuple[RecognizedUtterance, ...]:
     """Return the word that a decoder spotted in sound from `start` [s] on: STOP, or nothing as short as that."""
     found = list(decoder.seg() or ()) if decoder.hyp() is not None else []
-    if not found or FRAME * (found[-1].end_frame + 1 - found[-1].start_frame) > LONGEST:
+    if not found or FRAME_S * (found[-1].end_frame + 1 - found[-1].start_frame) > MAX_WORD_S:
         return ()
-    begin, end = (start + FRAME * frame for frame in (found[-1].start_frame, found[-1].end_frame + 1))
+    begin, end = (start + FRAME_S * frame for frame in (found[-1].start_frame, found[-1].end_frame + 1))
     return (RecognizedUtterance(begin=begin, end=end, decision=stop(), final=False),)
 
 
 def hums(word: RecognizedUtterance, sound: Sound) -> bool:
     """Return whether a spotted "word", in the first channel of the sound, is too steady to be a word."""
-    return fall(sound.part(word.begin, word.end + AFTER).samples[:, 0], sound.rate) < LEAST_FALL
+    return fall(sound.part(word.begin, word.end + AFTER_WORD_S).samples[:, 0], sound.rate) < LEAST_FALL
 
 
 def fall(samples: Array, rate: int) -> float:
     """Samples (N,) → by how much [dB] they become fainter, at most, than they had been; 0 where they only rise."""
-    size = round(BLOCK * rate)
+    size = round(BLOCK_S * rate)
     blocks = samples[: len(samples) // size * size].reshape(-1, size)
     if not len(blocks):
         return 0.0
-    level = 10 * np.log10(np.mean(blocks**2, axis=1) + SILENT)
+    level = 10 * np.log10(np.mean(blocks**2, axis=1) + SILENT_POWER)
     return float(np.max(np.maximum.accumulate(level) - level))
 
 
-EVERY = 0.09  # [s] between two times that an utterance under way is listened to, at least
+LISTEN_PERIOD_S = 0.09  # between two times that an utterance under way is listened to, at least
 LONGEST_UNDER_WAY = 3.0  # [s] of an utterance under way that is still listened to: STOP is a short one
-UNCLEAR = 0.15  # [s] before the first voiced moment that are not taken for noise: the voice may begin there
+UNCLEAR_TIME_S = 0.15  # before the first voiced moment that are not taken for noise: the voice may begin there
 
 
 class BeamformedStop:
@@ -125,13 +125,13 @@ class BeamformedStop:
 
     def wants(self, since: float, now: float) -> bool:
         """Return whether an utterance that began at `since` [s] may still hold an unreported STOP."""
-        due = not 0 <= now - self._listened < EVERY  # a clock may begin again
+        due = not 0 <= now - self._listened < LISTEN_PERIOD_S  # a clock may begin again
         return due and since != self._reported and now - since <= LONGEST_UNDER_WAY
 
     def find(self, beam: Sound, since: float) -> tuple[RecognizedUtterance, ...]:
         """One channel from before the utterance up to now, first voiced at `since` [s] → STOP, if noise covers it."""
         self._listened = beam.stamp + beam.duration
-        samples, before = beam.samples[:, 0], round((since - UNCLEAR - beam.stamp) * beam.rate)
+        samples, before = beam.samples[:, 0], round((since - UNCLEAR_TIME_S - beam.stamp) * beam.rate)
         if before <= 0 or over_noise(samples[before:], samples[:before]) > self._ratio:
             return ()
         self._decoder.start_utt()

@@ -9,9 +9,9 @@ from core.message import message
 from core.speech.settings import SpeechSettings
 from core.speech.sphinx.decoded_path import DecodedPath
 
-SHORTEST = 0.1  # [s] of a word, as which shorter ones count: a moment is little evidence
-LONG, FURTHER = 5, 1.25  # so many words are resembled by little else: they may be so many times further behind
-STOPPING = 1.5  # the same where the words stop the robot: to miss them is worse than to stop for others
+MIN_WORD_S = 0.1  # of a word, as which shorter ones count: a moment is little evidence
+LONG_COMMAND_WORDS, LONG_FACTOR = 5, 1.25  # so many words resemble little else: they may be so much further behind
+STOPPING_FACTOR = 1.5  # the same where the words stop the robot: to miss them is worse than to stop for others
 STOPS = frozenset(tuple(words.split()) for words in STOP_MOVING.words)
 
 
@@ -36,7 +36,7 @@ def compare(command: DecodedPath, other: DecodedPath) -> LikelihoodRatio:
     leads = [
         command.fit_within(span.begin, span.end) - other.fit_within(span.begin, span.end) for span in command.spans
     ]
-    by_word = (lead / max(span.end - span.begin, SHORTEST) for lead, span in zip(leads, command.spans, strict=True))
+    by_word = (lead / max(span.end - span.begin, MIN_WORD_S) for lead, span in zip(leads, command.spans, strict=True))
     within = sum(leads)
     return LikelihoodRatio(lead=better / spoken, within=within / spoken, beside=better - within, weakest=min(by_word))
 
@@ -48,7 +48,13 @@ def headroom(command: DecodedPath, other: DecodedPath, settings: SpeechSettings)
     ratio = compare(command, other)
     if len(command.spans) == 1:
         return ratio.lead
-    share = STOPPING if command.words in STOPS else FURTHER if len(command.spans) >= LONG else 1.0
+    share = (
+        STOPPING_FACTOR
+        if command.words in STOPS
+        else LONG_FACTOR
+        if len(command.spans) >= LONG_COMMAND_WORDS
+        else 1.0
+    )
     near = ratio.lead + share * settings.most_behind
     echoes = min(ratio.within + share * settings.echoing_behind, ratio.beside + settings.echo)
     return min(max(near, echoes), ratio.weakest + share * settings.word_behind)

@@ -22,7 +22,7 @@ from core.sensors.resampling import resampled
 from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Sentence, Thresholds, decide, no_command
 from core.speech.recognition.endpointing import over_noise, voiced
 from core.speech.recognition.recognizer import Utterance
-from core.speech.settings import RATE, SpeechSettings
+from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.sphinx.decoded_path import DecodedPath, decoded
 from core.speech.sphinx.decoder import garbage_words, grammar_decoder
 from core.speech.sphinx.garbage_model import grammar
@@ -33,14 +33,14 @@ from core.speech.sphinx.rescoring import Vote, Words, nearest_others, vote
 
 LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learning it: the speech may begin there
 MOST_LEFT = 0.12  # [s] of speech outside the words, which may be the end of a consonant
-BESIDE = 0.25  # [s] before and behind the voice, that are read with it
+VOICE_MARGIN_S = 0.25  # before and behind the voice, that are read with it
 LONGEST_PAUSE = 0.7  # [s] within a sentence
-VOTERS = 2  # views in which sentences are weighed: a third costs time and changes little
-INSTEAD = 2  # other sentences that are weighed against a rejected one
+VOTING_VIEWS = 2  # views in which sentences are weighed: a third costs time and changes little
+MAX_OTHERS = 2  # other sentences that are weighed against a rejected one
 SPEEDS = ((20, 19), (10, 9), (18, 19))
 """At how much slower or faster speeds it is read again: like a deeper or a higher voice."""
 
-SCALE = 10.0  # [nats] of a lead that make its odds e times better
+LEAD_SCALE = 10.0  # [nats] of a lead that make its odds e times better
 
 
 class Candidates(dict[Words, Sentence]):
@@ -76,7 +76,7 @@ class Sphinx:
     def __init__(self, settings: SpeechSettings | None = None) -> None:
         """Makes its decoders, in about a second. Raises Unavailable when pocketsphinx is not installed."""
         self._settings = chosen = settings or SpeechSettings()
-        self._thresholds = Thresholds(reject=chosen.least_lead, accept=chosen.sure_lead, scale=SCALE)
+        self._thresholds = Thresholds(reject=chosen.least_lead, accept=chosen.sure_lead, scale=LEAD_SCALE)
         options = options_of(chosen)
         # For comparison the scores of both grammars must count from the same best model of every frame: from that of
         # all models, where else only those are evaluated that a grammar is about to use.
@@ -112,7 +112,9 @@ class Sphinx:
         views = [*views, *self._faster_and_slower(views[0])]
         if len(said.words) == 1:
             return Ranking(best=said, lead=inf if all(self._stands(said, view) for view in views[1:]) else -inf)
-        if sentences.unlikely(said.words) and (others := nearest_others(self._quick, said.words, views[0], INSTEAD)):
+        if sentences.unlikely(said.words) and (
+            others := nearest_others(self._quick, said.words, views[0], MAX_OTHERS)
+        ):
             return self._elected(said, [said.words, *others], views, sentences)
         meaning = sentences[said.words].meaning
         for view in views[1:]:
@@ -129,7 +131,7 @@ class Sphinx:
         accepted: views that differ never make it sure, unless the others do not fit at all.
         """
         unlikely = [words for words in found if sentences.unlikely(words)]
-        first, second, *more = vote(self._quick, found, views[:VOTERS], unlikely)
+        first, second, *more = vote(self._quick, found, views[:VOTING_VIEWS], unlikely)
         lead = _lead(first, second)
         return Ranking(
             best=said if first.path.words == said.words else first.path,
@@ -190,11 +192,11 @@ def views_of(utterance: Utterance, clear_ratio: float) -> tuple[list[Array], flo
     In noise, voice less than `clear_ratio` [dB] over it, they are the sound without that noise and the sound as it
     is, else only that.
     """
-    samples, before = utterance.samples, len(utterance.before) - round(LEAST_BEFORE * RATE)
+    samples, before = utterance.samples, len(utterance.before) - round(LEAST_BEFORE * RATE_HZ)
     noisy = over_noise(samples, samples[: max(before, 0)]) < 10 ** (clear_ratio / 10)
-    views = [without_noise(samples, RATE, before), samples] if noisy else [samples]
+    views = [without_noise(samples, RATE_HZ, before), samples] if noisy else [samples]
     first, last = _around_voice(views[0])
-    return [view[first:last] for view in views], first / RATE
+    return [view[first:last] for view in views], first / RATE_HZ
 
 
 def _around_voice(samples: Array) -> tuple[int, int]:
@@ -205,4 +207,6 @@ def _around_voice(samples: Array) -> tuple[int, int]:
     begin, end = voiced(samples)
     if begin >= end:
         return 0, len(samples)
-    return max(round((begin - BESIDE) * RATE), 0), min(round((end + BESIDE) * RATE), len(samples))
+    return max(round((begin - VOICE_MARGIN_S) * RATE_HZ), 0), min(
+        round((end + VOICE_MARGIN_S) * RATE_HZ), len(samples)
+    )

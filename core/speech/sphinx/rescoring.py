@@ -16,10 +16,10 @@ import numpy as np
 from core.message import Array, message
 from core.speech.sphinx.decoded_path import DecodedPath, decoded
 from core.speech.sphinx.decoder import SEARCH, listen_for
-from core.speech.sphinx.jsgf import FAR, FINE, RARE, written
+from core.speech.sphinx.jsgf import FAR_LIKELIHOOD, FINE_LIKELIHOOD, RARE, written
 from core.speech.understanding.numbers import DIGITS
 
-REJECTED = 50.0  # [nats] by which a rejected sentence is less likely: more than the wrong ones lead by
+REJECTED_NATS = 50.0  # [nats] by which a rejected sentence is less likely: more than the wrong ones lead by
 
 Words = tuple[str, ...]
 
@@ -43,7 +43,7 @@ def vote(
     for words in sentences:
         paths = forced(decoder, words, views)
         fits = [path.fit if path.spans else -math.inf for path in paths]
-        before = likelihood(words) - REJECTED * (words in unlikely)
+        before = likelihood(words) - REJECTED_NATS * (words in unlikely)
         votes.append(Vote(path=paths[0], fit=float(np.mean(fits)) + before))
     return sorted(votes, key=lambda one: one.fit, reverse=True)
 
@@ -93,9 +93,9 @@ def likelihood(words: Words) -> float:
         if word == "point":
             decimals = 1
         elif word in DIGITS and decimals:
-            total += math.log(FINE) * (decimals == 2)
+            total += math.log(FINE_LIKELIHOOD) * (decimals == 2)
             decimals += 1
         else:
-            total += math.log(FAR) * (word in RARE)
+            total += math.log(FAR_LIKELIHOOD) * (word in RARE)
             decimals = 0
     return total

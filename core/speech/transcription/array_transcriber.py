@@ -22,12 +22,12 @@ from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.recognition.engines import has_sphinx, open_engine
 from core.speech.recognition.recognizer import KeywordSpotter, Recognizer, Utterance
 from core.speech.recognition.rejected_commands import RejectedCommands
-from core.speech.settings import RATE, SpeechSettings
+from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.sphinx.keyword_spotting import BeamformedStop
-from core.speech.transcription.transcriber import PIECE, Transcriber
+from core.speech.transcription.transcriber import LOOK_PIECE_S, Transcriber
 
-GAP = 0.02  # [s] missing between two pieces of sound, beyond which what was before is forgotten
-BEFORE = 0.1  # [s] before an utterance's first voiced frame, that may already belong to it
+MAX_GAP_S = 0.02  # missing between two pieces of sound, beyond which what was before is forgotten
+BEFORE_VOICE_S = 0.1  # before an utterance's first voiced frame, that may already belong to it
 
 
 @message
@@ -39,19 +39,19 @@ class BeamReading:
 
     def heard(self, whole: Sound) -> Sound:
         """All channels as this reading takes them."""
-        return replace(whole, samples=without_late_echoes(whole.samples, RATE)) if self.dry else whole
+        return replace(whole, samples=without_late_echoes(whole.samples, RATE_HZ)) if self.dry else whole
 
 
 WET, DRY = BeamReading(how="mvdr", dry=False), BeamReading(how="mvdr", dry=True)
 PLAIN = BeamReading(how="delay-and-sum", dry=False)
-SHORT = 1.5  # [s] of a sentence of two or three words: it tells little of its echoes
+SHORT_SENTENCE_S = 1.5  # of a sentence of two or three words: it tells little of its echoes
 
 
 @message
 class BeamReadings:
     """In which ways a voice is read, one after the other, until it is a command."""
 
-    short: tuple[BeamReading, ...]  # of sentences up to SHORT
+    short: tuple[BeamReading, ...]  # of sentences up to SHORT_SENTENCE_S
     long: tuple[BeamReading, ...]
 
 
@@ -87,11 +87,11 @@ class ArrayTranscriber:
         A long piece is heard in short ones: the STOP of a sentence that ends in it would be missed.
         """
         samples = self._array.heard(sound)
-        if sound.rate != RATE:
-            raise BadInput(f"Words from an array need sound at {RATE} Hz; this has {sound.rate} Hz.")
+        if sound.rate != RATE_HZ:
+            raise BadInput(f"Words from an array need sound at {RATE_HZ} Hz; this has {sound.rate} Hz.")
         heard: list[RecognizedUtterance] = []
-        alone = Sound(stamp=sound.stamp, rate=RATE, samples=samples[:, :1])
-        for piece, one in zip(sound.pieces(PIECE), alone.pieces(PIECE), strict=True):
+        alone = Sound(stamp=sound.stamp, rate=RATE_HZ, samples=samples[:, :1])
+        for piece, one in zip(sound.pieces(LOOK_PIECE_S), alone.pieces(LOOK_PIECE_S), strict=True):
             self._beamed.remember(piece)
             heard += self._one.feed(one)
             heard += self._spotted(piece.stamp + piece.duration)
@@ -102,7 +102,7 @@ class ArrayTranscriber:
         since = self._one.speaking_since
         if since is None or self._stop_in_noise is None or not self._stop_in_noise.wants(since, now):
             return ()
-        beam = self._beamed.beam(since - self._pre_roll, now, since - BEFORE)
+        beam = self._beamed.beam(since - self._pre_roll, now, since - BEFORE_VOICE_S)
         return () if beam is None else self._stop_in_noise.find(beam, since)
 
     def words_so_far(self) -> str:
@@ -134,7 +134,7 @@ class _Beamed:
         """Keep a piece of sound of all channels."""
         if self._pieces:
             last = self._pieces[-1]
-            if abs(last.stamp + last.duration - sound.stamp) > GAP or last.channels != sound.channels:
+            if abs(last.stamp + last.duration - sound.stamp) > MAX_GAP_S or last.channels != sound.channels:
                 self._pieces.clear()
         self._pieces.append(sound)
         while self._pieces[0].stamp + self._pieces[0].duration < sound.stamp - self._remembered:
@@ -146,7 +146,7 @@ class _Beamed:
         Of single words only STOP is read in more than one way: another one has to be understood every time.
         """
         begin, end = utterance.sound.stamp, utterance.sound.stamp + utterance.sound.duration
-        since = utterance.begin - BEFORE
+        since = utterance.begin - BEFORE_VOICE_S
         whole, towards = self._located(begin, end, since)
         if towards is None:
             return self._recognizer.decide(utterance)
@@ -155,7 +155,9 @@ class _Beamed:
             beam = beamform(reading.heard(whole), self._array, towards, since, reading.how)
             return self._recognizer.decide(replace(utterance, sound=beam))
 
-        readings = self._readings.short if utterance.end - utterance.begin <= SHORT else self._readings.long
+        readings = (
+            self._readings.short if utterance.end - utterance.begin <= SHORT_SENTENCE_S else self._readings.long
+        )
         first = read(readings[0])
         if first.command is not None:
             return first
@@ -173,6 +175,6 @@ class _Beamed:
         if not within:  # the sound had a gap since
             return self._pieces[-1], None
         samples = np.concatenate([one.samples for one in within])
-        whole = Sound(stamp=within[0].stamp, rate=RATE, samples=samples).part(begin, end)
+        whole = Sound(stamp=within[0].stamp, rate=RATE_HZ, samples=samples).part(begin, end)
         direction = locate(whole, self._array, speech_from=since, settings=self._hearing)
         return whole, None if direction is None else direction.towards

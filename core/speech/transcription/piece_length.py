@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import math
 
-from core.speech.settings import PIECE, VOICE_PIECE
+from core.speech.settings import PIECE_S, VOICE_PIECE
 
-AFTER = 1.0  # [s] behind a voice, within which its sentence may still be read
+AFTER_VOICE_S = 1.0  # behind a voice, within which its sentence may still be read
 
 
 class PieceLength:
     """Follows one room's clock [s]."""
 
     def __init__(self) -> None:
-        self.seconds = PIECE  # [s] of sound that are read at once, at least
+        self.seconds = PIECE_S  # [s] of sound that are read at once, at least
         self._spoke = -math.inf
 
     def follow(self, now: float, speaking: bool) -> None:
         """It is `now`; `speaking`: an utterance is under way."""
         if speaking or now < self._spoke:  # or another clock
             self._spoke = now if speaking else -math.inf
-        self.seconds = VOICE_PIECE if now - self._spoke <= AFTER else PIECE
+        self.seconds = VOICE_PIECE if now - self._spoke <= AFTER_VOICE_S else PIECE_S

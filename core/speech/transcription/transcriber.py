@@ -16,7 +16,7 @@ from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
 from core.speech.understanding.numbers import NUMBER
 
-PIECE = 0.05  # [s] of sound between two looks for a pause
+LOOK_PIECE_S = 0.05  # of sound between two looks for a pause
 LAST_NUMBER = re.compile(rf"(?i: {NUMBER}\W*)$")  # at the end of a sentence: decimals may follow
 LONGEST_EARLY = 5.0  # [s] of an utterance that is read in a pause; longer ones are no commands but talk
 
@@ -55,7 +55,7 @@ class Transcriber:
         piece may hold a sentence and a STOP after it, which must not be overtaken. Raises BadInput.
         """
         heard = list(self._spotter.feed(sound))
-        for piece in sound.pieces(PIECE):
+        for piece in sound.pieces(LOOK_PIECE_S):
             heard += self._read(self._cutter.feed(piece))
             heard += self._read_early()
         return self._remembered(sorted(heard, key=lambda one: one.end))

@@ -58,7 +58,7 @@ def _in_order(text: str) -> str:
     return " ".join(sorted(text.split()))
 
 
-LONGEST = 120  # characters of an utterance that is read at all; the word stop is looked for in all of it
+MAX_CHARACTERS = 120  # characters of an utterance that is read at all; the word stop is looked for in all of it
 
 PAUSE = "(?: ?[,:])?"  # between the words of a sentence
 UNITS = ("meters", "meter", "metres", "metre")  # as people spell what stands as "meters" in the vocabulary
@@ -220,7 +220,7 @@ def _folded(words: str) -> str:
 def says_stop(words: str) -> bool:
     """Return whether words stop the robot: the word stop is in them, or they are a phrase that does, and no more."""
     folded = _folded(words)
-    alone = _letters(folded) if len(folded) <= LONGEST else ""
+    alone = _letters(folded) if len(folded) <= MAX_CHARACTERS else ""
     return STOP_WORD.search(folded) is not None or STOP_UTTERANCE.fullmatch(alone) is not None
 
 
@@ -238,7 +238,7 @@ STOP_LIKE = tuple(word for word in ("stop", *STOP_PHRASES) if " " not in word an
 
 def may_mean_stop(words: str) -> bool:
     """Return whether who said these words may have wanted the robot to stop: then nothing else is offered."""
-    said = _letters(_folded(words[:LONGEST])).split()
+    said = _letters(_folded(words[:MAX_CHARACTERS])).split()
     text = f" {' '.join(said)} "
     few = said if len(said) <= 3 else []
     return (
@@ -282,8 +282,8 @@ def _tidy(words: str) -> tuple[str | None, str]:
     """Lower case, single spaces, no marks around the sentence; None for what is no plain utterance. And why it is no
     command by its end; "" for no reason.
     """
-    text = words.strip(" \t\r\n") if len(words) <= 10 * LONGEST else words
-    if len(text) > LONGEST:
+    text = words.strip(" \t\r\n") if len(words) <= 10 * MAX_CHARACTERS else words
+    if len(text) > MAX_CHARACTERS:
         return None, ""
     text = text.translate(TYPESET)
     if not text.isascii() or not text.isprintable():
@@ -308,7 +308,7 @@ def _unpunctuated(text: str) -> str:
 
 
 def _unreadable(words: str) -> Refusal:
-    if len(words) > LONGEST:
+    if len(words) > MAX_CHARACTERS:
         return Refusal(Statement("words.too_long"), _examples())
     return Refusal(Statement("words.plain_letters"), _examples())
 

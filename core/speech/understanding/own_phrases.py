@@ -29,7 +29,7 @@ from core.speech.understanding.grammar import (
 )
 
 MOST_BYTES, MOST_PHRASES = 20_000, 50
-LEAST_LETTERS, LONGEST = 3, 60  # of a phrase
+LEAST_LETTERS, MAX_LETTERS = 3, 60  # of a phrase
 PHRASE = re.compile(r"[a-z]+(?: (?:[a-z]+|\{\w+\}))*")
 SLOT = re.compile(r"\{(\w+)\}")
 SOUNDS_ALIKE = (
@@ -102,10 +102,10 @@ def _listed(entries: dict[str, Any]) -> Iterable[tuple[CommandSpec, str]]:
 
 
 def _phrase(words: str, spec: CommandSpec) -> OwnPhrase:
-    shown = f"“{words[:LONGEST]}”"
-    if not LEAST_LETTERS <= len(words) <= LONGEST or not PHRASE.fullmatch(words):
+    shown = f"“{words[:MAX_LETTERS]}”"
+    if not LEAST_LETTERS <= len(words) <= MAX_LETTERS or not PHRASE.fullmatch(words):
         raise BadInput(
-            f"the phrase {shown} must have {LEAST_LETTERS} to {LONGEST} letters: small ones from a to z, single "
+            f"the phrase {shown} must have {LEAST_LETTERS} to {MAX_LETTERS} letters: small ones from a to z, single "
             "spaces, and numbers as {name}."
         )
     needed = Counter(number.name for number in spec.numbers if number.default is None)

@@ -17,13 +17,13 @@ from core.speech.whisper.spellings import Spellings, State
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder
 
-START, NO_TIMESTAMPS, END = 50257, 50362, 50256  # special tokens of English-only models
-BLANK = 220  # a lone space, which nothing begins with
-COMMON = 10_000  # tokens in the order of frequency: only these and those of spellings are scored
-GRAMMAR_ROWS, FREE_ROWS, BRANCHES = 10, 3, 4
+START_TOKEN, NO_TIMESTAMPS_TOKEN, END_TOKEN = 50257, 50362, 50256  # special tokens of English-only models
+BLANK_TOKEN = 220  # a lone space, which nothing begins with
+COMMON_TOKENS = 10_000  # tokens in the order of frequency: only these and those of spellings are scored
+GRAMMAR_ROWS, FREE_ROWS, MAX_BRANCHES = 10, 3, 4
 BEHIND_FREE, BEHIND_DONE = 12.0, 9.0  # [nats] behind free text and behind a whole spelling, at which a row is dropped
 FIRST_TOKENS, TOKENS_A_SECOND = 8, 6  # tokens that a sentence may have, at most
-REPEATED = 2  # words of a whole text that follow it again, from which a row says nothing new
+REPEATED_WORDS = 2  # words of a whole text that follow it again, from which a row says nothing new
 
 
 @message
@@ -60,12 +60,18 @@ class Columns:
     """The tokens that are written, and the columns of their scores."""
 
     def __init__(self, spellings: Spellings, tokenizer: Tokenizer) -> None:
-        self.tokens: Array = np.array(sorted({*range(COMMON), *spellings.tokens, START, NO_TIMESTAMPS, END}))  # (V,)
+        self.tokens: Array = np.array(
+            sorted({*range(COMMON_TOKENS), *spellings.tokens, START_TOKEN, NO_TIMESTAMPS_TOKEN, END_TOKEN})
+        )  # (V,)
         self._of = {int(token): column for column, token in enumerate(self.tokens)}
-        self.start, self.no_timestamps, self.end = self._of[START], self._of[NO_TIMESTAMPS], self._of[END]
+        self.start, self.no_timestamps, self.end = (
+            self._of[START_TOKEN],
+            self._of[NO_TIMESTAMPS_TOKEN],
+            self._of[END_TOKEN],
+        )
         self.begin = (self.start, self.no_timestamps)
         self.never = list(self.begin)
-        self.blank = self._of[BLANK]
+        self.blank = self._of[BLANK_TOKEN]
         self._spellings, self._raw = spellings, tokenizer.raw(map(int, self.tokens))
         self._known: dict[State, Array] = {}
 
@@ -161,7 +167,7 @@ class _Beam:
         rows: list[_Row] = []
         for row in self._free:
             place = self._rows[row.columns]
-            for column in np.argpartition(likely[place], -BRANCHES)[-BRANCHES:]:
+            for column in np.argpartition(likely[place], -MAX_BRANCHES)[-MAX_BRANCHES:]:
                 nats = row.nats + float(likely[place, column])
                 if column == self._columns.end:
                     self._said.append(self._whole(row, nats))
@@ -175,7 +181,7 @@ class _Beam:
         words = _words(self._columns.text(row.columns))
         again = (words[len(text) :] for text in self._words_said if text and words[: len(text)] == text)
         return any(
-            rest == words[: len(rest)] and len(rest) >= min(REPEATED, len(words) - len(rest)) for rest in again
+            rest == words[: len(rest)] and len(rest) >= min(REPEATED_WORDS, len(words) - len(rest)) for rest in again
         )
 
     def _extended_grammar(self, likely: Array) -> list[_Row]:

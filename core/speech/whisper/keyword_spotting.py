@@ -9,14 +9,14 @@ from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance, stop
 from core.speech.recognition.loudness import Loudness
 from core.speech.recognition.recognizer import checked
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.understanding.grammar import STOP_WORD
 from core.speech.whisper.recognizer import WhisperRecognizer
 
-WINDOW = 1.2  # [s] that are read at once: the word and what is around it
-STEP = 0.3  # [s] between readings
+WINDOW_S = 1.2  # that are read at once: the word and what is around it
+READING_STEP_S = 0.3  # between readings
 LEAST_RISE = 6.0  # [dB] over the quietest tenth of the blocks, below which nobody speaks and nothing is read
-GAP = 0.02  # [s] missing between two pieces of sound, beyond which spotting starts again
+MAX_GAP_S = 0.02  # missing between two pieces of sound, beyond which spotting starts again
 
 
 class WhisperKeywordSpotter:
@@ -29,19 +29,19 @@ class WhisperKeywordSpotter:
     def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
         """The next piece of sound → STOP, if it was in there. Raises BadInput."""
         samples = checked(sound)
-        if abs(sound.stamp - self._until) > GAP:
+        if abs(sound.stamp - self._until) > MAX_GAP_S:
             self._forget(sound.stamp)
-        self._until += len(samples) / RATE
-        self._newest = np.concatenate((self._newest, samples))[-round(WINDOW * RATE) :]
+        self._until += len(samples) / RATE_HZ
+        self._newest = np.concatenate((self._newest, samples))[-round(WINDOW_S * RATE_HZ) :]
         self._loudness.add(samples)
-        if self._until - self._read < STEP or self._loudness.rise(2 * STEP) < LEAST_RISE:
+        if self._until - self._read < READING_STEP_S or self._loudness.rise(2 * READING_STEP_S) < LEAST_RISE:
             return ()
         self._read = self._until
         window = self._newest
         texts = self._recognizer.search(window).free
         if not texts or not STOP_WORD.search(texts[0].text.lower()):
             return ()
-        begin, end = self._until - len(window) / RATE, self._until
+        begin, end = self._until - len(window) / RATE_HZ, self._until
         self._newest = np.zeros(0)
         return (RecognizedUtterance(begin=begin, end=end, decision=stop(), final=False),)
 

@@ -17,7 +17,7 @@ import numpy as np
 from core.errors import BadInput
 from core.message import Array
 
-VERSION, SPEC = 6, "WhisperSpec"
+SPEC_VERSION, SPEC_NAME = 6, "WhisperSpec"
 TYPES: tuple[type[np.generic], ...] = (
     np.float32,
     np.int8,
@@ -142,8 +142,8 @@ class ModelFile:
 
 def _variables(head: _Head) -> dict[str, Variable]:
     version = head.number("I")
-    if version != VERSION or head.string() != SPEC:
-        raise head.bad(f"it is no Whisper model of CTranslate2, version {VERSION}")
+    if version != SPEC_VERSION or head.string() != SPEC_NAME:
+        raise head.bad(f"it is no Whisper model of CTranslate2, version {SPEC_VERSION}")
     head.number("I")  # revision
     count = head.number("I")
     if count > MOST_VARIABLES:

@@ -40,7 +40,7 @@ from core.speech.recognition.decision import (
     stop,
 )
 from core.speech.recognition.recognizer import Utterance
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.understanding.grammar import (
     STOP_WORD,
     OwnPhrases,
@@ -187,7 +187,7 @@ class WhisperRecognizer:
 
     def decide(self, utterance: Utterance) -> Decision:
         """Compare the best meaning with free text and with the second meaning."""
-        samples = utterance.samples[max(len(utterance.before) - round(BEFORE * RATE), 0) :][-LONGEST * RATE :]
+        samples = utterance.samples[max(len(utterance.before) - round(BEFORE * RATE_HZ), 0) :][-LONGEST * RATE_HZ :]
         found = self.search(samples)
         meanings, agreed = self._weighed(samples, found, utterance.rejected)
         objection = TOO_LONG if utterance.cut else "" if agreed else NOT_SURE
@@ -210,7 +210,7 @@ class WhisperRecognizer:
         said = self._said(command.name, samples, found)
         if said is None:
             return decision
-        first = utterance.sound.stamp + (len(utterance.samples) - len(samples)) / RATE  # [s] of the samples
+        first = utterance.sound.stamp + (len(utterance.samples) - len(samples)) / RATE_HZ  # [s] of the samples
         begin, end = first + said[0], min(first + said[1], utterance.end)
         if begin < utterance.begin + EXACT:
             begin = utterance.begin
@@ -227,8 +227,8 @@ class WhisperRecognizer:
         if text is None:
             return None
         attention = self._search.attention(self.encode(log_mel(samples)), text)
-        for begin, end in islice(spans_of(attention[:, : round(len(samples) / RATE / FRAME)]), MOST_SPANS):
-            part = samples[max(round((begin - BEFORE) * RATE), 0) : round(end * RATE)]
+        for begin, end in islice(spans_of(attention[:, : round(len(samples) / RATE_HZ / FRAME)]), MOST_SPANS):
+            part = samples[max(round((begin - BEFORE) * RATE_HZ), 0) : round(end * RATE_HZ)]
             read = self.search(part)
             decision = self._decided(self.meanings(read), read, "")
             if decision.command is not None and decision.command.name == name:
@@ -247,7 +247,7 @@ class WhisperRecognizer:
 
     def _confirmed_slower(self, decision: Decision, samples: Array, rejected: Iterable[str]) -> bool:
         """Return whether slower speech, by itself, is the same command."""
-        found = self.search(resampled(samples, RATE, SLOWER * RATE))
+        found = self.search(resampled(samples, RATE_HZ, SLOWER * RATE_HZ))
         meanings = self.meanings(found, rejected)
         if _names_place(decision):  # it is confirmed before it moves: another name must not be likelier
             return bool(meanings) and _best(meanings)[0].key == key_of(decision.words, self._own)
@@ -256,7 +256,7 @@ class WhisperRecognizer:
 
     def _again(self, samples: Array, rejected: Iterable[str]) -> list[Meaning]:
         """The meanings by a second reading: what was hard to tell apart is often easier in slower speech."""
-        return self.meanings(self.search(resampled(samples, RATE, SLOWER * RATE)), rejected)
+        return self.meanings(self.search(resampled(samples, RATE_HZ, SLOWER * RATE_HZ)), rejected)
 
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""
@@ -265,10 +265,10 @@ class WhisperRecognizer:
 
     def search(self, samples: Array) -> Found:
         """Samples (N,) of full scale ±1 at 16 kHz → the likeliest commands and free texts."""
-        if len(samples) < SHORTEST * RATE or not np.any(samples):
+        if len(samples) < SHORTEST * RATE_HZ or not np.any(samples):
             return Found(spellings=(), free=())
-        heard = samples[-LONGEST * RATE :]
-        return self._search.search(self.encode(log_mel(heard)), len(heard) / RATE)
+        heard = samples[-LONGEST * RATE_HZ :]
+        return self._search.search(self.encode(log_mel(heard)), len(heard) / RATE_HZ)
 
     def meanings(self, found: Found, rejected: Iterable[str] = ()) -> list[Meaning]:
         """The commands of all spellings that were found, the likeliest first."""

@@ -14,17 +14,17 @@ import numpy as np
 from core.message import Array
 from core.speech.whisper.model_file import ModelFile
 
-HEAD = 64  # values of an attention head
-CONTEXT = 1500  # frames of 20 ms that the encoder knows
-LONGEST = 448  # tokens that the decoder knows
-TOKENS = 51_864  # tokens of English-only models
+HEAD_VALUES = 64  # values of an attention head
+CONTEXT_FRAMES = 1500  # frames of 20 ms that the encoder knows
+MAX_TOKENS = 448  # tokens that the decoder knows
+TOKEN_COUNT = 51_864  # tokens of English-only models
 ALIGNED = {
     (4, 6): ((1, 0), (2, 0), (2, 5), (3, 0), (3, 1), (3, 2), (3, 3), (3, 4)),  # tiny.en
     (6, 8): ((3, 3), (4, 7), (5, 1), (5, 5), (5, 7)),  # base.en
 }
 """Layers and heads that look at the word which is written, by how many there are (published with the models)."""
-EPSILON = 1e-5
-CACHED = 65_536  # values of which a core's cache holds several arrays
+NORM_EPSILON = 1e-5
+CACHED_VALUES = 65_536  # values of which a core's cache holds several arrays
 ROOT_HALF = np.float32(math.sqrt(0.5))
 ERF = tuple(map(np.float32, (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592)))
 
@@ -52,7 +52,7 @@ class Norm:
         """x (…, width) → the same shape."""
         centred = x - x.mean(-1, keepdims=True)
         variance = np.mean(centred * centred, -1, keepdims=True)
-        return centred / np.sqrt(variance + np.float32(EPSILON)) * self.gamma + self.beta
+        return centred / np.sqrt(variance + np.float32(NORM_EPSILON)) * self.gamma + self.beta
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class DecoderLayer:
 def gelu(x: Array) -> Array:
     """x Φ(x) of 32-bit floats, within 5e-7; Φ by Abramowitz and Stegun's formula 7.1.26."""
     values = x.reshape(-1)
-    parts = [_gelu(values[begin : begin + CACHED]) for begin in range(0, len(values), CACHED)]
+    parts = [_gelu(values[begin : begin + CACHED_VALUES]) for begin in range(0, len(values), CACHED_VALUES)]
     return np.concatenate(parts).reshape(x.shape) if parts else x
 
 
@@ -131,7 +131,7 @@ def softmax(scores: Array) -> Array:
 
 def heads(x: Array) -> Array:
     """(…, T, width) → (…, H, T, 64)."""
-    return np.swapaxes(x.reshape(*x.shape[:-1], -1, HEAD), -2, -3)
+    return np.swapaxes(x.reshape(*x.shape[:-1], -1, HEAD_VALUES), -2, -3)
 
 
 def joined(x: Array) -> Array:
@@ -142,7 +142,7 @@ def joined(x: Array) -> Array:
 
 def attention(query: Array, key: Array, mask: Array | None = None) -> Array:
     """Queries (…, H, Q, 64), keys (…, H, K, 64), mask (Q, K) that is added → weights (…, H, Q, K)."""
-    scores = query @ np.swapaxes(key, -1, -2) * np.float32(HEAD**-0.5)
+    scores = query @ np.swapaxes(key, -1, -2) * np.float32(HEAD_VALUES**-0.5)
     return softmax(scores if mask is None else scores + mask)
 
 
@@ -156,7 +156,7 @@ class Encoder:
 
     def __init__(self, model: ModelFile) -> None:
         """Raises BadInput where a weight is missing."""
-        self._positions = model.get("encoder/position_encodings/encodings", CONTEXT, None)
+        self._positions = model.get("encoder/position_encodings/encodings", CONTEXT_FRAMES, None)
         width = self.width = self._positions.shape[1]
         self._first = _convolution(model, "conv1", width, 80)
         self._second = _convolution(model, "conv2", width, width)
@@ -186,8 +186,8 @@ class Decoder:
 
     def __init__(self, model: ModelFile, width: int, tokens: Array) -> None:
         """`tokens` (V,): those that it may write, counted from 0 here. Raises BadInput where a weight is missing."""
-        self.embeddings = model.rows("decoder/embeddings/weight", tokens, TOKENS, width)  # (V, width)
-        self.positions = model.get("decoder/position_encodings/encodings", LONGEST, width)
+        self.embeddings = model.rows("decoder/embeddings/weight", tokens, TOKEN_COUNT, width)  # (V, width)
+        self.positions = model.get("decoder/position_encodings/encodings", MAX_TOKENS, width)
         self.layers = [_decoder_layer(model, f"decoder/layer_{i}", width) for i in range(model.layers("decoder"))]
         self.norm = _norm(model, "decoder", width)
 
@@ -230,7 +230,7 @@ class Decoding:
     @property
     def full(self) -> bool:
         """True where the decoder knows no further position."""
-        return self._length >= LONGEST
+        return self._length >= MAX_TOKENS
 
     def _step(self, tokens: Array) -> Array:
         """Tokens (rows, T) → scores of what follows the last of each row, (rows, V)."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.speech.robot_voice import LATE, MOST, MOST_MOVING, TAIL, RobotVoice
+from console.speech.robot_voice import MAX_PLAY_DELAY_S, MAX_WAITING_S, MOST_MOVING, TAIL_S, RobotVoice
 from console.speech.room_transcription import RoomTranscriber
 from core.errors import Refused
 from core.sensors.microphones import Sound
@@ -45,7 +45,7 @@ def test_nobody_is_listened_to_while_the_robot_speaks_and_a_moment_longer() -> N
     clock.now += 2.0
     voice.hush(number)
     assert voice.muted
-    clock.now += TAIL + 0.01
+    clock.now += TAIL_S + 0.01
     assert not voice.muted and not voice.deaf(5.0)
 
 
@@ -53,7 +53,7 @@ def test_a_browser_that_never_tells_the_end_does_not_leave_the_robot_deaf() -> N
     clock = Clock()
     voice = lasting(2.0, clock)
     asyncio.run(voice.say("turning left"))
-    clock.now += LATE + 2.0 + TAIL + 0.01
+    clock.now += MAX_PLAY_DELAY_S + 2.0 + TAIL_S + 0.01
     assert not voice.muted
 
 
@@ -63,23 +63,23 @@ def test_of_two_browsers_the_last_one_ends_the_silence() -> None:
     first, _ = asyncio.run(voice.say("one"))
     second, _ = asyncio.run(voice.say("two"))
     voice.hush(first)
-    clock.now += TAIL + 0.01
+    clock.now += TAIL_S + 0.01
     assert voice.muted
     voice.hush(second)
     voice.hush(12345)
-    clock.now += TAIL + 0.01
+    clock.now += TAIL_S + 0.01
     assert not voice.muted
 
 
 def test_nobody_talks_the_robot_deaf() -> None:
-    voice = lasting(MOST, Clock())
+    voice = lasting(MAX_WAITING_S, Clock())
     with pytest.raises(Refused, match="say less"):
         asyncio.run(voice.say("and so on"))
     assert not voice.muted
 
 
 def test_while_the_robot_moves_it_is_deaf_for_a_few_seconds_at_most() -> None:
-    voice = lasting(MOST_MOVING - LATE - TAIL + 0.1, Clock())
+    voice = lasting(MOST_MOVING - MAX_PLAY_DELAY_S - TAIL_S + 0.1, Clock())
     with pytest.raises(Refused, match="no spoken STOP"):
         asyncio.run(voice.say("and so on", MOST_MOVING))
     assert not voice.muted
@@ -90,7 +90,7 @@ def test_while_the_robot_moves_it_is_deaf_for_a_few_seconds_at_most() -> None:
 def test_in_the_simulated_room_it_is_heard_by_the_robots_clock() -> None:
     voice = lasting(1.0, Clock())
     voice.in_room(7.0)
-    assert voice.deaf(7.0 + TAIL / 2) and not voice.deaf(7.0 + 2 * TAIL)
+    assert voice.deaf(7.0 + TAIL_S / 2) and not voice.deaf(7.0 + 2 * TAIL_S)
 
 
 def say(live: Live, text: str) -> Any:

@@ -12,8 +12,8 @@ from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import Decision
 from core.speech.recognition.engines import ENGINES, ActiveEngine
 from core.speech.recognition.recognizer import Utterance
-from core.speech.recognition.rejected_commands import REMEMBERED
-from core.speech.settings import RATE, SpeechSettings
+from core.speech.recognition.rejected_commands import REJECTION_MEMORY_S
+from core.speech.settings import RATE_HZ, SpeechSettings
 from tests.core.speech.ears import padded, sure
 
 GO = "stop at 2 and 1"
@@ -44,13 +44,13 @@ def test_an_order_that_was_held_back_is_known_in_the_next_turn_of_who_spoke(
         transcription_worker, "open_engine", lambda _: ActiveEngine(reader, ENGINES["sphinx"], "A test reads.")
     )
     worker = TranscriptionWorker()
-    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)).astype(np.float32)
-    before, long_before = (GO, len(said) / RATE + 1.0), ("turn left", REMEMBERED + len(said) / RATE)
+    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)).astype(np.float32)
+    before, long_before = (GO, len(said) / RATE_HZ + 1.0), ("turn left", REJECTION_MEMORY_S + len(said) / RATE_HZ)
     rejected: tuple[list[tuple[str, float]], ...] = ([], [before, long_before], [])
     told = []
     for turn, speaker in enumerate(speakers):
         worker.begin(BeginListening(SpeechSettings(), held=True, speaker=speaker))
-        worker.hear(HearSound(said.tobytes(), RATE, 10.0 * turn, rejected=rejected[turn]))
+        worker.hear(HearSound(said.tobytes(), RATE_HZ, 10.0 * turn, rejected=rejected[turn]))
         worker.finish(FinishListening())
         told.append(reader.told[-1])
     assert told == known
@@ -63,7 +63,7 @@ def test_the_words_so_far_are_read_while_the_button_is_held(monkeypatch: pytest.
     worker = TranscriptionWorker()
     worker.begin(BeginListening(SpeechSettings(), held=True))
     assert worker.read_so_far(ReadSoFar()) == ""
-    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)).astype(np.float32)
-    worker.hear(HearSound(said.tobytes(), RATE, 0.0))
+    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)).astype(np.float32)
+    worker.hear(HearSound(said.tobytes(), RATE_HZ, 0.0))
     assert worker.read_so_far(ReadSoFar()) == GO
     assert [one.utterance.decision.words for one in worker.finish(FinishListening())] == [GO]

@@ -26,7 +26,7 @@ from core.recording.sound_file import read_sound
 from core.speech.recognition.engines import open_free_dictation
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import SpeechSettings
-from core.speech.synthesis import NATURAL, can_speak
+from core.speech.synthesis import NATURAL_WORDS_MIN, can_speak
 
 
 @pytest.mark.parametrize("sweep", ["noise", "distance"])
@@ -68,7 +68,10 @@ def test_every_phrase_has_a_voice_of_its_own_and_the_best_and_the_worst_are_name
     assert [(said.voice, said.pace) for said in one] == [(said.voice, said.pace) for said in again]
     if can_speak():
         assert len({said.voice for said in one}) > 3
-        assert all(said.pace + 0.5 >= 0.85 * NATURAL and said.pace - 0.5 <= 1.15 * NATURAL for said in one)
+        assert all(
+            said.pace + 0.5 >= 0.85 * NATURAL_WORDS_MIN and said.pace - 0.5 <= 1.15 * NATURAL_WORDS_MIN
+            for said in one
+        )
     told: list[SpokenPhraseFigures] = [
         {
             "text": text,

@@ -21,7 +21,7 @@ from core.speech.recognition.decision import (
     decide,
 )
 from core.speech.recognition.recognizer import StreamingRecognizer
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.sphinx.recognizer import Sphinx
 from core.speech.whisper.recognizer import WhisperRecognizer
 
@@ -47,12 +47,12 @@ def whisper() -> WhisperRecognizer:
 
 def mono(samples: Array, stamp: float = 0.0) -> Sound:
     """Samples (N,) as a sound."""
-    return Sound(stamp=stamp, rate=RATE, samples=samples[:, None])
+    return Sound(stamp=stamp, rate=RATE_HZ, samples=samples[:, None])
 
 
 def pieces(samples: Array, stamp: float = 0.0, length: int = PIECE) -> list[Sound]:
     """Samples (N,) as a sound card delivers them."""
-    return [mono(samples[at : at + length], stamp + at / RATE) for at in range(0, len(samples), length)]
+    return [mono(samples[at : at + length], stamp + at / RATE_HZ) for at in range(0, len(samples), length)]
 
 
 def listened(recognizer: StreamingRecognizer, samples: Array, stamp: float = 0.0) -> list[RecognizedUtterance]:
@@ -63,7 +63,7 @@ def listened(recognizer: StreamingRecognizer, samples: Array, stamp: float = 0.0
 
 def padded(samples: Array, lead: float = 0.7, tail: float = 0.8) -> Array:
     """Samples (N,) with faint noise before, behind and beneath."""
-    whole = np.concatenate((np.zeros(int(lead * RATE)), samples, np.zeros(int(tail * RATE))))
+    whole = np.concatenate((np.zeros(int(lead * RATE_HZ)), samples, np.zeros(int(tail * RATE_HZ))))
     return whole + 3e-4 * np.random.default_rng(0).normal(size=len(whole))
 
 

@@ -11,7 +11,7 @@ from core.errors import BadInput
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
 from core.speech.recognition.decision import Decision
 from core.speech.recognition.recognizer import Utterance
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 from tests.core.perception.voices import far_voice
@@ -47,8 +47,8 @@ class Scribe:
 def spoken(ratio: float, seconds: float = 1.2) -> Sound:
     """A voice from 1.0 rad, with half a second of noise before and a second behind."""
     voice = far_voice(RESPEAKER_ODAS, 1.0, 0.2, ratio=ratio, duration=seconds, stamp=20.0)
-    noise = far_voice(RESPEAKER_ODAS, 1.0, ratio=ratio, duration=1.5, seed=5).samples[: RATE // 2]
-    return Sound(stamp=20.0, rate=RATE, samples=np.concatenate((noise, voice.samples, noise[::-1], noise)))
+    noise = far_voice(RESPEAKER_ODAS, 1.0, ratio=ratio, duration=1.5, seed=5).samples[: RATE_HZ // 2]
+    return Sound(stamp=20.0, rate=RATE_HZ, samples=np.concatenate((noise, voice.samples, noise[::-1], noise)))
 
 
 def pieces(sound: Sound) -> list[Sound]:
@@ -60,14 +60,14 @@ def test_the_beam_has_less_noise_than_one_microphone_and_the_same_bounds():
     one, many = Scribe(), Scribe()
     single, whole = Transcriber(recognizer=one), ArrayTranscriber(RESPEAKER_ODAS, recognizer=many)
     for piece in pieces(spoken(15.0)):
-        single.feed(Sound(stamp=piece.stamp, rate=RATE, samples=piece.samples[:, :1]))
+        single.feed(Sound(stamp=piece.stamp, rate=RATE_HZ, samples=piece.samples[:, :1]))
         whole.feed(piece)
     alone, beamed = one.given[-1], many.given[-3]  # the others are read in other ways
     assert (alone.begin, alone.end) == (beamed.begin, beamed.end)
     assert len(alone.samples) == pytest.approx(len(beamed.samples), abs=2)
 
     def clarity(utterance: Utterance) -> float:
-        return float(utterance.samples.std() / utterance.before[: RATE // 4].std())
+        return float(utterance.samples.std() / utterance.before[: RATE_HZ // 4].std())
 
     assert clarity(beamed) > 1.3 * clarity(alone)
 
@@ -136,6 +136,6 @@ def test_a_long_piece_of_sound_is_searched_for_stop_as_short_ones_are():
 def test_sound_that_does_not_fit_the_array_is_refused():
     ears = ArrayTranscriber(RESPEAKER_ODAS, recognizer=Scribe())
     with pytest.raises(BadInput, match="channel"):
-        ears.feed(Sound(stamp=0.0, rate=RATE, samples=np.zeros((320, 1))))
+        ears.feed(Sound(stamp=0.0, rate=RATE_HZ, samples=np.zeros((320, 1))))
     with pytest.raises(BadInput, match="16000 Hz"):
         ears.feed(Sound(stamp=0.0, rate=48_000, samples=np.zeros((960, 4))))

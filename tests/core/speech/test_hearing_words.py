@@ -12,7 +12,7 @@ from core.sensors.microphones import Sound
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import Decision, RecognizedUtterance, stop
 from core.speech.recognition.recognizer import Utterance, at_16_khz
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.sphinx.garbage_model import choose, command_words, fixed_words, grammar, openings, phones_of
 from core.speech.sphinx.jsgf import NUMBER_RULES, words_of
 from core.speech.transcription.transcriber import Transcriber
@@ -73,10 +73,10 @@ def test_the_first_words_of_commands_compete_with_the_commands():
 @pytest.mark.parametrize("noise", ["white", "babble without words", "silence", "clicks"])
 def test_noise_is_no_command(noise):
     rng = np.random.default_rng(11)
-    length = RATE
+    length = RATE_HZ
     samples = {
         "white": 0.05 * rng.normal(size=length),
-        "babble without words": 0.05 * practice_voice(rng, 1.0, RATE)[:length],
+        "babble without words": 0.05 * practice_voice(rng, 1.0, RATE_HZ)[:length],
         "silence": np.zeros(length),
         "clicks": np.where(rng.random(length) < 0.001, 0.5, 0.0),
     }[noise]
@@ -105,7 +105,7 @@ class HearsCommand:
 
 def test_a_stop_does_not_overtake_what_was_said_before_it():
     """A slow reader gets seconds of sound at once; the robot must not set off after the stop."""
-    sentence = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
+    sentence = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)
     transcriber = Transcriber(recognizer=HearsCommand(sure("turn left")), spotter=HearsStop())
     told = transcriber.feed(mono(padded(sentence, tail=3.0)))
     assert [one.decision.words for one in told] == ["turn left", "stop"]
@@ -132,7 +132,7 @@ class HearsNothing:
 def test_a_stop_that_is_read_in_a_pause_is_told_at_once(decision, early):
     """Not only when the sentence is over; what else was read waits for that."""
     transcriber = Transcriber(recognizer=HearsCommand(decision), spotter=HearsNothing())
-    told, spoken = [], 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
+    told, spoken = [], 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)
     for piece in pieces(padded(spoken, tail=1.5)):
         told += [(one, piece.stamp) for one in transcriber.feed(piece)]
     assert [one.final for one, _ in told] == [False] * (len(told) - 1) + [True]  # the voice may pause in between, too
@@ -156,7 +156,7 @@ def test_a_stop_that_is_read_in_a_pause_is_told_at_once(decision, early):
 )
 def test_a_sentence_that_cannot_go_on_is_over_sooner(words, silence):
     transcriber = Transcriber(recognizer=HearsCommand(sure(words)), spotter=HearsNothing())
-    spoken = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
+    spoken = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)
     told = [
         (one, piece.stamp + piece.duration)
         for piece in mono(padded(spoken, tail=1.5)).pieces(0.05)
@@ -183,7 +183,7 @@ class HearsLater(HearsCommand):
 def test_start_is_read_again_with_all_that_follows(first, last):
     """Beside motors "start" is often the first half of "stop moving"; of other words the first reading counts."""
     reads = HearsLater(sure("stop moving"), sure(first), 0.25)
-    spoken = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
+    spoken = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)
     told = listened(Transcriber(recognizer=reads, spotter=HearsNothing()), padded(spoken, tail=1.5))
     assert [one.decision.words for one in told if one.final] == [last]
 

@@ -14,12 +14,12 @@ from core.perception.sound.array_diagnostics import check
 from core.perception.sound.array_orientation import heard_from
 from core.perception.sound.doa_stream import DoaStream
 from core.pipelines.hear import PIECE_S, RecordingTranscriber
-from core.sensors.microphones import LOUDEST, RESPEAKER_ODAS, MicrophoneArray, Sound
+from core.sensors.microphones import MAX_SAMPLE, RESPEAKER_ODAS, MicrophoneArray, Sound
 from core.settings import Settings
 from core.speech.practice_voice import practice_voice
-from core.speech.recognition.endpointing import HOP, SIZE, Endpointer, Held
+from core.speech.recognition.endpointing import FRAME_SAMPLES, HOP_SAMPLES, Endpointer, Held
 from core.speech.recognition.recognizer import at_16_khz
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.sphinx.decoded_path import NOTHING, decoded
 from core.speech.sphinx.keyword_spotting import SphinxKeywordSpotter
 from core.speech.transcription.array_transcriber import ArrayTranscriber
@@ -28,12 +28,12 @@ from tests.benchmarks.random_sounds import ENTRANCES, ROUND, visit
 from tests.core.speech.ears import engine, padded
 from tests.sound_files import FORMS, write_sound
 
-BLOCKS = (HOP, SIZE, round(PIECE_S * RATE))
+BLOCKS = (HOP_SAMPLES, FRAME_SAMPLES, round(PIECE_S * RATE_HZ))
 AROUND = sorted({0, 1, *(block + more for block in BLOCKS for more in (-1, 0, 1))})
 NUMBERS = (np.nan, np.inf, -np.inf, 1e300)
 
 
-def murmur(count: int, channels: int = 1, stamp: float = 0.0, rate: int = RATE) -> Sound:
+def murmur(count: int, channels: int = 1, stamp: float = 0.0, rate: int = RATE_HZ) -> Sound:
     samples = 1e-3 * np.random.default_rng(count).normal(size=(count, channels))
     return Sound(stamp=stamp, rate=rate, samples=samples)
 
@@ -41,7 +41,7 @@ def murmur(count: int, channels: int = 1, stamp: float = 0.0, rate: int = RATE) 
 def in_a_row(lengths: list[int], channels: int) -> list[Sound]:
     """Pieces of these lengths that follow each other."""
     begins = np.cumsum([0, *lengths])
-    return [murmur(count, channels, at / RATE) for count, at in zip(lengths, begins, strict=False)]
+    return [murmur(count, channels, at / RATE_HZ) for count, at in zip(lengths, begins, strict=False)]
 
 
 @pytest.mark.filterwarnings("error")
@@ -73,7 +73,7 @@ def test_the_ears_take_pieces_of_any_length_after_each_other() -> None:
         SphinxKeywordSpotter(),
     ):
         for piece in pieces:
-            assert ears.feed(Sound(stamp=piece.stamp, rate=RATE, samples=piece.samples[:, :1])) == ()
+            assert ears.feed(Sound(stamp=piece.stamp, rate=RATE_HZ, samples=piece.samples[:, :1])) == ()
         assert isinstance(ears, SphinxKeywordSpotter) or ears.finish() == ()
     array, directions = ArrayTranscriber(RESPEAKER_ODAS, recognizer=engine()), DoaStream(RESPEAKER_ODAS)
     for piece in pieces:
@@ -82,8 +82,8 @@ def test_the_ears_take_pieces_of_any_length_after_each_other() -> None:
 
 
 def test_where_pieces_are_empty_the_utterances_are_the_same() -> None:
-    samples = padded(0.1 * practice_voice(np.random.default_rng(1), 1.2, RATE))
-    whole = Sound(stamp=3.0, rate=RATE, samples=samples[:, None])
+    samples = padded(0.1 * practice_voice(np.random.default_rng(1), 1.2, RATE_HZ))
+    whole = Sound(stamp=3.0, rate=RATE_HZ, samples=samples[:, None])
     found = []
     for empties in (0, 2):
         for ears in (Endpointer(), Held()):
@@ -91,7 +91,9 @@ def test_where_pieces_are_empty_the_utterances_are_the_same() -> None:
             for piece in whole.pieces(0.02):
                 told += ears.feed(piece)
                 for _ in range(empties):
-                    told += ears.feed(Sound(stamp=piece.stamp + piece.duration, rate=RATE, samples=samples[:0, None]))
+                    told += ears.feed(
+                        Sound(stamp=piece.stamp + piece.duration, rate=RATE_HZ, samples=samples[:0, None])
+                    )
             told += ears.finish()
             found.append([(one.begin, one.end, one.sound.stamp, len(one.samples)) for one in told])
     assert found[:2] == found[2:] and all(found)
@@ -105,8 +107,8 @@ def test_nothing_said_is_nothing_decoded() -> None:
 @pytest.mark.parametrize("count", [0, 1, 2, 1023])
 def test_any_rate_becomes_16_khz(rate: int, count: int) -> None:
     told = at_16_khz(murmur(count, 3, 1.0, rate))
-    assert (told.rate, told.channels, told.stamp) == (RATE, 3, 1.0)
-    assert abs(told.duration - count / rate) < 1 / RATE
+    assert (told.rate, told.channels, told.stamp) == (RATE_HZ, 3, 1.0)
+    assert abs(told.duration - count / rate) < 1 / RATE_HZ
 
 
 @pytest.fixture(scope="module")
@@ -118,8 +120,8 @@ def wordy() -> RecordingTranscriber:
 @pytest.mark.parametrize("count", [1, 7_999, 8_000, 8_001, 8_351, 14_720, 16_000])
 def test_a_file_of_any_length_is_heard_to_its_end(wordy: RecordingTranscriber, tmp_path: Path, count: int) -> None:
     """Of 8,351 and 14,720 samples the last piece was once empty: the parts' times do not add up to the whole's."""
-    write_sound(tmp_path / "a.wav", murmur(count).samples, RATE, "pcm16")
-    assert wordy.hear(tmp_path / "a.wav")["audio_s"] == pytest.approx(count / RATE)
+    write_sound(tmp_path / "a.wav", murmur(count).samples, RATE_HZ, "pcm16")
+    assert wordy.hear(tmp_path / "a.wav")["audio_s"] == pytest.approx(count / RATE_HZ)
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -137,30 +139,30 @@ def test_files_of_every_form_hold_what_was_written(tmp_path: Path, form: str, ra
 @pytest.mark.parametrize("number", NUMBERS)
 def test_ears_hear_again_after_samples_that_are_no_numbers(number: float) -> None:
     array = RESPEAKER_ODAS
-    spoilt = murmur(RATE // 10, 4).samples.copy()
+    spoilt = murmur(RATE_HZ // 10, 4).samples.copy()
     spoilt[77, 2] = number
     directions, words = DoaStream(array), ArrayTranscriber(array, recognizer=engine())
     for ears in (directions, words):
         with pytest.raises(BadInput, match="no numbers"):
-            ears.feed(Sound(stamp=0.0, rate=RATE, samples=spoilt))
-        assert ears.feed(murmur(RATE, 4, 0.1)) == ()
+            ears.feed(Sound(stamp=0.0, rate=RATE_HZ, samples=spoilt))
+        assert ears.feed(murmur(RATE_HZ, 4, 0.1)) == ()
 
 
 @pytest.mark.parametrize("number", NUMBERS)
 def test_a_file_with_samples_that_are_no_numbers_is_refused(
     wordy: RecordingTranscriber, tmp_path: Path, number: float
 ) -> None:
-    samples = murmur(RATE).samples.copy()
+    samples = murmur(RATE_HZ).samples.copy()
     samples[3] = number
-    write_sound(tmp_path / "a.wav", samples, RATE, "float64")
+    write_sound(tmp_path / "a.wav", samples, RATE_HZ, "float64")
     with pytest.raises(BadInput, match="no numbers"):
         wordy.hear(tmp_path / "a.wav")
-    samples[3] = LOUDEST / 2  # absurd, but a number
-    write_sound(tmp_path / "a.wav", samples, RATE, "float64")
+    samples[3] = MAX_SAMPLE / 2  # absurd, but a number
+    write_sound(tmp_path / "a.wav", samples, RATE_HZ, "float64")
     assert wordy.hear(tmp_path / "a.wav")["directions"] == []
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, SIZE, 1023, 1024])
+@pytest.mark.parametrize("count", [0, 1, 2, FRAME_SAMPLES, 1023, 1024])
 @pytest.mark.parametrize("array", [RESPEAKER_ODAS, MicrophoneArray(positions=0.04 * np.eye(2, 3), name="line")])
 def test_the_self_check_of_an_array_takes_the_shortest_sound(array: MicrophoneArray, count: int) -> None:
     kinds = {fault.kind for fault in check(murmur(count, 4), array)}

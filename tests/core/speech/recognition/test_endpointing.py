@@ -11,7 +11,7 @@ from core.simulation.acoustics.shoebox import pink_noise
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.endpointing import Endpointer, Held
 from core.speech.recognition.recognizer import Utterance, for_words
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.sphinx.leftover_speech import WordSpan, left_over
 from tests.core.speech.ears import mono, padded, pieces
 
@@ -19,10 +19,10 @@ from tests.core.speech.ears import mono, padded, pieces
 def said(*spans: tuple[float, float], length: float = 6.0, noise: float = 0.003, seed: int = 2) -> np.ndarray:
     """A voice of level 0.1 over the given times [s] in steady noise."""
     rng = np.random.default_rng(seed)
-    samples = noise * pink_noise(rng, 1, int(length * RATE), RATE)[0]
+    samples = noise * pink_noise(rng, 1, int(length * RATE_HZ), RATE_HZ)[0]
     for begin, end in spans:
-        voice = 0.1 * practice_voice(rng, end - begin, RATE)
-        samples[round(begin * RATE) :][: len(voice)] += voice
+        voice = 0.1 * practice_voice(rng, end - begin, RATE_HZ)
+        samples[round(begin * RATE_HZ) :][: len(voice)] += voice
     return samples
 
 
@@ -44,7 +44,7 @@ def test_two_sentences_are_two_utterances_with_their_bounds_whatever_the_noise(n
 def test_half_a_second_before_the_speech_stays_with_it():
     (one,) = cut(said((2.0, 3.0)))
     assert one.begin - one.sound.stamp == pytest.approx(0.5, abs=0.01)
-    assert len(one.before) == pytest.approx(0.5 * RATE, abs=200)
+    assert len(one.before) == pytest.approx(0.5 * RATE_HZ, abs=200)
 
 
 def test_the_cut_does_not_depend_on_the_size_of_the_pieces():
@@ -57,7 +57,7 @@ def test_the_cut_does_not_depend_on_the_size_of_the_pieces():
 
 def test_a_click_is_no_utterance():
     samples = said()
-    samples[3 * RATE : 3 * RATE + 60] += 0.5
+    samples[3 * RATE_HZ : 3 * RATE_HZ + 60] += 0.5
     assert cut(samples) == []
 
 
@@ -69,8 +69,8 @@ def test_speech_without_a_pause_is_cut_at_ten_seconds_and_said_to_be():
 
 def humming(*spans: tuple[float, float], since: float = 2.0, length: float = 14.0) -> np.ndarray:
     """A voice over the given times [s], and a motor that sets in."""
-    samples, start = said(*spans, length=length), round(since * RATE)
-    samples[start:] += 0.03 * pink_noise(np.random.default_rng(9), 1, len(samples) - start, RATE)[0]
+    samples, start = said(*spans, length=length), round(since * RATE_HZ)
+    samples[start:] += 0.03 * pink_noise(np.random.default_rng(9), 1, len(samples) - start, RATE_HZ)[0]
     return samples
 
 
@@ -125,7 +125,7 @@ def test_speech_beside_the_words_is_noticed():
 def test_a_recognizer_is_given_one_channel_at_16_khz_whatever_was_recorded():
     tone = np.sin(2 * np.pi * 440 * np.arange(8000) / 8000)
     fitted = for_words(Sound(stamp=3.0, rate=8000, samples=np.column_stack((0 * tone, tone))), channel=1)
-    assert (fitted.rate, fitted.channels, fitted.stamp) == (RATE, 1, 3.0)
+    assert (fitted.rate, fitted.channels, fitted.stamp) == (RATE_HZ, 1, 3.0)
     assert np.abs(fitted.samples[2000:-2000]).max() == pytest.approx(1.0, abs=0.02)
     for odd in (Sound(stamp=0.0, rate=4000, samples=np.zeros((10, 1))), fitted):
         with pytest.raises(BadInput):
@@ -146,10 +146,10 @@ def test_a_short_pause_offers_what_was_said_so_far_before_it_is_certainly_over()
 
 
 def test_who_reads_what_was_said_so_far_decides_how_long_a_pause_may_follow() -> None:
-    voice = 0.1 * practice_voice(np.random.default_rng(1), 0.8, RATE)
+    voice = 0.1 * practice_voice(np.random.default_rng(1), 0.8, RATE_HZ)
     for gap, hangover, count in ((0.6, 0.45, 2), (0.6, 0.8, 1), (1.1, 0.8, 2), (0.4, 0.45, 1), (0.4, 0.3, 2)):
         ears, told = Endpointer(), []
-        whole = padded(np.concatenate((voice, np.zeros(round(gap * RATE)), voice)), tail=1.5)
+        whole = padded(np.concatenate((voice, np.zeros(round(gap * RATE_HZ)), voice)), tail=1.5)
         for piece in mono(whole).pieces(0.1):
             told += ears.feed(piece)
             if ears.so_far is not None:
@@ -160,7 +160,7 @@ def test_who_reads_what_was_said_so_far_decides_how_long_a_pause_may_follow() ->
 def test_the_words_so_far_are_those_of_the_utterance_under_way() -> None:
     ears = Held()
     assert ears.under_way is None
-    for piece in mono(padded(0.1 * practice_voice(np.random.default_rng(1), 0.8, RATE))).pieces(0.1):
+    for piece in mono(padded(0.1 * practice_voice(np.random.default_rng(1), 0.8, RATE_HZ))).pieces(0.1):
         ears.feed(piece)
     so_far = ears.under_way
     assert so_far is not None and ears.finish()[0].end == so_far.end

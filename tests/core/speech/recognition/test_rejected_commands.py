@@ -10,8 +10,8 @@ import pytest
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.recognition.recognizer import Utterance
-from core.speech.recognition.rejected_commands import OBJECTED, REMEMBERED, RejectedCommands
-from core.speech.settings import RATE
+from core.speech.recognition.rejected_commands import OBJECTION_TIME_S, REJECTION_MEMORY_S, RejectedCommands
+from core.speech.settings import RATE_HZ
 from core.speech.transcription.transcriber import Transcriber
 from tests.core.speech.ears import confirming, listened, padded, sure, unsure
 
@@ -34,8 +34,8 @@ def after(*told: RecognizedUtterance) -> RejectedCommands:
 def test_a_stop_soon_after_an_order_holds_it_back_for_a_while():
     memory = after(heard(GO, 10.0), heard("stop", 13.0, final=False), heard("stop moving", 13.3))
     assert memory.words(14.0) == (GO,)
-    assert memory.words(13.0 + REMEMBERED - 0.1) == (GO,)
-    assert memory.words(13.0 + REMEMBERED) == ()
+    assert memory.words(13.0 + REJECTION_MEMORY_S - 0.1) == (GO,)
+    assert memory.words(13.0 + REJECTION_MEMORY_S) == ()
 
 
 def test_what_is_held_back_twice_is_remembered_with_what_was_heard_instead():
@@ -47,7 +47,7 @@ def test_what_is_held_back_twice_is_remembered_with_what_was_heard_instead():
 @pytest.mark.parametrize(
     "told",
     [
-        (heard(GO, 10.0), heard("stop", 10.0 + OBJECTED)),  # it was under way already
+        (heard(GO, 10.0), heard("stop", 10.0 + OBJECTION_TIME_S)),  # it was under way already
         (heard(GO, 10.0, decided=unsure), heard("stop", 12.0)),  # it was not obeyed
         (heard("turn right", 10.0), heard("stop", 12.0)),  # it began at once: that ended it
         (heard(GO, 8.0), heard("turn left", 10.0), heard("stop", 12.0)),
@@ -88,7 +88,7 @@ class Reader:
 def test_who_reads_words_is_told_what_was_held_back_just_before():
     pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
     reader = Reader(GO, "stop moving", GO)
-    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE))
+    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ))
     told = listened(Transcriber(recognizer=reader), np.concatenate((said, said, said)))
     assert [one.decision.words for one in told if one.final] == [GO, "stop moving", GO]
     assert reader.told == [(), (), (GO,)]
@@ -97,15 +97,15 @@ def test_who_reads_words_is_told_what_was_held_back_just_before():
 def test_what_is_held_back_otherwise_is_remembered_too():
     memory = after(heard(GO, 10.0))
     memory.reject(GO, 11.0)
-    assert memory.words(11.0 + REMEMBERED - 0.1) == (GO,)
-    assert memory.words(11.0 + REMEMBERED) == ()
+    assert memory.words(11.0 + REJECTION_MEMORY_S - 0.1) == (GO,)
+    assert memory.words(11.0 + REJECTION_MEMORY_S) == ()
 
 
 def test_from_one_press_of_the_button_to_the_next_it_is_not_forgotten():
     pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
-    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE))
+    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ))
     reader, memory = Reader(GO, "stop moving", GO), RejectedCommands()
     for press in range(3):
         turn = Transcriber(held=True, recognizer=reader, rejected=memory)
-        listened(turn, said, stamp=press * len(said) / RATE)
+        listened(turn, said, stamp=press * len(said) / RATE_HZ)
     assert reader.told[-1] == (GO,)

@@ -10,7 +10,7 @@ import pytest
 from core.message import Array
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.recognizer import Utterance
-from core.speech.settings import RATE, SpeechSettings
+from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.sphinx.decoded_path import NOTHING, DecodedPath, DecodedPiece, decoded
 from core.speech.sphinx.decoder import decoder, listen_for
 from core.speech.sphinx.jsgf import written
@@ -128,7 +128,7 @@ def test_what_is_read_otherwise_at_another_speed_is_rejected(monkeypatch, misrea
     reader = engine()
     monkeypatch.setattr("core.speech.sphinx.recognizer.decoded", read)
     monkeypatch.setattr("core.speech.sphinx.recognizer.left_over", lambda *_: 0.0)
-    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)))
     heard = reader.decide(Utterance(sound=sound, begin=0.7, end=1.7))
     assert heard.words == "turn left"
     assert (heard.offered[:1] == ("turn left",)) == rejected
@@ -140,7 +140,7 @@ def test_meter_and_meters_ask_for_the_same(monkeypatch):
     heard = iter(["continue two meters", "nothing that counts", "continue two meter", "continue two meters"])
     monkeypatch.setattr("core.speech.sphinx.recognizer.decoded", lambda *_: said(next(heard)))
     monkeypatch.setattr("core.speech.sphinx.recognizer.left_over", lambda *_: 0.0)
-    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)))
     read = engine().decide(Utterance(sound=sound, begin=0.7, end=1.7))
     assert (read.words, read.verdict) == ("continue two meters", "accept")
 
@@ -155,11 +155,11 @@ def test_the_pieces_of_a_decoded_path_cover_the_sound_and_sum_up_to_its_score():
     pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
     reader = decoder(bestpath=False)
     listen_for(reader, "two", written({}, "(turn | come) (left | here)"))
-    samples = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE))
+    samples = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ))
     said = decoded(reader, samples)
     assert len(said.spans) == 2
     assert said.fit == pytest.approx(1024 * math.log(reader.hyp().score), abs=1.0)
     assert said.fit < 0
     ends = [piece.end for piece in said.pieces]
     assert [piece.begin for piece in said.pieces] == pytest.approx([0.0, *ends[:-1]])
-    assert ends[-1] == pytest.approx(len(samples) / RATE, abs=0.05)
+    assert ends[-1] == pytest.approx(len(samples) / RATE_HZ, abs=0.05)

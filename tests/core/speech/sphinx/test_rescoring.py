@@ -10,15 +10,15 @@ import pytest
 from core.message import Array
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.recognizer import Utterance, for_words
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.sphinx.decoded_path import DecodedPath
-from core.speech.sphinx.jsgf import FAR, FINE
-from core.speech.sphinx.rescoring import REJECTED, likelihood, nearest_others, vote
+from core.speech.sphinx.jsgf import FAR_LIKELIHOOD, FINE_LIKELIHOOD
+from core.speech.sphinx.rescoring import REJECTED_NATS, likelihood, nearest_others, vote
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, can_speak, speak
 from tests.core.speech.ears import engine, mono, padded
 from tests.core.speech.sphinx.test_likelihood_ratio import path
 
-TEN = math.log(FAR)
+TEN = math.log(FAR_LIKELIHOOD)
 
 
 @pytest.mark.parametrize(
@@ -28,8 +28,8 @@ TEN = math.log(FAR)
         ("continue one point five meters", 0.0),
         ("continue eleven meters", TEN),
         ("stop at twenty one and minus one hundred two", 2 * TEN),
-        ("continue one point two five meters", math.log(FINE)),
-        ("stop at one point two five and two point one", math.log(FINE)),
+        ("continue one point two five meters", math.log(FINE_LIKELIHOOD)),
+        ("stop at one point two five and two point one", math.log(FINE_LIKELIHOOD)),
         ("stop at one point two and three", 0.0),
     ],
 )
@@ -103,7 +103,7 @@ def test_numbers_that_a_view_reads_otherwise_are_put_to_the_vote(
     reader = engine()
     views = Views({two: (fits[0],) * 9, three: (fits[1],) * 9}, heard=(two, three, two))
     hear_by(monkeypatch, views)
-    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)))
     read = reader.decide(Utterance(sound=sound, begin=0.7, end=1.7))
     if words:
         assert (read.words, read.verdict) == (words, verdict)
@@ -156,7 +156,7 @@ def test_a_number_that_begins_at_once_is_far_ahead_of_the_nearest_other(
     monkeypatch.setattr(
         "core.speech.sphinx.recognizer.nearest_others", lambda *_: [tuple(other.split())] if other else []
     )
-    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)))
     read = reader.decide(Utterance(sound=sound, begin=0.7, end=1.7))
     assert (read.words, read.verdict) == (words, verdict)
 
@@ -164,9 +164,9 @@ def test_a_number_that_begins_at_once_is_far_ahead_of_the_nearest_other(
 @pytest.mark.parametrize(
     ("fits", "words"),
     [
-        ((-30.0, -30.0 - REJECTED + 20.0), "continue three meters"),
-        ((-30.0, -30.0 - REJECTED - 20.0), "continue two meters"),
-        ((-30.0, -30.0 - REJECTED + 5.0), ""),
+        ((-30.0, -30.0 - REJECTED_NATS + 20.0), "continue three meters"),
+        ((-30.0, -30.0 - REJECTED_NATS - 20.0), "continue two meters"),
+        ((-30.0, -30.0 - REJECTED_NATS + 5.0), ""),
     ],
 )
 def test_what_was_held_back_is_heard_again_only_where_it_fits_far_better(
@@ -178,7 +178,7 @@ def test_what_was_held_back_is_heard_again_only_where_it_fits_far_better(
     views = Views({two: (fits[0],) * 9, three: (fits[1],) * 9}, heard=(two,) * 3)
     hear_by(monkeypatch, views)
     monkeypatch.setattr("core.speech.sphinx.recognizer.nearest_others", lambda *_: [tuple(three.split())])
-    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)))
     read = reader.decide(Utterance(sound=sound, begin=0.7, end=1.7, rejected=(two,)))
     if words:
         assert (read.words, read.verdict) == (words, "confirm")
@@ -191,6 +191,6 @@ def test_an_order_without_numbers_that_was_held_back_is_read_at_other_speeds_as_
 ) -> None:
     hear_by(monkeypatch, Views({}, heard=("come here", "turn left")))
     monkeypatch.setattr("core.speech.sphinx.recognizer.nearest_others", lambda *_: [])
-    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE_HZ)))
     read = engine().decide(Utterance(sound=sound, begin=0.7, end=1.7, rejected=("come here",)))
     assert read.verdict == "reject" and "not sure" in read.reason

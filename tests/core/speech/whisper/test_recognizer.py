@@ -13,7 +13,7 @@ from core.message import Array
 from core.recording.sound_file import read_sound
 from core.speech.recognition.decision import NO_COMMAND, Decision, Sentence
 from core.speech.recognition.recognizer import Utterance, for_words
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.synthesis import VoiceSettings, speak
 from core.speech.whisper.joint_search import Found, ScoredText
 from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter
@@ -24,7 +24,7 @@ from tests.core.speech.ears import mono, padded, pieces, whisper
 
 
 def utterance(samples: Array, *, cut: bool = False, rejected: tuple[str, ...] = ()) -> Utterance:
-    return Utterance(sound=mono(samples), begin=0.0, end=len(samples) / RATE, cut=cut, rejected=rejected)
+    return Utterance(sound=mono(samples), begin=0.0, end=len(samples) / RATE_HZ, cut=cut, rejected=rejected)
 
 
 def clip(folder: Path, name: str) -> Array:
@@ -46,9 +46,9 @@ class Searched(WhisperRecognizer):
         )
 
     def search(self, samples: Array) -> Found:
-        if self._slower is None or len(samples) <= RATE:
+        if self._slower is None or len(samples) <= RATE_HZ:
             return self._found
-        assert len(samples) == pytest.approx(1.1 * RATE)
+        assert len(samples) == pytest.approx(1.1 * RATE_HZ)
         texts = tuple(ScoredText(text=text, nats=nats) for text, nats in self._slower.items())
         return Found(spellings=texts, free=())
 
@@ -57,18 +57,18 @@ def decided(
     spellings: dict[str, float], free: dict[str, float], *, cut: bool = False, rejected: str = ""
 ) -> Decision:
     return Searched(spellings, free).decide(
-        utterance(np.ones(RATE), cut=cut, rejected=(rejected,) if rejected else ())
+        utterance(np.ones(RATE_HZ), cut=cut, rejected=(rejected,) if rejected else ())
     )
 
 
 def test_the_mel_filters_have_equal_area_and_cover_the_band():
-    areas = filters().sum(1) * RATE / 400
+    areas = filters().sum(1) * RATE_HZ / 400
     assert areas[10:] == pytest.approx(1.0, abs=0.25)
     assert (filters()[:, 2:-1].sum(0) > 0).all()
 
 
 def test_the_spectrogram_has_three_seconds_of_silence_behind_the_sound():
-    mel = log_mel(0.1 * np.sin(np.arange(RATE)))
+    mel = log_mel(0.1 * np.sin(np.arange(RATE_HZ)))
     assert mel.shape == (80, 500)
     assert (mel[:, -300:] == mel.min()).all()
 
@@ -84,7 +84,7 @@ def test_a_sentence_that_is_written_again_and_again_is_given_up(monkeypatch):
     reader, steps, advance = whisper(), [], Decoding.advance
     monkeypatch.setattr(Decoding, "advance", lambda self, *row: steps.append(row) or advance(self, *row))
     samples = for_words(speak("turn left", VoiceSettings(voice="en-us"))).samples[:, 0]
-    found = reader.search(np.concatenate((np.zeros(RATE // 5), samples)))
+    found = reader.search(np.concatenate((np.zeros(RATE_HZ // 5), samples)))
     assert found.free[0].text == found.spellings[0].text == "Turn left"
     assert len(steps) <= 6
 
@@ -126,7 +126,7 @@ def test_a_small_lead_over_other_numbers_is_rejected_or_confirmed(lead, verdict)
     ],
 )
 def test_a_number_that_would_be_rejected_is_read_once_more_in_slower_speech_and_confirmed(slower, verdict):
-    heard = utterance(np.ones(RATE))
+    heard = utterance(np.ones(RATE_HZ))
     spellings = {"continue 2.5 meters": -1.0, "continue 1.5 meters": -1.2}
     told = Searched(spellings, {}, slower).decide(heard)
     assert told.verdict == verdict
@@ -136,7 +136,7 @@ def test_a_number_that_would_be_rejected_is_read_once_more_in_slower_speech_and_
 def test_two_readings_that_differ_move_nothing():
     slower = {"continue 2.5 meters": -1.0, "continue 1.5 meters": -6.0}
     told = Searched({"continue 1.5 meters": -1.0, "continue 2.5 meters": -1.2}, {}, slower).decide(
-        utterance(np.ones(RATE))
+        utterance(np.ones(RATE_HZ))
     )
     assert told.verdict == "reject" and set(told.did_you_mean) == {"continue 2.5 meters", "continue 1.5 meters"}
 
@@ -148,11 +148,11 @@ def test_two_readings_that_differ_move_nothing():
 def test_one_word_that_moves_the_robot_must_be_heard_in_slower_speech_too(slower, free, goes):
     class Slower(Searched):
         def search(self, samples):
-            if len(samples) <= RATE:
+            if len(samples) <= RATE_HZ:
                 return self._found
             return Searched(slower, free)._found
 
-    told = Slower({"Come.": -1.0}, {"Camel.": -9.0}).decide(utterance(np.ones(RATE)))
+    told = Slower({"Come.": -1.0}, {"Camel.": -9.0}).decide(utterance(np.ones(RATE_HZ)))
     assert (told.command is not None) is goes and told.waits is goes
 
 
@@ -166,10 +166,10 @@ def test_the_confidence_in_a_number_is_the_probability_that_it_is_right():
 def test_what_is_clear_is_read_only_once():
     class Once(Searched):
         def search(self, samples):
-            assert len(samples) <= RATE
+            assert len(samples) <= RATE_HZ
             return super().search(samples)
 
-    heard = utterance(np.ones(RATE))
+    heard = utterance(np.ones(RATE_HZ))
     assert Once({"continue 2 meters": -1.0, "continue 3 meters": -3.1}, {}).decide(heard).verdict == "accept"
 
 
@@ -247,9 +247,9 @@ def test_a_number_below_one_that_is_little_likelier_than_one_above_only_stops():
 
 def test_digits_that_are_written_often_are_no_likelier_for_it():
     known = Searched({"continue 1.5 meters": -3.0, "continue 1.9 meters": -2.4}, {})
-    assert known.decide(utterance(np.ones(RATE))).verdict == "reject"
+    assert known.decide(utterance(np.ones(RATE_HZ))).verdict == "reject"
     known._decimals = whisper()._decimals
-    assert known.decide(utterance(np.ones(RATE))).echo == "continue 1.9 meters"
+    assert known.decide(utterance(np.ones(RATE_HZ))).echo == "continue 1.9 meters"
     found = known.meanings(Found(spellings=(ScoredText(text="stop at 1.25 and 2", nats=-3.0),), free=()))
     assert found[0].by_chance == 0.0
 
@@ -277,7 +277,7 @@ def test_what_a_room_makes_of_words_is_confirmed_where_nothing_else_is_nearly_as
 def test_words_that_are_rarely_said_may_be_further_behind_free_text_and_are_confirmed_there():
     known = Searched({"follow the wall": -6.0}, {"follow them world": -4.0})
     known._fixed = {"follow_wall": RARE}
-    assert known.decide(utterance(np.ones(RATE))).verdict == "confirm"
+    assert known.decide(utterance(np.ones(RATE_HZ))).verdict == "confirm"
     assert decided({"follow the wall": -6.0}, {"follow them world": -4.0}).verdict == "reject"
 
 
@@ -356,7 +356,8 @@ def test_sounds_of_every_length_are_read(length, kinds):
 @pytest.mark.campaign  # words at the end of one are read in test_word_times
 def test_a_sound_longer_than_the_model_knows_is_read():
     assert (
-        whisper().decide(utterance(0.01 * np.random.default_rng(0).normal(size=45 * RATE), cut=True)).command is None
+        whisper().decide(utterance(0.01 * np.random.default_rng(0).normal(size=45 * RATE_HZ), cut=True)).command
+        is None
     )
 
 
@@ -401,7 +402,7 @@ def test_without_pocketsphinx_stop_is_spotted_before_the_sentence_is_over(shared
     samples = padded(clip(shared_data / "speech_commands_tts", "flite_slt_20.flac"))  # stop at three point two and …
     told = [*islice((one for piece in pieces(samples) for one in spotter.feed(piece)), most)]
     assert told and all(one.decision.stops and not one.final for one in told)
-    assert told[0].end < len(samples) / RATE - 1.5
+    assert told[0].end < len(samples) / RATE_HZ - 1.5
 
 
 @pytest.mark.parametrize("text", [">>", "You", " you.", "[Music]"])

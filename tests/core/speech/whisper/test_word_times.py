@@ -10,7 +10,7 @@ import pytest
 
 from core.message import Array
 from core.speech.recognition.recognizer import Utterance, for_words
-from core.speech.settings import RATE
+from core.speech.settings import RATE_HZ
 from core.speech.synthesis import VoiceSettings, speak
 from core.speech.whisper.recognizer import LONGEST
 from core.speech.whisper.word_times import FIRST, FRAME, LAST, spans_of
@@ -55,7 +55,7 @@ def said(words: str, voice: str, pace: int = VoiceSettings().speed) -> Array:
 
 def heard(samples: Array, begin: float) -> Utterance:
     """All of it is one utterance, which begins so many seconds from its own beginning, at 100 s."""
-    end = 100.0 + len(samples) / RATE
+    end = 100.0 + len(samples) / RATE_HZ
     return Utterance(sound=mono(samples, 100.0), begin=100.0 + begin, end=end)
 
 
@@ -70,26 +70,26 @@ def heard(samples: Array, begin: float) -> Utterance:
 )
 def test_the_words_of_a_command_end_before_those_of_another_talker(command: str, at: float) -> None:
     """Who is fainter, as in a beam, and begins `at` so much of them."""
-    quiet = 0.001 * np.random.default_rng(0).normal(size=round(4.0 * RATE))
+    quiet = 0.001 * np.random.default_rng(0).normal(size=round(4.0 * RATE_HZ))
     words, talk = said(command, "en-us"), said("the meeting begins at nine", "en-gb-x-rp")
-    begin = 0.4 + at * len(words) / RATE
-    quiet[round(0.4 * RATE) :][: len(words)] += words
-    quiet[round(begin * RATE) :][: len(talk)] += 0.2 * talk
-    decision = whisper().decide(heard(quiet[: round(begin * RATE) + len(talk)], 0.35))
+    begin = 0.4 + at * len(words) / RATE_HZ
+    quiet[round(0.4 * RATE_HZ) :][: len(words)] += words
+    quiet[round(begin * RATE_HZ) :][: len(talk)] += 0.2 * talk
+    decision = whisper().decide(heard(quiet[: round(begin * RATE_HZ) + len(talk)], 0.35))
     assert decision.command is not None
     assert decision.command.heard_as == command
     assert decision.said is not None
     assert decision.said[0] == pytest.approx(100.4, abs=0.25)
-    assert decision.said[1] == pytest.approx(100.4 + len(words) / RATE, abs=0.4)
+    assert decision.said[1] == pytest.approx(100.4 + len(words) / RATE_HZ, abs=0.4)
 
 
 def test_behind_another_talker_it_is_not_the_talk_that_is_taken_for_the_words() -> None:
-    quiet = 0.001 * np.random.default_rng(0).normal(size=round(4.0 * RATE))
+    quiet = 0.001 * np.random.default_rng(0).normal(size=round(4.0 * RATE_HZ))
     talk, words = said("the meeting begins at nine", "en-gb-x-rp"), said("come here", "en-us")
-    begin = 0.4 + len(talk) / RATE
-    quiet[round(0.4 * RATE) :][: len(talk)] += 0.05 * talk
-    quiet[round(begin * RATE) :][: len(words)] += words
-    decision = whisper().decide(heard(quiet[: round(begin * RATE) + len(words)], 0.4))
+    begin = 0.4 + len(talk) / RATE_HZ
+    quiet[round(0.4 * RATE_HZ) :][: len(talk)] += 0.05 * talk
+    quiet[round(begin * RATE_HZ) :][: len(words)] += words
+    decision = whisper().decide(heard(quiet[: round(begin * RATE_HZ) + len(words)], 0.4))
     assert decision.command is not None
     assert decision.said is None or decision.said[1] > 100 + begin + 0.3
 
@@ -103,7 +103,7 @@ def test_behind_another_talker_it_is_not_the_talk_that_is_taken_for_the_words() 
     ],
 )
 def test_words_that_fill_their_utterance_and_words_to_nobody_have_its_times(words: str, pace: int) -> None:
-    quiet = np.zeros(round(0.3 * RATE))
+    quiet = np.zeros(round(0.3 * RATE_HZ))
     alone = heard(np.concatenate((quiet, said(words, "en-us", pace), quiet)), 0.3)
     decision = whisper().decide(replace(alone, end=alone.end - 0.3))
     assert decision.command is not None
@@ -116,7 +116,7 @@ def test_words_at_the_end_of_more_sound_than_the_model_knows_are_timed(
 ) -> None:
     """With a bound of 3 s in the place of the model's, which takes ten times as long."""
     monkeypatch.setattr("core.speech.whisper.recognizer.LONGEST", longest)
-    sound = np.concatenate((np.zeros((longest + 2) * RATE), said("come here", "en-us"), np.zeros(RATE)))
+    sound = np.concatenate((np.zeros((longest + 2) * RATE_HZ), said("come here", "en-us"), np.zeros(RATE_HZ)))
     decision = whisper().decide(heard(sound, 0.2))
     assert decision.command is not None
     assert decision.said is not None
