@@ -30,12 +30,13 @@ from core.commands import spec_of
 from core.gate.status import GateStatus
 from core.message import Array
 from core.robots import Profile
+from core.robots.requests import PlaybackState
 from core.sentences import code_of
 from core.slam.consistency import faded_band
 from core.slam.ekf_slam import NIS_FADE
 from core.slam.estimate import Estimate, Landmark
 from core.slam.scan_matching.agreement import MoveAgreement
-from core.snapshot import ActiveCommandStatus, CameraView, Notice, Snapshot
+from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Notice, Snapshot
 
 NIS_BAND = faded_band(NIS_FADE)
 
@@ -109,6 +110,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         gate=gate(around.robot.status(), snapshot),
         lease=lease(around.lease, now),
         recording=None if "replay" in profile.capabilities else recorder(parts[RecordingService]),
+        playback=playback(parts[PlaybackController].state, snapshot.other),
         viewers=around.sockets.people,
         notices=[notice_line(one) for one in around.notifications.shown],
         history_revision=around.history.revision,
@@ -279,6 +281,40 @@ def recorder(service: RecordingService) -> messages.RecorderState:
     )
 
 
+def playback(state: PlaybackState | None, other: Comparison | None) -> messages.PlaybackView | None:
+    """The ways of a recording, and how they differ."""
+    if state is None:
+        return None
+    return messages.PlaybackView(
+        way=state.way,
+        compare=state.compare,
+        ways=list(state.ways),
+        computed_since_s=state.computed_since_s,
+        reached_speed=state.reached,
+        comparison=None if other is None else comparison(other),
+    )
+
+
+def comparison(other: Comparison) -> messages.ComparisonState:
+    """The other way, thinned for the page."""
+    at, step = other.pose, max(1, math.ceil(len(other.trail) / MAX_TRAIL_POINTS))
+    return messages.ComparisonState(
+        pose=messages.TruePose(near(at.x), near(at.y), near(at.heading)),
+        trail=[(x, y) for x, y in rounded(other.trail[::-step][::-1], DECIMAL_DIGITS)],
+        landmarks=[(x, y) for x, y in rounded(other.landmarks, DECIMAL_DIGITS)],
+        distance_m=near(other.distance),
+        turn_rad=near(other.turn),
+        worst_m=near(other.worst),
+        recorded_landmarks=other.landmark_counts[0],
+        computed_landmarks=other.landmark_counts[1],
+        recorded_edges=other.edge_counts[0],
+        computed_edges=other.edge_counts[1],
+        direction_rad=None if other.direction is None else near(other.direction),
+        frames=other.frames,
+        same=other.same,
+    )
+
+
 def card(profile: Profile) -> messages.RobotCard:
     """The description of the robot."""
     return messages.RobotCard(
@@ -300,6 +336,7 @@ def card(profile: Profile) -> messages.RobotCard:
 
 
 DECIMAL_DIGITS = 3
+MAX_TRAIL_POINTS = 200  # of the other way of a recording
 
 
 def late_command(late: LateCommand | None) -> messages.LateCommandState | None:

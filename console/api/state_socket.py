@@ -24,7 +24,7 @@ from console.broadcast import CloseSocket, Subscriber
 from console.calibration.service import CalibrationService
 from console.control.command_freshness import Spoken
 from console.control.pending_commands import PendingCommands
-from console.control.playback import PlaybackController
+from console.control.playback import PlaybackController, PlaybackOrder
 from console.control.stop import latched
 from console.http.problems import Problem, refused
 from console.http.rate_counter import RateCounter
@@ -246,7 +246,8 @@ class StateSocket:
         """The recording's driver is asked without keeping this socket waiting."""
         answer = messages.AnswerMessage(message.ref, True, 200)
         try:
-            await self._runtime.parts[PlaybackController].steer(message.do, message.value, self._person)
+            order = PlaybackOrder(message.action, message.t_s, message.speed, message.way, message.compare)
+            await self._runtime.parts[PlaybackController].steer(order, self._person)
         except (Problem, BeckonError) as error:
             answer = refused(message.ref, error)
         self._tell(answer)

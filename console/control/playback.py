@@ -5,17 +5,45 @@ from __future__ import annotations
 import asyncio
 from typing import Literal
 
+import msgspec
+
 from console.access.logins import Person
 from console.control.history import History
 from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.part import Part
 from console.robot.link import RobotLink
-from core.robots.requests import Pause, Play, PlaybackState, RobotRequest, Seek, SetSpeed
+from core.pilot.replayed_drive import ReplayFrame
+from core.robots.requests import (
+    Pause,
+    Play,
+    PlaybackMark,
+    PlaybackState,
+    ReadMarks,
+    ReadPlayback,
+    RobotRequest,
+    Seek,
+    SetSpeed,
+    ShowWay,
+)
+from core.sensors import SensorFrame
+from core.snapshot import Snapshot
 
-PlaybackAction = Literal["play", "pause", "speed", "seek"]
+PlaybackAction = Literal["play", "pause", "seek", "speed", "way"]
+PlaybackWay = Literal["recorded", "computed"]
 
 REACHED_SHARE = 0.95  # of the speed that was asked for, from which on it counts as reached
+NO_RECORDING = "Only a recording can be played, paused and sought."
+
+
+class PlaybackOrder(msgspec.Struct, frozen=True):
+    """One action with its values."""
+
+    action: PlaybackAction
+    t_s: float | None = None  # [s] from the start, of seek
+    speed: float | None = None  # times real time, of speed
+    way: PlaybackWay | None = None  # of way
+    compare: bool = False  # of way: the other one is drawn over it
 
 
 class PlaybackController(Part):
@@ -23,37 +51,57 @@ class PlaybackController(Part):
 
     def __init__(self, robot: RobotLink, history: History, notifications: Notifications) -> None:
         self.speed = 1.0  # of the playback, times real time
+        self.state: PlaybackState | None = None  # newest of a recording that says how it plays with every frame
         self._robot = robot
         self._history = history
         self._notifications = notifications
+        self._marks: tuple[PlaybackMark, ...] | None = None
 
-    async def steer(self, do: PlaybackAction, value: float | None, who: Person) -> None:
-        """Play, pause, speed (times real time), seek (0..1). Raises Problem 403, 409, 422."""
+    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
+        """Take how it plays."""
+        if isinstance(frame, ReplayFrame):
+            self.state = frame.playback
+
+    async def steer(self, order: PlaybackOrder, who: Person) -> None:
+        """Play, pause, change the speed, seek, show another way. Raises Problem 403, 409, 422."""
         if not who.may("operator"):
             raise Problem(403, "Only an operator can steer the playback.")
-        if "replay" not in self._robot.profile.capabilities:
-            raise Problem(409, "Only a recording can be played, paused and sought.")
-        answer = await asyncio.to_thread(self._robot.ask, request_of(do, value))
+        self._check(409)
+        answer = await asyncio.to_thread(self._robot.ask, self._request(order))
         self.speed = answer.speed
-        if do == "speed" and value is not None and self.speed < REACHED_SHARE * value:
+        if order.action == "speed" and order.speed is not None and self.speed < REACHED_SHARE * order.speed:
             self._notifications.tell(
                 "info", f"It plays {self.speed:.2g} times as fast: beyond, scans would be left out."
             )
-        self._history.add("playback", who, words=do)
+        self._history.add("playback", who, words=order.action)
 
+    async def read(self) -> tuple[PlaybackState, tuple[PlaybackMark, ...]]:
+        """How it plays, and what happened in it. Raises Problem 404 where none plays."""
+        self._check(404)
+        if self._marks is None:
+            self._marks = (await asyncio.to_thread(self._robot.ask, ReadMarks())).marks
+        return await asyncio.to_thread(self._robot.ask, ReadPlayback()), self._marks
 
-def request_of(do: PlaybackAction, value: float | None) -> RobotRequest[PlaybackState]:
-    """Request to the recording's driver. Raises Problem 422 where a value is missing."""
-    match do:
-        case "play":
-            return Play()
-        case "pause":
-            return Pause()
-        case "speed":
-            if value is None:
-                raise Problem(422, "A speed needs a value.")
-            return SetSpeed(value=value)
-        case "seek":
-            if value is None:
-                raise Problem(422, "To seek needs a value.")
-            return Seek(value=value)
+    def _check(self, status: int) -> None:
+        if "replay" not in self._robot.profile.capabilities:
+            raise Problem(status, NO_RECORDING)
+
+    def _request(self, order: PlaybackOrder) -> RobotRequest[PlaybackState]:
+        """Request to the recording's driver. Raises Problem 422 where a value is missing."""
+        match order.action:
+            case "play":
+                return Play()
+            case "pause":
+                return Pause()
+            case "speed":
+                if order.speed is None:
+                    raise Problem(422, "A speed needs a value: speed.")
+                return SetSpeed(value=order.speed)
+            case "seek":
+                if order.t_s is None:
+                    raise Problem(422, "To seek needs a time: t_s.")
+                return Seek(value=order.t_s / (self._robot.profile.duration or 1.0))
+            case "way":
+                if order.way is None:
+                    raise Problem(422, "To show another way needs its name: way.")
+                return ShowWay(way=order.way, compare=order.compare)

@@ -62,11 +62,17 @@ class HaltResetMessage(InboundMessage, tag="halt_reset"):
 
 
 class PlaybackMessage(InboundMessage, tag="playback"):
-    """Steer a recording: `value` is the speed (times real time) or the place to seek (0..1)."""
+    """Steer a recording: `t_s` [s] from its start is the place to seek, `speed` is in times real time.
 
-    do: Literal["play", "pause", "speed", "seek"]
+    `way` shows what was recorded, or what is computed now; with `compare` one over the other.
+    """
+
+    action: Literal["play", "pause", "seek", "speed", "way"]
     ref: Count
-    value: float | None = None
+    t_s: float | None = None
+    speed: float | None = None
+    way: Literal["recorded", "computed"] | None = None
+    compare: bool = False
 
 
 class SubscriptionMessage(InboundMessage, tag="want"):

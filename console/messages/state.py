@@ -197,6 +197,35 @@ class RecorderState(Struct):
     revision: int  # grows whenever the list of recordings has changed
 
 
+class ComparisonState(Struct):
+    """The other way of a recording beside the one that is shown, in its world, and the difference in numbers."""
+
+    pose: TruePose
+    trail: list[tuple[float, float]]  # x, y [m], thinned
+    landmarks: list[tuple[float, float]]
+    distance_m: float  # between the two poses now
+    turn_rad: float
+    worst_m: float  # the largest distance since computing began
+    recorded_landmarks: int
+    computed_landmarks: int
+    recorded_edges: int  # in the newest picture
+    computed_edges: int
+    direction_rad: float | None  # between the voices that were heard last
+    frames: int  # that were compared
+    same: bool  # every pose, edge, direction and map until now, to the last bit
+
+
+class PlaybackView(Struct):
+    """A recording of Beckon's own: the ways in which it is shown."""
+
+    way: str  # "recorded" | "computed"
+    compare: bool
+    ways: list[str]
+    computed_since_s: float | None  # from its start
+    reached_speed: float | None  # times real time, where computing is slower than what was asked for
+    comparison: ComparisonState | None
+
+
 class LeaseState(Struct):
     """The lease: the operator who drives."""
 
@@ -246,6 +275,7 @@ class State(Struct, tag_field="kind", tag="state"):
     gate: GateState
     lease: LeaseState
     recording: RecorderState | None  # None: a recording plays
+    playback: PlaybackView | None  # None: no recording of Beckon's own plays
     viewers: int  # people with a page or a program that listens, this one among them
     notices: list[NoticeLine]
     history_revision: int

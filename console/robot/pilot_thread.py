@@ -12,6 +12,7 @@ from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
 from core.gate.scheduling import PILOT_RANK, stay_first
 from core.pilot.pilot import Pilot
+from core.pilot.replayed_drive import ReplayFrame
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
 
@@ -120,6 +121,12 @@ class PilotThread:
         if self._thread.is_alive():
             self._thread.join(2.0)
 
+    def _step(self, frame: SensorFrame, deaf: bool) -> tuple[Snapshot, SensorFrame]:
+        """One frame → its snapshot and what is used of it; a recording of ours brings the snapshot along."""
+        if isinstance(frame, ReplayFrame):
+            return frame.shown, frame
+        return self.pilot.step(frame, deaf=deaf), self.pilot.frame
+
     def _run(self) -> None:
         stay_first(PILOT_RANK)
         try:
@@ -130,10 +137,10 @@ class PilotThread:
                     continue
                 arrived = time.monotonic()
                 deaf = frame.sound is not None and self._deaf(frame.stamp)
-                snapshot = self.pilot.step(frame, deaf=deaf)
+                snapshot, used = self._step(frame, deaf)
                 self._setpoint_sender.follow(snapshot)
                 self._robot.reach(frame.stamp)
-                self._publish(snapshot, self.pilot.frame)
+                self._publish(snapshot, used)
                 self.pace.note(frame.stamp, arrived, time.monotonic() - arrived)
         except Exception as fault:
             self._over.set()

@@ -30,6 +30,7 @@ from console.scene.overlays.landmarks import Landmarks
 from console.scene.overlays.loop_closures import LoopClosureArcs
 from console.scene.overlays.marks import MarksOnMap, ShownMarks
 from console.scene.overlays.occupancy import Occupancy
+from console.scene.overlays.other_way import OtherWayGhost
 from console.scene.overlays.people import People
 from console.scene.overlays.plan import Plan
 from console.scene.overlays.pose_ellipse import PoseEllipse
@@ -73,6 +74,7 @@ OVERLAYS: tuple[type[Overlay], ...] = (
     ScanPoints,
     TrailLine,
     DeadReckoningGhost,
+    OtherWayGhost,
     Landmarks,
     Associations,
     LoopClosureArcs,

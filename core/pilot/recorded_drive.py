@@ -7,7 +7,6 @@ it, so the same settings give the same poses, map, edges and directions to the l
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -42,7 +41,7 @@ from core.settings import Settings
 from core.slam.estimate import Estimate, Landmark, SlamHealth
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.motion import Increment
-from core.snapshot import CameraView, Comparison, Hearing, Snapshot
+from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Hearing, Snapshot
 
 MAP = "/map"  # topic
 MAX_ODDS = 8.0  # log odds of a cell that is held to be sure
@@ -80,6 +79,7 @@ class AsRecorded:
         self._trail, self._drifted = Trail(), Trail()
         self._points, self._landmarks, self._grid = NO_POINTS, (), EMPTY_GRID
         self._view: CameraView | None = None
+        self._endings: tuple[ActiveCommandStatus, ...] = ()  # since the newest snapshot
         self.digest = ""  # of the newest map that was sent, as it was then
 
     def begin(self, grid: Envelope | None, landmarks: tuple[Landmark, ...], trail: Array = NO_POINTS) -> None:
@@ -90,9 +90,12 @@ class AsRecorded:
         self._points, self._landmarks, self._view = NO_POINTS, landmarks, None
         self._grid = EMPTY_GRID if grid is None else self._decoded(grid)
 
-    def take(self, moment: DriveMoment) -> Snapshot | None:
-        """One moment → what was shown of it; None where nothing was computed that day."""
-        frame, record = moment.frame, moment.record
+    def take(self, moment: DriveMoment, *, newest: bool = True) -> Snapshot | None:
+        """One moment → what was shown of it; None where nothing was computed that day, or it is not the newest.
+
+        Of a moment that is not, no picture and no scan is decoded.
+        """
+        record = moment.record
         results = None if record is None else record.results
         if results is None:
             return None
@@ -102,6 +105,12 @@ class AsRecorded:
         if results.landmarks is not None:
             self._landmarks = landmarks_of(results.landmarks)
         pose, dead = pose_of(results.pose), pose_of(results.dead_reckoning)
+        self._endings = (*self._endings, *(end for row in results.endings if (end := command_of(row)) is not None))
+        if not newest:
+            self._trail.add(pose.x, pose.y)
+            self._drifted.add(dead.x, dead.y)
+            return None
+        frame = moment.frame
         self._see(frame, pose)
         image = frame.image
         if results.edges is not None and image is not None:
@@ -113,7 +122,7 @@ class AsRecorded:
         return self._snapshot(frame, results, pose, dead)
 
     def _snapshot(self, frame: SensorFrame, results: ResultRecord, pose: Pose, dead: Pose) -> Snapshot:
-        voices = voices_of(results.voices)
+        voices, endings, self._endings = voices_of(results.voices), self._endings, ()
         return Snapshot(
             stamp=frame.stamp,
             estimate=Estimate(pose=pose, covariance=np.array(results.covariance).reshape(3, 3)),
@@ -130,6 +139,7 @@ class AsRecorded:
             path=path_of(results.path),
             goal=None if results.goal is None else np.array(results.goal),
             active_command=command_of(results.command),
+            endings=endings,
             view=self._view,
             hearing=Hearing(listening=frame.sound is not None, speaking=False, level_db=None, voices=voices),
             contact=frame.contact,
@@ -248,11 +258,23 @@ class Comparer:
         )
 
 
-def both_ways(drive: DriveRecording, settings: Settings) -> Iterator[tuple[DriveMoment, Snapshot | None, Snapshot]]:
-    """A whole recording: every moment as recorded, and as computed now. Raises BadInput."""
-    recorded, computed = AsRecorded(robot_of(drive).built), ComputedNow(drive, settings)
-    for moment in drive.moments():
-        yield moment, recorded.take(moment), computed.take(moment)
+def seen_from_computed(comparison: Comparison, recorded: Snapshot, drawn: Pose) -> Comparison:
+    """The same comparison where what is computed is shown, and what was recorded lies over it."""
+    back = drawn.inverse()
+    return replace(
+        comparison,
+        pose=back @ recorded.estimate.pose,
+        trail=frozen(back.apply(recorded.trail)),
+        landmarks=frozen(back.apply(_places(recorded))),
+        turn=-comparison.turn,
+    )
+
+
+def landmarks_with(drive: DriveRecording, grid: Envelope) -> tuple[Landmark, ...]:
+    """The landmarks that were written with a map."""
+    moment = drive.moment_of(grid)
+    results = None if moment is None or moment.record is None else moment.record.results
+    return () if results is None or results.landmarks is None else landmarks_of(results.landmarks)
 
 
 def _edges(snapshot: Snapshot) -> list[tuple[float, ...]]:

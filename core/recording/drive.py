@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -35,20 +36,55 @@ from core.sensors.recordable import samples_of, unpack_picture
 LIBRARY = b"beckon"  # in the header of the file
 ODOMETRY_TOPIC = "/odom"
 CAMERA_TOPIC, INFO_TOPIC = "/camera/image/compressed", "/camera/camera_info"
+READINGS = frozenset({LASER_SCAN, ODOMETRY, COMPRESSED, RAW_AUDIO})
 FORM = "Beckon's recording"
-SAME_MOMENT_S = 1e-9
+SAME_MOMENT_S = 1e-6  # Unix times have no more digits
 BEFORE_SEEK_S = 2.0  # [s] before a place that are read for the newest of what changes often
 UNREADABLE = (ValueError, msgspec.MsgspecError, AttributeError, struct.error, UnicodeDecodeError, BadInput)
 
 
-@dataclass(frozen=True)
 class DriveMoment:
-    """One frame, and everything else that was written with it."""
+    """One frame, and everything else that was written with it; its bulk is decoded when it is asked for."""
 
-    logged: float  # [s] Unix time
-    frame: SensorFrame
-    record: FrameRecord | None  # None: recorded before there were any
-    others: tuple[Envelope, ...] = field(default=())  # results, as they lie in the file
+    def __init__(
+        self, logged: float, group: tuple[Envelope, ...], record: FrameRecord | None, tally: ReadReport
+    ) -> None:
+        """`logged` [s], Unix time; `record`: None where it was recorded before there were any."""
+        self.logged, self.record = logged, record
+        self._group, self._tally = group, tally
+
+    @cached_property
+    def frame(self) -> SensorFrame:
+        """The whole frame."""
+        readings = self._readings()
+        return readings.frame(self.record) or SensorFrame(stamp=self.logged)
+
+    @property
+    def light_frame(self) -> SensorFrame:
+        """The frame without ranges, pictures and samples."""
+        return self.frame if self.record is None else self.record.frame(None, None, None)
+
+    @property
+    def others(self) -> tuple[Envelope, ...]:
+        """The results, as they lie in the file."""
+        return tuple(one for one in self._group if one.kind not in READINGS)
+
+    @property
+    def is_frame(self) -> bool:
+        """True where there is a frame in it."""
+        return self.record is not None or any(one.kind in READINGS for one in self._group)
+
+    def _readings(self) -> _Readings:
+        found = _Readings()
+        for one in self._group:
+            if one.kind not in READINGS:
+                continue
+            try:
+                found.take(one)
+                self._tally.read += 1
+            except Exception:  # whatever a decoder raises on damaged bytes, the next message may be fine
+                self._tally.skip("it cannot be decoded", f"a message of {one.topic}")
+        return found
 
 
 def is_drive(path: Path) -> bool:
@@ -118,9 +154,27 @@ class DriveRecording:
         for number in self._chunks.numbers_with(topic):
             yield from (one for one in self._chunks.messages(number) if one.topic == topic)
 
-    def groups(self) -> Iterator[tuple[float, tuple[Envelope, ...]]]:
-        """Time [s] after the start and messages of every moment, none of them read."""
-        return ((logged - self.start, group) for logged, group in self._groups(0))
+    @property
+    def has_results(self) -> bool:
+        """True where what was made of the readings was recorded, too."""
+        return next((True for _ in self.places()), False)
+
+    def places(self) -> Iterator[tuple[float, frame_record.Row]]:
+        """Time [s] after the start and pose of every frame; nothing else of it is read."""
+        for number in range(len(self._chunks.spans)):
+            for one in self._chunks.messages(number):
+                pose = _pose(one) if one.topic == FRAME else None
+                if pose is not None:
+                    yield one.logged - self.start, pose
+
+    def moment_of(self, found: Envelope) -> DriveMoment | None:
+        """The moment in which a message was written."""
+        for logged, group in self._groups(self._chunks.number_at(found.logged)):
+            if any(one is found or (one.topic, one.logged) == (found.topic, found.logged) for one in group):
+                return self._moment(logged, group)
+            if logged > found.logged:
+                break
+        return None
 
     def _groups(self, first: int) -> Iterator[tuple[float, tuple[Envelope, ...]]]:
         """Messages that were written together, from a chunk on; a moment may go on in the next chunk."""
@@ -138,20 +192,8 @@ class DriveRecording:
 
     def _moment(self, logged: float, group: tuple[Envelope, ...]) -> DriveMoment | None:
         """The messages of one moment → the moment; None where no frame is in it."""
-        record = self._record(group)
-        readings = _Readings()
-        others: list[Envelope] = []
-        for one in group:
-            try:
-                taken = readings.take(one)
-            except Exception:  # whatever a decoder raises on damaged bytes, the next message may be fine
-                self._tally.skip("it cannot be decoded", f"a message of {one.topic}")
-                continue
-            self._tally.read += 1
-            if not taken:
-                others.append(one)
-        frame = readings.frame(record)
-        return None if frame is None else DriveMoment(logged, frame, record, tuple(others))
+        moment = DriveMoment(logged, group, self._record(group), self._tally)
+        return moment if moment.is_frame else None
 
     def _record(self, group: tuple[Envelope, ...]) -> FrameRecord | None:
         for one in group:
@@ -172,10 +214,8 @@ class _Readings:
         self._image: Image | None = None
         self._sound: Sound | None = None
 
-    def take(self, one: Envelope) -> bool:
-        """Take a message in → whether it is a reading. Raises whatever the decoder raises."""
-        if one.kind not in (LASER_SCAN, ODOMETRY, COMPRESSED, RAW_AUDIO):
-            return False
+    def take(self, one: Envelope) -> None:
+        """Take a reading in. Raises whatever the decoder raises."""
         content = decoded(one)
         match one.kind:
             case kind if kind == LASER_SCAN:
@@ -186,7 +226,6 @@ class _Readings:
                 self._image = _image(content)
             case _:
                 self._sound = _sound(content)
-        return True
 
     def frame(self, record: FrameRecord | None) -> SensorFrame | None:
         """All of it; None where nothing was read."""
@@ -214,6 +253,25 @@ class _Readings:
             image=self._image,
             sound=self._sound,
         )
+
+
+class _PoseResult(msgspec.Struct):
+    pose: frame_record.Row
+
+
+class _PoseRecord(msgspec.Struct):
+    results: _PoseResult | None = None
+
+
+pose_decoder = msgspec.json.Decoder(_PoseRecord)
+
+
+def _pose(one: Envelope) -> frame_record.Row | None:
+    try:
+        results = pose_decoder.decode(text_of(one)).results
+    except UNREADABLE:
+        return None
+    return None if results is None else results.pose
 
 
 def decoded(one: Envelope) -> Any:

@@ -14,8 +14,9 @@ from core.sensors import Camera, Laser, SensorFrame
 from core.sensors.microphones import MicrophoneArray
 
 RobotKind = Literal["SIM", "LOG", "LIVE"]
-Capability = Literal["drive", "simulate", "replay", "navigate"]
+Capability = Literal["drive", "simulate", "replay", "results", "navigate"]
 """drive: it takes speeds; simulate: its world is made up and can be changed; replay: it can be paused and sought;
+results: what it shows is computed where it is read, or was when it was recorded;
 navigate: it has a map, a pose on it or goals of its own, see `ReadNavigation`.
 """
 
@@ -52,7 +53,7 @@ class Profile:
     @property
     def dry_run(self) -> bool:
         """True where nothing drives and a camera looks: COME HERE and FOLLOW ME show what they would do."""
-        return not self.drives and bool(self.cameras)
+        return not self.drives and bool(self.cameras) and "results" not in self.capabilities
 
     def refusal(self, kind: CommandSpec | None = None) -> str:
         """Return why a command of this kind, or any motion, cannot be obeyed here, a sentence; "" where it can."""

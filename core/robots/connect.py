@@ -43,6 +43,8 @@ class Scheme(NamedTuple):
     extra: str = ""  # that must be installed
 
 
+ALL = "*"  # sections of the settings
+
 SCHEMES = {
     "sim": Scheme(
         "core.simulation.robot",
@@ -51,7 +53,7 @@ SCHEMES = {
         "drives, odometry, laser, camera, microphones",
         section="simulation",
     ),
-    "log": Scheme("core.robots.replayed", "log:run.mcap", "recording", "what was recorded", section="log"),
+    "log": Scheme("core.pilot.replayed_drive", "log:run.mcap", "recording", "what was recorded", section=ALL),
     "foxglove": Scheme(
         "core.robots.foxglove",
         "foxglove://robot:8765",
@@ -121,7 +123,8 @@ def connect(url: str, *, seed: int = 0, settings: object | None = None) -> Robot
     scheme = SCHEMES.get(name)
     if scheme is not None and scheme.section and len(parts_of(url)) == 1:
         open_robot = imported(scheme.module, name).open_robot
-        return open_robot(rest, seed=seed, settings=getattr(settings, scheme.section, None))
+        chosen = settings if scheme.section == ALL else getattr(settings, scheme.section, None)
+        return open_robot(rest, seed=seed, settings=chosen)
     return live(url, RobotFile())
 
 
@@ -218,11 +221,13 @@ def brought() -> dict[str, EntryPoint]:
     return {point.name: point for point in entry_points(group=GROUP) if point.name not in {*SCHEMES, OWN}}
 
 
-def excerpt(url: str, settings: object | None) -> SimpleNamespace:
+def excerpt(url: str, settings: object | None) -> object:
     """Of all settings, the section that `connect` looks at for this URL. Raises BadInput for an unknown kind."""
     if url.endswith(".toml"):
         return SimpleNamespace()
     sections = [SCHEMES[name].section for name, _ in map(split, parts_of(url)) if name in SCHEMES]
+    if ALL in sections:
+        return settings
     return SimpleNamespace(**{section: getattr(settings, section, None) for section in sections if section})
 
 

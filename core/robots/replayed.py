@@ -15,7 +15,10 @@ from core.robots.requests import (
     AnswerT,
     Pause,
     Play,
+    PlaybackMark,
+    PlaybackMarks,
     PlaybackState,
+    ReadMarks,
     ReadPlayback,
     Requests,
     RobotRequest,
@@ -28,7 +31,8 @@ from core.sensors import Image, SensorFrame, Sound
 
 GAP_S, GAP_PERIODS = 1.0, 5.0  # [s], and times the usual period, without a scan that are worth a mark
 MOST_GAPS = 40
-MIN_PLAYBACK_SPEED, MAX_PLAYBACK_SPEED = 0.1, 10.0  # times the speed of life
+MIN_PLAYBACK_SPEED, MAX_PLAYBACK_SPEED = 0.1, 20.0  # times the speed of life
+GAP_WORDS = "{:.1f} s without a scan"
 
 
 def profile_of(recording: ScanRecording, url: str = "") -> Profile:
@@ -131,10 +135,15 @@ class ReplayedRobot:
     @property
     def requests(self) -> Requests:
         """Requests that a recording takes."""
-        return (Play, Pause, SetSpeed, Seek, ReadPlayback)
+        return (Play, Pause, SetSpeed, Seek, ReadPlayback, ReadMarks)
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         """Play, pause, set the speed, seek → how it plays then. Raises BadInput."""
+        if isinstance(request, ReadMarks):
+            gaps = (
+                PlaybackMark(since, "gap", GAP_WORDS.format(until - since)) for since, until in self._profile.gaps
+            )
+            return cast(AnswerT, PlaybackMarks(tuple(gaps)))
         self._obey(request)
         return cast(AnswerT, self._state)
 

@@ -216,6 +216,36 @@ class PlaybackState(msgspec.Struct, frozen=True):
     position_s: float
     duration_s: float
     progress: float  # 0..1
+    way: str = "computed"  # that is shown: "recorded" or "computed"
+    compare: bool = False  # the other way is drawn over it
+    ways: tuple[str, ...] = ("computed",)  # that the recording has
+    computed_since_s: float | None = None  # where in the recording computing began; None: at its start, or nowhere
+    reached: float | None = None  # times real time that is reached, where computing is slower than what was asked for
+
+
+class PlaybackMark(msgspec.Struct, frozen=True):
+    """Something that happened in a recording."""
+
+    t_s: float  # from its start
+    kind: str  # "command", "speech", "contact", "trip", "halt", "lost", "closure", "gap"
+    text: str
+
+
+class PlaybackMarks(msgspec.Struct, frozen=True):
+    """All of them, in the order of time."""
+
+    marks: tuple[PlaybackMark, ...]
+
+
+class ReadMarks(RobotRequest[PlaybackMarks], frozen=True, tag="marks"):
+    """Ask for the events of the recording."""
+
+
+class ShowWay(RobotRequest[PlaybackState], frozen=True, tag="way"):
+    """Show what was recorded, or what is computed now from the raw readings; with `compare` one over the other."""
+
+    way: Literal["recorded", "computed"]
+    compare: bool = False
 
 
 class ReadPlayback(RobotRequest[PlaybackState], frozen=True, tag="state"):

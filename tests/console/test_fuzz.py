@@ -71,7 +71,7 @@ def likely(rng: random.Random) -> dict[str, Any]:
         "command": ["text", "source", "ref"],
         "lease": ["do", "ref"],
         "halt_reset": ["ref"],
-        "playback": ["do", "value", "ref"],
+        "playback": ["action", "t_s", "speed", "way", "ref"],
         "want": ["camera", "calibration"],
         "echo": ["t"],
         "stop": [],

@@ -379,7 +379,7 @@ def plan(live: Live) -> dict[str, Any]:
 
 
 def test_a_robot_that_is_no_recording_is_not_played(live: Live) -> None:
-    refused = live.ask("POST", "/api/playback", {"do": "pause"}, token=live.operator)
+    refused = live.ask("POST", "/api/playback", {"action": "pause"}, token=live.operator)
     assert refused.status == 409 and "recording" in refused.json["detail"]
 
 

@@ -20,7 +20,9 @@ def walk(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterato
 
 
 def steer(walk: Live, do: str, value: float | None = None) -> int:
-    body = {"do": do} if value is None else {"do": do, "value": value}
+    length = walk.runtime.robot.profile.duration or 0.0
+    values = {"speed": value} if do == "speed" else {"t_s": None if value is None else value * length}
+    body = {"action": do} if value is None else {"action": do, **values}
     return walk.ask("POST", "/api/playback", body, token=walk.operator).status
 
 
@@ -35,10 +37,10 @@ def test_it_pauses_goes_on_and_jumps(walk: Live) -> None:
     assert walk.ask("GET", "/api/state", token=walk.viewer).json["robot"]["speed"] == pytest.approx(4.0, abs=0.05)
     assert "4 times" in walk.runtime.notifications.shown[-1].text
     with walk.open() as line:
-        say(line, kind="playback", do="play", ref=9)
+        say(line, kind="playback", action="play", ref=9)
         assert hear(line, "answer") == {"kind": "answer", "ref": 9, "ok": True, "status": 200}
         walk.until(lambda: (walk.runtime.snapshot.progress or 0) > 0.6)
-        say(line, kind="playback", do="seek", value=7.0, ref=10)
+        say(line, kind="playback", action="seek", t_s=700.0, ref=10)
         assert hear(line, "answer", true=lambda told: told["ref"] == 10)["status"] == 422
     assert len(walk.runtime.snapshot.scan_points) > 100
 
@@ -58,7 +60,7 @@ def test_a_recording_is_not_driven_and_a_stop_is_no_fault(walk: Live) -> None:
     assert told["state"] == "done"
     assert walk.ask("POST", "/api/stop", token=walk.viewer).status == 200
     assert walk.ask("GET", "/api/sim/truth", token=walk.viewer).status == 404
-    assert walk.ask("POST", "/api/playback", {"do": "pause"}, token=walk.viewer).status == 403
+    assert walk.ask("POST", "/api/playback", {"action": "pause"}, token=walk.viewer).status == 403
 
 
 def test_the_picture_of_the_map_grows(walk: Live) -> None:

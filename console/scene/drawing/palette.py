@@ -15,6 +15,7 @@ SCAN: Colour = (20, 184, 166)  # teal
 POSE: Colour = (14, 165, 233)  # cyan: where the robot believes to be
 TRAIL: Colour = (56, 149, 211)
 GHOST: Colour = (224, 133, 55)  # orange: what the wheels alone believe
+OTHER: Colour = (217, 70, 130)  # raspberry: the other way of a recording
 PLAN: Colour = (203, 75, 208)  # magenta: where it wants to go
 CONVEX: Colour = (34, 172, 92)
 CONCAVE: Colour = (124, 92, 240)

@@ -14,7 +14,8 @@ const AXES = {
   ArrowRight: { v: 0, w: -1 },
 };
 
-const SEEK_S = 5; // an arrow key in a recording
+/** @type {Readonly<Record<string, number>>} [s] by which a key moves in a recording */
+const SEEKS = { ArrowLeft: -5, ArrowRight: 5, Home: -Infinity, End: Infinity };
 
 /** @param {number} value */
 const unit = (value) => Math.min(1, Math.max(-1, value));
@@ -86,8 +87,8 @@ export function intentionOf(
   if (press.key === "Enter") return waiting && !reading ? { does: "begin" } : null;
   if (!singleKeys) return null;
   if (press.code === "Space") return { does: "stop" };
-  if (recording && (press.code === "ArrowLeft" || press.code === "ArrowRight"))
-    return reading || scrolling ? null : { does: "seek", seconds: press.code === "ArrowLeft" ? -SEEK_S : SEEK_S };
+  if (recording && press.code in SEEKS)
+    return reading || scrolling ? null : { does: "seek", seconds: SEEKS[press.code] ?? 0 };
   if (press.code in AXES) return reading || (scrolling && ARROWS.test(press.code)) ? null : { does: "drive" };
   if (press.code === "ShiftLeft" || press.code === "ShiftRight") return { does: "slow" };
   if (press.code === TALK) return reading ? null : { does: "talk" };

@@ -143,7 +143,7 @@ export class OperatorInput {
   #stop(key) {
     const { hello, state, plays } = this.#session;
     const waits = hello?.robot.drives === false && state !== null && !plays && hello.you.role !== "viewer";
-    if (waits && key === " ") void this.#session.playback("play");
+    if (waits && key === " ") void this.#session.playback({ action: "play" });
     else this.#session.stop();
   }
 

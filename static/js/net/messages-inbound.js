@@ -42,12 +42,17 @@
  */
 
 /**
- * Steer a recording: `value` is the speed (times real time) or the place to seek (0..1).
+ * Steer a recording: `t_s` [s] from its start is the place to seek, `speed` is in times real time.
+
+    `way` shows what was recorded, or what is computed now; with `compare` one over the other.
  * @typedef {object} PlaybackMessage
  * @property {'playback'} kind
- * @property {'play' | 'pause' | 'speed' | 'seek'} do
+ * @property {'play' | 'pause' | 'seek' | 'speed' | 'way'} action
  * @property {number} ref
- * @property {number | null} [value]
+ * @property {number | null} [t_s]
+ * @property {number | null} [speed]
+ * @property {'recorded' | 'computed' | null} [way]
+ * @property {boolean} [compare]
  */
 
 /**

@@ -81,6 +81,24 @@
  */
 
 /**
+ * The other way of a recording beside the one that is shown, in its world, and the difference in numbers.
+ * @typedef {object} ComparisonState
+ * @property {TruePose} pose
+ * @property {[number, number][]} trail
+ * @property {[number, number][]} landmarks
+ * @property {number} distance_m
+ * @property {number} turn_rad
+ * @property {number} worst_m
+ * @property {number} recorded_landmarks
+ * @property {number} computed_landmarks
+ * @property {number} recorded_edges
+ * @property {number} computed_edges
+ * @property {number | null} direction_rad
+ * @property {number} frames
+ * @property {boolean} same
+ */
+
+/**
  * The same number back: measures the link.
  * @typedef {object} EchoBack
  * @property {'echo'} kind
@@ -185,6 +203,17 @@
  */
 
 /**
+ * A recording of Beckon's own: the ways in which it is shown.
+ * @typedef {object} PlaybackView
+ * @property {string} way
+ * @property {boolean} compare
+ * @property {string[]} ways
+ * @property {number | null} computed_since_s
+ * @property {number | null} reached_speed
+ * @property {ComparisonState | null} comparison
+ */
+
+/**
  * A point of the world frame.
  * @typedef {object} PointState
  * @property {number} x_m
@@ -223,7 +252,7 @@
  * @property {number} max_turn_rate_rad_s
  * @property {boolean} drives
  * @property {boolean} dry_run
- * @property {('drive' | 'simulate' | 'replay' | 'navigate')[]} capabilities
+ * @property {('drive' | 'simulate' | 'replay' | 'results' | 'navigate')[]} capabilities
  * @property {string} failsafe
  * @property {string} lock
  * @property {number | null} duration_s
@@ -304,6 +333,7 @@
  * @property {GateState} gate
  * @property {LeaseState} lease
  * @property {RecorderState | null} recording
+ * @property {PlaybackView | null} playback
  * @property {number} viewers
  * @property {NoticeLine[]} notices
  * @property {number} history_revision

@@ -16,6 +16,7 @@ import { Asking } from "./pending-answers.js";
 /** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click", at: number}} Said `at`: sent [ms] */
 /** @typedef {{seq: number, stamp: number, jpeg: Uint8Array<ArrayBuffer>}} Picture */
 /** @typedef {import("../calibration/types.js").Calibration} Calibration */
+/** @typedef {Partial<Omit<import("./messages-inbound.js").PlaybackMessage, "kind" | "ref">> & {action: "play" | "pause" | "seek" | "speed" | "way"}} PlaybackOrder */
 /** @typedef {{to: string | null}} LostControl control of this page went to another operator, or to nobody (null) */
 /**
  * @typedef {object} View snapshot for the panels
@@ -81,6 +82,8 @@ export class Session {
   #revision = -1;
   #sought = 0; // place in a recording that was sought last, 0..1
   #soughtAt = -Infinity; // [ms]
+  /** @type {number | null} place [s] that a finger is at, and that is not yet shown */
+  #scrubs = null;
   #drove = false; // this page held the lease in the newest state
   #gaveAway = false; // this page released the lease itself
   /** @type {LostControl | null} */
@@ -159,7 +162,7 @@ export class Session {
     this.#stoppedAt = performance.now();
     const { robot, you } = this.hello ?? {};
     if (robot?.capabilities.includes("replay") && !this.state?.command) {
-      if (you?.role !== "viewer" && this.plays) void this.playback("pause");
+      if (you?.role !== "viewer" && this.plays) void this.playback({ action: "pause" });
       return; // there is nothing else to stop
     }
     const press = drawPress();
@@ -198,13 +201,22 @@ export class Session {
     return this.#asked((ref) => this.link.send({ kind: "lease", do: action, ref }));
   }
 
-  /**
-   * @param {"play" | "pause" | "speed" | "seek"} action
-   * @param {number} [value] speed factor, or the position 0..1
-   */
-  playback(action, value) {
+  /** @param {PlaybackOrder} order */
+  playback(order) {
+    const { action } = order;
     if (action === "play" || action === "pause") this.#steered = { plays: action === "play", at: performance.now() };
-    return this.#asked((ref) => this.link.send({ kind: "playback", do: action, ref, value: value ?? null }));
+    return this.#asked((ref) => this.link.send({ kind: "playback", ref, ...order }));
+  }
+
+  /** Seek to a time of the recording while a finger drags: the newest place counts, one at a time. @param {number} time [s] */
+  async scrub(time) {
+    const waits = this.#scrubs !== null;
+    this.#scrubs = time;
+    while (!waits && this.#scrubs !== null) {
+      const wanted = /** @type {number} */ (this.#scrubs);
+      await this.playback({ action: "seek", t_s: wanted });
+      if (this.#scrubs === wanted) this.#scrubs = null;
+    }
   }
 
   /** Whether the recording plays: what was just asked for counts before the state that shows it. */
@@ -224,7 +236,7 @@ export class Session {
     const from = now - this.#soughtAt < SETTLE_MS ? this.#sought : (this.state?.robot.progress ?? 0);
     this.#soughtAt = now;
     this.#sought = Math.min(1, Math.max(0, from + seconds / duration));
-    void this.playback("seek", this.#sought);
+    void this.scrub(this.#sought * duration);
   }
 
   /** @param {number} id of the pending command: begin it now */

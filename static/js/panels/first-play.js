@@ -23,7 +23,7 @@ class FirstPlay extends Panel {
   /** @override */
   build() {
     this.append(this.#button, this.#watches, this.#length);
-    this.#button.addEventListener("click", () => void this.session.playback("play"));
+    this.#button.addEventListener("click", () => void this.session.playback({ action: "play" }));
     this.session.on("hello", ({ robot }) => (this.#length.textContent = duration(robot.duration_s ?? 0)));
   }
 

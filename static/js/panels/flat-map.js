@@ -221,7 +221,8 @@ class FlatMap extends Panel {
       value.toFixed(2),
     );
     const rest = [path.length, goal?.x_m, goal?.y_m, direction?.id, Math.round(direction?.age_s ?? 99), up];
-    const picture = [...near, ...rest, state.landmarks.length, this.#layers.has("ghost") && state.seq].join(" ");
+    const moves = this.#layers.has("ghost") || state.playback?.comparison;
+    const picture = [...near, ...rest, state.landmarks.length, moves && state.seq].join(" ");
     if (picture !== this.#drawn) this.#draw(picture);
     this.#glide();
   }

@@ -20,6 +20,7 @@ const KEYS = [
 const RECORDING_KEYS = [
   [[t("key-sheet.space")], t("key-sheet.play_and_pause")],
   [["←", "→"], t("key-sheet.five_seconds_back_or_on")],
+  [["Home", "End"], t("key-sheet.to_the_beginning_to_the_end")],
   [["Esc"], t("key-sheet.pause_also_while_typing")],
   [["?"], t("key-sheet.this_sheet")],
 ];

@@ -1,15 +1,17 @@
 // Element <playback-bar>: play, pause, speed and position of a recording.
 
+import { marks } from "../net/playback-api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { duration } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { ruler, Timeline } from "../ui/timeline.js";
+import "./playback-ways.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
-const SPEEDS = [0.5, 1, 2, 5, 10];
-const STEPS = 1000;
+const SPEEDS = [0.1, 0.5, 1, 2, 5, 10, 20];
+const STEPS = 10_000;
 const ARROW_S = 5;
 const TIMES = 6; // on the ruler
 const SETTLE_MS = 600; // after a seek the slider waits for the recording to arrive there
@@ -51,12 +53,16 @@ class PlaybackBar extends Panel {
     this.classList.add("card");
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", t("playback-bar.playback"));
-    this.append(this.#play, this.#line, this.#time, this.#speeds);
+    this.append(this.#play, this.#line, this.#time, this.#speeds, document.createElement("playback-ways"));
     this.session.on("hello", ({ robot }) => {
       this.hidden = !robot.capabilities.includes("replay");
       this.#length = robot.duration_s ?? 0;
       if (this.hidden || !this.#length) return;
       this.#timeline.begin(this.#length, robot.gaps_s);
+      void marks().then(
+        (found) => this.#timeline.add(found, this.#length),
+        () => undefined, // without them it plays as well
+      );
       const times = ruler(this.#length, TIMES).map((time) => {
         const label = make("span", {}, duration(time));
         label.style.setProperty("--at", String(time / this.#length));
@@ -65,15 +71,13 @@ class PlaybackBar extends Panel {
       this.#ruler.replaceChildren(...times);
     });
     this.#play.addEventListener("click", () => {
-      void this.session.playback(this.session.plays ? "pause" : "play");
+      void this.session.playback({ action: this.session.plays ? "pause" : "play" });
     });
     this.#seek.addEventListener("input", () => {
       this.#movedAt = performance.now();
-      this.#tell(Number(this.#seek.value) / STEPS);
-    });
-    this.#seek.addEventListener("change", () => {
-      this.#movedAt = performance.now();
-      void this.session.playback("seek", Number(this.#seek.value) / STEPS);
+      const place = Number(this.#seek.value) / STEPS;
+      this.#tell(place);
+      void this.session.scrub(place * this.#length); // the picture follows the finger
     });
     this.#seek.addEventListener("keydown", (event) => {
       const towards = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
@@ -86,7 +90,10 @@ class PlaybackBar extends Panel {
       this.#seek.title = duration(place * this.#length);
     });
     for (const button of this.#speeds.querySelectorAll("button")) {
-      button.addEventListener("click", () => void this.session.playback("speed", Number(button.dataset["speed"])));
+      button.addEventListener(
+        "click",
+        () => void this.session.playback({ action: "speed", speed: Number(button.dataset["speed"]) }),
+      );
     }
   }
 
@@ -129,7 +136,7 @@ class PlaybackBar extends Panel {
         "aria-label": says,
       });
       mark.style.setProperty("--at", String(at));
-      mark.addEventListener("click", () => void this.session.playback("seek", at));
+      mark.addEventListener("click", () => void this.session.scrub(at * this.#length));
       return mark;
     });
     this.#marks.replaceChildren(...marks);

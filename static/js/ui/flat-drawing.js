@@ -78,6 +78,8 @@ export function drawFlat(canvas, view, scene) {
     const { x_m: x, y_m: y, heading_rad: heading } = state.dead_reckoning;
     brush.robot({ x, y, heading }, scene.radius, "scene-ghost", 0.6);
   }
+  const other = state.playback?.comparison;
+  if (other) brush.other(other, scene.radius);
   const look = scene.old ? "faint" : "scene-pose";
   brush.halo(robot, pose.cov, colour(look));
   brush.robot(robot, scene.radius, look, 1);
@@ -159,6 +161,26 @@ class Brush {
       context.stroke();
       this.ellipse({ x: row.x_m, y: row.y_m }, row.cov_m2, colour);
     }
+  }
+
+  /** The other way of a recording. @param {import("../net/messages.js").ComparisonState} other @param {number} radius [m] */
+  other({ pose, trail, landmarks }, radius) {
+    const { context, view } = this;
+    context.strokeStyle = this.colour("scene-other");
+    context.lineWidth = 2;
+    context.setLineDash([6, 4]);
+    context.beginPath();
+    for (const [x, y] of trail) {
+      const at = view.drawn({ x, y });
+      context.lineTo(at.x, at.y);
+    }
+    context.stroke();
+    context.setLineDash([]);
+    for (const [x, y] of landmarks) {
+      const at = view.drawn({ x, y });
+      context.strokeRect(at.x - 4, at.y - 4, 8, 8);
+    }
+    this.robot({ x: pose.x_m, y: pose.y_m, heading: pose.heading_rad }, radius, "scene-other", 0.7);
   }
 
   /**

@@ -3,11 +3,21 @@
 import { t } from "./texts.js";
 
 /** @typedef {import("../net/messages.js").State} State */
-/** @typedef {"gap" | "closure" | "lost" | "notice"} MarkKind */
+/** @typedef {"gap" | "closure" | "lost" | "notice" | "command" | "speech" | "contact" | "trip" | "halt"} MarkKind */
 /** @typedef {{at: number, kind: MarkKind, words: string}} Mark `at`: 0..1 of the recording */
 
-const MOST = 80; // marks; beyond, the oldest go
+const MOST = 300; // marks; beyond, the oldest go
 const APART = 0.004; // of the recording: two marks of one kind nearer than that are one
+/** @type {Readonly<Record<string, string>>} */
+const NAMES = {
+  command: t("timeline.command"),
+  speech: t("timeline.words"),
+  contact: t("timeline.contact"),
+  trip: t("timeline.stopped_by_itself"),
+  halt: t("timeline.halted"),
+  lost: t("timeline.lost"),
+  closure: t("timeline.a_place_was_recognised"),
+};
 const STEPS_S = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600];
 
 export class Timeline {
@@ -37,6 +47,21 @@ export class Timeline {
     this.revision += 1;
     for (const [from, to] of gaps)
       this.#add(from / duration, "gap", t("timeline.no_scans_for_value_s", { value: (to - from).toFixed(1) }));
+  }
+
+  /**
+   * Marks that the recording itself knows; its gaps are known from the robot's card.
+   * @param {readonly import("../net/playback-api.js").PlaybackMark[]} marks
+   * @param {number} duration [s]
+   */
+  add(marks, duration) {
+    for (const { t_s: time, kind, text } of marks)
+      if (kind in NAMES)
+        this.#add(
+          time / duration,
+          /** @type {MarkKind} */ (kind),
+          text ? `${NAMES[kind]}: ${text}` : (NAMES[kind] ?? ""),
+        );
   }
 
   /** @param {State} state */

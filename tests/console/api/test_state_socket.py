@@ -198,7 +198,7 @@ def test_what_is_no_message_ends_the_socket_with_a_reason(live: Live, message: s
         {"kind": "drive", "v": "1", "w": 0, "press": 1, "seq": 1, "nonce": 1, "epoch": 1},
         {"kind": "drive"},
         {"kind": "lease", "do": "steal", "ref": 5},
-        {"kind": "playback", "do": "play", "ref": 5, "value": "fast"},
+        {"kind": "playback", "action": "speed", "ref": 5, "speed": "fast"},
         [],
         "stop",
         7,

@@ -136,7 +136,9 @@ def test_at_the_end_it_stands_and_says_so_once(scans):
 def test_play_after_the_end_starts_again(scans):
     robot = opened(scans)
     until_the_end(robot)
-    assert msgspec.to_builtins(robot.ask(Play())) == pytest.approx(
+    state = msgspec.to_builtins(robot.ask(Play()))
+    known = {key: state[key] for key in ("playing", "speed", "position_s", "duration_s", "progress")}
+    assert known == pytest.approx(
         {"playing": True, "speed": 1.0, "position_s": 0.0, "duration_s": 2.9, "progress": 0.0}
     )
     assert numbers(until_the_end(robot)) == list(range(SCANS))
@@ -186,7 +188,7 @@ def test_driving_changes_nothing(scans):
     [
         ReadTruth(),
         SetSpeed(value=0.01),
-        SetSpeed(value=11),
+        SetSpeed(value=21),
         SetSpeed(value=float("nan")),
         Seek(value=-0.1),
         Seek(value=1.1),
