@@ -9,7 +9,7 @@ from fastapi import Path, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import RequestBody, Who, part, router
+from console.api import RequestBody, Who, part, problems, router
 from console.maps.marks import RouteMark, RouteStop, StopAction
 from console.maps.routes import MAX_STOPS, MAX_WAIT_S, RouteRun, RouteService, RouteState
 from console.maps.store import MAX_NAME_LETTERS as MAX_ROUTE_LETTERS
@@ -109,7 +109,7 @@ async def listed(service: Routes) -> RouteList:
     return RouteList([row_of(one) for one in service.routes])
 
 
-@routes.post("/routes", status_code=201)
+@routes.post("/routes", responses=problems(404), status_code=201)
 @needs("operator")
 async def add(asked: RouteRequest, service: Routes, who: Who) -> RouteRow:
     """Keep a route. A stop without a place of that name is refused."""

@@ -86,7 +86,7 @@ def test_a_recording_with_pictures_shows_what_a_robot_would_have_done(
     with Live(tmp_path / "home", url=f"log:{recording(tmp_path / 'drive.mcap')}") as live:
         profile = live.runtime.robot.profile
         assert profile.dry_run and profile.camera is not None and profile.camera.model.width == 640
-        assert live.ask("POST", "/api/playback", {"do": "play"}, token=live.operator).status == 200
+        assert live.ask("POST", "/api/playback", {"action": "play"}, token=live.operator).status == 200
         assert live.ask("POST", "/api/commands", {"text": "follow me"}, token=live.operator).status == 202
         person = live.until(lambda: live.ask("GET", "/api/state", token=live.viewer).json["person"])
         assert len(person["landmarks_px"]) == 33 and person["picture_age_s"] is not None

@@ -45,6 +45,8 @@ REFUSED: dict[str, list[str]] = {
     "link": ["--role", "nobody"],
     "token add": ["x", "--role", "nobody"],
     "token revoke": ["nobody"],
+    "backup": ["kept.tar.gz"],
+    "restore": ["missing.tar.gz"],
 }
 """A refusal of each command's own. Those that are left out answer whatever they are asked."""
 

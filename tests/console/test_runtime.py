@@ -23,11 +23,11 @@ class Frail(Pilot):
 
     falls = 0
 
-    def step(self, frame: SensorFrame) -> Snapshot:
+    def step(self, frame: SensorFrame, *, deaf: bool = False) -> Snapshot:
         if type(self).falls > 0:
             type(self).falls -= 1
             raise ZeroDivisionError("secret detail")
-        return super().step(frame)
+        return super().step(frame, deaf=deaf)
 
 
 def make_frail(folder: Path) -> Live:
@@ -98,9 +98,9 @@ class Slow(Pilot):
     caught = threading.Event()
     caught.set()
 
-    def step(self, frame: SensorFrame) -> Snapshot:
+    def step(self, frame: SensorFrame, *, deaf: bool = False) -> Snapshot:
         type(self).caught.wait()
-        return super().step(frame)
+        return super().step(frame, deaf=deaf)
 
 
 def test_a_pilot_that_hangs_is_noticed_and_the_gate_hears_no_heartbeat(

@@ -88,11 +88,11 @@ class Squeamish(Pilot):
 
     dislikes = 305.0
 
-    def step(self, frame: SensorFrame) -> Snapshot:
+    def step(self, frame: SensorFrame, *, deaf: bool = False) -> Snapshot:
         camera: Any = self._vision.camera
         if camera.model.fx == self.dislikes:
             raise MemoryError
-        return super().step(frame)
+        return super().step(frame, deaf=deaf)
 
 
 def test_a_pilot_that_fails_with_a_calibration_starts_again_without_it_and_says_so(
