@@ -344,7 +344,7 @@ def test_a_recording_is_played_and_cannot_be_driven(
         before = here.find(".seek").input_value()
         here.find(".seek").press("ArrowRight")
         here.until(lambda: float(here.find(".seek").input_value()) > float(before), "the slider has moved on")
-        here.find(".seek").fill("500")
+        here.find(".seek").fill("5000")
         here.until(lambda: abs(playing.ask("api/state")["robot"]["progress"] - 0.5) < 0.1, "half way")
         here.button("2×").click()
         here.until(lambda: playing.ask("api/state")["robot"]["speed"] == 2, "twice as fast")

@@ -134,7 +134,7 @@ def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console:
         assert violations(here.page, AXE.read_text()) == violations(watching.page, AXE.read_text(), COLOURS) == []
     drive = rows.filter(has_text="0:").filter(has_not_text="kept it")
     drive.get_by_role("button", name=re.compile("^Rename")).click()
-    here.page.get_by_label("Name", exact=True).fill("a turn")
+    here.page.get_by_role("textbox", name="Name", exact=True).fill("a turn")
     here.page.get_by_label(re.compile("^Note")).fill("in the lab")
     here.page.keyboard.press("Enter")
     expect(here.find('[data-recording="a turn"]')).to_contain_text("in the lab")

@@ -309,7 +309,7 @@ def test_every_answer_is_sent_at_once(live: Live) -> None:
 
 def test_as_many_files_are_asked_for_as_there_may_be() -> None:
     code = (
-        "import resource; from console.http.connection_limits import MOST, raise_file_limit;"
+        "import resource; from console.http.connection_limits import MAX_CONNECTIONS, raise_file_limit;"
         "print(raise_file_limit(), *resource.getrlimit(resource.RLIMIT_NOFILE))"
     )
 
