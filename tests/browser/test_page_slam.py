@@ -50,7 +50,7 @@ def test_a_map_is_saved_replaced_taken_along_and_deleted(visit: Open, console: R
     here.open_tab("Maps")
     here.find("map-card input").fill("../etc")
     here.button("Save").click()
-    expect(here.find(".map-trouble")).to_contain_text("letters, digits")
+    expect(here.find("map-card .map-trouble")).to_contain_text("letters, digits")
     here.find("map-card input").fill("my lab")
     here.button("Save").click()
     row = here.find("map-card li.map").filter(has_text="my lab")
@@ -107,7 +107,7 @@ def test_the_robot_is_shown_where_it_is_by_press_and_drag(visit: Open, console: 
 def test_who_watches_sees_all_of_it_and_changes_nothing(visit: Open, console: Running) -> None:
     here = visit(watching=True)
     here.open_tab("Maps")
-    expect(here.find("map-card .map-file")).to_have_count(4)
+    expect(here.find("map-card .map-file")).to_have_count(6)
     expect(here.find("map-card form")).to_be_hidden()
     here.open_tab("Mapping")
     expect(here.find("live-plot:visible").first).to_be_visible()
