@@ -74,7 +74,7 @@ export const STATE = {
     slipping: false,
     graph_revision: 0,
   },
-  map: { name: null, revision: 0, unsaved: false },
+  map: { name: null, revision: 0, unsaved: false, marks: 0 },
   direction: null,
   ears: null,
   person: null,

@@ -149,11 +149,13 @@ class RecordingsList extends Panel {
     const to = make("input", { ...at, value: String(end) });
     const form = this.#ask(row, "form", { "aria-label": t("recordings-list.part_name", { name }) });
     const part = () => ({ from: from.valueAsNumber, to: to.valueAsNumber });
-    const films = FORMS.map((kind) =>
-      make("a", { class: "button", download: "" }, t("recordings-list.film", { kind: kind.toUpperCase() })),
-    );
+    const links = FORMS.map((kind) => ({
+      kind,
+      link: make("a", { class: "button", download: "" }, t("recordings-list.film", { kind: kind.toUpperCase() })),
+    }));
+    const films = links.map(({ link }) => link);
     const aim = () => {
-      for (const [at, link] of films.entries()) link.setAttribute("href", filmOf(name, part(), FORMS[at]));
+      for (const { kind, link } of links) link.setAttribute("href", filmOf(name, part(), kind));
     };
     const leave = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
     form.append(
