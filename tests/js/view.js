@@ -75,6 +75,7 @@ export const STATE = {
     graph_revision: 0,
   },
   map: { name: null, revision: 0, unsaved: false, marks: 0 },
+  playback: null,
   direction: null,
   ears: null,
   person: null,
