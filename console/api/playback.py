@@ -8,7 +8,7 @@ import msgspec
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import RequestBody, Who, part, router
+from console.api import RequestBody, Who, part, problems, router
 from console.control.playback import PlaybackAction, PlaybackController, PlaybackOrder, PlaybackWay
 from core.robots.requests import PlaybackMark
 
@@ -46,7 +46,7 @@ class PlaybackDescription(msgspec.Struct, frozen=True):
     marks: tuple[PlaybackMark, ...]
 
 
-@playback.get("/playback")
+@playback.get("/playback", responses=problems(404))
 @needs("viewer")
 async def state(player: Playback) -> PlaybackDescription:
     """Return where a recording is, and its marks: commands, speech, contacts, trips, gaps. 404 where none plays."""
