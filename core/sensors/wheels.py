@@ -14,23 +14,24 @@ MAX_SPEED_M_S, MAX_TURN_RATE_RAD_S = 5.0, 7.0  # of a base, with a margin
 MAX_STEP_M, MAX_STEP_RAD = 0.5, 0.6  # by which a reading may jump beyond that
 ORIGIN_M, ORIGIN_RAD = 0.02, 0.035  # from where a base counts after its start …
 AWAY_M, AWAY_RAD = 0.1, 0.17  # … and from where it was away before
-BOOT_S = 0.4  # without a reading, that a base needs at least to start again
+BOOT_S = 0.4  # without a reading, in which any base can start again
+SWIFT_M_S, SWIFT_RAD_S = 1.5, 3.0  # of a base that was on its way to its origin, in less time
 
 
 def is_restart(before: Pose, after: Pose, elapsed: float) -> bool:
     """Return whether a base was restarted between two readings of its odometry, `elapsed` seconds apart.
 
-    No base comes so far or turns so much in that time, or it counts from its origin again after a silence. Seen from
-    the base itself, so places as they were read.
+    No base comes so far or turns so much in that time, or it counts from its origin again after a silence, or sooner
+    than a robot that maps rooms comes there. Seen from the base itself, so places as they were read.
     """
     turned = abs(wrap(after.heading - before.heading))
-    if before.distance_to(after.x, after.y) > MAX_STEP_M + MAX_SPEED_M_S * max(elapsed, 0.0):
-        return True
-    if turned > MAX_STEP_RAD + MAX_TURN_RATE_RAD_S * max(elapsed, 0.0):
+    way, elapsed = before.distance_to(after.x, after.y), max(elapsed, 0.0)
+    if way > MAX_STEP_M + MAX_SPEED_M_S * elapsed or turned > MAX_STEP_RAD + MAX_TURN_RATE_RAD_S * elapsed:
         return True
     was_away = before.distance_to(0.0, 0.0) > AWAY_M or abs(wrap(before.heading)) > AWAY_RAD
     is_at_origin = after.distance_to(0.0, 0.0) < ORIGIN_M and abs(wrap(after.heading)) < ORIGIN_RAD
-    return elapsed > BOOT_S and was_away and is_at_origin
+    is_too_soon = way > AWAY_M + SWIFT_M_S * elapsed or turned > AWAY_RAD + SWIFT_RAD_S * elapsed
+    return was_away and is_at_origin and (elapsed > BOOT_S or is_too_soon)
 
 
 @message

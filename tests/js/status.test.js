@@ -187,7 +187,7 @@ test("driving by hand shows its speed and ends what was told before", () => {
 test("a lost link is newer than a refusal, and STOP without a link does not claim to have stopped anything", () => {
   const log = fresh();
   log.answered(said("sing", false, 900, { detail: "Unknown." }), 910);
-  assert.equal(shown(log, LOST, 1000), "Link lost | The robot stops by itself.");
+  assert.equal(shown(log, LOST, 1000), "No link | Commands are not sent until it is back.");
   log.stopped(false, 1500);
   assert.match(shown(log, LOST, 1510), /^No link \| STOP may not arrive/);
   log.stopped(true, 1550); // by HTTP

@@ -46,7 +46,7 @@ const line = (icon, words, remark, state, suggestions = []) => ({
   suggestions,
 });
 
-const LOST = line("unlinked", t("status.link_lost"), t("status.the_robot_stops_by_itself"), "lost");
+const LOST = line("unlinked", t("status.no_link"), t("status.commands_are_not_sent_until_it"), "lost");
 const STOPPED = line("stop", t("status.stopped"), "", "stopped");
 const UNSENT = line("unlinked", t("status.no_link"), t("status.stop_may_not_arrive_the_robot"), "lost");
 const HALTED = line("halt", t("status.halted"), t("status.nothing_moves_until_the_halt_is"), "halted");

@@ -19,6 +19,12 @@ def test_fifty_restarts_anywhere_are_no_motion(silence: float) -> None:
     assert [place for place in (*PLACES, *SPOTS) if not is_restart(place, drift, silence)] == []
 
 
+@pytest.mark.parametrize("silence", [0.0, 0.05, 0.2])
+def test_a_base_that_is_back_at_its_origin_sooner_than_it_can_drive_there_was_restarted(silence: float) -> None:
+    near = [Pose(0.5, 0.1, 2.6), Pose(-0.3, -0.3, 0.0), Pose(0.0, 0.0, 1.2)]
+    assert [place for place in (*PLACES, *near) if not is_restart(place, Pose(0.003, 0.0, 0.005), silence)] == []
+
+
 @pytest.mark.parametrize("rate", [2.0, 5.0, 10.0, 40.0])
 @pytest.mark.parametrize("speed", [0.3, 1.5])
 def test_a_healthy_drive_is_no_restart_even_with_a_gap_of_six_seconds(rate: float, speed: float) -> None:
