@@ -118,7 +118,7 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
         printed=base.settings.chapter.mode == "printed",
     ),
     lambda base, _: MicrophoneCalibration(base.home, base.robot, base.recalibrated),
-    lambda base, _: MapService(base.home, base.robot, base.dispatcher, base.lease, base.history),
+    lambda base, _: MapService(base.home, base.settings, base.robot, base.dispatcher, base.lease, base.history),
     own_navigation,
     lambda base, parts: EnrollmentService(
         base.home,

@@ -10,12 +10,12 @@ from typing import Annotated
 import cv2
 import msgspec
 import numpy as np
-from fastapi import Path, Response
+from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
-from console.access.roles import needs
+from console.access.roles import ZIP, needs
 from console.api import RequestBody, SavedMaps, Who, router
-from console.api.typed_route import Responses
+from console.api.typed_route import OpenApi, Responses
 from console.http.downloads import file_named, zip_named
 from console.maps.plan import plan_pdf, plan_svg
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, SavedMapFacts
@@ -28,6 +28,13 @@ from core.slam.map.occupancy import OccupancyGrid
 maps = router("map", 409, 429, 503, 507)
 
 Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
+NewName = Annotated[str, Query(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
+ZIP_BODY: OpenApi = {
+    "requestBody": {
+        "required": True,
+        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in ZIP.types},
+    }
+}
 
 
 class SaveMapRequest(RequestBody):
@@ -144,6 +151,15 @@ async def save(asked: SaveMapRequest, maps: SavedMaps, who: Who) -> SavedMapRow:
     return map_row(await maps.save(asked.name, who, replace=asked.replace))
 
 
+@maps.post("/maps/import", status_code=201, openapi_extra=ZIP_BODY)
+@needs("operator", body=ZIP)
+async def take_in(request: Request, maps: SavedMaps, who: Who, name: NewName, replace: bool = False) -> SavedMapRow:
+    """Keep a map of Nav2 or slam_toolbox under a name: a zip of its YAML (trinary, scale or raw) and its PGM, PNG or
+    BMP. Load it as any other; the robot finds its place in it.
+    """
+    return map_row(await maps.take_in(name, await request.body(), who, replace=replace))
+
+
 @maps.post("/maps/{name}/load", status_code=202)
 @needs("operator")
 async def load(name: Name, maps: SavedMaps, who: Who) -> LoadingMap:
@@ -178,10 +194,15 @@ async def preview(name: Name, maps: SavedMaps) -> Response:
 def zipped(grid: OccupancyGrid) -> bytes:
     """A grid as Nav2 reads it, in a zip."""
     text, picture = nav2_map(grid)
+    return zip_of({"map.yaml": text.encode(), "map.pgm": picture})
+
+
+def zip_of(files: dict[str, bytes]) -> bytes:
+    """Files by their names → a zip."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as box:
-        box.writestr("map.yaml", text)
-        box.writestr("map.pgm", picture)
+        for name, content in files.items():
+            box.writestr(name, content)
     return packed.getvalue()
 
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import msgspec
-from fastapi import Path, Response
+from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
-from console.access.roles import needs
+from console.access.roles import ZIP, needs
 from console.api import RequestBody, Who, part, router
+from console.api.maps import ZIP_BODY, NewName, answers, zip_of
+from console.http.downloads import file_named
 from console.maps.marks import ZoneMark
 from console.maps.store import MAX_NAME_LETTERS
-from console.maps.zones import MAX_CORNERS, ZoneService
+from console.maps.zones import MAX_CORNERS, MaskReading, ZoneService
 from core.navigation.zones import MapZone, ZoneKind
 
 zones = router("places", 409, 503, 507)
@@ -46,6 +48,13 @@ class ZoneList(msgspec.Struct, frozen=True):
     zones: list[ZoneRow]
 
 
+class ZonesOfMask(msgspec.Struct, frozen=True):
+    """The zones that were drawn of a mask; `left_out`: a sentence on cells that became none, "" for none."""
+
+    zones: list[ZoneRow]
+    left_out: str
+
+
 def row_of(zone: MapZone) -> ZoneRow:
     """A zone, to a millimetre."""
     points = [(round(float(x), 3), round(float(y), 3)) for x, y in zone.points]
@@ -65,6 +74,35 @@ async def add(asked: ZoneRequest, service: Zones, who: Who) -> ZoneRow:
     """Draw a zone: no command enters one to keep out of; in a slow one the gate caps the speed, by hand too."""
     points = tuple((x, y) for x, y in asked.points_m)
     return row_of(await service.add(ZoneMark(asked.name, asked.kind, points, asked.max_speed_m_s), who))
+
+
+@zones.get("/zones/masks", response_class=Response, responses=answers("application/zip"))
+@needs("viewer")
+async def masks(service: Zones) -> Response:
+    """All zones as Nav2's filter masks, in a zip: keep-out (trinary), speed in cm/s (raw), and Nav2's parameters."""
+    return file_named(zip_of(await service.masks()), "masks.zip", "application/zip")
+
+
+@zones.post("/zones/masks", status_code=201, openapi_extra=ZIP_BODY)
+@needs("operator", body=ZIP)
+async def take_in(
+    request: Request,
+    service: Zones,
+    who: Who,
+    name: NewName,
+    kind: Literal["keep_out", "slow"],
+    type: Annotated[int, Query(ge=1, le=2)] = 1,
+    base: Annotated[float, Query(ge=-1000, le=1000)] = 100.0,
+    multiplier: Annotated[float, Query(ge=-1000, le=1000)] = -1.0,
+) -> ZonesOfMask:
+    """Draw the zones of a filter mask of Nav2, a zip of its YAML and picture.
+
+    Of a speed mask also `type` (1: % of the robot's largest speed, 2: m/s), `base` and `multiplier` of its filter
+    info; a limit of 0 is none, as with Nav2.
+    """
+    reading = MaskReading(kind, 1 if type == 1 else 2, base, multiplier)
+    drawn, left_out = await service.take_in(name, await request.body(), reading, who)
+    return ZonesOfMask([row_of(zone) for zone in drawn], left_out)
 
 
 @zones.delete("/zones/{name}", status_code=204)

@@ -8,14 +8,11 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from console.maps.trajectory import laid_out
 from console.scene.overlays.occupancy import paint
 from core.files import write_atomic
 from core.message import Array
 from core.pipelines.nav2_map import nav2_map
-from core.pipelines.slam_files import landmarks_csv, trajectory_tum
 from core.slam.map.occupancy import OccupancyGrid
-from core.snapshot import Snapshot
 
 FLOOR = "floor"  # folder of what the pilot goes on with
 PREVIEW = "preview.png"
@@ -30,17 +27,17 @@ class MapWriter(Protocol):
         ...
 
 
-def write_map(folder: Path, saved: MapWriter, snapshot: Snapshot, trajectory: Array) -> None:
-    """All files of a map. Raises OSError."""
+def write_map(folder: Path, saved: MapWriter, grid: OccupancyGrid, landmarks: str, trajectory: str) -> None:
+    """All files of a map; landmarks as CSV, the trajectory as TUM. Raises OSError."""
     inner = folder / FLOOR
     inner.mkdir()
     saved.to_files(inner)
-    text, picture = nav2_map(snapshot.grid)
+    text, picture = nav2_map(grid)
     write_atomic(folder / "map.yaml", text)
     write_atomic(folder / "map.pgm", picture)
-    write_atomic(folder / "landmarks.csv", landmarks_csv(snapshot.landmarks))
-    write_atomic(folder / "trajectory.tum", trajectory_tum(*laid_out(trajectory, snapshot.floor)))
-    write_atomic(folder / PREVIEW, preview(snapshot.grid))
+    write_atomic(folder / "landmarks.csv", landmarks)
+    write_atomic(folder / "trajectory.tum", trajectory)
+    write_atomic(folder / PREVIEW, preview(grid))
 
 
 def known_part(grid: OccupancyGrid) -> OccupancyGrid:

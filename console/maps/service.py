@@ -19,7 +19,7 @@ from console.http.problems import Problem
 from console.maps.export import FLOOR, PREVIEW, known_part, write_map
 from console.maps.marks import MapMarks, read_marks, write_marks
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, checked_name
-from console.maps.trajectory import Trajectory
+from console.maps.trajectory import Trajectory, laid_out
 from console.messages import MapState
 from console.part import Part
 from console.robot.link import RobotLink
@@ -29,8 +29,13 @@ from core.errors import BeckonError
 from core.files import saving
 from core.geometry import Pose
 from core.pilot.pilot import Pilot
+from core.pipelines.nav2_map import laid_out as cells_laid_out
+from core.pipelines.nav2_map import read_nav2_zip
+from core.pipelines.slam_files import landmarks_csv, trajectory_tum
 from core.sensors import SensorFrame
 from core.sentences import Statement
+from core.settings import Settings
+from core.slam.map.drawn_map import drawn_map
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.outline import MapOutline, trace_outline
@@ -54,11 +59,17 @@ class MapService(Part):
     """Lives on the event loop; the disk is waited for in threads, one write after the other."""
 
     def __init__(
-        self, home: Path, robot: RobotLink, dispatcher: CommandDispatcher, lease: Lease, history: History
+        self,
+        home: Path,
+        settings: Settings,
+        robot: RobotLink,
+        dispatcher: CommandDispatcher,
+        lease: Lease,
+        history: History,
     ) -> None:
         self.trajectory = Trajectory()
         self._store = MapStore(home / "maps")
-        self._robot, self._dispatcher, self._lease = robot, dispatcher, lease
+        self._settings, self._robot, self._dispatcher, self._lease = settings, robot, dispatcher, lease
         self._history = history
         self._newest: Snapshot | None = None
         self._pilot: Pilot | None = None  # whose map it is
@@ -140,10 +151,52 @@ class MapService(Part):
         return card
 
     async def _write(self, name: str, who: Person, *, replace: bool) -> MapInfo:
-        grid, snapshot = known_part(self.grid), self.snapshot
+        grid, snapshot = self.grid, self.snapshot
         pilot, trajectory, marks = self._piloting(), self.trajectory.rows(), self.marks
+        card = self._card(name, who, known_part(grid), len(snapshot.floor.submaps))
+        card.landmarks = len(snapshot.landmarks)
+        card.closures = sum(closure.state == "accepted" for closure in snapshot.floor.closures)
+
+        def write() -> None:
+            saved = pilot.keep_map()
+
+            def fill(folder: Path) -> None:
+                path = trajectory_tum(*laid_out(trajectory, snapshot.floor))
+                write_map(folder, saved, grid, landmarks_csv(snapshot.landmarks), path)
+                write_marks(folder, marks)
+
+            self._store.keep(card, fill, replace=replace)
+
+        await self._on_disk(self._taking_turns(write))
+        return card
+
+    async def take_in(self, name: str, packed: bytes, who: Person, *, replace: bool) -> MapInfo:
+        """Keep a map of Nav2 or slam_toolbox, a zip of YAML and picture, as one to go on in.
+
+        Raises BadInput with what is wrong in it, NameTaken, Unwritable, Problem 503.
+        """
+        named, settings = checked_name(name), self._settings
+        cells = await asyncio.to_thread(read_nav2_zip, packed)
+
+        def draw() -> tuple[OccupancyGrid, SavedMap]:
+            grid = cells_laid_out(cells, settings.occupancy.resolution)
+            return grid, drawn_map(grid, settings.occupancy, settings.submaps)
+
+        grid, saved = await asyncio.to_thread(draw)
+        card = self._card(named, who, known_part(grid), saved.submaps)
+
+        def fill(folder: Path) -> None:
+            write_map(folder, saved, grid, landmarks_csv(()), "")
+            write_marks(folder, MapMarks())
+
+        await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=replace)))
+        self._changed("import", card.name, who)
+        return card
+
+    def _card(self, name: str, who: Person, grid: OccupancyGrid, submaps: int) -> MapInfo:
+        """The card of a map that is kept now; `grid`: its known part."""
         rows, columns = grid.log_odds.shape
-        card = MapInfo(
+        return MapInfo(
             name=name,
             saved_s=time.time(),
             by=who.name,
@@ -151,22 +204,10 @@ class MapService(Part):
             resolution_m=grid.resolution,
             width_m=round(columns * grid.resolution, 2),
             height_m=round(rows * grid.resolution, 2),
-            submaps=len(snapshot.floor.submaps),
-            landmarks=len(snapshot.landmarks),
-            closures=sum(closure.state == "accepted" for closure in snapshot.floor.closures),
+            submaps=submaps,
+            landmarks=0,
+            closures=0,
         )
-
-        def write() -> None:
-            saved = pilot.keep_map()
-
-            def fill(folder: Path) -> None:
-                write_map(folder, saved, snapshot, trajectory)
-                write_marks(folder, marks)
-
-            self._store.keep(card, fill, replace=replace)
-
-        await self._on_disk(self._taking_turns(write))
-        return card
 
     async def close(self) -> None:
         """Save a map that would be lost."""

@@ -5,8 +5,10 @@ A hand that drives is warned at a zone to keep out of, and enters it with a seco
 
 from __future__ import annotations
 
+import asyncio
 import math
 import time
+from dataclasses import dataclass
 
 import msgspec
 import numpy as np
@@ -23,8 +25,11 @@ from console.part import Part
 from console.robot.link import RobotLink
 from core.errors import BadInput
 from core.gate import Twist
+from core.message import Array
 from core.navigation.zones import KeepOuts, MapZone, ZoneKind, slow_cap
 from core.pilot.pilot import Pilot
+from core.pipelines.nav2_map import read_nav2_zip
+from core.pipelines.nav2_masks import SpeedType, keep_out_polygons, mask_files, slow_polygons
 from core.sensors import SensorFrame
 from core.sentences import Statement
 from core.snapshot import Snapshot
@@ -35,6 +40,16 @@ MIN_SLOW_SPEED_M_S, MAX_SLOW_SPEED_M_S = 0.02, 1.0
 CAP_PERIOD_S = 0.25  # between two caps: a gate that was started again has forgotten the last one
 WARNED_S = 15.0  # for which another press may enter the zone that a hand was warned of
 NO_SUCH_ZONE = Statement("zones.gone")
+
+
+@dataclass(frozen=True)
+class MaskReading:
+    """How to read a mask of Nav2: what it is for, and the fields of its filter info."""
+
+    kind: ZoneKind
+    type: SpeedType = 1  # of a slow one: 1 % of the robot's largest speed, 2 m/s
+    base: float = 100.0
+    multiplier: float = -1.0
 
 
 class ZoneService(Part):
@@ -69,17 +84,50 @@ class ZoneService(Part):
         self._lease.check_not_anothers(who)
         drawn = self._checked(mark, who)
 
-        def change(marks: MapMarks) -> MapMarks:
-            if len(marks.zones) >= MAX_ZONES:
-                raise Problem(409, Statement("zones.full", most=MAX_ZONES))
-            if any(key_of(one.name) == key_of(drawn.name) for one in marks.zones):
-                raise Problem(409, Statement("zones.taken"))
-            return msgspec.structs.replace(marks, zones=(*marks.zones, drawn))
-
-        await self._maps.mark(change, f"zone {drawn.name}", who)
+        await self._maps.mark(lambda marks: _with_zones(marks, [drawn]), f"zone {drawn.name}", who)
         self._refresh()
         self._stop_inside(drawn.name)
         return next(zone for zone in self.zones if zone.name == drawn.name)
+
+    async def masks(self) -> dict[str, bytes]:
+        """All zones as the files of Nav2's filter masks, on the lattice of the map. Raises Problem 503."""
+        zones, grid = self.zones, self._maps.grid
+        return await asyncio.to_thread(mask_files, zones, grid)
+
+    async def take_in(self, name: str, packed: bytes, reading: MaskReading, who: Person) -> tuple[list[MapZone], str]:
+        """Draw the zones of a mask of Nav2, a zip of YAML and picture → they, and what was left out of it.
+
+        They are called by `name`, with a number behind it from the second on. Raises as `add`.
+        """
+        self._lease.check_not_anothers(who)
+        found, left_out = await asyncio.to_thread(self._polygons, packed, reading)
+        if not found:
+            raise BadInput(Statement("zones.empty_mask"))
+        named = [name if number == 0 else f"{name} {number + 1}" for number in range(len(found))]
+        marks = [
+            self._checked(ZoneMark(one, reading.kind, tuple(map(tuple, ring.tolist())), speed), who, smallest=0.0)
+            for one, (ring, speed) in zip(named, found, strict=True)
+        ]
+        before = {zone.name for zone in self.zones}
+        await self._maps.mark(lambda kept: _with_zones(kept, marks), f"zones {name}: {len(marks)} of a mask", who)
+        self._refresh()
+        drawn = [zone for zone in self.zones if zone.name not in before]
+        self._stop_inside(*(zone.name for zone in drawn))
+        return drawn, left_out
+
+    def _polygons(self, packed: bytes, reading: MaskReading) -> tuple[list[tuple[Array, float | None]], str]:
+        """The zones of a mask, and a sentence on what is none."""
+        mask = read_nav2_zip(packed)
+        if reading.kind == "keep_out":
+            rings, between = keep_out_polygons(mask)
+            left_out = Statement("zones.mask_between", cells=between) if between else ""
+            return [(ring, None) for ring in rings], left_out
+        largest = self._robot.profile.max_speed
+        slow, without = slow_polygons(mask, reading.type, reading.base, reading.multiplier, largest)
+        limits: list[tuple[Array, float | None]] = [
+            (ring, round(min(speed, MAX_SLOW_SPEED_M_S), 4)) for ring, speed in slow
+        ]
+        return limits, Statement("zones.mask_unlimited", cells=without) if without else ""
 
     async def remove(self, name: str, who: Person) -> None:
         """Remove a zone. Raises Problem 404, 503, Refused, Unwritable."""
@@ -118,9 +166,9 @@ class ZoneService(Part):
             return min((zone.max_speed for zone in slow if zone.max_speed is not None), default=None)
         return slow_cap(slow, snapshot.estimate.pose, snapshot.velocity.v, self._robot.profile.radius)
 
-    def _stop_inside(self, name: str) -> None:
+    def _stop_inside(self, *names: str) -> None:
         """A command whose way may lead through a new zone ends: it was planned without it."""
-        if any(zone.name == name for zone in self._keep_outs.zones):
+        if any(zone.name in names for zone in self._keep_outs.zones):
             self._dispatcher.cancel("cancelled", Statement("zones.drawn"))
 
     def _hand_warning(self, jog: JogMessage) -> str:
@@ -139,19 +187,29 @@ class ZoneService(Part):
             self._warned = (zone.name, jog.press, now)
         return Statement("zones.press_again", name=zone.name)
 
-    def _checked(self, mark: ZoneMark, who: Person) -> ZoneMark:
+    def _checked(self, mark: ZoneMark, who: Person, smallest: float = MIN_AREA_M2) -> ZoneMark:
         """A zone as it is kept. Raises BadInput."""
         points = np.array(mark.points_m, float).reshape(-1, 2)
         if not 3 <= len(points) <= MAX_CORNERS or not np.isfinite(points).all():
             raise BadInput(Statement("zones.corners", most=MAX_CORNERS))
         x, y = points.T
         area = 0.5 * abs(float(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))))
-        if area < MIN_AREA_M2:
+        if area < smallest:
             raise BadInput(Statement("zones.small"))
         speed = checked_speed(mark.kind, mark.max_speed_m_s)
         rounded = tuple((round(float(a), 3), round(float(b), 3)) for a, b in points)
         anchor = anchor_at(points, self._maps.snapshot.floor.submaps)
         return ZoneMark(checked_name(mark.name), mark.kind, rounded, speed, anchor, who.name)
+
+
+def _with_zones(marks: MapMarks, drawn: list[ZoneMark]) -> MapMarks:
+    """The marks with more zones. Raises Problem 409."""
+    if len(marks.zones) + len(drawn) > MAX_ZONES:
+        raise Problem(409, Statement("zones.full", most=MAX_ZONES))
+    taken = {key_of(one.name) for one in marks.zones}
+    if any(key_of(one.name) in taken for one in drawn):
+        raise Problem(409, Statement("zones.taken"))
+    return msgspec.structs.replace(marks, zones=(*marks.zones, *drawn))
 
 
 def checked_speed(kind: ZoneKind, speed: float | None) -> float | None:

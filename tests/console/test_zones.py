@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import io
 import itertools
 import math
+import zipfile
 from typing import Any
 
+import numpy as np
 import pytest
 
 from console.access.logins import Person
 from console.http.problems import Problem
 from console.maps.zones import ZoneService
 from console.messages import JogMessage
+from core.pipelines.nav2_map import read_nav2_map
 from tests.console.live import Live
 
 
@@ -100,3 +104,57 @@ def test_a_hand_is_warned_and_enters_with_a_second_press(bare: Live) -> None:
     bare.until(lambda: moved(2), 20)
     bare.on_loop(lambda: jog(2, 0.0))
     bare.on_loop(lambda: dispatcher.forget(hand))
+
+
+def zip_of(files: dict[str, bytes]) -> bytes:
+    box = io.BytesIO()
+    with zipfile.ZipFile(box, "w") as made:
+        for name, content in files.items():
+            made.writestr(name, content)
+    return box.getvalue()
+
+
+def send(live: Live, path: str, packed: bytes) -> Any:
+    return live.ask("POST", path, raw=packed, token=live.operator, headers={"Content-Type": "application/zip"})
+
+
+def members(packed: bytes) -> dict[str, bytes]:
+    with zipfile.ZipFile(io.BytesIO(packed)) as box:
+        return {name: box.read(name) for name in box.namelist()}
+
+
+def test_zones_go_out_as_masks_of_nav2_and_come_back_with_the_same_cells(bare: Live) -> None:
+    x, y = (round(value, 2) for value in ahead(bare, 1.5))
+    call(bare, "POST", "/api/zones", {"name": "hole", "kind": "keep_out", "points_m": square(x, y, 0.3)}, status=201)
+    slow = {"name": "shop", "kind": "slow", "points_m": square(x + 1, y, 0.4), "max_speed_m_s": 0.07}
+    call(bare, "POST", "/api/zones", slow, status=201)
+    out = bare.ask("GET", "/api/zones/masks", token=bare.viewer)
+    first = members(out.body)
+    for name in ("hole", "shop"):
+        call(bare, "DELETE", f"/api/zones/{name}", status=204)
+    keep = zip_of({name: one for name, one in first.items() if name.startswith("keepout")})
+    told = send(bare, "/api/zones/masks?name=walls&kind=keep_out", keep)
+    assert (
+        told.status == 201 and [one["name"] for one in told.json["zones"]] == ["walls"] and not told.json["left_out"]
+    )
+    speed = zip_of({name: one for name, one in first.items() if name.startswith("speed")})
+    told = send(bare, "/api/zones/masks?name=calm&kind=slow&type=2&base=0&multiplier=0.01", speed)
+    assert [one["max_speed_m_s"] for one in told.json["zones"]] == [0.07]
+    again = members(bare.ask("GET", "/api/zones/masks", token=bare.viewer).body)
+    for name in ("keepout_mask", "speed_mask"):
+        cells = [read_nav2_map(one[f"{name}.yaml"], one[f"{name}.pgm"]) for one in (first, again)]
+        at = [np.argwhere(one.values > 0) * one.resolution + one.origin[1::-1] for one in cells]
+        assert len(at[0]) and np.allclose(*at)
+    assert send(bare, "/api/zones/masks?name=walls&kind=keep_out", keep).status == 409
+    assert "zip" in send(bare, "/api/zones/masks?name=w&kind=keep_out", b"PK").json["detail"]
+
+
+def test_a_map_of_nav2_is_kept_as_a_saved_map_to_the_bit(bare: Live) -> None:
+    out = bare.ask("GET", "/api/map", token=bare.viewer).body
+    told = send(bare, "/api/maps/import?name=from+nav2", out)
+    assert told.status == 201 and told.json["landmarks"] == 0, told.json
+    kept = members(bare.ask("GET", "/api/maps/from%20nav2.zip", token=bare.viewer).body)
+    assert kept["map.pgm"] == members(out)["map.pgm"] and kept["map.yaml"] == members(out)["map.yaml"]
+    assert send(bare, "/api/maps/import?name=from+nav2", out).status == 409
+    call(bare, "DELETE", "/api/maps/from%20nav2", status=204)
+    assert "YAML" in send(bare, "/api/maps/import?name=x", zip_of({"m.yaml": b"{", "m.pgm": b"P5"})).json["detail"]

@@ -17,6 +17,7 @@ from console.maps import service
 from core.gate import Twist
 from core.pilot import Pilot
 from core.robots.connect import connect
+from core.settings import Settings
 
 
 async def keep_maps(home: Path) -> None:
@@ -24,7 +25,7 @@ async def keep_maps(home: Path) -> None:
     pilot = Pilot(robot.profile)
     link: Any = SimpleNamespace(profile=robot.profile)
     dispatcher: Any = SimpleNamespace(pilot=pilot)
-    maps = service.MapService(home, link, dispatcher, Lease(), History(home, print))
+    maps = service.MapService(home, Settings(), link, dispatcher, Lease(), History(home, print))
     saving = asyncio.create_task(maps.run())
     while not saving.done():
         frame = robot.read()
