@@ -58,7 +58,7 @@ def chromium_flags(tmp_path_factory: pytest.TempPathFactory, shared_data: Path) 
         "speech_commands_tts/flite_slt_09.flac",  # again, as one would: a busy machine loses some sound
         "speech_commands_tts/flite_slt_02.flac",
         "speech_real/librivox_0870.flac",
-        "speech_commands_tts/flite_slt_01.flac",
+        *("speech_commands_tts/flite_slt_01.flac",) * 2,
     )
     file = tmp_path_factory.mktemp("voice") / "voice.wav"
     write_wav(file, Sound(stamp=0.0, rate=RATE, samples=np.concatenate((spoken, np.zeros(300 * RATE)))[:, None]))

@@ -223,16 +223,28 @@ COUNT = '''
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+
+from core.experiments.about import About
+from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.result import ExperimentResult
+
+ABOUT = About(title="Counting", reproduces="Nothing: the runs are counted.", runs=1, base_s=0.1, run_s=0.1)
 
 
-def run(
-    *, runs: int | None = None, seed: int = 0, out: Path | None = None, tell: Callable[[str], None] | None = None
-) -> dict[str, Any]:
+class Counted(ExperimentResult):
     """The number of runs."""
-    return {"runs": runs or 1, "seed": seed, "text": f"{runs or 1} runs"}
+
+    runs: int
+
+
+def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
+    """As many runs."""
+
+    def result(out: Path | None, numbers: list[int]) -> Counted:
+        return {"runs": len(numbers), "seed": seed, "files": {}, "text": f"{len(numbers)} runs"}
+
+    return ExperimentPlan((RunBatch(int, runs or 1, int),), result)
 '''
 
 
@@ -386,6 +398,6 @@ def test_an_experiment_is_one_file_and_one_row(copy: Copy) -> None:
     copy.write("core/experiments/count.py", COUNT)
     copy.change(
         "core/experiments/__init__.py",
-        ('    "tour": _in("tour"),', '    "tour": _in("tour"),\n    "count": _in("count"),'),
+        ('        "tour",\n', '        "tour",\n        "count",\n'),
     )
     assert json.loads(copy.python("-m", "console", "experiment", "count", "--runs", "3", "--json"))["runs"] == 3

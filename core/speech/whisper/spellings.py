@@ -28,6 +28,7 @@ ANY_NUMBER = re.compile(rf"(?<!\w)(?:{NUMBER})(?!\w)")
 SELDOM_SAID = re.compile(rf"\.(?:0|(\d)\1)|\bpoint (?:0|zero|({DIGIT}) \2)")
 LIKE_DIGITS = frozenset(("ate", "fore", "for", "free", "to", "too", "tree", "won"))
 """Words that may have been written for a digit, where they stand beside a number."""
+BEFORE_ZERO = re.compile(rf"\b(?:{'|'.join(sorted(LIKE_DIGITS))}) (?=0? ?\. ?\d)")
 FILLERS = frozenset(("a", "an", "at", "or", "the", "uh", "um"))  # between the two
 ENDS = (".", "!")  # of a sentence, if any
 WRITTEN_FOR = {"follow world": "follow wall", "follow the world": "follow the wall"}
@@ -228,11 +229,12 @@ def seldom_said(spelling: str) -> bool:
 def count_digits(text: str) -> int:
     """Return how many digits its numbers have, written in digits: 3 of "one and 9 3", 2 of "twelve meters".
 
-    Words beside them that sound like a digit count, too: 2 of "continue to 3 meters".
+    Words beside them that sound like a digit count, too, but in the place of an unspoken zero: 2 of "continue to 3
+    meters" and of "continue to 0.5 meters", which is written for 2.5 meters.
     """
     found = ANY_NUMBER.findall(text.lower())
     digits = sum(character.isdigit() for number in found for character in write_number(read_number(number)))
-    marked = ANY_NUMBER.sub("#", text.lower().replace("go to", "go"))
+    marked = ANY_NUMBER.sub("#", BEFORE_ZERO.sub("", text.lower().replace("go to", "go")))
     words = [word for word in re.findall(r"[a-z]+|#", marked) if word not in FILLERS]
     return digits + sum("#" in pair and not LIKE_DIGITS.isdisjoint(pair) for pair in pairwise(words))
 
