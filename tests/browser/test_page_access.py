@@ -46,28 +46,33 @@ def violations(page: Page, axe: str, rules: list[str] | None = None) -> list[str
     ]
 
 
-@pytest.mark.parametrize(("theme", "rules"), [("dark", None), ("light", COLOURS)], ids=["dark", "light"])
-def test_axe_has_nothing_to_say_about_any_page(
-    visit: Open, console: Running, axe: str, theme: str, rules: list[str] | None
-) -> None:
-    here = visit(theme=theme)
-    said: dict[str, list[str]] = {"console": violations(here.page, axe, rules)}
+def test_axe_has_nothing_to_say_about_any_page_in_either_theme(visit: Open, console: Running, axe: str) -> None:
+    here = visit(theme="dark")
+    said: dict[str, list[str]] = {}
+
+    def look(where: str) -> None:
+        said[where] = violations(here.page, axe)
+        here.page.emulate_media(color_scheme="light")
+        said[f"{where}, light"] = violations(here.page, axe, COLOURS)
+        here.page.emulate_media(color_scheme="dark")
+
+    look("console")
     here.say("turn lift")
     expect(here.find("command-status .suggested button").first).to_be_visible()
     for name in ("Estimate", "Hearing", "Mapping", "Maps", "Notices"):
         here.open_tab(name)
-        said[name] = violations(here.page, axe, rules)
+        look(name)
     for opener in ("link-chip button", "lease-chip button", "app-menu button"):
         here.find(opener).first.click()
-        said[opener] = violations(here.page, axe, rules)
+        look(opener)
         here.find(opener).first.click()
     here.page.keyboard.press("?")
-    said["keys"] = violations(here.page, axe, rules)
+    look("keys")
     for path in PAGES:
         here.page.goto(console.url + path)
         expect(here.find("main h1")).to_be_visible()
         here.wait(0.3)
-        said[path] = violations(here.page, axe, rules)
+        look(path)
     assert {where: what for where, what in said.items() if what} == {}
 
 

@@ -78,7 +78,7 @@ def press_her(here: Visit) -> Locator:
     return here.find('[data-says="come here"]')
 
 
-SIZES = ((1440, 900), (1366, 650), (1280, 650), (1030, 640), (820, 1180), (844, 390), (390, 844))
+SIZES = ((1366, 650), (1030, 640), (844, 390), (390, 844))
 SHOWN = {"Teach it a person": "camera-view", "Turn": "command-chips", "Drive": "drive-pad", "Click": ".stage"}
 """Steps of the tour, and what each shows."""
 COVERED = """([card, shown]) => {

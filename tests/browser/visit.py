@@ -12,7 +12,11 @@ from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, 
 from tests.browser.running_console import Running
 
 IN_PROCESS = "--enable-features=NetworkServiceInProcess2"  # or every file of a page goes through one process more
-FLAT = ["--disable-gpu", IN_PROCESS]  # what Chromium is started with where nobody looks at the 3-D map …
+NO_OMNIBOX = (  # 350 files a window that nobody looks at; the first four are of Playwright, as far as they matter
+    "--disable-features=DestroyProfileOnBrowserClose,HttpsUpgrades,OptimizationHints,PaintHolding,"
+    "WebUIOmniboxPopup,WebUIOmniboxAimPopup,WebUIOmniboxFullPopup,PreloadTopChromeWebUI"
+)
+FLAT = ["--disable-gpu", IN_PROCESS, NO_OMNIBOX]  # what Chromium is started with where nobody looks at the 3-D map …
 WITH_SCENE = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # … and where someone does
 DESK, PHONE = (1440, 900), (390, 844)
 HARMLESS = ("Software WebGL", "GPU stall", "GL Driver Message", "401 (Unauthorized)", "THREE.Clock")
