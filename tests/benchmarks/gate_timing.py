@@ -1,9 +1,10 @@
 """How fast the gate stands: `python -m tests.benchmarks.gate_timing [--trials 20]`, or `pytest -m campaign`.
 
-Driver and gate run as always, with the simulated laboratory rendering; the console's part is played here, or by a
-process of its own that is killed or frozen. Times run from the fault to the first zero in the gate's diary, on the
-one steady clock of the machine. The ticks' gaps come from an order that changes all the time, so that every tick
-leaves a row. Everything is measured idle and with two busy loops; the figures go to reports/gate_timing.json.
+Driver and gate run as always, on an emulated robot of two wires: the gate of a simulated one has the simulator's
+clock. The console's part is played here, or by a process of its own that is killed or frozen. Times run from the
+fault to the first zero in the gate's diary, on the one steady clock of the machine. The ticks' gaps come from orders
+that change all the time, so that every tick leaves a row. Everything is measured idle and with two busy loops; the
+figures go to reports/gate_timing.json.
 """
 
 from __future__ import annotations
@@ -25,8 +26,10 @@ from pathlib import Path
 
 from console.robot.supervisor import RobotSupervisor
 from core.gate import Limits, Setpoint, TraceRow, check, read_trace
+from tests.emulators.robot_process import robot_process
 
 ROOT = Path(__file__).resolve().parents[2]
+WIRES = ("serial", "scip")
 BOUNDS_MS = {
     "console SIGKILL": 150.0,
     "console SIGSTOP": 300.0,
@@ -104,9 +107,9 @@ def console_struck(number: signal.Signals, trials: int) -> list[float]:
     """A console that drives by hand is killed or frozen → times to zero [s]."""
     times: list[float] = []
     for trial in range(trials):
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as folder, robot_process(*WIRES) as served:
             console = subprocess.Popen(
-                [sys.executable, "-m", "tests.console.driving_console", "sim:lab", folder, "jog"],
+                [sys.executable, "-m", "tests.console.driving_console", served.url, folder, "jog"],
                 cwd=ROOT,
                 stdout=subprocess.PIPE,
                 text=True,
@@ -129,10 +132,10 @@ def console_struck(number: signal.Signals, trials: int) -> list[float]:
 
 @contextlib.contextmanager
 def driving() -> Iterator[tuple[RobotSupervisor, Hand, Path]]:
-    """A robot in the laboratory, a hand that drives it, and the diary."""
-    with tempfile.TemporaryDirectory() as folder:
+    """A robot on its wires, a hand that drives it, and the diary."""
+    with tempfile.TemporaryDirectory() as folder, robot_process(*WIRES) as served:
         trace = Path(folder) / "gate.csv"
-        robot = RobotSupervisor("sim:lab", home=Path(folder), gate_trace=trace)
+        robot = RobotSupervisor(served.url, home=Path(folder), gate_trace=trace)
         robot.start()
         robot.arm(1, "hand")
         hand = Hand(robot)

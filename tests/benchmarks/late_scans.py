@@ -180,9 +180,18 @@ def pressed_on(gate: Gate, tick: int, press: int, speed: float, now: float) -> i
 
 
 def drive(
-    driver: Driver, late: float, speed: float, lie: Callable[[float], float], *, always: bool = False
+    driver: Driver,
+    late: float,
+    speed: float,
+    lie: Callable[[float], float],
+    *,
+    always: bool = False,
+    stranger: bool = False,
 ) -> Outcome:
-    """Drive at the wall; `always`: late from the first scan on, stamps still from `LIE_S` on."""
+    """Drive at the wall; `always`: late from the first scan on, stamps still from `LIE_S` on.
+
+    `stranger`: from then on the punctual scans of another robot, which stands far from a wall, come in between.
+    """
     gate, field, rng = Gate(Limits(max_speed=0.5)), NearField((LASER,)), np.random.default_rng(1)
     gate.arm(1, "a stubborn hand", 0.0)
     waiting: deque[tuple[float, Scan]] = deque()
@@ -195,6 +204,8 @@ def drive(
             waiting.append((now + (late if lies or always else 0.0), scan_at(x, lie(now) if lies else now, rng)))
         while waiting and waiting[0][0] <= now:
             driver.scan(waiting.popleft()[1])
+        if stranger and lies and tick % 5 == 2:
+            driver.scan(scan_at(0.0, now, rng))
         see(gate, field, driver.frame(), now)
         if now >= DRIVE_S and tick % 2 == 0:
             press = pressed_on(gate, tick, press, speed, now)

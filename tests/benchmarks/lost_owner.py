@@ -20,8 +20,8 @@ import psutil
 from playwright.sync_api import Page, sync_playwright
 
 from core.gate.trace import read_trace
-from tests.benchmarks.reliability import moving, wait_until
 from tests.benchmarks.running_console import Console, console
+from tests.campaign.struck import moving, until
 
 PATIENCE = 25.0  # [s] after which it goes on for ever
 BUSY = "() => { setTimeout(() => { for (;;); }, 0); }"
@@ -80,7 +80,7 @@ def by_page(strike: Callable[[Page], None]) -> float:
         page.wait_for_selector("link-chip:has-text('Hz')")
         page.fill("#words", "follow wall")
         page.keyboard.press("Enter")
-        wait_until(lambda: moving(running.trace), 20.0)
+        until(lambda: moving(running.trace), 20.0)
         time.sleep(3.0)
         struck = time.monotonic()
         strike(page)
@@ -98,7 +98,7 @@ def by_rest() -> float:
         until_awake(running)
         struck = time.monotonic()
         running.post("/api/commands", {"text": "follow wall"})
-        wait_until(lambda: moving(running.trace), 20.0)
+        until(lambda: moving(running.trace), 20.0)
         return zero_after(running.trace, struck)
 
 

@@ -6,15 +6,18 @@ Every mutant is one changed line in a copy of the sources. With words, only muta
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 COPIED = ("core", "console", "static", "tests", "pyproject.toml", "README.md")
+TESTS_TIMEOUT_S = 300.0
 DRIVER, NEARNESS = "core/robots/process.py", "core/robots/nearness.py"
 GATE, DEADMAN = "core/gate/gate.py", "core/gate/deadman.py"
 LOOP, SUPERVISOR = "core/gate/process.py", "console/robot/supervisor.py"
@@ -107,30 +110,47 @@ def survives(mutant: Mutant, copy: Path) -> bool:
         )
     path.write_text(source.replace(mutant.before, mutant.after))
     try:
-        command = [sys.executable, "-m", "pytest", "-n0", "-x", "-q", "-p", "no:cacheprovider", TESTS[mutant.file]]
-        done = subprocess.run(command, cwd=copy, capture_output=True, timeout=300, check=False)
-        return done.returncode == 0
-    except subprocess.TimeoutExpired:
-        return False  # a test that waits for ever is red
+        return passes(mutant.file, copy)
     finally:
         path.write_text(source)
+
+
+def passes(file: str, copy: Path) -> bool:
+    """Whether the tests of that file of the product are green in the copy."""
+    command = [sys.executable, "-m", "pytest", "-n0", "-x", "-q", "-p", "no:cacheprovider", *TESTS[file].split()]
+    environment = {**os.environ, "PYTHONPATH": str(copy)}
+    try:
+        done = subprocess.run(
+            command, cwd=copy, env=environment, capture_output=True, timeout=TESTS_TIMEOUT_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return False  # a test that waits for ever is red
+    return done.returncode == 0
+
+
+def survivors(chosen: Sequence[Mutant]) -> list[str]:
+    """The names of those that no test kills. Raises SystemExit where a killer is red on the whole code, too."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder)
+        for name in COPIED:
+            source = ROOT / name
+            (shutil.copytree if source.is_dir() else shutil.copy)(source, copy / name)
+        for file in sorted({mutant.file for mutant in chosen}):
+            if not passes(file, copy):
+                raise SystemExit(f"{TESTS[file]} fails on unchanged code: nothing is shown by it.")
+        alive: list[str] = []
+        for mutant in chosen:
+            if survives(mutant, copy):
+                alive.append(mutant.name)
+            sys.stderr.write(f"{mutant.name}: {'SURVIVED' if mutant.name in alive else 'killed'}\n")
+    return alive
 
 
 def main() -> None:
     """Print who survived, as JSON."""
     words = sys.argv[1:]
     chosen = [mutant for mutant in MUTANTS if not words or any(word in mutant.name for word in words)]
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder)
-        for name in COPIED:
-            source = ROOT / name
-            (shutil.copytree if source.is_dir() else shutil.copy)(source, copy / name)
-        alive: list[str] = []
-        for mutant in chosen:
-            if survives(mutant, copy):
-                alive.append(mutant.name)
-            sys.stderr.write(f"{mutant.name}: {'SURVIVED' if mutant.name in alive else 'killed'}\n")
-    sys.stdout.write(json.dumps({"mutants": len(chosen), "survived": alive}, indent=1) + "\n")
+    sys.stdout.write(json.dumps({"mutants": len(chosen), "survived": survivors(chosen)}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """A page's hand without a page: holds a drive key over the console's socket until its process is killed or frozen.
 
-python -m tests.benchmarks.operator_hand PORT [PORT OF A LINK TO IT]
+python -m tests.benchmarks.operator_hand PORT [PORT OF A LINK TO IT [KEY]]
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 
-async def hold(port: int, through: int) -> None:
+async def hold(port: int, through: int, key: str = "") -> None:
     """Press once, then echo the newest nonce 20 times a second, as the page does."""
     line = socket.create_connection(("127.0.0.1", through))
     url, origin = f"ws://127.0.0.1:{port}/ws", f"http://127.0.0.1:{port}"
-    async with connect(url, sock=line, origin=origin, compression=None) as console:  # type: ignore[arg-type]
+    headers = {"Authorization": f"Bearer {key}"} if key else {}
+    options = {"sock": line, "origin": origin, "compression": None, "additional_headers": headers}
+    async with connect(url, **options) as console:  # type: ignore[arg-type]
         gate: dict[str, int] = {}
 
         async def listen() -> None:
@@ -55,4 +57,4 @@ def drive(v: float, seq: int, press: int, gate: dict[str, int]) -> str:
 
 
 if __name__ == "__main__":
-    asyncio.run(hold(int(sys.argv[1]), int(sys.argv[-1])))
+    asyncio.run(hold(int(sys.argv[1]), int(sys.argv[2] if len(sys.argv) > 2 else sys.argv[1]), *sys.argv[3:]))

@@ -90,6 +90,8 @@ class Served:
                 return [pose.x, pose.y, pose.heading]
             case "moved":
                 return self.moved(asked["since"])
+            case "rest":
+                return self.rest(asked["since"])
             case "applied":
                 return self.applied()[-3:]
             case "plan":
@@ -116,6 +118,11 @@ class Served:
             (step := before.inverse() @ after).distance_to(0.0, 0.0) + abs(step.heading)
             for before, after in itertools.pairwise(poses)
         )
+
+    def rest(self, since: float) -> float:
+        """time.monotonic() after which nothing moved; `since` where nothing moved at all."""
+        poses = [(stamp, pose) for stamp, pose in self.track if stamp >= since]
+        return max((after[0] for before, after in itertools.pairwise(poses) if before[1] != after[1]), default=since)
 
 
 class RobotProcess:
