@@ -109,16 +109,19 @@ def settings_page() -> str:
     intro = (
         "A TOML file changes any of them: `beckon run --settings my.toml`. An unknown name is refused with the name "
         "that was probably meant, a value outside its bounds with the bounds. `beckon settings --schema` prints the "
-        "JSON Schema with which an editor [completes and checks such a file](../how-to/edit-the-settings.md)."
+        "JSON Schema with which an editor [completes and checks such a file](../how-to/edit-the-settings.md). "
+        "*Watch* is what to look at after a change. All other numbers are thresholds beside their "
+        "equations, which no file sets."
     )
     parts: list[str] = []
     for name, kind in section_kinds().items():
         cells = [
-            (f"`{row.name}`", f"`{row.default}`" if row.default else "", row.values, row.unit, row.meaning)
+            (f"`{row.name}`", f"`{row.default}`" if row.default else "", row.values, row.unit, row.meaning, row.watch)
             for row in rows(kind)
         ]
         about = (inspect.getdoc(kind) or "").splitlines()[0]
-        parts.append(f"## [{name}]\n\n{about}\n\n{table(('setting', 'default', 'values', 'unit', 'meaning'), cells)}")
+        heads = ("setting", "default", "values", "unit", "meaning", "watch")
+        parts.append(f"## [{name}]\n\n{about}\n\n{table(heads, cells)}")
     return page("Settings", intro, *parts)
 
 

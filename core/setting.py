@@ -1,15 +1,27 @@
 """Declaration of a setting, once, where it stands: type, unit, bounds and meaning.
 
-    class SteeringSettings(Section):
+    class SteeringThresholds(ThresholdSet):
+        turn_floor: float = 0.04  # [rad/s] least turn rate that is asked for
+
+    class SteeringSettings(SteeringThresholds, Section):
+        '''Gains and tolerances.
+
+        Watch:
+            lookahead: swinging about the path wants more, cut corners less
+        '''
+
         lookahead: Annotated[float, Meta("m", 0.05, 1.0, "distance ahead on the path at which the robot aims")] = 0.22
 
 From the declaration come the check of every value, `beckon settings`, the reference page and the schema for editors.
+A threshold is the equation's own number: a file that names it gets a sentence.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
+import re
 import types
 from dataclasses import dataclass
 from functools import cache
@@ -18,6 +30,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 from core.errors import BadInput
 
 HUGE = 10**15  # larger whole numbers are not spelled out
+WATCHED = re.compile(r"^    (\w+): (.+)$", re.MULTILINE)  # a line under "Watch:" of a docstring
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +56,7 @@ class DeclaredSetting:
     choices: tuple[str, ...]  # () where any value within the bounds is accepted
     meta: Meta
     default: Any
+    watch: str  # what to look at when it is changed, from the section's docstring; "" where none is named
 
     def fit(self, value: Any) -> Any:
         """Return a value as the setting's type. Raises BadInput with a sentence that names setting and bounds."""
@@ -88,14 +102,34 @@ class Section:
                     setting.fit(getattr(self, setting.name))
 
 
+@dataclass(frozen=True)
+class ThresholdSet:
+    """Base of a dataclass of numbers beside their equation that no file sets; a Section may inherit from it."""
+
+
+@cache
+def thresholds_of(section: type[Section]) -> frozenset[str]:
+    """Names of the fields of a section that no file sets."""
+    bases = (one for one in section.__mro__ if issubclass(one, ThresholdSet) and not issubclass(one, Section))
+    return frozenset(one.name for base in bases for one in dataclasses.fields(base))
+
+
 @cache
 def declared_settings(section: type[Section]) -> tuple[DeclaredSetting, ...]:
     """The settings of a section, in the order of its fields. Raises TypeError for a field without a Meta."""
     hints = get_type_hints(section, include_extras=True)
-    return tuple(_declared(one, hints[one.name]) for one in dataclasses.fields(section))
+    watched = {
+        name: text for base in section.__mro__ for name, text in WATCHED.findall(inspect.cleandoc(base.__doc__ or ""))
+    }
+    fixed = thresholds_of(section)
+    return tuple(
+        _declared(one, hints[one.name], watched.get(one.name, ""))
+        for one in dataclasses.fields(section)
+        if one.name not in fixed
+    )
 
 
-def _declared(field: dataclasses.Field[Any], hint: Any) -> DeclaredSetting:
+def _declared(field: dataclasses.Field[Any], hint: Any, watch: str) -> DeclaredSetting:
     if get_origin(hint) is not Annotated:
         raise TypeError(f"The setting {field.name} declares no Meta.")
     kind, meta = get_args(hint)[:2]
@@ -105,7 +139,7 @@ def _declared(field: dataclasses.Field[Any], hint: Any) -> DeclaredSetting:
     choices = meta.choices
     if get_origin(kind) is Literal:
         kind, choices = str, get_args(kind)
-    return DeclaredSetting(field.name, kind, optional, choices, meta, field.default)
+    return DeclaredSetting(field.name, kind, optional, choices, meta, field.default, watch)
 
 
 def _shown(value: object) -> str:

@@ -12,8 +12,9 @@ import dataclasses
 import difflib
 import logging
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -32,7 +33,7 @@ from core.perception.people.tracked_person import TrackSettings
 from core.perception.sound.settings import DirectionFindingSettings
 from core.recording import LogSettings
 from core.recording.settings import RecordingSettings
-from core.setting import Meta, Section, declared_settings
+from core.setting import Meta, Section, declared_settings, thresholds_of
 from core.simulation.settings import SimulationSettings
 from core.slam.bearings.settings import BearingSettings, VoiceLandmarkSettings
 from core.slam.ekf_slam import EkfSettings
@@ -67,7 +68,11 @@ NEVER_FOUND_AGAIN, NEVER_SLIPS = 1000, 50  # the largest values: what needs so m
 
 @dataclass(frozen=True)
 class ChapterSettings(Section):
-    """The chapter's forms, or ours."""
+    """The chapter's forms, or ours.
+
+    Watch:
+        mode: the pose's error, and NIS
+    """
 
     mode: Annotated[
         ChapterMode, Meta(meaning="printed: the chapter's own equations in the place of our forms", common=True)
@@ -135,8 +140,8 @@ def read(text: str, name: str = "settings") -> Settings:
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as trouble:
         raise BadInput(f"{name} is not valid TOML: {trouble}.") from None
     document = {_renamed(section, document, name): values for section, values in document.items()}
-    sections = _checked(document, Settings, f"{name}: there is no section", "[{}]")
     defaults = Settings()
+    sections = _checked(document, vars(defaults), f"{name}: there is no section", "[{}]")
     changed = {key: _section(getattr(defaults, key), values, f"{name}: [{key}]") for key, values in sections.items()}
     settings = dataclasses.replace(defaults, **changed)
     return as_printed(settings) if settings.chapter.mode == "printed" else settings
@@ -144,21 +149,34 @@ def read(text: str, name: str = "settings") -> Settings:
 
 def changed(settings: Settings, values: Mapping[str, Any]) -> Settings:
     """Settings with others by name ("ekf.gate"). Raises BadSettings, with the nearest names of one that is not."""
-    sections = {one.name: getattr(settings, one.name) for one in dataclasses.fields(settings)}
-    known = [f"{name}.{one.name}" for name, section in sections.items() for one in dataclasses.fields(section)]
+    sections: dict[str, Section] = dict(vars(settings))
     for name, value in values.items():
-        if name not in known:
-            close = difflib.get_close_matches(name, known, 3, 0.5)
-            own = [one for one in known if one.partition(".")[2] == name.rpartition(".")[2]]
-            near = list(dict.fromkeys((*own, *close)))[:3] or ["`beckon settings` lists them"]
-            raise BadSettings(f"There is no setting {_shown(name)}; near are {', '.join(near)}.")
         section, _, key = name.partition(".")
+        default = sections.get(section)
+        if default is None or key not in vars(default):
+            raise BadSettings(f"There is no setting {_shown(name)}; near are {', '.join(_near(name, sections))}.")
+        if key in thresholds_of(type(default)):
+            raise BadSettings(no_longer(name, default, [key]))
         try:
-            section_changed = _section(getattr(settings, section), {key: value}, f"[{section}]")
+            sections[section] = _section(default, {key: value}, f"[{section}]")
         except BadInput as wrong:
             raise BadSettings(str(wrong)) from None
-        settings = dataclasses.replace(settings, **{section: section_changed})
-    return settings
+    return dataclasses.replace(settings, **sections)
+
+
+def _near(name: str, sections: Mapping[str, Section]) -> list[str]:
+    known = [f"{section}.{one.name}" for section, kind in sections.items() for one in declared_settings(type(kind))]
+    own = [one for one in known if one.partition(".")[2] == name.rpartition(".")[2]]
+    close = difflib.get_close_matches(name, known, 3, 0.5)
+    return list(dict.fromkeys((*own, *close)))[:3] or ["`beckon settings` lists them"]
+
+
+def no_longer(where: str, section: Section, names: list[str]) -> str:
+    """A sentence about thresholds of a section that a file or an option, `where`, still names."""
+    values = ", ".join(_shown(str(getattr(section, name))) for name in names)
+    if len(names) == 1:
+        return f"{where} is no longer a setting: it is fixed at {values}; remove it."
+    return f"{where} are no longer settings: they are fixed at {values}; remove them."
 
 
 def as_printed(settings: Settings) -> Settings:
@@ -208,17 +226,27 @@ def _section(default: Section, given: Any, where: str) -> Section:
     """One section with its changes."""
     if not isinstance(given, dict):
         raise BadInput(f"{where} must be a section with settings under it.")
-    values = _checked(given, type(default), f"{where} has no setting", "{}")
+    fixed = [name for name in given if name in thresholds_of(type(default))]
+    if fixed:
+        _notice(no_longer(f"{where} {', '.join(fixed)}", default, fixed))
     declared = {setting.name: setting for setting in declared_settings(type(default))}
+    values = _checked(
+        {name: given[name] for name in given if name not in fixed}, declared, f"{where} has no setting", "{}"
+    )
     try:
         return dataclasses.replace(default, **{key: declared[key].fit(value) for key, value in values.items()})
     except BadInput as trouble:
         raise BadInput(f"{where} {trouble}") from None
 
 
-def _checked(given: dict[str, Any], kind: type[Any], complaint: str, form: str) -> dict[str, Any]:
+@cache
+def _notice(sentence: str) -> None:
+    """Say it once, however often the file is read."""
+    log.warning(sentence)
+
+
+def _checked(given: dict[str, Any], known: Collection[str], complaint: str, form: str) -> dict[str, Any]:
     """The same keys, if all are known."""
-    known = [field.name for field in dataclasses.fields(kind)]
     for key in given:
         if key not in known:
             close = difflib.get_close_matches(key, known, 1)

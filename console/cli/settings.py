@@ -62,6 +62,7 @@ class Row(NamedTuple):
     high: float | None
     choices: tuple[str, ...]  # () of a setting that is none of few words
     meaning: str
+    watch: str  # what to look at when it is changed
 
     @property
     def values(self) -> str:
@@ -78,7 +79,7 @@ def row_of(setting: DeclaredSetting) -> Row:
     """One setting, as it is declared."""
     meta, number = setting.meta, setting.kind in (int, float)
     bounds = (meta.low, meta.high) if number else (None, None)
-    return Row(setting.name, shown(setting.default), meta.unit, *bounds, setting.choices, meta.meaning)
+    return Row(setting.name, shown(setting.default), meta.unit, *bounds, setting.choices, meta.meaning, setting.watch)
 
 
 def line(row: Row) -> str:
@@ -127,7 +128,7 @@ def setting_schema(setting: DeclaredSetting) -> dict[str, Any]:
     """JSON Schema of one setting."""
     row = row_of(setting)
     unit = f"[{row.unit}] " if row.unit else ""
-    found: dict[str, Any] = {"type": TYPES[setting.kind], "description": f"{unit}{row.meaning}"}
+    found: dict[str, Any] = {"type": TYPES[setting.kind], "description": f"{unit}{row.meaning}\nWatch: {row.watch}"}
     if setting.default is not None:
         found["default"] = setting.default
     if row.choices:

@@ -36,6 +36,7 @@ class SettingState(msgspec.Struct, frozen=True, kw_only=True):
     high: float | None
     choices: list[str]  # [] where anything within the bounds is accepted
     meaning: str
+    watch: str  # what to look at after a change
     default: Value
     value: Value  # that holds now
     saved: Value  # that holds from the next start on
@@ -131,6 +132,7 @@ class SettingsInUse(Part):
             high=one.meta.high if number else None,
             choices=list(one.choices),
             meaning=one.meta.meaning,
+            watch=one.watch,
             default=one.default,
             value=getattr(getattr(self._now, section), one.name),
             saved=getattr(getattr(self._saved, section), one.name),

@@ -12,7 +12,21 @@ from core.setting import Meta, Section
 
 @dataclass(frozen=True)
 class Limits(Section):
-    """The gate's settings. Every one has a hard range, and none can be switched off."""
+    """The gate's settings. Every one has a hard range, and none can be switched off.
+
+    Watch:
+        max_speed: time of a way, and the distance until the robot stands
+        max_turn_rate: time of a turn, and walls that blur in it
+        max_acceleration: slipping wheels (then lower it)
+        max_turn_acceleration: slipping wheels in turns (then lower it)
+        deadman: halts on a poor network (then raise it); the way driven without a console grows with it
+        nonce_age: halts on a slow network (then raise it)
+        scan_age: halts with a slow laser (then raise it)
+        heartbeat: halts under load (then raise it); the way driven without a console grows with it
+        radius: touched furniture, and halts before narrow doors
+        margin: touched furniture (then raise it), halts before narrow doors (then lower it)
+        guard: speed, and touched furniture: without a guard nobody else sees it
+    """
 
     max_speed: Annotated[float, Meta("m/s", 0.01, 1, "highest speed", common=True)] = 0.3
     max_turn_rate: Annotated[float, Meta("rad/s", 0.05, 6, "highest turn rate", common=True)] = 1.5

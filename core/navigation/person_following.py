@@ -5,14 +5,35 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 Mode = Literal["person", "voice"]
 
 
 @dataclass(frozen=True)
-class PersonFollowingSettings(Section):
-    """COME HERE and FOLLOW ME."""
+class VoiceThresholds(ThresholdSet):
+    """Age and sd of a direction that is good enough."""
+
+    # [s] the same when the voice gave the command itself, which was read and confirmed since
+    spoken_fresh: float = 5.0
+    sure: float = 0.26  # [rad] sd of a direction that is good enough
+    sidestep: float = 0.9  # [m] way to hear the voice from elsewhere
+
+
+@dataclass(frozen=True)
+class PersonFollowingSettings(VoiceThresholds, Section):
+    """COME HERE and FOLLOW ME.
+
+    Watch:
+        mode: who is approached, and how often the robot asks for another word
+        stop_short: distance on arrival
+        coming: speed on the way to a person
+        keep: distance behind a walking person
+        following: distance behind a fast person; raise it where it grows
+        fresh: commands refused for want of a voice (then raise it)
+        look_for: persons not found at the voice (then raise it)
+        listen_for: time until the robot gives up
+    """
 
     mode: Annotated[
         Mode, Meta(meaning="voice: without the camera, to where several bearings cross", common=True, live=True)
@@ -36,11 +57,5 @@ class PersonFollowingSettings(Section):
     fresh: Annotated[
         float, Meta("s", 0.5, 60, "age of a voice, at most, when a command is typed after it", common=True, live=True)
     ] = 8.0
-    spoken_fresh: Annotated[
-        float,
-        Meta("s", 0.5, 30, "the same when the voice gave the command itself, which was read and confirmed since"),
-    ] = 5.0
-    sure: Annotated[float, Meta("rad", 0.02, 0.6, "sd of a direction that is good enough")] = 0.26
     look_for: Annotated[float, Meta("s", 0.3, 30, "time for which a person is looked for")] = 2.0
     listen_for: Annotated[float, Meta("s", 1, 120, "time for another word where a voice must be located")] = 12.0
-    sidestep: Annotated[float, Meta("m", 0.3, 3, "way to hear the voice from elsewhere")] = 0.9

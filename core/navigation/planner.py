@@ -14,32 +14,41 @@ from core.geometry import Pose
 from core.message import Array
 from core.navigation.costmap import Costmap, survey
 from core.sentences import Statement
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 from core.slam.map.occupancy import OccupancyGrid
 
 
 @dataclass(frozen=True)
-class PlannerSettings(Section):
-    """Costs and clearances of a path."""
+class PlannerThresholds(ThresholdSet):
+    """Weights of the cost, and the ways out of a tight place."""
 
-    stride: Annotated[
-        float, Meta("m", 0.02, 1, "spacing of the searched lattice; narrow gaps are searched on the map's own")
-    ] = 0.1
-    spacing: Annotated[float, Meta("m", 0.01, 0.2, "distance between the points of a path")] = 0.05
+    stride: float = 0.1  # [m] spacing of the searched lattice; narrow gaps are searched on the map's own
+    spacing: float = 0.05  # [m] distance between the points of a path
+    tight: float = 6.0  # factor on the cost where there is less
+    near: float = 3.0  # weight of exp(-falloff · d) in the cost
+    falloff: float = 4.0  # [1/m] decay of that cost with the free space d
+    occupied: float = 0.6  # log odds from which a cell is a wall
+    margin: float = 3.0  # [m] distance beyond the straight line that is searched first
+    escape: float = 0.3  # [m] distance around the robot in which it may leave a tight place
+    wider: float = 0.6  # [m] further distance at which the robot stops where nearer there is no room
+
+
+@dataclass(frozen=True)
+class PlannerSettings(PlannerThresholds, Section):
+    """Costs and clearances of a path.
+
+    Watch:
+        guard: narrow doors that are refused, and halts by the guard (then raise it)
+        comfort: distance of the path from walls
+        unknown: paths through what was never seen (then raise it)
+        reach: goals refused outside the map
+    """
+
     guard: Annotated[
         float, Meta("m", 0.03, 0.5, "free space below which nothing is planned: the gate's guard stops at 0.03")
     ] = 0.035
     comfort: Annotated[float, Meta("m", 0.03, 1, "free space that is kept wherever possible", common=True)] = 0.06
-    tight: Annotated[float, Meta("", 1, 100, "factor on the cost where there is less")] = 6.0
-    near: Annotated[float, Meta("", 0, 100, "weight of exp(-falloff · d) in the cost")] = 3.0
-    falloff: Annotated[float, Meta("1/m", 0.1, 50, "decay of that cost with the free space d")] = 4.0
     unknown: Annotated[float, Meta("", 1, 100, "factor on the cost where nothing has been seen yet")] = 2.0
-    occupied: Annotated[float, Meta("", 0.05, 4, "log odds from which a cell is a wall")] = 0.6
-    margin: Annotated[float, Meta("m", 0.5, 20, "distance beyond the straight line that is searched first")] = 3.0
-    escape: Annotated[float, Meta("m", 0, 1, "distance around the robot in which it may leave a tight place")] = 0.3
-    wider: Annotated[
-        float, Meta("m", 0, 3, "further distance at which the robot stops where nearer there is no room")
-    ] = 0.6
     reach: Annotated[float, Meta("m", 1, 20, "distance of a goal outside the known map, at most", common=True)] = 10.0
 
 

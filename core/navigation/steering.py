@@ -11,39 +11,54 @@ import numpy as np
 from core.gate import Twist
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 
 @dataclass(frozen=True)
-class SteeringSettings(Section):
-    """Gains and tolerances of everything that steers."""
+class SteeringThresholds(ThresholdSet):
+    """Least rates, and when the robot turns on the spot."""
+
+    turn_lead: float = 0.1  # [s] time by which a turn looks ahead, for what is on its way to the wheels
+    turn_floor: float = 0.04  # [rad/s] least turn rate that is asked for, so that no turn starves near its end
+    approach_floor: float = 0.02  # [m/s] least speed on approach
+    side_gain: float = 2.5  # [rad/m] heading aimed back at the line per distance from it
+    pivot_above: float = 0.9  # [rad] angle to the path above which it turns on the spot
+    pivot_below: float = 0.12  # [rad] angle to the path below which it drives on
+    slowest: float = 0.4  # share of the cruising speed in the tightest place
+    again_beyond: float = 3.5  # error per tolerance at which it sets out again
+
+
+@dataclass(frozen=True)
+class SteeringSettings(SteeringThresholds, Section):
+    """Gains and tolerances of everything that steers.
+
+    Watch:
+        turn_gain: swinging about the heading (then lower it)
+        turn_deceleration: turns that overshoot on a heavy robot (then lower it)
+        approach_gain: ways that overshoot (then lower it)
+        lookahead: swinging about the path (then raise it), cut corners (then lower it)
+        slow_within: speed in doors
+        heading_tolerance: hunting at the end of a turn (then raise it)
+        distance_tolerance: hunting at the end of a way (then raise it)
+        goal_tolerance: hunting at a goal (then raise it)
+        settle: time until a command is done
+        stalled_after: commands given up on a soft floor (then raise it)
+    """
 
     turn_gain: Annotated[
         float, Meta("1/s", 0.2, 10, "turn rate per heading error; a third of what a delay of 0.1 s would bear")
     ] = 3.0
-    turn_lead: Annotated[
-        float, Meta("s", 0, 0.5, "time by which a turn looks ahead, for what is on its way to the wheels")
-    ] = 0.1
-    turn_floor: Annotated[
-        float, Meta("rad/s", 0.01, 0.3, "least turn rate that is asked for, so that no turn starves near its end")
-    ] = 0.04
     turn_deceleration: Annotated[float, Meta("rad/s²", 0.1, 6, "deceleration at the end of a turn")] = 1.5
     approach_gain: Annotated[float, Meta("1/s", 0.2, 10, "speed per distance left")] = 1.5
-    approach_floor: Annotated[float, Meta("m/s", 0.005, 0.1, "least speed on approach")] = 0.02
-    side_gain: Annotated[float, Meta("rad/m", 0, 10, "heading aimed back at the line per distance from it")] = 2.5
     lookahead: Annotated[float, Meta("m", 0.05, 1, "distance ahead on the path at which the robot aims")] = 0.22
-    pivot_above: Annotated[float, Meta("rad", 0.2, 1.5, "angle to the path above which it turns on the spot")] = 0.9
-    pivot_below: Annotated[float, Meta("rad", 0.01, 0.2, "angle to the path below which it drives on")] = 0.12
     slow_within: Annotated[
         float, Meta("m", 0.01, 2, "free space around the body below which it slows", common=True, live=True)
     ] = 0.25
-    slowest: Annotated[float, Meta("", 0.1, 1, "share of the cruising speed in the tightest place")] = 0.4
     heading_tolerance: Annotated[float, Meta("rad", 0.001, 0.2, "error of the heading at a turn's end")] = 0.006
     distance_tolerance: Annotated[float, Meta("m", 0.001, 0.1, "error of the distance at a line's end")] = 0.004
     goal_tolerance: Annotated[
         float, Meta("m", 0.005, 0.2, "distance from a goal at which it is reached", common=True, live=True)
     ] = 0.012
-    again_beyond: Annotated[float, Meta("", 1, 10, "error per tolerance at which it sets out again")] = 3.5
     settle: Annotated[float, Meta("s", 0, 5, "rest within the tolerance before a command is done")] = 0.3
     stalled_after: Annotated[float, Meta("s", 1, 60, "time without headway until a command gives up")] = 4.0
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array, message
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
@@ -60,35 +60,39 @@ RIGHT = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the
 
 
 @dataclass(frozen=True)
-class WallSettings(Section):
-    """Criteria for a wall, and how far ahead it is followed."""
+class WallThresholds(ThresholdSet):
+    """Which points make up a wall, and the line along it."""
 
-    cell: Annotated[float, Meta("m", 0.005, 0.1, "points nearer together than this are averaged")] = 0.03
-    sight: Annotated[float, Meta("m", 1, 10, "distance up to which points are used while following")] = 2.5
-    link: Annotated[
-        float, Meta("m", 0.3, 2, "what stands nearer to the wall than this belongs to it: no way leads in between")
-    ] = 0.65
+    cell: float = 0.03  # [m] points nearer together than this are averaged
+    sight: float = 2.5  # [m] distance up to which points are used while following
+    link: float = 0.65  # [m] what stands nearer to the wall than this belongs to it: no way leads in between
+    aslant: float = 0.35  # [rad] angle to the wall's direction at which the far side of an opening may lie
+    deep: float = 0.4  # [m] depth of an opening, at least: less is a recess, or the shadow of something
+    smooth: float = 0.07  # [m] distance around a point over which the wall is averaged
+    larger: float = 0.05  # [m] excess of the ball's radius over the distance to keep
+    horizon: float = 1.0  # [m] length of the line ahead
+    stride: float = 0.02  # [m] distance between the points of the line
+    memory: float = 30.0  # [s] time for which what is out of sight counts
+    least: float = 0.5  # [m] extent from which something is a wall at first: a person's legs are none
+    near: float = 0.3  # [m] excess over the distance to keep to follow at once
+
+
+@dataclass(frozen=True)
+class WallSettings(WallThresholds, Section):
+    """Criteria for a wall, and how far ahead it is followed.
+
+    Watch:
+        gap: doors that are entered (then raise it)
+        seek: walls refused as too far (then raise it)
+        lost_after: commands given up at a corner (then raise it)
+    """
+
     gap: Annotated[
         float, Meta("m", 0, 3, "width of openings that are passed by, at most", common=True, live=True)
     ] = 1.1
-    aslant: Annotated[
-        float, Meta("rad", 0, 1.5, "angle to the wall's direction at which the far side of an opening may lie")
-    ] = 0.35
-    deep: Annotated[
-        float, Meta("m", 0.1, 2, "depth of an opening, at least: less is a recess, or the shadow of something")
-    ] = 0.4
-    smooth: Annotated[float, Meta("m", 0, 0.2, "distance around a point over which the wall is averaged")] = 0.07
-    larger: Annotated[float, Meta("m", 0, 0.5, "excess of the ball's radius over the distance to keep")] = 0.05
-    horizon: Annotated[float, Meta("m", 0.3, 3, "length of the line ahead")] = 1.0
-    stride: Annotated[float, Meta("m", 0.005, 0.1, "distance between the points of the line")] = 0.02
-    memory: Annotated[float, Meta("s", 1, 300, "time for which what is out of sight counts")] = 30.0
-    least: Annotated[
-        float, Meta("m", 0.05, 2, "extent from which something is a wall at first: a person's legs are none")
-    ] = 0.5
     seek: Annotated[
         float, Meta("m", 0.5, 20, "distance from which the robot drives to a wall", common=True, live=True)
     ] = 5.0
-    near: Annotated[float, Meta("m", 0.05, 2, "excess over the distance to keep to follow at once")] = 0.3
     lost_after: Annotated[float, Meta("s", 0.3, 30, "time without a wall until the command gives up")] = 2.0
 
 

@@ -21,7 +21,24 @@ from core.slam.motion import Increment
 
 @dataclass(frozen=True)
 class LogSettings(Section):
-    """Settings for reading a log; empty and zero mean: as the log itself says, or a sensible guess."""
+    """Settings for reading a log; empty and zero mean: as the log itself says, or a sensible guess.
+
+    Watch:
+        scan_topic: topics that `beckon slam --json` names
+        odometry_topic: topics that `beckon slam --json` names
+        odometry_frame: topics that `beckon slam --json` names
+        sound_topic: topics that `beckon hear --json` names
+        sound_rate: pitch of the voices
+        sound_channels: length and pitch of the sound
+        base_frame: walls that turn with the robot
+        mounting_x: walls that shift in turns
+        mounting_y: walls that shift in turns
+        mounting_heading: walls aslant to the way driven
+        range_max: stray points at the end of the range (then lower it)
+        largest_file_mb: memory while a log is read
+        largest_block_mb: memory while a log is read
+        most_readings_mb: memory, and the warning that readings were left out
+    """
 
     scan_topic: Annotated[str, Meta(meaning="empty: the LaserScan topic with the most readings")] = ""
     odometry_topic: Annotated[

@@ -10,7 +10,15 @@ from core.setting import Meta, Section
 
 @dataclass(frozen=True)
 class RecordingSettings(Section):
-    """Settings of recordings: how long, how large, and what is kept in memory."""
+    """Settings of recordings: how long, how large, and what is kept in memory.
+
+    Watch:
+        ring_s: size of the data folder
+        file_minutes: number of files of a long drive
+        file_mb: number of files of a long drive
+        folder_gb: recordings that went by themselves
+        free_mb: recordings that ended by themselves
+    """
 
     ring_s: Annotated[
         float, Meta("s", 0, 600, "the last part of every drive that can still be kept; 0: none", common=True)

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from core.geometry import Pose
 from core.sensors.microphones import ARRAYS, MicrophoneArray
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 WheelNoise = Literal["encoder", "paper", "none"]
 LaserNoise = Literal["1%", "3%", "none"]
@@ -20,7 +20,17 @@ SILENT = -60.0  # [dB] a noise that low is none
 
 @dataclass(frozen=True)
 class MicrophoneSettings(Section):
-    """The simulated robot's ears and the room that they are in."""
+    """The simulated robot's ears and the room that they are in.
+
+    Watch:
+        microphones: directions and words heard
+        reverberation: words and directions in Speech quality
+        hard_wall: directions that lie at the wall
+        murmur: words and false stops in Speech quality
+        motor_noise: words heard while driving
+        fan_noise: directions that lie at the fan
+        turned: the array's turn that Calibrate finds
+    """
 
     microphones: Annotated[
         str, Meta(choices=("none", *ARRAYS), meaning='array on the robot; "none": deaf', common=True)
@@ -54,25 +64,44 @@ class MicrophoneSettings(Section):
 
 
 @dataclass(frozen=True)
-class SimulationSettings(MicrophoneSettings):
-    """Noise and equipment of the simulated robot."""
+class WheelErrors(ThresholdSet):
+    """Errors of the simulated wheels and of the camera's sensor."""
+
+    scale_error: float = 0.003  # relative sd of the size of both wheels together
+    mismatch: float = 0.0002  # relative sd of one wheel against the other
+    wheelbase_error: float = 0.003  # relative sd of the wheelbase
+    slip: float = 0.0007  # [m/√m] slip of each wheel
+    dropout: float = 0.004  # share of beams that fail at random
+    picture_snr: float = 42.0  # [dB] signal to noise of the camera's sensor (section 6)
+    response: float = 0.06  # [s] time until the base has followed 63 % of a change of speed
+
+
+@dataclass(frozen=True)
+class SimulationSettings(WheelErrors, MicrophoneSettings):
+    """Noise and equipment of the simulated robot.
+
+    Watch:
+        wheel_noise: the pose's error
+        laser_noise: NIS, and corners in the scene
+        camera: persons found and edges drawn
+        camera_rate: load of the processor
+        light: edges drawn and persons found
+        exposure: edges drawn in turns
+        defocus: edges drawn
+        cruise: time of a way, and the pose's error
+        max_speed: time of a way
+        max_turn_rate: time of a turn
+    """
 
     wheel_noise: Annotated[
         WheelNoise, Meta(meaning="encoder: sizes and slip of wheels; paper: eq. 43", common=True)
     ] = "encoder"
-    scale_error: Annotated[float, Meta("", 0, 0.1, "relative sd of the size of both wheels together")] = 0.003
-    mismatch: Annotated[float, Meta("", 0, 0.1, "relative sd of one wheel against the other")] = 0.0002
-    wheelbase_error: Annotated[float, Meta("", 0, 0.1, "relative sd of the wheelbase")] = 0.003
-    slip: Annotated[float, Meta("m/√m", 0, 0.1, "slip of each wheel")] = 0.0007
     laser_noise: Annotated[LaserNoise, Meta(meaning="sd of a range as a share of it")] = "1%"
-    dropout: Annotated[float, Meta("", 0, 1, "share of beams that fail at random")] = 0.004
     camera: Annotated[bool, Meta(meaning="whether the robot has a camera")] = True
     camera_rate: Annotated[float, Meta("Hz", 0.1, 40, "pictures per second")] = 10.0
     light: Annotated[float, Meta("", 0.05, 3, "brightness of the pictures")] = 1.0
-    picture_snr: Annotated[float, Meta("dB", 10, 100, "signal to noise of the camera's sensor (section 6)")] = 42.0
     exposure: Annotated[float, Meta("s", 0, 0.1, "exposure time of a picture: turning meanwhile smears it")] = 0.0
     defocus: Annotated[float, Meta("pixel", 0, 5, "sd of the lens's blur")] = 0.0
     cruise: Annotated[float, Meta("m/s", 0.01, 1, "speed of commands (section 6.2)", common=True)] = 0.1
     max_speed: Annotated[float, Meta("m/s", 0.01, 1, "highest speed of the base")] = 0.3
     max_turn_rate: Annotated[float, Meta("rad/s", 0.01, 6, "highest turn rate of the base")] = 1.5
-    response: Annotated[float, Meta("s", 0, 1, "time until the base has followed 63 % of a change of speed")] = 0.06

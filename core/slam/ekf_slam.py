@@ -13,7 +13,7 @@ from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
 from core.sensors import Laser, SensorFrame
-from core.setting import Meta
+from core.setting import Meta, ThresholdSet
 from core.slam.association.associate import recognise
 from core.slam.association.landmark_table import LandmarkRecord, LandmarkSettings, LandmarkTable
 from core.slam.association.merge_duplicates import AssociationSettings, join_doubles
@@ -25,7 +25,7 @@ from core.slam.ekf.invariant import InvariantFilter
 from core.slam.ekf.measurement_model import place_of, squared_distance
 from core.slam.ekf.observation import Observation
 from core.slam.ekf.paper import PaperFilter
-from core.slam.ekf.robust import AdaptiveGate, SlipSettings, displaced, mahalanobis, trust, with_noise
+from core.slam.ekf.robust import AdaptiveGate, SlipThresholds, displaced, mahalanobis, trust, with_noise
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
 from core.slam.motion import Increment, MotionSettings, WheelTrack
 
@@ -34,8 +34,26 @@ NIS_FADE = 0.98  # memory of the running NIS, per sighting
 
 
 @dataclass(frozen=True)
-class EkfSettings(LandmarkSettings, AssociationSettings, SlipSettings):
-    """The estimator."""
+class EkfThresholds(ThresholdSet):
+    """Soft gate, and scans at rest."""
+
+    soft_memory: int = 80  # latest sightings that give the usual distance
+    soft_slack: float = 2.0  # usual distance over the filter's own, beyond which the soft gate widens
+    still_scans: int = 10  # scans taken at rest before the first move
+    still_every: int = 5  # at rest, after those, one scan in so many: from one place errors repeat
+
+
+@dataclass(frozen=True)
+class EkfSettings(EkfThresholds, LandmarkSettings, AssociationSettings, SlipThresholds):
+    """The estimator.
+
+    Watch:
+        mode: NIS and the error in `beckon experiment dead-reckoning-vs-slam`
+        sighting_noise: NIS, which should stay around 1
+        range_sd: NIS with `sighting_noise` paper
+        bearing_sd: NIS with `sighting_noise` paper
+        soft_gate: jumps of the pose where people walk by (then lower it)
+    """
 
     mode: Annotated[Literal["invariant", "paper"], Meta(meaning="form of the filter; paper: as printed")] = (
         "invariant"
@@ -48,14 +66,6 @@ class EkfSettings(LandmarkSettings, AssociationSettings, SlipSettings):
     soft_gate: Annotated[
         float, Meta("χ²", 0, 100, "squared distance from which a sighting is trusted less; 0: never")
     ] = 2.0
-    soft_memory: Annotated[int, Meta("", 1, 10000, "latest sightings that give the usual distance")] = 80
-    soft_slack: Annotated[
-        float, Meta("", 0.1, 100, "usual distance over the filter's own, beyond which the soft gate widens")
-    ] = 2.0
-    still_scans: Annotated[int, Meta("", 0, 1000, "scans taken at rest before the first move")] = 10
-    still_every: Annotated[
-        int, Meta("", 1, 1000, "at rest, after those, one scan in so many: from one place errors repeat")
-    ] = 5
 
 
 class EkfSlam:

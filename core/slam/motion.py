@@ -11,18 +11,35 @@ import numpy as np
 from core.geometry import Pose, rotation
 from core.message import Array
 from core.sensors import Wheels
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 STILL_MOTION = 1e-7  # [m] and [rad]: below, the wheels stand
 UNKNOWN_SD_M = 0.09  # from which a move is looked for wherever it may have led
 
 
 @dataclass(frozen=True)
-class MotionSettings(Section):
+class PaperMotion(ThresholdSet):
+    """Numbers of section 6 behind eq. 43."""
+
+    cruise: float = 0.1  # [m/s] speed at which the steering angle's error bends the path (section 6)
+    step: float = 0.025  # [s] time between control updates (section 6)
+
+
+@dataclass(frozen=True)
+class MotionSettings(PaperMotion, Section):
     """Noise of the odometry.
 
     `encoder`: slip, and the sizes of wheels and wheelbase, which no data sheet gives exactly. `paper`: the control
     noise Q (eq. 43) of speed and steering angle, drawn again with every control step.
+
+    Watch:
+        model: the pose's ellipse while driving, and NIS
+        wheelbase: heading by the wheels after turning around ten times
+        wheel_sd: the pose's ellipse, and NIS (raise it where that stays above 1)
+        way_sd: the pose's ellipse along the way
+        side_sd: the pose's ellipse across the way; raise it for a robot that skids
+        speed_sd: the pose's ellipse with `model` paper
+        steer_sd: the pose's ellipse with `model` paper
     """
 
     model: Annotated[Literal["encoder", "paper"], Meta(meaning="noise of real wheels, or Q of eq. 43")] = "encoder"
@@ -32,10 +49,6 @@ class MotionSettings(Section):
     side_sd: Annotated[float, Meta("m/√m", 0, 0.5, "error sideways")] = 0.001
     speed_sd: Annotated[float, Meta("m/s", 1e-4, 5, "error of the speed (eq. 43)")] = 0.2
     steer_sd: Annotated[float, Meta("rad", 1e-5, 0.8, "error of the steering angle (eq. 43)")] = math.radians(1)
-    cruise: Annotated[
-        float, Meta("m/s", 0.01, 5, "speed at which the steering angle's error bends the path (section 6)")
-    ] = 0.1
-    step: Annotated[float, Meta("s", 0.001, 1, "time between control updates (section 6)")] = 0.025
 
 
 @dataclass(frozen=True)

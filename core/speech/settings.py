@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 RATE_HZ = 16_000  # of all sound that goes into a recognizer
 PIECE_S = 0.2  # of a room's sound, at least, that are read at once
@@ -14,8 +14,53 @@ MOST_WAITING = 8.0  # [s] of it that may wait while words are read; older sound 
 
 
 @dataclass(frozen=True)
-class SpeechSettings(Section):
-    """Recognition of the commands; the defaults lie on plateaus of `tests.benchmarks.words`."""
+class SpeechThresholds(ThresholdSet):
+    """Ends of an utterance, and the competition within pocketsphinx."""
+
+    pre_roll: float = 0.5  # [s] sound kept from before the speech: noise and direction are learnt there
+    pause: float = 0.1  # [s] silence after which an utterance is read already, in case it is over
+    long_pause: float = 0.15  # [s] the same for a longer one than 1.2 s, which takes longer to read in vain
+    shortest: float = 0.12  # [s] speech that is shorter is a click
+    onset: int = 4  # [frames] frames with a voice, of six, that begin an utterance
+    evidence: float = 5.0  # power over the noise's from which a bin counts as voice
+    voice_share: float = 0.06  # share of the bins that count in a frame with a voice
+    voice_margin: float = 3.0  # factor over the share that the noise itself reaches
+    dynamics: float = 20.0  # [dB] level below its loudest moment down to which an utterance goes on
+    noise_memory: float = 1.0  # [s] time over which the noise is averaged
+    insertion: float = 0.05  # probability with which sphinx begins another word
+    silence: float = 0.1  # probability of a pause between words: people make pauses around numbers
+    most_models: int = 800  # phone models that sphinx keeps alive at a time; more take longer in babble
+    gaussians: int = 8  # Gaussians that sphinx evaluates in each codebook
+    garbage_words: int = 800  # common words that compete with the commands, besides the 39 phones
+    resembling_words: int = 80  # common words one phone away from a command's word, which compete too
+    competing_price: float = 30000.0  # one over the probability of each competing word
+    most_behind: float = 70.0  # [nats/s] score by which anything but a command may fit better, at most
+    word_behind: float = 300.0  # [nats/s] the same within any one word of the command
+    echoing_behind: float = 40.0  # [nats/s] the same within all of its words, where more is missing outside them
+    echo: float = 100.0  # [nats] score that may be missing outside its words: echoes cost less than another word
+    clear_ratio: float = 27.0  # [dB] voice over noise from which no noise is taken out: that costs consonants
+    sure_lead: float = 30.0  # [nats] lead of numbers over the nearest others from which they are obeyed at once
+    least_lead: float = 10.0  # [nats] lead of numbers from which they are said back where readings disagree
+    stop_in_noise: float = 1e-12  # the same in the beam towards a voice covered by noise; plateau 1e-15 to 1e-10
+    covered_ratio: float = 25.0  # [dB] voice over noise of a covered voice, at most
+    stop_delay: int = 10  # [frames] frames of 10 ms for which the spotter of STOP waits for a better end of the word
+
+
+@dataclass(frozen=True)
+class SpeechSettings(SpeechThresholds, Section):
+    """Recognition of the commands; the defaults lie on plateaus of `tests.benchmarks.words`.
+
+    Watch:
+        engine: words and delay in Speech quality
+        model: `beckon doctor`, which says whether the folder is taken; words and delay in Speech quality
+        phrases: `beckon understand "your words"`
+        hangover: delay of the reply; raise it for sentences cut in two
+        complete_hangover: delay of the motion; raise it for numbers cut off
+        unfinished_hangover: numbers cut off (then raise it)
+        longest: long sentences that are not read (then raise it)
+        opinions: commands that nobody gave (then raise it), refused ones (then lower it)
+        stop_threshold: STOP that is missed (then lower it), or heard where nobody said it (then raise it)
+    """
 
     engine: Annotated[
         Literal["auto", "whisper", "sphinx"],
@@ -28,15 +73,6 @@ class SpeechSettings(Section):
         str, Meta(meaning="folder with an English faster-whisper model; empty: the one that was fetched or installed")
     ] = ""
     phrases: Annotated[str, Meta(meaning="file phrases.toml with your own words for commands; empty: none")] = ""
-    pre_roll: Annotated[
-        float, Meta("s", 0.05, 2, "sound kept from before the speech: noise and direction are learnt there")
-    ] = 0.5
-    pause: Annotated[
-        float, Meta("s", 0.05, 2, "silence after which an utterance is read already, in case it is over")
-    ] = 0.1
-    long_pause: Annotated[
-        float, Meta("s", 0.05, 2, "the same for a longer one than 1.2 s, which takes longer to read in vain")
-    ] = 0.15
     hangover: Annotated[float, Meta("s", 0.1, 3, "silence that ends an utterance", common=True)] = 0.45
     complete_hangover: Annotated[
         float, Meta("s", 0.1, 3, "the same where what was said so far is a whole command that cannot go on")
@@ -45,62 +81,11 @@ class SpeechSettings(Section):
         float,
         Meta("s", 0.1, 3, "the same where what was said so far is no whole command: people pause before numbers"),
     ] = 0.8
-    shortest: Annotated[float, Meta("s", 0.01, 1, "speech that is shorter is a click")] = 0.12
     longest: Annotated[float, Meta("s", 1, 30, "an utterance that is longer is no command")] = 10.0
-    onset: Annotated[int, Meta("frames", 1, 6, "frames with a voice, of six, that begin an utterance")] = 4
-    evidence: Annotated[float, Meta("", 1, 100, "power over the noise's from which a bin counts as voice")] = 5.0
-    voice_share: Annotated[float, Meta("", 0.001, 1, "share of the bins that count in a frame with a voice")] = 0.06
-    voice_margin: Annotated[float, Meta("", 1, 20, "factor over the share that the noise itself reaches")] = 3.0
-    dynamics: Annotated[
-        float, Meta("dB", 3, 80, "level below its loudest moment down to which an utterance goes on")
-    ] = 20.0
-    noise_memory: Annotated[float, Meta("s", 0.05, 30, "time over which the noise is averaged")] = 1.0
-    insertion: Annotated[float, Meta("", 1e-6, 1, "probability with which sphinx begins another word")] = 0.05
-    silence: Annotated[
-        float, Meta("", 1e-6, 1, "probability of a pause between words: people make pauses around numbers")
-    ] = 0.1
-    most_models: Annotated[
-        int, Meta("", 50, 30000, "phone models that sphinx keeps alive at a time; more take longer in babble")
-    ] = 800
-    gaussians: Annotated[int, Meta("", 1, 128, "Gaussians that sphinx evaluates in each codebook")] = 8
-    garbage_words: Annotated[
-        int, Meta("", 0, 20000, "common words that compete with the commands, besides the 39 phones")
-    ] = 800
-    resembling_words: Annotated[
-        int, Meta("", 0, 2000, "common words one phone away from a command's word, which compete too")
-    ] = 80
-    competing_price: Annotated[float, Meta("", 1, 1e9, "one over the probability of each competing word")] = 30_000.0
-    most_behind: Annotated[
-        float, Meta("nats/s", 0, 1e4, "score by which anything but a command may fit better, at most")
-    ] = 70.0
-    word_behind: Annotated[float, Meta("nats/s", 0, 1e4, "the same within any one word of the command")] = 300.0
-    echoing_behind: Annotated[
-        float, Meta("nats/s", 0, 1e4, "the same within all of its words, where more is missing outside them")
-    ] = 40.0
-    echo: Annotated[
-        float, Meta("nats", 0, 1e4, "score that may be missing outside its words: echoes cost less than another word")
-    ] = 100.0
-    clear_ratio: Annotated[
-        float, Meta("dB", -20, 100, "voice over noise from which no noise is taken out: that costs consonants")
-    ] = 27.0
     opinions: Annotated[
         int,
         Meta("", 0, 3, "readings at other speeds that must agree on a command before the robot moves", common=True),
     ] = 2
-    sure_lead: Annotated[
-        float, Meta("nats", 0, 1000, "lead of numbers over the nearest others from which they are obeyed at once")
-    ] = 30.0
-    least_lead: Annotated[
-        float, Meta("nats", 0, 1000, "lead of numbers from which they are said back where readings disagree")
-    ] = 10.0
     stop_threshold: Annotated[
         float, Meta("", 1e-300, 1e10, "likelihood ratio of STOP, at least; a lower one stops more easily")
     ] = 1.0
-    stop_in_noise: Annotated[
-        float, Meta("", 1e-300, 1e10, "the same in the beam towards a voice covered by noise; plateau 1e-15 to 1e-10")
-    ] = 1e-12
-    covered_ratio: Annotated[float, Meta("dB", -20, 100, "voice over noise of a covered voice, at most")] = 25.0
-    stop_delay: Annotated[
-        int,
-        Meta("frames", 1, 100, "frames of 10 ms for which the spotter of STOP waits for a better end of the word"),
-    ] = 10

@@ -57,7 +57,13 @@ HISS_SEED = 1  # of its hiss
 
 @dataclass(frozen=True)
 class VoiceSettings(Section):
-    """Settings of the robot's voice."""
+    """Settings of the robot's voice.
+
+    Watch:
+        voice: the next reply
+        speed: the next reply; words of the robot in Speech quality
+        pitch: the next reply
+    """
 
     voice: Annotated[str, Meta(choices=ENGLISH_VOICES, meaning="voice of espeak-ng", common=True, live=True)] = (
         "en-us"

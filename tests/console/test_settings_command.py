@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from typing import Any
 
@@ -11,6 +10,7 @@ import pytest
 
 from console.__main__ import build_parser, main
 from console.cli.settings import schema, section_kinds
+from core.setting import declared_settings
 from core.settings import FORMER, Settings, read
 
 
@@ -23,7 +23,7 @@ def test_what_is_printed_is_a_settings_file_with_the_defaults(capsys: pytest.Cap
     text = printed(capsys)
     names = [line.split(" =")[0].lstrip("# ") for line in text.splitlines() if " =" in line]
     kinds = section_kinds()
-    assert len(names) == sum(len(dataclasses.fields(kind)) for kind in kinds.values())
+    assert len(names) == sum(len(declared_settings(kind)) for kind in kinds.values())
     again = read(text)
     assert again.steering == Settings().steering
     assert again.speech == Settings().speech
@@ -54,7 +54,7 @@ def test_a_line_has_bounds_unit_and_meaning(capsys: pytest.CaptureFixture[str]) 
 
 def test_json_has_bounds_choices_and_units(capsys: pytest.CaptureFixture[str]) -> None:
     rows = {row["name"]: row for row in json.loads(printed(capsys, "motion", "--json"))["motion"]}
-    assert rows["wheelbase"] | {"meaning": ""} == {
+    assert rows["wheelbase"] | {"meaning": "", "watch": ""} == {
         "name": "wheelbase",
         "default": "0.1",
         "unit": "m",
@@ -62,6 +62,7 @@ def test_json_has_bounds_choices_and_units(capsys: pytest.CaptureFixture[str]) -
         "high": 5,
         "choices": [],
         "meaning": "",
+        "watch": "",
     }
     assert (rows["model"]["choices"], rows["model"]["low"]) == (["encoder", "paper"], None)
 

@@ -8,11 +8,22 @@ from typing import Annotated, Literal
 import pytest
 
 from core.errors import BadInput
-from core.setting import Meta, Section, declared_settings
+from core.setting import Meta, Section, ThresholdSet, declared_settings, thresholds_of
 
 
 @dataclass(frozen=True)
-class Base(Section):
+class Numbers(ThresholdSet):
+    floor: float = 0.5
+
+
+@dataclass(frozen=True)
+class Base(Numbers, Section):
+    """A base.
+
+    Watch:
+        gain: the swinging
+    """
+
     gain: Annotated[float, Meta("1/s", 0.5, 10, "a gain")] = 3.0
     count: Annotated[int, Meta("", 1, 8, "how many")] = 2
 
@@ -39,6 +50,18 @@ def test_the_declarations_of_base_and_section_are_found_in_order() -> None:
     ]
     assert [one.choices for one in declared if one.choices] == [("plain", "fancy"), ("high", "low")]
     assert [one.name for one in declared if one.optional] == ["offset"]
+    assert {one.name: one.watch for one in declared if one.watch} == {"gain": "the swinging"}
+
+
+def test_a_threshold_is_a_number_of_the_section_that_no_file_sets() -> None:
+    @dataclass(frozen=True)
+    class OtherThing(Thing):
+        floor: float = 0.7
+
+    for kind in (Thing, OtherThing):
+        assert thresholds_of(kind) == {"floor"}
+        assert "floor" not in {one.name for one in declared_settings(kind)}
+    assert (OtherThing().floor, replace(Thing(), floor=99.0).floor) == (0.7, 99.0)
 
 
 @pytest.mark.parametrize(

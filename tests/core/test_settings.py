@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import BadInput
+from core.errors import BadInput, BadSettings
 from core.perception.landmarks.corners import CornerSettings
-from core.setting import DeclaredSetting, declared_settings
-from core.settings import FORMER, Settings, load, read
+from core.setting import DeclaredSetting, declared_settings, thresholds_of
+from core.settings import FORMER, Settings, changed, load, read
 from core.slam.ekf_slam import EkfSettings
 
 SECTIONS = {one.name: type(getattr(Settings(), one.name)) for one in dataclasses.fields(Settings)}
@@ -26,8 +26,6 @@ NUMBERS = [
 PARTNERS = {
     ("edges", "canny_low"): "canny_high = 1000.0",
     ("edges", "canny_high"): "canny_low = 1.0",
-    ("image_quality", "level"): "highest = 254.0",
-    ("image_quality", "highest"): "level = 20.0",
     ("direction_finding", "lowest"): "highest = 20000.0",
     ("direction_finding", "highest"): "lowest = 20.0",
     ("people", "nearest"): "farthest = 12.0",
@@ -62,7 +60,7 @@ def test_a_file_changes_what_it_names_and_nothing_else(tmp_path: Path) -> None:
         ("[steering]\nlookahead = inf", "lookahead must lie between 0.05 and 1 m, not inf"),
         ("[steering]\nlookahead = 40.0", "[steering] lookahead must lie between 0.05 and 1 m, not 40.0."),
         ("[steering]\nlookahead = -1.0", "lookahead must lie between 0.05 and 1 m, not -1.0"),
-        ("[planner]\nstride = 0.0", "stride must lie between 0.02 and 1 m, not 0.0"),
+        ("[planner]\nguard = 0.0", "guard must lie between 0.03 and 0.5 m, not 0.0"),
         ("[corners]\npoints = 6.5", "points must be a whole number, not 6.5"),
         ("[corners]\npoints = true", "points must be a whole number"),
         ("[simulation]\nwheel_noise = 'loud'", "wheel_noise must be one of encoder, paper, none, not loud"),
@@ -75,7 +73,6 @@ def test_a_file_changes_what_it_names_and_nothing_else(tmp_path: Path) -> None:
         ("[voice]\nvoice = 'klingon\u202e'", "voice must be one of en-us, "),
         ("[edges]\ncanny_low = 90.0", "canny_low must not exceed canny_high"),
         ("[people]\nnearest = 3.0\nfarthest = 2.0", "nearest must lie below farthest: 3 and 2 m."),
-        ("[image_quality]\nlevel = 200.0\nhighest = 150.0", "level must lie below highest"),
         ("[direction_finding]\nlowest = 900.0\nhighest = 800.0", "lowest must lie below highest"),
         ("[occupancy]\nresolution = 0.02\nwidest = 200.0", "widest must not exceed 5000 cells: 100 m."),
         ("[steering", "is not valid TOML"),
@@ -113,7 +110,7 @@ def test_every_default_would_be_accepted_from_a_file() -> None:
     for section in dataclasses.fields(Settings):
         part = getattr(Settings(), section.name)
         lines = [f"[{section.name}]"]
-        for setting in dataclasses.fields(part):
+        for setting in declared_settings(type(part)):
             value = getattr(part, setting.name)
             if value is not None:
                 lines.append(f"{setting.name} = {_toml(value)}")
@@ -122,6 +119,32 @@ def test_every_default_would_be_accepted_from_a_file() -> None:
 
 def _toml(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def test_a_file_of_an_older_version_is_read_but_for_what_is_no_setting_any_more(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Every former setting stands in it, with a value that would not be accepted."""
+    lines = [
+        line
+        for section, kind in SECTIONS.items()
+        for line in (f"[{section}]", *(f"{name} = -7777.5" for name in sorted(thresholds_of(kind))))
+    ]
+    assert read("\n".join([*lines, ""]), "old.toml") == Settings()
+    sentences = [one.message for one in caplog.records]
+    assert len(sentences) == sum(bool(thresholds_of(kind)) for kind in SECTIONS.values()) > 20
+    assert all("no longer" in one and "remove" in one for one in sentences)
+    read("[ekf]\nsoft_slack = 3.0\ngate = 9.0", "older.toml")
+    assert "older.toml: [ekf] soft_slack is no longer a setting: it is fixed at 2.0; remove it." in caplog.text
+
+
+def test_an_option_that_is_no_setting_any_more_is_refused_with_its_value() -> None:
+    with pytest.raises(
+        BadSettings, match=r"^ekf\.soft_slack is no longer a setting: it is fixed at 2\.0; remove it\.$"
+    ):
+        changed(Settings(), {"ekf.soft_slack": 3.0})
+    with pytest.raises(BadSettings, match=r"no setting ekf\.gatee; near are ekf\.gate, ekf\.soft_gate"):
+        changed(Settings(), {"ekf.gatee": 3.0})
 
 
 @pytest.mark.parametrize(("former", "present"), FORMER.items())
@@ -138,11 +161,11 @@ def test_a_section_under_both_names_is_refused() -> None:
 
 
 @pytest.mark.parametrize("name", SECTIONS)
-def test_every_setting_declares_its_bounds_and_its_meaning(name: str) -> None:
+def test_every_setting_declares_its_bounds_its_meaning_and_what_to_watch(name: str) -> None:
     declared = declared_settings(SECTIONS[name])
-    assert [setting.name for setting in declared] == [one.name for one in dataclasses.fields(SECTIONS[name])]
+    assert {setting.name for setting in declared} == {*vars(SECTIONS[name]())} - thresholds_of(SECTIONS[name])
     for setting in declared:
-        assert setting.meta.meaning, setting.name
+        assert setting.meta.meaning and setting.watch, setting.name
         assert setting.fit(setting.default) == setting.default
         if setting.kind in (int, float):
             assert math.isfinite(setting.meta.low) and math.isfinite(setting.meta.high), setting.name

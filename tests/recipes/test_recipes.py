@@ -307,9 +307,10 @@ def test_a_robot_is_one_file_and_one_row(copy: Copy) -> None:
     assert float(copy.python("-c", code)) == 0.2
 
 
-def test_a_number_is_a_field_with_its_unit_bounds_and_meaning(copy: Copy) -> None:
+def test_a_setting_is_a_field_with_its_unit_bounds_and_meaning_and_what_to_watch(copy: Copy) -> None:
     copy.change(
         "core/navigation/steering.py",
+        ("        turn_gain: swinging", "        swing: the outside of curves\n        turn_gain: swinging"),
         (
             "    turn_gain: Annotated",
             '    swing: Annotated[float, Meta("m", 0.1, 1, "a curve\'s outside")] = 0.25\n    turn_gain: Annotated',
@@ -318,6 +319,7 @@ def test_a_number_is_a_field_with_its_unit_bounds_and_meaning(copy: Copy) -> Non
     rows = json.loads(copy.python("-m", "console", "settings", "steering", "--json"))["steering"]
     row = next(row for row in rows if row["name"] == "swing")
     assert (row["default"], row["unit"], row["meaning"]) == ("0.25", "m", "a curve's outside")
+    assert row["watch"] == "the outside of curves"
     assert (row["low"], row["high"]) == (0.1, 1)
     (copy.folder / "my.toml").write_text("[steering]\nswing = 0.5\n")
     assert copy.python("-c", "from core.settings import load; print(load('my.toml').steering.swing)").strip() == "0.5"

@@ -14,29 +14,39 @@ from core.geometry import Pose
 from core.message import Array, message
 from core.perception.landmarks.edge_pairs import EdgePair
 from core.sensors import Camera
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 
 @dataclass(frozen=True)
-class DriftSettings(Section):
-    """Criteria of a moved mount."""
+class DriftThresholds(ThresholdSet):
+    """Looks that are kept, and how sure a change must be."""
 
-    step: Annotated[float, Meta("m", 0.005, 1, "way between two looks: at rest they are all the same")] = 0.04
-    turn: Annotated[float, Meta("rad", 0.005, 1, "turn between two looks, where the way is shorter")] = math.radians(
-        3
-    )
-    looks: Annotated[int, Meta("", 10, 2000, "looks that are kept")] = 200
-    half_life: Annotated[float, Meta("looks", 1, 2000, "age at which a look counts half")] = 60.0
-    every: Annotated[float, Meta("s", 0.1, 60, "time between two estimates")] = 1.0
-    apart: Annotated[float, Meta("m", 0.05, 5, "corners closer together than this are one corner")] = 0.4
-    corners: Annotated[int, Meta("", 1, 50, "different corners, at least, before anything is reported")] = 4
-    sure: Annotated[float, Meta("sd", 1, 20, "significance of a reported change")] = 3.0
+    step: float = 0.04  # [m] way between two looks: at rest they are all the same
+    turn: float = math.radians(3)  # [rad] turn between two looks, where the way is shorter
+    looks: int = 200  # looks that are kept
+    half_life: float = 60.0  # [looks] age at which a look counts half
+    every: float = 1.0  # [s] time between two estimates
+    apart: float = 0.4  # [m] corners closer together than this are one corner
+    corners: int = 4  # different corners, at least, before anything is reported
+    sure: float = 3.0  # [sd] significance of a reported change
+    calm: float = 0.5  # share of the thresholds below which an alarm is over
+
+
+@dataclass(frozen=True)
+class DriftSettings(DriftThresholds, Section):
+    """Criteria of a moved mount.
+
+    Watch:
+        turned: warnings of a turned mount; raise it for false ones
+        shifted: warnings of a shifted mount; raise it for false ones
+        lasting: time until such a warning
+    """
+
     turned: Annotated[float, Meta("rad", 1e-4, 0.5, "a smaller turn of the mount does not matter")] = math.radians(
         0.3
     )
     shifted: Annotated[float, Meta("m", 0.001, 0.5, "a smaller shift of the mount does not matter")] = 0.015
     lasting: Annotated[float, Meta("s", 0, 60, "time that a change must be seen before it is reported")] = 3.0
-    calm: Annotated[float, Meta("", 0.05, 1, "share of the thresholds below which an alarm is over")] = 0.5
 
 
 @message

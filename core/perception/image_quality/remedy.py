@@ -6,37 +6,40 @@ import math
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from core.errors import BadInput
 from core.perception.image_quality.measures import Blur, ExposureMeasure
 from core.perception.landmarks.edges import EdgeSettings
 from core.perception.landmarks.preprocessing import NOTHING, Preprocessing
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 
 @dataclass(frozen=True)
-class PictureSettings(Section):
-    """Targets for a picture, and limits of the preprocessing that reaches them."""
+class PictureThresholds(ThresholdSet):
+    """Targets of the preprocessing, and how far it goes."""
+
+    level: float = 112.0  # grey level to which a dark picture is brightened
+    idle: float = 1.25  # a correction by a smaller factor is not worth a change
+    gain: float = 16.0  # factor by which a picture is brightened, at most
+    gamma: float = 0.5  # least exponent, where lamps or windows forbid more gain
+    highest: float = 245.0  # grey level that the brightest hundredth may reach
+    sharp: float = 0.9  # [pixel] sd of a sharp picture's blur
+    contrast: float = 4.0  # factor by which weakened gradients are raised, at most
+    clear: float = 2.1  # [sd] noise of a gradient below Canny's lower threshold; 5 below the upper one
+    along: float = 6.0  # factor on Canny's smoothing along upright edges, at most
+    across: float = 2.0  # factor on Canny's smoothing across upright edges, at most
+    edge: float = 0.14  # contrast of an ordinary upright edge, as a share of the light
+
+
+@dataclass(frozen=True)
+class PictureSettings(PictureThresholds, Section):
+    """Targets for a picture, and limits of the preprocessing that reaches them.
+
+    Watch:
+        prepare: edges and persons found in poor light
+        unusable_after: warnings of a covered or dark camera
+    """
 
     prepare: Annotated[bool, Meta(meaning="false: pictures are judged and used as they come", common=True)] = True
-    level: Annotated[float, Meta("", 20, 235, "grey level to which a dark picture is brightened")] = 112.0
-    idle: Annotated[float, Meta("", 1, 4, "a correction by a smaller factor is not worth a change")] = 1.25
-    gain: Annotated[float, Meta("", 1, 100, "factor by which a picture is brightened, at most")] = 16.0
-    gamma: Annotated[float, Meta("", 0.1, 1, "least exponent, where lamps or windows forbid more gain")] = 0.5
-    highest: Annotated[float, Meta("", 100, 254, "grey level that the brightest hundredth may reach")] = 245.0
-    sharp: Annotated[float, Meta("pixel", 0.1, 10, "sd of a sharp picture's blur")] = 0.9
-    contrast: Annotated[float, Meta("", 1, 20, "factor by which weakened gradients are raised, at most")] = 4.0
-    clear: Annotated[
-        float, Meta("sd", 0.1, 20, "noise of a gradient below Canny's lower threshold; 5 below the upper one")
-    ] = 2.1
-    along: Annotated[float, Meta("", 1, 20, "factor on Canny's smoothing along upright edges, at most")] = 6.0
-    across: Annotated[float, Meta("", 1, 10, "factor on Canny's smoothing across upright edges, at most")] = 2.0
-    edge: Annotated[float, Meta("", 0.01, 1, "contrast of an ordinary upright edge, as a share of the light")] = 0.14
     unusable_after: Annotated[float, Meta("s", 0, 60, "unusable pictures until a warning")] = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.level >= self.highest:
-            raise BadInput(f"level must lie below highest: {self.level:g} and {self.highest:g}.")
 
 
 def prepare_for(

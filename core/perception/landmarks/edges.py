@@ -14,7 +14,7 @@ from core.message import Array, message
 from core.perception.landmarks.level_view import LevelView, level_view
 from core.perception.landmarks.preprocessing import NOTHING, Preprocessing
 from core.sensors import Camera, Image
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 
 @message
@@ -29,37 +29,43 @@ class ImageEdge:
 
 
 @dataclass(frozen=True)
-class EdgeSettings(Section):
-    """Criteria of a vertical edge and of its match with a corner."""
+class EdgeThresholds(ThresholdSet):
+    """Shape of an edge, and its match with a corner."""
 
-    blur: Annotated[float, Meta("pixel", 0.1, 10, "sd of the smoothing against sensor noise")] = 1.0
+    blur: float = 1.0  # [pixel] sd of the smoothing against sensor noise
+    tilt: float = math.radians(5)  # [rad] angle of an edge off the vertical, at most
+    length: float = 0.2  # length of an edge per picture's height, at least
+    gap: float = 6.0  # [pixel] gap within an edge, at most
+    together: float = 3.0  # [pixel] columns closer together than this are one edge
+    shift_share: float = 0.1  # sd of the turn between picture and scan, as a share of it
+    gate: float = 3.0  # [sd] distance between an edge and the corner it confirms, at most
+    inflation: float = 1.3  # factor on a corner's covariance: a wall can hide steps within the laser's noise
+    range_floor: float = 0.004  # [m] sd of a sighting's range that no averaging takes away
+    bearing_floor: float = math.radians(0.08)  # [rad] sd of a sighting's bearing that no averaging takes away
+    corners_enough: int = 2  # corners in a scan from which edges that confirm none are left alone: they repeat errors
+    wall_sd: float = 0.02  # [m] sd across the wall of such an edge's distance
+    edge_required: bool = False  # the paper's rule: a corner without an edge is no landmark
+
+
+@dataclass(frozen=True)
+class EdgeSettings(EdgeThresholds, Section):
+    """Criteria of a vertical edge and of its match with a corner.
+
+    Watch:
+        canny_low: edges drawn on the picture; raise it for noise among them
+        canny_high: edges drawn on the picture; lower it for missing pale ones
+        bearing_sd: corners that an edge confirms; raise it where a new calibration confirms fewer
+        on_walls: landmarks on bare walls, and the pose's sd in a corridor
+    """
+
     canny_low: Annotated[float, Meta("", 1, 500, "lower gradient threshold of Canny's hysteresis")] = 15.0
     canny_high: Annotated[float, Meta("", 1, 1000, "upper gradient threshold of Canny's hysteresis")] = 35.0
-    tilt: Annotated[float, Meta("rad", 0.005, 0.5, "angle of an edge off the vertical, at most")] = math.radians(5)
-    length: Annotated[float, Meta("", 0.02, 1, "length of an edge per picture's height, at least")] = 0.2
-    gap: Annotated[float, Meta("pixel", 0, 200, "gap within an edge, at most")] = 6.0
-    together: Annotated[float, Meta("pixel", 0.5, 50, "columns closer together than this are one edge")] = 3.0
     bearing_sd: Annotated[
         float, Meta("rad", 1e-5, 0.2, "sd of an edge's bearing, extrinsic calibration included")
     ] = math.radians(0.25)
-    shift_share: Annotated[float, Meta("", 0, 2, "sd of the turn between picture and scan, as a share of it")] = 0.1
-    gate: Annotated[float, Meta("sd", 0.5, 20, "distance between an edge and the corner it confirms, at most")] = 3.0
-    inflation: Annotated[
-        float, Meta("", 1, 10, "factor on a corner's covariance: a wall can hide steps within the laser's noise")
-    ] = 1.3
-    range_floor: Annotated[float, Meta("m", 0, 0.5, "sd of a sighting's range that no averaging takes away")] = 0.004
-    bearing_floor: Annotated[
-        float, Meta("rad", 0, 0.2, "sd of a sighting's bearing that no averaging takes away")
-    ] = math.radians(0.08)
     on_walls: Annotated[
         bool, Meta(meaning="an edge that confirms no corner is a landmark where the laser sees a straight wall")
     ] = True
-    corners_enough: Annotated[
-        int,
-        Meta("", 0, 1000, "corners in a scan from which edges that confirm none are left alone: they repeat errors"),
-    ] = 2
-    wall_sd: Annotated[float, Meta("m", 0.002, 1, "sd across the wall of such an edge's distance")] = 0.02
-    edge_required: Annotated[bool, Meta(meaning="the paper's rule: a corner without an edge is no landmark")] = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -9,27 +9,38 @@ from typing import Annotated
 import numpy as np
 
 from core.message import Array
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 MIN_LENGTH_M = 1e-12
 
 
 @dataclass(frozen=True)
-class LineSettings(Section):
-    """Criteria that separate lines from noise."""
+class LineThresholds(ThresholdSet):
+    """How far samples may stray from a line, in sd of a range."""
+
+    beam_sd: float = 0.0005  # [rad] sd of a beam's direction
+    slant: float = math.radians(10)  # [rad] angle below which a wall breaks into points
+    missing: int = 4  # [beams] gap inside a line, at most
+    jump: float = 3.0  # [sd] difference of two neighbouring ranges that breaks a line
+    split: float = 3.0  # [sd] distance from the chord at which a line is split
+    merge_rms: float = 1.15  # [sd] joint residual up to which neighbours are merged
+    merge_max: float = 4.0  # [sd] worst residual up to which they are merged
+    fit: float = 1.3  # [sd] residual of a wall's final fit, at most, beyond what few samples excuse
+
+
+@dataclass(frozen=True)
+class LineSettings(LineThresholds, Section):
+    """Criteria that separate lines from noise.
+
+    Watch:
+        noise_floor: lines in the scene; raise it for walls in pieces near the robot
+        noise_ratio: lines in the scene; raise it for walls in pieces far away
+        points: corners in the scene; lower it where a coarse laser finds too few
+        length: corners in the scene; raise it for legs and chairs among them
+    """
 
     noise_floor: Annotated[float, Meta("m", 1e-4, 0.2, "least sd of a range")] = 0.01
     noise_ratio: Annotated[float, Meta("", 0, 0.2, "sd of a range as a share of it: 1 % for the URG-04LX")] = 0.01
-    beam_sd: Annotated[float, Meta("rad", 0, 0.05, "sd of a beam's direction")] = 0.0005
-    slant: Annotated[float, Meta("rad", 0.01, 1.2, "angle below which a wall breaks into points")] = math.radians(10)
-    missing: Annotated[int, Meta("beams", 0, 100, "gap inside a line, at most")] = 4
-    jump: Annotated[float, Meta("sd", 0.5, 20, "difference of two neighbouring ranges that breaks a line")] = 3.0
-    split: Annotated[float, Meta("sd", 0.5, 20, "distance from the chord at which a line is split")] = 3.0
-    merge_rms: Annotated[float, Meta("sd", 0.5, 10, "joint residual up to which neighbours are merged")] = 1.15
-    merge_max: Annotated[float, Meta("sd", 0.5, 20, "worst residual up to which they are merged")] = 4.0
-    fit: Annotated[
-        float, Meta("sd", 0.5, 10, "residual of a wall's final fit, at most, beyond what few samples excuse")
-    ] = 1.3
     points: Annotated[int, Meta("", 3, 200, "points of a line, at least")] = 6
     length: Annotated[float, Meta("m", 0.02, 5, "length of a line, at least")] = 0.25
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from core.errors import BadInput
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 PIXELS_PER_METRE = 64.0  # [pixel/m] at which bodies are compared; a person of 1.75 m is 112 pixels tall
 CELL_PX = 4  # side of a cell; 6.25 cm
@@ -44,8 +44,32 @@ LOWEST_SHIFT, HIGHEST_SHIFT = -4, 3  # [cell] of the crown: persons from 1.50 m 
 
 
 @dataclass(frozen=True)
-class PeopleSettings(Section):
-    """Criteria of a rectangle that is a person."""
+class PeopleThresholds(ThresholdSet):
+    """Search for a person along a direction."""
+
+    threshold_of_feet: float = 0.8  # the same where only the feet are in the picture
+    feet_with_legs: float = 0.4  # the same where the laser separates two legs there
+    enough: float = 0.35  # share of the parts' weight in the picture from which `threshold` holds
+    ratio: float = 1.08  # ratio of neighbouring distances
+    wedge: float = 2.0  # [sd] half-width of the sector around the sound's direction that is searched
+    head_half: float = 0.12  # [m] half-width of the part in which the sound must fall
+    overlap: float = 0.45  # [m] rectangles nearer together are one person
+    near_laser: float = 0.15  # difference of the laser's and the picture's distance, at most, as a share of it
+    near_floor: float = 0.15  # [m] difference of the laser's and the picture's distance that is always allowed
+
+
+@dataclass(frozen=True)
+class PeopleSettings(PeopleThresholds, Section):
+    """Criteria of a rectangle that is a person.
+
+    Watch:
+        engine: persons found in Look, and the time per picture
+        model: persons found in Look, and the time per picture
+        threshold: persons in Look; raise it for false ones, lower it for missed ones
+        alike: strangers taken for the enrolled person (then raise it)
+        nearest: persons close by that are not found
+        farthest: persons far away that are not found, and the time per picture
+    """
 
     engine: Annotated[
         Literal["auto", "pose", "drawn"],
@@ -60,28 +84,11 @@ class PeopleSettings(Section):
     threshold: Annotated[
         float, Meta("", 0.05, 0.99, "K from which a rectangle is a person (eq. 34)", common=True)
     ] = 0.65
-    threshold_of_feet: Annotated[float, Meta("", 0.05, 0.99, "the same where only the feet are in the picture")] = 0.8
-    feet_with_legs: Annotated[float, Meta("", 0.05, 0.99, "the same where the laser separates two legs there")] = 0.4
-    enough: Annotated[
-        float, Meta("", 0, 1, "share of the parts' weight in the picture from which `threshold` holds")
-    ] = 0.35
     alike: Annotated[
         float, Meta("", 0, 1, "probability by looks alone below which it is not the enrolled person")
     ] = 0.6
     nearest: Annotated[float, Meta("m", 0.3, 3, "nearest distance that is searched")] = 0.5
     farthest: Annotated[float, Meta("m", 1, 12, "farthest distance that is searched")] = 6.0
-    ratio: Annotated[float, Meta("", 1.02, 1.5, "ratio of neighbouring distances")] = 1.08
-    wedge: Annotated[
-        float, Meta("sd", 0.5, 4, "half-width of the sector around the sound's direction that is searched")
-    ] = 2.0
-    head_half: Annotated[float, Meta("m", 0.05, 0.5, "half-width of the part in which the sound must fall")] = 0.12
-    overlap: Annotated[float, Meta("m", 0.1, 2, "rectangles nearer together are one person")] = 0.45
-    near_laser: Annotated[
-        float, Meta("", 0.02, 1, "difference of the laser's and the picture's distance, at most, as a share of it")
-    ] = 0.15
-    near_floor: Annotated[
-        float, Meta("m", 0.02, 1, "difference of the laser's and the picture's distance that is always allowed")
-    ] = 0.15
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -9,28 +9,35 @@ from typing import Annotated, Literal
 from core.message import Array, message
 from core.perception.people.detector import Rectangle
 from core.perception.people.fusion import Ray, Sense
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 
 @dataclass(frozen=True)
-class TrackSettings(Section):
-    """Birth, gate and death of the one who is followed."""
+class TrackThresholds(ThresholdSet):
+    """Motion of a person, and which measurements are theirs."""
 
-    births: Annotated[int, Meta("", 1, 20, "pictures with the person in them until the person is confirmed")] = 2
-    acceleration: Annotated[float, Meta("m/s²", 0.05, 5, "sd with which a person's speed changes")] = 0.7
-    walking: Annotated[float, Meta("m/s", 0.01, 3, "sd of a speed of which nothing is known")] = 0.3
-    gate: Annotated[float, Meta("χ²", 1, 50, "squared distance of a measurement, at most; 99.7 % at 2 dof")] = 11.8
-    wide_gate: Annotated[
-        float, Meta("m", 0.1, 3, "farther from the prediction a person is not the one lost a moment ago")
-    ] = 0.6
+    births: int = 2  # pictures with the person in them until the person is confirmed
+    acceleration: float = 0.7  # [m/s²] sd with which a person's speed changes
+    walking: float = 0.3  # [m/s] sd of a speed of which nothing is known
+    gate: float = 11.8  # [χ²] squared distance of a measurement, at most; 99.7 % at 2 dof
+    wide_gate: float = 0.6  # [m] farther from the prediction a person is not the one lost a moment ago
+    known: float = 0.5  # K that is enough for a person who is expected there
+    alike: float = 0.15  # probability by looks alone below which it is not the followed person
+
+
+@dataclass(frozen=True)
+class TrackSettings(TrackThresholds, Section):
+    """Birth, gate and death of the one who is followed.
+
+    Watch:
+        patience: persons lost behind furniture (then raise it)
+        unseen: chairs followed for persons (then lower it)
+    """
+
     patience: Annotated[float, Meta("s", 0.2, 20, "time that a person may be hidden")] = 2.5
     unseen: Annotated[
         float, Meta("s", 0.5, 60, "time that legs alone are believed while the camera should see the person")
     ] = 8.0
-    known: Annotated[float, Meta("", 0.05, 0.99, "K that is enough for a person who is expected there")] = 0.5
-    alike: Annotated[
-        float, Meta("", 0, 1, "probability by looks alone below which it is not the followed person")
-    ] = 0.15
 
 
 @message

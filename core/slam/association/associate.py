@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from core.message import Array
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 from core.slam.association.joint_compatibility import JointCandidates, Pairs
 from core.slam.association.landmark_table import LandmarkTable
 from core.slam.association.nearest_neighbour import Assignment, associate, nearest
@@ -19,8 +19,24 @@ from core.slam.ekf.observation import Observation
 
 
 @dataclass(frozen=True)
-class MatchSettings(Section):
-    """Gates and margins of data association."""
+class MatchThresholds(ThresholdSet):
+    """When an assignment is doubtful."""
+
+    margin: float = 2.0  # [χ²] an assignment with another one so close is doubtful
+    vague: float = 4.0  # ln(|S|/|R|) from which one scan cannot tell which landmark left behind was seen
+    found_again: int = 3  # landmarks left behind that must be recognised together
+    joint_nodes: int = 300  # branches of one scan's assignments that are searched, at most; 0: each sighting alone
+
+
+@dataclass(frozen=True)
+class MatchSettings(MatchThresholds, Section):
+    """Gates and margins of data association.
+
+    Watch:
+        form: wrong matches in a room with repeated doors
+        gate: matches per scan, and NIS; lower it for wrong matches
+        fresh: two landmarks at one corner (then raise it)
+    """
 
     form: Annotated[
         Literal["unique", "nearest"],
@@ -31,15 +47,6 @@ class MatchSettings(Section):
         Meta("χ²", 1, 1000, "squared distance of a match, at most: real ranges have heavier tails than a Gaussian"),
     ] = 22.0
     fresh: Annotated[float, Meta("χ²", 1, 1000, "squared distance of a new landmark from others, at least")] = 20.0
-    margin: Annotated[float, Meta("χ²", 0, 100, "an assignment with another one so close is doubtful")] = 2.0
-    vague: Annotated[
-        float, Meta("", 0, 100, "ln(|S|/|R|) from which one scan cannot tell which landmark left behind was seen")
-    ] = 4.0
-    found_again: Annotated[int, Meta("", 2, 1000, "landmarks left behind that must be recognised together")] = 3
-    joint_nodes: Annotated[
-        int,
-        Meta("", 0, 5000, "branches of one scan's assignments that are searched, at most; 0: each sighting alone"),
-    ] = 300
 
 
 def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: MatchSettings) -> Assignment:

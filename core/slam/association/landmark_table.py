@@ -11,7 +11,7 @@ import numpy as np
 from core.geometry import wrap
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 GRAZE = math.radians(15)  # within the rim of its sector a corner's wall is seen too flat
 SURE_RANGE_SHARE = 0.7  # of the range from which a corner was ever made out: from here it should be again
@@ -20,22 +20,30 @@ STEADY_HITS = 20  # hits after which the opening is averaged no further
 
 
 @dataclass(frozen=True)
-class LandmarkSettings(Section):
-    """Conditions under which a landmark is believed and dropped."""
+class LandmarkThresholds(ThresholdSet):
+    """When a landmark is tentative, left behind, or another one."""
+
+    at_once: int = 6  # with fewer landmarks one hit is enough: else it runs blind
+    patience: int = 30  # [scans] time without a hit that a tentative landmark survives
+    misses_share: float = 0.5  # misses that one hit makes up for
+    behind: float = 5.0  # way per range at which a landmark was seen, after which it is left behind
+    opening: float = math.radians(40)  # [rad] difference of a corner's openings in two sightings, at most
+    most_on_walls: int = 80  # edges on walls among them
+
+
+@dataclass(frozen=True)
+class LandmarkSettings(LandmarkThresholds, Section):
+    """Conditions under which a landmark is believed and dropped.
+
+    Watch:
+        probation: landmarks where nothing stands (then raise it)
+        misses: landmarks that stay after what they were is gone (then lower it)
+        most: time of an update in Plots
+    """
 
     probation: Annotated[int, Meta("", 1, 50, "hits before a landmark may correct the pose")] = 3
-    at_once: Annotated[int, Meta("", 0, 10000, "with fewer landmarks one hit is enough: else it runs blind")] = 6
-    patience: Annotated[int, Meta("scans", 1, 10000, "time without a hit that a tentative landmark survives")] = 30
     misses: Annotated[float, Meta("", 0, 1000, "a landmark is dropped when m > misses + misses_share · h")] = 2.0
-    misses_share: Annotated[float, Meta("", 0, 10, "misses that one hit makes up for")] = 0.5
-    behind: Annotated[
-        float, Meta("", 0.1, 1000, "way per range at which a landmark was seen, after which it is left behind")
-    ] = 5.0
-    opening: Annotated[
-        float, Meta("rad", 0.01, 3.2, "difference of a corner's openings in two sightings, at most")
-    ] = math.radians(40)
     most: Annotated[int, Meta("", 10, 2000, "landmarks in all")] = 1000
-    most_on_walls: Annotated[int, Meta("", 0, 1000, "edges on walls among them")] = 80
 
 
 @dataclass

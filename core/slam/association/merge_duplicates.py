@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 from scipy.special import chdtri
 
 from core.message import Array
-from core.setting import Meta
+from core.setting import ThresholdSet
 from core.slam.association.associate import MatchSettings
 from core.slam.association.joint_compatibility import Pairs
 from core.slam.association.landmark_table import LandmarkTable
@@ -64,13 +63,16 @@ def _distance(held: tuple[int, ...], apart: Array, spread: Array) -> float:
 
 
 @dataclass(frozen=True)
-class AssociationSettings(MatchSettings):
-    """Conditions under which two landmarks are merged."""
+class MergeThresholds(ThresholdSet):
+    """When two landmarks may be one."""
 
-    double: Annotated[
-        float, Meta("χ²", 0, 100, "squared distance below which two landmarks may be one; 95 % at 2 dof")
-    ] = 5.99
-    double_reach: Annotated[float, Meta("m", 0, 5, "distance below which two landmarks may be one")] = 0.25
+    double: float = 5.99  # [χ²] squared distance below which two landmarks may be one; 95 % at 2 dof
+    double_reach: float = 0.25  # [m] distance below which two landmarks may be one
+
+
+@dataclass(frozen=True)
+class AssociationSettings(MergeThresholds, MatchSettings):
+    """Conditions under which two landmarks are merged."""
 
 
 def join_doubles(state: Filter, table: LandmarkTable, hit: list[int], settings: AssociationSettings) -> None:

@@ -6,82 +6,61 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 
 @dataclass(frozen=True)
-class BearingSettings(Section):
-    """When a direction that is seen or heard again and again becomes a landmark. The defaults are those of edges."""
+class BearingThresholds(ThresholdSet):
+    """When directions become a landmark and correct the pose; the defaults are those of edges."""
+
+    apart: float = 0.1  # [m] way between two corrections, at least: from one place errors repeat
+    apart_turn: float = math.radians(5)  # [rad] turn between two corrections, where the way is shorter
+    spacing: float = 0.25  # [m] way between the poses that a new landmark is made from
+    poses: int = 8  # such poses, at most
+    parallax: float = math.radians(4)  # [rad] difference of directions that makes a landmark, at least
+    vague: float = 0.2  # sd of a new landmark's distance as a share of it, at most
+    nearest: float = 0.3  # [m] distance of a new landmark, at least
+    floor: float = 0.0  # [rad] sd of a bearing that adds to what the sensor claims
+    gate: float = 9.0  # [χ²] squared distance of a bearing that is used, at most; 99.7 % at 1 dof
+    follow: float = math.radians(0.8)  # [rad] change of a direction between two looks, at most
+    follow_per_way: float = 0.7  # [rad/m] further change per way driven between them
+    lapse: float = 0.5  # [s] time after which a direction that is not seen again is given up
+    chances: int = 3  # corrections in a row that a landmark contradicts before it goes
+    again: float = 0.3  # [m] sd of the distance of two landmarks that may be one, at most; 0: never
+    most: int = 60  # landmarks of a submap, at most; those seen last stay
+    walls: bool = True  # whether a landmark on a wall that the laser sees takes its distance from it
+    wall_sd: float = 0.02  # [m] sd of such a distance across the wall
+
+
+@dataclass(frozen=True)
+class BearingSettings(BearingThresholds, Section):
+    """When a direction that is seen or heard again and again becomes a landmark. The defaults are those of edges.
+
+    Watch:
+        used: the pose's sd in a corridor
+        farthest: landmarks far outside the room (then lower it)
+    """
 
     used: Annotated[
         bool,
         Meta(meaning="whether they correct the pose; where the laser sees corners it is as good alone"),
     ] = False
-    apart: Annotated[
-        float, Meta("m", 0.01, 5, "way between two corrections, at least: from one place errors repeat")
-    ] = 0.1
-    apart_turn: Annotated[
-        float, Meta("rad", 0.005, 3.2, "turn between two corrections, where the way is shorter")
-    ] = math.radians(5)
-    spacing: Annotated[float, Meta("m", 0.02, 5, "way between the poses that a new landmark is made from")] = 0.25
-    poses: Annotated[int, Meta("", 3, 40, "such poses, at most")] = 8
-    parallax: Annotated[
-        float, Meta("rad", 0.005, 1.5, "difference of directions that makes a landmark, at least")
-    ] = math.radians(4)
-    vague: Annotated[float, Meta("", 0.01, 1, "sd of a new landmark's distance as a share of it, at most")] = 0.2
-    nearest: Annotated[float, Meta("m", 0.05, 5, "distance of a new landmark, at least")] = 0.3
     farthest: Annotated[float, Meta("m", 1, 100, "distance of a new landmark, at most")] = 12.0
-    floor: Annotated[float, Meta("rad", 0, 0.5, "sd of a bearing that adds to what the sensor claims")] = 0.0
-    gate: Annotated[
-        float, Meta("χ²", 1, 100, "squared distance of a bearing that is used, at most; 99.7 % at 1 dof")
-    ] = 9.0
-    follow: Annotated[float, Meta("rad", 1e-3, 1, "change of a direction between two looks, at most")] = math.radians(
-        0.8
-    )
-    follow_per_way: Annotated[float, Meta("rad/m", 0, 20, "further change per way driven between them")] = 0.7
-    lapse: Annotated[
-        float, Meta("s", 0.05, 60, "time after which a direction that is not seen again is given up")
-    ] = 0.5
-    chances: Annotated[int, Meta("", 1, 50, "corrections in a row that a landmark contradicts before it goes")] = 3
-    again: Annotated[
-        float, Meta("m", 0, 5, "sd of the distance of two landmarks that may be one, at most; 0: never")
-    ] = 0.3
-    most: Annotated[int, Meta("", 1, 500, "landmarks of a submap, at most; those seen last stay")] = 60
-    walls: Annotated[
-        bool, Meta(meaning="whether a landmark on a wall that the laser sees takes its distance from it")
-    ] = True
-    wall_sd: Annotated[float, Meta("m", 0.002, 1, "sd of such a distance across the wall")] = 0.02
 
 
 @dataclass(frozen=True)
 class VoiceLandmarkSettings(BearingSettings):
     """The same for a person who stands and calls."""
 
-    apart: Annotated[
-        float, Meta("m", 0.01, 5, "way between two corrections, at least: from one place errors repeat")
-    ] = 0.2
-    apart_turn: Annotated[
-        float, Meta("rad", 0.005, 3.2, "turn between two corrections, where the way is shorter")
-    ] = 3.2
-    spacing: Annotated[float, Meta("m", 0.02, 5, "way between the poses that a new landmark is made from")] = 0.3
-    parallax: Annotated[
-        float, Meta("rad", 0.005, 1.5, "difference of directions that makes a landmark, at least")
-    ] = math.radians(25)
-    floor: Annotated[float, Meta("rad", 0, 0.5, "sd of a bearing that adds to what the sensor claims")] = (
-        math.radians(3)
-    )
-    follow: Annotated[float, Meta("rad", 1e-3, 1, "change of a direction between two looks, at most")] = math.radians(
-        15
-    )
-    follow_per_way: Annotated[float, Meta("rad/m", 0, 20, "further change per way driven between them")] = 1.0
-    lapse: Annotated[
-        float, Meta("s", 0.05, 60, "time after which a direction that is not seen again is given up")
-    ] = 10.0
-    chances: Annotated[int, Meta("", 1, 50, "corrections in a row that a landmark contradicts before it goes")] = 4
-    again: Annotated[
-        float, Meta("m", 0, 5, "sd of the distance of two landmarks that may be one, at most; 0: never")
-    ] = 0.6
-    most: Annotated[int, Meta("", 1, 500, "landmarks of a submap, at most; those seen last stay")] = 4
-    walls: Annotated[
-        bool, Meta(meaning="whether a landmark on a wall that the laser sees takes its distance from it")
-    ] = False
+    apart: float = 0.2
+    apart_turn: float = 3.2
+    spacing: float = 0.3
+    parallax: float = math.radians(25)
+    floor: float = math.radians(3)
+    follow: float = math.radians(15)
+    follow_per_way: float = 1.0
+    lapse: float = 10.0
+    chances: int = 4
+    again: float = 0.6
+    most: int = 4
+    walls: bool = False

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import Annotated, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from scipy.linalg import get_lapack_funcs
 
 from core.message import Array
-from core.setting import Meta, Section
+from core.setting import ThresholdSet
 
 potrf, potri, potrs = cast(tuple[Any, Any, Any], get_lapack_funcs(("potrf", "potri", "potrs"), dtype=np.float64))
 
@@ -20,22 +20,16 @@ WEIGHT_EXPONENT = 1.5  # with which it falls beyond the limit
 
 
 @dataclass(frozen=True)
-class SlipSettings(Section):
-    """Conditions under which the sightings overrule the prediction: the robot was pushed, or its wheels slipped."""
+class SlipThresholds(ThresholdSet):
+    """When the sightings overrule the prediction: the robot was pushed, or its wheels slipped."""
 
-    slip_odd: Annotated[
-        float, Meta("χ²", 1, 1000, "squared distance of a sighting that contradicts the prediction; 99.97 % at 2 dof")
-    ] = 16.3
-    slip_agree: Annotated[
-        float,
-        Meta("χ²", 1, 1000, "squared distance up to which it fits once the robot may be elsewhere; 99 % at 2 dof"),
-    ] = 9.21
-    slip_fewest: Annotated[int, Meta("", 2, 50, "sightings that must agree on where the robot is")] = 3
-    slip_share: Annotated[
-        float, Meta("", 0.05, 1, "share of the sightings, at least, that contradict before and agree afterwards")
-    ] = 0.5
-    slip_place_sd: Annotated[float, Meta("m", 0.01, 10, "sd of the place after a slip")] = 0.5
-    slip_heading_sd: Annotated[float, Meta("rad", 0.01, 3.2, "sd of the heading after a slip")] = math.radians(20)
+    slip_odd: float = 16.3  # [χ²] squared distance of a sighting that contradicts the prediction; 99.97 % at 2 dof
+    # [χ²] squared distance up to which it fits once the robot may be elsewhere; 99 % at 2 dof
+    slip_agree: float = 9.21
+    slip_fewest: int = 3  # sightings that must agree on where the robot is
+    slip_share: float = 0.5  # share of the sightings, at least, that contradict before and agree afterwards
+    slip_place_sd: float = 0.5  # [m] sd of the place after a slip
+    slip_heading_sd: float = math.radians(20)  # [rad] sd of the heading after a slip
 
     @property
     def unnoticed(self) -> Array:
@@ -86,7 +80,7 @@ def trust(innovation: Array, noises: Array, residuals: Array, odd: Array, limit:
     return weights
 
 
-def displaced(innovation: Array, residuals: Array, odd: Array, moved: Array, settings: SlipSettings) -> bool:
+def displaced(innovation: Array, residuals: Array, odd: Array, moved: Array, settings: SlipThresholds) -> bool:
     """Return whether most sightings contradict the prediction but agree once the robot may be elsewhere.
 
     S (2M, 2M), residuals (M, 2), their squared Mahalanobis distances `odd` (M,); `moved` (2M, 2M): the part that

@@ -13,50 +13,48 @@ import numpy as np
 
 from core.geometry import Pose, rotation
 from core.message import Array
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 from core.slam.map.pose_graph import GraphEdge
 from core.slam.map.status import ClosureState
 from core.slam.motion import Increment
 
 
 @dataclass(frozen=True)
-class ClosureSettings(Section):
-    """Conditions under which a place counts as recognised."""
+class ClosureThresholds(ThresholdSet):
+    """How far links must agree, and where a loop is searched."""
+
+    rival: float = 0.9  # share of the best place's score that the second best may reach
+    vague: float = 0.25  # [m] sd of where the view fits nearly as well, at most: along a bare corridor it slides
+    reverse: float = 0.6  # share of what the older views show here that lies on what is seen now, at least
+    conflict: float = 0.1  # share of either view's points that the other looked through, at most
+    agree: float = 11.34  # [χ²] squared distance up to which two links do not contradict each other; 99 % at 3 dof
+    certain: float = 0.35  # [m] sd of the way between two links, at most: on a longer way anything agrees
+    apart: float = 0.8  # [m] distance between views of links supporting each other, at least
+    doubt: float = 3.0  # residual at which a link weighs half
+    contradiction: float = 30.0  # [χ²] squared distance from which the map does not bend to a link; 3 dof
+    reach: float = 0.3  # [m] distance around the expected place searched at least
+    reach_per_way: float = 0.05  # [m/m] further distance per way since
+    widest: float = 3.0  # [m] distance that is searched, at most
+    angle: float = math.radians(4.0)  # [rad] angle around the expected heading, at least
+    angle_per_way: float = math.radians(0.6)  # [rad/m] further angle per way since
+    widest_angle: float = math.radians(24.0)  # [rad] angle that is searched, at most
+    place_sd: float = 0.02  # [m] least sd of a link's place
+    heading_sd: float = math.radians(0.4)  # [rad] least sd of a link's heading
+
+
+@dataclass(frozen=True)
+class ClosureSettings(ClosureThresholds, Section):
+    """Conditions under which a place counts as recognised.
+
+    Watch:
+        score: loops closed; raise it for wrong ones, lower it for missed ones
+        others: loops closed; raise it for wrong ones, lower it for late ones
+        near: the map after a loop; raise it for doubled walls
+    """
 
     score: Annotated[float, Meta("", 0.1, 1, "score of the match, at least")] = 0.55
-    rival: Annotated[float, Meta("", 0.1, 1, "share of the best place's score that the second best may reach")] = 0.90
-    vague: Annotated[
-        float,
-        Meta("m", 0.02, 5, "sd of where the view fits nearly as well, at most: along a bare corridor it slides"),
-    ] = 0.25
-    reverse: Annotated[
-        float, Meta("", 0, 1, "share of what the older views show here that lies on what is seen now, at least")
-    ] = 0.6
-    conflict: Annotated[
-        float, Meta("", 0, 1, "share of either view's points that the other looked through, at most")
-    ] = 0.10
-    agree: Annotated[
-        float,
-        Meta("χ²", 0.5, 100, "squared distance up to which two links do not contradict each other; 99 % at 3 dof"),
-    ] = 11.34
-    certain: Annotated[
-        float, Meta("m", 0.02, 10, "sd of the way between two links, at most: on a longer way anything agrees")
-    ] = 0.35
     others: Annotated[int, Meta("", 0, 20, "links that must agree with a new one, and with each other")] = 2
-    apart: Annotated[float, Meta("m", 0, 10, "distance between views of links supporting each other, at least")] = 0.8
-    doubt: Annotated[float, Meta("", 0.1, 100, "residual at which a link weighs half")] = 3.0
-    contradiction: Annotated[
-        float, Meta("χ²", 1, 1000, "squared distance from which the map does not bend to a link; 3 dof")
-    ] = 30.0
-    reach: Annotated[float, Meta("m", 0.05, 3, "distance around the expected place searched at least")] = 0.3
-    reach_per_way: Annotated[float, Meta("m/m", 0, 1, "further distance per way since")] = 0.05
-    widest: Annotated[float, Meta("m", 0.1, 5, "distance that is searched, at most")] = 3.0
-    angle: Annotated[float, Meta("rad", 0.01, 0.8, "angle around the expected heading, at least")] = math.radians(4.0)
-    angle_per_way: Annotated[float, Meta("rad/m", 0, 0.2, "further angle per way since")] = math.radians(0.6)
-    widest_angle: Annotated[float, Meta("rad", 0.02, 1.6, "angle that is searched, at most")] = math.radians(24.0)
     near: Annotated[float, Meta("m", 0.5, 30, "distance from an older view within which its place is searched")] = 4.0
-    place_sd: Annotated[float, Meta("m", 1e-4, 1, "least sd of a link's place")] = 0.02
-    heading_sd: Annotated[float, Meta("rad", 1e-4, 1, "least sd of a link's heading")] = math.radians(0.4)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose, wrap
 from core.message import Array, message
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 
 MOST_CELLS = 5000  # from the world's origin to the map's side: 400 MB in all
 FRACTION_BITS = 4  # of a cell, for the outline of what was free
@@ -29,19 +29,29 @@ class OccupancyGrid:
 
 
 @dataclass(frozen=True)
-class OccupancySettings(Section):
-    """Settings of the occupancy map: how a scan changes it."""
+class OccupancyThresholds(ThresholdSet):
+    """Log odds of a cell, and how often a scan is drawn."""
+
+    hit: float = 1.2  # log odds for a cell where a beam ended
+    free: float = -0.4  # log odds for a cell that a beam passed
+    bound: float = 4.0  # log odds that no cell exceeds
+    moved: float = 0.03  # [m] move since the last drawn scan until the next is drawn
+    turned: float = 0.03  # [rad] turn since the last drawn scan until the next is drawn
+    waits: int = 5  # [scans] at one place one scan in so many is drawn: what moves away must vanish
+    block: float = 5.0  # [m] length by which the map grows
+
+
+@dataclass(frozen=True)
+class OccupancySettings(OccupancyThresholds, Section):
+    """Settings of the occupancy map: how a scan changes it.
+
+    Watch:
+        resolution: memory, and the width of doors on the map
+        widest: the rim of the map; raise it where the room goes on
+        farthest: stray cells far outside (then lower it)
+    """
 
     resolution: Annotated[float, Meta("m", 0.02, 0.5, "side of a cell", common=True)] = 0.05
-    hit: Annotated[float, Meta("", 0.1, 10, "log odds for a cell where a beam ended")] = 1.2
-    free: Annotated[float, Meta("", -10, -0.01, "log odds for a cell that a beam passed")] = -0.4
-    bound: Annotated[float, Meta("", 0.5, 50, "log odds that no cell exceeds")] = 4.0
-    moved: Annotated[float, Meta("m", 0, 1, "move since the last drawn scan until the next is drawn")] = 0.03
-    turned: Annotated[float, Meta("rad", 0, 1, "turn since the last drawn scan until the next is drawn")] = 0.03
-    waits: Annotated[
-        int, Meta("scans", 1, 1000, "at one place one scan in so many is drawn: what moves away must vanish")
-    ] = 5
-    block: Annotated[float, Meta("m", 0.5, 50, "length by which the map grows")] = 5.0
     widest: Annotated[float, Meta("m", 5, 250, "distance from the origin beyond which nothing is drawn")] = 100.0
     farthest: Annotated[
         float, Meta("m", 0.5, 100, "length to which a beam is drawn; a longer one is free up to there")

@@ -12,7 +12,7 @@ import numpy as np
 
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.relocalization.search_pyramid import FREE, OCCUPIED_LOG_ODDS
 
@@ -21,28 +21,36 @@ WALL_RADIUS_CELLS = 2  # of a wall within which a point lies at it
 
 
 @dataclass(frozen=True)
-class KidnapSettings(Section):
-    """Thresholds beyond which the robot counts as lost, and after how long."""
+class KidnapThresholds(ThresholdSet):
+    """A laser's usual match, and the signs of a robot that was carried."""
+
+    match_usual: float = 0.65  # share of this laser's usual score that is enough
+    match_least: float = 0.3  # score that is always demanded
+    agreement_usual: float = 0.7  # share of the usual agreement that is enough
+    agreement_least: float = 0.4  # agreement that is always demanded
+    habit: float = 0.02  # weight of a scan without doubt in the usual
+    nis: float = 4.0  # normalised innovation squared per degree of freedom, at most
+    unmatched: float = 0.5  # share of unmatched sightings from which `nis` counts
+    carried: float = 0.5  # [m] move by the scans within `window` while the wheels stand: the robot was carried
+    # [rad] turn by the scans within `window` while the wheels stand: the robot was carried
+    carried_turn: float = math.radians(30)
+    rolling: float = 0.05  # [m] roll of standing wheels, at most, a radian counted as 0.1 m
+    window: float = 2.0  # [s] time over which both are compared
+
+
+@dataclass(frozen=True)
+class KidnapSettings(KidnapThresholds, Section):
+    """Thresholds beyond which the robot counts as lost, and after how long.
+
+    Watch:
+        match: the warning that the place is lost; lower it where that comes without a cause
+        agreement: the warning that the place is lost; lower it where that comes without a cause
+        lasting: time until the robot says that it was moved
+    """
 
     match: Annotated[float, Meta("", 0, 1, "score of the newest scan on the views around, at least")] = 0.5
-    match_usual: Annotated[float, Meta("", 0, 1, "share of this laser's usual score that is enough")] = 0.65
-    match_least: Annotated[float, Meta("", 0, 1, "score that is always demanded")] = 0.3
     agreement: Annotated[float, Meta("", 0, 1, "share of the points on known ground at walls, at least")] = 0.6
-    agreement_usual: Annotated[float, Meta("", 0, 1, "share of the usual agreement that is enough")] = 0.7
-    agreement_least: Annotated[float, Meta("", 0, 1, "agreement that is always demanded")] = 0.4
-    habit: Annotated[float, Meta("", 0.001, 1, "weight of a scan without doubt in the usual")] = 0.02
-    nis: Annotated[float, Meta("", 0.5, 100, "normalised innovation squared per degree of freedom, at most")] = 4.0
-    unmatched: Annotated[float, Meta("", 0, 1, "share of unmatched sightings from which `nis` counts")] = 0.5
     lasting: Annotated[float, Meta("s", 0, 60, "time that any of these lasts until it counts as lost")] = 1.0
-    carried: Annotated[
-        float, Meta("m", 0.05, 10, "move by the scans within `window` while the wheels stand: the robot was carried")
-    ] = 0.5
-    carried_turn: Annotated[
-        float,
-        Meta("rad", 0.05, 6.3, "turn by the scans within `window` while the wheels stand: the robot was carried"),
-    ] = math.radians(30)
-    rolling: Annotated[float, Meta("m", 0, 1, "roll of standing wheels, at most, a radian counted as 0.1 m")] = 0.05
-    window: Annotated[float, Meta("s", 0.2, 30, "time over which both are compared")] = 2.0
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 from core.slam.map.keyframe import thinned
 from core.slam.scan_matching.likelihood_field import CELL_M, LikelihoodField, Match
 from core.slam.scan_matching.match_covariance import match_information, match_spread
@@ -29,25 +29,38 @@ AT_ONCE = 4  # headings of the wide search in one piece of work
 
 
 @dataclass(frozen=True)
-class ScanMatchingSettings(Section):
-    """Settings of scan matching against earlier scans, and of its covariance."""
+class ScanMatchingThresholds(ThresholdSet):
+    """Growth of the search with the way driven, and uncertainty of a match."""
+
+    reach_per_way: float = 0.4  # [m/m] further distance per way driven
+    reach_per_turn: float = 0.2  # [m/rad] further distance per turn
+    widest: float = 0.75  # [m] distance that is searched, at most
+    angle_per_way: float = math.radians(6)  # [rad/m] further angle per way driven
+    angle_per_turn: float = 0.4  # [rad/rad] further angle per turn
+    widest_angle: float = math.radians(30)  # [rad] angle that is searched, at most
+    point_sd: float = 0.1  # [m] sd of a point across its wall, correlation included
+    wall: float = 0.5  # [m] distance between neighbouring points on one wall, at most
+    place_sd: float = 0.02  # [m] least sd of a matched place
+    heading_sd: float = math.radians(0.4)  # [rad] least sd of a matched heading
+
+
+@dataclass(frozen=True)
+class ScanMatchingSettings(ScanMatchingThresholds, Section):
+    """Settings of scan matching against earlier scans, and of its covariance.
+
+    Watch:
+        corrects: the map after a loop: doubled walls
+        reach: walls that double where the wheels slip (then raise it)
+        angle: walls that double in turns (then raise it)
+        score: walls that double where people walk (then raise it)
+    """
 
     corrects: Annotated[
         bool, Meta(meaning="scans correct the wheels' move and close loops; false: landmarks alone, as in the paper")
     ] = True
     reach: Annotated[float, Meta("m", 0.02, 1, "distance around the expected place searched at least")] = 0.1
-    reach_per_way: Annotated[float, Meta("m/m", 0, 2, "further distance per way driven")] = 0.4
-    reach_per_turn: Annotated[float, Meta("m/rad", 0, 2, "further distance per turn")] = 0.2
-    widest: Annotated[float, Meta("m", 0.05, 1.5, "distance that is searched, at most")] = 0.75
     angle: Annotated[float, Meta("rad", 0.01, 0.8, "angle around the expected heading, at least")] = math.radians(3)
-    angle_per_way: Annotated[float, Meta("rad/m", 0, 2, "further angle per way driven")] = math.radians(6)
-    angle_per_turn: Annotated[float, Meta("rad/rad", 0, 2, "further angle per turn")] = 0.4
-    widest_angle: Annotated[float, Meta("rad", 0.02, 1, "angle that is searched, at most")] = math.radians(30)
     score: Annotated[float, Meta("", 0.05, 0.95, "score of a match, at least")] = 0.4
-    point_sd: Annotated[float, Meta("m", 0.001, 1, "sd of a point across its wall, correlation included")] = 0.1
-    wall: Annotated[float, Meta("m", 0.02, 3, "distance between neighbouring points on one wall, at most")] = 0.5
-    place_sd: Annotated[float, Meta("m", 1e-4, 1, "least sd of a matched place")] = 0.02
-    heading_sd: Annotated[float, Meta("rad", 1e-4, 1, "least sd of a matched heading")] = math.radians(0.4)
 
 
 def window(move: Pose, settings: ScanMatchingSettings) -> tuple[float, float]:

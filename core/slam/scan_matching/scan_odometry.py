@@ -12,38 +12,43 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.perception.landmarks.deskew import deskew
 from core.sensors import Laser, Scan, Wheels
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 from core.slam.motion import Increment
 from core.slam.scan_matching.likelihood_field import LikelihoodField, Match
 from core.slam.scan_matching.match_covariance import match_spread
 
 
 @dataclass(frozen=True)
-class ScanOdometrySettings(Section):
-    """Settings of scan odometry."""
+class ScanOdometryThresholds(ThresholdSet):
+    """Keyframes, rest and uncertainty of scans laid on each other."""
+
+    points: int = 180  # points of a scan that the search looks at
+    score: float = 0.35  # score of a match, at least
+    keyframes: int = 20  # keyframes that make up the local map
+    distance: float = 0.15  # [m] way between keyframes
+    turn: float = math.radians(8)  # [rad] turn between keyframes, where the way is shorter
+    coast: float = 0.5  # share of the former motion that is expected to go on where a match fails
+    still_distance: float = 0.008  # [m] a shorter move is none …
+    still_turn: float = math.radians(0.2)  # [rad] … where its turn is smaller than this
+    place_sd: float = 0.003  # [m] least sd of a matched move
+    heading_sd: float = math.radians(0.1)  # [rad] least sd of a matched turn
+    point_sd: float = 0.1  # [m] sd of a point across its wall, correlation included
+    wall: float = 0.3  # [m] distance between neighbouring points on one wall, at most
+    blind_speed: float = 0.3  # [m/s] sd of the speed where a match fails
+    blind_turn: float = math.radians(30)  # [rad/s] sd of the turn rate where a match fails
+
+
+@dataclass(frozen=True)
+class ScanOdometrySettings(ScanOdometryThresholds, Section):
+    """Settings of scan odometry.
+
+    Watch:
+        reach: a robot without wheels that loses its way when it drives fast (then raise it)
+        angle: a robot without wheels that loses its way when it turns fast (then raise it)
+    """
 
     reach: Annotated[float, Meta("m", 0.02, 1, "distance around the predicted place searched")] = 0.2
     angle: Annotated[float, Meta("rad", 0.02, 1, "angle around the predicted heading searched")] = math.radians(10)
-    points: Annotated[int, Meta("", 20, 2000, "points of a scan that the search looks at")] = 180
-    score: Annotated[float, Meta("", 0.05, 0.95, "score of a match, at least")] = 0.35
-    keyframes: Annotated[int, Meta("", 1, 200, "keyframes that make up the local map")] = 20
-    distance: Annotated[float, Meta("m", 0.01, 2, "way between keyframes")] = 0.15
-    turn: Annotated[float, Meta("rad", 0.01, 1.6, "turn between keyframes, where the way is shorter")] = math.radians(
-        8
-    )
-    coast: Annotated[
-        float, Meta("", 0, 1, "share of the former motion that is expected to go on where a match fails")
-    ] = 0.5
-    still_distance: Annotated[float, Meta("m", 0, 0.1, "a shorter move is none …")] = 0.008
-    still_turn: Annotated[float, Meta("rad", 0, 0.1, "… where its turn is smaller than this")] = math.radians(0.2)
-    place_sd: Annotated[float, Meta("m", 1e-4, 0.5, "least sd of a matched move")] = 0.003
-    heading_sd: Annotated[float, Meta("rad", 1e-4, 0.5, "least sd of a matched turn")] = math.radians(0.1)
-    point_sd: Annotated[float, Meta("m", 0.001, 1, "sd of a point across its wall, correlation included")] = 0.1
-    wall: Annotated[float, Meta("m", 0.02, 2, "distance between neighbouring points on one wall, at most")] = 0.3
-    blind_speed: Annotated[float, Meta("m/s", 0.01, 5, "sd of the speed where a match fails")] = 0.3
-    blind_turn: Annotated[float, Meta("rad/s", 0.01, 10, "sd of the turn rate where a match fails")] = math.radians(
-        30
-    )
 
 
 MIN_POINTS = 20  # points of a scan that can be matched

@@ -18,7 +18,7 @@ from core.geometry import Pose, wrap
 from core.message import Array, message
 from core.perception.landmarks.deskew import deskew
 from core.sensors import Laser, Scan, Wheels
-from core.setting import Meta, Section
+from core.setting import Meta, Section, ThresholdSet
 from core.slam.scan_matching.field_matching import match_scan
 from core.slam.scan_matching.likelihood_field import LikelihoodField
 
@@ -52,18 +52,29 @@ KEYFRAME_WAY, KEYFRAME_TURN = 0.4, math.radians(40)  # [m], [rad] after which a 
 
 
 @dataclass(frozen=True)
-class TimeOffsetSettings(Section):
-    """Settings of the estimate of a laser's time offset."""
+class TimeOffsetThresholds(ThresholdSet):
+    """Turns that are looked at, and errors of both headings."""
+
+    turning: float = 0.15  # [rad/s] turn rate from which a turn is looked at
+    accepted_sd: float = 0.01  # [s] sd from which the offset is believed
+    corrected: float = 0.01  # [s] offset from which stamps are corrected
+    drift: float = 3e-05  # [s/s] sd of the drift between the clocks
+    scan_sd: float = math.radians(0.1)  # [rad] sd of a heading by matching scans
+    walk_sd: float = 0.005  # [rad/√rad] growth of the odometry's heading error in a turn
+    scale_sd: float = 0.05  # sd of the odometry's scale of turns
+
+
+@dataclass(frozen=True)
+class TimeOffsetSettings(TimeOffsetThresholds, Section):
+    """Settings of the estimate of a laser's time offset.
+
+    Watch:
+        estimate: the laser's time offset in Connect
+        largest: the laser's time offset in Connect; raise it where it lies at this bound
+    """
 
     estimate: Annotated[bool, Meta(meaning="whether the offset is estimated and corrected", common=True)] = True
     largest: Annotated[float, Meta("s", 0.05, 0.5, "offset that is looked for, at most")] = 0.2
-    turning: Annotated[float, Meta("rad/s", 0.02, 1, "turn rate from which a turn is looked at")] = 0.15
-    accepted_sd: Annotated[float, Meta("s", 1e-3, 0.1, "sd from which the offset is believed")] = 0.01
-    corrected: Annotated[float, Meta("s", 0, 0.1, "offset from which stamps are corrected")] = 0.01
-    drift: Annotated[float, Meta("s/s", 0, 1e-3, "sd of the drift between the clocks")] = 30e-6
-    scan_sd: Annotated[float, Meta("rad", 1e-4, 0.1, "sd of a heading by matching scans")] = math.radians(0.1)
-    walk_sd: Annotated[float, Meta("rad/√rad", 1e-4, 0.1, "growth of the odometry's heading error in a turn")] = 0.005
-    scale_sd: Annotated[float, Meta("", 0, 0.5, "sd of the odometry's scale of turns")] = 0.05
 
 
 @message

@@ -15,6 +15,7 @@ import { t } from "../ui/texts.js";
  * @property {number | null} high
  * @property {string[]} choices
  * @property {string} meaning
+ * @property {string} watch what to look at after a change
  * @property {Value} default
  * @property {Value} value that holds now
  * @property {Value} saved that holds from the next start on
@@ -163,7 +164,8 @@ export class SettingsSheet extends Sheet {
             inwords2: inWords(one.saved, one.unit),
           })
         : "";
-    say(field, `${bounds(one)}${sentenceOf(one.meaning)}${waits}`, false);
+    const watch = t("settings-sheet.watch", { watch: one.watch });
+    say(field, `${bounds(one)}${sentenceOf(one.meaning)} ${watch}${waits}`, false);
   }
 }
 

@@ -5,10 +5,10 @@ import pytest
 
 from core.slam.ekf.filter import Filter
 from core.slam.ekf.measurement_model import expected
-from core.slam.ekf.robust import SlipSettings, displaced, mahalanobis, trust, with_noise
+from core.slam.ekf.robust import SlipThresholds, displaced, mahalanobis, trust, with_noise
 from tests.core.slam.filter_states import FORMS, NOISE, some_filter
 
-SLIP = SlipSettings()
+SLIP = SlipThresholds()
 
 
 def spread(size: int, seed: int = 0) -> np.ndarray:
