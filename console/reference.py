@@ -19,6 +19,7 @@ from console.cli.settings import rows, section_kinds
 from console.messages.generate_js import js_type
 from console.messages.json_schema import socket_schema
 from core.commands import VOCABULARY
+from core.robots.injected_faults import INJECTABLE
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile
 from core.sensors.checks import CHECKS
 from core.sentences import static_folder
@@ -37,6 +38,7 @@ def reference_pages() -> dict[str, str]:
         "socket.schema.json": json.dumps(socket_schema(), indent=1, ensure_ascii=False) + "\n",
         "commands.md": commands_page(),
         "checks.md": checks_page(),
+        "what-happens-when.md": faults_page(),
     }
 
 
@@ -322,6 +324,25 @@ def checks_page() -> str:
         if any(one.stage == stage for one in CHECKS.values())
     ]
     return page("Checks of readings", intro, *parts)
+
+
+def faults_page() -> str:
+    """The faults that a simulated robot can be given, and what an operator sees then."""
+    intro = (
+        "Faults to be tried on the simulated robot: how to have each, and what an operator sees then. Several are "
+        "joined by commas, `sim:lab?faults=late_scan:1.5,slip:0.2,after:10`; without a number a fault has the one of "
+        "the table. A real robot is never given a fault."
+    )
+    example = "```sh\nbeckon run --robot 'sim:lab?faults=late_scan:1.5,after:20'\n```"
+    rows = [
+        (
+            f"`{one.name}:{one.value:g}`",
+            f"{one.meaning}; {one.low:g} to {one.high:g}{f' {one.unit}' if one.unit else ''}",
+            one.seen,
+        )
+        for one in INJECTABLE
+    ]
+    return page("What happens when …", intro, example, table(("fault", "meaning", "what happens"), rows))
 
 
 if __name__ == "__main__":

@@ -63,6 +63,7 @@ def test_every_command_is_understood_by_the_command_line(page: str, line: str) -
         "socket.schema.json",
         "commands.md",
         "checks.md",
+        "what-happens-when.md",
     ],
 )
 def test_the_reference_is_that_of_the_code(name: str) -> None:

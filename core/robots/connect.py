@@ -47,7 +47,7 @@ ALL = "*"  # sections of the settings
 
 SCHEMES = {
     "sim": Scheme(
-        "core.simulation.robot",
+        "core.simulation.faulty_robot",
         "sim:lab",
         "simulated robot",
         "drives, odometry, laser, camera, microphones",

@@ -265,8 +265,3 @@ def _wheels(settings: SimulationSettings, wheelbase: float, rng: np.random.Gener
         wheelbase_error=settings.wheelbase_error,
         slip=settings.slip,
     )
-
-
-def open_robot(rest: str, *, seed: int = 0, settings: SimulationSettings | None = None) -> SimulatedRobot:
-    """`sim:<rest>` → the robot in that world; BadInput for a world that does not exist."""
-    return SimulatedRobot(rest or "lab", seed=seed, settings=settings)

@@ -22,7 +22,6 @@ import sys
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -33,6 +32,7 @@ from core.gate import TICK_S, Gate, Limits, Setpoint
 from core.geometry import Pose
 from core.robots import Robot
 from core.robots.connect import connect
+from core.robots.injected_faults import Delay
 from core.robots.nearness import NearField
 from core.robots.readings import Readings
 from core.robots.ros.bridge import RosSensors
@@ -194,16 +194,16 @@ def drive(
     """
     gate, field, rng = Gate(Limits(max_speed=0.5)), NearField((LASER,)), np.random.default_rng(1)
     gate.arm(1, "a stubborn hand", 0.0)
-    waiting: deque[tuple[float, Scan]] = deque()
+    waiting = Delay[Scan]()
     x, press, gap, zero = 0.0, 1, math.inf, None
     for tick in range(round(END_S / TICK_S)):
         now = driver.now = TICK_S * tick
         lies = now >= LIE_S
         driver.wheels(Wheels(odometry=Pose(x), speed=gate.twist.v, turn_rate=0.0))
         if tick % 5 == 0:
-            waiting.append((now + (late if lies or always else 0.0), scan_at(x, lie(now) if lies else now, rng)))
-        while waiting and waiting[0][0] <= now:
-            driver.scan(waiting.popleft()[1])
+            waiting.put(scan_at(x, lie(now) if lies else now, rng), now + (late if lies or always else 0.0))
+        for scan in waiting.arrived(now):
+            driver.scan(scan)
         if stranger and lies and tick % 5 == 2:
             driver.scan(scan_at(0.0, now, rng))
         see(gate, field, driver.frame(), now)
@@ -241,8 +241,7 @@ class WallWorld(World):
 
     def _roll(self) -> None:
         period, rng = 1 / PROFILE.rate, np.random.default_rng(1)
-        waiting: deque[tuple[float, Scan]] = deque()
-        rolled: deque[tuple[float, Wheels]] = deque()
+        waiting, rolled = Delay[Scan](), Delay[Wheels]()
         self._began = time.monotonic()
         for tick in itertools.count():
             stamp = tick * period
@@ -254,16 +253,14 @@ class WallWorld(World):
             self.gap = min(self.gap, self._wall - self._x - RADIUS_M)
             self.stood_since = None if speed else self.stood_since or time.monotonic()
             late = self.late if self.whole else 0.0
-            rolled.append((stamp + late, Wheels(odometry=Pose(self._x), speed=speed, turn_rate=0.0)))
-            while rolled and rolled[0][0] <= stamp:
-                _, wheels = rolled.popleft()
+            rolled.put(Wheels(odometry=Pose(self._x), speed=speed, turn_rate=0.0), stamp + late)
+            for wheels in rolled.arrived(stamp):
                 for take in self.on_wheels:
                     take(wheels)
             if tick % SCAN_TICKS == 0:
                 seen = scan_at(WALL_M - self._wall + self._x, self.lie(stamp), rng)
-                waiting.append((stamp + self.late, seen))
-            while waiting and waiting[0][0] <= stamp:
-                _, seen = waiting.popleft()
+                waiting.put(seen, stamp + self.late)
+            for seen in waiting.arrived(stamp):
                 for show in self.on_scan:
                     show(seen)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import json
+import signal
 import sys
 import time
 from collections.abc import Iterator
@@ -86,6 +87,9 @@ def main(arguments: list[str]) -> int:
         sys.stderr.write(f"There is no row {', '.join(sorted(unknown))}: they are R1 to R{len(ROWS)}.\n")
         return 2
     found: list[dict[str, Any]] = []
+    before = report.published()["rows"]
+    today = datetime.date.today().isoformat()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("Terminated."))  # what was started ends, too
     for row in ROWS:
         if not named or row.row in named:
             for entry in entries(row, given.size):
@@ -96,7 +100,8 @@ def main(arguments: list[str]) -> int:
                     f"{entry['row']:4}{verdict:5}{entry['driver']:12}{entry['quantity']}: {figure} {entry['why']}\n"
                 )
                 sys.stderr.write(line)
-    before = report.published()["rows"]
+            if given.publish:
+                report.publish([entry for entry in found if entry["row"] == row.row], today)
     left_out = [
         {
             "row": row.row,
@@ -110,7 +115,6 @@ def main(arguments: list[str]) -> int:
         for row in ROWS
         if row.missing and (not named or row.row in named)
     ]
-    today = datetime.date.today().isoformat()
     if given.json:
         told = {"rows": [*found, *left_out], "machine": report.machine()}
         sys.stdout.write(json.dumps({**told, "version": report.version("beckon-console"), "date": today}) + "\n")
@@ -122,8 +126,6 @@ def main(arguments: list[str]) -> int:
     ]
     sentences = [*report.worse(before, found), *first]
     sys.stderr.writelines(f"Worse than published: {sentence}\n" for sentence in sentences)
-    if given.publish:
-        report.publish(found, today)
     return int(bool(sentences))
 
 

@@ -22,7 +22,8 @@ INTRODUCTION = """# Reliability
 
 Sixty faults and attacks, the goal for each, and the figure that was measured. The page is written by
 `python -m tests.campaign --publish`; a run that is worse than this page ends with an error.
-[Safety](explanation/safety.md) explains the means.
+[Safety](explanation/safety.md) explains the means; [What happens when …](reference/what-happens-when.md) shows what
+an operator sees, fault by fault.
 
 *Other programs* is the number of processor cores that other programs kept busy. Above 1, a time is an upper bound
 (≤): it shows that a goal is met, and not that one is missed. Drivers: *sim* is the simulated robot, *foxglove* and
@@ -125,7 +126,7 @@ def page(report: dict[str, Any]) -> str:
 
 def publish(new: list[dict[str, Any]], date: str) -> dict[str, Any]:
     """Write both files → the report."""
-    rows = merged(published()["rows"], new)
+    rows = merged(published()["rows"], new) if new else published()["rows"]
     report = {"machine": machine(), "version": version("beckon-console"), "date": date, "rows": rows}
     PUBLISHED.write_text(json.dumps(report, indent=1, ensure_ascii=False) + "\n")
     PAGE.write_text(page(report))

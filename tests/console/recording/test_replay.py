@@ -13,7 +13,7 @@ from core.recording.drive import DriveRecording
 from core.robots import Robot
 from core.robots.requests import CarryRobot, SetListening, Speak
 from core.settings import Settings
-from core.simulation.robot import open_robot
+from core.simulation.faulty_robot import open_robot
 from core.snapshot import Snapshot
 from core.speech.understanding.grammar import understand
 from tests.console.recording.drives import RecordedPilot, drive, fingerprint

@@ -10,7 +10,7 @@ import pytest
 from core.commands.command import Command
 from core.robots.requests import SetListening, Speak
 from core.sensors.recordable import unpack_picture
-from core.simulation.robot import open_robot
+from core.simulation.faulty_robot import open_robot
 from core.speech.understanding.grammar import understand
 from tests.console.live import Live
 from tests.console.recording.drives import RecordedPilot, drive

@@ -18,7 +18,7 @@ from core.recording.ros_writing import RosEncoder
 from core.robots.requests import SetListening, Speak
 from core.sensors import Laser, SensorFrame
 from core.sensors.recordable import recordable
-from core.simulation.robot import open_robot
+from core.simulation.faulty_robot import open_robot
 
 BEGAN_S = 1_790_000_000.0  # Unix time
 FRAMES = 120
