@@ -42,6 +42,7 @@ from console.api.places import places
 from console.api.playback import playback
 from console.api.recognizer import recognizer
 from console.api.recordings import recordings
+from console.api.reports import reports
 from console.api.routes import routes
 from console.api.sessions import sessions
 from console.api.settings import settings
@@ -88,6 +89,7 @@ ROUTERS = (
     voice,
     speech_quality,
     experiments,
+    reports,
     microphones,
     people,
     documentation,

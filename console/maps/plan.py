@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from core.errors import BadInput
 from core.message import Array
 from core.slam.map.outline import MapOutline
@@ -18,6 +20,8 @@ AXIS_MM = 8.0
 POINTS_PER_MM = 72 / 25.4
 WALL_GREY, FLOOR_GREY, TEXT_GREY = 0.2, 0.93, 0.25
 LETTER_MM = 3.2
+MAX_WAY_POINTS = 3000
+WAY_COLOUR = "#0b6bcb"
 PDF_CHARACTERS = "latin-1"
 
 
@@ -72,8 +76,11 @@ class PlanLayout:
         ]
 
 
-def plan_svg(outline: MapOutline, title: str) -> bytes:
-    """Outline → SVG of an A4 sheet; user units are millimetres. Raises BadInput."""
+def plan_svg(outline: MapOutline, title: str, way: Array | None = None) -> bytes:
+    """Outline, and where the robot was (N, 2) [m], world → SVG of an A4 sheet; user units are millimetres.
+
+    Raises BadInput.
+    """
     layout = PlanLayout.of(outline)
     wide, high = PAGE_MM
 
@@ -87,10 +94,12 @@ def plan_svg(outline: MapOutline, title: str) -> bytes:
         f'<text x="{x:.2f}" y="{high - y:.2f}">{escaped(words)}</text>' for x, y, words in layout.words(title)
     )
     walls, floor = (path(map(layout.ring, rings), "Z") for rings in (outline.walls, outline.floor))
+    line = np.empty((0, 2)) if way is None else way[:: 1 + len(way) // MAX_WAY_POINTS]
     drawn = (
         f'<path fill="{grey(FLOOR_GREY)}" fill-rule="evenodd" d="{floor}"/>'
         f'<path fill="{grey(WALL_GREY)}" stroke="{grey(WALL_GREY)}" stroke-width="0.3" stroke-linejoin="round" '
         f'fill-rule="evenodd" d="{walls}"/>'
+        f'<path fill="none" stroke="{WAY_COLOUR}" stroke-width="0.6" d="{path([layout.ring(line)])}"/>'
         f'<path fill="none" stroke="{grey(TEXT_GREY)}" stroke-width="0.4" d="{path(layout.strokes)}"/>'
         f'<g fill="{grey(TEXT_GREY)}" font-family="Helvetica, Arial, sans-serif" font-size="{LETTER_MM}">{texts}</g>'
     )

@@ -14,6 +14,7 @@ import numpy as np
 from core.geometry import Pose
 from core.message import Array
 from core.pipelines.nav2_map import map_pixels
+from core.pipelines.report_document import document_html, table_html
 from core.settings import Settings
 from core.slam.consistency import faded_band
 from core.slam.ekf_slam import NIS_FADE
@@ -28,25 +29,6 @@ MARGIN_M = 0.5  # around everything in the map
 CHART_WIDTH, CHART_HEIGHT = 860, 180  # [px]
 CHART_LEFT, CHART_FOOT = 46, 22  # [px] for the numbers
 MAX_ROWS = 200  # of a table
-OFFLINE = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
-STYLE = """
-:root { color-scheme: light dark; --ink: #1b1f24; --paper: #fff; --faint: #68717c; --line: #d5dae0; --way: #0b6bcb;
-  --mark: #0a7d6c; --loop: #b3541e; --band: #0a7d6c22; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e6e9ec; --paper: #14171a; --faint: #98a2ad; --line: #333a41;
-  --way: #5aa9ff; --mark: #3fc3ae; --loop: #f09a5e; --band: #3fc3ae22; } }
-body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 0 auto;
-  max-width: 900px; padding: 24px; }
-h1 { font-size: 22px; } h2 { font-size: 17px; margin-top: 32px; } p, td, th, summary { overflow-wrap: anywhere; }
-table { border-collapse: collapse; width: 100%; } th { text-align: left; font-weight: 600; }
-td, th { border-top: 1px solid var(--line); padding: 4px 12px 4px 0; vertical-align: top; }
-svg { width: 100%; height: auto; max-height: 80vh; } .faint { color: var(--faint); }
-.way { fill: none; stroke: var(--way); stroke-width: 1.5; vector-effect: non-scaling-stroke; }
-.mark { fill: var(--band); stroke: var(--mark); stroke-width: 1.5; vector-effect: non-scaling-stroke; }
-.spot { fill: none; stroke: var(--mark); vector-effect: non-scaling-stroke; }
-.loop { stroke: var(--loop); stroke-width: 1.5; vector-effect: non-scaling-stroke; }
-.undone { stroke-dasharray: 4 4; } .band { fill: var(--band); } .axis { stroke: var(--line); }
-text { fill: var(--faint); font: 11px system-ui, sans-serif; } .map { image-rendering: pixelated; }
-"""
 
 
 @dataclass(frozen=True)
@@ -84,8 +66,7 @@ def report_html(run: ReportedRun) -> str:
     seconds = np.asarray(run.stamps) - run.stamps[0]
     low, high = faded_band(NIS_FADE)
     parts = [
-        f"<h1>{escape(run.title)}</h1>",
-        _table(("", ""), run.facts),
+        table_html(("", ""), run.facts),
         *(f"<p>{escape(one)}</p>" for one in run.warnings),
         "<h2>Trajectory and map</h2>",
         _map(run),
@@ -105,12 +86,7 @@ def report_html(run: ReportedRun) -> str:
         "<h2>Settings</h2>",
         *_settings(run.settings),
     ]
-    head = (
-        f'<meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{OFFLINE}">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(run.title)}</title><style>{STYLE}</style>"
-    )
-    return f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body>\n' + "\n".join(parts) + "\n</body></html>\n"
+    return document_html(run.title, parts)
 
 
 def _map(run: ReportedRun) -> str:
@@ -197,12 +173,12 @@ def _closures(run: ReportedRun) -> str:
         (f"{one.stamp - run.stamps[0]:.1f} s", f"{one.submap_from} → {one.submap_to}", f"{one.score:.2f}", one.state)
         for one in run.course.closures[:MAX_ROWS]
     ]
-    return _table(("time", "rooms", "score", "state"), rows)
+    return table_html(("time", "rooms", "score", "state"), rows)
 
 
 def _timing(step_ms: Array) -> str:
     shares = [(f"{share} %", f"{np.percentile(step_ms, share):.2f} ms") for share in (50, 90, 99, 100)]
-    return _table(("of all readings took at most", ""), [*shares, ("together", f"{step_ms.sum() / 1e3:.2f} s")])
+    return table_html(("of all readings took at most", ""), [*shares, ("together", f"{step_ms.sum() / 1e3:.2f} s")])
 
 
 def _settings(settings: Settings) -> Iterable[str]:
@@ -215,11 +191,5 @@ def _settings(settings: Settings) -> Iterable[str]:
             every.append(row)
             if getattr(values, one.name) != getattr(defaults, one.name):
                 changed.append((row[0], f"{row[1]} (else {getattr(defaults, one.name)})"))
-    yield _table(("changed", "value"), changed) if changed else "<p>All settings are the defaults.</p>"
-    yield f"<details><summary>All settings</summary>{_table(('setting', 'value'), every)}</details>"
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    top = f"<tr>{''.join(f'<th>{escape(one)}</th>' for one in head)}</tr>" if any(head) else ""
-    lines = (f"<tr>{''.join(f'<td>{escape(one)}</td>' for one in row)}</tr>" for row in rows)
-    return f"<table>{top}{''.join(lines)}</table>"
+    yield table_html(("changed", "value"), changed) if changed else "<p>All settings are the defaults.</p>"
+    yield f"<details><summary>All settings</summary>{table_html(('setting', 'value'), every)}</details>"
