@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
+import numpy as np
 
 from console.access.logins import Person
 from console.calibration.live_capture import moved
@@ -28,7 +29,7 @@ from console.workers.worker import Worker, WorkerLost
 from core.errors import Refused, Unavailable
 from core.files import saving
 from core.geometry import Pose
-from core.perception.people.appearance import PersonProfile
+from core.perception.people.appearance import DARK_NOISE_GREY, Appearance, PersonProfile
 from core.perception.people.enrollment import MIN_PICTURES
 from core.perception.people.legs import find_standers
 from core.pilot.pilot import Pilot
@@ -46,13 +47,24 @@ ANYBODY = "When called I come to anybody."
 
 
 class KnownPerson(msgspec.Struct, frozen=True, kw_only=True):
-    """A person whom the robot knows, without how they look."""
+    """A person whom the robot knows, and the middle colour of each part of their clothes."""
 
     id: str
     name: str
     learnt_s: float  # Unix time
     by: str  # who was at the console
     pictures: int
+    colours: list[str | None]  # "#rrggbb" of head, torso, legs; None: not known
+
+
+def middle_colours(looks: Appearance) -> list[str | None]:
+    """Medians of the parts' logarithms (3, TONE_COUNT), blue first → "#rrggbb", None for what is unknown."""
+    colours: list[str | None] = []
+    for part in looks.colours[:, 2::-1]:
+        grey = np.exp(part) - DARK_NOISE_GREY
+        known = bool(np.isfinite(grey).all())
+        colours.append("#" + bytes(grey.round().clip(0, 255).astype(np.uint8)).hex() if known else None)
+    return colours
 
 
 class PeopleState(msgspec.Struct, frozen=True, kw_only=True):
@@ -127,7 +139,14 @@ class EnrollmentService(Part):
     def shown(self) -> PeopleState:
         """Everything that the page shows."""
         rows = [
-            KnownPerson(id=one.id, name=one.name, learnt_s=one.learnt_s, by=one.by, pictures=one.pictures)
+            KnownPerson(
+                id=one.id,
+                name=one.name,
+                learnt_s=one.learnt_s,
+                by=one.by,
+                pictures=one.pictures,
+                colours=middle_colours(one.who.looks),
+            )
             for one in sorted(self.people.values(), key=lambda card: card.name.casefold())
         ]
         profile = self._robot.profile

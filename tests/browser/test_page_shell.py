@@ -73,8 +73,7 @@ def test_beside_a_page_keys_stop_but_do_not_drive(visit: Open, console: Running)
 
 def test_a_setting_is_changed_refused_and_taken_back(visit: Open, console: Running) -> None:
     here = visit()
-    here.find("app-menu button").first.click()
-    here.page.get_by_role("button", name=re.compile("^Settings")).click()
+    here.button("Settings").click()
     speed = here.find("#setting-voice-speed")
     expect(speed).to_have_value("150")
     speed.fill("140")

@@ -9,9 +9,23 @@ import { askToOpen } from "./opening.js";
 
 /** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
 
+const SERIAL = "serial:///dev/ttyUSB0+scip:///dev/ttyACM0";
+/** Kinds of robots, what their URL begins with, and what is opened instead of looked at. */
+const KINDS = /** @type {const} */ ([
+  ["simulator", "cube", "sim:", t("connect-robot.simulator"), t("connect-robot.simulator_says")],
+  ["recording", "tape", "log:", t("connect-robot.recording"), t("connect-robot.recording_says")],
+  ["ros", "antenna", "foxglove://", t("connect-robot.ros"), t("connect-robot.ros_says")],
+  ["serial", "link", SERIAL, t("connect-robot.serial"), t("connect-robot.serial_says")],
+  ["own", "command", "py:", t("connect-robot.own"), t("connect-robot.own_says")],
+]);
+/** @type {Readonly<Record<string, string>>} pages of the docs */
+const GUIDES = { recording: "play-a-recording", serial: "serial-robot", own: "write-your-own-driver" };
+
 class ConnectRobot extends Panel {
   /** @type {ConnectionModel | null} */
   #model = null;
+  #kind = ""; // that was pressed
+  #tiles = new Map(KINDS.map(([kind, drawing, , name, says]) => [kind, tile(drawing, name, says)]));
   #title = make("h2", {}, t("connect-robot.reading_what_was_found"));
   #state = icon("link");
   #about = make("span");
@@ -41,6 +55,7 @@ class ConnectRobot extends Panel {
   #driving = make("p", { role: "status" });
   #control = make("div", { class: "connect-question" }, this.#driving, this.#ask, this.#take);
   #question = make("div", { class: "connect-question", role: "group", hidden: true });
+  #guide = make("a", { class: "link" }, t("connect-robot.how_to"));
   #filled = "";
   #drawn = "";
 
@@ -57,16 +72,7 @@ class ConnectRobot extends Panel {
       { class: "connect-look" },
       make("label", { for: "connect-url" }, t("connect-robot.url_of_a_robot")),
       make("div", { class: "connect-line" }, this.#url, this.#look, this.#open),
-      make(
-        "p",
-        { class: "note" },
-        t("connect-robot.look_connects_listens_for_two_seconds"),
-        make(
-          "a",
-          { class: "link", href: "static/docs/how-to/connect-a-ros-robot.md", target: "_blank", rel: "noopener" },
-          t("connect-robot.how_to"),
-        ),
-      ),
+      make("p", { class: "note" }, t("connect-robot.look_connects_listens_for_two_seconds"), this.#guide),
     );
     form.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -77,7 +83,16 @@ class ConnectRobot extends Panel {
     this.#ask.addEventListener("click", () => void this.session.lease("ask"));
     this.#take.addEventListener("click", () => void this.session.lease("take"));
     this.#back.addEventListener("click", () => void this.#model?.back());
+    for (const [kind, , begins] of KINDS)
+      this.#tiles.get(kind)?.addEventListener("click", () => {
+        this.#kind = this.#kind === kind ? "" : kind;
+        this.#url.value = this.#kind && begins;
+        this.#draw();
+        if (this.#kind) this.#url.focus();
+      });
+    const kinds = { class: "connect-tiles", role: "group", "aria-label": t("connect-robot.kinds") };
     this.append(
+      make("div", kinds, ...this.#tiles.values()),
       make(
         "section",
         { class: "card connect-card", "aria-label": t("connect-robot.robot") },
@@ -148,10 +163,16 @@ class ConnectRobot extends Panel {
 
   /** @param {ConnectionModel} model @param {boolean} disabled */
   #drawOthers(model, disabled) {
-    const urls = model.openedHere.filter((url) => url !== model.found?.url);
-    const drawn = `${disabled} ${urls.join(" ")}`;
+    const begins = KINDS.find(([kind]) => kind === this.#kind)?.[2] ?? "";
+    const urls = model.openedHere.filter((url) => url !== model.found?.url && url.startsWith(begins));
+    const drawn = `${disabled} ${this.#kind} ${urls.join(" ")}`;
     if (drawn === this.#drawn) return;
     this.#drawn = drawn;
+    for (const [kind, one] of this.#tiles) {
+      mark(one, "aria-pressed", String(kind === this.#kind));
+      one.disabled = !model.may;
+    }
+    mark(this.#guide, "href", `help#how-to/${GUIDES[this.#kind] ?? "connect-a-ros-robot"}.md`);
     const buttons = urls.map((url) => {
       const button = make("button", { type: "button", class: "button plain" }, icon("play"), url);
       button.disabled = disabled;
@@ -162,6 +183,16 @@ class ConnectRobot extends Panel {
     this.#others.replaceChildren(make("p", { class: "note" }, t("connect-robot.open_instead_note")), ...buttons);
   }
 }
+
+/** @param {string} drawing @param {string} name @param {string} says */
+const tile = (drawing, name, says) =>
+  make(
+    "button",
+    { type: "button", class: "connect-tile", "aria-pressed": "false" },
+    icon(drawing),
+    make("span", { class: "connect-kind" }, name),
+    make("span", { class: "note" }, says),
+  );
 
 /**
  * True for a recording or a simulated robot, which are opened and not looked at.

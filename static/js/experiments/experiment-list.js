@@ -3,7 +3,7 @@
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
-import { costOf, figure } from "./runs-model.js";
+import { costOf, figure, inWords, secondsOf } from "./runs-model.js";
 
 /** @typedef {import("./runs-model.js").ExperimentRuns} ExperimentRuns */
 /** @typedef {import("./runs-model.js").Experiment} Experiment */
@@ -16,6 +16,7 @@ class ExperimentList extends Panel {
   #runs = null;
   #list = make("tbody");
   #status = make("p", { class: "note", role: "status" }, t("experiment-list.reading_what_experiments_there_are"));
+  #short = make("button", { type: "button", class: "button primary", hidden: true });
   /** @type {Map<string, {button: HTMLButtonElement, last: HTMLElement}>} */
   #starts = new Map();
 
@@ -27,7 +28,12 @@ class ExperimentList extends Panel {
 
   /** @override */
   build() {
-    const heads = [t("experiment-list.experiment"), t("experiment-list.time"), t("experiment-list.last_run")];
+    const heads = [
+      t("experiment-list.experiment"),
+      t("experiment-list.time"),
+      t("experiment-list.the_chapter"),
+      t("experiment-list.last_run"),
+    ];
     const table = make(
       "table",
       { class: "experiments" },
@@ -35,7 +41,9 @@ class ExperimentList extends Panel {
       make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)), make("td"))),
       this.#list,
     );
-    this.append(this.#status, make("section", { class: "card experiment-table" }, table));
+    const head = make("div", { class: "experiment-head" }, this.#status, this.#short);
+    this.append(head, make("section", { class: "card experiment-table" }, table));
+    this.#short.addEventListener("click", () => void this.#runs?.beginShort());
     this.#list.replaceChildren(...Array.from({ length: SKELETONS }, skeleton));
   }
 
@@ -55,10 +63,15 @@ class ExperimentList extends Panel {
         : trouble,
     );
     if (!experiments && !trouble) write(this.#status, t("experiment-list.reading_what_experiments_there_are"));
-    this.#status.hidden = this.#status.textContent === "";
+    const seconds = runs.short.reduce((sum, one) => sum + secondsOf(one), 0);
+    const left = t("experiment-list.left_to_run", { count: runs.queue.length });
+    const offer = t("experiment-list.run_all_short_ones", { inwords: inWords(seconds) });
+    write(this.#short, runs.queue.length ? left : offer);
+    this.#short.hidden = seconds === 0;
+    this.#short.disabled = !may || running !== null || runs.queue.length > 0;
     for (const [name, { button, last }] of this.#starts) {
       button.disabled = !may || running !== null;
-      write(last, lastOf(runs.runs.find(({ experiment }) => experiment === name)));
+      last.replaceChildren(...lastOf(runs.runs.find(({ experiment }) => experiment === name)));
     }
   }
 
@@ -67,7 +80,9 @@ class ExperimentList extends Panel {
     const count = number(`runs-${one.name}`, one.runs, 1, MOST_RUNS);
     const seed = number(`seed-${one.name}`, 0, 0, 10 ** 9);
     const cost = make("td", { class: "experiment-time" });
-    const last = make("td", { class: "note" });
+    const last = make("td", { class: "experiment-last" });
+    const [printed] = one.chapter;
+    const chapter = make("td", {}, printed ? figure(printed.value, printed.unit) : "–", note(printed?.name));
     const form = make("form", { class: "experiment-form", id: `run-${one.name}` });
     const button = make(
       "button",
@@ -108,27 +123,38 @@ class ExperimentList extends Panel {
       make("p", {}, t("experiment-list.on_the_command_line"), make("code", {}, `beckon experiment ${one.name}`)),
     );
     form.addEventListener("invalid", () => (about.open = true), true); // the browser points at the number
-    const row = make("tr", {}, make("th", { scope: "row" }, one.title, about), cost, last, make("td", {}, button));
+    const row = make(
+      "tr",
+      {},
+      make("th", { scope: "row" }, one.title, about),
+      cost,
+      chapter,
+      last,
+      make("td", {}, button),
+    );
     mark(row, "data-experiment", one.name);
     this.#starts.set(one.name, { button, last });
     return row;
   }
 }
 
-/** The newest run of an experiment in one line. @param {import("./runs-model.js").ExperimentRun | undefined} run */
+/** The newest run of an experiment. @param {import("./runs-model.js").ExperimentRun | undefined} run */
 function lastOf(run) {
-  if (!run) return "–";
+  if (!run) return ["–"];
   const first = run.compared.find(({ ours }) => ours !== null);
-  const result = first ? `${first.name} ${figure(first.ours, first.unit)}` : run.reason || run.state;
-  return `${result} (${new Date(run.at_s * 1000).toLocaleDateString()})`;
+  const result = first ? figure(first.ours, first.unit) : run.reason || t(`state.${run.state}`);
+  return [result, note(new Date(run.at_s * 1000).toLocaleDateString())];
 }
+
+/** @param {string} [words] */
+const note = (words = "") => make("span", { class: "note" }, words);
 
 /** A row whose words are still to come. */
 const skeleton = () =>
   make(
     "tr",
     { class: "experiment-skeleton", "aria-hidden": "true" },
-    make("td", { colspan: "4" }, make("span"), make("span")),
+    make("td", { colspan: "5" }, make("span"), make("span")),
   );
 
 /** @param {string} id @param {number} value @param {number} min @param {number} max */

@@ -1,5 +1,6 @@
 // Element <experiment-result>: progress of a run, then its figures beside the chapter's, its table and its files.
 
+import { address } from "../net/api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { timeOfDay } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
@@ -186,6 +187,12 @@ function result(run) {
         run.text,
       ),
     run.files.length > 0 && files(run),
+    make(
+      "a",
+      { class: "button", href: address(`api/reports/experiments/${run.id}`).href, download: "" },
+      icon("print"),
+      t("experiment-result.make_a_report"),
+    ),
   ];
   return parts.filter((part) => part instanceof Node);
 }

@@ -39,6 +39,7 @@ import { t } from "../ui/texts.js";
 
 const ROOT = "api/experiments";
 const ASK_MS = 1000;
+const SHORT_S = 90; // of processor time, up to which an experiment is called short
 
 /** @param {string} id @param {string} name of a file */
 export const fileOf = (id, name) =>
@@ -53,6 +54,8 @@ export class ExperimentRuns {
   /** @type {string} of the run that is shown; "" for the newest */
   chosen = "";
   shown = false; // the page is open
+  /** @type {string[]} names of those that are run one after the other */
+  queue = [];
   /** @type {Set<() => void>} */
   #listeners = new Set();
 
@@ -61,7 +64,7 @@ export class ExperimentRuns {
     this.session = session;
     session.on("hello", () => this.shown && void this.read());
     setInterval(() => {
-      const waits = this.running || this.experiments === null;
+      const waits = this.running || this.queue.length || this.experiments === null;
       if (waits && this.shown && this.session.hello && document.visibilityState === "visible") void this.read();
     }, ASK_MS);
   }
@@ -98,6 +101,12 @@ export class ExperimentRuns {
     } catch (refusal) {
       this.trouble = refusal instanceof Error ? refusal.message : "";
     }
+    const [next] = this.queue;
+    const one = next && !this.running && this.experiments?.find(({ name }) => name === next);
+    if (one) {
+      this.queue.shift();
+      void this.begin(one.name, one.runs, 0);
+    }
     const after = before && this.runs.find((run) => run.id === before.id);
     if (after && after.state !== "running") this.session.announce(`${after.title}: ${after.state}. ${after.reason}`);
     this.#notify();
@@ -108,8 +117,19 @@ export class ExperimentRuns {
     return this.#tried(async () => this.choose((await post(`${ROOT}/runs`, { experiment, runs, seed })).id));
   }
 
+  /** @returns {Experiment[]} */
+  get short() {
+    return (this.experiments ?? []).filter((one) => secondsOf(one) <= SHORT_S);
+  }
+
+  beginShort() {
+    this.queue = this.short.map(({ name }) => name);
+    return this.read();
+  }
+
   /** @param {string} id */
   cancel(id) {
+    this.queue = [];
     return this.#tried(() => post(`${ROOT}/runs/${encodeURIComponent(id)}/cancel`));
   }
 
@@ -139,14 +159,15 @@ export function inWords(seconds) {
   return `${(seconds / 3600).toFixed(1)} h`;
 }
 
+/** Processor time as it is offered [s]; Infinity where it is not known. @param {Experiment} experiment */
+export const secondsOf = ({ base_s, run_s, runs }) => base_s + run_s * runs || Infinity;
+
 /**
  * What takes least stands first; what is not known, last.
  * @param {Experiment[] | null} experiments
  */
 export function shortestFirst(experiments) {
-  /** @param {Experiment} one */
-  const seconds = ({ base_s, run_s, runs }) => base_s + run_s * runs || Infinity;
-  return experiments && [...experiments].sort((one, other) => seconds(one) - seconds(other) || 0);
+  return experiments && [...experiments].sort((one, other) => secondsOf(one) - secondsOf(other) || 0);
 }
 
 /**

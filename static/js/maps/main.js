@@ -12,10 +12,8 @@ export function create() {
     document.createElement(name),
   );
   if (own) own.hidden = true;
-  const title = make("h2", {}, t("main.present_map"));
-  const card = make("section", { class: "card maps-card", "aria-label": t("main.maps") }, title);
-  if (places) card.append(places);
-  if (routes) card.append(routes);
-  if (saved) card.append(saved);
-  return { element: make("div", { class: "maps-page" }, card, own) };
+  const marks = make("section", { class: "card maps-card maps-marks", "aria-label": t("main.places_and_routes") });
+  marks.append(...[places, routes].filter((part) => part !== undefined));
+  const title = make("h2", { class: "visually-hidden" }, t("main.present_map"));
+  return { element: make("div", { class: "maps-page" }, title, saved, marks, own) };
 }

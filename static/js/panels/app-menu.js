@@ -21,7 +21,6 @@ class AppMenu extends Panel {
   #gamepad = item("gamepad", t("app-menu.gamepad"), t("app-menu.its_buttons_and_sticks_and_what"));
   #signIns = item("qr", t("app-menu.phones_and_sign_ins"), t("app-menu.a_link_for_a_phone_or"));
   #tour = item("play", t("app-menu.tour"), t("app-menu.ninety_seconds_in_the_simulator_any"));
-  #settings = item("settings", t("app-menu.settings"), t("app-menu.speeds_distances_voice_recognizer_which_need"));
   #keep = item("keep", t("record-button.keep_what_just_happened"), t("app-menu.the_last_minutes_become_a_recording"));
   #hints = item("hints", t("app-menu.show_the_first_hints_again"), "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
@@ -71,7 +70,6 @@ class AppMenu extends Panel {
     this.#gamepad,
     this.#signIns,
     this.#tour,
-    this.#settings,
     this.#hints,
     this.#switch,
     this.#languageRow,
@@ -105,7 +103,6 @@ class AppMenu extends Panel {
     on(this.#gamepad, () => this.dispatchEvent(new CustomEvent("show-gamepad", { bubbles: true })));
     on(this.#signIns, () => this.dispatchEvent(new CustomEvent("show-sign-ins", { bubbles: true })));
     on(this.#tour, () => dispatchEvent(new CustomEvent("show-tour")));
-    on(this.#settings, () => this.dispatchEvent(new CustomEvent("show-settings", { bubbles: true })));
     on(this.#hints, () => this.dispatchEvent(new CustomEvent("show-hints", { bubbles: true })));
     on(this.#leave, () => void this.session.leave());
   }

@@ -15,6 +15,8 @@ const FILES = /** @type {const} */ ([
   ["api/map.png", t("map-card.picture"), "PNG"],
   ["api/map.pdf", t("map-card.plan"), t("map-card.pdf_to_print")],
   ["api/map.svg", t("map-card.drawing"), "SVG"],
+  ["api/reports/map", t("map-card.report"), t("map-card.html_to_print")],
+  ["api/reports/drive", t("map-card.drive"), t("map-card.report_of_the_drive")],
   ["api/landmarks.csv", t("map-card.landmarks"), "CSV"],
   ["api/trajectory.tum", t("map-card.trajectory"), "TUM"],
 ]);
@@ -36,6 +38,7 @@ class MapCard extends Panel {
   #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
   #list = make("ul", { class: "maps", "aria-label": t("map-card.saved_maps_newest_first") });
   #empty = make("p", { class: "note map-empty" }, t("map-card.no_map_is_saved_yet"));
+  #sheet = make("img", { class: "map-sheet", alt: t("map-card.the_present_map_as_a_plan") });
   /** @type {SavedMap[]} */
   #maps = [];
   #revision = -1;
@@ -55,16 +58,25 @@ class MapCard extends Panel {
         make("span", { class: "note" }, says),
       ),
     );
+    const downloads = make("div", { class: "slam-head" }, make("h3", {}, t("map-card.downloads")));
     this.append(
-      this.#now,
-      this.#form,
-      this.#trouble,
-      make("div", { class: "slam-head" }, make("h3", {}, t("map-card.saved_maps"))),
-      this.#empty,
-      this.#list,
-      make("div", { class: "slam-head" }, make("h3", {}, t("map-card.downloads"))),
-      make("div", { class: "map-files" }, ...files),
+      make(
+        "section",
+        { class: "map-present", "aria-label": t("main.present_map") },
+        this.#sheet,
+        make("div", { class: "map-keep" }, this.#now, this.#form, this.#trouble),
+        make("div", { class: "map-take" }, downloads, make("div", { class: "map-files" }, ...files)),
+      ),
+      make(
+        "section",
+        { class: "map-saved", "aria-label": t("map-card.saved_maps") },
+        make("div", { class: "slam-head" }, make("h3", {}, t("map-card.saved_maps"))),
+        this.#empty,
+        this.#list,
+      ),
     );
+    for (const event of ["load", "error"])
+      this.#sheet.addEventListener(event, () => (this.#sheet.hidden = event === "error")); // nothing is known yet
     this.#form.addEventListener("submit", (event) => {
       event.preventDefault();
       void this.#keep();
@@ -93,6 +105,7 @@ class MapCard extends Panel {
     }
     if (revision === this.#revision || this.offsetParent === null) return;
     this.#revision = revision;
+    if (this.closest(".page")) this.#sheet.src = address(`api/map.svg?of=${Math.round(performance.now())}`).href;
     void this.#fetch();
   }
 
@@ -161,14 +174,10 @@ class MapCard extends Panel {
     const acts = make("div", { class: "map-acts" });
     if (!this.#form.hidden) {
       acts.append(
-        this.#act(
-          "open",
-          t("map-card.load_name", { name: map.name }),
-          () =>
-            this.#ask(row, t("map-card.unsaved_changes_of_the_present_map"), t("map-card.load_it"), () =>
-              maps.load(map.name),
-            ),
-          t("map-card.load"),
+        this.#act("", t("map-card.load_name", { name: map.name }), t("map-card.load"), () =>
+          this.#ask(row, t("map-card.unsaved_changes_of_the_present_map"), t("map-card.load_it"), () =>
+            maps.load(map.name),
+          ),
         ),
       );
     }
@@ -176,18 +185,17 @@ class MapCard extends Panel {
       make(
         "a",
         {
-          class: "icon-button small",
+          class: "button small plain",
           href: maps.zipOf(map.name),
           download: "",
           "aria-label": t("map-card.download_name", { name: map.name }),
-          title: t("map-card.download"),
         },
-        icon("download"),
+        t("map-card.download"),
       ),
     );
     if (!this.#form.hidden) {
       acts.append(
-        this.#act("trash", t("map-card.delete_name", { name: map.name }), () =>
+        this.#act("plain", t("map-card.delete_name", { name: map.name }), t("map-card.delete"), () =>
           this.#ask(row, t("map-card.delete_this_map_for_good"), t("map-card.delete"), () => maps.remove(map.name)),
         ),
       );
@@ -197,20 +205,13 @@ class MapCard extends Panel {
   }
 
   /**
-   * @param {string} drawing
+   * @param {string} look
    * @param {string} name
+   * @param {string} words on the button
    * @param {() => void} then
-   * @param {string} [words] on the button
    */
-  #act(drawing, name, then, words = "") {
-    const button = make(
-      "button",
-      words
-        ? { type: "button", class: "button", "aria-label": name }
-        : { type: "button", class: "icon-button small", "aria-label": name, title: name },
-      icon(drawing),
-      words,
-    );
+  #act(look, name, words, then) {
+    const button = make("button", { type: "button", class: `button small ${look}`, "aria-label": name }, words);
     button.addEventListener("click", then);
     return button;
   }

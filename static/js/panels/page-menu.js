@@ -24,13 +24,23 @@ export class PageMenu extends Panel {
   );
   #links = new Map(PAGES.map((row) => [row.path, link(row)]));
   #list = make("ul", { class: "pages-list" }, ...[...this.#links.values()].map((one) => make("li", {}, one)));
+  #settings = make(
+    "button",
+    { type: "button", class: "pages-link" },
+    icon("settings"),
+    make("span", {}, t("app-menu.settings")),
+  );
   #nav = make("nav", { class: "pages", "aria-label": t("page-menu.pages") }, this.#list);
 
   /** @override */
   build() {
     this.append(this.#button, this.#nav);
     const { close } = popover(this.#button, this.#nav, { folds: () => NARROW.matches });
-    for (const one of this.#links.values()) one.addEventListener("click", close);
+    this.#list.append(make("li", {}, this.#settings));
+    this.#settings.addEventListener("click", () =>
+      this.dispatchEvent(new CustomEvent("show-settings", { bubbles: true })),
+    );
+    for (const one of [...this.#links.values(), this.#settings]) one.addEventListener("click", close);
     const lay = () => {
       this.#nav.classList.toggle("popover", NARROW.matches);
       this.#nav.hidden = NARROW.matches;

@@ -33,7 +33,7 @@ import { t } from "../ui/texts.js";
  * @property {string} trouble
  * @property {string} waits what it waits for; "" for nothing
  */
-/** @typedef {{id: string, name: string, learnt_s: number, by: string, pictures: number}} Known */
+/** @typedef {{id: string, name: string, learnt_s: number, by: string, pictures: number, colours: (string | null)[]}} Known */
 /**
  * @typedef {object} PeopleState
  * @property {Known[]} people

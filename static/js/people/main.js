@@ -8,6 +8,6 @@ import { EnrollmentModel } from "./enrollment-model.js";
 /** @param {import("../net/session.js").Session} session */
 export function create(session) {
   const model = new EnrollmentModel(session);
-  const parts = ["people-enrollment", "people-known"].map((name) => document.createElement(name));
+  const parts = ["people-known", "people-enrollment"].map((name) => document.createElement(name));
   return { element: make("div", { class: "people-page" }, ...parts), model, opened: () => void model.read() };
 }

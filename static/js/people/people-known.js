@@ -84,37 +84,31 @@ class PeopleKnown extends Panel {
         chosen,
         t("people-known.only_name", { name: one.name }),
         t("people-known.learnt_since_from_pictures_pictures", { since: since(one.learnt_s), pictures: one.pictures }),
+        one.colours,
       ),
     );
     if (!this.#enrollments?.may) return row;
     const other = make(
       "button",
-      {
-        type: "button",
-        class: "icon-button",
-        "aria-label": t("people-known.rename_name", { name: one.name }),
-        title: t("people-known.rename"),
-      },
-      icon("typed"),
+      { type: "button", class: "button small plain", "aria-label": t("people-known.rename_name", { name: one.name }) },
+      t("people-known.rename"),
     );
     other.addEventListener("click", () => this.#ask({ id: one.id, what: "rename" }));
     const away = make(
       "button",
-      {
-        type: "button",
-        class: "icon-button",
-        "aria-label": t("people-known.forget_name", { name: one.name }),
-        title: t("people-known.forget"),
-      },
-      icon("trash"),
+      { type: "button", class: "button small plain", "aria-label": t("people-known.forget_name", { name: one.name }) },
+      t("people-known.forget"),
     );
     away.addEventListener("click", () => this.#ask({ id: one.id, what: "forget" }));
-    row.append(other, away);
+    row.append(make("div", { class: "known-acts" }, other, away));
     return row;
   }
 
-  /** @param {string | null} id @param {boolean} chosen @param {string} name @param {string} note */
-  #choice(id, chosen, name, note) {
+  /**
+   * @param {string | null} id @param {boolean} chosen @param {string} name @param {string} note
+   * @param {readonly (string | null)[]} [colours] of head, torso, legs
+   */
+  #choice(id, chosen, name, note, colours = [null, null, null]) {
     const enrollments = this.#enrollments;
     const radio = make("input", {
       type: "radio",
@@ -127,6 +121,7 @@ class PeopleKnown extends Panel {
     return make(
       "label",
       { class: "known-choice" },
+      figure(colours),
       radio,
       make("span", {}, make("span", { class: "known-name" }, name), make("span", { class: "note" }, note)),
     );
@@ -193,6 +188,16 @@ class PeopleKnown extends Panel {
     });
     return form;
   }
+}
+
+/** A person in the colours of their clothes. @param {readonly (string | null)[]} colours of head, torso, legs */
+function figure(colours) {
+  const parts = colours.map((colour) => {
+    const part = make("span", {});
+    if (colour) part.style.background = colour;
+    return part;
+  });
+  return make("span", { class: "known-figure", "aria-hidden": "true" }, ...parts);
 }
 
 customElements.define("people-known", PeopleKnown);

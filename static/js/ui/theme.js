@@ -17,12 +17,17 @@ export function theme() {
 
 export const isDark = () => (theme() === "auto" ? darkRoom.matches : theme() === "dark");
 
+function tell() {
+  document.documentElement.toggleAttribute("data-dark", isDark()); // for pictures that are drawn for white paper
+  for (const listener of listeners) listener();
+}
+
 /** @param {string} choice */
 export function choose(choice) {
   if (choice === "dark" || choice === "light") document.documentElement.dataset["theme"] = choice;
   else delete document.documentElement.dataset["theme"];
   remember("theme", theme());
-  for (const listener of listeners) listener();
+  tell();
 }
 
 /** @returns {Theme} what follows the present one when the button is pressed */
@@ -33,7 +38,5 @@ export function onTheme(listener) {
   listeners.add(listener);
 }
 
-darkRoom.addEventListener("change", () => {
-  for (const listener of listeners) listener();
-});
+darkRoom.addEventListener("change", tell);
 choose(remembered("theme", "auto"));
