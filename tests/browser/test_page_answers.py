@@ -55,6 +55,7 @@ def test_the_robot_answers_aloud_and_hears_nothing_meanwhile(visit: Open) -> Non
     here.say("sing a song")
     here.until(lambda: len(said) > 1, "the refusal is said", 20.0)
     assert said[0] == "I answer aloud now." and "no such command" in said[1]
+    here.page.get_by_role("button", name="Microphone", exact=True).click()
     here.button("Answers aloud").click()
     expect(here.button("Answers aloud")).to_have_attribute("aria-pressed", "false")
 

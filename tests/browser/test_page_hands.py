@@ -189,7 +189,7 @@ def test_control_is_asked_for_and_given_and_who_loses_it_reads_so(visit: Open, c
     expect(first.find(".banner")).to_have_count(0)  # who gives it knows it
     first.find("lease-chip button").first.click()
     first.find("lease-chip").get_by_role("button", name="Take over").click()
-    lost, stage = second.find(".banner").filter(has_text="took control from you"), second.find(".stage")
+    lost, stage = second.find(".banner").filter(has_text="took control from you"), second.find(".over")
     expect(lost).to_be_visible()
     inner, outer = lost.bounding_box(), stage.bounding_box()
     assert inner and outer and inner["x"] >= outer["x"] and inner["x"] + inner["width"] <= outer["x"] + outer["width"]

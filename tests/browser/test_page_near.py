@@ -79,12 +79,12 @@ def press_her(here: Visit) -> Locator:
 
 
 SIZES = ((1366, 650), (1030, 640), (844, 390), (390, 844))
-SHOWN = {"Teach it a person": "camera-view", "Turn": "command-chips", "Drive": "drive-pad", "Click": ".stage"}
+SHOWN = {"Teach it a person": "camera-view", "Turn": "command-chips", "Drive": "drive-pad", "Click": ".over"}
 """Steps of the tour, and what each shows."""
 COVERED = """([card, shown]) => {
   const one = document.querySelector(card).getBoundingClientRect();
   const part = document.querySelector(shown);
-  const other = (part?.getClientRects().length ? part : document.querySelector(".stage")).getBoundingClientRect();
+  const other = (part?.getClientRects().length ? part : document.querySelector(".over")).getBoundingClientRect();
   const wide = Math.min(one.right, other.right) - Math.max(one.left, other.left);
   const high = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
   return Math.max(0, wide) * Math.max(0, high);

@@ -64,7 +64,7 @@ WHOLE = """() => {
   const inside = picture.top >= box.top - 1 && picture.bottom <= box.bottom + 1 && picture.right <= box.right + 1;
   const over = (one, other) => Math.max(0, Math.min(one.right, other.right) - Math.max(one.left, other.left))
     * Math.max(0, Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top));
-  const [stage, tabs] = [place(".stage"), place("tab-card")];
+  const [stage, tabs] = [place(".over"), place("tab-card")]; // what no panel covers
   return { meets, inside, height: picture.height, ratio: picture.width / picture.height, words: words.clientWidth,
     map: Math.min(stage.width, stage.height), covered: over(tabs, place("camera-view")) + over(tabs, stage),
     tabs: tabs.height, low: tabs.bottom <= innerHeight && stage.bottom <= innerHeight };
@@ -87,13 +87,13 @@ def test_the_camera_is_whole_and_the_status_readable_at_every_size(visit: Open) 
         if not tabs.is_visible():  # map, camera and tabs at once
             assert min(seen["height"], seen["map"]) >= 200 and seen["tabs"] >= 150, (width, height, seen)
             assert seen["covered"] == 0, (width, height, seen)
-        before = here.find(".stage").bounding_box()
+        before = here.find(".over").bounding_box()
         here.say("turn lift")
         chip = here.find("command-status .suggested button").first
         for part in (here.find(".status-words"), here.find(".status-remark"), chip):
             here.until(partial(at_its_place, part), f"{part} is seen at {width}x{height}")
         assert here.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), (width, height)
-        assert here.find(".stage").bounding_box() == before, "the map does not jump"
+        assert here.find(".over").bounding_box() == before, "the map does not jump"
 
 
 def test_a_press_exchanges_camera_and_map_and_tabs_are_a_tablist(visit: Open) -> None:

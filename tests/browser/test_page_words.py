@@ -293,7 +293,7 @@ def test_on_a_phone_the_hint_is_small_the_question_whole_and_no_notice_lies_over
     here = visit(size=PHONE, hints=True, before=lambda page: page.add_init_script(no_webgl))
     expect(here.find(".coach")).to_contain_text("Turn the robot")
     expect(here.find(".flat-why")).to_be_hidden()
-    box, stage = here.find(".coach").bounding_box(), here.find(".stage").bounding_box()
+    box, stage = here.find(".coach").bounding_box(), here.find(".over").bounding_box()
     assert box and stage
     assert box["height"] * box["width"] < 0.25 * stage["height"] * stage["width"]
     needs = """() => {

@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { insetsOf } from "../../static/js/ui/clear-area.js";
 import { FloorView, headingOf, seenFrom } from "../../static/js/ui/floor-view.js";
 
 const ROOM = { left: -2, bottom: -1, right: 6, top: 3 };
@@ -63,4 +64,11 @@ test("what the robot sees turns and moves with it", () => {
   near(ahead?.y ?? NaN, 4);
   near(left?.x ?? NaN, 1);
   near(left?.y ?? NaN, 3);
+});
+
+test("panels cover the view at its edges, and a view that lies elsewhere not at all", () => {
+  const all = { left: 0, top: 0, right: 1440, bottom: 900 };
+  const free = { left: 100, top: 76, right: 1042, bottom: 690 };
+  assert.deepEqual(insetsOf(all, free), { left: 100, top: 76, right: 398, bottom: 210 });
+  assert.deepEqual(insetsOf({ ...free, left: 1100, right: 1400 }, free), { left: 0, top: 0, right: 0, bottom: 0 });
 });

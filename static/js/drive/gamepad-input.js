@@ -39,6 +39,9 @@ export class GamepadInput {
   #outcome = "";
   /** False while a page without driving controls is open. */
   drives = true;
+  /** @type {(down: boolean) => void} the button to talk goes down or up */
+  toTalk = () => undefined;
+  #talks = false;
 
   /**
    * @param {Session} session
@@ -148,7 +151,7 @@ export class GamepadInput {
   #read(now) {
     this.#pads = connectedPads() ?? [];
     this.#greet();
-    const { velocity, slow, stop, steps } = this.#reader.read(
+    const { velocity, slow, stop, steps, talk } = this.#reader.read(
       this.#pads,
       (pad) => this.mappingOf(pad),
       now,
@@ -157,6 +160,8 @@ export class GamepadInput {
     this.#follow(velocity, slow, now);
     if (steps) this.#drive.preset = Math.min(PRESETS.length, Math.max(1, this.#drive.preset + steps));
     if (stop) this.#stop();
+    if (talk !== this.#talks) this.toTalk(talk);
+    this.#talks = talk;
     this.#learn(now);
   }
 

@@ -19,6 +19,7 @@ export const PROMPTS = {
   slow: t("gamepad-learning.press_and_release_the_button_that_2"),
   slower: t("gamepad-learning.press_and_release_the_button_that_3"),
   faster: t("gamepad-learning.press_and_release_the_button_that_4"),
+  talk: t("gamepad-learning.press_and_release_the_button_to_talk"),
   forward: t("gamepad-learning.push_the_stick_fully_forward_then"),
   left: t("gamepad-learning.push_the_stick_fully_to_the"),
 };

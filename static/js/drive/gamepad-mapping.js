@@ -9,7 +9,7 @@ import { response } from "./response.js";
 /** @typedef {{button: number}} ButtonInput */
 /** @typedef {{axis: number, sign: Sign, rest: -1 | 0 | 1}} AxisInput `sign`: towards which it counts; `rest`: let go */
 /** @typedef {ButtonInput | AxisInput} PadInput */
-/** @typedef {"deadman" | "stop" | "slow" | "slower" | "faster"} PressAction */
+/** @typedef {"deadman" | "stop" | "slow" | "slower" | "faster" | "talk"} PressAction */
 /** @typedef {"forward" | "left"} StickAction */
 /** @typedef {PressAction | StickAction} PadAction */
 /**
@@ -20,7 +20,7 @@ import { response } from "./response.js";
  */
 
 /** @type {readonly PressAction[]} */
-export const PRESSES = ["deadman", "stop", "slow", "slower", "faster"];
+export const PRESSES = ["deadman", "stop", "slow", "slower", "faster", "talk"];
 /** @type {readonly StickAction[]} */
 export const STICKS = ["forward", "left"];
 /** @type {readonly PadAction[]} Without them a gamepad does not drive. */
@@ -32,7 +32,7 @@ const PRESSED = 0.5; // of the way of an axis that is used as a button
 const BEYOND = 1.05; // an axis never reports more; a hat switch at rest does
 const MOST_INPUTS = 128;
 
-/** @type {Mapping} The W3C standard layout: left shoulder held, left stick, right face button. */
+/** @type {Mapping} The W3C standard layout: left shoulder held, left stick, right face button; the upper one to talk. */
 export const STANDARD = {
   inputs: {
     deadman: { button: 4 },
@@ -40,6 +40,7 @@ export const STANDARD = {
     slow: { button: 5 },
     slower: { button: 13 },
     faster: { button: 12 },
+    talk: { button: 3 },
     forward: { axis: 1, sign: -1, rest: 0 },
     left: { axis: 0, sign: -1, rest: 0 },
   },
@@ -137,6 +138,7 @@ export const TITLES = {
   slow: t("gamepad-mapping.slow_while_held"),
   slower: t("gamepad-mapping.lower_speed"),
   faster: t("gamepad-mapping.higher_speed"),
+  talk: t("gamepad-mapping.talk_while_held"),
   forward: t("gamepad-mapping.forward_and_back"),
   left: t("gamepad-mapping.turn"),
 };

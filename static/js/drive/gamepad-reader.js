@@ -13,6 +13,7 @@ import { inputName } from "./gamepad-names.js";
  * @property {boolean} slow
  * @property {boolean} stop a STOP button went down
  * @property {number} steps by which the speed preset changes
+ * @property {boolean} talk the button to talk is held
  */
 
 export const FROZEN_MS = 300; // one timestamp for longer than that, while the deadman is held: the gamepad is frozen
@@ -110,11 +111,11 @@ export class GamepadReader {
   read(pads, mappingOf, now, blocked = "") {
     this.#forget(pads);
     /** @type {Reading} */
-    const reading = { velocity: STILL, slow: false, stop: false, steps: 0 };
+    const reading = { velocity: STILL, slow: false, stop: false, steps: 0, talk: false };
     for (const pad of pads) this.#take(pad, mappingOf(pad), now, reading);
     if (blocked) {
       this.trip(blocked);
-      return { ...reading, steps: 0 };
+      return { ...reading, steps: 0, talk: false };
     }
     const pad = pads.find(({ index }) => index === this.#active);
     if (!pad) return reading;
@@ -149,6 +150,7 @@ export class GamepadReader {
     if (memory.goesDown("stop", isPressed(pad, inputs.stop))) reading.stop = true;
     if (memory.goesDown("slower", isPressed(pad, inputs.slower))) reading.steps -= 1;
     if (memory.goesDown("faster", isPressed(pad, inputs.faster))) reading.steps += 1;
+    if (isPressed(pad, inputs.talk)) reading.talk = true;
     memory.held = isPressed(pad, inputs.deadman);
     if (memory.held) this.#hold(pad, mapping, memory);
     else this.#release(pad, mapping, memory, now);

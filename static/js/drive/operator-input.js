@@ -40,6 +40,7 @@ export class OperatorInput {
       busy: () => dispatchEvent(new CustomEvent("page-busy")),
     });
     this.gamepad = new GamepadInput(session, this.drive);
+    this.gamepad.toTalk = (down) => this.toTalk(down);
     setInterval(() => this.drive.tick(performance.now()), PERIOD_MS);
     session.on("stopped", () => this.drive.trip(t("operator-input.stopped_let_go_then_press_again")));
     session.on("lost", () => this.drive.trip(t("operator-input.the_link_was_lost_let_go")));

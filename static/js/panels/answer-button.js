@@ -14,7 +14,12 @@ const MOST_ENTRIES = 20; // commands of this page whose end is awaited
 
 class AnswerButton extends Panel {
   #icon = icon("silent");
-  #button = make("button", { type: "button", class: "button answers", "aria-pressed": "false" }, this.#icon);
+  #button = make(
+    "button",
+    { type: "button", class: "button answers", "aria-pressed": "false" },
+    this.#icon,
+    t("answer-button.answers_aloud"),
+  );
   #speech = new SpeechOutput();
   #on = remembered("answers", "off") === "on";
   /** @type {number | null} newest row of the history; null until it was read, so that old rows are not answered */
@@ -116,7 +121,6 @@ class AnswerButton extends Panel {
       : t("answer-button.answers_aloud_off_press_to_hear");
     redraw(this.#icon, this.#on ? "aloud" : "silent");
     mark(this.#button, "aria-pressed", String(this.#on));
-    mark(this.#button, "aria-label", t("answer-button.answers_aloud"));
     this.#button.title = says;
   }
 }

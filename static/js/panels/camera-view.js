@@ -1,8 +1,10 @@
 // Element <camera-view>: camera picture with vertical edges, laser points, voice and person.
 
+import { watchClearArea } from "../ui/clear-area.js";
 import { FARTHEST, rangeColour } from "../ui/colormap.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { age } from "../ui/format.js";
+import { HeadUp } from "../ui/head-up.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { PictureChip } from "../ui/picture-quality-chip.js";
@@ -43,6 +45,7 @@ class CameraView extends Panel {
   #age = make("span", { class: "tag picture-age", "data-tone": "stale" });
   #empty = make("p", { class: "camera-empty" }, icon("camera"), t("camera-view.waiting_for_the_first_picture"));
   #quality = new PictureChip();
+  #headUp = new HeadUp();
   #edges = toggle("edges", t("camera-view.edges"), t("camera-view.edges_says"));
   #laser = toggle("laser", t("camera-view.laser"), t("camera-view.laser_says"));
   #scale = make(
@@ -79,6 +82,7 @@ class CameraView extends Panel {
         "div",
         { class: "picture-box" },
         this.#canvas,
+        this.#headUp.element,
         this.#empty,
         this.#age,
         this.#scale,
@@ -86,6 +90,7 @@ class CameraView extends Panel {
         this.#quality.panel,
       ),
     );
+    watchClearArea(this, () => (this.#drawn = ""));
     this.session.on("picture", (picture) => void this.#take(picture));
     this.session.on("hello", () => (this.#bornAt = performance.now()));
     for (const button of [this.#edges, this.#laser]) button.addEventListener("click", () => flip(button));
@@ -110,6 +115,7 @@ class CameraView extends Panel {
     write(this.#age, t("camera-view.age_old", { age: age(old) }));
     this.#scale.hidden = !pressed(this.#laser) || !seen;
     this.#quality.show(seen ? state : null, stale);
+    if (state && this.#headUp.element.offsetParent) this.#headUp.show(state, up);
     this.#draw(state?.camera ?? null, state?.ears?.voices[0] ?? null, state?.person ?? null);
   }
 

@@ -39,7 +39,7 @@ const HINTS = [
     done: ({ state, mine }) => mine && state?.gate.source === "jog" && Math.abs(state.velocity.v_m_s) > 0.02,
   },
   {
-    at: ".stage",
+    at: ".over",
     opens: "map",
     title: touch ? t("coach-marks.tap_the_floor") : t("coach-marks.click_the_floor"),
     text: t("coach-marks.the_robot_plans_a_way_there"),
@@ -182,7 +182,7 @@ export class CoachMarks extends Panel {
     for (const pointed of document.querySelectorAll(".is-hinted")) pointed.classList.remove("is-hinted");
     if (!hint) return;
     if (hint.opens) dispatchEvent(new CustomEvent("open-view", { detail: hint.opens }));
-    if (hint.at !== ".stage") document.querySelector(hint.at)?.classList.add("is-hinted");
+    if (hint.at !== ".over") document.querySelector(hint.at)?.classList.add("is-hinted");
   }
 
   #end() {
@@ -193,8 +193,8 @@ export class CoachMarks extends Panel {
   }
 
   #place() {
-    const named = /** @type {HTMLElement | null} */ (document.querySelector(this.#hints[this.#step]?.at ?? ".stage"));
-    const at = named?.getClientRects().length ? named : document.querySelector(".stage");
+    const named = /** @type {HTMLElement | null} */ (document.querySelector(this.#hints[this.#step]?.at ?? ".over"));
+    const at = named?.getClientRects().length ? named : document.querySelector(".over");
     const stop = document.querySelector(".stop");
     if (!at || !stop) return;
     const target = at.getBoundingClientRect();
@@ -202,7 +202,7 @@ export class CoachMarks extends Panel {
     const key = [this.#step, target.left, target.top, target.width, now.top, innerWidth, innerHeight].join();
     if (key === this.#placedFor) return;
     this.#placedFor = key;
-    const inMap = at.classList.contains("stage");
+    const inMap = at.classList.contains("over");
     const { width, height } = this.#card.getBoundingClientRect();
     const space = { width: innerWidth, height: innerHeight };
     const { left: from, right: to, bottom } = target;

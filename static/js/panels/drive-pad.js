@@ -40,6 +40,7 @@ export class DrivePad extends Panel {
   #preset = make("span");
   #top = make("span");
   #moving = make("span", { class: "moving" });
+  #turning = make("span", { class: "note" });
   #why = make("p", { class: "drive-why" });
   /** @type {OperatorInput | null} */
   #operatorInput = null;
@@ -57,12 +58,7 @@ export class DrivePad extends Panel {
       make(
         "div",
         { class: "drive-side" },
-        make(
-          "div",
-          { class: "drive-figures" },
-          make("span", { class: "card-title" }, t("drive-pad.drive")),
-          this.#moving,
-        ),
+        make("p", { class: "drive-figures" }, this.#moving, this.#turning),
         this.#presets,
         make("div", { class: "stepper" }, this.#less, this.#more),
         make("span", { class: "top-speed" }, this.#preset, this.#top),
@@ -124,7 +120,8 @@ export class DrivePad extends Panel {
     write(this.#top, speed(drive.slow ? SLOW * top : top));
     this.#less.disabled = drive.preset === 1;
     this.#more.disabled = drive.preset === PRESETS.length;
-    write(this.#moving, `${speed(state.velocity.v_m_s)}, ${turnRate(state.velocity.w_rad_s)}`);
+    write(this.#moving, speed(state.velocity.v_m_s));
+    write(this.#turning, turnRate(state.velocity.w_rad_s));
     const forbidden = permission.may === "no" && up ? permission.why : "";
     this.#explain(drive.why || forbidden || operatorInput.why, operatorInput.gamepad.advice);
   }

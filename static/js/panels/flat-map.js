@@ -3,6 +3,7 @@
 import * as maps from "../net/maps-api.js";
 import { marksOf, wordsTo } from "../net/marks-api.js";
 import { CanvasHand } from "../ui/canvas-hand.js";
+import { watchClearArea } from "../ui/clear-area.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { apart, drawFlat } from "../ui/flat-drawing.js";
 import { FlatGround } from "../ui/flat-ground.js";
@@ -28,6 +29,7 @@ import { askName } from "./place-list.js";
 const SAID_MS = 20_000; // for which it is said why the map is flat; the switch beside stays
 const MARGIN = 36; // [px] around the whole map
 const TOOLS = 36; // [px] that they take on the right
+const STATUS = 40; // [px] that it takes below
 const STEP = 0.25; // [m] of the keyboard's cursor
 const FAST = 4; // times that, with Shift
 const ZOOM = 1.4;
@@ -94,6 +96,8 @@ class FlatMap extends Panel {
   #layersPanel = make("div", { class: "flat-layers", role: "group", "aria-label": t("flat-map.layers") });
   #tools = make("div", { class: "flat-tools", role: "toolbar", "aria-label": t("flat-map.map_2") });
   #view = new FloorView(60, 0, 0);
+  /** @type {import("../ui/clear-area.js").Insets} by panels */
+  #covered = { left: 0, top: 0, right: 0, bottom: 0 };
   /** @type {"whole" | "robot" | "free"} */
   #looks = "whole";
   /** @type {Set<Layer>} */
@@ -185,7 +189,9 @@ class FlatMap extends Panel {
       const people = /** @type {CustomEvent} */ (event).detail;
       if (JSON.stringify(people) !== JSON.stringify(this.#room)) this.#draw("", () => (this.#room = people));
     });
-    new ResizeObserver(() => this.#draw()).observe(this.#canvas);
+    watchClearArea(/** @type {HTMLElement} */ (this.parentElement), (insets) =>
+      this.#draw("", () => (this.#covered = insets)),
+    );
     onTheme(() => requestAnimationFrame(() => this.#draw()));
     this.#whyAway.addEventListener("click", () => (this.#why.hidden = true));
     let said = 0; // timer
@@ -362,9 +368,10 @@ class FlatMap extends Panel {
       const step = STEP * (event.shiftKey ? FAST : 1);
       this.#cursor = { x: from.x + step * arrow[0], y: from.y + step * arrow[1] };
       const { x, y } = this.#view.drawn(this.#cursor);
-      if (x < 0 || y < 0 || x > width || y > height) {
+      const { left, top, right, bottom } = this.#covered;
+      if (x < left || y < top || x > width - right || y > height - bottom) {
         this.#looks = "free";
-        this.#view = this.#view.centred(this.#cursor, width, height);
+        this.#view = this.#centred(this.#cursor);
       }
       const away = Math.hypot(this.#cursor.x - state.pose.x_m, this.#cursor.y - state.pose.y_m);
       const where = `x ${fixed(this.#cursor.x, 2)}, y ${fixed(this.#cursor.y, 2)}`;
@@ -377,7 +384,7 @@ class FlatMap extends Panel {
       this.#go(this.#cursor);
     } else if (event.key === "+" || event.key === "-") {
       this.#looks = "free";
-      this.#view = this.#view.changed({ x: width / 2, y: height / 2 }, event.key === "+" ? ZOOM : 1 / ZOOM);
+      this.#view = this.#view.changed(this.#middle, event.key === "+" ? ZOOM : 1 / ZOOM);
     } else return;
     this.#draw();
   }
@@ -404,15 +411,30 @@ class FlatMap extends Panel {
 
   // drawing
 
+  /** Of what no panel covers [px]. */
+  get #middle() {
+    const { left, top, right, bottom } = this.#covered;
+    const { clientWidth: width, clientHeight: height } = this.#canvas;
+    return { x: (left + width - right) / 2, y: (top + height - bottom) / 2 };
+  }
+
+  /** @param {Point} floor [m] */
+  #centred(floor) {
+    const { x, y } = this.#middle;
+    return this.#view.centred(floor, 2 * x, 2 * y);
+  }
+
   #aim() {
     const { clientWidth: width, clientHeight: height } = this.#canvas;
+    const { left, top, right, bottom } = this.#covered;
     const { state } = this.#shown ?? {};
-    if (this.#looks === "robot" && state)
-      this.#view = this.#view.centred({ x: state.pose.x_m, y: state.pose.y_m }, width, height);
+    if (this.#looks === "robot" && state) this.#view = this.#centred({ x: state.pose.x_m, y: state.pose.y_m });
     if (this.#looks !== "whole") return;
     const around = state ? { x: state.pose.x_m, y: state.pose.y_m } : { x: 0, y: 0 };
     const none = { left: around.x - 2, right: around.x + 2, bottom: around.y - 2, top: around.y + 2 };
-    this.#view = FloorView.fitted(this.#plan?.extent ?? none, width - TOOLS, height, MARGIN);
+    const [across, down] = [width - left - right - TOOLS, height - top - bottom - (bottom && STATUS)];
+    const fitted = FloorView.fitted(this.#plan?.extent ?? none, across, down, MARGIN);
+    this.#view = new FloorView(fitted.scale, fitted.left + left, fitted.top + top);
   }
 
   /**
@@ -459,6 +481,7 @@ class FlatMap extends Panel {
       places: marksOf(this.session).places,
       zones: marksOf(this.session).zones,
       corners: this.#corners ?? [],
+      covered: this.#covered,
     });
     this.#cost = performance.now() - begun;
   }

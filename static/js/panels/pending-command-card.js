@@ -15,7 +15,7 @@ class PendingCommandCard extends Panel {
   #title = make("p", { class: "pending-title" });
   #facts = make("p", { class: "pending-facts" });
   #when = make("span", { class: "pending-when", role: "timer" });
-  #fill = make("div", { class: "pending-fill" });
+  #ring = make("div", { class: "pending-ring", "aria-hidden": "true" }, this.#icon);
   #go = make(
     "button",
     { type: "button", class: "button primary", "aria-keyshortcuts": "Enter" },
@@ -46,10 +46,9 @@ class PendingCommandCard extends Panel {
     mark(this, "role", "region");
     mark(this, "aria-label", t("pending-command-card.spoken_command"));
     this.append(
-      this.#icon,
+      this.#ring,
       make("div", { class: "pending-words" }, this.#title, this.#facts),
       make("div", { class: "pending-ways" }, this.#when, this.#go, this.#cancel),
-      make("div", { class: "pending-bar", "aria-hidden": "true" }, this.#fill),
     );
     this.#go.addEventListener("click", () => this.#press(this.#go, this.session.beginPendingCommand(this.#waiting)));
     this.#cancel.addEventListener("click", () =>
@@ -94,7 +93,7 @@ class PendingCommandCard extends Panel {
       pending_command.uncertain ? "uncertain" : "waiting",
     );
     write(this.#when, countdown(pending_command));
-    this.#fill.style.width = `${(100 * left(pending_command)).toFixed(1)}%`;
+    this.#ring.style.setProperty("--left", left(pending_command).toFixed(3));
     this.#go.hidden = mayBegin(view) === null;
     if (pending_command.id === this.#waiting) return;
     this.#waiting = pending_command.id;

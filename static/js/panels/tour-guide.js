@@ -33,7 +33,7 @@ class TourGuide extends Panel {
   #ownStop = false;
   /** @type {string | null} whom the robot came to before */
   #chosen = null;
-  #at = ".stage"; // selector of what the step shows
+  #at = ".over"; // selector of what the step shows
   #placedFor = "";
   #taught = ""; // id of the person whom the tour made known
 
@@ -66,7 +66,7 @@ class TourGuide extends Panel {
   /** Leave free what the step shows, STOP, and where there is room the camera as well. */
   #place() {
     const [target, stop, camera] = [this.#at, ".stop", "camera-view"].map((at) => box(at));
-    const shown = target ?? box(".stage");
+    const shown = target ?? box(".over");
     if (!shown || !stop) return;
     const { width, height } = this.#card.getBoundingClientRect();
     const key = [shown, stop, camera, { width, height, innerWidth, innerHeight }]
@@ -131,19 +131,19 @@ class TourGuide extends Panel {
       },
       {
         title: t("tour-guide.click"),
-        at: ".stage",
+        at: ".over",
         text: t("tour-guide.click_the_floor_it_plans_a"),
         act: (tour) => this.#tell(tour, home, "click"),
       },
       {
         title: t("tour-guide.caller_calls", { caller: CALLER }),
-        at: ".stage",
+        at: ".over",
         text: t("tour-guide.it_hears_from_where_turns_looks"),
         act: (tour) => this.#call(tour, CALLER, 2),
       },
       {
         title: t("tour-guide.other_calls", { other: OTHER }),
-        at: ".stage",
+        at: ".over",
         text: t("tour-guide.he_is_not_caller_to_whom", { caller: CALLER }),
         act: (tour) => (this.#taught || this.#chosen ? this.#call(tour, OTHER, 1) : tour.pause(0)),
       },
@@ -155,7 +155,7 @@ class TourGuide extends Panel {
       },
       {
         title: t("tour-guide.now_you"),
-        at: ".stage",
+        at: ".over",
         text: t("tour-guide.press_a_button_click_the_floor"),
         act: async () => undefined,
       },

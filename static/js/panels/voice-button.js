@@ -1,4 +1,4 @@
-// Element <voice-button>: push to talk (button or V), or an open microphone whose pauses end a sentence.
+// Element <voice-button>: push to talk (button, V, or a button of a gamepad), or an open microphone whose pauses end a sentence.
 
 import { onlyWatched } from "../drive/permission.js";
 import * as api from "../net/api.js";
@@ -92,6 +92,8 @@ export class VoiceButton extends Panel {
 
   /** @override */
   build() {
+    const answers = this.querySelector("answer-button");
+    if (answers) this.#panel.append(answers);
     this.append(this.#button, this.#more, this.#panel, this.#says);
     popover(this.#more, this.#panel, { opened: () => this.#opened() });
     this.#button.addEventListener("pointerdown", (event) => {

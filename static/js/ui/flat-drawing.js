@@ -27,6 +27,7 @@ import { t } from "./texts.js";
  * @property {readonly import("../net/marks-api.js").Place[]} places
  * @property {readonly import("../net/marks-api.js").Zone[]} zones
  * @property {readonly Point[]} corners of the zone that is being drawn [m]
+ * @property {import("./clear-area.js").Insets} covered by panels
  */
 
 const LABEL = "600 13px system-ui, sans-serif";
@@ -38,6 +39,7 @@ const BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
 const [ABOVE, BELOW] = [-9, 19]; // [px] of words beside a point
 const SAME_M = 0.6; // [m] within which the person who is followed is someone in the room
 const BAR_PX = 60; // [px] that the scale has at least
+const SCALE_PX = 14; // from the edges of what no panel covers
 
 /**
  * @param {HTMLCanvasElement} canvas its CSS custom properties define the colours
@@ -86,7 +88,7 @@ export function drawFlat(canvas, view, scene) {
   brush.measured(scene.measured);
   brush.corners(scene.corners);
   if (scene.cursor) brush.cross(scene.cursor);
-  brush.scale(canvas.clientHeight);
+  brush.scale(scene.covered.left + SCALE_PX, canvas.clientHeight - scene.covered.bottom - SCALE_PX);
 }
 
 class Brush {
@@ -425,14 +427,13 @@ class Brush {
     context.stroke();
   }
 
-  /** A length that is easy to compare. @param {number} height [px] */
-  scale(height) {
+  /** A length that is easy to compare. @param {number} left [px] @param {number} low [px] */
+  scale(left, low) {
     const { context, view } = this;
     const bar = BARS.find((length) => length * view.scale >= BAR_PX) ?? 100;
     context.strokeStyle = this.colour("soft");
     context.lineWidth = 2;
     context.beginPath();
-    const [left, low] = [14, height - 14];
     context.moveTo(left, low - 5);
     context.lineTo(left, low);
     context.lineTo(left + bar * view.scale, low);
