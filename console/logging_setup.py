@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import sys
 import time
@@ -22,6 +23,22 @@ class OneLineFormatter(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         """The message alone, its first line."""
         return f"beckon: {record.getMessage().partition(chr(10))[0]}"
+
+
+class JsonFormatter(logging.Formatter):
+    """One JSON object a line, for programs that collect logs."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Time (UTC), level, logger, message, and the traceback where there is one."""
+        line = {
+            "time": time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(record.created)) + f".{int(record.msecs):03}Z",
+            "level": record.levelname,
+            "logger": record.name,
+            "message": record.getMessage(),
+        }
+        if record.exc_info:
+            line["traceback"] = self.formatException(record.exc_info)
+        return json.dumps(line, ensure_ascii=False)
 
 
 class RepeatFilter(logging.Filter):
@@ -46,15 +63,18 @@ class RepeatFilter(logging.Filter):
         return count < MOST_ALIKE
 
 
-def start_logging(path: Path) -> None:
-    """Log to `path` from now on; a folder that cannot be written to is reported and does not stop the console."""
+def start_logging(path: Path, *, as_json: bool = False) -> None:
+    """Log to `path` from now on; a folder that cannot be written to is reported and does not stop the console.
+
+    `as_json`: an object a line, and the terminal gets all of them.
+    """
     root = logging.getLogger()
     root.setLevel(logging.INFO)
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)  # else every stranger's socket writes lines
     terminal = logging.StreamHandler(sys.stderr)
-    terminal.setLevel(logging.ERROR)
-    terminal.setFormatter(OneLineFormatter())
-    terminal.addFilter(lambda record: not record.name.startswith("uvicorn"))
+    terminal.setLevel(logging.INFO if as_json else logging.ERROR)
+    terminal.setFormatter(JsonFormatter() if as_json else OneLineFormatter())
+    terminal.addFilter(lambda record: as_json or not record.name.startswith("uvicorn"))
     terminal.addFilter(RepeatFilter(lambda _: None))
     root.addHandler(terminal)
     try:
@@ -63,6 +83,7 @@ def start_logging(path: Path) -> None:
     except OSError as trouble:
         root.error("The log %s cannot be written: %s.", path.name, trouble.strerror)
         return
-    kept.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    plain = logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s")
+    kept.setFormatter(JsonFormatter() if as_json else plain)
     kept.addFilter(RepeatFilter(logging.getLogger(__name__).warning))
     root.addHandler(kept)

@@ -46,6 +46,7 @@ from console.people.inhabitants import move_in
 from console.recording.service import RecordingService
 from console.robot.supervisor import RobotSupervisor
 from console.runtime import Runtime
+from console.service_manager import ServiceManagerWatchdog, notify
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.spoken_text_files import SpokenTextFiles
 from core.errors import BadInput, BeckonError, Unavailable
@@ -86,6 +87,7 @@ class Options:
     settings: Path | None = None
     open_browser: bool = True
     log: Path | None = None  # None: console.log in the data folder
+    log_json: bool = False  # a JSON object a line, on the terminal too
     tls_cert: Path | None = None  # PEM; with it and its key it is HTTPS, which microphones of phones want
     tls_key: Path | None = None
     connect: tuple[str, ...] = ()  # what operators may connect to, instead of private networks
@@ -180,7 +182,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
     most = raise_file_limit()
     with locked(home) as lock, bound(options.host, options.port) as listener:
         if first:
-            start_logging(options.log or home / "console.log")
+            start_logging(options.log or home / "console.log", as_json=options.log_json)
         port = int(listener.getsockname()[1])
         address = address_of(options, port)
         lock.announce(port, address)
@@ -207,6 +209,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
         )
         if not options.nobody:
             runtime.parts.add(BackgroundTask(lambda: move_in(runtime.ask, options.robot)))
+        runtime.parts.add(ServiceManagerWatchdog())
         exchange_text_files(options, runtime)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
 
@@ -220,6 +223,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
                 warn_without_words(settings.speech)
             if trouble:
                 runtime.notifications.tell("error", trouble)
+            notify("READY=1")
             if is_readable(options):
                 runtime.notifications.tell("warning", READABLE)
             if damaged:

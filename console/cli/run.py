@@ -61,6 +61,9 @@ def add(places: Any) -> None:
         action="store_true",
         help="run before other programs in the simulator, too, as with a real robot (Linux)",
     )
+    parser.add_argument(
+        "--log-json", action="store_true", help="log a JSON object a line, to the file and to standard error"
+    )
     parser.add_argument("--nobody", action="store_true", help="nobody stands in the simulated room")
     parser.add_argument(
         "--write-text-files",
@@ -95,6 +98,7 @@ def run(chosen: argparse.Namespace) -> int:
             seed=chosen.seed,
             data=chosen.data,
             gate_trace=chosen.gate_trace,
+            log_json=chosen.log_json,
             settings=chosen.settings,
             open_browser=not chosen.no_browser,
             tls_cert=chosen.tls_cert,
