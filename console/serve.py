@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, Protocol
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -37,10 +37,14 @@ from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileReader
 from console.control.text_file_writer import TextFileWriter
 from console.data_folder import home_folder, locked
+from console.fleet.authority import CertificateFiles
+from console.fleet.bus import FleetAddress
+from console.fleet.member import FleetMember, MemberOptions
 from console.http import qr
 from console.http.connection_limits import MAX_CONNECTIONS, ConnectionLimits, raise_file_limit
 from console.http.timeouts import HEADER_TIME, ServerConfig, TimeoutHttp, TimeoutSocket
 from console.logging_setup import start_logging
+from console.maps.service import MapService
 from console.part import BackgroundTask
 from console.people.inhabitants import move_in
 from console.recording.service import RecordingService
@@ -53,6 +57,7 @@ from core.errors import BadInput, BeckonError, Unavailable
 from core.gate.scheduling import CONSOLE_RANK, come_first
 from core.pilot import Pilot
 from core.recording.foxglove_server import LOOPBACK_ADDRESS, check_installed
+from core.robots.ros.zenoh_session import load_zenoh
 from core.sentences import Statement
 from core.settings import load
 from core.speech.recognition.engines import chosen
@@ -97,12 +102,29 @@ class Options:
     nobody: bool = False  # nobody stands in the simulated room
     foxglove: int | None = None  # the port where Foxglove watches live
     write_text_files: Path | None = None  # another one, for what the robot's microphones understood
+    fleet: str = ""  # tls/HOST:PORT of the fleet to join; "": none
+    fleet_name: str = ""  # of the robot in it
+    fleet_cert: Path | None = None  # folder of its certificate; None: in the data folder
+
+
+class Endable(Protocol):
+    """The work behind a server, which hears of its end."""
+
+    trouble: str  # why it could not start, a sentence
+
+    def shut_down(self) -> None:
+        """It is about to end."""
+        ...
+
+    def shut_down_soon(self) -> None:
+        """The same from a signal handler or any thread."""
+        ...
 
 
 class Server(uvicorn.Server):
     """uvicorn that tells every stream first when it is asked to end."""
 
-    def __init__(self, config: uvicorn.Config, runtime: Runtime, listening: Callable[[], None]) -> None:
+    def __init__(self, config: uvicorn.Config, runtime: Endable, listening: Callable[[], None]) -> None:
         super().__init__(config)
         self._runtime = runtime
         self._listening = listening
@@ -211,6 +233,8 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
             runtime.parts.add(BackgroundTask(lambda: move_in(runtime.ask, options.robot)))
         runtime.parts.add(ServiceManagerWatchdog())
         exchange_text_files(options, runtime)
+        if (member := member_options(options)) is not None:
+            runtime.parts.add(fleet_member(member, address, runtime))
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
 
         def listening() -> None:
@@ -240,7 +264,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
         return (runtime.parts[ConnectionService].other if came_to_its_end else ""), port
 
 
-def run_until_left(server: Server, listener: socket.socket, runtime: Runtime) -> bool:
+def run_until_left(server: Server, listener: socket.socket, runtime: Endable) -> bool:
     """Serve → True; False after an interrupt. Raises Unavailable with a sentence where the robot does not come."""
     try:
         server.run(sockets=[listener])
@@ -335,6 +359,30 @@ def exchange_text_files(options: Options, runtime: Runtime) -> None:
         runtime.parts.add(writer)
 
 
+def member_options(options: Options) -> MemberOptions | None:
+    """How this console joins a fleet; None: it joins none. Raises BadInput."""
+    if not options.fleet:
+        if options.fleet_name or options.fleet_cert is not None:
+            raise BadInput(Statement("fleet.options_belong_together"))
+        return None
+    folder = options.fleet_cert or home_folder(options.data) / "fleet" / options.fleet_name
+    return MemberOptions(FleetAddress.parse(options.fleet), options.fleet_name, CertificateFiles(folder))
+
+
+def fleet_member(options: MemberOptions, address: str, runtime: Runtime) -> FleetMember:
+    """The part that joins a fleet; `address` of this console, as the fleet opens it."""
+    return FleetMember(
+        options,
+        address,
+        robot=runtime.robot,
+        dispatcher=runtime.dispatcher,
+        lease=runtime.lease,
+        notifications=runtime.notifications,
+        logins=runtime.access.logins,
+        maps=runtime.parts[MapService],
+    )
+
+
 def operator_key(options: Options, access: Access, now: float) -> str:
     """The operator's key of --token-file, else a new one of the administrator: who started the console has read it.
 
@@ -367,6 +415,9 @@ def check(options: Options) -> None:
     Reach(options.connect)
     _check_foxglove(options.foxglove)
     _check_tls(options)
+    if (member := member_options(options)) is not None:
+        load_zenoh()
+        member.check()
     if options.token_file is not None:
         read_token(options.token_file)
     _check_text_files(options)

@@ -36,10 +36,10 @@ class PageFiles(StaticFiles):
         self._folder = folder
         self._version = ""  # of the document that was given out last
 
-    def document(self) -> str:
-        """Return the one document of all pages, which names the files as they are now."""
+    def document(self, name: str = "index.html") -> str:
+        """Return a document, the one of all pages, which names the files as they are now."""
         self._version = version_of(self._folder)
-        text = (self._folder / "index.html").read_text()
+        text = (self._folder / name).read_text()
         for name in VERSIONED:
             text = text.replace(f'="static/{name}/', f'="static/{MARK}{self._version}/{name}/')
         return text

@@ -14,6 +14,7 @@ from console.cli import (
     correct,
     doctor,
     experiment,
+    fleet,
     hear,
     link,
     listen,
@@ -34,6 +35,7 @@ from core.errors import BadSettings
 
 SUBCOMMANDS = (
     run,
+    fleet,
     robots,
     robot,
     calibrate,

@@ -79,6 +79,15 @@ def add(places: Any) -> None:
         metavar="PORT",
         help="serve the topics of a recording live to Foxglove and Lichtblick on this computer, to look at only",
     )
+    parser.add_argument("--fleet", default="", metavar="tls/HOST:PORT", help="join the fleet that listens there")
+    parser.add_argument("--name", default="", help="of the robot in the fleet, as in its certificate")
+    parser.add_argument(
+        "--fleet-cert",
+        type=Path,
+        default=None,
+        metavar="DIR",
+        help="the folder that beckon fleet cert NAME made (default: fleet/NAME in the data folder)",
+    )
     parser.set_defaults(run=run)
 
 
@@ -110,6 +119,9 @@ def run(chosen: argparse.Namespace) -> int:
             precedence=chosen.precedence,
             write_text_files=chosen.write_text_files,
             foxglove=chosen.foxglove,
+            fleet=chosen.fleet,
+            fleet_name=chosen.name,
+            fleet_cert=chosen.fleet_cert,
         )
     )
     return 0

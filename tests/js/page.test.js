@@ -29,8 +29,8 @@ test("what is refused becomes a notice with the sentence of the server, and the 
 
 test("there is one document, whose module alone creates a session, and every page of the shell is a module", async () => {
   const documents = readdirSync(ROOT).filter((name) => name.endsWith(".html"));
-  // The page of `beckon speech-quality --live --browser` is served by that command, not by the console.
-  assert.deepEqual(documents, ["index.html", "speech-loop.html"]);
+  // Those of `beckon fleet` and `beckon speech-quality --live --browser` are served by these commands, not by the console.
+  assert.deepEqual(documents, ["fleet.html", "index.html", "speech-loop.html"]);
   const entry = /<script type="module" src="static\/([^"]*)">/.exec(
     readFileSync(new URL("index.html", ROOT), "utf8"),
   )?.[1];

@@ -7,6 +7,7 @@ import { fileURLToPath } from "node:url";
 import { LANGUAGES, said, t } from "../../static/js/ui/texts.js";
 
 const STATIC = fileURLToPath(new URL("../../static/", import.meta.url));
+const DOCUMENTS = ["index.html", "fleet.html"];
 const JS = readdirSync(`${STATIC}js`, { recursive: true, encoding: "utf8" }).filter((name) => name.endsWith(".js"));
 const GENERATED = /^net\/messages|^ui\/texts\.js$/;
 /** Texts that are no sentences of the page: commands, and what the robot says aloud in its English voice. */
@@ -36,8 +37,8 @@ test("every language has the same keys, in order, and the same values in its tex
   }
 });
 
-test("every text that the page asks for is in the catalogue, and each one is asked for", () => {
-  const html = readFileSync(`${STATIC}index.html`, "utf8");
+test("every text that the pages ask for is in the catalogue, and each one is asked for", () => {
+  const html = DOCUMENTS.map((name) => readFileSync(STATIC + name, "utf8")).join("");
   const asked = new Set([...html.matchAll(/\sdata-t(?:-[\w-]+)?="([^"]+)"/g)].map(([, key]) => key));
   for (const { code } of sources) for (const [, key] of code.matchAll(/"([a-z0-9-]+\.[a-z0-9_]+)"/g)) asked.add(key);
   const unasked = Object.keys(english).filter((key) => !asked.has(key) && !FAMILIES.test(key));
@@ -45,11 +46,11 @@ test("every text that the page asks for is in the catalogue, and each one is ask
   for (const { name, code } of sources)
     for (const [, key] of code.matchAll(/\bt\("([^"]+)"/g)) assert.ok(english[key ?? ""], `${name}: ${key}`);
   for (const [, key] of html.matchAll(/\sdata-t(?:-[\w-]+)?="([^"]+)"/g))
-    assert.ok(english[key ?? ""], `index.html: ${key}`);
+    assert.ok(english[key ?? ""], `a document: ${key}`);
 });
 
-test("what the document says in English is what the catalogue says", () => {
-  const html = readFileSync(`${STATIC}index.html`, "utf8");
+test("what the documents say in English is what the catalogue says", () => {
+  const html = DOCUMENTS.map((name) => readFileSync(STATIC + name, "utf8")).join("");
   for (const [, name, words, key] of html.matchAll(/([\w-]+)="([^"]*)" data-t-\1="([^"]+)"/g))
     assert.equal(words, english[key ?? ""], name ?? "");
   for (const [, key, words] of html.matchAll(/data-t="([^"]+)"[^>]*>([^<]*)</g))

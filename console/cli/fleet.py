@@ -1,0 +1,121 @@
+"""`beckon fleet`: many robots on one page; `beckon fleet cert NAME`: a robot's certificate."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from console.cli.answer import add_json, add_out, tell, write, write_json
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser("fleet", help="many robots: one page, one STOP ALL")
+    parser.add_argument(
+        "--listen",
+        default="tls/0.0.0.0:7447",
+        metavar="tls/ADDRESS:PORT",
+        help="where robots join (default tls/0.0.0.0:7447)",
+    )
+    parser.add_argument("--port", type=int, default=8430, help="of the page; 0 takes any free port (default 8430)")
+    parser.add_argument("--host", default="127.0.0.1", help="address of the page (default 127.0.0.1)")
+    parser.add_argument(
+        "--allow-host",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="a name or address by which browsers and robots may find this computer; may stand several times",
+    )
+    parser.add_argument("--tls-cert", type=Path, default=None, metavar="CERT.pem", help="speak HTTPS with this")
+    parser.add_argument("--tls-key", type=Path, default=None, metavar="KEY.pem", help="the key of the certificate")
+    parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
+    add_data(parser)
+    parser.set_defaults(run=run)
+    doings = parser.add_subparsers(dest="doing", metavar="DOING")
+    making = doings.add_parser("cert", help="make a certificate by which a robot joins")
+    making.add_argument("name", metavar="NAME", help="of the robot: letters, digits, - and _")
+    making.add_argument("--viewer", action="store_true", help="for a program that only reads what robots say")
+    making.add_argument("--days", type=int, default=825, help="for which it is good (default 825)")
+    making.add_argument("--withdraw", action="store_true", help="make none: let the one of this name in no more")
+    add_out(making, "folder of its files (default: fleet/NAME in the data folder)")
+    making.set_defaults(run=make_certificate)
+    setting = doings.add_parser("role", help="what a person may do at one robot, where it is not as everywhere")
+    setting.add_argument("person", metavar="PERSON", help="the name of their key or link")
+    setting.add_argument("robot", metavar="ROBOT")
+    setting.add_argument("role", choices=("none", "viewer", "operator", "admin"))
+    setting.set_defaults(run=set_role)
+    for one in (making, setting):
+        add_data(one)
+        add_json(one)
+
+
+def add_data(parser: argparse.ArgumentParser) -> None:
+    """Give a subcommand `--data`."""
+    parser.add_argument("--data", type=Path, default=None, metavar="DIR", help="where the fleet keeps its files")
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """Serve until a signal ends the program."""
+    sys.stderr.write("Starting the fleet…\n")
+    sys.stderr.flush()
+    from console.fleet_server.serve import FleetOptions, serve_fleet
+    from console.serve import Options
+
+    web = Options(
+        host=chosen.host,
+        allow_hosts=tuple(chosen.allow_host),
+        port=chosen.port,
+        data=chosen.data,
+        open_browser=not chosen.no_browser,
+        tls_cert=chosen.tls_cert,
+        tls_key=chosen.tls_key,
+    )
+    serve_fleet(FleetOptions(web, chosen.listen))
+    return 0
+
+
+def make_certificate(chosen: argparse.Namespace) -> int:
+    """Make, or withdraw, one. Raises BadInput, Unavailable, Unwritable."""
+    from console.data_folder import home_folder, prepare
+    from console.fleet.authority import Authority
+
+    home = home_folder(chosen.data)
+    prepare(home)
+    authority = Authority(home / "fleet")
+    if chosen.withdraw:
+        authority.withdraw(chosen.name)
+        tell(f"{chosen.name} is let in no more; a running fleet cuts it off within a second.")
+        if chosen.json:
+            write_json({"name": chosen.name, "withdrawn": True})
+        return 0
+    out = chosen.out or home / "fleet" / chosen.name
+    kind = "viewer" if chosen.viewer else "robot"
+    made = authority.issue(chosen.name, out, kind=kind, days=chosen.days)
+    if chosen.json:
+        files = {each: str(out / f"{each}.pem") for each in ("authority", "certificate", "key")}
+        write_json({"name": made.name, "kind": made.kind, "end_s": made.end_s, "files": files})
+        return 0
+    write(str(out))
+    end = time.strftime("%Y-%m-%d", time.localtime(made.end_s))
+    tell(f"The certificate of {made.name} is good until {end}. Keep the folder secret; copy it to the robot, then:")
+    tell(f"beckon run --fleet tls/HOST:7447 --name {made.name} --fleet-cert {out}")
+    return 0
+
+
+def set_role(chosen: argparse.Namespace) -> int:
+    """Set it; a running fleet takes it at once. Raises BadInput."""
+    from console.data_folder import home_folder, prepare
+    from console.fleet_server.runtime import FleetRoles
+
+    home = home_folder(chosen.data) / "fleet"
+    prepare(home)
+    role = None if chosen.role == "none" else chosen.role
+    FleetRoles(home).set(chosen.person, chosen.robot, role)
+    if chosen.json:
+        write_json({"person": chosen.person, "robot": chosen.robot, "role": role})
+    else:
+        write(f"{chosen.person} is {chosen.role} at {chosen.robot}.")
+    return 0

@@ -1,0 +1,335 @@
+"""The fleet's router: robots join it, it asks them to stand, for pictures and for keys of their consoles."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from console.fleet.authority import Authority
+from console.fleet.bus import (
+    FleetAddress,
+    FleetKeyAnswer,
+    FleetKeyRequest,
+    FleetRole,
+    FleetStopAnswer,
+    FleetStopRequest,
+    RobotReport,
+    StopKind,
+    key_of,
+    open_session,
+    robot_of,
+    router_settings,
+)
+from console.fleet.table import FleetTable
+from core.errors import BadInput, Unavailable
+from core.files import write_atomic
+from core.robots.ros.zenoh_session import load_zenoh
+from core.sentences import Statement
+
+log = logging.getLogger(__name__)
+
+LOOK_PERIOD_S = 0.25  # between looks at ages, certificates and stops without an answer
+ANSWER_TIMEOUT_S = 1.0  # for which a stop of all waits for the answers of robots
+ASK_TIMEOUT_S = 2.0  # for a picture or a key
+REPEAT_PERIOD_S = 0.5  # after which a robot without an answer is asked again
+REPEATED_FOR_S = 10.0  # for which a stop is repeated; a halt is repeated until it is reset
+FAREWELL_S = 0.5
+MAX_REPORT_BYTES = 65_536
+HALT_FILE = "halt.json"
+
+
+@dataclass
+class RobotStop:
+    """One robot in a stop of all."""
+
+    asked_at: float  # [s]
+    acknowledged: bool = False
+    ms: float | None = None  # from the press to its answer
+    answer: FleetStopAnswer | None = None
+
+
+@dataclass
+class FleetStop:
+    """A press of STOP ALL or of Halt all, and who has answered."""
+
+    kind: StopKind
+    by: str
+    wall: float  # Unix time
+    began: float  # [s]
+    robots: dict[str, RobotStop] = field(default_factory=dict[str, RobotStop])
+    over: bool = False  # it is repeated no more
+
+    @property
+    def all(self) -> bool:
+        """True when every robot stands by its own gate."""
+        return bool(self.robots) and all(one.acknowledged for one in self.robots.values())
+
+
+class HeldHalt(msgspec.Struct):
+    """The halt of all, as it is on the disk: who has taken it already is not halted again."""
+
+    by: str
+    since_s: float  # Unix time
+    acknowledged: list[str]
+
+
+class FleetRouter:
+    """Lives on the event loop; zenoh's threads only hand over."""
+
+    def __init__(self, authority: Authority, listen: FleetAddress) -> None:
+        self.table = FleetTable()
+        self.stop: FleetStop | None = None  # the newest
+        self.halt: HeldHalt | None = None
+        self.trouble = ""  # why no robot can join, a sentence
+        self.restarts = 0
+        self._authority, self._listen = authority, listen
+        self._session: Any = None
+        self._kept: list[Any] = []
+        self._known = -1.0  # Unix time of the list of certificates in use
+        self._loop = asyncio.get_running_loop()
+        self._halt_file = authority.folder / HALT_FILE
+
+    # life
+
+    async def open(self) -> None:
+        """Listen. Raises Unavailable, BadInput."""
+        self.halt = await asyncio.to_thread(_held_halt, self._halt_file)
+        await self._restart()
+
+    async def run(self) -> None:
+        """Let ages grow, take in new certificates, repeat stops."""
+        while True:
+            await asyncio.sleep(LOOK_PERIOD_S)
+            self.table.tick(time.monotonic())
+            if await asyncio.to_thread(lambda: self._authority.changed) != self._known:
+                try:
+                    await self._restart()
+                    self.trouble = ""
+                except (BadInput, Unavailable) as why:
+                    self.trouble = str(why)
+            self._repeat(time.monotonic())
+
+    async def close(self) -> None:
+        """Let go of all."""
+        await asyncio.to_thread(self._close_session)
+
+    async def _restart(self) -> None:
+        """zenoh reads rights at its start alone: every robot is cut off, and back within a second."""
+        known = self._authority.changed
+        certificates = await asyncio.to_thread(self._authority.certificates)
+        await asyncio.to_thread(self._close_session)
+        now = time.monotonic()
+        self.table.know([one.name for one in certificates if one.kind == "robot"], now)
+        self.table.restarted(now)
+        settings = router_settings(self._listen, self._authority.router, certificates)
+        refused = Statement("fleet.cannot_listen", address=self._listen.name)
+        session = await asyncio.to_thread(open_session, settings, refused)
+        self._session, self._known = session, known
+        self.restarts += 1
+        alive = session.liveliness().declare_subscriber(key_of("*", "alive"), self._token_changed, history=True)
+        self._kept = [alive, session.declare_subscriber(key_of("*", "state"), self._reported)]
+
+    def _close_session(self) -> None:
+        session, self._session, self._kept = self._session, None, []
+        if session is not None:
+            farewell = threading.Thread(target=session.close, name="fleet-farewell", daemon=True)
+            farewell.start()
+            farewell.join(FAREWELL_S)
+
+    # what comes; on zenoh's threads
+
+    def _hand_over(self, act: Callable[..., None], *given: object) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(act, *given)
+
+    def _token_changed(self, sample: Any) -> None:
+        there = sample.kind == load_zenoh().SampleKind.PUT
+        act = self.table.came if there else self.table.went
+        self._hand_over(act, robot_of(str(sample.key_expr)), time.monotonic())
+
+    def _reported(self, sample: Any) -> None:
+        payload, name = sample.payload.to_bytes(), robot_of(str(sample.key_expr))
+        if len(payload) > MAX_REPORT_BYTES:
+            return
+        try:
+            report = msgspec.json.decode(payload, type=RobotReport)
+        except msgspec.MsgspecError:
+            return  # another version of Beckon: it stays as it was, and grows old
+        self._hand_over(self.table.hear, name, report, len(payload), time.monotonic())
+
+    # stops
+
+    async def stop_all(self, kind: StopKind, by: str) -> FleetStop:
+        """Ask every robot to stand by its own gate; answers when all that are there have, or after a second."""
+        now = time.monotonic()
+        if self.stop is not None:
+            self.stop.over = True
+        stop = self.stop = FleetStop(kind, by, time.time(), now)
+        stop.robots = {name: RobotStop(now) for name in self.table.robots}
+        for name in self.table.robots:
+            self._ask_to_stand(stop, name, now)
+        if kind == "halt":
+            self.halt = HeldHalt(by, stop.wall, [])
+            await self._keep_halt()
+        ends = now + ANSWER_TIMEOUT_S
+        while time.monotonic() < ends and self._waits(stop):
+            await asyncio.sleep(0.002)
+        self._mark_unanswered(stop)
+        return stop
+
+    async def reset_halt(self) -> None:
+        """Halt no robot any more that comes; each stays halted until it is reset at its own console."""
+        self.halt = None
+        if self.stop is not None and self.stop.kind == "halt":
+            self.stop.over = True
+        await self._keep_halt()
+
+    def _waits(self, stop: FleetStop) -> bool:
+        return any(
+            self.table.robots[name].alive and not one.acknowledged
+            for name, one in stop.robots.items()
+            if name in self.table.robots
+        )
+
+    def _mark_unanswered(self, stop: FleetStop) -> None:
+        """Of those that were there when it was pressed; who was away already is named, but was no part of it."""
+        for name, robot in self.table.robots.items():
+            one = stop.robots.get(name)
+            missed = one is not None and not one.acknowledged
+            robot.unanswered = missed and robot.report is not None and not (stop.over and robot.link == "live")
+
+    def _ask_to_stand(self, stop: FleetStop, name: str, now: float) -> None:
+        zenoh, session = load_zenoh(), self._session
+        if session is None:
+            return
+        stop.robots[name].asked_at = now
+        request = msgspec.json.encode(FleetStopRequest(stop.kind, stop.by))
+
+        def take(reply: Any) -> None:
+            arrived = time.monotonic()
+            if reply.ok is None:
+                return
+            try:
+                answer = msgspec.json.decode(reply.ok.payload.to_bytes(), type=FleetStopAnswer)
+            except msgspec.MsgspecError:
+                return
+            self._hand_over(self._answered, stop, name, answer, arrived)
+
+        try:
+            session.get(
+                key_of(name, "stop"),
+                take,
+                payload=request,
+                timeout=ANSWER_TIMEOUT_S,
+                congestion_control=zenoh.CongestionControl.DROP,  # a frozen robot keeps nobody else waiting
+                priority=zenoh.Priority.REAL_TIME,
+                express=True,
+            )
+        except zenoh.ZError:
+            log.warning("%s could not be asked to stand", name)
+
+    def _answered(self, stop: FleetStop, name: str, answer: FleetStopAnswer, arrived: float) -> None:
+        one = stop.robots.get(name)
+        if one is None or one.acknowledged:
+            return
+        one.answer, one.acknowledged = answer, answer.stands
+        if not answer.stands:
+            return
+        one.ms = 1000 * (arrived - stop.began)
+        if (robot := self.table.robots.get(name)) is not None:
+            robot.unanswered = False
+        if stop.kind == "halt" and self.halt is not None and name not in self.halt.acknowledged:
+            self.halt.acknowledged.append(name)
+            self._soon(self._keep_halt())
+
+    def _repeat(self, now: float) -> None:
+        """Ask again who has not answered: a stop for a while, a halt until it is reset."""
+        stop = self.stop
+        if self.halt is not None and (stop is None or stop.over or stop.kind != "halt"):
+            self._halt_latecomers(now)
+        if stop is None or stop.over:
+            return
+        if stop.kind == "stop" and now - stop.began > REPEATED_FOR_S:
+            stop.over = True
+            return
+        for name, one in stop.robots.items():
+            known = self.table.robots.get(name)
+            if known is not None and known.alive and not one.acknowledged and now - one.asked_at > REPEAT_PERIOD_S:
+                self._ask_to_stand(stop, name, now)
+
+    def _halt_latecomers(self, now: float) -> None:
+        """The halt of an earlier run, or under a newer stop, still holds for who has not taken it."""
+        halt = self.halt
+        if halt is None:
+            return
+        left = [name for name in self.table.robots if name not in halt.acknowledged]
+        if left:
+            self.stop = FleetStop("halt", halt.by, halt.since_s, now, {name: RobotStop(0.0) for name in left})
+
+    async def _keep_halt(self) -> None:
+        held = None if self.halt is None else msgspec.json.encode(self.halt)
+
+        def write() -> None:
+            if held is None:
+                self._halt_file.unlink(missing_ok=True)
+            else:
+                write_atomic(self._halt_file, held)
+
+        try:
+            await asyncio.to_thread(write)
+        except OSError as trouble:
+            self.trouble = Statement("fleet.halt_not_kept", why=trouble.strerror or "disk")
+
+    def _soon(self, work: Any) -> None:
+        task = asyncio.ensure_future(work)
+        self._kept.append(task)
+        task.add_done_callback(lambda done: self._kept.remove(done) if done in self._kept else None)
+
+    # pictures and keys
+
+    async def picture(self, name: str) -> bytes | None:
+        """The newest picture of a robot (JPEG); None where it has none or does not answer."""
+        return await self._asked(name, "picture", b"")
+
+    async def console_key(self, name: str, person: str, role: FleetRole) -> str | None:
+        """A key of a robot's console for a person; None where it does not answer."""
+        answer = await self._asked(name, "key", msgspec.json.encode(FleetKeyRequest(person, role)))
+        return None if answer is None else msgspec.json.decode(answer, type=FleetKeyAnswer).token
+
+    async def _asked(self, name: str, what: str, payload: bytes) -> bytes | None:
+        zenoh, session = load_zenoh(), self._session
+        if session is None or name not in self.table.robots:
+            return None
+        arrived: asyncio.Future[bytes] = self._loop.create_future()
+
+        def settle(answer: bytes) -> None:
+            if not arrived.done():
+                arrived.set_result(answer)
+
+        def take(reply: Any) -> None:
+            if reply.ok is not None:
+                self._hand_over(settle, reply.ok.payload.to_bytes())
+
+        drop = zenoh.CongestionControl.DROP
+        session.get(key_of(name, what), take, payload=payload, timeout=ASK_TIMEOUT_S, congestion_control=drop)
+        try:
+            async with asyncio.timeout(ASK_TIMEOUT_S):
+                return await arrived
+        except TimeoutError:
+            return None
+
+
+def _held_halt(path: Path) -> HeldHalt | None:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=HeldHalt)
+    except (OSError, msgspec.MsgspecError):
+        return None

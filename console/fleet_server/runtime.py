@@ -1,0 +1,169 @@
+"""All behind the fleet's page: the router, who is signed in, and who may do what at which robot."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from console.access.guard import Access
+from console.access.login_keeper import LoginKeeper
+from console.access.logins import Person
+from console.access.open_sockets import OpenSockets
+from console.control.history import History
+from console.control.lease import Lease
+from console.fleet.authority import Authority
+from console.fleet.bus import FleetAddress, FleetRole
+from console.fleet.router import FleetRouter
+from console.workers.tasks import end
+from core.errors import BadInput, BeckonError
+from core.files import write_atomic
+from core.sentences import Statement
+
+log = logging.getLogger(__name__)
+
+ROLES_FILE = "roles.json"
+TICK_PERIOD_S = 1.0
+
+RobotRole = FleetRole | None  # None: not let in
+
+
+class FleetRoles:
+    """The role of a person at a robot, where it is another than the person's own. By the name of their key."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / ROLES_FILE
+        self._seen = 0.0
+        self._table: dict[str, dict[str, RobotRole]] = {}
+
+    def at(self, person: str, robot: str, own: FleetRole) -> RobotRole:
+        """The role of who signed in by this key, at this robot. Raises BadInput for a damaged file."""
+        changed = self._path.stat().st_mtime if self._path.is_file() else 0.0
+        if changed != self._seen:
+            self._table, self._seen = self.read(), changed
+        return self._table.get(person, {}).get(robot, own)
+
+    def read(self) -> dict[str, dict[str, RobotRole]]:
+        """All that is set. Raises BadInput for a damaged file."""
+        try:
+            return msgspec.json.decode(self._path.read_bytes(), type=dict[str, dict[str, RobotRole]])
+        except FileNotFoundError:
+            return {}
+        except (OSError, msgspec.MsgspecError):
+            raise BadInput(Statement("fleet.list_damaged", path=self._path)) from None
+
+    def set(self, person: str, robot: str, role: RobotRole) -> None:
+        """Let this person be so at this robot from now on. Raises BadInput, OSError."""
+        table = self.read()
+        table.setdefault(person, {})[robot] = role
+        write_atomic(self._path, msgspec.json.format(msgspec.json.encode(table)) + b"\n")
+
+
+class FleetRuntime:
+    """One per fleet; its methods run on the event loop. Login and links work on it as on a console's runtime."""
+
+    def __init__(self, home: Path, access: Access, authority: Authority, listen: FleetAddress) -> None:
+        self.access, self.sockets, self.lease = access, OpenSockets(), Lease()
+        self.history = History(home, self._say)
+        self.login_keeper = LoginKeeper(access.logins, self._sign_out_revoked, self._say)
+        self.roles = FleetRoles(home)
+        self.dispatcher = self  # who signs out has nothing under way here but keys
+        self.over = False
+        self.trouble = ""  # why it could not start
+        self._authority, self._listen = authority, listen
+        self._router: FleetRouter | None = None
+        self._keys: dict[tuple[str, str], str] = {}  # person, robot → key of its console
+        self._tasks: list[asyncio.Task[None]] = []
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    @property
+    def router(self) -> FleetRouter:
+        """The router; known after `open`."""
+        assert self._router is not None
+        return self._router
+
+    async def open(self) -> None:
+        """Bring up the router. Raises Unavailable, BadInput."""
+        self._loop = asyncio.get_running_loop()
+        self._router = FleetRouter(self._authority, self._listen)
+        try:
+            await self._router.open()
+        except BeckonError as why:
+            self.trouble = str(why)
+            raise
+        await asyncio.to_thread(self.history.open)
+        works = (self._router.run(), self.login_keeper.run(), self._tick())
+        self._tasks = [asyncio.create_task(work) for work in works]
+
+    async def close(self) -> None:
+        """Let go of all: the robots go on."""
+        self.shut_down()
+        await end(*self._tasks)
+        if self._router is not None:
+            await self._router.close()
+        await asyncio.to_thread(self.history.close)
+
+    def shut_down(self) -> None:
+        """The fleet is ending."""
+        if not self.over:
+            self.over = True
+            self.sockets.close_all(1012, "The fleet is ending.")
+
+    def shut_down_soon(self) -> None:
+        """From a signal handler or any thread."""
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self.shut_down)
+
+    def forget(self, who: Person) -> None:
+        """This person signed out."""
+        self._keys = {at: key for at, key in self._keys.items() if at[0] != who.id}
+
+    def sign_out(self, who: Person, why: str) -> None:
+        """This person's login or key is over: so are the sockets to robots."""
+        self.forget(who)
+        self.sockets.close_of(who, 1008, why)
+
+    # people at robots
+
+    def role_at(self, who: Person, robot: str) -> RobotRole:
+        """The rights of this person at this robot."""
+        logins = self.access.logins
+        opener = next((one.key for one in logins.all_logins() if one.id == who.id), "")
+        key = next((one.name for one in logins.all_keys() if one.digest == opener), who.name)
+        return self.roles.at(key, robot, _role(who.role))
+
+    async def key_of(self, who: Person, robot: str, *, renew: bool = False) -> str | None:
+        """A key of the robot's console for this person; None where the robot does not answer."""
+        role = self.role_at(who, robot)
+        at = (f"{who.id}", f"{robot}:{role}")
+        if role is None:
+            return None
+        if renew or at not in self._keys:
+            key = await self.router.console_key(robot, who.name, role)
+            if key is None:
+                return None
+            self._keys[at] = key
+        return self._keys[at]
+
+    # steps of the above
+
+    async def _tick(self) -> None:
+        while True:
+            for person in self.access.logins.expire(time.monotonic()):
+                self.sign_out(person, "Your login has expired; sign in again.")
+            await asyncio.sleep(TICK_PERIOD_S)
+
+    def _sign_out_revoked(self, who: Person) -> None:
+        self.sign_out(who, "Your login was ended; sign in again.")
+
+    def _say(self, words: Any) -> None:
+        if words:
+            log.warning("%s", words)
+
+
+def _role(role: str) -> FleetRole:
+    return "admin" if role == "admin" else "operator" if role == "operator" else "viewer"

@@ -1,0 +1,126 @@
+// Elements of the fleet's bar: how many robots are how, STOP ALL, and what is wrong with the fleet itself.
+
+import { icon, make, mark, write } from "../ui/element.js";
+import { age } from "../ui/format.js";
+import { t } from "../ui/texts.js";
+import { GROUPS, groupOf } from "./words.js";
+
+/** @typedef {import("./fleet-session.js").FleetSession} FleetSession */
+
+const TOUCH_MS = 600; // the click that follows a touch is the same press
+const MANY = 8; // robots, from which on one may search
+
+export class FleetCounts extends HTMLElement {
+  /** @type {Map<string, HTMLButtonElement>} */
+  #chips = new Map();
+  #search = make("input", { class: "fleet-search", type: "search", "aria-label": t("fleet.search"), hidden: true });
+
+  /** @param {FleetSession} session @param {(group: string, words: string) => void} filter */
+  join(session, filter) {
+    this.#search.placeholder = t("fleet.search");
+    for (const [group] of GROUPS) {
+      const chip = make("button", { type: "button", class: "chip fleet-count", "data-group": group });
+      chip.setAttribute("aria-pressed", "false");
+      chip.addEventListener("click", () => {
+        const pressed = chip.getAttribute("aria-pressed") === "true";
+        for (const one of this.#chips.values()) one.setAttribute("aria-pressed", "false");
+        chip.setAttribute("aria-pressed", String(!pressed));
+        this.#tell(filter);
+      });
+      this.#chips.set(group, chip);
+      this.append(chip);
+    }
+    this.append(this.#search);
+    this.#search.addEventListener("input", () => this.#tell(filter));
+    session.on("changed", () => this.#show(session));
+  }
+
+  /** @param {(group: string, words: string) => void} filter */
+  #tell(filter) {
+    const chosen = [...this.#chips].find(([, chip]) => chip.getAttribute("aria-pressed") === "true");
+    filter(chosen?.[0] ?? "", this.#search.value.trim().toLowerCase());
+  }
+
+  /** @param {FleetSession} session */
+  #show({ fleet }) {
+    const robots = fleet?.robots ?? [];
+    this.#search.hidden = robots.length < MANY;
+    for (const [group, name] of GROUPS) {
+      const count = robots.filter((robot) => groupOf(robot) === group).length;
+      const chip = this.#chips.get(group);
+      if (!chip) continue;
+      write(chip, t("fleet.count", { count, name }));
+      mark(chip, "hidden", count === 0 && chip.getAttribute("aria-pressed") !== "true");
+    }
+  }
+}
+
+export class FleetStop extends HTMLElement {
+  #touchedAt = -Infinity;
+
+  /** @param {FleetSession} session */
+  join(session) {
+    const stop = make(
+      "button",
+      { type: "button", class: "stop", "aria-keyshortcuts": "Escape", title: t("fleet.stop_all_says") },
+      icon("stop"),
+      make("span", { class: "stop-words" }, make("span", { class: "stop-word" }, t("fleet.stop_all"))),
+    );
+    const halt = make(
+      "button",
+      { type: "button", class: "button fleet-halt", title: t("fleet.halt_all_says") },
+      icon("halt"),
+      make("span", {}, t("fleet.halt_all")),
+    );
+    this.append(halt, stop);
+    stop.addEventListener("pointerdown", () => {
+      this.#touchedAt = performance.now();
+      void session.all("stop");
+    });
+    stop.addEventListener("click", () => {
+      if (performance.now() - this.#touchedAt > TOUCH_MS) void session.all("stop");
+    });
+    halt.addEventListener("click", () => void session.all("halt"));
+    addEventListener("keydown", (event) => {
+      if (event.key === "Escape" && !event.repeat) void session.all("stop");
+    });
+    session.on("changed", () => mark(stop, "data-unlinked", !session.up));
+  }
+}
+
+export class FleetBanner extends HTMLElement {
+  #words = make("p", { role: "alert" });
+  #halted = make("p", { role: "status" });
+  #reset = make("button", { type: "button", class: "button" }, t("fleet.reset_halt"));
+  #says = make("p", { class: "note" }, t("fleet.reset_says"));
+  #box = make("div", { class: "fleet-halted" }, icon("halt"), make("div", {}, this.#halted, this.#says), this.#reset);
+
+  /** @param {FleetSession} session */
+  join(session) {
+    this.append(this.#words, this.#box);
+    this.#reset.addEventListener("click", () => void session.all("halt/reset"));
+    const show = () => this.#show(session);
+    session.on("changed", show);
+    setInterval(show, 500);
+    show();
+  }
+
+  /** @param {FleetSession} session */
+  #show(session) {
+    const { fleet, up, trouble, you, silence } = session;
+    const lost = fleet !== null && !up ? t("fleet.no_answer", { age: age(silence) }) : "";
+    const words = lost || trouble || fleet?.trouble || "";
+    write(this.#words, words);
+    mark(this.#words, "hidden", words === "");
+    document.body.classList.toggle("is-lost", fleet !== null && !up);
+    const halt = fleet?.halt ?? null;
+    mark(this.#box, "hidden", halt === null);
+    if (halt && fleet)
+      write(this.#halted, t("fleet.halted_by", { name: halt.by, age: age(fleet.time_s - halt.since_s) }));
+    mark(this.#reset, "hidden", you?.role === "viewer");
+  }
+}
+
+customElements.define("fleet-counts", FleetCounts);
+customElements.define("fleet-stop", FleetStop);
+customElements.define("fleet-banner", FleetBanner);

@@ -1,0 +1,196 @@
+// Element <fleet-cards>: a card for each robot, who needs help first. A picture is asked for only while it is seen.
+
+import { address } from "../net/api.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { fixed } from "../ui/format.js";
+import { t } from "../ui/texts.js";
+import { activityOf, groupOf, linkOf, needOf, noticeOf } from "./words.js";
+
+/** @typedef {import("./fleet-session.js").FleetSession} FleetSession */
+/** @typedef {import("./fleet-session.js").Robot} Robot */
+
+const PICTURE_MS = 500; // between two pictures of a robot
+const SHARED_MS = 125; // of one picture among all that are seen
+const TOUCH_MS = 600;
+
+class Card {
+  #picture = make("img", { class: "fleet-picture", alt: "" });
+  #none = make("div", { class: "fleet-no-picture" }, icon("camera"));
+  #name = make("a", { class: "fleet-name" });
+  #kind = make("span", { class: "badge", hidden: true }, t("fleet.simulated"));
+  #link = make("span", { class: "fleet-link" });
+  #need = make("p", { class: "fleet-need" });
+  #activity = make("p", { class: "fleet-activity" });
+  #facts = make("p", { class: "fleet-facts" });
+  #notice = make("p", { class: "fleet-notice" });
+  #stop = make("button", { type: "button", class: "fleet-card-stop" }, icon("stop"), t("fleet.stop"));
+  #askedAt = -Infinity;
+  #asking = false;
+  #touchedAt = -Infinity;
+  /** @type {Robot | null} */
+  #robot = null;
+  seen = false;
+  element = make(
+    "article",
+    { class: "card fleet-card" },
+    make("div", { class: "fleet-frame" }, this.#picture, this.#none, this.#link),
+    make(
+      "div",
+      { class: "fleet-words" },
+      make("h2", {}, this.#name, this.#kind),
+      this.#need,
+      this.#activity,
+      this.#facts,
+      this.#notice,
+    ),
+    this.#stop,
+  );
+
+  /** @param {FleetSession} session */
+  constructor(session) {
+    this.#stop.addEventListener("pointerdown", () => {
+      this.#touchedAt = performance.now();
+      if (this.#robot) void session.stop(this.#robot);
+    });
+    this.#stop.addEventListener("click", () => {
+      if (this.#robot && performance.now() - this.#touchedAt > TOUCH_MS) void session.stop(this.#robot);
+    });
+  }
+
+  /** @param {Robot} robot */
+  show(robot) {
+    this.#robot = robot;
+    write(this.#name, robot.name);
+    const open = robot.age_s !== null && robot.link !== "gone" && robot.role !== null;
+    mark(this.#name, "href", open ? robot.url : null);
+    mark(this.#name, "title", open ? t("fleet.open_console", { name: robot.name }) : null);
+    mark(this.element, "data-link", robot.link);
+    mark(this.element, "data-group", groupOf(robot));
+    mark(this.#kind, "hidden", !robot.simulated);
+    write(this.#link, linkOf(robot));
+    write(this.#need, needOf(robot));
+    mark(this.#need, "hidden", robot.need === "");
+    write(this.#activity, activityOf(robot));
+    write(this.#facts, factsOf(robot));
+    const notice = noticeOf(robot);
+    write(this.#notice, notice);
+    mark(this.#notice, "data-level", robot.notice?.level ?? null);
+    mark(this.#notice, "hidden", notice === "");
+    mark(this.#stop, "aria-label", t("fleet.stop_one", { name: robot.name }));
+    this.#stop.disabled = !open;
+    mark(this.#picture, "hidden", !this.#picture.src || !robot.picture);
+    mark(this.#none, "hidden", Boolean(this.#picture.src) && robot.picture);
+  }
+
+  /** @param {number} period [ms] */
+  async look(period) {
+    const robot = this.#robot;
+    const now = performance.now();
+    const wanted = robot?.picture && robot.link === "live" && robot.role !== null && this.seen;
+    if (!robot || !wanted || this.#asking || now - this.#askedAt < period) return;
+    [this.#asking, this.#askedAt] = [true, now];
+    try {
+      const answer = await fetch(address(`api/fleet/robots/${encodeURIComponent(robot.name)}/picture`));
+      if (!answer.ok) return;
+      const before = this.#picture.src;
+      this.#picture.src = URL.createObjectURL(await answer.blob());
+      this.#picture.alt = t("fleet.picture_of", { name: robot.name });
+      if (before) URL.revokeObjectURL(before);
+    } catch {
+      // The fleet does not answer; the banner says so.
+    } finally {
+      this.#asking = false;
+    }
+  }
+}
+
+/** @param {Robot} robot */
+function factsOf({ operator, battery, pose, map, link }) {
+  const facts = [
+    operator ? t("fleet.driven_by", { name: operator }) : link === "gone" ? "" : t("fleet.nobody_drives"),
+    battery === null || battery === undefined ? "" : t("fleet.battery", { percent: fixed(100 * battery, 0) }),
+    pose ? t("fleet.pose", { x: fixed(pose.x_m, 1), y: fixed(pose.y_m, 1) }) : "",
+    map?.name ? t("fleet.on_map", { name: map.name }) : "",
+  ];
+  return facts.filter(Boolean).join(" · ");
+}
+
+export class FleetCards extends HTMLElement {
+  /** @type {Map<string, Card>} */
+  #cards = new Map();
+  /** @type {WeakMap<Element, Card>} */
+  #of = new WeakMap();
+  #filter = { group: "", words: "" };
+  #empty = make("p", { class: "fleet-empty" });
+  #seen = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) {
+      const card = this.#of.get(target);
+      if (card) card.seen = isIntersecting;
+    }
+  });
+  /** @type {FleetSession | null} */
+  #session = null;
+
+  /** @param {FleetSession} session */
+  join(session) {
+    this.#session = session;
+    this.append(this.#empty);
+    session.on("changed", () => this.show());
+    setInterval(() => this.#look(), SHARED_MS);
+  }
+
+  /** @param {string} group @param {string} words */
+  filter(group, words) {
+    this.#filter = { group, words };
+    this.show();
+  }
+
+  show() {
+    const session = this.#session;
+    const fleet = session?.fleet;
+    if (!session || !fleet) return;
+    const { group, words } = this.#filter;
+    const chosen = fleet.robots.filter(
+      (robot) => (!group || groupOf(robot) === group) && (!words || robot.name.toLowerCase().includes(words)),
+    );
+    const names = new Set(fleet.robots.map((robot) => robot.name));
+    for (const [name, card] of this.#cards)
+      if (!names.has(name)) {
+        this.#seen.unobserve(card.element);
+        card.element.remove();
+        this.#cards.delete(name);
+      }
+    /** @type {Element | null} */
+    let last = null;
+    for (const robot of fleet.robots) {
+      const card = this.#cards.get(robot.name) ?? this.#made(session, robot.name);
+      card.show(robot);
+      card.element.hidden = !chosen.includes(robot);
+      /** @type {Element | null} */
+      const next = last ? last.nextElementSibling : this.firstElementChild;
+      if (next !== card.element) this.insertBefore(card.element, next);
+      last = card.element;
+    }
+    write(this.#empty, fleet.robots.length ? t("fleet.none_found") : t("fleet.no_robots"));
+    mark(this.#empty, "hidden", chosen.length > 0);
+    mark(this, "data-few", fleet.robots.length <= 3);
+  }
+
+  /** @param {FleetSession} session @param {string} name */
+  #made(session, name) {
+    const card = new Card(session);
+    this.#cards.set(name, card);
+    this.#of.set(card.element, card);
+    this.#seen.observe(card.element);
+    return card;
+  }
+
+  #look() {
+    if (document.hidden || !this.#session?.up) return;
+    const seen = [...this.#cards.values()].filter((card) => card.seen);
+    const period = Math.max(PICTURE_MS, SHARED_MS * seen.length);
+    for (const card of seen) void card.look(period);
+  }
+}
+
+customElements.define("fleet-cards", FleetCards);

@@ -1,0 +1,120 @@
+// The fleet as this page knows it: asked twice a second, drawn whenever it has answered.
+
+import * as api from "../net/api.js";
+
+/** @typedef {{name: string, heard_as: string, who: string, progress: number | null}} CommandUnderWay */
+/** @typedef {{level: string, text: string, code: string | null, values: import("../ui/texts.js").Values | null}} Notice */
+/**
+ * @typedef {object} Robot
+ * @property {string} name
+ * @property {"live" | "stale" | "gone"} link
+ * @property {number | null} age_s of its newest report
+ * @property {number} since_s for which the link has been so
+ * @property {string} need why it needs help; "" when it does not
+ * @property {string | null} role of who looks, at this robot
+ * @property {string} url of its console
+ * @property {{x_m: number, y_m: number, heading_rad: number} | null} pose
+ * @property {number | null} battery
+ * @property {string | null} operator
+ * @property {CommandUnderWay | null} command
+ * @property {string} robot
+ * @property {boolean} simulated
+ * @property {number} speed_m_s
+ * @property {{name: string | null, id: string} | null} map
+ * @property {string} gate
+ * @property {string} gate_reason
+ * @property {Notice | null} notice
+ * @property {boolean} picture
+ */
+/** @typedef {{name: string, acknowledged: boolean, ms: number | null, gate_ms: number | null, link: string}} Answer */
+/** @typedef {{robots: Answer[], all: boolean, kind: "stop" | "halt", by: string, at_s: number, asking: boolean}} Stop */
+/**
+ * @typedef {object} Fleet
+ * @property {Robot[]} robots who needs help first
+ * @property {Stop | null} stop
+ * @property {{by: string, since_s: number} | null} halt
+ * @property {string} trouble
+ * @property {number} time_s
+ */
+
+const ASK_MS = 500;
+const HIDDEN_ASK_MS = 3000;
+const LOST_MS = 2000; // without an answer after which the fleet is said not to answer
+
+export class FleetSession extends EventTarget {
+  /** @type {Fleet | null} */
+  fleet = null;
+  /** @type {api.Me | null} */
+  you = null;
+  trouble = ""; // of the last thing that was asked for
+  pressed = 0; // when STOP ALL was pressed last, of performance.now()
+  #answeredAt = performance.now();
+  #timer = 0;
+
+  /** True while the fleet answers. */
+  get up() {
+    return this.fleet !== null && performance.now() - this.#answeredAt < LOST_MS;
+  }
+
+  /** Seconds since the fleet answered last. */
+  get silence() {
+    return (performance.now() - this.#answeredAt) / 1000;
+  }
+
+  /** @param {string} name @param {(detail: any) => void} listener */
+  on(name, listener) {
+    this.addEventListener(name, (event) => listener(/** @type {CustomEvent} */ (event).detail));
+  }
+
+  /** Begin, or begin again after signing in. */
+  async begin() {
+    clearTimeout(this.#timer);
+    try {
+      this.you = await api.me();
+      this.fleet = await api.call("api/fleet");
+      this.#answeredAt = performance.now();
+    } catch (trouble) {
+      if (trouble instanceof api.Refusal && trouble.status === 401) {
+        this.#tell("signed-out");
+        return;
+      }
+    }
+    this.#tell("changed");
+    this.#timer = setTimeout(() => void this.begin(), document.hidden ? HIDDEN_ASK_MS : ASK_MS);
+  }
+
+  /** @param {"stop" | "halt" | "halt/reset"} what of all robots */
+  async all(what) {
+    this.trouble = "";
+    try {
+      const answer = await api.post(`api/fleet/${what}`);
+      if (this.fleet && what !== "halt/reset") this.fleet.stop = answer;
+      this.#tell("answered");
+    } catch (refusal) {
+      this.trouble = api.sentenceOf(refusal);
+    }
+    await this.begin();
+  }
+
+  /** @param {Robot} robot stands; its console answers through the fleet */
+  async stop(robot) {
+    try {
+      await api.post(`robots/${encodeURIComponent(robot.name)}/api/stop`);
+      this.trouble = "";
+    } catch (refusal) {
+      this.trouble = api.sentenceOf(refusal);
+    }
+    this.#tell("changed");
+  }
+
+  /** @param {string} words for a screen reader */
+  announce(words) {
+    const place = document.getElementById("announcements");
+    if (place) place.textContent = words;
+  }
+
+  /** @param {string} name @param {unknown} [detail] */
+  #tell(name, detail) {
+    this.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+}

@@ -1,0 +1,245 @@
+"""Robots on the fleet's bus: certificates, presence, STOP ALL, and a fleet that is lost."""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from console.fleet.authority import Authority, CertificateFiles
+from console.fleet.bus import FleetAddress, check_handshake, client_settings, key_of, open_session
+from console.fleet.router import FleetRouter
+from core.errors import BadInput, BeckonError
+from tests.emulators.light_console import LightConsole
+from tests.emulators.zenoh_robot import free_port
+
+pytestmark = pytest.mark.skipif(
+    shutil.which("openssl") is None, reason="a certificate needs openssl: apt install openssl"
+)
+
+ROBOTS = ("r1", "r2", "r3")
+
+
+class Site:
+    """The certificates of a fleet, which all tests share: each takes a fifth of a second."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.authority = folder, Authority(folder / "fleet")
+        self.authority.prepare(("127.0.0.1",))
+        for name in ROBOTS:
+            self.authority.issue(name, folder / name, kind="robot")
+        self.authority.issue("watcher", folder / "watcher", kind="viewer")
+
+    @asynccontextmanager
+    async def running(self, *robots: str) -> Any:
+        """The router and the consoles of these robots, all live."""
+        address = FleetAddress("127.0.0.1", free_port())
+        router = FleetRouter(self.authority, address)
+        await router.open()
+        work = asyncio.create_task(router.run())
+        consoles = [LightConsole(name, address, self.folder / name, self.folder / f"{name}-home") for name in robots]
+        for console in consoles:
+            console.open()
+        try:
+            await until(lambda: all(router.table.robots[name].link == "live" for name in robots))
+            yield router, address, consoles
+        finally:
+            for console in consoles:
+                await console.close()
+            work.cancel()
+            await router.close()
+
+    def files(self, name: str) -> CertificateFiles:
+        return CertificateFiles(self.folder / name)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    site = Site(tmp_path_factory.mktemp("site"))
+    yield site
+    (site.authority.folder / "halt.json").unlink(missing_ok=True)
+
+
+async def until(true: Callable[[], Any], seconds: float = 20.0) -> Any:
+    async with asyncio.timeout(seconds):
+        while not (value := true()):
+            await asyncio.sleep(0.01)
+        return value
+
+
+def run(work: Awaitable[None]) -> None:
+    async def whole() -> None:
+        await work
+
+    asyncio.run(whole())
+
+
+def said(sample: Any) -> tuple[str, bytes]:
+    return str(sample.key_expr), sample.payload.to_bytes()
+
+
+def test_a_certificate_says_under_its_own_name_alone_and_a_viewer_says_nothing(site: Site) -> None:
+    async def work() -> None:
+        async with site.running("r1") as (router, address, _):
+            heard: list[tuple[str, bytes]] = []  # by the router: what a session says, it also hears itself
+            seen: list[str] = []
+            forged: list[str] = []
+            kept = [router._session.declare_subscriber("beckon/**", lambda one: heard.append(said(one)))]
+            sessions = {
+                name: await asyncio.to_thread(open_session, client_settings(address, site.files(name)), "refused")
+                for name in ("r2", "watcher")
+            }
+            robot, watcher = sessions["r2"], sessions["watcher"]
+            kept.append(watcher.declare_subscriber(key_of("r1", "state"), lambda one: seen.append(said(one)[0])))
+            kept.append(robot.declare_subscriber(key_of("r1", "state"), lambda one: forged.append("heard")))
+            kept.append(robot.declare_queryable(key_of("r3", "stop"), lambda _: forged.append("asked")))
+            for session in sessions.values():
+                for name in ("r2", "r3"):
+                    session.put(key_of(name, "state"), str(session.zid()).encode())
+                    kept.append(session.liveliness().declare_token(key_of(name, "alive")))
+            await until(lambda: router.table.robots["r2"].alive and seen)
+            replies = await asyncio.to_thread(
+                lambda: [
+                    reply.ok
+                    for one in sessions.values()
+                    for reply in one.get(key_of("r1", "stop"), payload=b"{}", timeout=0.2)
+                ]
+            )
+            stop = await router.stop_all("stop", "test")
+            assert not any(replies) and forged == [] and set(seen) == {key_of("r1", "state")}
+            assert [key for key, by in heard if by == str(robot.zid()).encode()] == [key_of("r2", "state")]
+            assert [key for key, by in heard if by == str(watcher.zid()).encode()] == []
+            assert not router.table.robots["r3"].alive
+            assert [name for name, one in stop.robots.items() if one.acknowledged] == ["r1"]
+            del kept
+            for one in sessions.values():
+                await asyncio.to_thread(one.close)
+
+    run(work())
+
+
+def test_a_certificate_that_does_not_fit_is_refused_with_a_sentence_that_says_why(site: Site, tmp_path: Path) -> None:
+    other = Authority(tmp_path / "other")
+    other.issue("r1", tmp_path / "stranger", kind="robot")
+    Authority(site.authority.folder)._sign("r1", "DNS:r1", site.files("old"), 0)
+    empty = tmp_path / "nothing"
+    mixed = tmp_path / "mixed"  # their authority, another's certificate
+    shutil.copytree(tmp_path / "stranger", mixed)
+    shutil.copy(site.files("r1").authority, mixed / "authority.pem")
+
+    def refused(address: FleetAddress, files: CertificateFiles) -> str:
+        with pytest.raises(BeckonError) as why:
+            check_handshake(address, files)
+        return str(why.value)
+
+    async def work() -> None:
+        async with site.running() as (_, address, _consoles):
+            rows = [
+                (address, CertificateFiles(tmp_path / "stranger"), "another authority"),
+                (address, CertificateFiles(mixed), "does not take this robot's certificate"),
+                (address, site.files("old"), "has expired"),
+                (address, CertificateFiles(empty), "is not there"),
+                (FleetAddress("127.0.0.1", free_port()), site.files("r1"), "No fleet answers"),
+            ]
+            for where, files, says in rows:
+                assert says in await asyncio.to_thread(refused, where, files), says
+            await asyncio.to_thread(check_handshake, address, site.files("r1"))
+            router = FleetRouter(site.authority, FleetAddress("127.0.0.2", free_port()))
+            await router.open()
+            elsewhere = router._listen
+            assert "does not bear the name" in await asyncio.to_thread(refused, elsewhere, site.files("r1"))
+            await router.close()
+
+    run(work())
+
+
+@pytest.mark.parametrize("text", ["tcp/host:7447", "tls/host:0", "tls/", "tls/a b", "host", "tls/host:99999"])
+def test_an_address_that_is_none_is_refused(text: str) -> None:
+    with pytest.raises(BadInput, match="tls/HOST:7447"):
+        FleetAddress.parse(text)
+
+
+@pytest.mark.parametrize("name", ["", "fleet", "a/b", "*", "r 1", "-r", "x" * 41, "ü"])
+def test_a_name_that_could_be_another_key_gets_no_certificate(site: Site, name: str, tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="no name of a robot"):
+        site.authority.issue(name, tmp_path, kind="robot")
+
+
+def test_stop_all_names_who_has_not_answered_and_a_halt_takes_who_comes_later(site: Site) -> None:
+    async def work() -> None:
+        async with site.running("r1", "r2") as (router, address, (first, second)):
+            first.robot.drive()
+            second.robot.drive()
+            second.robot.frozen = True  # its gate does not obey, so nothing is acknowledged
+            await until(lambda: first.robot.status().v > 0)
+            stop = await router.stop_all("stop", "Ann")
+            assert stop.robots["r1"].acknowledged and stop.robots["r1"].ms is not None
+            assert first.robot.status().v == 0
+            assert not stop.robots["r2"].acknowledged and router.table.robots["r2"].need == "unanswered"
+            assert not stop.all and not stop.robots["r3"].acknowledged
+            second.robot.frozen = False
+            await until(lambda: stop.robots["r2"].acknowledged)  # it was asked again
+            assert second.robot.status().v == 0 and not router.table.robots["r2"].unanswered
+            assert (await router.stop_all("halt", "Ann")).robots["r1"].acknowledged
+            third = LightConsole("r3", address, site.folder / "r3", site.folder / "r3-home")
+            third.open()
+            await until(lambda: third.robot.status().state == "halted")
+            await router.reset_halt()
+            assert {one.robot.status().state for one in (first, second, third)} == {"halted"}
+            third.robot.reset()
+            await asyncio.sleep(1.2)  # longer than it takes to ask again: nobody is halted any more
+            assert third.robot.status().state != "halted"
+            await third.close()
+
+    run(work())
+
+
+def test_the_loss_of_the_fleet_changes_nothing_at_a_robot_but_is_said_and_it_joins_again(site: Site) -> None:
+    async def work() -> None:
+        async with site.running("r1") as (router, _, (console,)):
+            console.robot.drive()
+            await until(lambda: console.robot.status().v > 0)
+            await router.close()
+            await until(lambda: any("nothing changes" in one.text for one in console.notifications.shown))
+            assert console.robot.status().v > 0
+            await router._restart()
+            assert router.table.robots["r1"].link == "stale"
+            await until(lambda: router.table.robots["r1"].link == "live")
+            assert console.robot.status().v > 0
+            assert [one.text[:6] for one in console.notifications.shown] == ["Joined"]
+            assert len(await router.picture("r1") or b"") > 1000
+            assert await router.picture("r2") is None
+            key = await router.console_key("r1", "Ann", "operator")
+            person = console.logins.bearer(key or "", 1.0)
+            assert person is not None and (person.name, person.role) == ("Ann", "operator")
+
+    run(work())
+
+
+def test_a_new_certificate_is_let_in_and_a_withdrawn_one_is_not_while_the_fleet_runs(site: Site) -> None:
+    async def work() -> None:
+        async with site.running("r1") as (router, address, _):
+            site.authority.issue("r9", site.folder / "r9", kind="robot")
+            await until(lambda: "r9" in router.table.robots)
+            console = LightConsole("r9", address, site.folder / "r9", site.folder / "r9-home")
+            console.open()
+            await until(lambda: router.table.robots["r9"].link == "live" and router.table.robots["r1"].link == "live")
+            site.authority.withdraw("r9")
+            await until(lambda: "r9" not in router.table.robots)
+            await until(lambda: router.table.robots["r1"].link == "live")
+            await console.close()
+
+    run(work())
+
+
+def test_without_openssl_the_command_that_installs_it_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shutil, "which", lambda _: None)
+    with pytest.raises(BeckonError, match="apt install openssl"):
+        Authority(tmp_path / "fleet").prepare(())
