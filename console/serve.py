@@ -229,12 +229,8 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
             settings=settings,
             settings_file=file,
         )
-        if not options.nobody:
-            runtime.parts.add(BackgroundTask(lambda: move_in(runtime.ask, options.robot)))
         runtime.parts.add(ServiceManagerWatchdog())
-        exchange_text_files(options, runtime)
-        if (member := member_options(options)) is not None:
-            runtime.parts.add(fleet_member(member, address, runtime))
+        add_parts(options, address, runtime)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
 
         def listening() -> None:
@@ -343,6 +339,15 @@ def warn_without_words(settings: SpeechSettings) -> None:
         chosen(settings)
     except BeckonError as why:
         sys.stderr.write(f"Spoken commands: none. {why}\n")
+
+
+def add_parts(options: Options, address: str, runtime: Runtime) -> None:
+    """Add the parts that options ask for; `address` of this console, as a fleet opens it. Raises BadInput."""
+    if not options.nobody:
+        runtime.parts.add(BackgroundTask(lambda: move_in(runtime.ask, options.robot)))
+    exchange_text_files(options, runtime)
+    if (member := member_options(options)) is not None:
+        runtime.parts.add(fleet_member(member, address, runtime))
 
 
 def exchange_text_files(options: Options, runtime: Runtime) -> None:
