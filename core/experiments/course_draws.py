@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from core.errors import BadInput
-from core.experiments.paper_course import UPDATES_PER_SIGHTING, Course, edges_along_walls, paper_course
+from core.experiments.paper_course import UPDATES_PER_SIGHTING, Course, drawn_room, edges_along_walls, paper_course
 from core.message import Array, message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording import Ids
@@ -23,14 +23,15 @@ from core.recording.seed_mc import CONTROLS, SIGHTING_NOISE
 from core.recording.sightings import MOST_ROWS, grouped
 from core.slam.motion import MotionSettings
 
-Field = Literal["laser", "camera"]
-FIELDS: dict[Field, float] = {"laser": math.radians(120), "camera": math.radians(28)}
-"""Half of the field of view: of the URG, and of the camera of Table 3 (where edges are seen)."""
+Field = Literal["laser", "half-plane", "camera"]
+FIELDS: dict[Field, float] = {"laser": math.radians(120), "half-plane": math.pi / 2, "camera": math.radians(28)}
+"""Half of the field of view: of the URG, of common simulators, of the camera of Table 3 (where edges are seen)."""
 
 MIN_RANGE_M, MAX_RANGE_M = 0.06, 4.0  # between which the laser measures; it still detects up to 5.6 m
 STILL_FRAMES = 10  # frames at rest before the first move
 SEED_STRIDE = 100_000  # apart lie the seeds of two experiments, so that no run is drawn twice
 FIRST_SEED = 1000  # the first run's seed
+ROOM_SEED = 16  # of drawn rooms, before their number
 MOST_RUNS = 10_000  # of a file
 MAX_FILE_BYTES = 2_000_000_000  # of a file
 MAX_LENGTH_M, MAX_ANGLE_RAD = 1e4, 7.0  # [m], [m/s] and [rad] beyond which nothing in a file can be
@@ -48,6 +49,7 @@ class Draws:
     ids: Ids = "given"
     spacing: float | None = None  # [m] between further vertical edges along the walls; None: the twelve corners alone
     reach: float = MAX_RANGE_M  # [m] that the laser sees
+    room: int | None = None  # seed of a drawn room; None: the one of figure 16
 
     def run(self, number: int) -> Run:
         """The run of that number; always the same for the same draws."""
@@ -68,6 +70,8 @@ class Draws:
     def course(self) -> Course:
         """The true drive, among the edges there are."""
         course = paper_course(self.motion.wheelbase, self.motion.step, self.motion.cruise)
+        if self.room is not None:
+            return replace(course, landmarks=drawn_room(np.random.default_rng((ROOM_SEED, self.room)), course.truth))
         return course if self.spacing is None else replace(course, landmarks=edges_along_walls(self.spacing))
 
     def _look(self, course: Course, k: int, rng: np.random.Generator) -> Array:
@@ -86,8 +90,8 @@ class Draws:
         file = frozen(path)
         rows, still = (table[table[:, 0] == number] for table in (file.sightings, file.still))
         looked = np.unique(rows[:, 1]).astype(int).tolist()
-        if self.field == "camera":  # of what the laser saw; a picture without any is a picture, too
-            rows, still = (table[np.abs(table[:, 4]) < FIELDS["camera"]] for table in (rows, still))
+        if self.field != "laser":  # of what the laser saw; a picture without any is a picture, too
+            rows, still = (table[np.abs(table[:, 4]) < FIELDS[self.field]] for table in (rows, still))
         return self._made(
             number,
             file.truth,

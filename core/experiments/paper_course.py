@@ -36,6 +36,10 @@ MOST_STEER = math.radians(30)
 STEER_RATE = math.radians(80)  # [rad/s]
 
 
+ROOM_MARGINS_M = (1.0, 3.5)  # least and most between the drive and a wall of a drawn room
+PILLAR_DEPTHS_M = (0.2, 0.6)  # least and most of a wall's edge into a drawn room
+
+
 @message
 class Course:
     """The true drive: what was commanded, and where it led."""
@@ -55,6 +59,23 @@ def edges_along_walls(spacing: float) -> Array:
     walls = [np.column_stack((across, np.full(len(across), y))) for y in (y0, y1)]
     walls += [np.column_stack((np.full(len(up), x), up)) for x in (x0, x1)]
     return np.vstack((corners, *walls))
+
+
+def drawn_room(rng: np.random.Generator, truth: Array) -> Array:
+    """Draw a room like the one of figure 16 about a drive (K, 3): four corners, and a pillar's edge on every wall.
+
+    Returns the twelve corners (12, 2) [m].
+    """
+    margins = rng.uniform(*ROOM_MARGINS_M, size=(2, 2))
+    least, most = truth[:, :2].min(axis=0) - margins[0], truth[:, :2].max(axis=0) + margins[1]
+    corners = [(x, y) for x in (least[0], most[0]) for y in (least[1], most[1])]
+    for axis in (0, 1):
+        for wall, into in ((least, 1.0), (most, -1.0)):
+            along = rng.uniform(least[1 - axis], most[1 - axis])
+            for depth in (0.0, rng.uniform(*PILLAR_DEPTHS_M)):
+                across = wall[axis] + into * depth
+                corners.append((across, along) if axis == 0 else (along, across))
+    return np.array(corners)
 
 
 @cache
