@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from core.calibration.board.board import Board
-from core.calibration.camera.facts import BoardEntry, CameraFacts
+from core.calibration.camera.facts import BoardEntry, BoardPose, CameraFacts
 from core.calibration.camera.intrinsics import Calibration
 from core.calibration.camera.uncertainty import uncertainty_map
 from core.calibration.camera.undistortion import errors
@@ -53,6 +53,7 @@ class ViewFit(TypedDict):
     rms_px: float
     remark: str
     corners_left_out: int
+    pose: BoardPose
 
 
 class PictureUncertainty(TypedDict):
@@ -255,8 +256,9 @@ def camera_report(calibration: Calibration) -> CameraReport:
                 "rms_px": verdict.rms,
                 "remark": verdict.reason,
                 "corners_left_out": len(verdict.left_out),
+                "pose": pose,
             }
-            for verdict in calibration.verdicts
+            for verdict, pose in zip(calibration.verdicts, board_poses(calibration), strict=True)
         ],
         "uncertainty": {
             "p95_px": known.p95,
@@ -268,6 +270,18 @@ def camera_report(calibration: Calibration) -> CameraReport:
         "faults": found_faults(calibration.faults),
         "warnings": doubts,
     }
+
+
+def board_poses(calibration: Calibration) -> list[BoardPose]:
+    """Where the board was in every view, camera_from_board (figure 15)."""
+    poses = calibration.poses
+    vectors = Rotation.from_matrix(poses.rotations).as_rotvec()
+    return [
+        {"rvec_rad": turn, "tvec_m": place, "sd_rotation_rad": sds[:3], "sd_translation_m": sds[3:]}
+        for turn, place, sds in zip(
+            vectors.tolist(), poses.translations.tolist(), calibration.pose_sds.tolist(), strict=True
+        )
+    ]
 
 
 def found_faults(faults: Sequence[Fault]) -> list[FoundFault]:
@@ -390,4 +404,5 @@ def _calibrated(model: CameraModel, report: CameraReport) -> CalibratedCameraEnt
         "views_dropped": [
             {"name": view["image"], "why": view["remark"]} for view in report["views"] if not view["used"]
         ],
+        "board_poses": [{"name": view["image"], **view["pose"]} for view in report["views"] if view["used"]],
     }

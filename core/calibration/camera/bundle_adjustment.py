@@ -180,6 +180,20 @@ def covariance(precision: Array, spread: float) -> Array:
     return spread**2 * np.linalg.inv(level) * np.outer(scale, scale)
 
 
+def pose_covariances(
+    corners: Corners, solution: BundleSolution, free: tuple[int, ...], camera: Array, spread: float
+) -> Array:
+    """Covariance (M, 6, 6) of every view's pose [rad, m]: rotation about the camera's axes, then translation.
+
+    `camera` (P, P): covariance of the free parameters, which the poses follow; `spread`: the corners' noise [pixel].
+    """
+    gram, _ = _gram(corners, solution, free, None)
+    pose = _damped(gram.pose, np.zeros(len(gram.pose)))
+    follows = _solve(pose, np.swapaxes(gram.mixed, 1, 2))  # (M, 6, P)
+    alone = _solve(pose, np.broadcast_to(np.eye(6), pose.shape))
+    return spread**2 * alone + follows @ camera @ np.swapaxes(follows, 1, 2)
+
+
 def noise(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> float:
     """Standard deviation [pixel] of a corner's coordinate, with the unknowns counted off."""
     squares = float(np.sum(np.sum(errors(corners, solution) ** 2, axis=2) * corners.used))

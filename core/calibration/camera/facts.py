@@ -18,6 +18,21 @@ class DroppedView(TypedDict):
     why: str
 
 
+class BoardPose(TypedDict):
+    """The board in one view, camera_from_board."""
+
+    rvec_rad: list[float]  # rotation vector
+    tvec_m: list[float]
+    sd_rotation_rad: list[float]  # about the camera's axes
+    sd_translation_m: list[float]
+
+
+class NamedBoardPose(BoardPose):
+    """The same with the view's name."""
+
+    name: str
+
+
 class CameraFacts(TypedDict, total=False):
     """How exactly a camera is known."""
 
@@ -28,6 +43,7 @@ class CameraFacts(TypedDict, total=False):
     p95_uncertainty_px: float
     views_used: int
     views_dropped: list[DroppedView]
+    board_poses: list[NamedBoardPose]  # of the views that were used
 
 
 class BoardEntry(TypedDict):

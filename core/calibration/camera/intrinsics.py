@@ -91,6 +91,13 @@ class Calibration:
         return BundleSolution(np.array([getattr(self.model, name) for name in PARAMETERS]), self.poses)
 
     @property
+    def pose_sds(self) -> Array:
+        """Standard deviations (M, 6) of `poses`: rotation about the camera's axes [rad], then translation [m]."""
+        free = tuple(PARAMETERS.index(name) for name in self.free)
+        found = bundle_adjustment.pose_covariances(self.corners, self.solution, free, self.covariance, self.noise)
+        return np.sqrt(np.abs(np.diagonal(found, axis1=1, axis2=2)))
+
+    @property
     def residuals(self) -> Array:
         """Projected minus seen (M, N, 2) [pixel] of every corner."""
         return bundle_adjustment.errors(self.corners, self.solution)

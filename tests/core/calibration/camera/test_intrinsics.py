@@ -2,13 +2,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import cv2
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from core.calibration.camera.intrinsics import Calibration, calibrate
 from core.calibration.camera.uncertainty import uncertainty_map
 from core.calibration.practice import BoardPlacement, held, seen
 from core.calibration.projection import vector_of
+from core.calibration.reports import camera_report
 from core.errors import BadInput
 from core.message import Array
 from core.optics import TABLE_3, CameraModel
@@ -133,3 +136,24 @@ def test_four_hundred_views_are_solved_at_once() -> None:
     told = calibrate(views_of(corners.pixels), BOARD, SIZE)
     assert abs(told.model.fx - TABLE_3.fx) < 4 * told.sds["fx"]
     assert told.sds["fx"] < 0.2
+
+
+def test_the_boards_poses_and_their_deviations_are_those_of_opencv(clean: Calibration) -> None:
+    report = camera_report(clean)
+    _, _, _, rvecs, tvecs, _, deviations, _ = cv2.calibrateCameraExtended(
+        [BOARD.points.astype(np.float32)] * len(clean.verdicts),
+        list(clean.corners.pixels.astype(np.float32)[:, :, None]),
+        SIZE,
+        None,
+        None,
+        flags=cv2.CALIB_FIX_K3,
+        criteria=(cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12),
+    )
+    sds = deviations.reshape(-1, 6)
+    for view, rvec, tvec, sd in zip(report["views"], rvecs, tvecs, sds, strict=True):
+        pose = view["pose"]
+        assert pose["tvec_m"] == pytest.approx(tvec.ravel(), abs=0.1 * sd[3:].min())
+        assert pose["sd_translation_m"] == pytest.approx(sd[3:], rel=0.05)
+        between = Rotation.from_rotvec(rvec.ravel()).inv() * Rotation.from_rotvec(pose["rvec_rad"])
+        assert between.magnitude() < 0.1 * sd[:3].min()
+        assert 0 < max(pose["sd_rotation_rad"]) < 0.05
