@@ -31,6 +31,7 @@ from core.gate.status import GateStatus
 from core.message import Array
 from core.robots import Profile
 from core.robots.requests import PlaybackState
+from core.sensors import Camera
 from core.sentences import code_of
 from core.slam.consistency import faded_band
 from core.slam.ekf_slam import NIS_FADE
@@ -315,6 +316,15 @@ def comparison(other: Comparison) -> messages.ComparisonState:
     )
 
 
+def camera_view(camera: Camera) -> tuple[float, float]:
+    """Azimuths [rad] in the robot frame of the picture's right and left edge, at the height of its middle."""
+    model = camera.model
+    across = (np.array([model.width, 0.0]) - model.cx) / model.fx
+    rays = camera.mounting.rotation @ np.vstack([across, np.zeros(2), np.ones(2)])
+    right, left = np.arctan2(rays[1], rays[0]).tolist()
+    return right, left
+
+
 def card(profile: Profile) -> messages.RobotCard:
     """The description of the robot."""
     return messages.RobotCard(
@@ -322,6 +332,7 @@ def card(profile: Profile) -> messages.RobotCard:
         kind=profile.kind,
         name=profile.name,
         radius_m=profile.radius,
+        camera_view_rad=None if profile.camera is None else camera_view(profile.camera),
         cruise_m_s=profile.cruise,
         max_speed_m_s=profile.max_speed,
         max_turn_rate_rad_s=profile.max_turn_rate,

@@ -297,6 +297,7 @@ class RobotCard(Struct):
     kind: RobotKind
     name: str
     radius_m: float
+    camera_view_rad: tuple[float, float] | None  # edges of the picture, right then left, left positive
     cruise_m_s: float
     max_speed_m_s: float
     max_turn_rate_rad_s: float

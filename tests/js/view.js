@@ -16,6 +16,7 @@ export const HELLO = {
     kind: "SIM",
     name: "lab",
     radius_m: 0.09,
+    camera_view_rad: null,
     cruise_m_s: 0.1,
     max_speed_m_s: 0.3,
     max_turn_rate_rad_s: 1.5,

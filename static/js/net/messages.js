@@ -247,6 +247,7 @@
  * @property {'SIM' | 'LOG' | 'LIVE'} kind
  * @property {string} name
  * @property {number} radius_m
+ * @property {[number, number] | null} camera_view_rad
  * @property {number} cruise_m_s
  * @property {number} max_speed_m_s
  * @property {number} max_turn_rate_rad_s

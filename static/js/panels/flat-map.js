@@ -482,6 +482,7 @@ class FlatMap extends Panel {
       zones: marksOf(this.session).zones,
       corners: this.#corners ?? [],
       covered: this.#covered,
+      sees: hello?.robot.camera_view_rad ?? null,
     });
     this.#cost = performance.now() - begun;
   }

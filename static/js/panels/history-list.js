@@ -22,12 +22,19 @@ const SOURCES = {
   rest: "HTTP",
 };
 
+const TRIES = ["turn left", "continue 1 meters"]; // while there is nothing else
+
 class HistoryList extends Panel {
   /** @type {Map<string, readonly string[]>} by the words of a refused command: what was possibly meant */
   #meant = new Map();
   #list = make("ol", { class: "record-list", "aria-label": t("history-list.history_newest_first") });
   #score = make("a", { class: "record-score", href: "hearing", hidden: true });
-  #empty = make("p", { class: "record-empty" }, t("history-list.commands_and_their_results_appear_here"));
+  #empty = make(
+    "div",
+    { class: "record-empty" },
+    make("p", {}, t("history-list.commands_and_their_results_appear_here")),
+    make("p", { class: "record-tries" }, ...TRIES.map((words) => this.#try(words))),
+  );
 
   /** @override */
   build() {
@@ -50,7 +57,7 @@ class HistoryList extends Panel {
    * @param {View} view
    */
   show({ permission }) {
-    for (const button of this.#list.querySelectorAll("button")) button.disabled = permission.may === "no";
+    for (const button of this.querySelectorAll("button")) button.disabled = permission.may === "no";
   }
 
   /** Result of the newest speech quality measurement. */
@@ -63,6 +70,13 @@ class HistoryList extends Panel {
         make("span", {}, t("history-list.heard_here_summary", { summary: newest.summary })),
       );
     this.#score.hidden = !newest;
+  }
+
+  /** @param {string} words */
+  #try(words) {
+    const chip = make("button", { type: "button", class: "chip" }, words);
+    chip.addEventListener("click", () => void this.session.say(words, "chip"));
+    return chip;
   }
 
   /** @param {string} words @param {readonly string[]} suggestions */

@@ -28,11 +28,13 @@ import { t } from "./texts.js";
  * @property {readonly import("../net/marks-api.js").Zone[]} zones
  * @property {readonly Point[]} corners of the zone that is being drawn [m]
  * @property {import("./clear-area.js").Insets} covered by panels
+ * @property {readonly [number, number] | null} sees edges of the camera's picture, right then left [rad]
  */
 
 const LABEL = "600 13px system-ui, sans-serif";
 const VOICE_M = 1.5;
 const VOICE_S = 12; // [s] after which a voice is no longer drawn
+const FAN_M = 2; // of the camera's fan
 const RIPPLE_S = 1.2; // [s] that the ring of a voice runs
 const SIGMAS = 2;
 const BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
@@ -83,6 +85,7 @@ export function drawFlat(canvas, view, scene) {
   const other = state.playback?.comparison;
   if (other) brush.other(other, scene.radius);
   const look = scene.old ? "faint" : "scene-pose";
+  if (scene.sees) brush.fan(robot, scene.sees, colour(look));
   brush.halo(robot, pose.cov, colour(look));
   brush.robot(robot, scene.radius, look, 1);
   brush.measured(scene.measured);
@@ -368,6 +371,23 @@ class Brush {
       colour: this.colour(colour),
       strength,
     });
+  }
+
+  /** What the camera sees. @param {{x: number, y: number, heading: number}} at @param {readonly [number, number]} edges @param {string} colour */
+  fan({ x, y, heading }, [right, left], colour) {
+    const { context } = this;
+    const at = this.view.drawn({ x, y });
+    const far = FAN_M * this.view.scale;
+    const fades = context.createRadialGradient(at.x, at.y, 0, at.x, at.y, far);
+    fades.addColorStop(0, colour);
+    fades.addColorStop(1, "transparent");
+    context.globalAlpha = 0.22;
+    context.fillStyle = fades;
+    context.beginPath();
+    context.moveTo(at.x, at.y);
+    context.arc(at.x, at.y, far, -heading - left, -heading - right);
+    context.fill();
+    context.globalAlpha = 1;
   }
 
   /** Two standard deviations. @param {Point} at [m] @param {number[][]} cov [m²] @param {string} colour */

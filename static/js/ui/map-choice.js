@@ -39,7 +39,6 @@ export const mapShown = () => (kind === "3-D" && (proven || isChosen()) ? "3-D" 
 export function prove() {
   if (proven) return;
   proven = true;
-  document.body.classList.add("is-quick");
   for (const listener of listeners) listener();
 }
 

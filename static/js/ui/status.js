@@ -46,6 +46,7 @@ const line = (icon, words, remark, state, suggestions = []) => ({
   suggestions,
 });
 
+const STARTING = line("running", t("status.starting"), t("status.awaits_the_first_scans"), "starting");
 const LOST = line("unlinked", t("status.no_link"), t("status.commands_are_not_sent_until_it"), "lost");
 const STOPPED = line("stop", t("status.stopped"), "", "stopped");
 const UNSENT = line("unlinked", t("status.no_link"), t("status.stop_may_not_arrive_the_robot"), "lost");
@@ -234,7 +235,8 @@ export class StatusLog {
       if (since > at || !newest) [newest, at] = [this.#ongoing(what, view, now - since), since];
     if (newest) return newest;
     const { state, link, permission } = view;
-    if (!state && link.is === "opening") return { ...ready, words: t("status.connecting"), remark: "" };
+    if (!state && link.is === "opening") return { ...STARTING, remark: t("status.awaits_the_console") };
+    if (state?.slam.looking_around && state.robot.kind !== "LOG") return STARTING;
     return permission.may === "no" ? { ...ready, words: "", remark: permission.why } : ready;
   }
 
