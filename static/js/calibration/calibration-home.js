@@ -1,5 +1,6 @@
 // Start page of the calibration: active calibrations, sessions begun before, and the three wizards.
 
+import { address } from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
 import { icon, make, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
@@ -125,6 +126,7 @@ class CalibrationHome extends WizardStep {
       card.used.toggleAttribute("data-some", report !== null);
       card.start.hidden = card.undo.hidden = !may;
       card.undo.hidden = !may || report === null;
+      card.report.hidden = report === null;
       write(card.why, may ? "" : t("calibration-home.you_are_watching_only_an_operator"));
     }
     write(this.#laser.start, this.#first ? t("calibration-home.begin_with_the_camera") : t("calibration-home.begin"));
@@ -228,6 +230,8 @@ function wizard(kind, drawing, name, says) {
     t("calibration-home.take_the_former_one_back"),
   );
   undo.setAttribute("aria-label", t("calibration-home.take_the_former_one_back_name", { name }));
+  const href = address(`api/reports/calibration/${kind}`).href;
+  const report = make("a", { class: "button plain", href, download: "", hidden: true }, t("calibration-home.report"));
   const card = make(
     "section",
     { class: "card wizard-card", "aria-label": name, "data-kind": kind },
@@ -235,10 +239,10 @@ function wizard(kind, drawing, name, says) {
     make("h2", { id: `about-${kind}` }, name),
     make("p", { class: "wizard-says" }, says),
     used,
-    make("div", { class: "wizard-buttons" }, start, undo),
+    make("div", { class: "wizard-buttons" }, start, undo, report),
     why,
   );
-  return { card, used, why, start, undo };
+  return { card, used, why, start, undo, report };
 }
 
 customElements.define("calibration-home", CalibrationHome);
