@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from core.calibration.board.board import Board
-from core.calibration.camera.facts import BoardEntry, BoardPose, CameraFacts
+from core.calibration.camera.facts import BoardEntry, BoardPoseEntry, CameraFacts
 from core.calibration.camera.intrinsics import Calibration
 from core.calibration.camera.uncertainty import uncertainty_map
 from core.calibration.camera.undistortion import errors
@@ -53,7 +53,7 @@ class ViewFit(TypedDict):
     rms_px: float
     remark: str
     corners_left_out: int
-    pose: BoardPose
+    pose: BoardPoseEntry
 
 
 class PictureUncertainty(TypedDict):
@@ -272,8 +272,8 @@ def camera_report(calibration: Calibration) -> CameraReport:
     }
 
 
-def board_poses(calibration: Calibration) -> list[BoardPose]:
-    """Where the board was in every view, camera_from_board (figure 15)."""
+def board_poses(calibration: Calibration) -> list[BoardPoseEntry]:
+    """List the poses of the board in every view, camera_from_board (figure 15)."""
     poses = calibration.poses
     vectors = Rotation.from_matrix(poses.rotations).as_rotvec()
     return [

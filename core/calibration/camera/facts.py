@@ -18,7 +18,7 @@ class DroppedView(TypedDict):
     why: str
 
 
-class BoardPose(TypedDict):
+class BoardPoseEntry(TypedDict):
     """The board in one view, camera_from_board."""
 
     rvec_rad: list[float]  # rotation vector
@@ -27,7 +27,7 @@ class BoardPose(TypedDict):
     sd_translation_m: list[float]
 
 
-class NamedBoardPose(BoardPose):
+class NamedBoardPoseEntry(BoardPoseEntry):
     """The same with the view's name."""
 
     name: str
@@ -43,7 +43,7 @@ class CameraFacts(TypedDict, total=False):
     p95_uncertainty_px: float
     views_used: int
     views_dropped: list[DroppedView]
-    board_poses: list[NamedBoardPose]  # of the views that were used
+    board_poses: list[NamedBoardPoseEntry]  # of the views that were used
 
 
 class BoardEntry(TypedDict):
