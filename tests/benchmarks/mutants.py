@@ -21,6 +21,7 @@ TESTS_TIMEOUT_S = 300.0
 DRIVER, NEARNESS = "core/robots/process.py", "core/robots/nearness.py"
 GATE, DEADMAN = "core/gate/gate.py", "core/gate/deadman.py"
 LOOP, SUPERVISOR = "core/gate/process.py", "console/robot/supervisor.py"
+GUARD, LATCH, LIMITS = "core/gate/guard.py", "core/gate/latch.py", "core/gate/limits.py"
 TESTS = {
     DRIVER: "tests/core/robots/test_driver.py",
     NEARNESS: "tests/core/robots/test_driver.py",
@@ -28,6 +29,9 @@ TESTS = {
     DEADMAN: "tests/core/gate/test_gate.py",
     LOOP: "tests/core/gate/test_gate_process.py",
     SUPERVISOR: "tests/console/robot/test_supervisor.py",
+    GUARD: "tests/core/gate/test_guard.py",
+    LATCH: "tests/core/gate/test_latch.py",
+    LIMITS: "tests/core/gate/test_limits.py",
 }
 
 
@@ -96,6 +100,41 @@ MUTANTS = (
         SUPERVISOR,
         "            except (OSError, MemoryError) as trouble:\n                why",
         "            except ArithmeticError as trouble:\n                why",
+    ),
+    Mutant("loop: parent gone", LOOP, "if os.getppid() != parent:", "if False:"),
+    Mutant("gate: older lease", GATE, "if not is_count(epoch) or epoch < self._epoch:", "if not is_count(epoch):"),
+    Mutant("gate: one holder", GATE, 'if epoch == self._epoch and self._owner not in ("", owner):', "if False:"),
+    Mutant("gate: malformed", GATE, "if not setpoint.is_well_formed:", "if False:"),
+    Mutant(
+        "gate: not armed",
+        GATE,
+        '        if self._state != "armed":\n            return Statement',
+        "        if False:\n            return Statement",
+    ),
+    Mutant("gate: older frame", GATE, "if setpoint.seq <= self._last_seq.get(setpoint.source, -1):", "if False:"),
+    Mutant("gate: no number", GATE, "if not (is_number(setpoint.v) and is_number(setpoint.w)):", "if False:"),
+    Mutant("gate: clock backwards", GATE, "if self._ticked is not None and now < self._ticked:", "if False:"),
+    Mutant("gate: silent console obeys", GATE, "if self._deadman.console_silent(now):", "if False:"),
+    Mutant("gate: over press", GATE, "if not self._presses.begin(source, press):", "if False:"),
+    Mutant("gate: bumper", GATE, "if self._contact and wanted.v * self._contact_side > 0.0:", "if False:"),
+    Mutant("gate: late scan counts", GATE, "if age > self.limits.scan_age:", "if False:"),
+    Mutant("guard: no points", GUARD, "if is_number(point[0]) and is_number(point[1])]", "]"),
+    Mutant(
+        "guard: turning inside",
+        GUARD,
+        '        return Permitted(ZERO, 0.0, nearest, Statement("gate.reason_inside"))',
+        "        return Permitted(twist)",
+    ),
+    Mutant("guard: crawls on", GUARD, "if allowed < CRAWL_SPEED_M_S:", "if False:"),
+    Mutant(
+        "latch: unreadable is free",
+        LATCH,
+        "        except OSError:\n            return True",
+        "        except OSError:\n            return False",
+    ),
+    Mutant("latch: file not on disk", LATCH, "            os.fsync(file.fileno())\n", ""),
+    Mutant(
+        "limits: endless numbers", LIMITS, "type(value) is float and math.isfinite(value)", "type(value) is float"
     ),
 )
 

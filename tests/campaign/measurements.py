@@ -517,4 +517,6 @@ def two_robots_on_one_wire(effort: Effort) -> Iterator[RowFigure]:
     trials = list(itertools.product(late_scans.DRIVERS.items(), late_scans.SPEEDS_M_S))
     honest = late_scans.LIES["honest"]
     contacts = sum(late_scans.drive(make(), 0.0, speed, honest, stranger=True).gap < 0 for (_, make), speed in trials)
-    yield none_of("contacts", contacts, len(trials), "drives", "all")
+    why = "Nothing tells two robots' scans under one name apart: give each robot a namespace or a domain of its own."
+    count, tried = float(contacts), len(trials)
+    yield RowFigure("contacts", count, "drives", 0.0, tried, "all", why if contacts else "")

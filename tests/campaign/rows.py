@@ -605,6 +605,11 @@ ROWS = (
         "R60",
         "a fleet lost and back",
         "each robot stands or goes on by its own console",
-        missing="There is no fleet yet: every robot has a console of its own, which no other one is needed for.",
+        _in(
+            "console/fleet/test_fleet_bus.py",
+            "the_loss_of_the_fleet_changes_nothing_at_a_robot_but_is_said_and_it_joins_again",
+            "stop_all_names_who_has_not_answered_and_a_halt_takes_who_comes_later",
+        )
+        + _in("console/fleet/test_table.py", "a_robot_is_live_stale_or_gone_and_stays_in_the_table"),
     ),
 )
