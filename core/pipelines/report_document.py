@@ -14,7 +14,7 @@ STYLE = """
   --way: #5aa9ff; --mark: #3fc3ae; --loop: #f09a5e; --band: #3fc3ae22; } }
 body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 0 auto;
   max-width: 900px; padding: 24px; }
-h1 { font-size: 22px; } h2 { font-size: 17px; margin-top: 32px; } p, td, th, summary { overflow-wrap: anywhere; }
+h1 { font-size: 22px; } h2 { font-size: 17px; margin-top: 32px; } p, td, th, summary { overflow-wrap: break-word; }
 table { border-collapse: collapse; width: 100%; } th { text-align: left; font-weight: 600; }
 td, th { border-top: 1px solid var(--line); padding: 4px 12px 4px 0; vertical-align: top; }
 svg { width: 100%; height: auto; max-height: 80vh; } .faint { color: var(--faint); }
