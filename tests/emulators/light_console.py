@@ -119,7 +119,15 @@ class GateAlone:
 class LightConsole:
     """Lives on the event loop between `open` and `close`."""
 
-    def __init__(self, name: str, address: FleetAddress, folder: Path, home: Path, number: int = 0) -> None:
+    def __init__(
+        self,
+        name: str,
+        address: FleetAddress,
+        folder: Path,
+        home: Path,
+        number: int = 0,
+        page: str = "http://127.0.0.1:1/",
+    ) -> None:
         profile, self._snapshot, self._frame = recorded()
         self.name, self.robot, self.logins = name, GateAlone(profile), Logins()
         self.lease, self.notifications = Lease(), Notifications()
@@ -129,7 +137,7 @@ class LightConsole:
         maps = SimpleNamespace(shown=SimpleNamespace(name=None))
         self.member = FleetMember(
             MemberOptions(address, name, CertificateFiles(folder)),
-            "http://127.0.0.1:1/",
+            page,
             robot=link,
             dispatcher=self.dispatcher,
             lease=self.lease,

@@ -26,6 +26,7 @@ class Card {
   #stop = make("button", { type: "button", class: "fleet-card-stop" }, icon("stop"), t("fleet.stop"));
   #askedAt = -Infinity;
   #asking = false;
+  #shown = false; // the newest picture came
   #touchedAt = -Infinity;
   /** @type {Robot | null} */
   #robot = null;
@@ -78,8 +79,8 @@ class Card {
     mark(this.#notice, "hidden", notice === "");
     mark(this.#stop, "aria-label", t("fleet.stop_one", { name: robot.name }));
     this.#stop.disabled = !open;
-    mark(this.#picture, "hidden", !this.#picture.src || !robot.picture);
-    mark(this.#none, "hidden", Boolean(this.#picture.src) && robot.picture);
+    mark(this.#picture, "hidden", !this.#shown);
+    mark(this.#none, "hidden", this.#shown);
   }
 
   /** @param {number} period [ms] */
@@ -90,14 +91,16 @@ class Card {
     if (!robot || !wanted || this.#asking || now - this.#askedAt < period) return;
     [this.#asking, this.#askedAt] = [true, now];
     try {
-      const answer = await fetch(address(`api/fleet/robots/${encodeURIComponent(robot.name)}/picture`));
-      if (!answer.ok) return;
-      const before = this.#picture.src;
-      this.#picture.src = URL.createObjectURL(await answer.blob());
+      const { href } = address(`api/fleet/robots/${encodeURIComponent(robot.name)}/picture?of=${Math.round(now)}`);
+      await new Promise((resolve, reject) => {
+        this.#picture.onload = resolve;
+        this.#picture.onerror = reject;
+        this.#picture.src = href;
+      });
       this.#picture.alt = t("fleet.picture_of", { name: robot.name });
-      if (before) URL.revokeObjectURL(before);
+      this.#shown = true;
     } catch {
-      // The fleet does not answer; the banner says so.
+      this.#shown = false; // the robot or the fleet does not answer; the card says so
     } finally {
       this.#asking = false;
     }

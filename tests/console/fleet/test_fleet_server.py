@@ -1,0 +1,157 @@
+"""The fleet over HTTP, and a robot's console through it."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import json
+import shutil
+import socket
+from collections.abc import Awaitable, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import JSONResponse
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+from websockets.asyncio.client import connect
+
+from console.access.guard import Access
+from console.access.logins import Logins
+from console.fleet.authority import Authority
+from console.fleet.bus import FleetAddress
+from console.fleet_server.runtime import FleetRuntime
+from console.fleet_server.serve import create_fleet_app
+from console.serve import configured
+from tests.emulators.light_console import LightConsole
+from tests.emulators.zenoh_robot import free_port
+
+pytestmark = pytest.mark.skipif(
+    shutil.which("openssl") is None, reason="a certificate needs openssl: apt install openssl"
+)
+
+
+async def echo(request: Request) -> JSONResponse:
+    """What came, and a cookie and a page that must not come through."""
+    seen = {**request.headers, "body": (await request.body()).decode(), "path": request.url.path}
+    return JSONResponse(seen, 201, {"set-cookie": "a=b", "content-security-policy": "default-src *"})
+
+
+async def echo_socket(socket: WebSocket) -> None:
+    await socket.accept()
+    await socket.send_text(socket.headers["authorization"])
+    await socket.send_bytes(await socket.receive_bytes())
+    await socket.close(4001, "enough")
+
+
+@asynccontextmanager
+async def served(config: uvicorn.Config) -> Any:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = uvicorn.Server(config)
+        task = asyncio.create_task(server.serve(sockets=[listener]))
+        async with asyncio.timeout(60):
+            while not server.started:
+                await asyncio.sleep(0.01)
+        try:
+            yield listener.getsockname()[1]
+        finally:
+            server.should_exit = True
+            await task
+
+
+Reply = tuple[int, Any, bytes]
+
+
+def ask(port: int, method: str, path: str, key: str, body: str | None) -> Reply:
+    """Status, headers, body."""
+    line = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+    shown = {"Authorization": f"Bearer {key}"} if key else {}
+    line.request(method, path, body, shown | ({"Content-Type": "application/json"} if body else {}))
+    answer = line.getresponse()
+    found = answer.status, answer.headers, answer.read()
+    line.close()
+    return found
+
+
+async def check_requests(
+    asked: Callable[..., Awaitable[Reply]], console: LightConsole, runtime: FleetRuntime, robot: int
+) -> None:
+    """A request arrives under a key for this person with their role at this robot; the answer is no document."""
+    status, headers, body = await asked("POST", "/robots/r1/api/commands?x=1", "operator", '{"text": "stop"}')
+    seen = json.loads(body)
+    assert (status, seen["path"], seen["body"]) == (201, "/api/commands", '{"text": "stop"}')
+    person = console.logins.bearer(seen["authorization"].removeprefix("Bearer "), 1.0)
+    assert person is not None and person.role == "operator"
+    assert "set-cookie" not in headers and headers["content-security-policy"].startswith("sandbox")
+    assert "cookie" not in seen and seen["host"] == f"127.0.0.1:{robot}"
+    runtime.roles.set("operator", "r1", "viewer")
+    seen = json.loads((await asked("GET", "/robots/r1/api/state", "operator"))[2])
+    person = console.logins.bearer(seen["authorization"].removeprefix("Bearer "), 1.0)
+    assert person is not None and person.role == "viewer"
+
+
+async def check_socket(port: int, key: str) -> None:
+    """Texts and bytes go both ways, and how it ended is said."""
+    told = {"Authorization": f"Bearer {key}"}
+    url = f"ws://127.0.0.1:{port}/robots/r1/ws"
+    async with connect(url, additional_headers=told, proxy=None) as line:
+        assert str(await line.recv()).startswith("Bearer ")
+        await line.send(b"\x00\x01")
+        assert await line.recv() == b"\x00\x01"
+        await line.wait_closed()
+        assert (line.close_code, line.close_reason) == (4001, "enough")
+
+
+def test_each_role_does_what_it_may_and_a_console_is_opened_with_ones_own_role_as_data_alone(tmp_path: Path) -> None:
+    authority = Authority(tmp_path)
+    authority.prepare(("127.0.0.1",))
+    authority.issue("r1", tmp_path / "r1", kind="robot")
+    logins = Logins()
+    keys = {role: logins.issue(role, role) for role in ("viewer", "operator")}
+    address = FleetAddress("127.0.0.1", free_port())
+    runtime = FleetRuntime(tmp_path, Access(logins), authority, address)
+    upstream = Starlette(
+        routes=[Route("/api/{rest:path}", echo, methods=["GET", "POST"]), WebSocketRoute("/ws", echo_socket)]
+    )
+
+    async def work() -> None:
+        async with AsyncExitStack() as stack:
+            robot = await stack.enter_async_context(served(uvicorn.Config(upstream, log_config=None)))
+            port = await stack.enter_async_context(served(configured(create_fleet_app(runtime))))
+            page = f"http://127.0.0.1:{robot}/"
+            console = LightConsole("r1", address, tmp_path / "r1", tmp_path / "r1-home", page=page)
+            console.open()
+            stack.push_async_callback(console.close)
+
+            async def asked(method: str, path: str, role: str = "viewer", body: str | None = None) -> Reply:
+                return await asyncio.to_thread(ask, port, method, path, keys.get(role, ""), body)
+
+            async with asyncio.timeout(60):
+                while json.loads((await asked("GET", "/api/fleet"))[2])["robots"][0]["link"] != "live":
+                    await asyncio.sleep(0.05)
+            for path in ("/api/fleet", "/api/fleet/robots/r1/picture", "/robots/r1/api/state"):
+                assert (await asked("GET", path, ""))[0] == 401, path
+            stop = await asked("POST", "/api/fleet/stop")
+            assert stop[0] == 200 and json.loads(stop[2])["all"] is True
+            assert json.loads((await asked("POST", "/api/fleet/halt"))[2])["robots"][0]["acknowledged"] is True
+            assert console.robot.status().state == "halted"
+            assert (await asked("POST", "/api/fleet/halt/reset"))[0] == 403
+            assert (await asked("POST", "/api/fleet/halt/reset", "operator"))[0] == 200
+            assert (await asked("GET", "/api/fleet/robots/r1/picture"))[2].startswith(b"\xff\xd8")
+
+            await check_requests(asked, console, runtime, robot)
+            await check_socket(port, keys["viewer"])
+            runtime.roles.set("viewer", "r1", None)
+            for path in ("/robots/r1/api/state", "/api/fleet/robots/r1/picture"):
+                assert (await asked("GET", path))[0] == 403, path
+            assert (await asked("GET", "/robots/r9/api/state"))[0] == 404
+            assert b"fleet-cards" in (await asked("GET", "/", ""))[2]
+            assert (await asked("GET", "/robots/r1/", ""))[1]["location"] == "/"
+            assert b"command-line" in (await asked("GET", "/robots/r1/", "operator"))[2]
+
+    asyncio.run(work())
