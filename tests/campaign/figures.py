@@ -99,17 +99,24 @@ def run_tests(nodes: Iterable[str], folder: Path) -> dict[str, bool]:
         return {}
     passed: dict[str, bool] = {}
     for case in ElementTree.parse(report).getroot().iter("testcase"):
-        node = f"{case.get('file')}::{str(case.get('name')).partition('[')[0]}"
+        module = "/".join(part for part in str(case.get("classname")).split(".") if not part[:1].isupper())
+        node = f"{module}.py::{str(case.get('name')).partition('[')[0]}"
         fine = not any(case.find(outcome) is not None for outcome in ("failure", "error", "skipped"))
         passed[node] = passed.get(node, True) and fine
     return passed
+
+
+def plain(node: str) -> str:
+    """`file::class::test` → `file::test`, as the report of pytest has it."""
+    file, _, name = node.partition("::")
+    return f"{file}::{name.rpartition('::')[2]}"
 
 
 def tested(nodes: tuple[str, ...]) -> RowFigure:
     """How many of these tests do not pass."""
     with tempfile.TemporaryDirectory() as folder:
         passed = run_tests([f"tests/{node}" for node in nodes], Path(folder))
-    failed = [node for node in nodes if not passed.get(f"tests/{node}", False)]
+    failed = [node for node in nodes if not passed.get(f"tests/{plain(node)}", False)]
     why = "" if not failed else "not passed: " + ", ".join(node.rpartition("::")[2] for node in failed)
     return RowFigure(
         "tests of the suite", float(len(failed)), f"failed of {len(nodes)}", 0.0, len(nodes), "suite", why
