@@ -24,6 +24,7 @@ from console.api.calibration_files import calibration_files
 from console.api.commands import commands
 from console.api.connection import connection
 from console.api.documentation import STEPS, ApiDescription, DescribedApp, documentation
+from console.api.edits import edits
 from console.api.experiments import experiments
 from console.api.hearing import hearing
 from console.api.help import help_pages
@@ -76,6 +77,7 @@ ROUTERS = (
     places,
     metrics,
     zones,
+    edits,
     routes,
     connection,
     slam,

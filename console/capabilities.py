@@ -21,6 +21,7 @@ from console.control.playback import PlaybackController
 from console.control.settings_in_use import NAME as SETTINGS
 from console.control.settings_in_use import SettingsInUse
 from console.experiments.runs import ExperimentRuns
+from console.maps.edits import EditService
 from console.maps.places import PlaceService
 from console.maps.routes import RouteService
 from console.maps.service import MapService
@@ -72,6 +73,8 @@ def recorder(base: ConsoleBase, parts: Parts) -> RecordingService:
             service.heard(decision.words, decision.verdict, decision.command and decision.command.heard_as)
 
     parts[RoomTranscriber].when_heard.append(heard)
+    parts[RouteService].when_noted.append(service.note)
+    parts[RouteService].recorder = service
     return service
 
 
@@ -136,6 +139,7 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
     lambda base, _: BrowserMicrophone(base.settings.speech),
     places,
     lambda base, parts: ZoneService(parts[MapService], base.robot, base.dispatcher, base.lease),
+    lambda base, parts: EditService(parts[MapService], base.dispatcher, base.lease),
     lambda base, parts: RouteService(
         base.home,
         parts[MapService],

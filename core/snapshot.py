@@ -13,7 +13,7 @@ from core.perception.image_quality.quality import PictureQuality
 from core.perception.landmarks.edges import ImageEdge
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing
-from core.recording.frame_record import ClosureAct, PlaceAct
+from core.recording.frame_record import ClosureAct, EditAct, PlaceAct, TurnAct
 from core.robots import Profile
 from core.sensors import SensorFrame
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
@@ -125,8 +125,8 @@ class Hearing:
     voices: tuple[VoiceDirection, ...] = ()  # most recently heard first
 
 
-PilotAct = PlaceAct | ClosureAct | SavedMap | Profile
-"""An act between two frames that changes the estimate: a place, a closure, a loaded map, the robot as calibrated."""
+PilotAct = PlaceAct | ClosureAct | EditAct | TurnAct | SavedMap | Profile
+"""An act between two frames that changes estimate or map: a place, a closure, edits, a loaded map, a calibration."""
 
 
 @message

@@ -14,20 +14,23 @@ from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
 from console.access.roles import ZIP, needs
-from console.api import RequestBody, SavedMaps, Who, router
+from console.api import RequestBody, SavedMaps, Who, problems, router
 from console.api.typed_route import OpenApi, Responses
 from console.http.downloads import file_named, zip_named
+from console.http.problems import Problem
 from console.maps.plan import plan_pdf, plan_svg
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, SavedMapFacts
 from console.maps.trajectory import laid_out
 from core.message import Array
 from core.pipelines.nav2_map import map_pixels, nav2_map
 from core.pipelines.slam_files import landmarks_csv, trajectory_tum
+from core.sentences import Statement
 from core.slam.map.occupancy import OccupancyGrid
 
 maps = router("map", 409, 429, 503, 507)
 
 Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
+MatchId = Annotated[str, Path(max_length=20)]
 NewName = Annotated[str, Query(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
 ZIP_BODY: OpenApi = {
     "requestBody": {
@@ -55,6 +58,36 @@ class SavedMapList(msgspec.Struct, frozen=True):
 
     current: str | None  # None: a new map
     maps: list[SavedMapRow]
+
+
+class MatchRequest(RequestBody):
+    """Names of two saved maps of one building; the axes of the older one stay."""
+
+    older: str = Field(max_length=4 * MAX_NAME_LETTERS)
+    newer: str = Field(max_length=4 * MAX_NAME_LETTERS)
+
+
+class JoinRequest(RequestBody):
+    """A match that was looked at, and the name of the joined map."""
+
+    match: str = Field(max_length=20)
+    name: str = Field(max_length=4 * MAX_NAME_LETTERS)
+
+
+class MapMatchRow(msgspec.Struct, frozen=True):
+    """The place of the newer map in the older one: how many of its views `agree`, and what its walls lie on."""
+
+    id: str
+    older: str
+    newer: str
+    x_m: float
+    y_m: float
+    heading_rad: float
+    agree: int
+    of: int
+    links: int
+    overlap: float  # share of the newer map's walls, where both know the floor, that lie at walls of the older one
+    conflict: float  # share that lies in the middle of its free floor
 
 
 class LoadingMap(msgspec.Struct, frozen=True):
@@ -158,6 +191,43 @@ async def take_in(request: Request, maps: SavedMaps, who: Who, name: NewName, re
     BMP. Load it as any other; the robot finds its place in it.
     """
     return map_row(await maps.take_in(name, await request.body(), who, replace=replace))
+
+
+@maps.post("/maps/match", responses=problems(404))
+@needs("operator")
+async def match(asked: MatchRequest, maps: SavedMaps) -> MapMatchRow:
+    """Find where one saved map lies in another. Look at it (`GET /api/maps/match/{id}.png`), then join."""
+    shown = await maps.match(asked.older, asked.newer)
+    found, pose = shown.found, shown.found.pose
+    return MapMatchRow(
+        shown.id,
+        shown.older.card.name,
+        shown.newer.card.name,
+        round(pose.x, 4),
+        round(pose.y, 4),
+        round(pose.heading, 5),
+        found.agree,
+        found.searched,
+        len(found.links),
+        round(found.overlap, 3),
+        round(found.conflict, 3),
+    )
+
+
+@maps.get("/maps/match/{id}.png", response_class=Response, responses=answers("image/png"))
+@needs("viewer")
+async def match_picture(id: MatchId, maps: SavedMaps) -> Response:
+    """Both maps over each other: the older one dark, the newer one red where they differ."""
+    if not maps.shows(id):
+        raise Problem(404, Statement("join.gone"))
+    return Response(maps.proposal(id).picture, media_type="image/png")
+
+
+@maps.post("/maps/join", responses=problems(404), status_code=201)
+@needs("operator")
+async def join(asked: JoinRequest, maps: SavedMaps, who: Who) -> SavedMapRow:
+    """Join the two maps of a match that was looked at, as a new saved map; both stay as they are."""
+    return map_row(await maps.join(asked.match, asked.name, who))
 
 
 @maps.post("/maps/{name}/load", status_code=202)

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from console.access.roles import needs
 from console.api import RequestBody, Who, part, router
-from console.maps.places import PlaceService
+from console.maps.places import MAX_ROOM_CORNERS, PlaceService
 from core.navigation.places import NamedPlace
 from core.speech.understanding.place_names import MAX_NAME_LETTERS
 
@@ -22,15 +22,22 @@ Places = Annotated[PlaceService, part(PlaceService)]
 PlaceName = Annotated[str, Path(min_length=1, max_length=2 * MAX_NAME_LETTERS)]
 Coordinate = Annotated[float | None, Field(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
 Heading = Annotated[float | None, Field(ge=-7, le=7)]
+RoomCorner = Annotated[
+    list[Annotated[float, Field(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]], Field(min_length=2, max_length=2)
+]
 
 
 class NamePlaceRequest(RequestBody):
-    """A name, and where; without `x_m` and `y_m` where the robot is now. `heading_rad`: to look there in the end."""
+    """A name, and where; without `x_m` and `y_m` where the robot is now. `heading_rad`: to look there in the end.
+
+    A room has its corners as `outline_m`; the robot goes where there is most room in it.
+    """
 
     name: str = Field(max_length=2 * MAX_NAME_LETTERS, examples=["kitchen"])
     x_m: Coordinate = None
     y_m: Coordinate = None
     heading_rad: Heading = None
+    outline_m: list[RoomCorner] = Field(default=[], max_length=MAX_ROOM_CORNERS)
 
 
 class PlaceChange(RequestBody):
@@ -49,6 +56,7 @@ class PlaceRow(msgspec.Struct, frozen=True):
     x_m: float
     y_m: float
     heading_rad: float | None
+    outline_m: list[tuple[float, float]] = []  # corners of a room
 
 
 class PlaceList(msgspec.Struct, frozen=True):
@@ -60,7 +68,8 @@ class PlaceList(msgspec.Struct, frozen=True):
 def row_of(place: NamedPlace) -> PlaceRow:
     """A place, to a millimetre."""
     heading = None if place.heading_rad is None else round(place.heading_rad, 4)
-    return PlaceRow(place.name, round(place.x_m, 3), round(place.y_m, 3), heading)
+    outline = [(round(x, 3), round(y, 3)) for x, y in place.outline_m]
+    return PlaceRow(place.name, round(place.x_m, 3), round(place.y_m, 3), heading, outline)
 
 
 @places.get("/places")
@@ -74,7 +83,8 @@ async def listed(service: Places) -> PlaceList:
 @needs("operator")
 async def add(asked: NamePlaceRequest, service: Places, who: Who) -> PlaceRow:
     """Name a place. A name that sounds like a command, a number or another place is refused with the pair."""
-    return row_of(await service.add(asked.name, _at(asked), asked.heading_rad, who))
+    outline = tuple((x, y) for x, y in asked.outline_m)
+    return row_of(await service.add(asked.name, _at(asked), asked.heading_rad, who, outline))
 
 
 @places.patch("/places/{name}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Annotated, Literal
 
 import msgspec
@@ -10,14 +11,19 @@ from pydantic import Field
 
 from console.access.roles import needs
 from console.api import RequestBody, Who, part, problems, router
+from console.http.problems import Problem
 from console.maps.marks import RouteMark, RouteStop, StopAction
-from console.maps.routes import MAX_STOPS, MAX_WAIT_S, RouteRun, RouteService, RouteState
+from console.maps.routes import MAX_SAID_LETTERS, MAX_STOPS, MAX_WAIT_S, RouteRun, RouteService, RouteState
 from console.maps.store import MAX_NAME_LETTERS as MAX_ROUTE_LETTERS
+from core.sentences import Statement
 from core.speech.understanding.place_names import MAX_NAME_LETTERS
 
 routes = router("places", 409, 503, 507)
 
 Routes = Annotated[RouteService, part(RouteService)]
+NO_PICTURE = Statement("routes.picture_gone")
+MAX_EVERY_MIN = 1440.0
+PictureName = Annotated[str, Path(pattern=r"^[a-z0-9-]{1,100}\.jpg$")]
 RouteName = Annotated[str, Path(min_length=1, max_length=4 * MAX_ROUTE_LETTERS)]
 
 
@@ -26,15 +32,23 @@ class StopRequest(RequestBody):
 
     place: str = Field(max_length=2 * MAX_NAME_LETTERS)
     wait_s: float = Field(default=0.0, ge=0, le=MAX_WAIT_S)
-    action: Literal["wait_for_continue", "come_here"] | None = None
+    action: Literal["wait_for_continue", "come_here", "say", "take_a_picture", "record"] | None = None
+    text: str = Field(default="", max_length=MAX_SAID_LETTERS)
 
 
 class RouteRequest(RequestBody):
-    """Places in an order; `loop`: round and round, until a person ends it. `replace`: a route of that name, too."""
+    """Places in an order; `loop`: round and round, until a person ends it. `replace`: a route of that name, too.
+
+    Rounds of a loop begin between `begins` and `ends` ("HH:MM", the console's clock), `every_min` minutes at least
+    from one beginning to the next.
+    """
 
     name: str = Field(max_length=4 * MAX_ROUTE_LETTERS, examples=["evening round"])
     stops: list[StopRequest] = Field(min_length=1, max_length=MAX_STOPS)
     loop: bool = False
+    begins: str = Field(default="", max_length=5, examples=["08:30"])
+    ends: str = Field(default="", max_length=5, examples=["17:00"])
+    every_min: float = Field(default=0.0, ge=0, le=MAX_EVERY_MIN)
     replace: bool = False
 
 
@@ -50,6 +64,7 @@ class StopRow(msgspec.Struct, frozen=True):
     place: str
     wait_s: float
     action: StopAction | None
+    text: str = ""
 
 
 class RouteRow(msgspec.Struct, frozen=True):
@@ -58,6 +73,9 @@ class RouteRow(msgspec.Struct, frozen=True):
     name: str
     stops: list[StopRow]
     loop: bool
+    begins: str = ""
+    ends: str = ""
+    every_min: float = 0.0
 
 
 class RouteList(msgspec.Struct, frozen=True):
@@ -82,7 +100,8 @@ class RouteProgress(msgspec.Struct, frozen=True):
 
 def row_of(route: RouteMark) -> RouteRow:
     """A route as it is kept."""
-    return RouteRow(route.name, [StopRow(one.place, one.wait_s, one.action) for one in route.stops], route.loop)
+    stops = [StopRow(one.place, one.wait_s, one.action, one.text) for one in route.stops]
+    return RouteRow(route.name, stops, route.loop, route.begins, route.ends, route.every_min)
 
 
 def progress_of(run: RouteRun | None) -> RouteProgress:
@@ -113,8 +132,9 @@ async def listed(service: Routes) -> RouteList:
 @needs("operator")
 async def add(asked: RouteRequest, service: Routes, who: Who) -> RouteRow:
     """Keep a route. A stop without a place of that name is refused."""
-    stops = tuple(RouteStop(one.place, one.wait_s, one.action) for one in asked.stops)
-    return row_of(await service.add(RouteMark(asked.name, stops, asked.loop), who, replace=asked.replace))
+    stops = tuple(RouteStop(one.place, one.wait_s, one.action, one.text) for one in asked.stops)
+    route = RouteMark(asked.name, stops, asked.loop, asked.begins, asked.ends, asked.every_min)
+    return row_of(await service.add(route, who, replace=asked.replace))
 
 
 @routes.delete("/routes/{name}", status_code=204)
@@ -137,6 +157,36 @@ async def start(name: RouteName, service: Routes, who: Who, asked: StartRequest 
 async def progress(service: Routes) -> RouteProgress:
     """How the route under way goes, or how the last one ended."""
     return progress_of(service.run_now)
+
+
+class PictureList(msgspec.Struct, frozen=True):
+    """Names of the pictures that were taken at stops, the newest first."""
+
+    pictures: list[str]
+
+
+@routes.get("/route/pictures")
+@needs("viewer")
+async def pictures(service: Routes) -> PictureList:
+    """The pictures that were taken at stops; each has route, stop, pose and time in its comment."""
+    found = await asyncio.to_thread(
+        lambda: sorted(service.pictures.glob("*.jpg"), key=lambda one: -one.stat().st_mtime)
+    )
+    return PictureList([one.name for one in found])
+
+
+@routes.get(
+    "/route/pictures/{name}",
+    response_class=Response,
+    responses={200: {"content": {"image/jpeg": {}}}, **problems(404)},
+)
+@needs("viewer")
+async def picture(name: PictureName, service: Routes) -> Response:
+    """A picture that was taken at a stop."""
+    try:
+        return Response(await asyncio.to_thread((service.pictures / name).read_bytes), media_type="image/jpeg")
+    except OSError:
+        raise Problem(404, NO_PICTURE) from None
 
 
 @routes.post("/route/pause")

@@ -66,6 +66,8 @@ class CommandDispatcher:
         self._places: OwnPhrases = ()
         self.hand_warning: Callable[[messages.JogMessage], str] = lambda _: ""
         """Asked before a hand moves the robot: why that press must not, "" for no reason."""
+        self.handlers: dict[str, Callable[[Command, Person], object]] = {}
+        """Commands that a part of the console carries out, by their names."""
         self._warned_press: int | None = None
         self.setpoint_sender = SetpointSender(robot)
         self._stop_controller = StopController(
@@ -127,6 +129,8 @@ class CommandDispatcher:
         Raises Problem 403 to 503.
         """
         words = words or command.heard_as
+        if command.name in self.handlers:
+            return self._handle(command, words, source, who, said)
         if command.name == STOP_MOVING.name:
             self.setpoint_sender.stop()
             self._tell("cancelled", Statement("stop.stopped_by", name=who.name), objected=True)
@@ -141,6 +145,18 @@ class CommandDispatcher:
                 at=None if said is None else said.ended,
             )
         return entry
+
+    def _handle(self, command: Command, words: str, source: str, who: Person, said: Spoken | None) -> HistoryEntry:
+        """Let a part of the console carry a command out."""
+        if spec_of(command.name).moves:
+            self.admit(command, words, source, who, said)
+        fields = row_of(command, words, source)
+        try:
+            self.handlers[command.name](command, who)
+        except Problem as problem:
+            self._history.add("command", who, state="refused", remark=problem.detail, **fields)
+            raise
+        return self._history.add("command", who, state="done", **fields)
 
     def admit(self, heard: Command, words: str, source: str, who: Person, said: Spoken | None) -> None:
         """Check that this person may move the robot now; a free lease goes to this person.
@@ -188,6 +204,14 @@ class CommandDispatcher:
         warned, self._warned_press = self._warned_press, press
         if warned != press:
             raise Problem(409, why)
+
+    def admit_waiting(self, who: Person) -> None:
+        """Check that this person may move the robot, which will begin later; a free lease goes to this person.
+
+        Raises Problem 403, 409, 503.
+        """
+        self._check_motion(who)
+        self._obtain(who)
 
     def admit_own_navigation(self, who: Person) -> None:
         """Check that this person may let the robot's own navigation drive; a free lease goes to this person.

@@ -10,12 +10,15 @@ import numpy as np
 
 from console.scene.overlays.occupancy import paint
 from core.files import write_atomic
+from core.geometry import Pose
 from core.message import Array
 from core.pipelines.nav2_map import nav2_map
 from core.slam.map.occupancy import OccupancyGrid
 
 FLOOR = "floor"  # folder of what the pilot goes on with
 PREVIEW = "preview.png"
+SHOWN_LOG_ODDS = 0.6  # from which a cell is drawn as a wall
+SHOWN_OLDER, SHOWN_NEWER = (40, 52, 64), (220, 60, 40)  # red, green, blue
 MAX_SIDE_PX = 640  # picture elements along a side of the preview
 
 
@@ -62,6 +65,25 @@ def preview(grid: OccupancyGrid) -> bytes:
     if scale < 1:
         size = (max(1, round(scale * columns)), max(1, round(scale * rows)))
         picture = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    return png(picture)
+
+
+def overlay(older: OccupancyGrid, newer: OccupancyGrid, older_from_newer: Pose) -> bytes:
+    """Two maps over each other as a PNG: the walls of the older one dark, of the newer one red where they differ."""
+    first, second = known_part(older), known_part(newer)
+    cell = first.resolution
+    grids = ((first, Pose(), SHOWN_OLDER), (second, older_from_newer, SHOWN_NEWER))
+    drawn = [
+        (pose.apply(grid.origin + (np.argwhere(grid.log_odds > SHOWN_LOG_ODDS)[:, ::-1] + 0.5) * cell), colour)
+        for grid, pose, colour in grids
+    ]
+    points = np.vstack([places for places, _ in drawn])
+    low = np.floor(points.min(axis=0) / cell).astype(int) - 2
+    columns, rows = np.ceil(points.max(axis=0) / cell).astype(int) + 3 - low
+    picture = np.full((rows, columns, 4), 255, np.uint8)
+    for places, colour in reversed(drawn):
+        column, row = (np.floor(places / cell).astype(int) - low).T
+        picture[rows - 1 - row, column, :3] = colour
     return png(picture)
 
 

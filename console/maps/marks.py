@@ -1,4 +1,4 @@
-"""The marks that people make on a map: named places and zones. They lie sealed in the map's folder.
+"""The marks that people make on a map: named places, zones, routes, edits. They lie sealed in the map's folder.
 
 Each mark is anchored to the submap that was nearest when it was made: where a loop closure moves the submap, the mark
 moves with it.
@@ -6,9 +6,10 @@ moves with it.
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -21,9 +22,11 @@ from core.geometry import Pose
 from core.message import Array
 from core.navigation.places import NamedPlace
 from core.navigation.zones import MapZone, ZoneKind
+from core.slam.map.edits import CellEdit, MapEdit
 from core.slam.map.status import SubmapView
 
-StopAction = Literal["wait_for_continue", "come_here"]
+EditKind = CellEdit | Literal["turn"]
+StopAction = Literal["wait_for_continue", "come_here", "say", "take_a_picture", "record"]
 
 MARKS = "marks.json"  # in the folder of a map
 MARKS_VERSION = 1
@@ -53,14 +56,21 @@ class PlaceMark(msgspec.Struct, frozen=True):
     heading_rad: float | None = None
     anchor: Anchor | None = None
     by: str = ""  # who made it
+    outline_m: tuple[tuple[float, float], ...] = ()  # corners of a room; the place is where one stands in it
 
     def now(self, submaps: Iterable[SubmapView]) -> NamedPlace:
         """The place in the world as it is now."""
         if self.anchor is None:
-            return NamedPlace(name=self.name, x_m=self.x_m, y_m=self.y_m, heading_rad=self.heading_rad)
-        here = self.anchor.moved(submaps) @ Pose(self.x_m, self.y_m, self.heading_rad or 0.0)
+            return NamedPlace(
+                name=self.name, x_m=self.x_m, y_m=self.y_m, heading_rad=self.heading_rad, outline_m=self.outline_m
+            )
+        moved = self.anchor.moved(submaps)
+        outline = moved.apply(np.array(self.outline_m).reshape(-1, 2)).tolist()
+        here = moved @ Pose(self.x_m, self.y_m, self.heading_rad or 0.0)
         heading = None if self.heading_rad is None else here.heading
-        return NamedPlace(name=self.name, x_m=here.x, y_m=here.y, heading_rad=heading)
+        return NamedPlace(
+            name=self.name, x_m=here.x, y_m=here.y, heading_rad=heading, outline_m=tuple((x, y) for x, y in outline)
+        )
 
 
 class ZoneMark(msgspec.Struct, frozen=True):
@@ -85,7 +95,8 @@ class RouteStop(msgspec.Struct, frozen=True):
 
     place: str  # its name
     wait_s: float = 0.0
-    action: StopAction | None = None  # before the wait
+    action: StopAction | None = None  # before the wait; “record” lasts as long as that
+    text: str = ""  # that is said
 
 
 class RouteMark(msgspec.Struct, frozen=True):
@@ -94,6 +105,31 @@ class RouteMark(msgspec.Struct, frozen=True):
     name: str
     stops: tuple[RouteStop, ...]
     loop: bool = False
+    begins: str = ""  # "08:30": rounds begin from then on, by the console's clock; "": at any time
+    ends: str = ""  # "17:00": until then
+    every_min: float = 0.0  # from the beginning of a round to that of the next one, at least
+
+
+class EditMark(msgspec.Struct, frozen=True):
+    """An edit of the map, in the world as it was when it was made."""
+
+    id: int
+    kind: EditKind
+    points_m: tuple[tuple[float, float], ...] = ()
+    width_m: float = 0.0  # of a brush; 0: the area within the points
+    angle_rad: float = 0.0  # of a turn
+    anchor: Anchor | None = None
+    by: str = ""
+    at_s: float = 0.0  # Unix time
+    undone_s: float = 0.0  # when it was taken back; 0: it holds
+
+    def now(self, submaps: Iterable[SubmapView]) -> MapEdit | None:
+        """The edit in the world as it is now; None for one that changes no cells, or does not hold."""
+        if self.kind == "turn" or self.undone_s:
+            return None
+        points = np.array(self.points_m)
+        moved = points if self.anchor is None else self.anchor.moved(submaps).apply(points)
+        return MapEdit(self.kind, moved, self.width_m)
 
 
 class MapMarks(msgspec.Struct, frozen=True):
@@ -102,6 +138,54 @@ class MapMarks(msgspec.Struct, frozen=True):
     places: tuple[PlaceMark, ...] = ()
     zones: tuple[ZoneMark, ...] = ()
     routes: tuple[RouteMark, ...] = ()
+    edits: tuple[EditMark, ...] = ()
+
+
+def put_together(older: MapMarks, newer: MapMarks, submaps: int) -> MapMarks:
+    """The marks of two maps that were joined; the newer one's submaps stand behind so many of the older one.
+
+    A name that both have gets a number; crops and turns of the newer map were of that map alone.
+    """
+    names = {kind: {one.name.casefold() for one in getattr(older, kind)} for kind in ("places", "zones", "routes")}
+
+    def named(kind: str, name: str) -> str:
+        free = next(
+            one for one in (name, *(f"{name} {k}" for k in itertools.count(2))) if one.casefold() not in names[kind]
+        )
+        names[kind].add(free.casefold())
+        return free
+
+    def behind(anchor: Anchor | None) -> Anchor:
+        if anchor is None:  # it lay in the axes of the newer map, which are those of its first submap
+            return Anchor(submaps, 0.0, 0.0, 0.0)
+        return msgspec.structs.replace(anchor, submap=anchor.submap + submaps)
+
+    called = {one.name: named("places", one.name) for one in newer.places}
+    first = 1 + max((one.id for one in older.edits), default=0)
+    kept = [one for one in newer.edits if one.kind not in ("crop", "turn")]
+    return MapMarks(
+        (
+            *older.places,
+            *(msgspec.structs.replace(one, name=called[one.name], anchor=behind(one.anchor)) for one in newer.places),
+        ),
+        (
+            *older.zones,
+            *(
+                msgspec.structs.replace(one, name=named("zones", one.name), anchor=behind(one.anchor))
+                for one in newer.zones
+            ),
+        ),
+        (*older.routes, *(_renamed(one, named("routes", one.name), called) for one in newer.routes)),
+        (
+            *older.edits,
+            *(msgspec.structs.replace(one, id=first + k, anchor=behind(one.anchor)) for k, one in enumerate(kept)),
+        ),
+    )
+
+
+def _renamed(route: RouteMark, name: str, places: Mapping[str, str]) -> RouteMark:
+    stops = tuple(msgspec.structs.replace(stop, place=places.get(stop.place, stop.place)) for stop in route.stops)
+    return msgspec.structs.replace(route, name=name, stops=stops)
 
 
 def anchor_at(points: Array, submaps: Iterable[SubmapView]) -> Anchor | None:

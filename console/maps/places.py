@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 
@@ -14,8 +15,10 @@ from console.http.problems import Problem
 from console.maps.marks import MapMarks, PlaceMark, anchor_at
 from console.maps.service import MapService
 from console.part import Part
+from core.errors import BadInput
 from core.geometry import wrap
 from core.navigation.places import NamedPlace
+from core.navigation.zones import roomiest_spot
 from core.sensors import SensorFrame
 from core.sentences import Statement
 from core.snapshot import Snapshot
@@ -29,7 +32,10 @@ from core.speech.understanding.place_names import (
 
 NO_SUCH_PLACE = Statement("places.gone")
 BEYOND_MAP_M = 10.0  # [m] that a place may lie outside the known map
+MAX_ROOM_CORNERS = 200
 LOST = Statement("places.lost")
+
+Outline = tuple[tuple[float, float], ...]
 
 
 class PlaceService(Part):
@@ -52,12 +58,22 @@ class PlaceService(Part):
             raise Problem(404, NO_SUCH_PLACE)
         return found
 
-    async def add(self, name: str, at: tuple[float, float] | None, heading: float | None, who: Person) -> NamedPlace:
+    async def add(
+        self,
+        name: str,
+        at: tuple[float, float] | None,
+        heading: float | None,
+        who: Person,
+        outline: Outline = (),
+    ) -> NamedPlace:
         """Name a place at (x, y) [m], world, or where the robot is; `heading` [rad] to look there, or None.
 
-        Raises BadInput with the pair where the name sounds like other words; Problem 409, 422, 503; Unwritable.
+        A room has an `outline`: corners [m], world; the robot goes where there is most room in it. Raises BadInput
+        with the pair where the name sounds like other words; Problem 409, 422, 503; Unwritable.
         """
-        mark = self._mark(tidy_name(name), at, heading, who)
+        if outline:
+            at = self._spot_in(outline)
+        mark = self._mark(tidy_name(name), at, heading, who, outline)
 
         def change(marks: MapMarks) -> MapMarks:
             if len(marks.places) >= MAX_PLACES:
@@ -83,7 +99,7 @@ class PlaceService(Part):
         old = self.find(name)
         wanted = old.name if to_name is None else tidy_name(to_name)
         heading = heading if turned else old.heading_rad
-        mark = self._mark(wanted, at or (old.x_m, old.y_m), heading, who)
+        mark = self._mark(wanted, at or (old.x_m, old.y_m), heading, who, old.outline_m)
 
         def change(marks: MapMarks) -> MapMarks:
             if wanted != old.name:
@@ -115,11 +131,29 @@ class PlaceService(Part):
         self._revision = self._maps.marks_revision
         submaps = self._maps.snapshot.floor.submaps
         self.places = tuple(one.now(submaps) for one in self._maps.marks.places)
-        self._dispatcher.know_places(place_phrases(self.places))
+        known = (*self.places, *_spoken_routes(self._maps.marks))
+        self._dispatcher.know_places(place_phrases(known))
         for tell in self.when_changed:
-            tell(self.places)
+            tell(known)
 
-    def _mark(self, name: str, at: tuple[float, float] | None, heading: float | None, who: Person) -> PlaceMark:
+    def _spot_in(self, outline: Outline) -> tuple[float, float]:
+        """Return the spot to which the robot goes in a room. Raises BadInput."""
+        points = np.array(outline, float).reshape(-1, 2)
+        if not 3 <= len(points) <= MAX_ROOM_CORNERS or not np.isfinite(points).all():
+            raise BadInput(Statement("places.corners", most=MAX_ROOM_CORNERS))
+        spot = roomiest_spot(points, self._maps.grid)
+        if spot is None:
+            raise BadInput(Statement("places.no_floor"))
+        return spot
+
+    def _mark(
+        self,
+        name: str,
+        at: tuple[float, float] | None,
+        heading: float | None,
+        who: Person,
+        outline: Outline = (),
+    ) -> PlaceMark:
         snapshot = self._maps.snapshot
         if at is None:
             if snapshot.floor.lost is not None:
@@ -128,7 +162,9 @@ class PlaceService(Part):
         self._check_on_map(*at)
         x, y = (round(value, 3) for value in at)
         turned = None if heading is None else round(wrap(heading), 4)
-        return PlaceMark(name, x, y, turned, anchor_at(np.array([at]), snapshot.floor.submaps), who.name)
+        corners = tuple((round(float(a), 3), round(float(b), 3)) for a, b in outline)
+        anchor = anchor_at(np.array([at]), snapshot.floor.submaps)
+        return PlaceMark(name, x, y, turned, anchor, who.name, corners)
 
     def _check_on_map(self, x: float, y: float) -> None:
         grid = self._maps.grid
@@ -141,6 +177,15 @@ class PlaceService(Part):
         if any(_key(one.name) == _key(name) for one in others):
             raise Problem(409, Statement("places.taken"))
         check_name_apart(name, [one.name for one in others], self._dispatcher.own_phrases)
+
+
+def _spoken_routes(marks: MapMarks) -> tuple[NamedPlace, ...]:
+    """The routes whose names can be said."""
+    found: list[NamedPlace] = []
+    for route in marks.routes:
+        with contextlib.suppress(BadInput):
+            found.append(NamedPlace(name=tidy_name(route.name), x_m=0.0, y_m=0.0, route=True))
+    return tuple(found)
 
 
 def _key(name: str) -> str:

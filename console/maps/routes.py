@@ -7,12 +7,16 @@ written down with every step: after a restart it stands as interrupted, and neve
 
 from __future__ import annotations
 
+import asyncio
 import json
 import logging
+import re
 import time
+from collections.abc import Callable, Coroutine
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Protocol
 
+import cv2
 import msgspec
 
 from console.access.logins import Person
@@ -24,15 +28,18 @@ from console.http.problems import Problem
 from console.maps.marks import MapMarks, RouteMark, RouteStop
 from console.maps.places import PlaceService
 from console.maps.service import MapService
-from console.maps.store import checked_name, key_of
+from console.maps.store import checked_name, key_of, slug
 from console.part import Part
 from core.commands.come_here import COME_HERE
 from core.commands.command import Command
+from core.commands.routes import PAUSE_ROUTE, RESUME_ROUTE, START_ROUTE
 from core.commands.stop_at import command_to
-from core.errors import BadInput
+from core.errors import BadInput, BeckonError
 from core.files import write_atomic
+from core.geometry import Pose
+from core.message import Array
 from core.pilot.pilot import AGAIN, BLIND, NO_ODOMETRY
-from core.sensors import SensorFrame
+from core.sensors import Image, SensorFrame
 from core.sentences import Statement, plain
 from core.snapshot import Ending, Snapshot
 
@@ -47,6 +54,10 @@ BLOCKED_WAIT_S = 10.0  # until a way that was blocked is tried again
 MAX_TRIES = 3  # to reach one stop
 LOW_BATTERY = 0.2  # share of its charge
 FILE = "route.json"  # in the data folder: what the running route does
+PICTURES = "pictures"  # in the data folder: those that were taken at stops
+MIN_RECORD_S, MAX_SAID_LETTERS = 1.0, 280
+DAY_S = 86_400
+HOUR = re.compile(r"(?:[01]\d|2[0-3]):[0-5]\d")
 NO_SUCH_ROUTE = Statement("routes.gone")
 NONE_RUNS = Statement("routes.none_runs")
 BUSY = Statement("routes.busy")
@@ -55,6 +66,27 @@ LOW = Statement("routes.low")
 DONE = Statement("routes.done")
 NEVER_AGAIN = frozenset((AGAIN, NO_ODOMETRY, BLIND))
 """Ends of a command after which the way is not tried again: the robot does not know where it is."""
+
+
+class NamedRecording(Protocol):
+    """A recording that has begun."""
+
+    @property
+    def name(self) -> str:
+        """Of the recording."""
+        ...
+
+
+class Recorder(Protocol):
+    """Records for a route."""
+
+    async def start(self, name: str | None, note: str, who: Person) -> NamedRecording:
+        """Begin a recording. Raises BadInput, Problem 409, Unwritable."""
+        ...
+
+    async def stop(self, who: Person | None = None) -> object:
+        """End it. Raises Problem 409, Unwritable."""
+        ...
 
 
 class RouteRun(msgspec.Struct):
@@ -71,6 +103,8 @@ class RouteRun(msgspec.Struct):
     acts: bool = False  # the command under way is the stop's action
     command: int | None = None  # id of the command under way
     until: float = 0.0  # [s] monotonic: end of a wait
+    rests: bool = False  # it waits for the time of its next round
+    round_at: float = 0.0  # [s] Unix time: when this round began
     skipped: int = 0
 
     @property
@@ -96,9 +130,23 @@ class RouteService(Part):
         self._file = home / FILE
         self._maps, self._places, self._dispatcher, self._lease = maps, places, dispatcher, lease
         self._history, self._notifications = history, notifications
+        self.when_noted: list[
+            Callable[[str, str], None]
+        ] = []  # called with what happened at a stop, and how it ended
+        self.pictures = home / PICTURES
+        self.recorder: Recorder | None = None
+        self.clock = time.time  # [s] Unix time
+        self._image: Image | None = None
+        self._stamp_pose = (0.0, Pose())
+        self._tasks: set[asyncio.Task[None]] = set()
         self._own = False  # this service itself gives a command now
         self._battery: float | None = None
         dispatcher.when_cancelled.append(self._cancelled)
+        dispatcher.handlers |= {
+            START_ROUTE.name: lambda command, who: self.start(command.place, who, unattended=False),
+            PAUSE_ROUTE.name: lambda _, who: self.pause(who),
+            RESUME_ROUTE.name: lambda _, who: self.resume(who),
+        }
 
     async def open(self) -> None:
         """Read what a console before this one was doing: it stands as interrupted."""
@@ -161,8 +209,14 @@ class RouteService(Part):
         if self._is_low:
             raise Problem(409, LOW)
         run = RouteRun(route, who, unattended)
-        self._drive(run)
-        self.run_now = run
+        if (rest := self._rest(run)) > 0.0:
+            self._dispatcher.admit_waiting(who)
+            self.run_now = run
+            self._wait_for_round(run, rest)
+        else:
+            run.round_at = self.clock()
+            self._drive(run)
+            self.run_now = run
         self._keep()
         self._history.add("route", who, words=f"start {route.name}")
         return run
@@ -177,7 +231,10 @@ class RouteService(Part):
     def resume(self, who: Person) -> RouteRun:
         """Go on at the stop where it stands, in this person's name. Raises Problem 403, 409, 503."""
         run = self._running(who)
-        if run.state == "waiting" and run.here.action == "wait_for_continue":
+        if run.state == "waiting" and run.rests:
+            self._lease.check_not_anothers(who)
+            self._begin_round(run)
+        elif run.state == "waiting" and run.here.action == "wait_for_continue":
             self._lease.check_not_anothers(who)
             self._next(run)
         elif run.state == "paused":
@@ -219,6 +276,8 @@ class RouteService(Part):
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """A robot that lost its place drives no route."""
         self._battery = snapshot.battery
+        self._image = frame.image or self._image
+        self._stamp_pose = snapshot.stamp, snapshot.estimate.pose
         run = self.run_now
         if run is not None and run.state in ("driving", "waiting") and snapshot.floor.lost is not None:
             self._stand(run, "paused", LOST)
@@ -234,6 +293,9 @@ class RouteService(Part):
             self._look_at_command(run, now)
         elif run.state == "driving" and now >= run.until:
             self._try_again(run)
+        elif run.state == "waiting" and run.rests:
+            if now >= run.until:
+                self._begin_round(run)
         elif run.state == "waiting" and run.here.action != "wait_for_continue" and now >= run.until:
             self._next(run)
 
@@ -256,7 +318,82 @@ class RouteService(Part):
         elif run.here.action == "come_here" and not run.acts:
             self._come_here(run)
         else:
+            self._act(run)
             self._wait(run)
+
+    def _act(self, run: RouteRun) -> None:
+        """Say, take a picture, record: what needs no motion and is not waited for."""
+        stop = run.here
+        if stop.action == "say":
+            self._notifications.tell("info", stop.text, f"say {self.clock():.2f}")
+            self._note(run, "done", Statement("routes.said", text=stop.text))
+        elif stop.action == "take_a_picture":
+            self._later(self._take_picture(run, stop))
+        elif stop.action == "record":
+            self._later(self._record(run, max(MIN_RECORD_S, stop.wait_s)))
+
+    def _later(self, work: Coroutine[None, None, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _take_picture(self, run: RouteRun, stop: RouteStop) -> None:
+        """The newest picture as a JPEG, with where and when it was taken in its comment."""
+        image, (stamp, pose) = self._image, self._stamp_pose
+        if image is None:
+            self._note(run, "failed", Statement("routes.no_camera"))
+            return
+        now = self.clock()
+        when = time.strftime("%Y%m%d-%H%M%S", time.localtime(now))
+        name = f"{slug(run.route.name, 'route')}-{when}-{run.stop + 1}.jpg"
+        facts = {
+            "route": run.route.name,
+            "round": run.rounds + 1,
+            "stop": run.stop + 1,
+            "place": stop.place,
+            "unix_s": round(now, 3),
+            "robot_s": round(stamp, 3),
+            "pose": [round(pose.x, 3), round(pose.y, 3), round(pose.heading, 4)],
+            "map": self._maps.shown.name,
+        }
+        try:
+            content = await asyncio.to_thread(commented_jpeg, image.pixels, json.dumps(facts))
+            await asyncio.to_thread(write_atomic, self.pictures / name, content)
+        except OSError as trouble:
+            self._note(run, "failed", Statement("routes.no_picture", why=trouble.strerror or str(trouble)))
+            return
+        self._note(run, "done", Statement("routes.picture", name=name))
+
+    async def _record(self, run: RouteRun, seconds: float) -> None:
+        """A recording of so many seconds."""
+        if self.recorder is None:
+            return
+        try:
+            state = await self.recorder.start(None, f"{run.route.name}: {run.here.place}", run.owner)
+            self._note(run, "done", Statement("routes.records", name=state.name))
+            await asyncio.sleep(seconds)
+            await self.recorder.stop(run.owner)
+        except (Problem, BeckonError) as trouble:
+            words = trouble.detail if isinstance(trouble, Problem) else str(trouble)
+            self._note(run, "failed", words)
+
+    # rounds by the clock
+
+    def _rest(self, run: RouteRun) -> float:
+        """How long [s] until its next round may begin."""
+        route, now = run.route, self.clock()
+        soonest = run.round_at + 60.0 * route.every_min if run.round_at else now
+        return max(0.0, seconds_until_open(route.begins, route.ends, max(now, soonest)) + max(0.0, soonest - now))
+
+    def _wait_for_round(self, run: RouteRun, seconds: float) -> None:
+        when = time.strftime("%H:%M", time.localtime(self.clock() + seconds))
+        run.state, run.rests, run.until = "waiting", True, time.monotonic() + seconds
+        run.reason = Statement("routes.next_round", when=when)
+        self._keep()
+
+    def _begin_round(self, run: RouteRun) -> None:
+        run.rests, run.round_at = False, self.clock()
+        self._try_again(run)
 
     def _come_here(self, run: RouteRun) -> None:
         """Go from the stop to who called last; who cannot be found is left alone."""
@@ -282,6 +419,10 @@ class RouteService(Part):
                 self._stand(run, "ended", DONE if not run.skipped else Statement("routes.over"))
                 return
             run.stop = 0
+            if not stand and (rest := self._rest(run)) > 0.0:
+                self._wait_for_round(run, rest)
+                return
+            run.round_at = self.clock()
         if stand:
             run.reason = Statement("routes.before_next")
             self._keep()
@@ -374,6 +515,8 @@ class RouteService(Part):
     def _note(self, run: RouteRun, state: str, remark: str) -> None:
         """Write into the history how a stop ended."""
         words = f"{run.route.name}: stop {run.stop + 1} of {len(run.route.stops)}, {run.here.place}"
+        for tell in self.when_noted:
+            tell(words, remark or state)
         self._history.add(
             "route", run.owner, state=state if state != "skipped" else "done", words=words, remark=remark
         )
@@ -395,5 +538,34 @@ class RouteService(Part):
         for stop in route.stops:
             if not 0.0 <= stop.wait_s <= MAX_WAIT_S:
                 raise BadInput(Statement("routes.wait", most=f"{MAX_WAIT_S:g}"))
+            if stop.action == "say" and not 0 < len(stop.text) <= MAX_SAID_LETTERS:
+                raise BadInput(Statement("routes.text", most=MAX_SAID_LETTERS))
             stops.append(msgspec.structs.replace(stop, place=self._places.find(stop.place).name))
-        return RouteMark(checked_name(route.name), tuple(stops), route.loop)
+        if (route.begins or route.ends or route.every_min) and not route.loop:
+            raise BadInput(Statement("routes.hours_of_rounds"))
+        if bool(route.begins) != bool(route.ends) or not all(HOUR.fullmatch(one or "00:00") for one in hours(route)):
+            raise BadInput(Statement("routes.hours"))
+        return msgspec.structs.replace(route, name=checked_name(route.name), stops=tuple(stops))
+
+
+def hours(route: RouteMark) -> tuple[str, str]:
+    """When its rounds begin and end."""
+    return route.begins, route.ends
+
+
+def seconds_until_open(begins: str, ends: str, now: float) -> float:
+    """How long [s] from `now` [s] Unix time until the clock is between two hours, "HH:MM", over midnight too."""
+    if not begins:
+        return 0.0
+    local = time.localtime(now)
+    seconds = 3600 * local.tm_hour + 60 * local.tm_min + local.tm_sec
+    first, last = (60 * (60 * int(one[:2]) + int(one[3:])) for one in (begins, ends))
+    is_open = first <= seconds < last if first < last else seconds >= first or seconds < last
+    return 0.0 if is_open else float((first - seconds) % DAY_S)
+
+
+def commented_jpeg(pixels: Array, comment: str) -> bytes:
+    """Pixels (H, W, 3), blue first → JPEG with a comment."""
+    packed = cv2.imencode(".jpg", pixels)[1].tobytes()
+    text = comment.encode()
+    return packed[:2] + b"\xff\xfe" + (len(text) + 2).to_bytes(2, "big") + text + packed[2:]

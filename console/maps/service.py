@@ -6,8 +6,10 @@ import asyncio
 import logging
 import math
 import re
+import secrets
 import time
 from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TypeVar
 
@@ -16,8 +18,8 @@ from console.control.dispatcher import REACHED, CommandDispatcher
 from console.control.history import History
 from console.control.lease import Lease
 from console.http.problems import Problem
-from console.maps.export import FLOOR, PREVIEW, known_part, write_map
-from console.maps.marks import MapMarks, read_marks, write_marks
+from console.maps.export import FLOOR, PREVIEW, known_part, overlay, write_map
+from console.maps.marks import MapMarks, put_together, read_marks, write_marks
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, checked_name
 from console.maps.trajectory import Trajectory, laid_out
 from console.messages import MapState
@@ -25,10 +27,10 @@ from console.part import Part
 from console.robot.link import RobotLink
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import to_the_end
-from core.errors import BeckonError
+from core.errors import BadInput, BeckonError
 from core.files import saving
 from core.geometry import Pose
-from core.pilot.pilot import Pilot
+from core.pilot.pilot import Pilot, parts_of
 from core.pipelines.nav2_map import laid_out as cells_laid_out
 from core.pipelines.nav2_map import read_nav2_zip
 from core.pipelines.slam_files import landmarks_csv, trajectory_tum
@@ -40,6 +42,7 @@ from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.outline import MapOutline, trace_outline
 from core.slam.map.status import ClosureStatus
+from core.slam.map_join import MapMatch, grid_of, join_maps, match_maps
 from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
@@ -53,6 +56,19 @@ LAST_BUT_ONE = "last map but one"  # what it was when this console began
 AUTOSAVE_PERIOD_S = 60.0
 ITSELF = Person("console", "Beckon", "operator")
 MAX_PACKERS = 4  # who packs a map and those who wait for it
+
+
+@dataclass(frozen=True)
+class JoinProposal:
+    """Two saved maps, and where the newer one lies in the older one: shown, and joined when a person says so."""
+
+    id: str
+    older: StoredMap
+    newer: StoredMap
+    saved: SavedMap
+    other: SavedMap
+    found: MapMatch
+    picture: bytes  # PNG
 
 
 class MapService(Part):
@@ -86,6 +102,8 @@ class MapService(Part):
         self._earlier_kept = False  # the last map of the console before this one has its own name
         self.marks = MapMarks()  # of the map in use
         self.marks_revision = 0
+        self._proposal: JoinProposal | None = None  # that was shown last
+        self._redrawn = False  # edits were made since the saved map in use was written
 
     # state
 
@@ -193,6 +211,58 @@ class MapService(Part):
         self._changed("import", card.name, who)
         return card
 
+    async def match(self, older: str, newer: str) -> JoinProposal:
+        """Find where one saved map lies in another; nothing is changed. Raises BadInput, Problem 404, 429, 503."""
+        async with self._packing.taken():
+            kept = [await self.kept(name) for name in (older, newer)]
+            if kept[0].folder == kept[1].folder or kept[0].card.resolution_m != kept[1].card.resolution_m:
+                raise BadInput(Statement("join.two_maps"))
+            parts = parts_of(self._settings)
+
+            def find() -> JoinProposal:
+                one, two = (SavedMap.from_files(self._store.checked(one) / FLOOR) for one in kept)
+                found = match_maps(one, two, parts)
+                drawn = overlay(grid_of(one, parts), grid_of(two, parts), found.pose)
+                return JoinProposal(secrets.token_hex(4), kept[0], kept[1], one, two, found, drawn)
+
+            self._proposal = await self._on_disk(asyncio.to_thread(find))
+            return self._proposal
+
+    def shows(self, number: str) -> bool:
+        """Return whether this is the match that was shown last."""
+        return self._proposal is not None and self._proposal.id == number
+
+    def proposal(self, number: str) -> JoinProposal:
+        """The match that was shown last. Raises Problem 409."""
+        if self._proposal is None or self._proposal.id != number:
+            raise Problem(409, Statement("join.gone"))
+        return self._proposal
+
+    async def join(self, number: str, name: str, who: Person) -> MapInfo:
+        """Join the two maps of a match that was shown, as a new one; both stay as they are.
+
+        Raises BadInput, NameTaken, Unwritable, Problem 404, 409, 503.
+        """
+        shown, named, parts = self.proposal(number), checked_name(name), parts_of(self._settings)
+
+        def put() -> tuple[SavedMap, OccupancyGrid, MapMarks]:
+            saved = join_maps(shown.saved, shown.other, shown.found, parts)
+            marks = put_together(read_marks(shown.older.folder), read_marks(shown.newer.folder), shown.saved.submaps)
+            return saved, grid_of(saved, parts), marks
+
+        saved, grid, marks = await self._on_disk(asyncio.to_thread(put))
+        card = self._card(named, who, known_part(grid), saved.submaps)
+        card.landmarks = sum(map(len, saved.facts.landmarks))
+
+        def fill(folder: Path) -> None:
+            write_map(folder, saved, grid, landmarks_csv(()), "")
+            write_marks(folder, marks)
+
+        await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=False)))
+        self._proposal = None
+        self._changed("join", card.name, who)
+        return card
+
     def _card(self, name: str, who: Person, grid: OccupancyGrid, submaps: int) -> MapInfo:
         """The card of a map that is kept now; `grid`: its known part."""
         rows, columns = grid.log_odds.shape
@@ -231,6 +301,10 @@ class MapService(Part):
         while True:
             await asyncio.sleep(AUTOSAVE_PERIOD_S)
             await self.autosaved()
+            try:
+                await self._keep_redrawn()
+            except (BeckonError, Problem) as trouble:
+                log.warning("The edited map could not be written again: %s", trouble)
 
     async def autosaved(self) -> bool:
         """Keep an unsaved map that has grown as the last one → True when it was kept. It stays unsaved."""
@@ -286,6 +360,7 @@ class MapService(Part):
 
     async def packed(self, name: str) -> IO[bytes]:
         """A saved map as a zip on the disk. Raises Problem 404, 429, 503, BadInput, Unwritable."""
+        await self._keep_redrawn()
         kept = await self.kept(name)
         async with self._packing.taken():
             return await self._on_disk(asyncio.to_thread(self._store.packed, kept))
@@ -297,29 +372,34 @@ class MapService(Part):
 
     # what people marked on the map in use
 
-    async def mark(self, change: Callable[[MapMarks], MapMarks], words: str, who: Person) -> None:
-        """Change the marks, and have them on the disk with their map. Raises what `change` raises, Unwritable,
-        Problem 404, 503.
+    async def mark(
+        self, change: Callable[[MapMarks], MapMarks], words: str, who: Person, *, whole: bool = False
+    ) -> None:
+        """Change the marks, and have them on the disk with their map, with a `whole` new one where that was turned.
+
+        Raises what `change` raises, Unwritable, Problem 404, 503.
         """
         before = self.marks
         marks = change(before)
         _ = self.grid  # a mark without a map means nothing
         self._set_marks(marks)
         try:
-            await self._keep_marks(marks)
+            await self._keep_marks(marks, whole=whole)
+            self._redrawn |= marks.edits != before.edits
         except BaseException:
             if self.marks is marks:
                 self._set_marks(before)
             raise
         self._history.add("map", who, words=words)
 
-    async def _keep_marks(self, marks: MapMarks) -> None:
+    async def _keep_marks(self, marks: MapMarks, *, whole: bool) -> None:
         """Have them with the saved map that is in use; a map without a name is kept as the last one."""
         name = self._name
         if name is None:
             self._unsaved = True
             await self._keep_earlier()
-            await self._write(LAST_MAP, ITSELF, replace=True)
+        if name is None or whole:
+            await self._write(name or LAST_MAP, ITSELF, replace=True)
             self._revision += 1
             return
 
@@ -331,6 +411,13 @@ class MapService(Part):
                 write_marks(kept.folder, marks)
 
         await self._on_disk(self._taking_turns(write))
+
+    async def _keep_redrawn(self) -> None:
+        """The pictures of the saved map that is in use show its newest edits from now on."""
+        if self._redrawn and self._name is not None:
+            await self._write(self._name, ITSELF, replace=True)
+            self._revision += 1
+        self._redrawn = False
 
     def _set_marks(self, marks: MapMarks) -> None:
         """These hold from now on, where the map is now."""

@@ -32,6 +32,10 @@ class DriveEvents:
         self._texts.append((WORDS, words))
         self._add("words", words=words, verdict=verdict, command=command)
 
+    def note(self, words: str, remark: str) -> None:
+        """Note an event at a stop of a route."""
+        self._add("route", words=words, remark=remark)
+
     def take(self, snapshot: Snapshot, notices: Iterable[Notice], gate: GateStatus) -> str:
         """The newest snapshot → why it should be kept, where something went wrong; else ""."""
         self._take_commands(snapshot)

@@ -253,6 +253,11 @@ class RecordingService(Part):
         if self._listens:
             self._events.heard(words, verdict, command)
 
+    def note(self, words: str, remark: str) -> None:
+        """Something that happened at a stop of a route."""
+        if self._listens:
+            self._events.note(words, remark)
+
     def _happened(self, why: str) -> None:
         """Something went wrong: the ring is kept in a moment."""
         now = time.monotonic()

@@ -9,6 +9,7 @@ from core.commands.command import Command, CommandSpec
 from core.commands.continue_straight import CONTINUE
 from core.commands.follow_me import FOLLOW_ME
 from core.commands.follow_wall import FOLLOW_WALL
+from core.commands.routes import ROUTE_COMMANDS
 from core.commands.stop_at import STOP_AT
 from core.commands.stop_moving import START, STOP_MOVING
 from core.commands.turn import TURN_LEFT, TURN_RIGHT
@@ -25,7 +26,7 @@ VOCABULARY: tuple[CommandSpec, ...] = (
     START,
 )
 """Every command, in the order of Table 2; the words are those of `CommandSpec.words`."""
-SPECS = {spec.name: spec for spec in VOCABULARY}
+SPECS = {spec.name: spec for spec in (*VOCABULARY, *ROUTE_COMMANDS)}
 
 
 def spec_of(name: str) -> CommandSpec:

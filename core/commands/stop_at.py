@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.commands.command import Action, Command, CommandPreview, CommandSpec, Parameter, Progress, Target
+from core.commands.routes import START_ROUTE
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalAim, GoalController
@@ -81,7 +82,10 @@ SAID_OF_PLACES = TO_PLACE[1]  # by most people
 
 
 def command_to(place: NamedPlace) -> Command:
-    """Build STOP AT for a named place: the bounds of spoken numbers do not concern it."""
+    """Build STOP AT for a named place: the bounds of spoken numbers do not concern it. A route is started."""
+    if place.route:
+        words = START_ROUTE.words[0].format(name=place.name.lower())
+        return Command(name=START_ROUTE.name, numbers={}, heard_as=words, place=place.name)
     numbers = {"x_m": place.x_m, "y_m": place.y_m}
     if place.heading_rad is not None:
         numbers["heading_rad"] = place.heading_rad

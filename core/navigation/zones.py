@@ -13,10 +13,11 @@ import numpy as np
 from core.gate import Twist
 from core.geometry import Pose
 from core.message import Array
-from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.occupancy import OccupancyGrid, grown
 
 ZoneKind = Literal["keep_out", "slow"]
 KEPT_OUT_LOG_ODDS = 20.0  # of a cell that is planned around, however free it was seen
+FLOOR_LOG_ODDS = -0.3  # up to which a cell is known to be free
 REACTION_S = 0.25  # [s] until a stop reaches the wheels
 BRAKING_M_S2 = 1.0  # [m/s²]
 
@@ -71,13 +72,24 @@ class KeepOuts:
             return grid
         low = np.min([zone.points.min(axis=0) for zone in self.zones], axis=0) - grid.resolution
         high = np.max([zone.points.max(axis=0) for zone in self.zones], axis=0) + grid.resolution
-        grown = _grown(grid, low, high)
-        log_odds = grown.log_odds.copy()
+        wide = grown(grid, low, high)
+        log_odds = wide.log_odds.copy()
         for zone in self.zones:
-            log_odds[cells_in(zone.points, grown)] = KEPT_OUT_LOG_ODDS
+            log_odds[cells_in(zone.points, wide)] = KEPT_OUT_LOG_ODDS
         return OccupancyGrid(
-            revision=grown.revision, resolution=grown.resolution, origin=grown.origin, log_odds=log_odds
+            revision=wide.revision, resolution=wide.resolution, origin=wide.origin, log_odds=log_odds
         )
+
+
+def roomiest_spot(points: Array, grid: OccupancyGrid) -> tuple[float, float] | None:
+    """The spot (x, y) [m] within a polygon (N, 2), world, with most free floor around; None where there is none."""
+    floor = np.pad(cells_in(points, grid) & (grid.log_odds < FLOOR_LOG_ODDS), 1).astype(np.uint8)
+    gap = cv2.distanceTransform(floor, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
+    if not gap.any():
+        return None
+    row, column = np.unravel_index(int(gap.argmax()), gap.shape)
+    x, y = grid.origin + (np.array([column, row]) + 0.5) * grid.resolution
+    return float(x), float(y)
 
 
 def stopping_way(speed: float) -> float:
@@ -101,19 +113,3 @@ def cells_in(points: Array, grid: OccupancyGrid) -> Array:
     corners = np.rint((points - grid.origin) / grid.resolution - 0.5).astype(np.int32)
     cv2.fillPoly(mask, [corners.reshape(-1, 1, 2)], 1)
     return mask.astype(bool)
-
-
-def _grown(grid: OccupancyGrid, low: Array, high: Array) -> OccupancyGrid:
-    """The grid with unknown cells around it, so that it reaches from `low` to `high` (2,) [m], world."""
-    rows, columns = grid.log_odds.shape
-    before = np.maximum(0, np.ceil((grid.origin - low) / grid.resolution)).astype(int)
-    end = grid.origin + grid.resolution * np.array([columns, rows])
-    after = np.maximum(0, np.ceil((high - end) / grid.resolution)).astype(int)
-    if not before.any() and not after.any():
-        return grid
-    return OccupancyGrid(
-        revision=grid.revision,
-        resolution=grid.resolution,
-        origin=grid.origin - grid.resolution * before,
-        log_odds=np.pad(grid.log_odds, ((before[1], after[1]), (before[0], after[0]))),
-    )

@@ -16,12 +16,14 @@ from core.perception.landmarks.edges import ImageEdge
 from core.pilot.trail import NO_POINTS
 from core.recording.frame_record import (
     ClosureAct,
+    EditAct,
     FrameRecord,
     MapAct,
     PlaceAct,
     ResultRecord,
     TakenAct,
     TakenRecord,
+    TurnAct,
     UsedAct,
     row_of,
 )
@@ -95,7 +97,7 @@ def _act_again(act: TakenAct) -> PilotAct:
             return SavedMap.from_bytes(content, MAP_NAME)
         case UsedAct(profile):
             return profile_from_json(profile)
-        case PlaceAct() | ClosureAct():
+        case PlaceAct() | ClosureAct() | EditAct() | TurnAct():
             return act
 
 

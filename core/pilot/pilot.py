@@ -8,6 +8,8 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from core.calibration.laser.drift import MountWatch
 from core.commands import spec_of
 from core.commands.command import Command
@@ -27,13 +29,14 @@ from core.pilot.scan_timing import ScanTiming
 from core.pilot.sensor_watch import SensorWatch, loss, recovery
 from core.pilot.sound_perception import SoundPerception
 from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
-from core.recording.frame_record import ClosureAct, PlaceAct
+from core.recording.frame_record import ClosureAct, EditAct, PlaceAct, TurnAct
 from core.robots import Profile
 from core.sensors import Fault, SensorFrame, Wheels
 from core.sentences import Statement
 from core.settings import Settings
 from core.slam.dead_reckoning import DeadReckoning
 from core.slam.estimate import Estimate, Landmark
+from core.slam.map.edits import MapEdit, MapEdits
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.mapper import AnchoredPose, Mapper
@@ -97,6 +100,9 @@ class Pilot:
         self._who: PersonProfile | None = None
         self._keep_outs = KeepOuts()
         self._ground: tuple[OccupancyGrid, KeepOuts, OccupancyGrid] | None = None  # a grid and the same with zones
+        self._edits = MapEdits()
+        self._edited: tuple[OccupancyGrid, MapEdits, OccupancyGrid] | None = None  # what was seen, and with edits
+        self._hidden: tuple[tuple[Landmark, ...], OccupancyGrid, tuple[Landmark, ...]] | None = None
         self._look: PersonLook | None = None
         self.frame = SensorFrame(stamp=-math.inf)  # the newest, for the console: what is used, with its own stamps
         self._doing = ""  # name of the command that was under way when the newest frame came
@@ -171,6 +177,15 @@ class Pilot:
     def place_at(self, x: float, y: float, heading: float | None = None) -> None:
         """The operator says "I am here": world [m], [rad]."""
         self._act(PlaceAct(x, y, heading))
+
+    def edit_map(self, edits: MapEdits) -> None:
+        """Lay these edits over what was seen, and no others, from the next frame on."""
+        rows = ((edit.kind, float(edit.width), tuple(map(tuple, edit.points.tolist()))) for edit in edits.edits)
+        self._act(EditAct(tuple(rows)))
+
+    def turn_map(self, angle: float) -> None:
+        """Turn the map, and the robot in it, about the origin of the world by `angle` [rad]."""
+        self._act(TurnAct(angle))
 
     def enter_map(self, saved: SavedMap) -> None:
         """Go on in this map from the next frame on; the robot looks for its place in it."""
@@ -280,6 +295,11 @@ class Pilot:
                 self._mapper.place_at(x, y, heading)
             case ClosureAct(number, believed):
                 (self._mapper.redo if believed else self._mapper.undo)(number)
+            case EditAct(edits):
+                self._edits = MapEdits(tuple(MapEdit(kind, np.array(at), width) for kind, width, at in edits))
+            case TurnAct(angle):
+                self._executor.end("failed", Statement("pilot.other_map"))
+                self._mapper.turn_map(angle)
             case SavedMap():
                 self._enter(act)
             case _:
@@ -294,9 +314,11 @@ class Pilot:
     def _enter(self, saved: SavedMap) -> None:
         """Forget the present map and take this one."""
         self._executor.end("failed", Statement("pilot.other_map"))
-        self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
+        self._trail, self._dead_reckoning_trail, self._edits = MapTrail(), Trail(), MapEdits()
         believed = self._mapper.pose_in(saved)
+        former = self._mapper.graph.revision
         self._mapper = Mapper(parts_of(self._settings), self._profile.laser, self._profile.drives, saved, believed)
+        self._mapper.graph.revision += former + 1  # another map, whatever the number of its own changes
 
     @property
     def _is_idle(self) -> bool:
@@ -335,9 +357,29 @@ class Pilot:
         zone = self._keep_outs.around(numbers["x_m"], numbers["y_m"], self._body.radius)
         return "" if zone is None else Statement("zones.inside", name=zone.name)
 
+    @property
+    def _grid(self) -> OccupancyGrid:
+        """The map with the edits of people."""
+        seen, known = self._mapper.grid, self._edited
+        if known is None or known[0] is not seen or known[1] is not self._edits:
+            self._edited = known = seen, self._edits, self._edits.on(seen)
+        return known[2]
+
+    @property
+    def _landmarks(self) -> tuple[Landmark, ...]:
+        """The landmarks but those where people erased the map."""
+        marks, grid, known = self._mapper.landmarks, self._grid, self._hidden
+        if not self._edits.edits or not marks:
+            return marks
+        if known is None or known[0] is not marks or known[1] is not grid:
+            hidden = self._edits.hides(grid, np.array([mark.position for mark in marks]))
+            left = tuple(mark for mark, gone in zip(marks, hidden.tolist(), strict=True) if not gone)
+            self._hidden = known = marks, grid, left
+        return known[2]
+
     def _planned_on(self, pose: Pose) -> OccupancyGrid:
         """The map with the zones to keep out of as walls, but for the one in which the robot stands."""
-        grid, zones = self._mapper.grid, self._keep_outs.left_by(pose)
+        grid, zones = self._grid, self._keep_outs.left_by(pose)
         known = self._ground
         if known is None or known[0] is not grid or known[1] != zones:
             self._ground = known = grid, zones, zones.on(grid)
@@ -456,11 +498,11 @@ class Pilot:
             setpoint_command_id=doing.active_command.id if doing.active_command else 0,
             nonce=frame.nonce,
             scan_points=frozen(self._mapper.points),
-            landmarks=self._mapper.landmarks,
+            landmarks=self._landmarks,
             associations=self._mapper.associations,
             slam=self._mapper.slam,
             floor=self._mapper.health,
-            grid=self._mapper.grid,
+            grid=self._grid,
             trail=self._trail.add(self._mapper),
             dead_reckoning_trail=self._dead_reckoning_trail.add(dead_reckoning.pose.x, dead_reckoning.pose.y),
             path=NO_POINTS if doing.path is None else doing.path,

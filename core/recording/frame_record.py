@@ -15,6 +15,7 @@ from core.geometry import Pose
 from core.message import Array
 from core.sensors import Fault, Image, Scan, SensorFrame, Sound, Wheels
 from core.sentences import plain
+from core.slam.map.edits import CellEdit
 
 FRAME, ROBOT = "/beckon/frame", "/beckon/robot"  # topics: one of every frame; the robot as built and as used
 
@@ -65,13 +66,25 @@ class MapAct(Struct, frozen=True, tag="map"):
     content: bytes  # of the map's file
 
 
+class EditAct(Struct, frozen=True, tag="edit"):
+    """The operator edited the map: all edits that hold from here on."""
+
+    edits: tuple[tuple[CellEdit, float, tuple[tuple[float, float], ...]], ...]  # kind, width [m], points [m], world
+
+
+class TurnAct(Struct, frozen=True, tag="turn"):
+    """The operator turned the map about the origin of the world."""
+
+    angle: float  # [rad]
+
+
 class UsedAct(Struct, frozen=True, tag="used"):
     """The robot is seen otherwise from here on: it was calibrated."""
 
     profile: bytes  # JSON
 
 
-TakenAct = PlaceAct | ClosureAct | MapAct | UsedAct
+TakenAct = PlaceAct | ClosureAct | MapAct | EditAct | TurnAct | UsedAct
 """An act of people between two frames that changes the estimate."""
 
 

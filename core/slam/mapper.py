@@ -28,6 +28,7 @@ from core.slam.scan_matching.scan_tracker import ScanTracker
 from core.slam.submap_manager import MapperSettings, SubmapManager
 
 STRAYED_M, STRAYED_RAD = 0.3, math.radians(15)  # from where the robot believed to be: another place
+SAME_POSE = 1e-9  # [m], [rad] by which a map that is turned back may be off, before it is set to what it was
 MAX_OWED_PIECES = 5.0  # pieces of work that a frame with a scan leaves to the frames after it
 NO_POINTS = np.zeros((0, 2))
 
@@ -72,6 +73,7 @@ class Mapper:
         self._owed = 0.0  # pieces of work
         self._enters, self._believed = saved is not None, believed
         self._global_grid.finish(self.submaps.active.id)
+        self._turned: tuple[Array, Array] | None = None  # poses (K, 3) before the map was turned last, and after
         self.strayed = False  # whether the place that was found last is another one than was believed
 
     def update(
@@ -177,6 +179,21 @@ class Mapper:
     def redo(self, closure: int) -> bool:
         """Believe a closure again that was undone → whether there is one of that number."""
         return self._loop_closer.believe(closure, True)
+
+    def turn_map(self, angle: float) -> None:
+        """Turn everything about the origin of the world by `angle` [rad]; turned back, it is as before to the bit."""
+        if not self.graph.views:
+            return
+        poses, onto, last = self.graph.pose_array(), Pose(0.0, 0.0, angle), self._turned
+        turned = np.array([(onto @ Pose(*row)).vector for row in poses.tolist()])
+        if last is not None and np.array_equal(poses[: len(last[1])], last[1]):
+            first = len(last[0])
+            if np.abs(turned[:first] - last[0]).max() < SAME_POSE:
+                turned[:first] = last[0]
+        self._turned = poses, turned
+        self.graph.revise(turned)
+        self._apply_graph()
+        self._global_grid.finish(self.submaps.active.id)
 
     def place_at(self, x: float, y: float, heading: float | None) -> None:
         """Search at the place that the operator clicked: world [m], [rad]."""

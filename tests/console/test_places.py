@@ -39,7 +39,7 @@ def test_a_place_is_named_moved_gone_to_and_kept_with_its_map(live: Live) -> Non
     call(live, "POST", "/api/places", {"name": "WINDOW", "x_m": 0.1, "y_m": 0.1}, status=409)
 
     moved = call(live, "PATCH", "/api/places/desk", {"name": "table", "heading_rad": None})
-    assert moved == {"name": "table", "x_m": 0.4, "y_m": 0.1, "heading_rad": None}
+    assert moved == {"name": "table", "x_m": 0.4, "y_m": 0.1, "heading_rad": None, "outline_m": []}
     call(live, "PATCH", "/api/places/desk", {"name": "chair"}, status=404)
 
     begun = live.ask("POST", "/api/commands", {"text": "Go to the table."}, token=live.operator)

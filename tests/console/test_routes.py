@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import cv2
 import msgspec
+import numpy as np
 import pytest
 
 from console.access.logins import Person
 from console.maps.marks import RouteMark, RouteStop
-from console.maps.routes import FILE, LOST, LOW, RouteRun, RouteService
+from console.maps.routes import FILE, LOST, LOW, RouteRun, RouteService, seconds_until_open
 from core.pilot import Pilot
 from core.sensors import SensorFrame
 from core.slam.map.status import LostStatus
@@ -223,3 +226,69 @@ def test_after_a_restart_it_stands_as_interrupted(live: Live) -> None:
     told = progress(live)
     assert (told["state"], told["stop"], told["name"]) == ("ended", 2, "round") and "started again" in told["reason"]
     stays(live, "ended")
+
+
+@pytest.mark.campaign
+def test_actions_at_stops_say_record_and_take_pictures_and_stand_in_the_history(live: Live) -> None:
+    stops = [
+        {"place": "desk", "action": "say", "text": "Good morning"},
+        {"place": "sofa", "action": "take_a_picture"},
+        {"place": "desk", "action": "record", "wait_s": 0.2},
+    ]
+    call(live, "POST", "/api/routes", {"name": "acts", "stops": stops}, status=201)
+    call(live, "POST", "/api/routes", {"name": "x", "stops": [{"place": "desk", "action": "say"}]}, status=422)
+    start(live, "acts")
+    assert comes_to(live, "ended", 200)["reason"] == "All stops were reached."
+    (name,) = live.until(lambda: call(live, "GET", "/api/route/pictures")["pictures"])
+    jpeg = live.ask("GET", f"/api/route/pictures/{name}", token=live.viewer).body
+    assert (
+        jpeg[:4] == b"\xff\xd8\xff\xfe"
+        and b'"place": "sofa"' in jpeg[:400]
+        and cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR).shape[2] == 3
+    )
+    call(live, "GET", "/api/route/pictures/none.jpg", status=404)
+
+    def remarks() -> str:
+        rows = call(live, "GET", "/api/audit")["entries"]
+        return " ".join(row["remark"] for row in rows if row["what"] == "route")
+
+    live.until(lambda: "Good morning" in remarks() and name in remarks() and "has begun" in remarks())
+    live.until(lambda: any("acts" in one["note"] for one in call(live, "GET", "/api/recordings")["recordings"]), 60)
+
+
+def test_it_is_started_paused_and_resumed_by_words(live: Live) -> None:
+    for words, state in (("start the route patrol", "driving"), ("pause", "paused"), ("go on", "driving")):
+        entry = call(live, "POST", "/api/commands", {"text": words}, status=202)
+        assert progress(live)["state"] == state and entry["command"]["name"].endswith("_route")
+    call(live, "POST", "/api/commands", {"text": "start the route patrol"}, status=409)
+    call(live, "POST", "/api/commands", {"text": "start the route nowhere"}, status=422)
+
+
+def test_rounds_begin_within_their_hours_only(live: Live) -> None:
+    service = live.runtime.parts[RouteService]
+    stops = [{"place": "desk"}]
+    hours = {"loop": True, "begins": "08:30", "ends": "17:00", "every_min": 30.0}
+    call(live, "POST", "/api/routes", {"name": "hours", "stops": stops, **hours}, status=201)
+    for wrong in ({"begins": "8:30"}, {"ends": ""}, {"loop": False}):
+        call(live, "POST", "/api/routes", {"name": "x", "stops": stops, **hours, **wrong}, status=422)
+    night = time.mktime((2026, 3, 2, 22, 0, 0, 0, 0, -1))
+    service.clock = lambda: night
+    try:
+        told = call(live, "POST", "/api/routes/hours/start", {"unattended": True}, status=202)
+        assert told["state"] == "waiting" and "08:30" in told["reason"]
+        stays(live, "waiting")
+        service.clock = lambda: night + 10.5 * 3600
+        assert service.run_now is not None
+        service.run_now.until = 0.0
+        live.until(lambda: service.run_now.rounds == 1, 60)
+        told = comes_to(live, "waiting")
+        assert "09:00" in told["reason"]
+    finally:
+        service.clock = time.time
+
+
+def test_hours_may_lie_over_midnight() -> None:
+    at = time.mktime((2026, 3, 2, 23, 0, 0, 0, 0, -1))
+    assert seconds_until_open("22:00", "06:00", at) == seconds_until_open("", "", at) == 0.0
+    assert seconds_until_open("22:00", "06:00", at + 8 * 3600) == 15 * 3600
+    assert seconds_until_open("08:30", "17:00", at) == 9.5 * 3600

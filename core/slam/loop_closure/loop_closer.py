@@ -85,6 +85,13 @@ class LoopCloser:
         self._next_view = 0
         self._do_all()
 
+    def settle(self) -> None:
+        """Straighten the map once, by the links that it has; nothing is searched for."""
+        self._crooked = True
+        while self._crooked:
+            for _ in self._straighten():
+                pass
+
     def _do_all(self) -> None:
         while not self.work(1000) or self._fresh:
             self._crooked |= self._labour is None and self._fresh > 0
@@ -280,7 +287,7 @@ class LoopCloser:
     def _straighten(self) -> Generator[None, None, None]:
         """Solve the graph; what the map would not bend to is no longer accepted, and then once more."""
         graph, self._crooked, self._fresh = self._graph, False, 0
-        links, start = graph.links(), graph.pose_array()
+        links, start, revision = graph.links(), graph.pose_array(), graph.revision
         edges = graph.edges(links)
         self._size += len(edges) // EDGES_PER_PIECE
         yield
@@ -298,6 +305,9 @@ class LoopCloser:
         yield
         marginals = Marginals(equations.order, system)
         yield
+        if graph.revision != revision:  # it was turned meanwhile
+            self._crooked = True
+            return
         graph.revise(solution.poses, marginals)
 
     def _sift(self, loop_closure: LoopClosure, left: dict[Constraint, float]) -> None:

@@ -28,6 +28,22 @@ class OccupancyGrid:
     log_odds: Array  # (rows, columns) float32; 0 = unknown, > 0 occupied, < 0 free
 
 
+def grown(grid: OccupancyGrid, low: Array, high: Array) -> OccupancyGrid:
+    """The grid with unknown cells around it, so that it reaches from `low` to `high` (2,) [m], world."""
+    rows, columns = grid.log_odds.shape
+    before = np.maximum(0, np.ceil((grid.origin - low) / grid.resolution)).astype(int)
+    end = grid.origin + grid.resolution * np.array([columns, rows])
+    after = np.maximum(0, np.ceil((high - end) / grid.resolution)).astype(int)
+    if not before.any() and not after.any():
+        return grid
+    return OccupancyGrid(
+        revision=grid.revision,
+        resolution=grid.resolution,
+        origin=grid.origin - grid.resolution * before,
+        log_odds=np.pad(grid.log_odds, ((before[1], after[1]), (before[0], after[0]))),
+    )
+
+
 @dataclass(frozen=True)
 class OccupancyThresholds(ThresholdSet):
     """Log odds of a cell, and how often a scan is drawn."""

@@ -330,7 +330,7 @@ def _matched(text: str, own: OwnPhrases) -> MatchedWords | Refusal:
 
 def _other_place(text: str, own: OwnPhrases) -> Refusal | None:
     """The answer to words that go to a place which nobody has named; None where they go nowhere, or to numbers."""
-    known = [phrase.pattern for phrase in own if phrase.place is not None]
+    known = [phrase.pattern for phrase in own if phrase.place is not None and not phrase.place.route]
     if not known or not TO_SOMEWHERE.match(text) or MENTIONS_NUMBER.search(text):
         return None
     close = nearest(text, known)

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable
 
 from core.commands import VOCABULARY
+from core.commands.routes import PAUSE_ROUTE, RESUME_ROUTE, START_ROUTE
 from core.commands.stop_at import STOP_AT, TO_PLACE
 from core.commands.stop_moving import STOP_PHRASES
 from core.errors import BadInput
@@ -18,6 +19,8 @@ from core.speech.understanding.own_phrases import sound_key, too_close
 
 MIN_NAME_LETTERS, MAX_NAME_LETTERS = 3, 40
 MAX_PLACES = 60
+NEAR_SOUNDS, NEAR_LETTERS = 0.25, 0.5  # shares of two names that differ, up to which both together are too near
+SAME_LETTERS = 0.2  # share of the letters that differ, up to which they alone are
 NAME = re.compile(r"[A-Za-z0-9]+(?:['-][A-Za-z0-9]+)*(?: [A-Za-z0-9]+(?:['-][A-Za-z0-9]+)*)*")
 ARTICLE = "the "
 NUMBER_WORDS = {str(value): word for word, value in VALUES.items()} | {
@@ -44,13 +47,20 @@ def tidy_name(name: str) -> str:
 
 
 def place_phrases(places: Iterable[NamedPlace]) -> OwnPhrases:
-    """Return the phrases that go to these places, with the numbers in their names in digits and in words."""
-    return tuple(
-        OwnPhrase(pattern.format(name=said), STOP_AT, _read(pattern, said), place)
-        for place in places
+    """Return the phrases that go to these places, with the numbers in their names in digits and in words.
+
+    Where there are routes among them, also those that start, pause and resume a route.
+    """
+    known = list(places)
+    named = tuple(
+        OwnPhrase(pattern.format(name=said), kind, _read(pattern, said), place)
+        for place in known
+        for kind, patterns in ((START_ROUTE, START_ROUTE.words) if place.route else (STOP_AT, TO_PLACE),)
         for said in _said(place.name)
-        for pattern in TO_PLACE
+        for pattern in patterns
     )
+    steering = (PAUSE_ROUTE, RESUME_ROUTE) if any(place.route for place in known) else ()
+    return (*named, *(OwnPhrase(words, kind, compiled(words)) for kind in steering for words in kind.words))
 
 
 def check_name_apart(name: str, places: Iterable[str], own: OwnPhrases = ()) -> None:
@@ -59,7 +69,7 @@ def check_name_apart(name: str, places: Iterable[str], own: OwnPhrases = ()) -> 
     `places`: names of the others; `own`: phrases of the user's.
     """
     for other in places:
-        if _confusable(spoken_name(name), spoken_name(other)):
+        if _names_alike(spoken_name(name), spoken_name(other)):
             raise _alike(name, other)
     for pattern in TO_PLACE:
         words = pattern.format(name=spoken_name(name))
@@ -76,6 +86,14 @@ def _confusable(one: str, other: str) -> bool:
     """Return whether two phrases sound the same, or resemble each other both in sound and in letters."""
     alike = too_close(one, other) and 3 * slips(one, other) <= max(len(one), len(other))
     return alike or sound_key(one) == sound_key(other)
+
+
+def _names_alike(one: str, other: str) -> bool:
+    """Return whether two names are too near: nobody hears which of them stands alone after "go to"."""
+    keys = sound_key(one), sound_key(other)
+    sounds, letters = slips(*keys) / max(map(len, keys)), slips(one, other) / max(len(one), len(other))
+    near = (sounds <= NEAR_SOUNDS and letters <= NEAR_LETTERS) or letters <= SAME_LETTERS
+    return near or _confusable(one, other)
 
 
 def spoken_name(name: str) -> str:

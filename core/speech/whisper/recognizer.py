@@ -85,6 +85,8 @@ DOUBTED = 4.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written
 UNHEARD = 2.0  # [nats] … and by which "2.4" is likelier beside "0.4"
 DECIMAL_DOUBTED = 2.0  # [nats] by which "1.2" and "1.5" are less likely beside "1.25": a digit may be unheard
 NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits makes it doubtful
+DOUBTED_NAME = 1.5  # [nats] behind a named place, down to which free text that goes elsewhere makes it doubtful
+GOES_ELSEWHERE = re.compile(r"(?i)\s*(?:go|stop) (?:to|at) (?:the )?[a-z]{3,}")
 OTHER_NUMBER = re.compile(
     r"(?i)\b(?:half|quarter|first|second|third|fourth|fifth|sixth|seventh|eighth|ninth|tenth|once|twice|double)s?\b"
     r"|[0-9](?:st|nd|rd|th)\b|[½¼¾]|[0-9]/[0-9]"
@@ -314,10 +316,17 @@ class WhisperRecognizer:
         """Why these numbers must not move the robot; "": they may."""
         if best.key[2] or any(0 < abs(value) < LEAST_SPOKEN_M for _, value in best.key[1]):
             return NO_WHOLE_NUMBER
+        if not best.key[1] and best.key[0] not in SPECS and self._may_be_elsewhere(best, found):
+            return NOT_SURE
         digits = count_digits(best.spelling)
         near = (one.text for one in found.free if digits and one.nats > best.nats - NEAR_FREE)
         other = (text for text in near if key_of(text, self._own) != best.key)
         return MORE_DIGITS if any(count_digits(text) > digits or OTHER_NUMBER.search(text) for text in other) else ""
+
+    def _may_be_elsewhere(self, best: Meaning, found: Found) -> bool:
+        """Return whether free text that goes to another place is nearly as likely: no place of that name is known."""
+        near = (one.text for one in found.free if one.nats > best.nats - DOUBTED_NAME)
+        return any(GOES_ELSEWHERE.match(text) and key_of(text, self._own) != best.key for text in near)
 
     def _owed_to_chance(self, key: Key) -> float:
         """[nats] by which its numbers with one decimal are written more often than others, as far as it counts."""

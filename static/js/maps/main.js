@@ -4,6 +4,9 @@ import { t } from "../ui/texts.js";
 import "../panels/map-card.js";
 import "../panels/place-list.js";
 import "../panels/route-card.js";
+import "../panels/join-card.js";
+import "../panels/map-editor.js";
+import "../panels/nav2-card.js";
 import "../panels/own-navigation-card.js";
 import { make } from "../ui/element.js";
 
@@ -15,5 +18,8 @@ export function create() {
   const marks = make("section", { class: "card maps-card maps-marks", "aria-label": t("main.places_and_routes") });
   marks.append(...[places, routes].filter((part) => part !== undefined));
   const title = make("h2", { class: "visually-hidden" }, t("main.present_map"));
-  return { element: make("div", { class: "maps-page" }, title, saved, marks, own) };
+  const [editor, join, nav2] = ["map-editor", "join-card", "nav2-card"].map((name) => document.createElement(name));
+  const tools = make("section", { class: "card maps-card", "aria-label": t("map-editor.edit_the_map") });
+  tools.append(...[editor, join, nav2].filter((part) => part !== undefined));
+  return { element: make("div", { class: "maps-page" }, title, saved, marks, tools, own) };
 }

@@ -49,6 +49,14 @@ export const load = (name) => post(`${one(name)}/load`);
 /** @param {string} name */
 export const remove = (name) => call(one(name), { method: "DELETE" });
 
+/** @typedef {{id: string, older: string, newer: string, x_m: number, y_m: number, heading_rad: number, agree: number, of: number, overlap: number, conflict: number}} MapMatch */
+
+/** @param {string} older @param {string} newer names of saved maps @returns {Promise<MapMatch>} where it lies */
+export const match = (older, newer) => post(`${ROOT}/match`, { older, newer });
+
+/** @param {string} id of a match @param {string} name of the joined map @returns {Promise<SavedMap>} */
+export const join = (id, name) => post(`${ROOT}/join`, { match: id, name });
+
 /** @param {string} name */
 export const zipOf = (name) => address(`${one(name)}.zip`).href;
 

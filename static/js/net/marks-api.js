@@ -5,7 +5,7 @@ import { call, post } from "./api.js";
 
 /** @typedef {import("../drive/suggest.js").Kind} Kind */
 /** @typedef {import("./session.js").Session} Session */
-/** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number | null}} Place */
+/** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number | null, outline_m?: Array<[number, number]>}} Place */
 /**
  * @typedef {object} Zone
  * @property {string} name
@@ -14,8 +14,9 @@ import { call, post } from "./api.js";
  * @property {number | null} max_speed_m_s
  */
 
-/** @typedef {{place: string, wait_s: number, action: "wait_for_continue" | "come_here" | null}} Stop */
-/** @typedef {{name: string, stops: Stop[], loop: boolean}} Route */
+/** @typedef {"wait_for_continue" | "come_here" | "say" | "take_a_picture" | "record"} StopAction */
+/** @typedef {{place: string, wait_s: number, action: StopAction | null, text?: string}} Stop */
+/** @typedef {{name: string, stops: Stop[], loop: boolean, begins?: string, ends?: string, every_min?: number}} Route */
 /**
  * @typedef {object} RouteProgress the route under way, or the last one
  * @property {string | null} name
@@ -40,6 +41,9 @@ const send = (path, method, content) =>
 
 /** @param {Place} place @returns {Promise<Place>} */
 export const addPlace = (place) => post(PLACES, place);
+
+/** @param {string} name @param {Array<[number, number]>} outline corners [m] @returns {Promise<Place>} */
+export const addRoom = (name, outline) => post(PLACES, { name, outline_m: outline });
 
 /** @param {string} name @param {Partial<Place>} change @returns {Promise<Place>} */
 export const changePlace = (name, change) => send(one(PLACES, name), "PATCH", change);

@@ -56,6 +56,27 @@ class RouteCard extends Panel {
   #stops = make("ol", { class: "route-stops", "aria-label": t("route-card.stops") });
   #choice = make("select", { class: "field-box", "aria-label": t("route-card.add_a_stop") });
   #loop = make("input", { type: "checkbox" });
+  #begins = make("input", { type: "time", class: "field-box route-wait", "aria-label": t("route-card.rounds_from") });
+  #ends = make("input", { type: "time", class: "field-box route-wait", "aria-label": t("route-card.rounds_until") });
+  #every = make("input", {
+    type: "number",
+    class: "field-box route-wait",
+    min: "0",
+    max: "1440",
+    value: "0",
+    "aria-label": t("route-card.minutes_between_rounds"),
+  });
+  #hours = make(
+    "div",
+    { class: "route-acts", hidden: true },
+    t("route-card.rounds_from"),
+    this.#begins,
+    t("route-card.rounds_until"),
+    this.#ends,
+    t("route-card.every"),
+    this.#every,
+    "min",
+  );
   #save = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
   #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
   #form = make("form", { class: "route-form", hidden: true });
@@ -80,6 +101,7 @@ class RouteCard extends Panel {
       this.#stops,
       this.#choice,
       make("label", { class: "place-turns" }, this.#loop, t("route-card.round_and_round")),
+      this.#hours,
       this.#save,
     );
     this.append(
@@ -96,6 +118,7 @@ class RouteCard extends Panel {
       this.#list,
       this.#form,
     );
+    this.#loop.addEventListener("change", () => (this.#hours.hidden = !this.#loop.checked));
     this.#new.addEventListener("click", () => {
       this.#form.hidden = !this.#form.hidden;
       if (!this.#form.hidden) this.#name.focus();
@@ -208,9 +231,25 @@ class RouteCard extends Panel {
       make("option", { value: "" }, t("route-card.only_wait")),
       make("option", { value: "wait_for_continue" }, t("route-card.until_go_on")),
       make("option", { value: "come_here" }, t("route-card.come_here")),
+      make("option", { value: "say" }, t("route-card.say")),
+      make("option", { value: "take_a_picture" }, t("route-card.take_a_picture")),
+      make("option", { value: "record" }, t("route-card.record")),
     );
+    const text = make("input", {
+      class: "field-box",
+      type: "text",
+      maxlength: "280",
+      value: stop.text ?? "",
+      hidden: stop.action !== "say",
+      "aria-label": t("route-card.words_at_place", { place: stop.place }),
+    });
+    text.addEventListener("input", () => (stop.text = text.value));
+    text.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
     action.value = stop.action ?? "";
-    action.addEventListener("change", () => (stop.action = /** @type {Stop["action"]} */ (action.value || null)));
+    action.addEventListener("change", () => {
+      stop.action = /** @type {Stop["action"]} */ (action.value || null);
+      text.hidden = stop.action !== "say";
+    });
     const row = make(
       "li",
       { class: "route-stop", draggable: "true" },
@@ -218,6 +257,7 @@ class RouteCard extends Panel {
       wait,
       "s",
       action,
+      text,
       this.#act("chevron", t("route-card.place_earlier", { place: stop.place }), () => this.#move(index, index - 1)),
       this.#act("close", t("place-list.remove_name", { name: stop.place }), () => {
         this.#made.splice(index, 1);
@@ -259,7 +299,10 @@ class RouteCard extends Panel {
       this.#name.focus();
       return;
     }
-    const kept = await this.#try(() => addRoute({ name, stops: this.#made, loop: this.#loop.checked }));
+    const loop = this.#loop.checked;
+    const [begins, ends] = loop ? [this.#begins.value, this.#ends.value] : ["", ""];
+    const every = loop ? this.#every.valueAsNumber || 0 : 0;
+    const kept = await this.#try(() => addRoute({ name, stops: this.#made, loop, begins, ends, every_min: every }));
     if (!kept) return;
     this.#made = [];
     this.#name.value = "";

@@ -1,0 +1,108 @@
+// Element <join-card>: two saved maps of one building, where one lies in the other, and joined when a person says so.
+
+import { address, sentenceOf } from "../net/api.js";
+import * as maps from "../net/maps-api.js";
+import { make, write } from "../ui/element.js";
+import { degrees, fixed } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
+
+/** @typedef {import("../net/session.js").View} View */
+
+class JoinCard extends Panel {
+  #older = make("select", { class: "field-box", "aria-label": t("join-card.older_map") });
+  #newer = make("select", { class: "field-box", "aria-label": t("join-card.newer_map") });
+  #look = make("button", { type: "button", class: "button" }, t("join-card.match"));
+  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #words = make("p", { role: "status" });
+  #picture = make("img", { class: "join-picture", alt: t("join-card.both_maps_over_each_other") });
+  #name = make("input", {
+    type: "text",
+    maxlength: "40",
+    class: "field-box",
+    autocomplete: "off",
+    placeholder: t("join-card.name_of_the_joined_map"),
+    "aria-label": t("join-card.name_of_the_joined_map"),
+  });
+  #join = make("button", { type: "submit", class: "button primary" }, t("join-card.join"));
+  #leave = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
+  #question = make("form", { class: "join-question", hidden: true });
+  #revision = -1;
+  #match = "";
+
+  /** @override */
+  build() {
+    const row = make("div", { class: "nav2-form" }, this.#older, this.#newer, this.#look);
+    const acts = make("div", { class: "nav2-form" }, this.#name, this.#leave, this.#join);
+    this.#question.append(this.#words, this.#picture, acts);
+    const about = make("p", { class: "note" }, t("join-card.two_maps_of_one_building"));
+    this.append(make("h3", {}, t("join-card.join_two_maps")), about, row, this.#trouble, this.#question);
+    this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
+    this.#leave.addEventListener("click", () => (this.#question.hidden = true));
+    this.#look.addEventListener("click", () => void this.#try(() => this.#show()));
+    this.#question.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#try(async () => {
+        const kept = await maps.join(this.#match, this.#name.value.trim());
+        this.#question.hidden = true;
+        this.session.announce(t("join-card.the_map_name_is_kept", { name: kept.name }));
+      });
+    });
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, hello }) {
+    this.hidden = hello === null || hello.you.role === "viewer";
+    if (!state || this.hidden || this.offsetParent === null || state.map.revision === this.#revision) return;
+    this.#revision = state.map.revision;
+    void maps.list().then(
+      (found) => {
+        for (const [select, words] of /** @type {const} */ ([
+          [this.#older, t("join-card.older_map")],
+          [this.#newer, t("join-card.newer_map")],
+        ])) {
+          const chosen = select.value;
+          const options = found.map(({ name }) => make("option", { value: name }, name));
+          select.replaceChildren(make("option", { value: "" }, words), ...options);
+          select.value = found.some(({ name }) => name === chosen) ? chosen : "";
+        }
+      },
+      () => (this.#revision = -1),
+    );
+  }
+
+  async #show() {
+    const found = await maps.match(this.#older.value, this.#newer.value);
+    this.#match = found.id;
+    const share = (/** @type {number} */ value) => `${Math.round(100 * value)} %`;
+    const where = `${fixed(found.x_m, 2)}, ${fixed(found.y_m, 2)} m, ${degrees(found.heading_rad)}`;
+    const values = { ...found, where, same: share(found.overlap), against: share(found.conflict) };
+    write(this.#words, t("join-card.newer_lies_there", values));
+    this.#picture.src = address(`api/maps/match/${found.id}.png`).href;
+    this.#question.hidden = false;
+  }
+
+  /** @param {() => Promise<unknown>} act */
+  async #try(act) {
+    this.#look.disabled = this.#join.disabled = true;
+    try {
+      await act();
+      this.#complain("");
+    } catch (refusal) {
+      this.#complain(sentenceOf(refusal));
+    } finally {
+      this.#look.disabled = this.#join.disabled = false;
+    }
+  }
+
+  /** @param {string} sentence */
+  #complain(sentence) {
+    this.#trouble.hidden = !sentence;
+    write(this.#trouble, sentence);
+  }
+}
+
+customElements.define("join-card", JoinCard);

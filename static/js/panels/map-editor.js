@@ -1,0 +1,458 @@
+// Element <map-editor>: erase and draw cells, crop and turn the map, name rooms; each edit can be taken back.
+
+import { sentenceOf } from "../net/api.js";
+import * as api from "../net/edits-api.js";
+import { addRoom, marksOf } from "../net/marks-api.js";
+import { make, mark, write } from "../ui/element.js";
+import { FloorView } from "../ui/floor-view.js";
+import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
+import { onTheme } from "../ui/theme.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../ui/floor-view.js").Point} Point */
+/** @typedef {"free" | "occupied" | "unknown" | "crop" | "room"} Tool */
+
+const MARGIN = 16; // [px]
+const KEY_STEP_M = 0.1;
+const FAST = 5; // times that Shift makes a step longer
+const ZOOM = 1.4;
+const APART_PX = 3; // between two points of a stroke
+const BRUSHES_CM = [5, 10, 20, 40, 80];
+const REFRESH_MS = 3000;
+/** @type {Readonly<Record<string, [number, number]>>} */
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+/** @type {ReadonlyArray<[Tool, string, string]>} */
+const TOOLS = [
+  ["free", t("map-editor.erase"), t("map-editor.brush_help")],
+  ["occupied", t("map-editor.draw_walls"), t("map-editor.brush_help")],
+  ["unknown", t("map-editor.make_unknown"), t("map-editor.brush_help")],
+  ["crop", t("map-editor.crop"), t("map-editor.crop_help")],
+  ["room", t("map-editor.name_a_room"), t("map-editor.room_help")],
+];
+/** @type {Readonly<Record<api.EditKind, string>>} */
+const DONE = {
+  free: t("map-editor.erased"),
+  occupied: t("map-editor.drawn"),
+  unknown: t("map-editor.made_unknown"),
+  crop: t("map-editor.cropped"),
+  turn: t("map-editor.turned"),
+};
+
+class MapEditor extends Panel {
+  #canvas = make("canvas", {
+    class: "map-edit-floor scrolls",
+    tabindex: "0",
+    role: "application",
+    "aria-label": t("map-editor.map_to_edit_the_arrow_keys"),
+  });
+  #help = make("p", { class: "note" });
+  #said = make("p", { class: "visually-hidden", role: "status" });
+  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  /** @type {Map<Tool, HTMLButtonElement>} */
+  #tools = new Map();
+  #brush = make("select", { class: "field-box map-edit-brush", "aria-label": t("map-editor.width_of_the_brush") });
+  #undo = make("button", { type: "button", class: "button" }, t("map-editor.undo"));
+  #redo = make("button", { type: "button", class: "button" }, t("map-editor.redo"));
+  #degrees = make("input", {
+    class: "field-box place-degrees",
+    type: "number",
+    min: "-180",
+    max: "180",
+    step: "0.5",
+    value: "1",
+    "aria-label": t("map-editor.degrees"),
+  });
+  #turn = make("button", { type: "button", class: "button" }, t("map-editor.turn"));
+  #name = make("input", {
+    class: "field-box",
+    type: "text",
+    maxlength: "40",
+    autocomplete: "off",
+    placeholder: t("map-editor.name_of_the_room"),
+    "aria-label": t("map-editor.name_of_the_room"),
+  });
+  #done = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
+  #cancel = make("button", { type: "button", class: "button" }, t("place-view.cancel"));
+  #room = make("form", { class: "map-edit-row", hidden: true }, this.#name, this.#cancel, this.#done);
+  #list = make("ol", { class: "places map-edit-list", reversed: true, "aria-label": t("map-editor.edits") });
+  #bar = make("div", { class: "map-edit-row", role: "toolbar", "aria-label": t("map-editor.edit_the_map") });
+  /** @type {Tool} */
+  #tool = "free";
+  /** @type {api.MapPicture | null} */
+  #picture = null;
+  /** @type {FloorView | null} */
+  #view = null;
+  /** @type {Point[]} [m] of the stroke or the corners under way */
+  #points = [];
+  /** @type {Map<number, Point>} [px] */
+  #fingers = new Map();
+  #pen = false; // the arrow keys draw
+  /** @type {Point | null} */
+  #cursor = null;
+  #askedAt = -Infinity; // [ms]
+  #revision = -1;
+  #busy = false;
+  #operates = false;
+
+  /** @override */
+  build() {
+    for (const [tool, name, says] of TOOLS) {
+      const button = make("button", { type: "button", class: "button small", title: says }, name);
+      button.addEventListener("click", () => this.#take(tool));
+      this.#tools.set(tool, button);
+    }
+    this.#brush.append(
+      ...BRUSHES_CM.map((cm) => make("option", { value: String(cm), selected: cm === 20 }, t("map-editor.cm", { cm }))),
+    );
+    const near = make("button", { type: "button", class: "button small", "aria-label": t("map-editor.larger") }, "+");
+    const far = make("button", { type: "button", class: "button small", "aria-label": t("map-editor.smaller") }, "−");
+    const whole = make("button", { type: "button", class: "button small" }, t("map-editor.whole_map"));
+    near.addEventListener("click", () => this.#zoom(ZOOM));
+    far.addEventListener("click", () => this.#zoom(1 / ZOOM));
+    whole.addEventListener("click", () => this.#whole());
+    this.#bar.append(...this.#tools.values(), this.#brush, this.#undo, this.#redo);
+    this.append(
+      make("h3", {}, t("map-editor.edit_the_map")),
+      this.#bar,
+      this.#help,
+      this.#trouble,
+      this.#room,
+      make("div", { class: "map-edit-place" }, this.#canvas, make("div", { class: "map-edit-zoom" }, near, far, whole)),
+      make("div", { class: "map-edit-row" }, this.#degrees, "°", this.#turn),
+      this.#list,
+      this.#said,
+    );
+    this.#undo.addEventListener("click", () => void this.#try(() => api.takeBack("undo")));
+    this.#redo.addEventListener("click", () => void this.#try(() => api.takeBack("redo")));
+    this.#turn.addEventListener("click", () => {
+      const angle = ((this.#degrees.valueAsNumber || 0) * Math.PI) / 180;
+      void this.#try(() => api.edit({ kind: "turn", angle_rad: angle })).then(() => this.#whole());
+    });
+    this.#cancel.addEventListener("click", () => this.#take(this.#tool));
+    this.#room.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#keepRoom();
+    });
+    this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
+    this.#canvas.addEventListener("mousedown", (event) => event.preventDefault());
+    this.#canvas.addEventListener("pointerdown", (event) => this.#down(event));
+    this.#canvas.addEventListener("pointermove", (event) => this.#move(event));
+    this.#canvas.addEventListener("pointerup", (event) => this.#up(event));
+    this.#canvas.addEventListener("pointercancel", (event) => this.#lift(event));
+    this.#canvas.addEventListener("keydown", (event) => this.#key(event));
+    new ResizeObserver(() => this.#draw()).observe(this.#canvas);
+    marksOf(this.session).addEventListener("change", () => void this.#read());
+    onTheme(() => requestAnimationFrame(() => this.#draw()));
+    this.#take("free");
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, hello, up }) {
+    if (!state || this.offsetParent === null) return;
+    this.#operates = up && hello !== null && hello.you.role !== "viewer";
+    for (const button of this.querySelectorAll("button")) button.disabled = !this.#operates || this.#busy;
+    const { marks } = state.map;
+    const now = performance.now();
+    if (!up || this.#points.length || (marks === this.#revision && now - this.#askedAt < REFRESH_MS)) return;
+    [this.#revision, this.#askedAt] = [marks, now];
+    void this.#read();
+  }
+
+  async #read() {
+    const [picture, list] = await Promise.all([api.picture(), api.edits()]).catch(() => [null, null]);
+    if (!picture || !list) return;
+    this.#picture = picture;
+    this.#show(list);
+    this.#draw();
+  }
+
+  /** @param {api.EditList} list */
+  #show({ edits }) {
+    this.#undo.hidden = !edits.some(({ holds }) => holds);
+    this.#redo.hidden = edits.every(({ holds }) => holds);
+    this.#list.replaceChildren(...[...edits].reverse().map((row) => this.#row(row)));
+  }
+
+  /** @param {api.EditRow} row */
+  #row({ id, kind, by, at_s: at, holds }) {
+    const words = t("map-editor.what_by_at", { what: DONE[kind], by, at: new Date(1000 * at).toLocaleTimeString() });
+    const act = make(
+      "button",
+      {
+        type: "button",
+        class: "button small",
+        "aria-label": `${holds ? t("map-editor.undo") : t("map-editor.redo")} ${id}`,
+      },
+      holds ? t("map-editor.undo") : t("map-editor.redo"),
+    );
+    act.addEventListener("click", () => void this.#try(() => api.takeBack(holds ? "undo" : "redo", id)));
+    const back = make(
+      "button",
+      { type: "button", class: "button small", "aria-label": t("map-editor.as_after_id", { id }) },
+      t("map-editor.as_it_was_then"),
+    );
+    back.addEventListener("click", () => void this.#try(() => api.backTo(id)));
+    const body = make("div", { class: "place-body" }, make("p", { class: holds ? "" : "note" }, words));
+    return make("li", { class: "place", "data-holds": String(holds), value: id }, body, holds && back, act);
+  }
+
+  /** @param {Tool} tool */
+  #take(tool) {
+    this.#tool = tool;
+    [this.#points, this.#pen] = [[], false];
+    for (const [one, button] of this.#tools) mark(button, "aria-pressed", String(one === tool));
+    this.#brush.hidden = tool === "crop" || tool === "room";
+    this.#room.hidden = true;
+    write(this.#help, TOOLS.find(([one]) => one === tool)?.[2] ?? "");
+    this.#complain("");
+    this.#draw();
+  }
+
+  // fingers and mouse
+
+  /** @param {PointerEvent} event */
+  #down(event) {
+    if (event.button !== 0) return;
+    this.#canvas.setPointerCapture(event.pointerId);
+    this.#fingers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
+    if (this.#fingers.size > 1) {
+      if (this.#tool !== "room") this.#points = []; // two fingers move the map
+      this.#draw();
+    } else if (this.#operates && !this.#busy && this.#view && this.#tool !== "room") {
+      this.#points = [this.#view.floor({ x: event.offsetX, y: event.offsetY })];
+      this.#draw();
+    }
+  }
+
+  /** @param {PointerEvent} event */
+  #move(event) {
+    const before = this.#fingers.get(event.pointerId);
+    if (!before || !this.#view) return;
+    const now = { x: event.offsetX, y: event.offsetY };
+    const other = [...this.#fingers].find(([id]) => id !== event.pointerId)?.[1];
+    if (other) {
+      this.#fingers.set(event.pointerId, now);
+      const [was, is] = [before, now].map((one) => Math.max(1, Math.hypot(one.x - other.x, one.y - other.y)));
+      const middle = { x: (before.x + other.x) / 2, y: (before.y + other.y) / 2 };
+      const shift = { x: (now.x - before.x) / 2, y: (now.y - before.y) / 2 };
+      this.#view = this.#view.changed(middle, (is ?? 1) / (was ?? 1), shift);
+    } else if (
+      this.#points.length &&
+      this.#tool !== "room" &&
+      Math.hypot(now.x - before.x, now.y - before.y) >= APART_PX
+    ) {
+      this.#fingers.set(event.pointerId, now);
+      if (this.#tool === "crop") this.#points = [this.#points[0] ?? this.#view.floor(now), this.#view.floor(now)];
+      else this.#points.push(this.#view.floor(now));
+    } else return;
+    this.#draw();
+  }
+
+  /** @param {PointerEvent} event */
+  #up(event) {
+    const alone = this.#fingers.size === 1;
+    this.#lift(event);
+    if (!alone || !this.#view || !this.#operates) return;
+    if (this.#tool === "room") this.#corner(this.#view.floor({ x: event.offsetX, y: event.offsetY }));
+    else if (this.#points.length) void this.#finish();
+  }
+
+  /** @param {PointerEvent} event */
+  #lift(event) {
+    this.#fingers.delete(event.pointerId);
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey || !this.#view) return;
+    const arrow = ARROWS[event.key];
+    if (arrow) {
+      const { clientWidth: width, clientHeight: height } = this.#canvas;
+      const from = this.#cursor ?? this.#view.floor({ x: width / 2, y: height / 2 });
+      const step = KEY_STEP_M * (event.shiftKey ? FAST : 1);
+      this.#cursor = { x: from.x + step * arrow[0], y: from.y + step * arrow[1] };
+      if (this.#pen) this.#points.push(this.#cursor);
+      const at = this.#view.drawn(this.#cursor);
+      if (at.x < 0 || at.y < 0 || at.x > width || at.y > height)
+        this.#view = this.#view.centred(this.#cursor, width, height);
+      write(this.#said, `x ${this.#cursor.x.toFixed(2)}, y ${this.#cursor.y.toFixed(2)}`);
+    } else if (event.key === "Enter" && this.#cursor && this.#operates) this.#enter(this.#cursor);
+    else if (event.key === "+" || event.key === "-") this.#zoom(event.key === "+" ? ZOOM : 1 / ZOOM);
+    else if (event.key === "Backspace") this.#points.pop();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.#draw();
+  }
+
+  /** @param {Point} at [m] */
+  #enter(at) {
+    if (this.#tool === "room") this.#corner(at);
+    else if (this.#tool === "crop") {
+      this.#points.push(at);
+      if (this.#points.length === 2) void this.#finish();
+    } else if (this.#pen) {
+      this.#pen = false;
+      void this.#finish();
+    } else [this.#pen, this.#points] = [true, [at]];
+  }
+
+  // edits
+
+  /** @param {Point} at [m] */
+  #corner(at) {
+    this.#points.push(at);
+    this.#room.hidden = this.#points.length < 3;
+    this.#draw();
+  }
+
+  async #finish() {
+    const kind = /** @type {"free" | "occupied" | "unknown" | "crop"} */ (this.#tool);
+    const points = kind === "crop" ? rectangle(this.#points) : this.#points;
+    if (kind === "crop" && points.length < 4) {
+      this.#take("crop");
+      return;
+    }
+    const at = thinned(points).map(({ x, y }) => /** @type {[number, number]} */ ([x, y]));
+    const width = kind === "crop" ? 0 : Number(this.#brush.value) / 100;
+    await this.#try(() => api.edit({ kind, points_m: at, width_m: width }));
+    this.#points = [];
+    this.#draw();
+  }
+
+  async #keepRoom() {
+    const name = this.#name.value.trim();
+    if (!name) {
+      this.#complain(t("place-sheet.a_name_is_missing"));
+      return;
+    }
+    const outline = this.#points.map(({ x, y }) => /** @type {[number, number]} */ ([x, y]));
+    await this.#try(async () => {
+      const kept = await addRoom(name, outline);
+      this.session.announce(t("map-editor.the_room_name_is_kept", { name: kept.name }));
+      this.#name.value = "";
+      this.#take("room");
+    });
+  }
+
+  /** @param {() => Promise<unknown>} act */
+  async #try(act) {
+    this.#busy = true;
+    try {
+      await act();
+      this.#complain("");
+      await this.#read();
+    } catch (refusal) {
+      this.#complain(sentenceOf(refusal));
+    } finally {
+      this.#busy = false;
+    }
+  }
+
+  /** @param {string} sentence */
+  #complain(sentence) {
+    this.#trouble.hidden = !sentence;
+    write(this.#trouble, sentence);
+  }
+
+  // drawing
+
+  /** @param {number} times */
+  #zoom(times) {
+    const { clientWidth: width, clientHeight: height } = this.#canvas;
+    this.#view = this.#view?.changed({ x: width / 2, y: height / 2 }, times) ?? null;
+    this.#draw();
+  }
+
+  #whole() {
+    this.#view = null;
+    this.#draw();
+  }
+
+  #draw() {
+    const { clientWidth: width, clientHeight: height } = this.#canvas;
+    const picture = this.#picture;
+    const context = this.#canvas.getContext("2d");
+    if (!context || !picture || !width) return;
+    const { image, cell, left, bottom } = picture;
+    const extent = { left, bottom, right: left + cell * image.width, top: bottom + cell * image.height };
+    this.#view ??= FloorView.fitted(extent, width, height, MARGIN);
+    const fine = devicePixelRatio || 1;
+    [this.#canvas.width, this.#canvas.height] = [Math.round(fine * width), Math.round(fine * height)];
+    context.scale(fine, fine);
+    context.imageSmoothingEnabled = false;
+    const corner = this.#view.drawn({ x: extent.left, y: extent.top });
+    const scale = this.#view.scale * cell;
+    context.drawImage(image, corner.x, corner.y, scale * image.width, scale * image.height);
+    const colour = getComputedStyle(this).getPropertyValue("--accent") || "#06c";
+    context.strokeStyle = context.fillStyle = colour;
+    context.lineJoin = context.lineCap = "round";
+    for (const { outline_m: corners = [] } of marksOf(this.session).places)
+      this.#line(
+        context,
+        corners.map(([x, y]) => ({ x, y })),
+        2,
+        true,
+      ); // prettier-ignore
+    const points = this.#tool === "crop" ? rectangle(this.#points) : this.#points;
+    const thin = this.#brush.hidden === true;
+    const brush = thin ? 2 : Math.max(2, (this.#view.scale * Number(this.#brush.value)) / 100);
+    context.globalAlpha = thin ? 1 : 0.5;
+    this.#line(context, points, brush, thin);
+    context.globalAlpha = 1;
+    if (this.#cursor && document.activeElement === this.#canvas) {
+      const { x, y } = this.#view.drawn(this.#cursor);
+      this.#stroke(context, [
+        [x - 10, y],
+        [x + 10, y],
+      ]); // prettier-ignore
+      this.#stroke(context, [
+        [x, y - 10],
+        [x, y + 10],
+      ]); // prettier-ignore
+    }
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {Point[]} points [m] @param {number} wide [px] @param {boolean} closed */
+  #line(context, points, wide, closed) {
+    if (!points.length || !this.#view) return;
+    context.lineWidth = wide;
+    context.beginPath();
+    for (const point of points) {
+      const { x, y } = this.#view.drawn(point);
+      context.lineTo(x, y);
+    }
+    if (closed) context.closePath();
+    else if (points.length === 1) {
+      const { x, y } = this.#view.drawn(/** @type {Point} */ (points[0]));
+      context.lineTo(x + 0.1, y);
+    }
+    context.stroke();
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {Array<[number, number]>} points [px] */
+  #stroke(context, points) {
+    context.lineWidth = 2;
+    context.beginPath();
+    for (const [x, y] of points) context.lineTo(x, y);
+    context.stroke();
+  }
+}
+
+/** @param {Point[]} points two opposite corners @returns {Point[]} all four */
+function rectangle([one, other]) {
+  if (!one || !other || Math.abs(one.x - other.x) < 0.1 || Math.abs(one.y - other.y) < 0.1) return [];
+  return [one, { x: other.x, y: one.y }, other, { x: one.x, y: other.y }];
+}
+
+/** @param {Point[]} points @returns {Point[]} at most a thousand of them */
+function thinned(points) {
+  const every = Math.ceil(points.length / 900);
+  return points.filter((_, number) => number % every === 0 || number === points.length - 1);
+}
+
+customElements.define("map-editor", MapEditor);

@@ -1,0 +1,112 @@
+// Element <nav2-card>: take in maps and filter masks of Nav2, take away the zones as masks.
+
+import { address, sentenceOf } from "../net/api.js";
+import { takeInMap, takeInMask } from "../net/edits-api.js";
+import { icon, make, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+import { t } from "../ui/texts.js";
+
+/** @typedef {import("../net/session.js").View} View */
+
+class Nav2Card extends Panel {
+  #files = make("input", {
+    type: "file",
+    multiple: true,
+    accept: ".yaml,.yml,.pgm,.png,.bmp,.zip",
+    class: "field-box nav2-files",
+    "aria-label": t("nav2-card.files"),
+  });
+  #name = make("input", {
+    type: "text",
+    maxlength: "40",
+    class: "field-box",
+    autocomplete: "off",
+    placeholder: t("nav2-card.name"),
+    "aria-label": t("nav2-card.name"),
+  });
+  #as = make(
+    "select",
+    { class: "field-box", "aria-label": t("nav2-card.take_it_in_as") },
+    make("option", { value: "map" }, t("nav2-card.a_map")),
+    make("option", { value: "keep_out" }, t("nav2-card.zones_to_keep_out_of")),
+    make("option", { value: "1 100 -1" }, t("nav2-card.slow_zones_in_percent")),
+    make("option", { value: "2 0 0.01" }, t("nav2-card.slow_zones_in_cm_s")),
+  );
+  #take = make("button", { type: "submit", class: "button primary" }, icon("upload"), t("nav2-card.take_in"));
+  #form = make("form", { class: "nav2-form" }, this.#as, this.#files, this.#name, this.#take);
+  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+
+  /** @override */
+  build() {
+    this.append(
+      make("h3", {}, t("nav2-card.nav2")),
+      make("p", { class: "note" }, t("nav2-card.choose_yaml_and_picture")),
+      this.#form,
+      this.#trouble,
+      make(
+        "a",
+        { class: "map-file", href: address("api/zones/masks").href, download: "" },
+        icon("download"),
+        make("span", {}, t("nav2-card.zones_as_masks")),
+      ),
+    );
+    this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
+    this.#form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#send();
+    });
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ hello, up }) {
+    this.#form.hidden = hello === null || hello.you.role === "viewer";
+    this.#take.disabled = !up;
+  }
+
+  async #send() {
+    const [name, files] = [this.#name.value.trim(), this.#files.files];
+    if (!name || !files?.length) {
+      this.#complain(t("nav2-card.files_and_a_name_are_needed"));
+      return;
+    }
+    this.#take.disabled = true;
+    try {
+      this.session.announce(await this.#taken(name, files));
+      this.#complain("");
+      this.#form.reset();
+    } catch (refusal) {
+      this.#complain(sentenceOf(refusal));
+    } finally {
+      this.#take.disabled = false;
+    }
+  }
+
+  /** @param {string} name @param {FileList} files @returns {Promise<string>} */
+  async #taken(name, files) {
+    const as = this.#as.value;
+    if (as === "map") {
+      const kept = await takeInMap(name, files);
+      return t("nav2-card.the_map_name_is_kept", { name: kept.name });
+    }
+    const [type = 1, base = 100, multiplier = -1] = as === "keep_out" ? [] : as.split(" ").map(Number);
+    const kind = as === "keep_out" ? "keep_out" : "slow";
+    const { zones, left_out: rest } = await takeInMask(name, files, {
+      kind,
+      type: type === 2 ? 2 : 1,
+      base,
+      multiplier,
+    });
+    return `${t("nav2-card.count_zones_were_drawn", { count: zones.length })} ${rest}`.trim();
+  }
+
+  /** @param {string} sentence */
+  #complain(sentence) {
+    this.#trouble.hidden = !sentence;
+    write(this.#trouble, sentence);
+  }
+}
+
+customElements.define("nav2-card", Nav2Card);

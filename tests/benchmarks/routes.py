@@ -1,0 +1,361 @@
+"""Routes in sim:floor with two people walking: `python -m tests.benchmarks.routes --routes 10 --faults 1 --seed 1`.
+
+The console with its robot, gate and pilot in this process, camera and ears off. The map is the true floor plan, read
+as one of Nav2. Each route has six random stops; a zone to keep out of and a slow one lie on the way. Printed: the
+stops reached, or how the route ended; contacts; readings with the robot's middle in the keep-out zone, and with a
+faster setpoint of the gate in the slow one than it allows, both by truth. With `--faults N` each fault is injected N
+times into a patrol: its state and reason, and how far the robot moved in two seconds after the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import io
+import json
+import math
+import sys
+import tempfile
+import time
+import zipfile
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from core.pilot import Pilot
+from core.pipelines.nav2_map import map_yaml, pgm
+from core.sensors import SensorFrame
+from core.settings import Settings
+from core.simulation.settings import SimulationSettings
+from core.simulation.world import world_named
+from core.simulation.world.ray_casting import distances
+from core.slam.map.occupancy import OccupancyGrid
+from core.snapshot import Snapshot
+from tests.benchmarks.place_names import NAMES
+from tests.console import live as live_console
+from tests.console.in_process import InProcessRobot
+from tests.console.live import Live
+
+SETTINGS = Settings(simulation=SimulationSettings(camera=False, microphones="none", cruise=0.3))
+CELL_M, STOP_ROOM_M, EDGE_M = 0.05, 0.4, 8.0
+STOPS, PLACES, SLOW_M_S = 6, 10, 0.1
+ROUTE_S, STILL_S = 400.0, 2.0  # [s] of the robot's clock
+PACE = 4.0  # of the robot's clock, where the processor can
+PEOPLE = (((2.0, 7.5), (10.0, 7.5)), ((11.7, 1.0), (11.7, 6.5)))  # [m] ways to and fro, in the corridors
+WALK_M_S = 0.4
+KEEP_OUT = ((5.0, -0.6), (6.0, -0.6), (6.0, -0.1), (5.0, -0.1))
+SLOW = ((7.5, -1.0), (9.5, -1.0), (9.5, 1.0), (7.5, 1.0))
+
+
+class Doubting(Pilot):
+    """A pilot whose battery is what the benchmark says."""
+
+    battery: float | None = None
+
+    def step(self, frame: SensorFrame, **how: Any) -> Snapshot:
+        """Take one frame."""
+        return replace(super().step(frame, **how), battery=self.battery)
+
+
+class Drive:
+    """A console in which routes are driven, and what is watched meanwhile."""
+
+    def __init__(self, folder: Path, seed: int) -> None:
+        live_console.InProcessRobot = functools.partial(InProcessRobot, settings=SETTINGS, seed=seed)  # type: ignore[misc]
+        self.live = Live(folder, url="sim:floor", pace=PACE)
+        self.live.runtime._make_pilot = lambda: Doubting(self.live.robot.profile, SETTINGS)
+        self.chance = np.random.default_rng(seed)
+        self.contacts = self.inside = self.too_fast = self.seen = 0
+        self._touching = False
+        self._names = iter(NAMES)
+        self.places: dict[str, tuple[float, float]] = {}
+
+    def ask(self, method: str, path: str, body: Any = None, status: int = 200) -> Any:
+        """One request that must succeed."""
+        answer = self.live.ask(method, path, body, token=self.live.operator)
+        assert answer.status == status, answer.body
+        return answer.json if answer.body else None
+
+    def prepare(self) -> None:
+        """Load the plan as a map, name places, draw zones, let people walk."""
+        live = self.live
+        live.until(lambda: not live.runtime.snapshot.slam.looking_around, 60)
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w") as box:
+            for name, content in true_map().items():
+                box.writestr(name, content)
+        kind = {"Content-Type": "application/zip"}
+        told = live.ask(
+            "POST", "/api/maps/import?name=plan", raw=packed.getvalue(), token=live.operator, headers=kind
+        )
+        assert told.status == 201, told.body
+        self.ask("POST", "/api/maps/plan/load", {}, 202)
+        live.until(lambda: live.runtime.snapshot.floor.lost, 60)
+        self.ask("POST", "/api/slam/here", {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0, "force": True}, 202)
+        live.until(lambda: live.runtime.snapshot.floor.lost is None, 120)
+        for name, kind_, points, speed in (("hole", "keep_out", KEEP_OUT, None), ("calm", "slow", SLOW, SLOW_M_S)):
+            zone = {"name": name, "kind": kind_, "points_m": [list(one) for one in points], "max_speed_m_s": speed}
+            self.ask("POST", "/api/zones", zone, 201)
+        for spot in stops(self.chance):
+            name = next(self._names)
+            self.ask("POST", "/api/places", {"name": name, "x_m": spot[0], "y_m": spot[1]}, 201)
+            self.places[name] = spot
+        for (x, y), (to_x, to_y) in PEOPLE:
+            body = {"what": "person", "x_m": x, "y_m": y, "path_m": [[to_x, to_y], [x, y]], "speed_m_s": WALK_M_S}
+            self.ask("POST", "/api/sim/place", {**body, "again": True}, 201)
+
+    def watch(self) -> None:
+        """Look at the truth now."""
+        snapshot = self.live.runtime.snapshot
+        if snapshot.truth is None:
+            return
+        self.seen += 1
+        at = snapshot.truth.x, snapshot.truth.y
+        self.contacts += snapshot.contact and not self._touching
+        self._touching = snapshot.contact
+        self.inside += within(KEEP_OUT, *at)
+        self.too_fast += within(SLOW, *at) and abs(self.live.robot.status().v) > SLOW_M_S + 1e-6
+
+    def comes_to(self, is_so: Callable[[], Any], seconds: float) -> bool:
+        """Watch until something is the case, `seconds` of the robot at most."""
+        begun = self.live.runtime.snapshot.stamp
+        while not is_so():
+            if self.live.runtime.snapshot.stamp > begun + seconds:
+                return False
+            self.watch()
+            time.sleep(0.02)
+        return True
+
+    def progress(self) -> Any:
+        """How the route goes."""
+        return self.ask("GET", "/api/route")
+
+    def route(self, number: int, *, loop: bool = False) -> str:
+        """Start a route of six random stops → its name."""
+        chosen = self.chance.permutation(list(self.places))[:STOPS]
+        name = f"route {number}"
+        body = {"name": name, "stops": [{"place": one} for one in chosen], "loop": loop, "replace": True}
+        self.ask("POST", "/api/routes", body, 201)
+        self.ask("POST", f"/api/routes/route%20{number}/start", {"unattended": True}, 202)
+        return name
+
+    def end(self) -> None:
+        """Whatever runs ends."""
+        self.live.ask("POST", "/api/route/stop", {}, token=self.live.operator)
+
+    def moved_after(self) -> float:
+        """How far [m] the robot moves within two seconds from now on, by the simulator's own truth."""
+        base, begun = self.live.robot.robot._base, time.monotonic()  # type: ignore[attr-defined]
+        while self.live.robot.status().v != 0.0 and time.monotonic() < begun + STILL_S:
+            time.sleep(0.02)
+        time.sleep(0.5)
+        first = base.pose
+        time.sleep(STILL_S)
+        return round(first.distance_to(base.pose.x, base.pose.y), 4)
+
+
+def within(zone: tuple[tuple[float, float], ...], x: float, y: float) -> bool:
+    """Return whether (x, y) lies in a rectangle."""
+    (left, bottom), (right, top) = zone[0], zone[2]
+    return left < x < right and bottom < y < top
+
+
+def true_map() -> dict[str, bytes]:
+    """The true floor plan as a map of Nav2."""
+    world = world_named("floor")
+    corners = world.walls.reshape(-1, 2)
+    low, high = corners.min(axis=0) - 0.5, corners.max(axis=0) + 0.5
+    low = np.floor(low / CELL_M) * CELL_M
+    columns, rows = np.ceil((high - low) / CELL_M).astype(int)
+    pixels = np.full((rows, columns), 205, np.uint8)
+    for row in range(rows):
+        for column in range(columns):
+            x, y = low + (np.array([column, row]) + 0.5) * CELL_M
+            if distances(np.array([x, y]), world.obstacles).min() < 0.75 * CELL_M:
+                pixels[row, column] = 0
+            elif world.inside(x, y):
+                pixels[row, column] = 254
+    grid = OccupancyGrid(revision=1, resolution=CELL_M, origin=low, log_odds=np.zeros((rows, columns), np.float32))
+    return {"map.yaml": map_yaml(grid, "map.pgm", "trinary").encode(), "map.pgm": pgm(pixels[::-1])}
+
+
+def stops(chance: np.random.Generator) -> list[tuple[float, float]]:
+    """Random places with room around them, outside of the zone to keep out of."""
+    world, found = world_named("floor"), list[tuple[float, float]]()
+    while len(found) < PLACES:
+        x, y = float(chance.uniform(-2.5, 12.2)), float(chance.uniform(-1.0, EDGE_M))
+        apart = all(math.hypot(x - a, y - b) > 1.0 for a, b in found)
+        if apart and world.free(x, y, STOP_ROOM_M) and not within(KEEP_OUT, x, y):
+            found.append((round(x, 2), round(y, 2)))
+    return found
+
+
+def block(drive: Drive) -> None:
+    """A box before the robot, all around it."""
+    true = drive.live.runtime.snapshot.truth
+    for turn in range(4):
+        heading = true.heading + turn * math.pi / 2
+        x, y = true.x + 0.45 * math.cos(heading), true.y + 0.45 * math.sin(heading)
+        drive.live.ask(
+            "POST",
+            "/api/sim/place",
+            {"what": "box", "x_m": x, "y_m": y, "size_m": 0.4, "heading_rad": heading, "id": f"box {turn}"},
+            token=drive.live.operator,
+        )
+
+
+def unblock(drive: Drive) -> None:
+    """The boxes are gone."""
+    for turn in range(4):
+        drive.live.ask("POST", "/api/sim/remove", {"id": f"box {turn}"}, token=drive.live.operator)
+
+
+def kidnap(drive: Drive) -> None:
+    """The robot is carried to another place."""
+    x, y = drive.places[list(drive.places)[int(drive.chance.integers(PLACES))]]
+    heading = float(drive.chance.uniform(-3, 3))
+    drive.live.ask(
+        "POST",
+        "/api/sim/place",
+        {"what": "robot", "x_m": x, "y_m": y, "heading_rad": heading},
+        token=drive.live.operator,
+    )
+
+
+def low_battery(drive: Drive) -> None:
+    """The battery is at 10 %."""
+    drive.live.runtime.dispatcher.pilot.battery = 0.1  # type: ignore[union-attr]
+
+
+def operator_gone(drive: Drive) -> None:
+    """Who drives signs out."""
+    live = drive.live
+    live.on_loop(lambda: live.runtime.dispatcher.forget(live.runtime.lease.holder))
+
+
+def frozen(drive: Drive) -> None:
+    """No frame of the robot arrives any more."""
+    drive.live.robot.cut = True
+
+
+FAULTS: dict[str, tuple[Callable[[Drive], None], float]] = {
+    "block": (block, 300.0),
+    "kidnap": (kidnap, 120.0),
+    "low battery": (low_battery, 200.0),
+    "operator gone": (operator_gone, 20.0),
+    "driver frozen": (frozen, 30.0),
+}
+
+
+def inject(drive: Drive, fault: str, number: int) -> dict[str, object]:
+    """One fault in the middle of a patrol."""
+    act, patience = FAULTS[fault]
+    drive.end()
+    drive.route(900 + number, loop=fault != "block")
+    moving = drive.comes_to(lambda: abs(drive.live.robot.status().v) > 0.05, 60.0)
+    act(drive)
+    begun = time.monotonic()
+    while drive.progress()["state"] in ("driving", "waiting") and time.monotonic() < begun + patience:
+        time.sleep(0.05)
+    told = drive.progress()
+    result = {"fault": fault, "was_moving": moving, "state": told["state"], "reason": told["reason"]}
+    result["moved_after_m"] = drive.moved_after()
+    result["still_stands"] = drive.progress()["state"] == told["state"]
+    drive.live.robot.cut = False
+    drive.live.runtime.dispatcher.pilot.battery = None  # type: ignore[union-attr]
+    drive.end()
+    if fault == "block":
+        unblock(drive)
+    drive.comes_to(lambda: drive.live.runtime.snapshot.floor.lost is None, 5.0)
+    if drive.live.runtime.snapshot.floor.lost is not None:
+        true = drive.live.runtime.snapshot.truth
+        here = {"x_m": true.x, "y_m": true.y, "heading_rad": math.remainder(true.heading, math.tau), "force": True}
+        drive.live.ask("POST", "/api/slam/here", here, token=drive.live.operator)
+        drive.comes_to(lambda: drive.live.runtime.snapshot.floor.lost is None, 60.0)
+    return result
+
+
+def tell(**row: object) -> None:
+    """Print one JSON object."""
+    sys.stdout.write(json.dumps(row) + "\n")
+    sys.stdout.flush()
+
+
+def restarted(folder: Path, seed: int) -> dict[str, object]:
+    """A console that finds a route of the one before: it stands as interrupted, and nothing moves."""
+    drive = Drive(folder, seed)
+    with drive.live:
+        drive.live.until(lambda: not drive.live.runtime.snapshot.slam.looking_around, 60)
+        told = drive.progress()
+        return {
+            "fault": "restart",
+            "state": told["state"],
+            "reason": told["reason"],
+            "moved_after_m": drive.moved_after(),
+        }
+
+
+def main() -> None:
+    """Print one JSON object for each route and each fault, and the sums."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--routes", type=int, default=50)
+    parser.add_argument("--faults", type=int, default=10)
+    parser.add_argument("--restarts", type=int, default=10)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seconds", type=float, default=540.0, help="after which no further route or fault is begun")
+    chosen = parser.parse_args()
+    end = time.monotonic() + chosen.seconds
+    sums: Counter[str] = Counter()
+    with tempfile.TemporaryDirectory() as folder:
+        home = Path(folder)
+        drive = Drive(home, chosen.seed)
+        with drive.live:
+            drive.prepare()
+            for number in range(chosen.routes):
+                if time.monotonic() > end:
+                    break
+                drive.route(number)
+                over = drive.comes_to(lambda: drive.progress()["state"] in ("ended", "paused"), ROUTE_S)
+                told = drive.progress()
+                reached = told["stop"] if told["reason"] == "All stops were reached." else told["stop"] - 1
+                state = told["state"] if over else "too slow"
+                tell(route=number, reached=reached, of=told["of"], state=state, reason=told["reason"])
+                sums["routes"] += 1
+                sums["whole"] += reached == told["of"]
+                sums["stops"] += told["of"]
+                sums["reached"] += reached
+                sums["stated"] += reached == told["of"] or bool(told["reason"])
+                drive.end()
+            for number in range(chosen.faults):
+                for fault in FAULTS:
+                    if time.monotonic() > end:
+                        break
+                    row = inject(drive, fault, number)
+                    tell(**row)
+                    good = row["state"] in ("paused", "ended") and row["reason"] and row["moved_after_m"] == 0.0
+                    sums[f"{fault}: as stated"] += bool(good)
+                    sums[f"{fault}: injected"] += 1
+            tell(
+                **dict(sums),
+                contacts=drive.contacts,
+                in_keep_out=drive.inside,
+                too_fast_in_slow=drive.too_fast,
+                looks=drive.seen,
+                trace_faults=drive.live.robot.faults()[:3],
+            )
+            if chosen.restarts:
+                drive.route(999, loop=True)
+                kept = (home / "route.json").read_bytes()
+        for number in range(chosen.restarts):
+            if time.monotonic() > end + 60:
+                break
+            (home / "route.json").write_bytes(kept)
+            tell(**restarted(home, chosen.seed + number))
+
+
+if __name__ == "__main__":
+    main()
