@@ -33,6 +33,7 @@ SpeedType = Literal[1, 2]
 SLACK_M = 0.0015  # by which a zone may reach into a cell that it does not touch: zones are kept in millimetres
 SPEED_STEP_M_S = 0.01  # of a cell's value in the speed mask
 MAX_RING_CORNERS = 200
+MAX_AROUND_M = 50.0  # by which a mask is larger than its map, to hold zones
 PARAMETERS = """\
 # Into nav2_params.yaml; keepout_filter belongs into `plugins` before inflation_layer, or its edge is not inflated.
 keepout_filter_mask_server:
@@ -49,7 +50,7 @@ base: 0.0, multiplier: 0.01}
 
 
 def mask_files(zones: Iterable[MapZone], grid: OccupancyGrid) -> dict[str, bytes]:
-    """The masks of all zones on the lattice of a map, grown to hold them, and the parameters that Nav2 needs."""
+    """The masks of all zones on the lattice of a map, grown by 50 m at most to hold them, and Nav2's parameters."""
     drawn = list(zones)
     lattice = _around(grid, drawn)
     keep_out = np.full(lattice.log_odds.shape, FREE_PIXEL, np.uint8)
@@ -104,6 +105,8 @@ def covered(points: Array, grid: OccupancyGrid) -> Array:
     mask = np.zeros((rows, columns), bool)
     corners = (points - grid.origin) / grid.resolution
     slack = SLACK_M / grid.resolution
+    if (corners.max(axis=0) < 0).any() or (corners.min(axis=0) > (columns, rows)).any():
+        return mask
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         spots = _within_cells(start, end, slack)
         inside = ((spots >= 0) & (spots < (columns, rows))).all(axis=1)
@@ -147,7 +150,7 @@ def _around(grid: OccupancyGrid, zones: Sequence[MapZone]) -> OccupancyGrid:
     """The lattice of a grid, grown by whole cells until it holds all zones."""
     cell, shape = grid.resolution, np.array(grid.log_odds.shape[::-1])
     points = np.vstack([zone.points for zone in zones]) if zones else np.zeros((0, 2))
-    inner = (points - grid.origin) / cell
+    inner = np.clip((points - grid.origin) / cell, -MAX_AROUND_M / cell, shape + MAX_AROUND_M / cell)
     low = np.floor(inner.min(axis=0, initial=0.0) + SLACK_M / cell).astype(int)
     high = np.ceil(np.maximum(inner.max(axis=0, initial=0.0), shape) - SLACK_M / cell).astype(int)
     empty = np.zeros((high - low)[::-1], np.float32)

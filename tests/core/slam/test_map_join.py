@@ -38,7 +38,7 @@ def test_a_map_turned_and_shifted_is_found_in_another_one_and_joined() -> None:
         drawn_map(one, OccupancySettings(), SubmapSettings()) for one in (floor_plan(), floor_plan(1, 60))
     )
     match = match_maps(older, newer, parts)
-    assert abs(math.remainder(match.pose.heading - math.pi / 2, math.tau)) < math.radians(1.0)
+    assert abs(math.remainder(match.pose.heading + math.pi / 2, math.tau)) < math.radians(1.0)
     assert match.overlap > 0.9 and match.conflict < 0.05 and match.agree >= 4
     both = checked(join_maps(older, newer, match, parts), "joined")
     assert both.submaps == older.submaps + newer.submaps
