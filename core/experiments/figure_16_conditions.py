@@ -128,11 +128,12 @@ FURTHER = (
     Condition("camera", "hidden", still=True, spacing=1.0),
 )
 """Conditions that the chapter's 0.08 m takes with the camera's field, names hidden: edges in sight of the start."""
+STARTS: tuple[tuple[Ids, bool], ...] = (("hidden", False), ("given", False), ("hidden", True))  # names; at rest first
 FAIR = tuple(
     Condition(field, ids, still, reach=reach, control_noise=AS_IN_PRINT)
     for field in ("camera", "half-plane", "laser")
     for reach in (MAX_RANGE_M, DETECTION_RANGE_M)
-    for ids, still in (("hidden", False), ("given", False), ("hidden", True))
+    for ids, still in STARTS
 )
 """Conditions in which dead reckoning errs as in print."""
 ROOM_CONDITIONS = (FAIR[0], FAIR[3])  # the camera's field to 4 m and to 5.6 m, names hidden, moving at once
