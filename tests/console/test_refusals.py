@@ -45,6 +45,8 @@ REFUSED: dict[str, list[str]] = {
     "link": ["--role", "nobody"],
     "token add": ["x", "--role", "nobody"],
     "token revoke": ["nobody"],
+    "fleet cert": ["no name"],
+    "fleet role": ["Ann", "r1", "nobody"],
     "backup": ["kept.tar.gz"],
     "restore": ["missing.tar.gz"],
 }

@@ -56,7 +56,7 @@ class GateAlone:
         self.profile, self.trouble = profile, ""
         self.gate = Gate(Limits(heartbeat=1.0, deadman=1.0, guard=False))
         self.driven = False  # a hand drives, until the gate takes it no more
-        self.frozen = False  # stops do not reach its gate
+        self.frozen: GateStatus | None = None  # as it answers while nothing reaches its gate
         self._numbers = itertools.count(1)
         self._lock = threading.RLock()
 
@@ -70,7 +70,7 @@ class GateAlone:
                 self.gate.accept(Setpoint(1, next(self._numbers), "jog", PRESS, SPEED_M_S, 0.0, nonce), now)
 
     def stop(self) -> None:
-        if self.frozen:
+        if self.frozen is not None:
             return
         with self._lock:
             self.gate.stop(time.monotonic())
@@ -98,7 +98,7 @@ class GateAlone:
 
     def status(self) -> GateStatus:
         with self._lock:
-            return self.gate.status()
+            return self.frozen or self.gate.status()
 
     def link(self) -> tuple[Any, float]:
         return "live", 0.05

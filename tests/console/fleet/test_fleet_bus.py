@@ -175,14 +175,14 @@ def test_stop_all_names_who_has_not_answered_and_a_halt_takes_who_comes_later(si
         async with site.running("r1", "r2") as (router, address, (first, second)):
             first.robot.drive()
             second.robot.drive()
-            second.robot.frozen = True  # its gate does not obey, so nothing is acknowledged
-            await until(lambda: first.robot.status().v > 0)
+            await until(lambda: first.robot.status().v > 0 and second.robot.status().v > 0)
+            second.robot.frozen = second.robot.status()  # its gate does not obey, so nothing is acknowledged
             stop = await router.stop_all("stop", "Ann")
             assert stop.robots["r1"].acknowledged and stop.robots["r1"].ms is not None
             assert first.robot.status().v == 0
             assert not stop.robots["r2"].acknowledged and router.table.robots["r2"].need == "unanswered"
             assert not stop.all and not stop.robots["r3"].acknowledged
-            second.robot.frozen = False
+            second.robot.frozen = None
             await until(lambda: stop.robots["r2"].acknowledged)  # it was asked again
             assert second.robot.status().v == 0 and not router.table.robots["r2"].unanswered
             assert (await router.stop_all("halt", "Ann")).robots["r1"].acknowledged
