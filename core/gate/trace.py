@@ -8,7 +8,7 @@ import io
 import math
 import queue
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Literal
@@ -224,8 +224,3 @@ class _Inspector:
 
     def _complain(self, row: TraceRow, words: str) -> None:
         self.complaints.append(f"at {row.t_mono_ns * 1e-9:.3f} s: {words}")
-
-
-def motion_after(rows: Sequence[TraceRow], t: float) -> list[TraceRow]:
-    """The rows later than `t` [s] in which something moves."""
-    return [row for row in rows if row.t_mono_ns > round(t * 1e9) and (row.v != 0.0 or row.w != 0.0)]

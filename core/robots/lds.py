@@ -146,10 +146,6 @@ class LidarTransport:
         self._link.write(data)
         return len(data)
 
-    def reset_input(self) -> None:
-        """Throw away what has come."""
-        drain(self._link, 0.02, 0.5)
-
     def close(self) -> None:
         """Let go."""
         self._link.close()

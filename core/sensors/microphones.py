@@ -179,11 +179,6 @@ class MicrophoneArray:
         return samples
 
 
-def lags_of(array: MicrophoneArray, towards: Array) -> Array:
-    """Directions (N, 3) towards far sources → by how much [s] each pair's j hears before i, (N, P) (eq. 40)."""
-    return towards @ array.baselines.T / array.speed
-
-
 def ring(name: str, radius: float, first: float, step: float, count: int) -> MicrophoneArray:
     """`count` microphones on a level circle, from azimuth `first` in steps of `step` [rad]."""
     angles = first + step * np.arange(count)

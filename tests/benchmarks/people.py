@@ -32,7 +32,7 @@ from core.message import Array
 from core.perception.people.appearance import PersonProfile
 from core.perception.people.brightness import levelled
 from core.perception.people.detector import Rectangle, find_people
-from core.perception.people.enrollment import enrol
+from core.perception.people.enrollment import learn, person_image
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.vertical_plane import VerticalPlanes
 from core.sensors import Camera
@@ -157,7 +157,7 @@ def taught(one: DrawnPerson, camera: Camera) -> PersonProfile | None:
         )
         pictures.append(eye.take(LAB.with_thing(thing), 0.0, Pose()).pixels.copy())
     try:
-        return enrol("one", pictures, background)
+        return learn("one", [person_image(one, background) for one in pictures])
     except BadInput:
         return None
 

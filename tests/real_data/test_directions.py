@@ -13,12 +13,13 @@ import pytest
 from core.geometry import wrap
 from core.perception.sound.array_diagnostics import check
 from core.perception.sound.doa_stream import DoaStream
-from core.perception.sound.least_squares import direction_from_lags, fit_lags
+from core.perception.sound.least_squares import fit_lags
 from core.perception.sound.locate import locate
 from core.perception.sound.multi_source import talkers
 from core.perception.sound.paper import locate_as_printed
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import RESPEAKER_BOARD, RESPEAKER_ODAS, MicrophoneArray, Sound, tetrahedron
+from tests.core.perception.lags import direction_from_lags
 
 pytestmark = pytest.mark.real_data
 

@@ -156,16 +156,6 @@ def learn(name: str, images: Sequence[PersonImage]) -> PersonProfile:
     return PersonProfile(name=name, looks=mean_of([each.looks for each in images]), pictures=len(images))
 
 
-def enrol(name: str, pictures: Sequence[Array], background: Array) -> PersonProfile:
-    """Pictures of the whole person with different gestures, and one of the background alone → what they look like.
-
-    Raises BadInput.
-    """
-    if len(pictures) < MIN_PICTURES:
-        raise BadInput(f"Show at least {MIN_PICTURES} pictures with different gestures; these are {len(pictures)}.")
-    return learn(name, [person_image(picture, background) for picture in pictures])
-
-
 def _without_mirror(mask: Array, picture: Array, background: Array) -> Array:
     """The mask (H, W) bool without the dim image of the legs in the floor; both pictures (H, W, 3) int16."""
     rows = np.flatnonzero(mask.any(axis=1))

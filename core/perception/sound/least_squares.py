@@ -12,12 +12,11 @@ import numpy as np
 
 from core.errors import BadInput
 from core.message import Array, message
-from core.perception.sound.direction import Direction, tangents
+from core.perception.sound.direction import tangents
 from core.sensors.microphones import MicrophoneArray
 
 MAX_ROUNDS = 30
 FULL_WEIGHT_SDS, NO_WEIGHT_SDS = 4.0, 8.0  # standard deviations up to which a lag counts, and from which it does not
-LAG_SD = 3e-6  # [s] no lag is better known than this
 
 
 @message
@@ -93,22 +92,6 @@ def _weighted(matrix: Array, ahead: Array, robust: bool) -> tuple[Array, Array]:
         root = np.sqrt(weights)
         within = np.linalg.lstsq(matrix * root[:, None], ahead * root, rcond=None)[0]
     return within, weights
-
-
-def direction_from_lags(array: MicrophoneArray, pairs: Array, lags: Array, stamp: float = 0.0) -> Direction:
-    """Lags (L,) [s] of pairs (L, 2) → a direction with its covariance; strength is the share of lags that agree."""
-    fit = fit_lags(array, pairs, lags)
-    axes = axes_of(array)
-    baselines = (array.positions[pairs[:, 1]] - array.positions[pairs[:, 0]]) @ axes.T
-    weighted = baselines * np.sqrt(fit.weights)[:, None]
-    within = (fit.residual_sd**2 + (LAG_SD * array.speed) ** 2) * np.linalg.pinv(weighted.T @ weighted)
-    return Direction(
-        stamp=stamp,
-        towards=fit.towards,
-        covariance=on_sphere(array, axes, fit.towards, within + placement(array, axes)),
-        strength=float(fit.weights.mean()),
-        mirror=mirrored(array, fit.towards),
-    )
 
 
 def placement(array: MicrophoneArray, axes: Array) -> Array:

@@ -23,11 +23,11 @@ from console.robot.supervisor import RobotSupervisor
 from core.errors import BadInput, Refused, Unavailable
 from core.gate import Limits, Setpoint, check, read_trace
 from core.gate.latch import Latch
-from core.gate.trace import motion_after
 from core.robots.connect import SCHEMES
 from core.robots.requests import ReadTruth
 from tests.console.tiny_process import TinyProcess
 from tests.console.tiny_robot import TINY, Break, Fly, ReadTwist, Sleep, Touch
+from tests.core.gate.bench import motion_after
 
 ROOT = Path(__file__).resolve().parents[3]
 

@@ -20,7 +20,7 @@ from core.models import find
 from core.navigation.control_context import ControlContext
 from core.perception.people.appearance import PersonProfile
 from core.perception.people.engines import MODEL, open_detector
-from core.perception.people.enrollment import enrol
+from core.perception.people.enrollment import learn, person_image
 from core.perception.people.looking import ImmediateLook, LookAnswer, LookQuestion, PersonLook
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.voice_bearing import VoiceBearing
@@ -283,7 +283,7 @@ def ann() -> PersonProfile:
             )
         )
     background, *pictures = (eye.take(world, 0.0, here).pixels.copy() for world in worlds)
-    return enrol("Ann", pictures, background)
+    return learn("Ann", [person_image(one, background) for one in pictures])
 
 
 def test_of_two_who_stand_side_by_side_only_the_one_who_was_taught_is_come_to() -> None:

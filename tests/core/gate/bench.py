@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from core.gate import TICK_S, Gate, Limits, Setpoint, TraceRow, TraceWriter, check
 from core.gate.setpoint import Source
 
@@ -71,3 +73,8 @@ class Bench:
 
     def complaints(self) -> list[str]:
         return check(self.rows, self.limits)
+
+
+def motion_after(rows: Sequence[TraceRow], t: float) -> list[TraceRow]:
+    """The rows later than `t` [s] in which something moves."""
+    return [row for row in rows if row.t_mono_ns > round(t * 1e9) and (row.v != 0.0 or row.w != 0.0)]

@@ -12,8 +12,7 @@ from core.gate import Gate, Limits, Setpoint
 from core.gate.freshness import MAX_REMEMBERED_PRESSES, InputIds
 from core.gate.setpoint import Source
 from core.gate.status import EXPIRED, TOO_BUSY, GateStatus
-from core.gate.trace import motion_after
-from tests.core.gate.bench import Bench
+from tests.core.gate.bench import Bench, motion_after
 
 
 @pytest.fixture

@@ -1,25 +1,21 @@
-"""The array's self-check, the order of its channels, and how it is turned."""
+"""The array's self-check, and how it is turned."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from core.errors import BadInput
 from core.geometry import wrap
 from core.perception.sound.array_diagnostics import ArrayFault, check
 from core.perception.sound.array_orientation import Orientation, OrientationWizard
-from core.perception.sound.channel_order import find_order
 from core.perception.sound.direction import Direction, unit
 from core.perception.sound.locate import locate, sure
-from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, ring, tetrahedron
-from core.simulation.acoustics.shoebox import ShoeboxRoom
+from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, tetrahedron
 from tests.benchmarks.array_faults import campaign, figures, late
-from tests.core.perception.voices import far_voice, voice_in_room
+from tests.core.perception.voices import far_voice
 
 ARRAYS = [RESPEAKER_ODAS, tetrahedron()]
 
@@ -108,30 +104,6 @@ def test_channels_are_those_of_the_sound_not_of_the_profile(samples):
     six = np.column_stack((np.zeros((len(samples), 2)), samples))
     six[:, 4] = 0
     assert faults_of(six, shifted)["dead"].channels == (4,)
-
-
-@pytest.mark.parametrize("array", ARRAYS, ids=lambda a: a.name)
-def test_two_utterances_from_known_sides_give_all_24_orders(array):
-    room, centre = ShoeboxRoom((6, 5, 2.7), 0.3), np.array([3.0, 2.5, 0.5])
-    mouths = {0.0: centre + np.array([2.0, 0.2, 0.9]), math.pi / 2: centre + np.array([-0.15, 1.8, 1.0])}
-    sounds = {azimuth: voice_in_room(array, room, centre, mouth) for azimuth, mouth in mouths.items()}
-    for order in itertools.permutations(range(4)):
-        mixed = [
-            (Sound(stamp=0.0, rate=one.rate, samples=one.samples[:, order]), azimuth)
-            for azimuth, one in sounds.items()
-        ]
-        found = find_order(mixed, array)
-        assert found.channels == tuple(order.index(number) for number in range(4)) and found.certain
-
-
-def test_one_utterance_leaves_doubt_and_none_or_too_many_channels_are_refused():
-    sound = far_voice(RESPEAKER_ODAS, 0.0)
-    assert not find_order([(sound, 0.0)], RESPEAKER_ODAS).certain
-    with pytest.raises(BadInput, match="two are best"):
-        find_order([], RESPEAKER_ODAS)
-    many = ring("seven", 0.05, 0.0, 2 * math.pi / 7, 7)
-    with pytest.raises(BadInput, match="at most 6"):
-        find_order([(far_voice(many, 0.0), 0.0)], many)
 
 
 def clap(azimuth: float, sd: float = 0.03) -> Direction:

@@ -15,7 +15,7 @@ from core.message import Array
 from core.perception.people.brightness import levelled
 from core.perception.people.detector import Rectangle, find_people
 from core.perception.people.edge_orientation import edge_cells
-from core.perception.people.enrollment import contour_of, enrol, person_image
+from core.perception.people.enrollment import contour_of, learn, person_image
 from core.perception.people.fusion import Ray, along, fuse
 from core.perception.people.legs import find_standers
 from core.perception.people.parts import PARTS, PeopleSettings
@@ -111,7 +111,7 @@ def test_a_person_is_enrolled_from_gestures_and_told_from_others(webcam: Simulat
     ann = [picture(webcam, person(3.4, 0.0, look="green/black", gesture=one)) for one in ("", "wave", "hips", "wide")]
     mask = contour_of(ann[0], background)
     assert 0.02 < mask.mean() < 0.2
-    who = enrol("Ann", ann, background)
+    who = learn("Ann", [person_image(one, background) for one in ann])
     assert who.pictures == 4
     two = VerticalPlanes(
         picture(webcam, person(3.0, 0.6, look="green/black"), person(3.2, -0.7, look="red/blue")), WEBCAM
@@ -137,11 +137,11 @@ def test_what_a_floor_mirrors_is_no_part_of_the_body() -> None:
 def test_what_cannot_be_enrolled_is_told(webcam: SimulatedCamera) -> None:
     background = picture(webcam)
     with pytest.raises(BadInput, match="at least 3 pictures"):
-        enrol("Ann", [background], background)
+        learn("Ann", [])
     with pytest.raises(BadInput, match="Nobody is in the picture"):
-        enrol("Ann", [background] * 3, background)
+        person_image(background, background)
     with pytest.raises(BadInput, match="cut off"):
-        enrol("Ann", [picture(webcam, person(1.0, 0.0))] * 3, background)
+        person_image(picture(webcam, person(1.0, 0.0)), background)
     with pytest.raises(BadInput, match="different size"):
         contour_of(background[:100], background)
 

@@ -13,7 +13,6 @@ from core.sensors.microphones import (
     MicrophoneArray,
     Sound,
     array_of,
-    lags_of,
     load_array,
     tetrahedron,
 )
@@ -36,7 +35,7 @@ def test_dimensions_tell_a_line_a_plane_and_a_volume():
 
 
 def test_the_nearer_microphone_leads_by_the_way_between_them():
-    lags = lags_of(RESPEAKER_ODAS, np.array([[1.0, 0, 0]]))[0]
+    lags = RESPEAKER_ODAS.baselines @ [1.0, 0, 0] / RESPEAKER_ODAS.speed
     pair = RESPEAKER_ODAS.pairs.tolist().index([0, 2])
     assert lags[pair] == pytest.approx(0.064 / 343)
 

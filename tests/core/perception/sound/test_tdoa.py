@@ -14,14 +14,15 @@ from scipy.stats import chi2
 from core.errors import BadInput
 from core.perception.sound.array_diagnostics import contradiction
 from core.perception.sound.direction import Direction, unit
-from core.perception.sound.least_squares import direction_from_lags, fit_lags, on_sphere
+from core.perception.sound.least_squares import fit_lags, on_sphere
 from core.perception.sound.locate import DEFAULT, locate, sure, whitened
 from core.perception.sound.paper import NOISE_SHARE, TONE_EXPONENT, averaged, correlations, locate_as_printed, mask
 from core.perception.sound.plane_wave import PlaneWaveFit, noise_sd_of
 from core.perception.sound.spectra import cross_spectra, noise_of, quiet_frames, spectra
 from core.perception.sound.tdoa import pair_lags
-from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, lags_of, ring, tetrahedron
+from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, ring, tetrahedron
 from core.simulation.acoustics.shoebox import diffuse_noise
+from tests.core.perception.lags import direction_from_lags, lags_of
 from tests.core.perception.voices import PRE_ROLL, RATE, far_voice
 
 ARRAYS = [RESPEAKER_ODAS, tetrahedron()]
