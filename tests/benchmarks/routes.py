@@ -167,7 +167,7 @@ def within(zone: tuple[tuple[float, float], ...], x: float, y: float) -> bool:
 def true_map() -> dict[str, bytes]:
     """The true floor plan as a map of Nav2."""
     world = world_named("floor")
-    corners = world.walls.reshape(-1, 2)
+    corners, obstacles = world.walls.reshape(-1, 2), world.obstacles
     low, high = corners.min(axis=0) - 0.5, corners.max(axis=0) + 0.5
     low = np.floor(low / CELL_M) * CELL_M
     columns, rows = np.ceil((high - low) / CELL_M).astype(int)
@@ -175,7 +175,7 @@ def true_map() -> dict[str, bytes]:
     for row in range(rows):
         for column in range(columns):
             x, y = low + (np.array([column, row]) + 0.5) * CELL_M
-            if distances(np.array([x, y]), world.obstacles).min() < 0.75 * CELL_M:
+            if distances(np.array([x, y]), obstacles).min() < 0.75 * CELL_M:
                 pixels[row, column] = 0
             elif world.inside(x, y):
                 pixels[row, column] = 254
@@ -308,13 +308,13 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=540.0, help="after which no further route or fault is begun")
     chosen = parser.parse_args()
-    end = time.monotonic() + chosen.seconds
     sums: Counter[str] = Counter()
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         drive = Drive(home, chosen.seed)
         with drive.live:
             drive.prepare()
+            end = time.monotonic() + chosen.seconds
             for number in range(chosen.routes):
                 if time.monotonic() > end:
                     break
