@@ -107,7 +107,7 @@ def test_the_robot_is_shown_where_it_is_by_press_and_drag(visit: Open, console: 
 def test_who_watches_sees_all_of_it_and_changes_nothing(visit: Open, console: Running) -> None:
     here = visit(watching=True)
     here.open_tab("Maps")
-    expect(here.find("map-card .map-file")).to_have_count(6)
+    expect(here.find("map-card .map-file")).to_have_count(8)
     expect(here.find("map-card form")).to_be_hidden()
     here.open_tab("Mapping")
     expect(here.find("live-plot:visible").first).to_be_visible()
