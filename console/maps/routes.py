@@ -72,7 +72,7 @@ class NamedRecording(Protocol):
     """A recording that has begun."""
 
     @property
-    def name(self) -> str:
+    def name(self) -> str | None:
         """Of the recording."""
         ...
 

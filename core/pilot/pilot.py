@@ -180,8 +180,14 @@ class Pilot:
 
     def edit_map(self, edits: MapEdits) -> None:
         """Lay these edits over what was seen, and no others, from the next frame on."""
-        rows = ((edit.kind, float(edit.width), tuple(map(tuple, edit.points.tolist()))) for edit in edits.edits)
-        self._act(EditAct(tuple(rows)))
+        self._act(
+            EditAct(
+                tuple(
+                    (edit.kind, float(edit.width), tuple((x, y) for x, y in edit.points.tolist()))
+                    for edit in edits.edits
+                )
+            )
+        )
 
     def turn_map(self, angle: float) -> None:
         """Turn the map, and the robot in it, about the origin of the world by `angle` [rad]."""
