@@ -22,7 +22,8 @@ from core.geometry import Transform
 from core.optics import TABLE_3, CameraModel
 from core.robots.requests import AnswerT, BoardInCamera, PlaceBoard, ReadPlan, RemovedThing, RemoveThing, RobotRequest
 from core.sensors import SensorFrame
-from core.simulation.robot import SimulatedRobot, open_robot
+from core.simulation.faulty_robot import open_robot
+from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
 
 BOARD = Board(columns=9, rows=6, square=0.03, panel=(0.34, 0.25))

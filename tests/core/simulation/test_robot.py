@@ -21,7 +21,8 @@ from core.robots.requests import (
     RobotRequest,
 )
 from core.sensors import SensorFrame
-from core.simulation.robot import SimulatedRobot, open_robot
+from core.simulation.faulty_robot import open_robot
+from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
 
 BLIND = SimulationSettings(camera=False)
@@ -246,7 +247,6 @@ def test_the_room_does_not_fill_up_without_end() -> None:
     [
         ({"wheel_noise": "some"}, "wheel_noise must be one of"),
         ({"laser_noise": "5%"}, "laser_noise must be one of"),
-        ({"dropout": 2.0}, "dropout must lie between"),
         ({"max_speed": math.nan}, "max_speed must lie between"),
     ],
 )

@@ -24,7 +24,8 @@ from core.robots.requests import (
     RobotRequest,
 )
 from core.sensors import Camera, SensorFrame
-from core.simulation.robot import SimulatedRobot, open_robot
+from core.simulation.faulty_robot import open_robot
+from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
 
 BLIND = SimulationSettings(camera=False)
