@@ -636,3 +636,18 @@ def test_a_hand_never_goes_on_by_itself(bench: Bench) -> None:
     assert bench.gate.status().trips == 1
     bench.hold("jog", 0.2, seconds=0.5)
     assert not bench.speed
+
+
+@pytest.mark.parametrize("wall", [[], [(0.15, 0.0)]], ids=["free", "wall"])
+def test_a_late_scan_neither_takes_back_nor_adds_to_what_a_timely_one_saw(wall: list[tuple[float, float]]) -> None:
+    speeds = list[float]()
+    for late in (False, True):
+        bench = Bench()
+        bench.scans = False
+        for _ in range(20):
+            bench.gate.see(wall, bench.now)
+            if late:
+                bench.gate.see([] if wall else [(0.15, 0.0)], bench.now, age=bench.limits.scan_age + 0.1)
+            bench.hold("goal", 0.2, seconds=0.02)
+        speeds.append(bench.speed)
+    assert speeds[0] == speeds[1] > 0.1
