@@ -19,7 +19,7 @@ from console.cli.settings import rows, section_kinds
 from console.messages.generate_js import js_type
 from console.messages.json_schema import socket_schema
 from core.commands import VOCABULARY
-from core.robots.injected_faults import INJECTABLE
+from core.robots.injected_faults import INJECTABLE_FAULTS
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile
 from core.sensors.checks import CHECKS
 from core.sentences import static_folder
@@ -340,7 +340,7 @@ def faults_page() -> str:
             f"{one.meaning}; {one.low:g} to {one.high:g}{f' {one.unit}' if one.unit else ''}",
             one.seen,
         )
-        for one in INJECTABLE
+        for one in INJECTABLE_FAULTS
     ]
     return page("What happens when …", intro, example, table(("fault", "meaning", "what happens"), rows))
 

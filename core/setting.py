@@ -30,7 +30,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 from core.errors import BadInput
 
 HUGE = 10**15  # larger whole numbers are not spelled out
-WATCHED = re.compile(r"^    (\w+): (.+)$", re.MULTILINE)  # a line under "Watch:" of a docstring
+WATCH_LINE = re.compile(r"^    (\w+): (.+)$", re.MULTILINE)  # a line under "Watch:" of a docstring
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ def declared_settings(section: type[Section]) -> tuple[DeclaredSetting, ...]:
     """The settings of a section, in the order of its fields. Raises TypeError for a field without a Meta."""
     hints = get_type_hints(section, include_extras=True)
     watched = {
-        name: text for base in section.__mro__ for name, text in WATCHED.findall(inspect.cleandoc(base.__doc__ or ""))
+        name: text for base in section.__mro__ for name, text in WATCH_LINE.findall(inspect.getdoc(base) or "")
     }
     fixed = thresholds_of(section)
     return tuple(

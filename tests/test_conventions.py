@@ -106,9 +106,10 @@ PRODUCT = [
         "static/**/*.css",
         "static/*.html",
         "static/docs/**/*.md",
+        "static/i18n/en.json",
     )
     for path in ROOT.glob(pattern)
-] + [ROOT / "README.md", ROOT / "core/README.md"]
+] + [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "core/README.md"]
 
 
 def parts(line: str) -> str:

@@ -32,7 +32,7 @@ KEY = BodyLimit(("application/json",), 2048)
 SOUND = BodyLimit(("application/json",), 1_000_000)
 ANY_FILE = "application/octet-stream"  # by which programs send what they read from a disk
 TEXT = BodyLimit(("text/plain", ANY_FILE), 1_000_000)
-ZIP = BodyLimit(("application/zip", "application/x-zip-compressed", ANY_FILE), 50_000_000, 6.0)
+ZIP_LIMIT = BodyLimit(("application/zip", "application/x-zip-compressed", ANY_FILE), 50_000_000, 6.0)
 PICTURE = BodyLimit(("image/jpeg", "image/png", ANY_FILE), 20_000_000, 6.0)
 
 

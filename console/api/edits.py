@@ -17,7 +17,7 @@ from console.maps.marks import EditKind, EditMark
 edits = router("map", 409, 503, 507)
 
 Edits = Annotated[EditService, part(EditService)]
-STROKE = BodyLimit(("application/json",), 131_072)
+STROKE_BODY = BodyLimit(("application/json",), 131_072)
 
 
 class EditRequest(RequestBody):
@@ -84,7 +84,7 @@ async def listed(service: Edits) -> EditList:
 
 
 @edits.post("/map/edits", status_code=201)
-@needs("operator", body=STROKE)
+@needs("operator", body=STROKE_BODY)
 async def add(asked: EditRequest, service: Edits, who: Who) -> EditRow:
     """Edit the map. What the robot saw, or will see, does not change it back."""
     points = [(x, y) for x, y in asked.points_m]

@@ -13,7 +13,7 @@ import numpy as np
 from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
-from console.access.roles import ZIP, needs
+from console.access.roles import ZIP_LIMIT, needs
 from console.api import RequestBody, SavedMaps, Who, problems, router
 from console.api.typed_route import OpenApi, Responses
 from console.http.downloads import file_named, zip_named
@@ -35,7 +35,7 @@ NewName = Annotated[str, Query(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
 ZIP_BODY: OpenApi = {
     "requestBody": {
         "required": True,
-        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in ZIP.types},
+        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in ZIP_LIMIT.types},
     }
 }
 
@@ -185,7 +185,7 @@ async def save(asked: SaveMapRequest, maps: SavedMaps, who: Who) -> SavedMapRow:
 
 
 @maps.post("/maps/import", status_code=201, openapi_extra=ZIP_BODY)
-@needs("operator", body=ZIP)
+@needs("operator", body=ZIP_LIMIT)
 async def take_in(request: Request, maps: SavedMaps, who: Who, name: NewName, replace: bool = False) -> SavedMapRow:
     """Keep a map of Nav2 or slam_toolbox under a name: a zip of its YAML (trinary, scale or raw) and its PGM, PNG or
     BMP. Load it as any other; the robot finds its place in it.

@@ -8,7 +8,7 @@ import msgspec
 from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
-from console.access.roles import ZIP, needs
+from console.access.roles import ZIP_LIMIT, needs
 from console.api import RequestBody, Who, part, router
 from console.api.maps import ZIP_BODY, NewName, answers, zip_of
 from console.http.downloads import file_named
@@ -84,7 +84,7 @@ async def masks(service: Zones) -> Response:
 
 
 @zones.post("/zones/masks", status_code=201, openapi_extra=ZIP_BODY)
-@needs("operator", body=ZIP)
+@needs("operator", body=ZIP_LIMIT)
 async def take_in(
     request: Request,
     service: Zones,

@@ -20,14 +20,14 @@ from core.errors import BadInput, Unavailable
 from core.files import saving, write_atomic
 from core.sentences import Statement
 
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
+CERTIFICATE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 ROUTER_NAME = "fleet"  # common name of the router's certificate
 AUTHORITY_DAYS, CERTIFICATE_DAYS = 3650, 825
 MIN_DAYS_LEFT = 30  # of the router's certificate, below which a new one is made at a start
 MAX_ROBOTS = 100
 OPENSSL_TIMEOUT_S = 20.0
 DAY_S = 24 * 3600.0
-LISTED = "certificates.json"
+ISSUED_FILE = "certificates.json"
 
 CertificateKind = Literal["robot", "viewer"]
 
@@ -91,7 +91,7 @@ class Authority:
 
     def issue(self, name: str, out: Path, *, kind: CertificateKind, days: int = CERTIFICATE_DAYS) -> FleetCertificate:
         """Make a certificate into the folder `out`. Raises BadInput, Unavailable, Unwritable."""
-        if NAME.fullmatch(name) is None or name == ROUTER_NAME:
+        if CERTIFICATE_NAME.fullmatch(name) is None or name == ROUTER_NAME:
             raise BadInput(Statement("fleet.name_refused", name=name[:60]))
         others = [one for one in self.certificates() if one.name != name]
         if sum(one.kind == "robot" for one in others) >= MAX_ROBOTS and kind == "robot":
@@ -112,7 +112,7 @@ class Authority:
 
     def certificates(self) -> list[FleetCertificate]:
         """All that are let in, in the order in which they were made. Raises BadInput for a damaged list."""
-        path = self.folder / LISTED
+        path = self.folder / ISSUED_FILE
         try:
             return msgspec.json.decode(path.read_bytes(), type=list[FleetCertificate])
         except FileNotFoundError:
@@ -124,13 +124,13 @@ class Authority:
     def changed(self) -> float:
         """When the list was changed last, Unix time; 0: never."""
         try:
-            return (self.folder / LISTED).stat().st_mtime
+            return (self.folder / ISSUED_FILE).stat().st_mtime
         except FileNotFoundError:
             return 0.0
 
     def _list(self, listed: list[FleetCertificate]) -> None:
         with saving("The certificate could not be listed"):
-            write_atomic(self.folder / LISTED, msgspec.json.format(msgspec.json.encode(listed)) + b"\n")
+            write_atomic(self.folder / ISSUED_FILE, msgspec.json.format(msgspec.json.encode(listed)) + b"\n")
 
     def _prepare_authority(self) -> None:
         own = self._own

@@ -28,8 +28,8 @@ MAX_MESSAGE_BYTES = 2**21
 CONNECT_TIMEOUT_S = 3.0
 REFUSAL_TIMEOUT_S = 0.25  # within which a router refuses a certificate that it does not take
 ADDRESS = re.compile(r"tls/(\[[0-9a-fA-F:]+\]|[^\s:/\[\]]+)(?::([0-9]{1,5}))?")
-SAID = ("put", "delete", "reply", "declare_queryable", "liveliness_token")  # kinds of messages that a robot sends
-WATCHED = ("state", "alive")  # what a viewer's certificate reads of every robot
+ROBOT_MESSAGE_KINDS = ("put", "delete", "reply", "declare_queryable", "liveliness_token")
+VIEWER_KEYS = ("state", "alive")  # what a viewer's certificate reads of every robot
 
 StopKind = Literal["stop", "halt"]
 FleetRole = Literal["viewer", "operator", "admin"]
@@ -197,7 +197,7 @@ def robot_rules(name: str) -> list[dict[str, Any]]:
             "id": f"{name}-says",
             "permission": "allow",
             "flows": ["ingress"],
-            "messages": list(SAID),
+            "messages": list(ROBOT_MESSAGE_KINDS),
             "key_exprs": keys,
         },
         {
@@ -212,7 +212,7 @@ def robot_rules(name: str) -> list[dict[str, Any]]:
 
 def viewer_rules(name: str) -> list[dict[str, Any]]:
     """A viewer reads states and presence of all, and says nothing."""
-    keys = [key_of("*", what) for what in WATCHED]
+    keys = [key_of("*", what) for what in VIEWER_KEYS]
     asks = ["declare_subscriber", "declare_liveliness_subscriber", "liveliness_query"]
     hears = ["put", "liveliness_token", "liveliness_query"]
     return [

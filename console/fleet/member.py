@@ -20,7 +20,7 @@ from console.access.logins import Logins, Person
 from console.control.dispatcher import CommandDispatcher
 from console.control.lease import Lease
 from console.control.notices import Notifications
-from console.fleet.authority import NAME, CertificateFiles
+from console.fleet.authority import CERTIFICATE_NAME, CertificateFiles
 from console.fleet.bus import (
     CommandReport,
     FleetAddress,
@@ -56,7 +56,7 @@ KEY_LIFE_S = 12 * 3600.0
 PICTURE_WIDTH_PX = 320
 PICTURE_QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 70]
 FAREWELL_S = 0.3
-CAUSE = "fleet"  # of the notices
+NOTICE_CAUSE = "fleet"  # of the notices
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class MemberOptions:
 
     def check(self) -> None:
         """Raises BadInput for a name that no certificate can bear, or certificates that are not there."""
-        if NAME.fullmatch(self.name) is None:
+        if CERTIFICATE_NAME.fullmatch(self.name) is None:
             raise BadInput(Statement("fleet.name_refused", name=self.name[:60]))
         self.files.check()
 
@@ -134,9 +134,9 @@ class FleetMember(Part):
         self._tell("warning", Statement("fleet.not_there", why=why))
 
     def _tell(self, level: Any, text: str) -> None:
-        shown = [one for one in self._notifications.shown if one.cause == CAUSE]
+        shown = [one for one in self._notifications.shown if one.cause == NOTICE_CAUSE]
         if not shown or shown[-1].text != text:
-            self._notifications.tell(level, text, CAUSE)
+            self._notifications.tell(level, text, NOTICE_CAUSE)
 
     # what it says
 
@@ -163,7 +163,7 @@ class FleetMember(Part):
         """How the robot is."""
         (link, age), gate, profile = self._robot.link(), self._robot.status(), self._robot.profile
         pose, active, holder = snapshot.estimate.pose, snapshot.active_command, self._lease.holder
-        notice = next((one for one in reversed(self._notifications.shown) if one.cause != CAUSE), None)
+        notice = next((one for one in reversed(self._notifications.shown) if one.cause != NOTICE_CAUSE), None)
         command = None
         if active is not None:
             command = CommandReport(active.name, active.heard_as, active.who, active.progress)

@@ -17,7 +17,7 @@ LOW_BATTERY = 0.2
 
 Presence = Literal["live", "stale", "gone"]
 Need = Literal["unanswered", "gone", "stale", "halted", "robot", "lost", "blocked", "error", "battery", ""]
-NEEDS: tuple[Need, ...] = (
+NEEDS_BY_URGENCY: tuple[Need, ...] = (
     "unanswered",
     "gone",
     "stale",
@@ -78,7 +78,7 @@ class FleetRobot:
     def rank(self) -> int:
         """The place in the order: need of help, work, idleness, never there."""
         if self.need:
-            return NEEDS.index(self.need)
+            return NEEDS_BY_URGENCY.index(self.need)
         if self.report is None:
             return UNSEEN_RANK
         return WORKING_RANK if self.report.command is not None or self.report.operator is not None else IDLE_RANK

@@ -54,10 +54,10 @@ BLOCKED_WAIT_S = 10.0  # until a way that was blocked is tried again
 MAX_TRIES = 3  # to reach one stop
 LOW_BATTERY = 0.2  # share of its charge
 FILE = "route.json"  # in the data folder: what the running route does
-PICTURES = "pictures"  # in the data folder: those that were taken at stops
+PICTURE_FOLDER = "pictures"  # in the data folder: those that were taken at stops
 MIN_RECORD_S, MAX_SAID_LETTERS = 1.0, 280
 DAY_S = 86_400
-HOUR = re.compile(r"(?:[01]\d|2[0-3]):[0-5]\d")
+HOUR_FORM = re.compile(r"(?:[01]\d|2[0-3]):[0-5]\d")
 NO_SUCH_ROUTE = Statement("routes.gone")
 NONE_RUNS = Statement("routes.none_runs")
 BUSY = Statement("routes.busy")
@@ -133,7 +133,7 @@ class RouteService(Part):
         self.when_noted: list[
             Callable[[str, str], None]
         ] = []  # called with what happened at a stop, and how it ended
-        self.pictures = home / PICTURES
+        self.pictures = home / PICTURE_FOLDER
         self.recorder: Recorder | None = None
         self.clock = time.time  # [s] Unix time
         self._image: Image | None = None
@@ -543,7 +543,9 @@ class RouteService(Part):
             stops.append(msgspec.structs.replace(stop, place=self._places.find(stop.place).name))
         if (route.begins or route.ends or route.every_min) and not route.loop:
             raise BadInput(Statement("routes.hours_of_rounds"))
-        if bool(route.begins) != bool(route.ends) or not all(HOUR.fullmatch(one or "00:00") for one in hours(route)):
+        if bool(route.begins) != bool(route.ends) or not all(
+            HOUR_FORM.fullmatch(one or "00:00") for one in hours(route)
+        ):
             raise BadInput(Statement("routes.hours"))
         return msgspec.structs.replace(route, name=checked_name(route.name), stops=tuple(stops))
 

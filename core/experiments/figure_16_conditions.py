@@ -128,15 +128,16 @@ FURTHER = (
     Condition("camera", "hidden", still=True, spacing=1.0),
 )
 """Conditions that the chapter's 0.08 m takes with the camera's field, names hidden: edges in sight of the start."""
-STARTS: tuple[tuple[Ids, bool], ...] = (("hidden", False), ("given", False), ("hidden", True))  # names; at rest first
-FAIR = tuple(
+NAMES_AND_STARTS: tuple[tuple[Ids, bool], ...] = (("hidden", False), ("given", False), ("hidden", True))
+FAIR_CONDITIONS = tuple(
     Condition(field, ids, still, reach=reach, control_noise=AS_IN_PRINT)
     for field in ("camera", "half-plane", "laser")
     for reach in (MAX_RANGE_M, DETECTION_RANGE_M)
-    for ids, still in STARTS
+    for ids, still in NAMES_AND_STARTS
 )
 """Conditions in which dead reckoning errs as in print."""
-ROOM_CONDITIONS = (FAIR[0], FAIR[3])  # the camera's field to 4 m and to 5.6 m, names hidden, moving at once
+ROOM_CONDITIONS = (FAIR_CONDITIONS[0], FAIR_CONDITIONS[3])
+"""The camera's field to 4 m and to 5.6 m, names hidden, moving at once."""
 
 
 @message
@@ -204,7 +205,7 @@ def plan(
     count = runs or DEFAULT_RUNS
     if data is not None and count > len(frozen(data).speeds):
         raise BadInput(f"{data.name} has {len(frozen(data).speeds)} runs; {count} cannot be had from it.")
-    conditions = CONDITIONS if data is not None else (*CONDITIONS, *FURTHER, *FAIR)
+    conditions = CONDITIONS if data is not None else (*CONDITIONS, *FURTHER, *FAIR_CONDITIONS)
     rows = {one: one.draws(seed, data) for one in conditions}
     batches = [RunBatch(partial(errors, draws, one.still), count, DriveErrors) for one, draws in rows.items()]
     in_rooms = () if data is not None else ROOM_CONDITIONS

@@ -32,7 +32,7 @@ class InjectableFault:
     seen: str  # what the operator sees, and what the robot does
 
 
-INJECTABLE = (
+INJECTABLE_FAULTS = (
     InjectableFault(
         "late_scan",
         "s",
@@ -184,7 +184,7 @@ def faults_of(place: str) -> tuple[str, dict[str, float]]:
 
 def read_faults(text: str) -> dict[str, float]:
     """`late_scan:1.5,bumper` → values by name. Raises BadInput with the faults that there are."""
-    known = {one.name: one for one in INJECTABLE}
+    known = {one.name: one for one in INJECTABLE_FAULTS}
     given: dict[str, float] = {}
     for item in filter(None, (part.strip() for part in text.split(","))):
         name, _, number = item.partition(":")

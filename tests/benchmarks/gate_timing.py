@@ -29,7 +29,7 @@ from core.gate import Limits, Setpoint, TraceRow, check, read_trace
 from tests.emulators.robot_process import robot_process
 
 ROOT = Path(__file__).resolve().parents[2]
-WIRES = ("serial", "scip")
+SERIAL_PARTS = ("serial", "scip")
 BOUNDS_MS = {
     "console SIGKILL": 150.0,
     "console SIGSTOP": 300.0,
@@ -107,7 +107,7 @@ def console_struck(number: signal.Signals, trials: int) -> list[float]:
     """A console that drives by hand is killed or frozen → times to zero [s]."""
     times: list[float] = []
     for trial in range(trials):
-        with tempfile.TemporaryDirectory() as folder, robot_process(*WIRES) as served:
+        with tempfile.TemporaryDirectory() as folder, robot_process(*SERIAL_PARTS) as served:
             console = subprocess.Popen(
                 [sys.executable, "-m", "tests.console.driving_console", served.url, folder, "jog"],
                 cwd=ROOT,
@@ -133,7 +133,7 @@ def console_struck(number: signal.Signals, trials: int) -> list[float]:
 @contextlib.contextmanager
 def driving() -> Iterator[tuple[RobotSupervisor, Hand, Path]]:
     """A robot on its wires, a hand that drives it, and the diary."""
-    with tempfile.TemporaryDirectory() as folder, robot_process(*WIRES) as served:
+    with tempfile.TemporaryDirectory() as folder, robot_process(*SERIAL_PARTS) as served:
         trace = Path(folder) / "gate.csv"
         robot = RobotSupervisor(served.url, home=Path(folder), gate_trace=trace)
         robot.start()

@@ -24,8 +24,8 @@ from core.slam.map_join import join_maps, match_maps
 from core.slam.mapper import Mapper
 from tests.core.slam.ring import LASER, Moment, drive, told
 
-FIRST = ((11.7, -0.1), (11.7, 7.5), (4.0, 7.5))
-SECOND = ((11.7, -0.1), (11.7, 7.5), (-2.1, 7.5), (-2.1, -0.1), (2.0, -0.1))
+FIRST_WAY_M = ((11.7, -0.1), (11.7, 7.5), (4.0, 7.5))
+SECOND_WAY_M = ((11.7, -0.1), (11.7, 7.5), (-2.1, 7.5), (-2.1, -0.1), (2.0, -0.1))
 BEGIN_AT = 60  # moments of the second drive that pass before it maps
 CORNER_M = 0.5  # from a corner of the plan within which a landmark is of it
 
@@ -64,8 +64,8 @@ def figures(gaps: Array) -> dict[str, float | int]:
 
 def joined(seed: int) -> dict[str, object]:
     """One pair of drives."""
-    older, truth = mapped(list(drive(seed, FIRST)))
-    newer, start = mapped(list(drive(seed + 100, SECOND))[BEGIN_AT:])
+    older, truth = mapped(list(drive(seed, FIRST_WAY_M)))
+    newer, start = mapped(list(drive(seed + 100, SECOND_WAY_M))[BEGIN_AT:])
     begun = time.perf_counter()
     parts = Mapper().parts
     match = match_maps(older, newer, parts)

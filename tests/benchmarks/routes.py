@@ -44,11 +44,11 @@ SETTINGS = Settings(simulation=SimulationSettings(camera=False, microphones="non
 CELL_M, STOP_ROOM_M, EDGE_M = 0.05, 0.4, 8.0
 STOPS, PLACES, SLOW_M_S = 6, 10, 0.1
 ROUTE_S, STILL_S = 400.0, 2.0  # [s] of the robot's clock
-PACE = 4.0  # of the robot's clock, where the processor can
-PEOPLE = (((2.0, 7.5), (10.0, 7.5)), ((11.7, 1.0), (11.7, 6.5)))  # [m] ways to and fro, in the corridors
+CLOCK_PACE = 4.0  # of the robot's clock, where the processor can
+PEOPLE_WAYS_M = (((2.0, 7.5), (10.0, 7.5)), ((11.7, 1.0), (11.7, 6.5)))  # [m] ways to and fro, in the corridors
 WALK_M_S = 0.4
-KEEP_OUT = ((5.0, -0.6), (6.0, -0.6), (6.0, -0.1), (5.0, -0.1))
-SLOW = ((7.5, -1.0), (9.5, -1.0), (9.5, 1.0), (7.5, 1.0))
+KEEP_OUT_ZONE_M = ((5.0, -0.6), (6.0, -0.6), (6.0, -0.1), (5.0, -0.1))
+SLOW_ZONE_M = ((7.5, -1.0), (9.5, -1.0), (9.5, 1.0), (7.5, 1.0))
 
 
 class Doubting(Pilot):
@@ -66,7 +66,7 @@ class Drive:
 
     def __init__(self, folder: Path, seed: int) -> None:
         live_console.InProcessRobot = functools.partial(InProcessRobot, settings=SETTINGS, seed=seed)  # type: ignore[misc]
-        self.live = Live(folder, url="sim:floor", pace=PACE)
+        self.live = Live(folder, url="sim:floor", pace=CLOCK_PACE)
         self.live.runtime._make_pilot = lambda: Doubting(self.live.robot.profile, SETTINGS)
         self.chance = np.random.default_rng(seed)
         self.contacts = self.inside = self.too_fast = self.seen = 0
@@ -97,14 +97,17 @@ class Drive:
         live.until(lambda: live.runtime.snapshot.floor.lost, 60)
         self.ask("POST", "/api/slam/here", {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0, "force": True}, 202)
         live.until(lambda: live.runtime.snapshot.floor.lost is None, 120)
-        for name, kind_, points, speed in (("hole", "keep_out", KEEP_OUT, None), ("calm", "slow", SLOW, SLOW_M_S)):
+        for name, kind_, points, speed in (
+            ("hole", "keep_out", KEEP_OUT_ZONE_M, None),
+            ("calm", "slow", SLOW_ZONE_M, SLOW_M_S),
+        ):
             zone = {"name": name, "kind": kind_, "points_m": [list(one) for one in points], "max_speed_m_s": speed}
             self.ask("POST", "/api/zones", zone, 201)
         for spot in stops(self.chance):
             name = next(self._names)
             self.ask("POST", "/api/places", {"name": name, "x_m": spot[0], "y_m": spot[1]}, 201)
             self.places[name] = spot
-        for (x, y), (to_x, to_y) in PEOPLE:
+        for (x, y), (to_x, to_y) in PEOPLE_WAYS_M:
             body = {"what": "person", "x_m": x, "y_m": y, "path_m": [[to_x, to_y], [x, y]], "speed_m_s": WALK_M_S}
             self.ask("POST", "/api/sim/place", {**body, "again": True}, 201)
 
@@ -117,8 +120,8 @@ class Drive:
         at = snapshot.truth.x, snapshot.truth.y
         self.contacts += snapshot.contact and not self._touching
         self._touching = snapshot.contact
-        self.inside += within(KEEP_OUT, *at)
-        self.too_fast += within(SLOW, *at) and abs(self.live.robot.status().v) > SLOW_M_S + 1e-6
+        self.inside += within(KEEP_OUT_ZONE_M, *at)
+        self.too_fast += within(SLOW_ZONE_M, *at) and abs(self.live.robot.status().v) > SLOW_M_S + 1e-6
 
     def comes_to(self, is_so: Callable[[], Any], seconds: float) -> bool:
         """Watch until something is the case, `seconds` of the robot at most."""
@@ -189,7 +192,7 @@ def stops(chance: np.random.Generator) -> list[tuple[float, float]]:
     while len(found) < PLACES:
         x, y = float(chance.uniform(-2.5, 12.2)), float(chance.uniform(-1.0, EDGE_M))
         apart = all(math.hypot(x - a, y - b) > 1.0 for a, b in found)
-        if apart and world.free(x, y, STOP_ROOM_M) and not within(KEEP_OUT, x, y):
+        if apart and world.free(x, y, STOP_ROOM_M) and not within(KEEP_OUT_ZONE_M, x, y):
             found.append((round(x, 2), round(y, 2)))
     return found
 

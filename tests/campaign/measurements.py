@@ -41,9 +41,9 @@ from tests.emulators.robot_process import robot_process
 from tests.stories.words_in_time import told_story
 
 DRIVERS = ("sim", "foxglove", "serial+scip")
-WIRES = DRIVERS[1:]
+WIRE_DRIVERS = DRIVERS[1:]
 READY_S = 60.0
-MB = 1e6
+BYTES_PER_MB = 1e6
 
 
 def browser_closed(effort: Effort) -> Iterator[RowFigure]:
@@ -74,7 +74,7 @@ def link_frozen(effort: Effort) -> Iterator[RowFigure]:
 
 def console_dies(effort: Effort) -> Iterator[RowFigure]:
     """On wires, whose gate has the machine's clock: a simulated world stands still with its console."""
-    for driver in WIRES:
+    for driver in WIRE_DRIVERS:
         some = max(2, effort.trials // 3)
         yield worst("to zero, killed", struck.console_faults(driver, some, signal.SIGKILL), 150.0, driver)
         yield worst("to zero, frozen", struck.console_faults(driver, some, signal.SIGSTOP), 300.0, driver)
@@ -82,7 +82,7 @@ def console_dies(effort: Effort) -> Iterator[RowFigure]:
 
 def driver_stuck(effort: Effort) -> Iterator[RowFigure]:
     """On wires alone: a simulated world that is frozen has no time."""
-    for driver in WIRES:
+    for driver in WIRE_DRIVERS:
         yield worst("to zero at the gate", struck.driver_frozen(driver, max(2, effort.trials // 3)), 500.0, driver)
 
 
@@ -135,7 +135,7 @@ def halts_kept(effort: Effort) -> Iterator[RowFigure]:
 
 def never_by_itself(effort: Effort) -> Iterator[RowFigure]:
     """The events of the benchmark on each wire; the largest of the motions after them."""
-    for driver in WIRES:
+    for driver in WIRE_DRIVERS:
         moved = no_motion.run(driver)
         event, far = max(moved.items(), key=lambda one: one[1])
         bound, tried = no_motion.STANDS, len(moved)
@@ -143,7 +143,7 @@ def never_by_itself(effort: Effort) -> Iterator[RowFigure]:
 
 
 def two_consoles(effort: Effort) -> Iterator[RowFigure]:
-    for driver in WIRES:
+    for driver in WIRE_DRIVERS:
         with robot_process(*SUBJECTS[driver]) as robot, contextlib.ExitStack() as stack:
             moved = no_motion.second_console(no_motion.Trial(driver, robot, stack))
             yield RowFigure("motion when a second console comes", round(moved, 4), "m", no_motion.STANDS, 1, driver)
@@ -158,7 +158,7 @@ def late_cells(effort: Effort, lies: tuple[str, ...]) -> Iterator[RowFigure]:
         contacts = sum(one.gap < 0 for one in found)
         yield none_of("contacts, late by 0 to 5 s at 0.1 to 0.5 m/s", contacts, len(cells), "drives", driver)
     named = [lie for lie in lies if lie != "no number"]  # no wire carries one
-    for driver in WIRES:
+    for driver in WIRE_DRIVERS:
         cells = list(itertools.product(late_scans.WIRE_LATE_S, late_scans.SPEEDS_M_S, named))
         chosen = cells if effort.trials > 20 else random.Random(effort.seed).sample(cells, 4)
         found = [
@@ -206,7 +206,7 @@ def many_viewers(effort: Effort) -> Iterator[RowFigure]:
         before = own.memory_info().rss
         struck.watch(running, 50, stack)
         figures = strangers.measured(running, (), 20 * effort.trials)
-        grown = (own.memory_info().rss - before) / MB
+        grown = (own.memory_info().rss - before) / BYTES_PER_MB
     yield RowFigure("round trip of the operator, p99", figures["echo_ms"]["p99"], "ms", 25.0, 20 * effort.trials)
     yield RowFigure("memory for 50 viewers and one stuck", round(grown, 1), "MB", 50.0, 1)
 
@@ -254,7 +254,7 @@ def _up_again(module: str) -> float:
 
 def own_failsafe(effort: Effort) -> Iterator[RowFigure]:
     """Gate or driver are killed in a turn → [ms] until the emulated robot's wheels rest, by its own record."""
-    for driver, module in itertools.product(WIRES, ("core.gate.process", "core.robots.process")):
+    for driver, module in itertools.product(WIRE_DRIVERS, ("core.gate.process", "core.robots.process")):
         times: list[float] = []
         for _ in range(max(2, effort.trials // 3)):
             with robot_process(*SUBJECTS[driver]) as robot, contextlib.ExitStack() as stack:
@@ -284,7 +284,7 @@ def backlog(effort: Effort) -> Iterator[RowFigure]:
     yield none_of("motion by what waited", moved, trials, "trials")
 
 
-DAMAGES = ("cut", "flipped", "empty", "garbage")
+FILE_DAMAGES = ("cut", "flipped", "empty", "garbage")
 
 
 def damage(path: Path, how: str, chance: random.Random) -> None:
@@ -311,7 +311,7 @@ def damaged_stores(effort: Effort) -> Iterator[RowFigure]:
             for path in used.rglob("*")
             if path.is_file() and not path.name.startswith(("console.log", "gate.csv", "lock"))
         )
-        cases = list(itertools.product(files, DAMAGES))
+        cases = list(itertools.product(files, FILE_DAMAGES))
         chosen = chance.sample(cases, min(len(cases), effort.trials))
         for number, (name, how) in enumerate(chosen):
             home = Path(folder) / str(number)
@@ -360,7 +360,7 @@ def _starts(home: Path) -> bool:
 
 
 def told_to_end(effort: Effort) -> Iterator[RowFigure]:
-    for driver in WIRES:
+    for driver in WIRE_DRIVERS:
         times = struck.console_faults(driver, max(2, effort.trials // 3), signal.SIGTERM)
         yield worst("SIGTERM to zero", times, 100.0, driver)
 
@@ -479,7 +479,7 @@ def long_page(effort: Effort) -> Iterator[RowFigure]:
 
         def heap() -> float:
             line.send("HeapProfiler.collectGarbage")
-            return float(line.send("Runtime.getHeapUsage")["usedSize"]) / MB
+            return float(line.send("Runtime.getHeapUsage")["usedSize"]) / BYTES_PER_MB
 
         page.wait_for_timeout(5000)
         first = heap()

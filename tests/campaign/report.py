@@ -16,8 +16,8 @@ from tests.campaign.rows import ROWS, CampaignRow
 PUBLISHED = Path(__file__).parent / "published.json"
 PAGE = ROOT / "static/docs/reliability.md"
 QUIET_LOAD = 1.0  # cores busy with other programs, above which a time is an upper bound
-SLOWER = 1.5  # times the published time, on quiet machines both, is worse
-SUITE = "suite"
+MAX_TIME_RATIO = 1.5  # times the published time, on quiet machines both, is worse
+SUITE_DRIVER = "suite"
 INTRODUCTION = """# Reliability
 
 Sixty faults and attacks, the goal for each, and the figure that was measured. The page is written by
@@ -47,7 +47,7 @@ def key(entry: dict[str, Any]) -> tuple[str, str, str]:
 
 
 def is_suite(entry: dict[str, Any]) -> bool:
-    return entry["driver"] == SUITE and entry["quantity"] == "tests of the suite"
+    return entry["driver"] == SUITE_DRIVER and entry["quantity"] == "tests of the suite"
 
 
 def merged(old: list[dict[str, Any]], new: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -71,7 +71,7 @@ def worse(old: list[dict[str, Any]], new: list[dict[str, Any]]) -> list[str]:
         if was is None or inconclusive(entry):
             continue
         quiet = not (entry["upper_bound"] or was["upper_bound"])
-        slower = entry["is_time"] and quiet and entry["figure"] > SLOWER * was["figure"] + 1.0
+        slower = entry["is_time"] and quiet and entry["figure"] > MAX_TIME_RATIO * was["figure"] + 1.0
         if (was["passed"] and not entry["passed"]) or slower:
             now = f"{entry['figure']:g} {entry['unit']}"
             found.append(
@@ -93,14 +93,16 @@ def state_of(row: CampaignRow, entries: list[dict[str, Any]]) -> str:
     return "holds" if len(kinds) == expected else "in part" if kinds else "not run"
 
 
-ORDER = ("fails", "not shown", "not checked", "not run", "in part", "holds")
+STATES_WORST_FIRST = ("fails", "not shown", "not checked", "not run", "in part", "holds")
 
 
 def page(report: dict[str, Any]) -> str:
     """The page of the documentation, misses first."""
     of = {row.row: [entry for entry in report["rows"] if entry["row"] == row.row] for row in ROWS}
     states = {row.row: state_of(row, of[row.row]) for row in ROWS}
-    counts = ", ".join(f"{count} {state}" for state in ORDER if (count := list(states.values()).count(state)))
+    counts = ", ".join(
+        f"{count} {state}" for state in STATES_WORST_FIRST if (count := list(states.values()).count(state))
+    )
     lines = [
         INTRODUCTION,
         f"Machine: {report['machine']}. Beckon {report['version']}, {report['date']}. Of {len(ROWS)} rows: {counts}.",
@@ -108,7 +110,7 @@ def page(report: dict[str, Any]) -> str:
         "| row | fault | goal | state | driver | figure | bound | tried | other programs | date |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for row in sorted(ROWS, key=lambda one: (ORDER.index(states[one.row]), one.number)):
+    for row in sorted(ROWS, key=lambda one: (STATES_WORST_FIRST.index(states[one.row]), one.number)):
         start = f"| {row.row} | {row.fault} | {row.goal} | {states[row.row]} "
         if not of[row.row]:
             why = row.missing or f"measured in the class *{row.size}*"

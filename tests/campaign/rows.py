@@ -36,7 +36,7 @@ FOLDER, SERVE = "console/test_data_folder.py", "console/test_serve.py"
 HANDS, LIVE = "browser/test_page_hands.py", "core/robots/test_live.py"
 STORE, HISTORY = "console/calibration/test_calibration_store.py", "console/control/test_history_store.py"
 STRANGERS, GRAMMAR = "console/http/test_strangers.py", "core/speech/understanding/test_grammar.py"
-MACHINE = ("core/gate/test_gate_state_machine.py::TestAnyOrderOfThings::runTest",)
+STATE_MACHINE_TEST = ("core/gate/test_gate_state_machine.py::TestAnyOrderOfThings::runTest",)
 
 ROWS = (
     CampaignRow(
@@ -136,7 +136,7 @@ ROWS = (
         "R12",
         "reconnection, restart, takeover, reset, thaw",
         "nothing ever moves by itself",
-        MACHINE + _in(LIVE, "after_the_link_came_back_nothing_moves_before_zero_was_asked_for"),
+        STATE_MACHINE_TEST + _in(LIVE, "after_the_link_came_back_nothing_moves_before_zero_was_asked_for"),
         (measure.never_by_itself,),
     ),
     CampaignRow(

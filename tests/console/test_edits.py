@@ -34,7 +34,7 @@ def at(map_: Nav2Cells, x: float, y: float) -> int:
     return int(map_.values[row, column])
 
 
-SQUARE = [[0.3, -0.2], [0.7, -0.2], [0.7, 0.2], [0.3, 0.2]]
+SQUARE_M = [[0.3, -0.2], [0.7, -0.2], [0.7, 0.2], [0.3, 0.2]]
 
 
 def settled(live: Live) -> None:
@@ -54,7 +54,7 @@ def edit_and_take_back(live: Live) -> None:
     settled(live)
     call(live, "POST", "/api/maps", {"name": "edited"}, status=201)
     assert at(cells(live), 0.5, 0.0) == 0
-    made = call(live, "POST", "/api/map/edits", {"kind": "occupied", "points_m": SQUARE}, status=201)
+    made = call(live, "POST", "/api/map/edits", {"kind": "occupied", "points_m": SQUARE_M}, status=201)
     assert made["id"] == 1 and made["holds"] and made["by"] == "operator"
     live.until(lambda: at(cells(live), 0.5, 0.0) == 100)
     stroke = {"kind": "unknown", "points_m": [[0.4, 0.0], [0.6, 0.0]], "width_m": 0.2}
@@ -75,11 +75,11 @@ def edit_and_take_back(live: Live) -> None:
     live.until(lambda: at(cells(live), 0.5, 0.0) == 100)
     assert at(cells(live, "/api/maps/edited.zip"), 0.5, 0.0) == 100, "what is taken away shows the edits"
     for wrong in (
-        {"kind": "free", "points_m": SQUARE[:2]},
-        {"kind": "free", "points_m": SQUARE, "width_m": -1},
+        {"kind": "free", "points_m": SQUARE_M[:2]},
+        {"kind": "free", "points_m": SQUARE_M, "width_m": -1},
         {"kind": "turn", "angle_rad": 0.0},
         {"kind": "turn", "angle_rad": 9.0},
-        {"kind": "odd", "points_m": SQUARE},
+        {"kind": "odd", "points_m": SQUARE_M},
     ):
         call(live, "POST", "/api/map/edits", wrong, status=422)
     room = call(

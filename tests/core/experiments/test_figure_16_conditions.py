@@ -11,7 +11,7 @@ import pytest
 from core.experiments import EXPERIMENTS, figure_16_conditions
 from core.experiments.course_draws import Draws
 from core.experiments.course_traces import reckoned
-from core.experiments.figure_16_conditions import CHAPTER, CONDITIONS, FAIR, errors, limit, mean_length
+from core.experiments.figure_16_conditions import CHAPTER, CONDITIONS, FAIR_CONDITIONS, errors, limit, mean_length
 
 
 def test_the_first_condition_is_the_chapter_s_and_the_four_are_its_field_and_names() -> None:
@@ -30,18 +30,20 @@ def test_the_mean_length_of_a_gaussian_vector_is_that_of_many_drawn_ones(sds: tu
 
 def test_the_limit_follows_what_is_seen_and_how_well_the_wheels_know() -> None:
     """Cause by cause: a wider field, a farther laser and quieter wheels each allow a smaller error."""
-    as_printed, fair, far = (limit(one.draws(0), still=False) for one in (CHAPTER, FAIR[0], FAIR[3]))
+    as_printed, fair, far = (
+        limit(one.draws(0), still=False) for one in (CHAPTER, FAIR_CONDITIONS[0], FAIR_CONDITIONS[3])
+    )
     assert as_printed > fair > far > limit(CONDITIONS[2].draws(0), still=False) > 0
 
 
 def test_in_the_fair_rows_dead_reckoning_errs_as_in_print() -> None:
-    assert max(reckoned(FAIR[0].draws(0).run(number)).average for number in range(40)) == pytest.approx(
+    assert max(reckoned(FAIR_CONDITIONS[0].draws(0).run(number)).average for number in range(40)) == pytest.approx(
         0.2, abs=0.005
     )
 
 
 def test_a_drawn_room_has_twelve_corners_about_the_drive_and_is_another_for_every_number() -> None:
-    rooms = [FAIR[0].draws(0, room=number).course for number in range(5)]
+    rooms = [FAIR_CONDITIONS[0].draws(0, room=number).course for number in range(5)]
     for one in rooms:
         assert one.landmarks.shape == (12, 2)
         assert np.all(one.landmarks.min(axis=0) < one.truth[:, :2].min(axis=0) - 0.9)
@@ -58,7 +60,7 @@ def test_who_knows_the_map_errs_less_than_who_has_to_make_it() -> None:
 def test_the_table_says_the_condition_under_every_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figure_16_conditions, "CONDITIONS", (CHAPTER,))
     monkeypatch.setattr(figure_16_conditions, "FURTHER", ())
-    monkeypatch.setattr(figure_16_conditions, "FAIR", ())
+    monkeypatch.setattr(figure_16_conditions, "FAIR_CONDITIONS", ())
     result = EXPERIMENTS["figure-16-conditions"](runs=1, rooms=1, out=tmp_path, workers=1)
     assert [one["rooms"] for one in result["drawn_rooms"]] == [1, 1]
     assert CHAPTER.subtitle in result["text"] and "edges required; names hidden" in CHAPTER.subtitle

@@ -14,11 +14,11 @@ from core.pipelines.nav2_masks import covered, keep_out_polygons, mask_files, sl
 from core.slam.map.occupancy import OccupancyGrid
 from tests.core.pipelines.nav2_reference import reference
 
-ORIGIN = (-3.217, 1.114)
+ORIGIN_M = (-3.217, 1.114)
 
 
 def lattice(shape: tuple[int, int]) -> OccupancyGrid:
-    return OccupancyGrid(revision=1, resolution=0.05, origin=np.array(ORIGIN), log_odds=np.zeros(shape, np.float32))
+    return OccupancyGrid(revision=1, resolution=0.05, origin=np.array(ORIGIN_M), log_odds=np.zeros(shape, np.float32))
 
 
 def blobs(seed: int) -> np.ndarray:
@@ -34,7 +34,7 @@ def blobs(seed: int) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(8))
 def test_a_keep_out_mask_comes_back_with_the_same_cells(seed: int) -> None:
     cells = blobs(seed)
-    polygons, _ = keep_out_polygons(Nav2Cells((100 * cells).astype(np.int8), 0.05, (*ORIGIN, 0.0)))
+    polygons, _ = keep_out_polygons(Nav2Cells((100 * cells).astype(np.int8), 0.05, (*ORIGIN_M, 0.0)))
     zones = [MapZone(name=str(k), kind="keep_out", points=np.round(ring, 3)) for k, ring in enumerate(polygons)]
     files = mask_files(zones, lattice(cells.shape))
     read = read_nav2_map(files["keepout_mask.yaml"], files["keepout_mask.pgm"])
@@ -46,7 +46,7 @@ def test_a_keep_out_mask_comes_back_with_the_same_cells(seed: int) -> None:
 def test_a_speed_mask_comes_back_with_the_same_limits_and_never_a_higher_one() -> None:
     cells = np.zeros((12, 20), np.int8)
     cells[2:7, 3:9], cells[5:10, 9:18] = 7, 30
-    drawn, without = slow_polygons(Nav2Cells(cells, 0.05, (*ORIGIN, 0.0), "raw"), 2, 0.0, 0.01, 1.0)
+    drawn, without = slow_polygons(Nav2Cells(cells, 0.05, (*ORIGIN_M, 0.0), "raw"), 2, 0.0, 0.01, 1.0)
     zones = [MapZone(name=str(k), kind="slow", points=ring, max_speed=v) for k, (ring, v) in enumerate(drawn)]
     files = mask_files(zones, lattice(cells.shape))
     read = read_nav2_map(files["speed_mask.yaml"], files["speed_mask.pgm"])
@@ -60,7 +60,7 @@ def test_a_speed_mask_comes_back_with_the_same_limits_and_never_a_higher_one() -
 def test_a_speed_in_percent_is_of_the_robots_largest_and_zero_is_no_limit() -> None:
     cells = np.zeros((6, 12), np.int8)
     cells[1:4, 1:4], cells[1:4, 6:9] = 60, 100
-    drawn, without = slow_polygons(Nav2Cells(cells, 0.05, (*ORIGIN, 0.0), "raw"), 1, 100.0, -1.0, 0.5)
+    drawn, without = slow_polygons(Nav2Cells(cells, 0.05, (*ORIGIN_M, 0.0), "raw"), 1, 100.0, -1.0, 0.5)
     assert [round(speed, 6) for _, speed in drawn] == [0.2] and without == 9
 
 
@@ -70,10 +70,10 @@ def test_every_cell_that_a_polygon_enters_is_covered() -> None:
     for _ in range(5):
         turns = np.sort(rng.uniform(0, math.tau, 6))
         points = (
-            np.array(ORIGIN) + 1.0 + rng.uniform(0.3, 0.9, (6, 1)) * np.column_stack((np.cos(turns), np.sin(turns)))
+            np.array(ORIGIN_M) + 1.0 + rng.uniform(0.3, 0.9, (6, 1)) * np.column_stack((np.cos(turns), np.sin(turns)))
         )
         zone, cells = MapZone(name="z", kind="keep_out", points=points), covered(points, grid)
-        for x, y in rng.uniform(0.0, 2.0, (200, 2)) + ORIGIN:
+        for x, y in rng.uniform(0.0, 2.0, (200, 2)) + ORIGIN_M:
             if zone.depth(x, y) > 0.003:
                 column, row = np.floor((np.array([x, y]) - grid.origin) / 0.05).astype(int)
                 assert cells[row, column]

@@ -10,7 +10,7 @@ import pytest
 from core.errors import BadInput
 from core.gate import TICK_S, Gate, Limits, Twist
 from core.robots.connect import connect
-from core.robots.injected_faults import INJECTABLE, read_faults
+from core.robots.injected_faults import INJECTABLE_FAULTS, read_faults
 from core.robots.nearness import NearField
 from core.settings import Settings
 from core.simulation.settings import SimulationSettings
@@ -51,7 +51,7 @@ def test_a_robot_whose_fault_is_small_or_elsewhere_drives_on(fault: str) -> None
     assert stood_after(fault) == math.inf
 
 
-@pytest.mark.parametrize("row", INJECTABLE, ids=lambda row: row.name)
+@pytest.mark.parametrize("row", INJECTABLE_FAULTS, ids=lambda row: row.name)
 def test_a_fault_has_bounds_and_a_sentence_beyond_them(row: object) -> None:
     name, low, high, value = row.name, row.low, row.high, row.value  # type: ignore[attr-defined]
     assert read_faults(name) == {name: value} and low <= value <= high
