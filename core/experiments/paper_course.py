@@ -34,8 +34,6 @@ GOALS = ((1.2, 0.2), (1.8, 0.9), (2.6, 0.9), (3.4, 0.2))  # [m]
 GOAL_RADIUS_M = 0.05  # from a goal, the next one is steered for
 MOST_STEER = math.radians(30)
 STEER_RATE = math.radians(80)  # [rad/s]
-
-
 ROOM_MARGINS_M = (1.0, 3.5)  # least and most between the drive and a wall of a drawn room
 PILLAR_DEPTHS_M = (0.2, 0.6)  # least and most of a wall's edge into a drawn room
 
