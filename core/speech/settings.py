@@ -41,9 +41,7 @@ class SpeechThresholds(ThresholdSet):
     clear_ratio: float = 27.0  # [dB] voice over noise from which no noise is taken out: that costs consonants
     sure_lead: float = 30.0  # [nats] lead of numbers over the nearest others from which they are obeyed at once
     least_lead: float = 10.0  # [nats] lead of numbers from which they are said back where readings disagree
-    stop_in_noise: float = (
-        1e-12  # `stop_threshold` in the beam towards a voice in noise; plateau 1e-15 to 1e-10
-    )
+    stop_in_noise: float = 1e-12  # `stop_threshold` in the beam towards a covered voice; plateau 1e-15 to 1e-10
     covered_ratio: float = 25.0  # [dB] voice over noise of a covered voice, at most
     stop_delay: int = 10  # [frames] frames of 10 ms for which the spotter of STOP waits for a better end of the word
 
