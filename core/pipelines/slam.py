@@ -268,6 +268,6 @@ def _sightings(recording: SightingRecording, settings: Settings, progress: WorkP
         slam.see(step.sightings)
         poses.append(slam.estimate.pose)
         taker.end(slam.health.nis, slam.estimate.covariance)
-    identities = {row.id: row.identity for row in slam.table.rows if row.identity is not None}
+    identities = {row.id: row.identity for row in slam.table.records if row.identity is not None}
     stamps = tuple(step.stamp for step in recording)
     return SlamResult(recording, recording.report, stamps, tuple(poses), slam.landmarks, taker.course(), identities)

@@ -22,7 +22,7 @@ from core.slam.association.visibility import VisibilityCheck
 from core.slam.consistency import squared_error
 from core.slam.ekf.filter import Filter, Innovation
 from core.slam.ekf.invariant import InvariantFilter
-from core.slam.ekf.measurement_model import place_of, squared_distance
+from core.slam.ekf.measurement_model import squared_distance
 from core.slam.ekf.observation import Observation
 from core.slam.ekf.paper import PaperFilter
 from core.slam.ekf.robust import AdaptiveGate, SlipThresholds, displaced, mahalanobis, trust, with_noise
@@ -108,9 +108,9 @@ class EkfSlam:
             self.see(sightings, view)
         return self.estimate
 
-    def resume(self, rows: list[LandmarkRecord]) -> None:
+    def resume(self, records: Sequence[LandmarkRecord]) -> None:
         """Go on with these rows of landmarks, which the filter has already."""
-        self.table.resume(rows)
+        self.table.resume(records)
         self._landmarks = None
 
     def advance(self, increment: Increment) -> None:
@@ -137,10 +137,9 @@ class EkfSlam:
         self._admit(look, assignment)
         self._miss(look, assignment, view)
         join_doubles(self.filter, self.table, [index for _, index in assignment.matches], self.settings)
-        for index in reversed(range(len(self.table.rows))):
-            if self.table.is_lost(index):
-                self.filter.drop(index)
-                self.table.forget(index)
+        for index in reversed(self.table.lost.tolist()):
+            self.filter.drop(index)
+            self.table.forget(index)
         self._publish(look)
 
     @property
@@ -157,18 +156,18 @@ class EkfSlam:
     def landmarks(self) -> tuple[Landmark, ...]:
         """The landmarks of the map, as of the newest sightings."""
         if self._landmarks is None:
+            rows, standing = self.table.records, np.flatnonzero(self.table.standing).tolist()
             spreads = self.filter.place_covariances()
             self._landmarks = tuple(
                 Landmark(
-                    id=row.id,
+                    id=rows[index].id,
                     position=self.filter.places[index],
                     covariance=spreads[index],
-                    hits=row.hits,
-                    misses=row.misses,
-                    kind=row.kind,
+                    hits=rows[index].hits,
+                    misses=rows[index].misses,
+                    kind=rows[index].kind,
                 )
-                for index, row in enumerate(self.table.rows)
-                if self.table.stands(row)
+                for index in standing
             )
         return self._landmarks
 
@@ -182,7 +181,7 @@ class EkfSlam:
             nis=self._nis,
             matched=fates.count("matched"),
             ignored=fates.count("ignored"),
-            tentative=len(self.table.rows) - self.table.believed,
+            tentative=int((~self.table.believed).sum()),
             looking_around=self.looking_around,
             slipping=self._slipped,
         )
@@ -218,7 +217,7 @@ class EkfSlam:
         return recognise(look, self.filter, self.table, self.settings)
 
     def _by_identity(self, look: Observation) -> Assignment:
-        known = {row.identity: index for index, row in enumerate(self.table.rows)}
+        known = self.table.identities
         matches = tuple((row, known[s.id]) for row, s in enumerate(look.seen) if s.id in known)
         fresh = {s.id: row for row, s in reversed(list(enumerate(look.seen))) if s.id not in known}
         return Assignment(matches, tuple(sorted(fresh.values())))
@@ -228,10 +227,9 @@ class EkfSlam:
         used: list[tuple[int, int]] = []
         self._slipped = False
         for row, index in assignment.matches:
-            self.table.hit(index, look.seen[row], self.filter.pose.heading)
-            life = self.table.rows[index]
-            look.fates[row] = ("tentative" if life.tentative else "matched", life.id)
-            if not life.tentative:
+            number, believed = self.table.hit(index, look.seen[row], self.filter.pose.heading)
+            look.fates[row] = ("matched" if believed else "tentative", number)
+            if believed:
                 used.append((row, index))
         if not used:
             return
@@ -275,26 +273,25 @@ class EkfSlam:
     def _admit(self, look: Observation, assignment: Assignment) -> None:
         """New landmarks join the state at once, on probation: they keep their first sighting and its own pose."""
         for row in assignment.fresh:
-            if len(self.table.rows) < self.settings.most and self.table.has_room(look.seen[row]):
+            if len(self.table) < self.settings.most and self.table.has_room(look.seen[row]):
                 self.filter.add(look.readings[row], look.noises[row])
-                look.fates[row] = ("new", self.table.add(look.seen[row], self.filter.pose.heading).id)
+                look.fates[row] = ("new", self.table.add(look.seen[row], self.filter.pose.heading))
 
     def _miss(self, look: Observation, assignment: Assignment, view: VisibilityCheck | None) -> None:
         """Count a miss where a landmark should have been seen and was not."""
-        hit = {index for _, index in assignment.matches}
-        missing = [index for index in range(len(look.expectations)) if index not in hit]
-        for index in missing:
-            self.table.rows[index].unseen += 1
-        if view is None or not missing:
+        unseen = np.ones(len(look.expectations), dtype=bool)
+        unseen[[index for _, index in assignment.matches]] = False
+        missing = np.flatnonzero(unseen)
+        self.table.pass_over(missing)
+        if view is None or not len(missing):
             return
         pose = self.filter.pose
         places = pose.inverse().apply(self.filter.places[missing])
         spreads = np.sqrt(np.trace(self.filter.place_covariances()[missing], axis1=1, axis2=2))
         plain, through = view.judge(places, spreads)
-        for index, place, there, gone in zip(missing, places, plain, through, strict=True):
-            back = math.atan2(-place[1], -place[0]) + pose.heading
-            if gone or (there and self.table.expected(index, math.hypot(place[0], place[1]), back)):
-                self.table.rows[index].misses += 1
+        back = np.arctan2(-places[:, 1], -places[:, 0]) + pose.heading
+        expected = self.table.expected(missing, np.hypot(*places.T), back)
+        self.table.miss(missing[through | (plain & expected)])
 
     def _noise(self, sighting: Sighting) -> Array:
         if self.settings.sighting_noise == "paper":
@@ -304,11 +301,11 @@ class EkfSlam:
     def _publish(self, look: Observation) -> None:
         """Publish the associations of the newest update."""
         self._landmarks = None
+        pose, (reaches, bearings) = self.filter.pose, look.readings.T
+        directions = np.column_stack((np.cos(bearings + pose.heading), np.sin(bearings + pose.heading)))
         self.associations = tuple(
-            Association(
-                position=place_of(self.filter.pose, np.array([sighting.range, sighting.bearing]))[0],
-                landmark=landmark,
-                fate=fate,
+            Association(position=position, landmark=landmark, fate=fate)
+            for position, (fate, landmark) in zip(
+                (pose.x, pose.y) + reaches[:, None] * directions, look.fates, strict=True
             )
-            for sighting, (fate, landmark) in zip(look.seen, look.fates, strict=True)
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import replace
 
 import numpy as np
 
@@ -53,7 +52,7 @@ def keep(graph: MapGraph, resolution: float) -> SavedMap:
     facts = MapFacts(
         form=FORM_NUMBER,
         resolution_m=resolution,
-        landmarks=[[replace(row) for row in submap.table.rows] for submap in graph.submaps],
+        landmarks=[submap.table.records for submap in graph.submaps],
         closures=[_saved(loop_closure) for loop_closure in graph.loop_closures],
     )
     return SavedMap(arrays=arrays, facts=facts)
@@ -76,7 +75,7 @@ def restore(saved: SavedMap, graph: MapGraph, parts: MapperSettings, laser: Lase
     for number, rows in enumerate(facts.landmarks):
         submap = parts.new_submap(number, laser)
         _refill(submap, arrays, number)
-        submap.resume([replace(row) for row in rows])
+        submap.resume(rows)
         try:
             submap.tile.load(arrays[f"origin_{number}"], arrays[f"tile_{number}"])
         except ValueError as trouble:

@@ -57,7 +57,7 @@ def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: 
     row of doors in several places. So what is seen there is new at first; together, such landmarks are recognised
     later (`doubles`).
     """
-    if not look.seen or not table.rows:
+    if not look.seen or not len(table):
         return Assignment((), tuple(range(len(look.seen))))
     distances, sizes = squared_distance(
         residual(look.readings[:, None], look.expectations[None]), look.states[None] + look.noises[:, None]
@@ -67,7 +67,7 @@ def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: 
     doubt = sizes - np.log(np.linalg.det(look.noises))[:, None]
     distances = np.where(table.left_behind & (doubt > settings.vague), np.inf, distances)
     alike = table.alike(look.seen, state.pose.heading)
-    believed = np.array([not row.tentative for row in table.rows])
+    believed = table.believed
     near = alike & (distances < settings.gate)
     others = ~(near & believed).any(axis=1, keepdims=True) & ~believed
 
@@ -105,9 +105,7 @@ def _crowded(state: Filter, columns: Array) -> bool:
         return False
     covariance = state.pose_covariance()
     uncertain = 2 * math.sqrt(covariance[0, 0] + covariance[1, 1])
-    for column in columns:
-        away = np.hypot(*(state.places - state.places[column]).T)
-        away[column] = math.inf
-        if uncertain > away.min():
-            return True
-    return False
+    off = state.places - state.places[columns][:, None]
+    away = np.hypot(off[..., 0], off[..., 1])
+    away[np.arange(len(columns)), columns] = math.inf
+    return bool(uncertain > away.min())

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
-from core.geometry import wrap
+from core.geometry import wrap, wrap_all
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
 from core.setting import Meta, Section, ThresholdSet
@@ -65,58 +66,87 @@ class LandmarkRecord:
     identity: int | None = None  # given by who knows it (experiments)
 
 
+NO_IDENTITY = np.iinfo(np.int64).min
+COLUMNS = np.dtype(
+    [
+        ("id", np.int64),
+        ("kind", np.int64),
+        ("opening", np.float64),
+        ("sector", np.float64),
+        ("farthest", np.float64),
+        ("hits", np.int64),
+        ("misses", np.int64),
+        ("unseen", np.int64),
+        ("born", np.float64),
+        ("seen", np.float64),
+        ("met_again", np.bool_),
+        ("tentative", np.bool_),
+        ("identity", np.int64),
+    ]
+)  # a record's fields: the kind by its number, NaN for no opening, NO_IDENTITY for none
+
+
 class LandmarkTable:
-    """The rows, in the order of the filter's landmarks."""
+    """The rows, in the order of the filter's landmarks, kept by columns: what asks for all of them is one step."""
 
     def __init__(self, settings: LandmarkSettings | None = None) -> None:
         self.settings = settings or LandmarkSettings()
-        self.rows: list[LandmarkRecord] = []
         self.travelled = 0.0  # [m] that the robot has driven
+        self._rows: np.ndarray[Any, Any] = np.zeros(0, COLUMNS)
+        self._kinds = ["", *ON_WALLS]  # their numbers are their places here
         self._next = 1
         self._distinct: set[frozenset[int]] = set()
 
-    def resume(self, rows: list[LandmarkRecord]) -> None:
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def resume(self, records: Sequence[LandmarkRecord]) -> None:
         """Go on with these rows, of a map that was saved."""
-        self.rows = rows
-        self.travelled = max((row.seen for row in rows), default=0.0)
-        self._next = 1 + max((row.id for row in rows), default=0)
+        self._rows = np.array([self._columns(record) for record in records], COLUMNS)
+        self.travelled = max((record.seen for record in records), default=0.0)
+        self._next = 1 + max((record.id for record in records), default=0)
 
     @property
-    def believed(self) -> int:
-        """Number of landmarks past their probation."""
-        return sum(not row.tentative for row in self.rows)
+    def records(self) -> list[LandmarkRecord]:
+        """The rows one by one, to be saved."""
+        return [self._record(*row) for row in self._rows.tolist()]
+
+    @property
+    def believed(self) -> Array:
+        """(N,) bool: whether each is past its probation."""
+        return ~self._rows["tentative"]
 
     @property
     def corners(self) -> int:
         """Number of landmarks that are not edges on walls."""
-        return sum(row.kind not in ON_WALLS for row in self.rows)
+        return len(self._rows) - int(self._on_walls.sum())
 
-    def stands(self, row: LandmarkRecord) -> bool:
-        """Return whether a landmark belongs in the map: past its probation, or let off it and not doubted since.
+    @property
+    def standing(self) -> Array:
+        """(N,) bool: whether each belongs in the map: past its probation, or let off it and not doubted since.
 
         What was believed at once and then seen no more may have been nothing. It stays with the filter all the same,
         as the start of the map may hang on it.
         """
-        unconfirmed = row.identity is None and row.hits < self.settings.probation
-        return not row.tentative and not (unconfirmed and row.unseen > self.settings.patience)
+        rows, limits = self._rows, self.settings
+        unconfirmed = (rows["identity"] == NO_IDENTITY) & (rows["hits"] < limits.probation)
+        return ~rows["tentative"] & ~(unconfirmed & (rows["unseen"] > limits.patience))
 
     def alike(self, sightings: tuple[Sighting, ...], heading: float) -> Array:
         """Sightings, robot's heading → (M, N) bool: whether each can be that landmark by its kind and opening."""
-        kinds = np.array([row.kind for row in self.rows])
-        seen = np.array([sighting.kind for sighting in sightings])[:, None]
-        same = (kinds == seen) | (kinds == "") | (seen == "")
-        openings = np.array([math.nan if row.opening is None else row.opening for row in self.rows])
+        kinds, seen = self._rows["kind"], np.array([self._number_of(s.kind) for s in sightings])[:, None]
+        same = (kinds == seen) | (kinds == 0) | (seen == 0)
         shown = np.array([math.nan if s.opening is None else s.opening + heading for s in sightings])[:, None]
-        differ = np.abs((shown - openings + np.pi) % (2 * np.pi) - np.pi) > self.settings.opening
+        differ = np.abs((shown - self._rows["opening"] + np.pi) % (2 * np.pi) - np.pi) > self.settings.opening
         return same & ~differ
 
     def has_room(self, sighting: Sighting) -> bool:
         """Return whether a landmark of this kind may still join."""
-        return sighting.kind not in ON_WALLS or len(self.rows) - self.corners < self.settings.most_on_walls
+        return sighting.kind not in ON_WALLS or int(self._on_walls.sum()) < self.settings.most_on_walls
 
-    def add(self, sighting: Sighting, heading: float) -> LandmarkRecord:
-        """A new row, seen once."""
-        row = LandmarkRecord(
+    def add(self, sighting: Sighting, heading: float) -> int:
+        """A new row, seen once → its id."""
+        record = LandmarkRecord(
             id=self._next,
             kind=sighting.kind,
             opening=None if sighting.opening is None else wrap(sighting.opening + heading),
@@ -125,76 +155,139 @@ class LandmarkTable:
             born=self.travelled,
             seen=self.travelled,
             identity=sighting.id,
+            tentative=sighting.id is None and int(self.believed.sum()) >= self.settings.at_once,
         )
-        row.tentative = sighting.id is None and self.believed >= self.settings.at_once
         self._next += 1
-        self.rows.append(row)
-        return row
+        self._rows = np.append(self._rows, np.array([self._columns(record)], COLUMNS))
+        return record.id
 
-    def hit(self, index: int, sighting: Sighting, heading: float) -> None:
-        """Seen again."""
-        row = self.rows[index]
-        row.met_again = row.met_again or self._is_behind(row)
-        row.hits, row.unseen, row.seen = row.hits + 1, 0, self.travelled
-        row.farthest = max(row.farthest, sighting.range)
-        if sighting.opening is not None and row.opening is not None:
-            off = wrap(sighting.opening + heading - row.opening)
-            row.opening = wrap(row.opening + off / min(row.hits, STEADY_HITS))
-        if row.tentative and row.hits >= self.settings.probation:
-            row.tentative = False
+    def hit(self, index: int, sighting: Sighting, heading: float) -> tuple[int, bool]:
+        """Seen again → its id, and whether it is past its probation."""
+        row = self._rows[index]
+        row["met_again"] |= self._is_behind(row)
+        row["hits"] += 1
+        row["unseen"], row["seen"] = 0, self.travelled
+        row["farthest"] = max(float(row["farthest"]), sighting.range)
+        hits, opening = int(row["hits"]), float(row["opening"])
+        if sighting.opening is not None and not math.isnan(opening):
+            off = wrap(sighting.opening + heading - opening)
+            row["opening"] = wrap(opening + off / min(hits, STEADY_HITS))
+        if hits >= self.settings.probation:
+            row["tentative"] = False
+        return int(row["id"]), not row["tentative"]
+
+    def hits(self, index: int) -> int:
+        """Return how often a landmark was seen."""
+        return int(self._rows["hits"][index])
+
+    def pass_over(self, indices: Array) -> None:
+        """Landmarks (K,) were not seen in this scan."""
+        self._rows["unseen"][indices] += 1
+
+    def miss(self, indices: Array) -> None:
+        """Landmarks (K,) were not seen where they should have been."""
+        self._rows["misses"][indices] += 1
 
     @property
     def left_behind(self) -> Array:
         """(N,) bool: whether the robot has driven far since it saw each."""
-        return np.array([self._is_behind(row) for row in self.rows], dtype=bool)
+        return self._is_behind(self._rows)
 
-    def is_new(self, index: int) -> bool:
-        """Return whether the landmark is believed and was never left behind, and has no given identity."""
-        row = self.rows[index]
-        return not (row.tentative or row.met_again or self._is_behind(row)) and row.identity is None
+    @property
+    def new(self) -> Array:
+        """(N,) bool: whether each is believed and was never left behind, and has no given identity."""
+        rows = self._rows
+        return ~(rows["tentative"] | rows["met_again"] | self._is_behind(rows)) & (rows["identity"] == NO_IDENTITY)
 
-    def _is_behind(self, row: LandmarkRecord) -> bool:
-        return self.travelled - row.seen > self.settings.behind * row.farthest
+    @property
+    def identities(self) -> dict[int, int]:
+        """Given identity → index of its row."""
+        return {one: index for index, one in enumerate(self._rows["identity"].tolist()) if one != NO_IDENTITY}
 
-    def expected(self, index: int, reach: float, bearing: float) -> bool:
-        """Return whether a corner should be visible from `reach` [m] away, at the robot's `bearing` [rad] from it."""
-        row = self.rows[index]
-        if row.kind in ON_WALLS or reach > SURE_RANGE_SHARE * row.farthest:
-            return False
-        return row.opening is None or abs(wrap(bearing - row.opening)) < row.sector - GRAZE
+    def expected(self, indices: Array, reaches: Array, bearings: Array) -> Array:
+        """Return whether corners (K,) should be visible from `reaches` [m] away, at `bearings` [rad] from each."""
+        rows = self._rows[indices]
+        reachable = ~self._on_walls[indices] & (reaches <= SURE_RANGE_SHARE * rows["farthest"])
+        off = np.abs(wrap_all(bearings - rows["opening"]))
+        return reachable & (np.isnan(off) | (off < rows["sector"] - GRAZE))
 
-    def is_lost(self, index: int) -> bool:
-        """Return whether the landmark has been missed too often, or waited too long to be seen again."""
-        row, limits = self.rows[index], self.settings
-        if row.tentative and row.unseen > limits.patience:
-            return True
-        return row.misses > limits.misses + limits.misses_share * row.hits
+    @property
+    def lost(self) -> Array:
+        """Indices of the landmarks that were missed too often, or waited too long to be seen again."""
+        rows, limits = self._rows, self.settings
+        waited = rows["tentative"] & (rows["unseen"] > limits.patience)
+        return np.flatnonzero(waited | (rows["misses"] > limits.misses + limits.misses_share * rows["hits"]))
 
     def part(self, a: int, b: int) -> None:
         """Note that two landmarks were seen at once: they are never doubles."""
-        self._distinct.add(frozenset((self.rows[a].id, self.rows[b].id)))
+        self._distinct.add(self._pair(a, b))
 
     def may_be_doubles(self, a: int, b: int) -> bool:
         """Return whether two landmarks can be one: alike, and never seen at once."""
-        first, second = self.rows[a], self.rows[b]
-        if first.tentative or second.tentative or (first.kind and second.kind and first.kind != second.kind):
+        first, second = self._rows[a], self._rows[b]
+        if (
+            first["tentative"]
+            or second["tentative"]
+            or (first["kind"] and second["kind"] and first["kind"] != second["kind"])
+        ):
             return False
-        if frozenset((first.id, second.id)) in self._distinct:
+        if self._pair(a, b) in self._distinct:
             return False
-        if first.opening is None or second.opening is None:
-            return True
-        return abs(wrap(first.opening - second.opening)) < self.settings.opening
+        return (
+            not abs(wrap(float(first["opening"] - second["opening"]))) >= self.settings.opening
+        )  # NaN: none is known
+
+    def precedes(self, a: int, b: int) -> bool:
+        """Return whether landmark `a` was seen last before `b` was seen first."""
+        return bool(self._rows["seen"][a] < self._rows["born"][b])
 
     def join(self, a: int, b: int) -> None:
         """Row `b` becomes part of row `a`."""
-        kept, gone = self.rows[a], self.rows[b]
-        kept.hits, kept.misses = kept.hits + gone.hits, min(kept.misses, gone.misses)
-        kept.farthest = max(kept.farthest, gone.farthest)
-        kept.seen, kept.unseen = max(kept.seen, gone.seen), min(kept.unseen, gone.unseen)
-        kept.met_again = kept.met_again or kept.born != gone.born
+        kept, gone = self._rows[a], self._rows[b]
+        kept["hits"] += gone["hits"]
+        for column, choose in (("misses", min), ("farthest", max), ("seen", max), ("unseen", min)):
+            kept[column] = choose(kept[column], gone[column])
+        kept["met_again"] |= kept["born"] != gone["born"]
         self.forget(b)
 
     def forget(self, index: int) -> None:
         """Row `index` goes."""
-        gone = self.rows.pop(index).id
+        gone = int(self._rows["id"][index])
+        self._rows = np.delete(self._rows, index)
         self._distinct = {pair for pair in self._distinct if gone not in pair}
+
+    @property
+    def _on_walls(self) -> Array:
+        kinds = self._rows["kind"]
+        return (kinds > 0) & (kinds <= len(ON_WALLS))
+
+    def _is_behind(self, rows: np.ndarray[Any, Any] | np.void) -> Any:
+        return self.travelled - rows["seen"] > self.settings.behind * rows["farthest"]
+
+    def _pair(self, a: int, b: int) -> frozenset[int]:
+        return frozenset(self._rows["id"][[a, b]].tolist())
+
+    def _number_of(self, kind: str) -> int:
+        if kind not in self._kinds:
+            self._kinds.append(kind)
+        return self._kinds.index(kind)
+
+    def _columns(self, record: LandmarkRecord) -> tuple[Any, ...]:
+        _, _, opening, *between, identity = astuple(record)
+        return (
+            record.id,
+            self._number_of(record.kind),
+            math.nan if opening is None else opening,
+            *between,
+            NO_IDENTITY if identity is None else identity,
+        )
+
+    def _record(self, number: int, kind: int, opening: float, *others: Any) -> LandmarkRecord:
+        *between, identity = others
+        return LandmarkRecord(
+            number,
+            self._kinds[kind],
+            None if math.isnan(opening) else opening,
+            *between,
+            identity=None if identity == NO_IDENTITY else identity,
+        )

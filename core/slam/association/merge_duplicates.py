@@ -100,7 +100,8 @@ def _join_found_again(state: Filter, table: LandmarkTable, hit: list[int], setti
 
     It is looked into whenever one of them has been hit a few times more.
     """
-    if not any(table.is_new(index) and table.rows[index].hits % table.settings.probation == 0 for index in hit):
+    new = table.new
+    if not any(new[index] and table.hits(index) % table.settings.probation == 0 for index in hit):
         return False
     pairs = _candidates(state, table, settings.gate)
     if len({new for new, _ in pairs}) < settings.found_again:
@@ -127,17 +128,14 @@ def _candidates(state: Filter, table: LandmarkTable, gate: float) -> list[tuple[
 
     Hopelessly: beyond `gate` even if the two err against each other, when their spreads add up to twice their sum.
     """
-    behind = table.left_behind
-    old = np.array([index for index, row in enumerate(table.rows) if behind[index] and not row.tentative], dtype=int)
-    new = np.array([index for index in range(len(table.rows)) if table.is_new(index)], dtype=int)
+    old, new = np.flatnonzero(table.left_behind & table.believed), np.flatnonzero(table.new)
     if not (len(old) and len(new)):
         return []
     spreads = np.trace(state.place_covariances(), axis1=1, axis2=2)
     off = state.places[new][:, None] - state.places[old]
     near = np.einsum("ijk,ijk->ij", off, off) < 2 * gate * (spreads[new][:, None] + spreads[old])
     pairs: Array = np.column_stack((new[near.nonzero()[0]], old[near.nonzero()[1]]))
-    rows = table.rows
-    return [(a, b) for a, b in pairs.tolist() if rows[b].seen < rows[a].born and table.may_be_doubles(a, b)]
+    return [(a, b) for a, b in pairs.tolist() if table.precedes(b, a) and table.may_be_doubles(a, b)]
 
 
 def _coincide(state: Filter, table: LandmarkTable, a: int, b: int, settings: AssociationSettings) -> bool:

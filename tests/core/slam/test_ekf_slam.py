@@ -172,10 +172,10 @@ def test_doubles_join_unless_they_were_seen_at_once() -> None:
         if not together:
             slam.filter.add(np.array([2.0, 0.025]), 4 * SPREAD)
             slam.table.add(seen_from(Pose(), apart[1:])[0], 0.0)
-        before = len(slam.table.rows)
+        before = len(slam.table)
         for _ in range(3):
             slam.see(seen_from(Pose(), [*ROOM[:1], *(apart if together else apart[:1])]))
-        assert len(slam.table.rows) == (before if together else before - 1)
+        assert len(slam.table) == (before if together else before - 1)
 
 
 def test_identities_that_are_known_are_used() -> None:

@@ -79,7 +79,7 @@ def test_who_is_known_by_name_is_not_found_again_by_others() -> None:
     slam = EkfSlam(EkfSettings(still_every=1))
     for number in (1, 2):
         slam.see([Sighting(range=10.0, bearing=0.0, covariance=NOISE, id=number)])
-    assert not any(slam.table.is_new(index) for index in range(2))
+    assert not slam.table.new[:2].any()
 
 
 def test_joining_at_the_end_of_a_loop_turns_everything_as_far_as_it_must() -> None:
