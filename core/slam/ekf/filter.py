@@ -10,7 +10,7 @@ import numpy as np
 from core.geometry import Pose, rotation
 from core.message import Array
 from core.slam.ekf.covariance import Covariance
-from core.slam.ekf.measurement_model import expected, place_of, residual
+from core.slam.ekf.measurement_model import carried, expected, place_of, residual
 from core.slam.motion import Increment
 
 EQUAL_VARIANCE_M2 = 1e-9  # that one landmark may lie apart from itself
@@ -137,7 +137,7 @@ class Filter(ABC):
         if lever.any():
             swung = lever[:, :, None] * (cross[2] - own[2, :2] + 0.5 * own[2, 2] * lever)[:, None, :]
             spread += swung + swung.transpose(0, 2, 1)
-        return sightings, slopes @ spread @ slopes.transpose(0, 2, 1)
+        return sightings, carried(slopes, spread)
 
     def innovate(self, indices: Array, sightings: Array) -> Innovation:
         """Landmarks (M,) were sighted (M, 2): how that differs from what was expected (eq. 28-29)."""

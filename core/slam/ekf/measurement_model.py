@@ -27,6 +27,17 @@ def expected(pose: Pose, places: Array) -> tuple[Array, Array]:
     return sightings, slopes
 
 
+def carried(slopes: Array, spreads: Array) -> Array:
+    """Slopes J (N, 2, 2), covariances P (N, 2, 2) → J P Jᵀ (N, 2, 2), element by element: no product is that small."""
+    a, b, c, d = slopes.reshape(-1, 4).T
+    p, q, r = spreads[:, 0, 0], spreads[:, 0, 1], spreads[:, 1, 1]
+    first, second, third, fourth = a * p + b * q, a * q + b * r, c * p + d * q, c * q + d * r
+    result = np.empty(spreads.shape)
+    result[:, 0, 0], result[:, 1, 1] = first * a + second * b, third * c + fourth * d
+    result[:, 0, 1] = result[:, 1, 0] = first * c + second * d
+    return result
+
+
 def place_of(pose: Pose, sighting: Array) -> tuple[Array, Array]:
     """Range and bearing (2,) seen from a pose → the landmark (2,) [m], and its change with them (2, 2) (eq. 33).
 
