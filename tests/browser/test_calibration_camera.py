@@ -51,6 +51,7 @@ def begin(page: Page, columns: int, rows: int, source: str = "This device’s ca
     page.get_by_role("button", name="Start", exact=True).click()
 
 
+@pytest.mark.campaign
 def test_a_camera_is_calibrated_by_whoever_follows_the_page(visit: Open, console: Running) -> None:
     here = visit(size=(1100, 760))
     page = here.page

@@ -253,6 +253,7 @@ def test_of_two_gamepads_the_held_one_drives(here: Visit, console: Running) -> N
     here.still()
 
 
+@pytest.mark.campaign
 def test_the_speed_buttons_change_the_speed_of_the_page(here: Visit) -> None:
     pad = PadHand(here)
     for button, speed in ((FASTER, "4"), (SLOWER, "3"), (SLOWER, "2")):
@@ -287,6 +288,7 @@ def test_the_sheet_is_live_and_nothing_drives_while_it_is_open(here: Visit, cons
     pad.rest()
 
 
+@pytest.mark.campaign
 def test_an_unknown_layout_is_learned_by_pressing_and_kept(here: Visit, console: Running) -> None:
     pad = PadHand(here, name="0079-0006-Generic USB Joystick", mapping="", buttons=12)
     expect(here.find("notice-toasts")).to_contain_text("does not know its layout")
@@ -329,6 +331,7 @@ def test_an_unknown_layout_is_learned_by_pressing_and_kept(here: Visit, console:
     here.still()
 
 
+@pytest.mark.campaign
 def test_one_input_is_changed_and_stop_cancels_the_learning(here: Visit, console: Running) -> None:
     pad = PadHand(here)
     open_sheet(here)

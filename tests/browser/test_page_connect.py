@@ -42,6 +42,7 @@ def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Near]:
     emulator.stop()
 
 
+@pytest.mark.campaign
 def test_topics_are_chosen_heard_and_written_and_nothing_is_overwritten_unasked(visit: Open, console: Near) -> None:
     here = visit()
     page = here.page

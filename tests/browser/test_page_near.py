@@ -35,6 +35,7 @@ def newly_started(voices: None, tmp_path: Path) -> Iterator[Running]:
         yield running
 
 
+@pytest.mark.campaign
 def test_within_the_first_minute_someone_calls_and_the_robot_comes(visit: Open, newly_started: Running) -> None:
     here = visit(
         console=newly_started, before=lambda page: page.add_init_script("localStorage.setItem('beckon.map', 'flat')")
@@ -109,6 +110,7 @@ def looks_through_windows(here: Visit, step: str) -> list[tuple[int, int]]:
     return seen
 
 
+@pytest.mark.campaign
 def test_the_tours_card_leaves_free_what_it_shows_in_every_window(visit: Open, newly_started: Running) -> None:
     here = visit(
         console=newly_started, before=lambda page: page.add_init_script("localStorage.setItem('beckon.map', 'flat')")

@@ -201,6 +201,7 @@ def test_a_3d_map_that_keeps_the_page_from_driving_gives_way_to_the_flat_one(vis
     expect(here.find("flat-map")).to_be_hidden()
 
 
+@pytest.mark.campaign
 def test_a_3d_map_that_is_slow_only_while_the_robot_moves_gives_way_too(visit: Open) -> None:
     paced = """if (location.pathname.startsWith("/scene/"))
         window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), parent.slow ? 300 : 16);"""
@@ -320,6 +321,7 @@ def test_without_a_login_the_page_asks_for_the_token_and_takes_the_whole_link(
     context.close()
 
 
+@pytest.mark.campaign
 def test_a_recording_is_played_and_cannot_be_driven(
     browser: Browser, visit: Open, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

@@ -59,6 +59,7 @@ def contrast(picture: bytes) -> float:
     return float(grey[MAP].std())
 
 
+@pytest.mark.campaign
 def test_a_click_on_the_floor_goes_there_and_keys_reach_the_page_through_the_scene(
     visit: Open, console: Running
 ) -> None:

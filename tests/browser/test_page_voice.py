@@ -70,6 +70,7 @@ def chromium_flags(tmp_path_factory: pytest.TempPathFactory, shared_data: Path) 
     ]
 
 
+@pytest.mark.campaign
 @pytest.mark.real_data
 def test_what_is_said_into_the_browser_is_obeyed_or_refused_in_words(visit: Open, console: Running) -> None:
     here = visit()

@@ -79,6 +79,7 @@ def recording(path: Path) -> Path:
     return write_mcap(path, sorted([*robot_messages(two, scans=100), *seen], key=lambda one: one[2]))
 
 
+@pytest.mark.campaign
 def test_a_recording_with_pictures_shows_what_a_robot_would_have_done(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

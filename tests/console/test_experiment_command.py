@@ -25,6 +25,7 @@ def test_table_3_is_printed_in_its_layout_and_drawn(tmp_path: Path, capsys: pyte
     assert len(told["boards"]) == 20 and "<script" in scene and 'src="http' not in scene
 
 
+@pytest.mark.campaign
 def test_directions_are_an_experiment_of_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["experiment", "direction-of-arrival", "--runs", "1", "--seed", "2", "--out", str(tmp_path), "--json"]
     assert main(asked) == 0

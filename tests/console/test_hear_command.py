@@ -152,6 +152,7 @@ def test_without_an_array_the_first_channel_that_is_used_is_read(levels: tuple[f
     assert first_heard(Sound(stamp=0.0, rate=RATE, samples=noise[:0])) == 0
 
 
+@pytest.mark.campaign
 @words
 def test_a_mono_file_without_an_array_gives_words_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert hear(recorded(tmp_path / "a.wav", channels=1), "--json") == 0

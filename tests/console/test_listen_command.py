@@ -47,6 +47,7 @@ def spoken_from(azimuth: float, words: str) -> Sound:
 TRIES = 3
 
 
+@pytest.mark.campaign
 @pytest.mark.skipif(not can_speak(), reason="the sentence needs the extra voice")
 def test_a_console_obeys_what_another_program_hears(live: Live, tmp_path: Path) -> None:
     write_wav(tmp_path / "said.wav", spoken_from(AZIMUTH, "turn left"))

@@ -96,6 +96,7 @@ except Exception as trouble:
     assert len(whole) >= 6 and all(json.loads(line) for line in whole)
 
 
+@pytest.mark.campaign
 def test_an_experiment_that_is_killed_keeps_its_runs_and_resumes_with_the_others(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -43,12 +43,14 @@ def test_the_gate_runs_before_the_pilot_and_both_before_others_where_that_is_per
         assert ours == {"gate": [0], "driver": [0]} and set(threads) == {0}
 
 
+@pytest.mark.campaign
 def test_the_simulator_comes_before_nobody_unless_it_is_asked_to(tmp_path: Path) -> None:
     with Running(tmp_path, precedence=False) as console:
         processes = [console.pid, *(one.pid for one in psutil.Process(console.pid).children(recursive=True))]
         assert {os.sched_getscheduler(one) for one in processes} == {os.SCHED_OTHER}
 
 
+@pytest.mark.campaign
 def test_who_only_plays_a_recording_back_comes_before_nobody(tmp_path: Path) -> None:
     with Running(tmp_path, "--robot", f"log:{write_log(tmp_path / 'corridor.log')}") as console:
         children = psutil.Process(console.pid).children(recursive=True)

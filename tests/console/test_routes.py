@@ -264,6 +264,7 @@ def test_it_is_started_paused_and_resumed_by_words(live: Live) -> None:
     call(live, "POST", "/api/commands", {"text": "start the route nowhere"}, status=422)
 
 
+@pytest.mark.campaign
 def test_rounds_begin_within_their_hours_only(live: Live) -> None:
     service = live.runtime.parts[RouteService]
     stops = [{"place": "desk"}]

@@ -176,6 +176,7 @@ def test_a_console_that_is_told_to_end_stands_at_once_and_stays_so(tmp_path: Pat
         assert live.robot.status().w == 0.0
 
 
+@pytest.mark.campaign
 def test_what_was_under_way_when_the_link_was_lost_is_not_told_as_running(tmp_path: Path) -> None:
     with Live(tmp_path) as live:
         live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)

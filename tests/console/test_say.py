@@ -39,6 +39,7 @@ def utterances(live: Live) -> list[dict[str, Any]]:
     return live.ask("GET", "/api/hearing", token=live.viewer).json["utterances"]
 
 
+@pytest.mark.campaign
 @needs_words
 def test_a_voice_is_heard_where_it_is_and_what_it_says_is_judged(live: Live) -> None:
     known = {told["id"] for told in utterances(live)}

@@ -196,6 +196,7 @@ def test_a_robot_that_cannot_be_had_is_told_in_a_sentence(begin, options: list[s
     assert console.said.read_text() == ""
 
 
+@pytest.mark.campaign
 def test_a_robot_that_is_being_opened_does_not_keep_it_from_ending(begin, tmp_path: Path) -> None:
     driver, begun = tmp_path / "slow.py", tmp_path / "begun"
     driver.write_text(f"import os, time\nopen({str(begun)!r}, 'w').write(str(os.getpid()))\ntime.sleep(60)\n")
@@ -212,6 +213,7 @@ def test_a_robot_that_is_being_opened_does_not_keep_it_from_ending(begin, tmp_pa
     assert not opening.is_running() or opening.status() == psutil.STATUS_ZOMBIE
 
 
+@pytest.mark.campaign
 def test_a_trace_that_cannot_be_written_is_told_in_a_sentence(begin, tmp_path: Path) -> None:
     console = begin("--port", "0", "--gate-trace", str(tmp_path / "nowhere" / "gate.csv"))
     assert console.process.wait(300) == 1
@@ -277,6 +279,7 @@ def test_a_console_answers_to_loopback_names_and_its_own() -> None:
     check(Options(host="192.168.1.2"))
 
 
+@pytest.mark.campaign
 def test_a_wildcard_answers_to_the_names_that_are_allowed_and_warns_once(begin) -> None:
     console = begin("--port", "0", "--host", "0.0.0.0", "--allow-host", "Robot.lan")
     driving, _ = console.links(2)

@@ -148,6 +148,7 @@ def test_what_a_publisher_has_changed_is_not_kept(publisher, content):
     assert find(NAME) is None
 
 
+@pytest.mark.campaign
 def test_without_pip_the_one_that_python_brings_is_run(monkeypatch):
     real = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "pip" else real(name))

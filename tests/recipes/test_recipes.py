@@ -299,6 +299,7 @@ def test_a_command_is_one_file_and_one_row(copy: Copy) -> None:
     assert "`dance`" in (copy.folder / "static/docs/reference/commands.md").read_text()
 
 
+@pytest.mark.campaign
 def test_a_robot_is_one_file_and_one_row(copy: Copy) -> None:
     copy.write("core/robots/still.py", STILL)
     row = '"still": Scheme("core.robots.still", "still:", "robot that stands", "odometry")'
@@ -325,6 +326,7 @@ def test_a_setting_is_a_field_with_its_unit_bounds_and_meaning_and_what_to_watch
     assert copy.python("-c", "from core.settings import load; print(load('my.toml').steering.swing)").strip() == "0.5"
 
 
+@pytest.mark.campaign
 def test_an_overlay_is_one_file_and_one_row(copy: Copy) -> None:
     copy.write("console/scene/overlays/beacon.py", BEACON)
     copy.change(
@@ -339,6 +341,7 @@ def test_an_overlay_is_one_file_and_one_row(copy: Copy) -> None:
     assert copy.python("draw.py").split()[-1] == "True"
 
 
+@pytest.mark.campaign
 def test_a_panel_is_one_file_its_import_and_its_tag(copy: Copy) -> None:
     copy.write("static/js/panels/clock-card.js", CLOCK_PANEL)
     copy.change(
@@ -362,6 +365,7 @@ def test_a_panel_is_one_file_its_import_and_its_tag(copy: Copy) -> None:
         assert done.returncode == 0, done.stdout.decode()[-2000:]
 
 
+@pytest.mark.campaign
 def test_an_endpoint_is_one_file_and_one_row(copy: Copy) -> None:
     copy.write("console/api/parrot.py", ECHO)
     copy.change(

@@ -18,6 +18,8 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
+import pytest
+
 from core.robots.conformance import Interruption, check_robot
 from tests.emulators.toy_robot import ToyRobot
 
@@ -132,6 +134,7 @@ def begun(folder: Path) -> list[str]:
     return others
 
 
+@pytest.mark.campaign
 def test_the_page_s_checks_work_in_their_order(tmp_path: Path) -> None:
     for line in begun(tmp_path):
         program, *words = shlex.split(line)
@@ -142,6 +145,7 @@ def test_the_page_s_checks_work_in_their_order(tmp_path: Path) -> None:
             assert "check" not in words or printed.splitlines()[-1].startswith("All ")
 
 
+@pytest.mark.campaign
 def test_the_page_s_consoles_drive_the_robot(tmp_path: Path) -> None:
     started = [words for line in begun(tmp_path) if (words := shlex.split(line)[1:])[0] == "run"]
     assert len(started) == 2

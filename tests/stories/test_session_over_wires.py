@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tests.benchmarks.real_sessions import (
     DRIFT,
@@ -15,6 +16,7 @@ from tests.benchmarks.real_sessions import (
 )
 
 
+@pytest.mark.campaign
 def test_a_robot_on_two_wires_turns_by_rest_and_maps_the_room_where_it_is() -> None:
     with session("serial+scip") as here:
         with watched(here):

@@ -65,6 +65,7 @@ def test_what_was_found_is_shown_to_everybody(live: Live) -> None:
     assert found["lasers"][0]["mounting"] == "robot" and found["failsafe"]
 
 
+@pytest.mark.campaign
 def test_another_look_hears_the_topics_that_were_chosen_and_moves_nothing(
     live: Live, emulator: FoxgloveEmulator
 ) -> None:

@@ -52,6 +52,7 @@ def sees_on(live: Live) -> bool:
     return live.ask("GET", "/api/health").status == 200
 
 
+@pytest.mark.campaign
 def test_absurd_cameras_are_refused_or_used_and_the_console_stays_well(lab: Live) -> None:
     for change in [*REFUSED, *STRANGE]:
         text = ros_yaml(replace(TABLE_3, **change), crop=False)

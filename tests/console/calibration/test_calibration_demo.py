@@ -246,6 +246,7 @@ def some_robot(seed: int, rate: float = 10.0) -> SimulatedRobot:
     return open_robot("lab", seed=seed, settings=SimulationSettings(laser_noise="3%", camera_rate=rate))
 
 
+@pytest.mark.campaign
 def test_the_demo_calibrates_the_camera_by_itself() -> None:
     robot, session = some_robot(6), CameraSession(BOARD)
     took = Lesson(robot, session, 6).run(60.0)

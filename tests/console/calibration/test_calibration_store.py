@@ -94,6 +94,7 @@ def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_b
     assert len(list(home(live).glob("camera-taken-back-*.json"))) == 2
 
 
+@pytest.mark.campaign
 def test_who_accepts_while_it_is_solved_anew_gets_the_new_solution(bench: Live) -> None:
     wizard = Wizard(bench)
     wizard.show(14)

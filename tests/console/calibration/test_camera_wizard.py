@@ -141,6 +141,7 @@ def test_many_who_ask_for_whole_pictures_or_zips_are_sent_away_before_anything_i
     assert not list(bench.sessions[walked.id].folder.path.glob("tmp*"))
 
 
+@pytest.mark.campaign
 def test_a_session_survives_the_death_of_its_worker(walked: Wizard) -> None:
     before = walked.solved()
     worker = walked.worker
@@ -166,6 +167,7 @@ def test_the_socket_tells_a_session_as_it_changes(walked: Wizard) -> None:
         hear(line, "answer", true=lambda told: told["status"] == 422)
 
 
+@pytest.mark.campaign
 def test_the_webcams_pictures_are_taken_when_still(bench: Live) -> None:
     wizard = Wizard(bench, source="webcam")
     kinds = [
@@ -188,6 +190,7 @@ def test_a_deleted_session_is_gone(bench: Live) -> None:
     assert wizard.id not in [row["id"] for row in listed]
 
 
+@pytest.mark.campaign
 def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("console.calibration.session.SOLVE_PATIENCE", 300.0)  # workers stand back on a busy machine
     before = walked.solved()

@@ -79,6 +79,7 @@ def test_a_session_of_uploads_does_not_look_at_the_robot(live: Live) -> None:
     assert wizard.post("capture").status == 409
 
 
+@pytest.mark.campaign
 def test_the_laser_looks_at_the_empty_room_and_again_when_the_robot_was_moved(live: Live) -> None:
     headers = {"Content-Type": "text/plain"}
     text = ros_yaml(TABLE_3).encode()

@@ -52,6 +52,7 @@ def processes_of(number: str) -> list[str]:
     return found
 
 
+@pytest.mark.campaign
 def test_an_experiment_is_run_from_the_page_and_its_files_are_those_of_the_command_line(
     live: Live, listed: list[dict[str, Any]]
 ) -> None:

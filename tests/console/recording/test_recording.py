@@ -86,6 +86,7 @@ def test_its_readings_are_those_that_came_and_it_plays_as_a_log(recorded: tuple[
     assert log.report.faults == ()
 
 
+@pytest.mark.campaign
 def test_it_goes_through_the_estimator_offline_scan_for_scan(recorded: tuple[dict[str, Any], Path]) -> None:
     answer, path = recorded
     found = slam_log(path)
@@ -194,6 +195,7 @@ def test_of_a_recorder_killed_at_any_instant_what_is_older_than_a_second_is_ther
     assert [one["missing"] for one in kills] == [0, 0] and sum(one["due"] for one in kills) > 5
 
 
+@pytest.mark.campaign
 def test_of_two_who_begin_at_once_one_records_and_one_is_refused(live: Live, recorded: Any) -> None:
     with ThreadPoolExecutor(2) as pool:
         begun = list(pool.map(lambda name: ask(live, "POST", "recordings/start", {"name": name}), ("one", "two")))

@@ -87,6 +87,7 @@ def test_what_is_computed_from_a_place_on_begins_there(live: Live) -> None:
     assert steer(live, "way", way="recorded") == 200
 
 
+@pytest.mark.campaign
 def test_a_picture_is_there_wherever_one_seeks(live: Live) -> None:
     for place in (5.5, 0.7, 2.2):
         assert steer(live, "seek", t_s=place) == 200

@@ -57,6 +57,7 @@ def test_hearing_is_measured_from_the_page_and_kept(live: Live, monkeypatch: pyt
     assert ask(live, "GET", path).status == 404
 
 
+@pytest.mark.campaign
 @needs_words
 def test_a_run_is_given_up_at_once(live: Live) -> None:
     path = f"/{ask(live, 'POST', '', {'phrases': 36}).json['id']}"

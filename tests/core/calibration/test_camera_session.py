@@ -32,6 +32,7 @@ def near(rng: np.random.Generator, rotation: Array, translation: Array) -> Poses
     return FACING
 
 
+@pytest.mark.campaign
 def test_following_the_advice_calibrates_the_camera_in_a_dozen_views() -> None:
     rng = np.random.default_rng(5)
     session = CameraSession(BOARD)

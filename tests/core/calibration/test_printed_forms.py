@@ -14,6 +14,7 @@ from core.optics import TABLE_3
 from tests.core.calibration.rooms_to_practise import BOARD, a_room, error_of, poses_of
 
 
+@pytest.mark.campaign
 def test_equation_13_finds_the_mount_from_the_same_beams() -> None:
     room = a_room(2)
     poses = poses_of(room, room.shots(20, 10))

@@ -87,7 +87,7 @@ def camera(tmp_path: Path) -> Path:
     return file
 
 
-@pytest.mark.parametrize("packed", [True, False])
+@pytest.mark.parametrize("packed", [pytest.param(True, marks=pytest.mark.campaign), False])
 def test_a_recording_becomes_a_mount(tmp_path: Path, camera: Path, packed: bool) -> None:
     room = a_room(6, noise=0.01)
     file = tmp_path / "carried.mcap"

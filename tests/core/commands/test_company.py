@@ -124,6 +124,7 @@ def bearing(stage: Company, x: float, y: float, strength: float) -> VoiceBearing
     return VoiceBearing(stamp=stage.stamp, azimuth=azimuth, sd=0.05, x=0.0, y=0.0, strength=strength)
 
 
+@pytest.mark.campaign
 def test_where_an_echo_is_louder_and_someone_else_talks_it_comes_to_the_caller() -> None:
     stage = Company(look_for=0.5)
     stage.looks = PeopleSettings(nearest=1.5, farthest=2.2)  # fewer distances
@@ -172,6 +173,7 @@ def networks() -> PersonLook:
     return ImmediateLook(open_detector(PeopleSettings(engine="pose")))
 
 
+@pytest.mark.campaign
 def test_the_pose_networks_find_who_spoke_and_near_them_the_legs_decide() -> None:
     stage = Company()
     stage.look = networks()
@@ -364,6 +366,7 @@ def kept(stage: Company, told: Progress) -> float:
     return math.dist(told.person.position.tolist(), (at.x, at.y))
 
 
+@pytest.mark.campaign
 def test_it_follows_through_someone_who_crosses_close_before_the_person_and_keeps_its_distance() -> None:
     stage = Company()
     stage.stands("Ann", 2.0, 0.0, "red/blue")
@@ -373,6 +376,7 @@ def test_it_follows_through_someone_who_crosses_close_before_the_person_and_keep
     assert 0.7 < stage.to("Ann") < 1.8
 
 
+@pytest.mark.campaign
 def test_it_stands_while_someone_walks_by_close_to_it_and_goes_on_behind_them() -> None:
     """Their feet swing, and the guard knows only where they are now."""
     stage = Company()
@@ -397,6 +401,7 @@ def test_it_stands_while_someone_walks_by_close_to_it_and_goes_on_behind_them() 
     assert stage.step(action).twist.moves
 
 
+@pytest.mark.campaign
 def test_where_two_who_met_were_mixed_up_it_knows_the_person_again_by_their_looks() -> None:
     stage = Company()
     stage.stands("Ann", 1.9, 0.4, "red/blue")

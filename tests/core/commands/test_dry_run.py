@@ -104,6 +104,7 @@ def test_come_here_ends_and_follow_me_waits_for_who_left() -> None:
     assert "look for anybody" in remarks[-1]
 
 
+@pytest.mark.campaign
 def test_what_is_missing_is_said_in_a_sentence() -> None:
     desk = Desk()
     desk.pixels = np.zeros_like(desk.pixels)

@@ -76,6 +76,7 @@ def test_an_open_door_is_passed_by_in_a_straight_line() -> None:
     assert any("past an opening of 1.0 m" in remark or "past an opening of 1.1 m" in remark for remark in remarks)
 
 
+@pytest.mark.campaign
 def test_a_way_that_is_wide_enough_is_followed_in() -> None:
     stage = SightedStage(Pose(0.0, 0.0, 0.0))
     stage.walls = np.vstack(
@@ -86,6 +87,7 @@ def test_a_way_that_is_wide_enough_is_followed_in() -> None:
     assert stage.pose.x == pytest.approx(1.5, abs=0.03)
 
 
+@pytest.mark.campaign
 def test_a_wall_farther_away_is_driven_to_first() -> None:
     stage = SightedStage(Pose(0.0, 0.0, 0.0))
     stage.walls = wall((-3.0, -2.0), (4.0, -2.0))
@@ -119,6 +121,7 @@ def test_a_table_leg_at_hand_is_not_what_is_followed() -> None:
     assert alone.line(here, 0.5) is None
 
 
+@pytest.mark.campaign
 def test_a_table_leg_behind_the_end_of_a_wall_is_not_what_follows_an_opening() -> None:
     """Else the robot would go round the leg for ever."""
     legs = [

@@ -16,6 +16,7 @@ from core.simulation.world import world_named
 CORRIDOR = next(place for place in PLACES if place.name == "corridor")
 
 
+@pytest.mark.campaign
 def test_edges_hold_the_robot_in_a_corridor_without_corners(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(audio_visual, "MAX_DRIVE_S", 7.0)
     found: dict[str, Any] = drive(CORRIDOR, Settings(), 1, ("laser", "laser + camera"))

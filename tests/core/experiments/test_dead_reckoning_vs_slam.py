@@ -93,6 +93,7 @@ def test_a_seed_gives_the_same_answer_and_drawing_on_any_number_of_workers_with_
     assert json.loads(Path(alone["files"]["json"]).read_text())["estimators"] == alone["estimators"]
 
 
+@pytest.mark.campaign
 def test_the_figure_has_four_panels_with_units_and_draws_the_worst_runs(tmp_path: Path) -> None:
     told = run(runs=2, out=tmp_path, still=True, settings=read('[ekf]\nmode = "invariant"'))
     assert told["setup"]["mode"] == "invariant" and "ekf_slam_paper" in told["estimators"]
@@ -106,6 +107,7 @@ def test_the_figure_has_four_panels_with_units_and_draws_the_worst_runs(tmp_path
     assert any("R = diag(0.08 m, 1°)²" in word and "invariant form" in word for word in words)
 
 
+@pytest.mark.campaign
 def test_without_matplotlib_all_but_the_figure_is_written_and_the_extra_named(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -158,6 +160,7 @@ def test_files_that_cannot_be_are_refused_in_sentences(tmp_path: Path) -> None:
             run(data=frozen_file(tmp_path / f"{name}.npz", **changes), still=True)
 
 
+@pytest.mark.campaign
 def test_through_its_sensors_the_robot_errs_by_centimetres(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(lab_drives, "PATH_LENGTH_M", 0.3)
     told = run(runs=1, through="sensors", out=tmp_path)

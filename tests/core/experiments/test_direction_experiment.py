@@ -17,6 +17,7 @@ def result(tmp_path_factory):
     return EXPERIMENTS["direction-of-arrival"](runs=40, seed=3, out=tmp_path_factory.mktemp("direction"))
 
 
+@pytest.mark.campaign
 def test_ours_is_better_than_as_printed_on_the_same_sounds(result):
     ours, printed = (result["estimators"][name]["all"] for name in ("beckon", "as_printed"))
     assert result["utterances"] == ours["utterances"] == printed["utterances"] == 40

@@ -13,6 +13,7 @@ from core.simulation.settings import SimulationSettings
 BLIND = dataclasses.replace(Settings(), simulation=SimulationSettings(camera=False))
 
 
+@pytest.mark.campaign
 def test_the_corridor_is_followed_until_another_command() -> None:
     floor = Rehearsal("sim:floor", seed=2, settings=BLIND)
     order = floor.tell("follow wall")

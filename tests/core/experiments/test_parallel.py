@@ -50,6 +50,7 @@ def test_every_step_is_measured_and_its_answers_compared(monkeypatch: pytest.Mon
     assert "THE ANSWERS DIFFER" in "\n".join(table(told))
 
 
+@pytest.mark.campaign
 def test_every_room_of_the_chapter_has_a_step_with_parts_and_answers_repeat() -> None:
     assert {step.room for step in parallel.STEPS} == {"calibration", "localization", "hearing"}
     voice = parallel.sounds(3)[0]

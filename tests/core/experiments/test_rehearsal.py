@@ -28,6 +28,7 @@ def lab() -> Iterator[Rehearsal]:
     assert rehearsal.faults() == []
 
 
+@pytest.mark.campaign
 def test_with_its_camera_running_the_robot_obeys_as_exactly() -> None:
     lab = Rehearsal("sim:lab", seed=1)
     assert lab.say("turn left").state == "done"
@@ -40,7 +41,8 @@ def test_with_its_camera_running_the_robot_obeys_as_exactly() -> None:
     assert (lab.contacts, lab.faults()) == (0, [])
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("seed", [1, 2])
 def test_the_robot_obeys_as_exactly_as_promised(seed: int) -> None:
     """Turns within 2 degrees, 1.5 m within 5 cm, a goal within 10 cm."""
     lab = Rehearsal("sim:lab", seed=seed, settings=BLIND)
@@ -151,6 +153,7 @@ def test_words_that_are_not_understood_move_nothing(lab: Rehearsal) -> None:
     assert lab.truth.distance_to(0, 0) == 0
 
 
+@pytest.mark.campaign
 def test_a_wall_ends_the_way_without_a_contact(lab: Rehearsal) -> None:
     lab.say("turn right")
     ended = lab.say("continue 9 meters")
@@ -178,6 +181,7 @@ def test_a_box_put_in_the_way_is_never_touched(lab: Rehearsal, x: float, y: floa
     assert nearest > 0.02
 
 
+@pytest.mark.campaign
 def test_a_box_put_before_a_straight_line_ends_it(lab: Rehearsal) -> None:
     lab.run(1.5)
     number = lab.tell("continue 2 meters")
@@ -191,6 +195,7 @@ def test_a_box_put_before_a_straight_line_ends_it(lab: Rehearsal) -> None:
     assert lab.contacts == 0
 
 
+@pytest.mark.campaign
 def test_a_rehearsal_repeats_itself() -> None:
     both = [Rehearsal("sim:lab", seed=3, settings=BLIND) for _ in range(2)]
     for lab in both:
@@ -203,6 +208,7 @@ def test_a_rehearsal_repeats_itself() -> None:
     assert both[0].trace == both[1].trace
 
 
+@pytest.mark.campaign
 def test_the_floor_is_driven_too() -> None:
     floor = Rehearsal("sim:floor", seed=1, settings=BLIND)
     assert floor.say("continue 1 meters").state == "done"

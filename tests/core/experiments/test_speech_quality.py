@@ -111,6 +111,7 @@ class Echo:
         return next(self._texts)
 
 
+@pytest.mark.campaign
 def test_the_sentences_of_figure_17_are_spoken_and_read_by_a_recognizer_of_any_words() -> None:
     if not can_speak() or find(MODEL) is None:
         pytest.skip("needs the extra voice and beckon models get whisper-tiny.en")

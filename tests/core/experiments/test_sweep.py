@@ -51,6 +51,7 @@ def test_what_cannot_be_swept_is_told_in_a_sentence(name: str, given: list[str],
         sweep(name, given, {"seed": 0})
 
 
+@pytest.mark.campaign
 def test_every_point_is_the_experiment_with_its_settings(tmp_path: Path) -> None:
     plan = sweep(DRIVES, ["ekf.range_sd=0.08,0.3"], {"seed": 4, "runs": 1})
     told: Any = Campaign("sweep-drives", 4, tmp_path, workers=1).carry_out(plan)

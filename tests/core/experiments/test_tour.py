@@ -15,6 +15,7 @@ from core.simulation.settings import SimulationSettings
 BLIND = dataclasses.replace(Settings(), simulation=SimulationSettings(camera=False))
 
 
+@pytest.mark.campaign
 def test_the_beginning_of_the_tour_stays_on_its_way(tmp_path: Path) -> None:
     told: list[str] = []
     result = EXPERIMENTS["tour"](runs=1, seed=3, out=tmp_path, tell=told.append, settings=BLIND, minutes=0.4)

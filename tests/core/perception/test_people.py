@@ -79,6 +79,7 @@ def test_the_three_parts_are_weighed_as_in_equation_34() -> None:
 EMPTY = 30  # pictures without anybody
 
 
+@pytest.mark.campaign
 def test_most_people_are_found_where_they_speak_and_hardly_anybody_where_nobody_is() -> None:
     stage = Stage(LAB, np.random.default_rng(11))
     found = alarms = many = 0

@@ -72,6 +72,7 @@ def test_scans_that_come_late_while_turning_tell_the_same_within_noise() -> None
     assert late.landmarks == pytest.approx(timely.landmarks, abs=4)
 
 
+@pytest.mark.campaign
 def test_edges_that_come_late_while_turning_confirm_the_same_corners() -> None:
     timely, late = drive(camera=True), drive(late_pictures=LATE, camera=True)
     assert late.confirmed > 0.8 * timely.confirmed > 15

@@ -254,6 +254,7 @@ def test_time_that_stands_still_changes_nothing() -> None:
     assert paused[-1].notices == before.notices
 
 
+@pytest.mark.campaign
 def test_scans_alone_are_enough_to_find_the_way() -> None:
     """A hand-held laser: no wheels in any frame."""
     lab = robot()

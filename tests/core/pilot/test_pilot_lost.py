@@ -81,6 +81,7 @@ def outing() -> Outing:
     return made
 
 
+@pytest.mark.campaign
 def test_a_carried_robot_stands_refuses_freezes_the_map_and_finds_back_by_turning_on_command(outing: Outing) -> None:
     outing.carry(0.6, 0.5, 2.2)
     outing.until_lost()
@@ -101,6 +102,7 @@ def test_a_carried_robot_stands_refuses_freezes_the_map_and_finds_back_by_turnin
     assert distance < 0.1 and angle < math.radians(3)
 
 
+@pytest.mark.campaign
 def test_carried_under_way_it_turns_by_leave_of_the_command_which_then_ends(outing: Outing) -> None:
     outing.pilot.tell(7, command("continue 1 meters"), "typed", "anna")
     outing.step(20)
@@ -124,6 +126,7 @@ def test_carried_under_way_it_turns_by_leave_of_the_command_which_then_ends(outi
     assert distance < 0.1 and angle < math.radians(3)
 
 
+@pytest.mark.campaign
 def test_a_click_brings_the_robot_back_without_a_move(outing: Outing) -> None:
     outing.carry(0.6, 0.5, 2.2)
     outing.until_lost()
@@ -137,6 +140,7 @@ def test_a_click_brings_the_robot_back_without_a_move(outing: Outing) -> None:
     assert distance < 0.1 and angle < math.radians(3)
 
 
+@pytest.mark.campaign
 def test_where_things_hid_the_walls_the_command_waits_and_goes_on(outing: Outing) -> None:
     start = outing.now.truth
     assert start is not None

@@ -198,6 +198,7 @@ def test_scans_with_odometry_lead_to_the_true_pose_a_map_and_its_corners(driven)
     assert "image: map.pgm" in (driven.folder / "out/map.yaml").read_text()
 
 
+@pytest.mark.campaign
 def test_scans_alone_lead_close_to_it(driven):
     bare = []
     for line in driven.lines:

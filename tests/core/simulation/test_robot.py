@@ -255,6 +255,7 @@ def test_settings_out_of_bounds_are_refused(wrong: dict[str, Any], sentence: str
         SimulationSettings(**wrong)
 
 
+@pytest.mark.campaign
 def test_the_papers_wheels_are_much_worse_than_encoders() -> None:
     def error(settings: SimulationSettings) -> float:
         gaps: list[float] = []

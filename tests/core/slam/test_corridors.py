@@ -9,7 +9,7 @@ from tests.benchmarks.corridor_drives import drive as driven
 from tests.benchmarks.corridors import ours
 
 
-@pytest.mark.parametrize("seed", [1002, 1004])
+@pytest.mark.parametrize("seed", [pytest.param(1002, marks=pytest.mark.campaign), 1004])
 def test_a_corridor_is_driven_round_without_identities_and_no_door_is_taken_for_another(seed: int) -> None:
     """1002: several sightings of one scan fit the wrong doors; 1004: two landmarks lie together by chance."""
     drive = driven(drawn(seed), seed)

@@ -11,6 +11,7 @@ from tests.benchmarks.consistency import MOTION, run_filter
 from tests.benchmarks.filter_shocks import run as perturbed
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize(("times", "run", "most"), [(1.0, 0, 4.9), (2.0, 1, 9.0)])
 def test_over_a_lap_of_600_metres_the_filter_stays_as_sure_as_it_should_be(
     times: float, run: int, most: float

@@ -32,6 +32,7 @@ def floor_plan(turned: int = 0, first: int = 0, last: int = 220) -> OccupancyGri
     return OccupancyGrid(revision=1, resolution=0.05, origin=np.array([-2.0, 1.0]), log_odds=cells)
 
 
+@pytest.mark.campaign
 def test_a_map_turned_and_shifted_is_found_in_another_one_and_joined() -> None:
     parts = Mapper().parts
     older, newer = (

@@ -52,6 +52,7 @@ def work(floor: Mapper, last: Moment) -> None:
     floor.finish()
 
 
+@pytest.mark.campaign
 def test_before_the_loop_is_closed_a_drive_errs_by_less_than_a_metre(lap: Lap) -> None:
     """By wheels that bend the way by 0.5° per metre; one drive's worst error is between 0.3 and 0.8 m by its seed."""
     assert max(lap.errors) < 0.8

@@ -103,9 +103,8 @@ def test_with_the_paper_s_wheel_noise_the_loop_is_held_too() -> None:
     assert 1.0 < np.nanmean(run.nees) < 6.0
 
 
-@pytest.mark.parametrize(
-    ("legs", "confirmed"), [(3, 50), pytest.param(5, 100, marks=pytest.mark.campaign)], ids=["begun", "half"]
-)
+@pytest.mark.campaign
+@pytest.mark.parametrize(("legs", "confirmed"), [(3, 50), (5, 100)], ids=["begun", "half"])
 def test_vertical_edges_in_real_pictures_confirm_corners_and_harm_nothing(legs: int, confirmed: int) -> None:
     run = drive(SimulationSettings(camera=True), 1, legs=legs)
     assert run.confirmed > confirmed

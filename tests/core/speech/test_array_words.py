@@ -121,6 +121,7 @@ class Asked:
         return ()
 
 
+@pytest.mark.campaign
 def test_a_long_piece_of_sound_is_searched_for_stop_as_short_ones_are():
     """Sound waits while words are read; a sentence may end in what has come meanwhile."""
     at_once, little_by_little = (ArrayTranscriber(RESPEAKER_ODAS, recognizer=Scribe()) for _ in range(2))

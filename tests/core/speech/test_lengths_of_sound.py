@@ -171,6 +171,7 @@ def test_the_self_check_of_an_array_takes_the_shortest_sound(array: MicrophoneAr
         heard_from(murmur(count, 4), array)
 
 
+@pytest.mark.campaign
 def test_sounds_at_random_break_none_of_the_entrances() -> None:
     """The first of `python -m tests.benchmarks.random_sounds`."""
     engine()

@@ -85,6 +85,7 @@ def test_good_views_are_all_used_without_a_remark() -> None:
     assert told.warnings == ()
 
 
+@pytest.mark.campaign
 def test_reported_deviations_cover_the_truth_and_no_board_is_turned_over() -> None:
     inside, total = 0, 0
     for seed in range(25):  # eight values or more each: the sd of the share is 0.015, were they independent

@@ -173,6 +173,7 @@ def test_chance_alone_is_no_alarm() -> None:
             assert not watch.alarm
 
 
+@pytest.mark.campaign
 def test_a_robot_whose_camera_was_turned_notices_while_it_drives() -> None:
     robot = SimulatedRobot("lab", seed=3, settings=SimulationSettings(camera_rate=2.5))
     camera = robot.profile.camera

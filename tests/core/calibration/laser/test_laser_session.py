@@ -47,6 +47,7 @@ def begun(room: PracticeRoom) -> LaserSession:
     return session
 
 
+@pytest.mark.campaign
 def test_following_the_advice_finds_the_mount_without_a_click() -> None:
     room = a_room(3)
     session = begun(room)

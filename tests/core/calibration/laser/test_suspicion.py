@@ -41,6 +41,7 @@ def refusal(poses: list[LaserPose], rivals: tuple[Rival, ...] = ()) -> str:
     return str(told.value)
 
 
+@pytest.mark.campaign
 def test_a_mount_that_is_in_doubt_is_said_and_not_accepted(sound: list[LaserPose]) -> None:
     session = LaserSession(BOARD, TABLE_3, settings=LaserSessionSettings(least_poses=COUNT))
     session.taken, session.background = [TakenPose(pose) for pose in sound], np.zeros(1)
@@ -90,6 +91,7 @@ def test_another_unit_or_sense_is_named(
     assert words in refusal([other(pose, factor, along, turn) for pose in sound])
 
 
+@pytest.mark.campaign
 def test_scans_of_other_pictures_are_suspected_by_the_order_that_fits(sound: list[LaserPose]) -> None:
     back = [replace(pose, scan=scan.scan) for pose, scan in zip(sound, sound[1:] + sound[:1], strict=True)]
     assert "goes with the scan before it" in refusal(back, (Rival("laser.other_pairing", "before it", tuple(sound)),))

@@ -47,6 +47,7 @@ def test_the_ends_lie_on_the_edge_in_the_picture_as_delivered() -> None:
     assert edge.bottom[1] - edge.top[1] > 0.2 * camera.model.height
 
 
+@pytest.mark.campaign
 def test_what_leans_is_no_vertical_edge() -> None:
     assert bearings_in(Camera(), [0.1], 40.0, math.radians(3)) != []
     assert bearings_in(Camera(), [0.1], 40.0, math.radians(12)) == []
@@ -56,6 +57,7 @@ def test_a_plain_wall_has_no_edge() -> None:
     assert bearings_in(Camera(), []) == []
 
 
+@pytest.mark.campaign
 def test_both_shapes_of_hough_segments_are_understood(monkeypatch: pytest.MonkeyPatch) -> None:
     flat = bearings_in(Camera(), [-0.2, 0.2])
     found = cv2.HoughLinesP

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 
 from core.geometry import Pose, arc
 from core.perception.landmarks.frame_perception import BearingSet
@@ -53,6 +54,7 @@ def walk(seed: int, used: bool, walks_from: int = 10**9) -> tuple[float, float, 
     return float(np.mean(errors)), float(np.mean(nees[50:])), voices
 
 
+@pytest.mark.campaign
 def test_a_person_who_calls_holds_the_robot_s_place_and_the_filter_stays_honest() -> None:
     ears = [walk(seed, True) for seed in SEEDS]
     deaf = [walk(seed, False) for seed in SEEDS]

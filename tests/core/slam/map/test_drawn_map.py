@@ -30,6 +30,7 @@ def floor_plan() -> OccupancyGrid:
     return OccupancyGrid(revision=1, resolution=0.05, origin=np.array([-2.0, -3.0]), log_odds=odds)
 
 
+@pytest.mark.campaign
 def test_the_grid_of_a_drawn_map_is_the_drawn_one_and_the_robot_finds_its_place_in_it() -> None:
     grid = floor_plan()
     saved = checked(drawn_map(grid, OccupancySettings(), SubmapSettings()), "drawn")

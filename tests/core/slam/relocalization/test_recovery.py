@@ -126,6 +126,7 @@ def test_a_robot_that_may_not_turn_stands_and_is_not_believed_on_one_view(lab: O
     assert "turn left" in finding.lost.words
 
 
+@pytest.mark.campaign
 def test_where_rooms_look_alike_it_asks_after_a_full_turn() -> None:
     finding, phases = Recovery(0.0, "it was carried", mapped(OBLONG)), list[str]()
     for number in range(480):

@@ -54,6 +54,7 @@ def test_where_nothing_is_seen_nothing_is_matched() -> None:
     assert (match.pose, match.score) == (Pose(0.1, 0.2, 0.3), 0.0)
 
 
+@pytest.mark.campaign
 def test_the_laser_alone_follows_a_drive_and_knows_how_well() -> None:
     driven, errors, squared = robot(), [], []
     laser = driven.profile.laser

@@ -97,6 +97,7 @@ def test_sounds_decide_not_letters():
     assert not too_close("come to papa", "come here") and not too_close("halt", "come")
 
 
+@pytest.mark.campaign
 def test_own_phrases_are_heard(file):
     whisper()  # or it says why not
     settings = SpeechSettings(engine="whisper", phrases=str(file))
