@@ -53,8 +53,7 @@ WIRES = (
     "stories/test_session",
 )  # real time too, but mostly waiting: any process runs any test
 SHARED = ("core/robots/test_conformance.py", "core/robots/ros/test_links.py")  # but tests of one robot run together
-LONG = "test_conventions.py"  # its reading of types lasts longest of what computes
-RANKS = {"browser": 0, "consoles": 1, "processes": 2, LONG: 3}
+RANKS = {"browser": 0, "consoles": 1, "processes": 2}
 
 
 def room_of(file: str) -> str:
@@ -113,7 +112,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     A console takes a seventh of a processor even at rest, until the last test of its folder is over.
     """
     sharing = {item.path for item in items if "shared_live" in getattr(item, "fixturenames", ())}
-    items.sort(key=lambda item: (RANKS.get(room_of(file_of(item)), 4), item.path in sharing))
+    items.sort(key=lambda item: (RANKS.get(room_of(file_of(item)), len(RANKS)), item.path in sharing))
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
