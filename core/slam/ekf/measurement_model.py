@@ -28,7 +28,7 @@ def expected(pose: Pose, places: Array) -> tuple[Array, Array]:
 
 
 def carried(slopes: Array, spreads: Array) -> Array:
-    """Slopes J (N, 2, 2), covariances P (N, 2, 2) → J P Jᵀ (N, 2, 2), element by element: no product is that small."""
+    """Slopes J (N, 2, 2), covariances P (N, 2, 2) → J P Jᵀ (N, 2, 2), element by element as they are so small."""
     a, b, c, d = slopes.reshape(-1, 4).T
     p, q, r = spreads[:, 0, 0], spreads[:, 0, 1], spreads[:, 1, 1]
     first, second, third, fourth = a * p + b * q, a * q + b * r, c * p + d * q, c * q + d * r
