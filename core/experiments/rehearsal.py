@@ -14,7 +14,7 @@ from core.perception.people.engines import open_detector
 from core.perception.people.looking import ImmediateLook
 from core.pilot import Pilot
 from core.robots.connect import connect
-from core.robots.nearness import field_of, near_points
+from core.robots.nearness import NearField, show
 from core.robots.requests import CarryRobot
 from core.sensors import SensorFrame
 from core.settings import Settings
@@ -41,6 +41,7 @@ class Rehearsal:
         self._writer = TraceWriter()
         self.gate = Gate(self.settings.limits, trace=self._writer)
         self.gate.arm(EPOCH_NUMBER, "rehearsal", 0.0)
+        self._near_field = NearField(self.robot.profile.lasers)
         self.endings: list[ActiveCommandStatus] = []
         self.when_stepped: list[Callable[[SensorFrame], None]] = []  # called with every frame
         self.contacts = 0
@@ -71,10 +72,7 @@ class Rehearsal:
         self.frame = frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
         now = frame.stamp
         self.gate.heartbeat(now)
-        self.gate.touch(frame.contact, now)
-        laser = self.robot.profile.laser
-        if frame.scan is not None and laser is not None:
-            self.gate.see(near_points(frame.scan, laser, frame), now, field_of(laser))
+        show(self.gate, self._near_field, frame, now)
         self.contacts += frame.contact and not self._touching
         self._touching = frame.contact
         self.snapshot = self.pilot.step(frame)

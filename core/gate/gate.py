@@ -26,6 +26,7 @@ LATE_TICK_S = 0.1  # between ticks after which the gate does not trust itself
 HOLD_S = 2.0  # [s] for which a command waits that a busy computer does not steer
 STEADY_S = 0.2  # [s] of unbroken heartbeat before it goes on: a stop that waited in the console comes first
 MAX_BLIND_S = 1.0  # without a scan after which standing becomes a trip
+TROUBLE_HELD_S = 0.3  # for which the robot's word that it cannot be driven counts
 
 
 class Gate:
@@ -62,6 +63,7 @@ class Gate:
         self._set_at = -math.inf  # when `_twist` was last set
         self._seen = self._heard = -math.inf  # [s]: when what was seen was measured; when the robot was last heard of
         self._age, self._untimely = 0.0, (0.0, -math.inf)  # [s] of the newest scan; of one left out for it, and when
+        self._troubled = -math.inf  # [s] when the robot last said that it cannot be driven
         self._contact, self._contact_side, self._side = False, 0.0, 0.0
         self._cap = math.inf  # [m/s] where the robot is
 
@@ -139,6 +141,10 @@ class Gate:
         """Take that the newest scan is `age` [s] old, or stamped so far ahead (< 0): too much to drive by."""
         self._untimely = age, now
 
+    def see_trouble(self, now: float) -> None:
+        """Take that the robot cannot be driven now, as its driver says: whatever moves it trips."""
+        self._troubled = now
+
     def touch(self, contact: bool, now: float) -> None:
         """Take the bumper's state; the robot is alive. A new contact trips; only the other direction leads out."""
         self._heard = now
@@ -214,6 +220,8 @@ class Gate:
             return GATE_LATE
         if silence := self._deadman.trouble(accepted.arrived, now):
             return silence
+        if now - self._troubled <= TROUBLE_HELD_S:
+            return Statement("gate.reason_trouble")
         if self._untimely_age(now) > MAX_BLIND_S or MAX_BLIND_S < now - self._last_sign < math.inf:
             return (
                 self._blindness(now) or Statement("gate.reason_no_scan")

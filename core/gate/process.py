@@ -148,6 +148,8 @@ class GateLoop:
                 self._gate.see(report.points, now, report.field, report.age or 0.0)
             elif report.age is not None:
                 self._gate.see_untimely(report.age, now)
+            if report.trouble:
+                self._gate.see_trouble(now)
             self._gate.touch(report.contact, now)
         if not there:
             self._selector.unregister(self._driver)

@@ -97,6 +97,7 @@ class DriverReport:
     field: float  # [rad] to either side that the scan covers
     stamp: float | None = None  # [s] of the frame, robot's clock; None: a real robot, whose clock is not looked at
     age: float | None = None  # [s] of the scan by its stamp; without points: of one left out for it, < 0: ahead
+    trouble: bool = False  # the robot cannot be driven now
 
 
 def read_request(packet: Packet) -> GateRequest | None:
@@ -118,6 +119,7 @@ def read_report(packet: Packet) -> DriverReport:
         field=float(field) if is_number(field) else math.pi,
         stamp=float(stamp) if is_number(stamp) else None,
         age=float(age) if is_number(age) else None,
+        trouble=packet.get("trouble") is True,
     )
 
 

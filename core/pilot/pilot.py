@@ -257,6 +257,7 @@ class Pilot:
         frame = replace(frame, sound=None) if inputs.deaf else frame
         frame = self._repeats.taken_out(frame, self._wheels)
         self._sensor_status = self._sensors.update(frame)
+        frame = self._sensors.believed(frame)
         self.frame = frame = self._profile.first_view(frame)
         motion = self._odometry.update(frame)
         self._wheels = motion.wheels

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from core.robots import Profile
 from core.sensors import Fault, SensorFrame
@@ -53,6 +54,23 @@ class SensorWatch:
         found = self._untimely.get(kind, {})
         return next((fault.statement for own, fault in found.items() if name in (None, own)), "")
 
+    def believed(self, frame: SensorFrame) -> SensorFrame:
+        """The frame without a scan or a picture of the future: nobody knows when it was taken."""
+        scan, image = frame.scan, frame.image
+        if scan is not None and self._is_ahead("laser", scan.laser):
+            frame = replace(frame, scan=None)
+        if image is not None and self._is_ahead("camera", image.camera):
+            frame = replace(frame, image=None)
+        return frame
+
+    def _is_ahead(self, kind: SensorKind, name: str) -> bool:
+        found = self._untimely.get(kind, {}).get(self._own_name(kind, name))
+        return found is not None and not found.used
+
+    def _own_name(self, kind: SensorKind, name: str) -> str:
+        """The name of a sensor; an only one may leave it out."""
+        return name or next((own for known, own in self._rates if known == kind), "")
+
     def update(self, frame: SensorFrame) -> tuple[SensorStatus, ...]:
         """Take one frame → the status of every sensor."""
         if math.isinf(self._stamp):
@@ -83,7 +101,7 @@ class SensorWatch:
             self._judge("microphones", "sound", "", sound.newest, sound.newest)
 
     def _judge(self, kind: SensorKind, subject: str, name: str, oldest: float, newest: float) -> None:
-        name = name or next((own for known, own in self._rates if known == kind), "")
+        name = self._own_name(kind, name)
         found = time_fault(subject, name or f"the {kind}", self._stamp, oldest, newest)
         self._untimely.setdefault(kind, {}).pop(name, None)
         if found is not None:

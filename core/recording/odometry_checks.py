@@ -8,6 +8,7 @@ from core.geometry import rotation, wrap_all
 from core.message import Array
 from core.recording.odometry_track import OdometryTrack
 from core.recording.read_report import ReadReport
+from core.sensors.publishers import odometry_turns
 
 MAX_SPEED_M_S = 6.0  # of a robot that maps rooms
 MAX_TURN_RATE_RAD_S = 7.0
@@ -38,6 +39,9 @@ def believable_track(
         driven = _integrated(times, twists)
     track = None if driven is None else OdometryTrack.of(times, driven, twists)
     if track is None:
+        return None
+    if odometry_turns(track.times, track.poses) > 0.0:
+        report.fault("robots.mixed", name)
         return None
     speed = _usual_speed(track)
     if speed > MAX_SPEED_M_S:

@@ -16,6 +16,7 @@ from core.recording.recording import LogSettings, ScanRecording
 from core.sensors import Laser, Scan
 from core.sensors.checks import refusal
 from core.sensors.laser import MAX_STAMP_S, MAX_SWEEP_S, beams_malformation
+from core.sensors.publishers import scan_turns
 
 AT_THE_ORIGIN = Pose()
 MIN_SAMPLED_BEAMS = 2000
@@ -27,6 +28,7 @@ MARK_BAND = 0.01  # of the longest range, in which marks of nothing there lie, w
 MARK_CROWDING = 4.0  # times as many beams as in the three such bands before it
 MIN_MARK_SHARE = 0.02  # of the beams
 MIN_MARK_RANGE = 0.8  # times the longest range, where such a mark lies
+MAX_MIXED_SHARE = 0.5  # of a log, in which two robots' scans take turns
 MIN_KEPT_SHARE = 0.5  # of the scans that a log must have a time for
 DEFAULT_RANGE = 100.0  # [m] taken for range_max where a log does not give it
 
@@ -159,6 +161,10 @@ def scan_recording(
 ) -> ScanRecording:
     """Scans in time order (at least one) and odometry → the recording."""
     scans = without_walls_at_the_end(scans, tally, settings)
+    if (mixed := scan_turns(scans)) > MAX_MIXED_SHARE:
+        raise refusal("robots.mixed", "the laser")
+    if mixed > 0:
+        tally.fault("robots.mixed", "the laser", used=True)
     if track is not None and not (scans[0].stamp < track.times[-1] and track.times[0] < scans[-1].stamp):
         tally.fault("clock.apart", scans=f"{scans[0].stamp:.0f}", odometry=f"{track.times[0]:.0f}")
         track, tally.topics = None, [topic for topic in tally.topics if not topic.endswith("odometry")]

@@ -51,8 +51,8 @@ INJECTABLE_FAULTS = (
         3600.0,
         60.0,
         "stamps of scans lie so far ahead",
-        "The robot stands within 0.3 s, and a notice says by how much the clock of the laser is ahead. It may "
-        "believe that it has lost its place.",
+        "The robot stands within 0.3 s, and a notice says by how much the clock of the laser is ahead. Such scans "
+        "are not used at all: the map stays as it is, and the pose goes on by the wheels.",
     ),
     InjectableFault(
         "lost_scan",

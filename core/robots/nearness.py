@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from core.gate import Gate
 from core.gate.guard import HORIZON_M
 from core.geometry import Pose
 from core.message import Array
@@ -143,6 +144,18 @@ class NearField:
         elapsed, moved = frame.stamp - then[0], then[1].inverse() @ frame.wheels.odometry
         speed = math.copysign(math.hypot(moved.x, moved.y), moved.x) / elapsed
         return replace(frame.wheels, speed=speed, turn_rate=moved.heading / elapsed)
+
+
+def show(gate: Gate, field: NearField, frame: SensorFrame, now: float) -> None:
+    """Show a frame to a gate in this process at `now` [s], as the driver's process shows it to its own."""
+    near = field.see(frame, moving=gate.twist.moves)
+    if near is not None:
+        gate.see(near.points, now, near.field, near.age)
+    elif field.untimely is not None:
+        gate.see_untimely(field.untimely, now)
+    if frame.trouble:
+        gate.see_trouble(now)
+    gate.touch(frame.contact, now)
 
 
 class Freshness:

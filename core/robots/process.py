@@ -116,7 +116,7 @@ class DriverLoop:
         return stands and self._profile.drives and resting_rate(self._profile.rate) < self._profile.rate
 
     def _tell_gate(self, frame: SensorFrame) -> None:
-        packet: dict[str, object] = {"contact": bool(frame.contact)}
+        packet: dict[str, object] = {"contact": bool(frame.contact), "trouble": bool(frame.trouble)}
         if self._profile.simulated:
             packet["stamp"] = frame.stamp
         near = self._near_field.see(frame, moving=self._twist.moves)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field, replace
 
 from core.geometry import Pose
+from core.message import Array
 from core.sensors import Camera, Fault, Image, Laser, Scan, SensorFrame, Sound, Wheels
 from core.sensors.checks import are_finite, distinct, fault, time_fault
 from core.sensors.microphones import joined
+from core.sensors.publishers import PublisherWatch, odometry_watch, scan_watch, sector_ranges
 from core.sensors.wheels import is_restart
 
 MAX_WHEELS_AGE_S = 0.5  # over which a reading of the wheels is carried on to the frame; then nothing is known of them
@@ -21,6 +23,7 @@ RATE_WINDOW_S = 3.0  # over which readings of the wheels are counted for their r
 LONG_ENOUGH = 2.0  # [s] … once they have come for so long: a few that waited on the way come all at once
 LONGEST_SOUND = 3.0  # [s] that may wait for a frame
 FAULT_AGAIN_S = 5.0  # [s] after which a fault that lasts is said again
+MIXED_HELD_S = 2.0  # for which nothing is driven after readings of two robots
 
 
 Names = dict[tuple[type, str], str]
@@ -56,6 +59,9 @@ class Readings:
         self._lock, self._here = threading.Lock(), Waiting()
         self._names: Names = {}
         self._found: dict[tuple[str, str], tuple[float, Fault]] = {}  # of one device, with when it was last said [s]
+        self._scanners: defaultdict[str, PublisherWatch[Array]] = defaultdict(scan_watch)
+        self._base = odometry_watch()
+        self._mixed: dict[str, tuple[float, Fault]] = {}  # by sensor, with when that was last seen [s]
 
     def renaming(self, names: Names) -> Readings:
         """The same readings for a device whose sensors are called otherwise on the robot.
@@ -70,14 +76,20 @@ class Readings:
         """The robot's clock [s]: the time since it was connected, by this computer's."""
         return self._clock() - self._start
 
-    def wheels(self, odometry: Pose, speed: float, turn_rate: float, stamp: float | None = None) -> None:
-        """How far the wheels have rolled since the start, and [m/s], [rad/s] now.
+    def wheels(
+        self, odometry: Pose, speed: float, turn_rate: float, stamp: float | None = None, source: str = ""
+    ) -> None:
+        """How far the wheels have rolled since the start, and [m/s], [rad/s] now; `source`: who says so.
 
         A base that was restarted, or jumps, goes on from where it was.
         """
         stamp = self.now() if stamp is None else stamp
         if not are_finite(odometry.x, odometry.y, odometry.heading, speed, turn_rate, stamp):
             self._leave_out("odometry.malformed", "", "a value is no finite number")
+            return
+        if self._base.take(odometry, self.now(), source):
+            self.forget_wheels()
+            self._mix("the odometry")
             return
         if untimely := time_fault("odometry", "", self.now(), stamp, stamp):
             self._find(untimely)
@@ -99,11 +111,16 @@ class Readings:
             self._here.wheels = (stamp, Wheels(odometry=place, speed=speed, turn_rate=turn_rate))
             self._count(self.now())
 
-    def scan(self, scan: Scan) -> None:
-        """A turn of a laser's mirror."""
+    def scan(self, scan: Scan, source: str = "", *, overtaken: bool = False) -> None:
+        """A turn of a laser's mirror; `source`: who says so. One that was `overtaken` is only compared."""
         name = self._names.get((Laser, scan.laser), scan.laser)
         if scan.malformation:
             self._leave_out("scan.malformed", name or "the laser", scan.malformation)
+            return
+        if self._scanners[name].take(sector_ranges(scan), self.now(), source):
+            self._mix(name or "the laser")
+            return
+        if overtaken:
             return
         if untimely := time_fault("scan", name or "the laser", self.now(), scan.oldest, scan.newest):
             self._find(untimely, said=False)
@@ -195,12 +212,25 @@ class Readings:
                 sound=self._here.sound,
                 contact=self._here.contact or self._here.touched,
                 battery=self._here.battery,
+                trouble=self._mixture(stamp),
                 faults=distinct(self._here.faults),
                 notes=tuple(dict.fromkeys(self._here.notes)),
             )
             self._here.image = self._here.sound = None
             self._here.notes, self._here.faults, self._here.touched = [], [], False
             return frame
+
+    def _mix(self, sensor: str) -> None:
+        """Readings of two robots come under this name: what waits of them is of either."""
+        found = fault("robots.mixed", sensor)
+        self._find(found, said=False)
+        with self._lock:
+            self._mixed[sensor] = self.now(), found
+            self._here.scans.clear()
+
+    def _mixture(self, now: float) -> str:
+        """Why the robot cannot be driven: readings of two robots came lately; "": none did."""
+        return next((one.statement for at, one in self._mixed.values() if now - at < MIXED_HELD_S), "")
 
     def _leave_out(self, code: str, sensor: str, what: str) -> None:
         """Say why a reading is left out."""
@@ -209,7 +239,7 @@ class Readings:
     def _find(self, found: Fault, *, said: bool = True) -> None:
         """Keep a fault; the operator reads it the first time, and again now and then while it lasts.
 
-        Not `said`: the pilot says it by the frame.
+        Not `said`: the frame shows it as long as it lasts.
         """
         with self._lock:
             now, last = self.now(), self._found.get((found.code, found.sensor))

@@ -230,6 +230,14 @@ ROBOT_CHECKS = (
         "choose another one.",
     ),
     ReadingCheck(
+        "robots.mixed",
+        "agreement",
+        "a scan, or the odometry, with those before it: it must not come back to an older place again and again, "
+        "nor change its frame to and fro",
+        "Two robots, or two programs, send readings of {sensor} in turns under one name; none is used, and the robot "
+        "does not drive. Give each robot a namespace or a ROS domain of its own, or end one program.",
+    ),
+    ReadingCheck(
         "robots.other_odometry",
         "form",
         "the robot of the odometry with the robot of the laser",

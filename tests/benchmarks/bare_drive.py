@@ -11,7 +11,7 @@ from core.gate import TICK_S, ZERO, Gate, Limits, Setpoint, TraceWriter, Twist, 
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext, SteeredBody
 from core.perception.landmarks.deskew import deskew
-from core.robots.nearness import field_of, near_points
+from core.robots.nearness import NearField, show
 from core.robots.requests import CarryRobot, ReadTruth
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
@@ -36,6 +36,7 @@ class BareDrive:
         self.trace = TraceWriter()
         self.gate = Gate(Limits(), trace=self.trace)
         self.gate.arm(1, "benchmark", 0.0)
+        self._near_field = NearField(self.robot.profile.lasers)
         self.body = SteeredBody(cruise=cruise)
         self.contacts, self._touching = 0, False
         self._seq, self._tick = 0, 0
@@ -84,11 +85,10 @@ class BareDrive:
         assert frame.wheels is not None and laser is not None
         pose = frame.wheels.odometry
         self.gate.heartbeat(frame.stamp)
-        self.gate.touch(frame.contact, frame.stamp)
+        show(self.gate, self._near_field, frame, frame.stamp)
         self.contacts += frame.contact and not self._touching
         self._touching = frame.contact
         if frame.scan is not None:
-            self.gate.see(near_points(frame.scan, laser, frame), frame.stamp, field_of(laser))
             self._points = pose.apply(deskew(frame.scan, laser, frame.wheels, frame.stamp)[0])
         return ControlContext(
             stamp=frame.stamp,

@@ -33,7 +33,7 @@ from core.geometry import Pose
 from core.robots import Robot
 from core.robots.connect import connect
 from core.robots.injected_faults import Delay
-from core.robots.nearness import NearField
+from core.robots.nearness import NearField, show
 from core.robots.readings import Readings
 from core.robots.ros.bridge import RosSensors
 from core.robots.ros.topics import LASER_SCAN, ODOMETRY, RosSettings, choose_topics
@@ -67,6 +67,10 @@ LIES: dict[str, Callable[[float], float]] = {
     "future": lambda stamp: stamp + 60.0,
     "backward": lambda stamp: stamp - 60.0,
 }
+
+
+STRANGERS = ("scan", "odometry", "both")  # what of another robot comes by the same name
+WIRES_SHARED = ("py", "ros", "scip")  # drivers of robots that a wire leads to
 
 
 class Driver(ABC):
@@ -161,13 +165,8 @@ class Outcome:
 
 
 def see(gate: Gate, field: NearField, frame: SensorFrame, now: float) -> None:
-    """Show the gate a frame as the driver's process does."""
-    near = field.see(frame, moving=gate.twist.moves)
-    if near is not None:
-        gate.see(near.points, now, near.field, near.age)
-    elif field.untimely is not None:
-        gate.see_untimely(field.untimely, now)
-    gate.touch(False, now)
+    """Show the gate a frame, and that the console is alive."""
+    show(gate, field, frame, now)
     gate.heartbeat(now)
 
 
@@ -186,11 +185,11 @@ def drive(
     lie: Callable[[float], float],
     *,
     always: bool = False,
-    stranger: bool = False,
+    stranger: str = "",
 ) -> Outcome:
     """Drive at the wall; `always`: late from the first scan on, stamps still from `LIE_S` on.
 
-    `stranger`: from then on the punctual scans of another robot, which stands far from a wall, come in between.
+    `stranger`: from then on readings of another robot, which stays where it is, come in between: see `STRANGERS`.
     """
     gate, field, rng = Gate(Limits(max_speed=0.5)), NearField((LASER,)), np.random.default_rng(1)
     gate.arm(1, "a stubborn hand", 0.0)
@@ -204,8 +203,10 @@ def drive(
             waiting.put(scan_at(x, lie(now) if lies else now, rng), now + (late if lies or always else 0.0))
         for scan in waiting.arrived(now):
             driver.scan(scan)
-        if stranger and lies and tick % 5 == 2:
+        if stranger in ("scan", "both") and lies and tick % 5 == 2:
             driver.scan(scan_at(0.0, now, rng))
+        if stranger in ("odometry", "both") and lies:
+            driver.wheels(Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0))
         see(gate, field, driver.frame(), now)
         if now >= DRIVE_S and tick % 2 == 0:
             press = pressed_on(gate, tick, press, speed, now)
@@ -230,6 +231,7 @@ class WallWorld(World):
         super().__init__()
         self.late, self.lie = 0.0, LIES["honest"]
         self.whole = False  # the odometry is as late as the scans
+        self.stranger = ""  # what of another robot, which stays where this one began, comes by the same name
         self.gap = wall - RADIUS_M  # [m], the least until now
         self.stood_since: float | None = None  # time.monotonic(); None: it moves
         self._wall, self._x = wall, 0.0
@@ -254,15 +256,19 @@ class WallWorld(World):
             self.stood_since = None if speed else self.stood_since or time.monotonic()
             late = self.late if self.whole else 0.0
             rolled.put(Wheels(odometry=Pose(self._x), speed=speed, turn_rate=0.0), stamp + late)
-            for wheels in rolled.arrived(stamp):
-                for take in self.on_wheels:
-                    take(wheels)
+            if self.stranger in ("odometry", "both"):
+                rolled.put(Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0), stamp)
             if tick % SCAN_TICKS == 0:
                 seen = scan_at(WALL_M - self._wall + self._x, self.lie(stamp), rng)
                 waiting.put(seen, stamp + self.late)
-            for seen in waiting.arrived(stamp):
-                for show in self.on_scan:
-                    show(seen)
+            if tick % SCAN_TICKS == SCAN_TICKS // 2 and self.stranger in ("scan", "both"):
+                waiting.put(scan_at(WALL_M - self._wall, stamp, rng), stamp)
+            for value, callbacks in (
+                *((wheels, self.on_wheels) for wheels in rolled.arrived(stamp)),
+                *((seen, self.on_scan) for seen in waiting.arrived(stamp)),
+            ):
+                for take in callbacks:
+                    take(value)  # type: ignore[arg-type]
 
 
 EMULATORS: dict[str, Callable[[WallWorld], Any]] = {
@@ -291,11 +297,11 @@ def emulators_of(wires: str, world: WallWorld) -> list[Any]:
 
 
 def drive_wires(
-    wires: str, late: float, speed: float, lie: Callable[[float], float], *, whole: bool = False
+    wires: str, late: float, speed: float, lie: Callable[[float], float], *, whole: bool = False, stranger: str = ""
 ) -> Outcome:
     """Drive at the wall over real sockets, in real time; it would be touched `BLIND_S` after the first lie.
 
-    `whole`: the odometry is as late as the scans.
+    `whole`: the odometry is as late as the scans. `stranger`: see `drive`.
     """
     world = WallWorld(RADIUS_M + speed * (RUN_UP_S + BLIND_S))
     world.whole = whole
@@ -305,7 +311,7 @@ def drive_wires(
     try:
         robot = connect("+".join(part.url + (SENSORS_ALONE if "+" not in wires else "") for part in parts))
         try:
-            return press(robot, world, late, speed, lie)
+            return press(robot, world, late, speed, lie, stranger)
         finally:
             robot.close()
     finally:
@@ -313,7 +319,9 @@ def drive_wires(
             part.stop()
 
 
-def press(robot: Robot, world: WallWorld, late: float, speed: float, lie: Callable[[float], float]) -> Outcome:
+def press(
+    robot: Robot, world: WallWorld, late: float, speed: float, lie: Callable[[float], float], stranger: str = ""
+) -> Outcome:
     """Drive a robot by hand for as long as it takes, pressing again after every stop."""
     gate, field = Gate(Limits(max_speed=0.5)), NearField(robot.profile.lasers)
     start = time.monotonic()
@@ -327,7 +335,7 @@ def press(robot: Robot, world: WallWorld, late: float, speed: float, lie: Callab
             pressed = pressed_on(gate, tick, pressed, speed, now)
         robot.drive(gate.tick(now))
         if lies_from == math.inf and now >= SETTLING_S + RUN_UP_S:
-            lies_from, world.late, world.lie = time.monotonic(), late, lie
+            lies_from, world.late, world.lie, world.stranger = time.monotonic(), late, lie, stranger
         if now >= SETTLING_S + RUN_UP_S + LYING_S:
             stood = world.stood_since
             zero = None if stood is None else max(stood - lies_from, 0.0)

@@ -1,7 +1,8 @@
 """How long FOLLOW WALL outlives its owner: `python -m tests.benchmarks.lost_owner [--trials 3] [--only WORD]`.
 
 The owner's page hangs (its main thread in a busy loop), its browser is frozen or killed, or the program that ordered
-by REST is gone. The time runs from that moment to the gate's last motion, by the gate's own diary.
+by REST is gone. The time runs from that moment to the gate's last motion, both by this program's clock: a simulated
+robot's gate has that of the simulator.
 """
 
 from __future__ import annotations
@@ -14,16 +15,15 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import psutil
 from playwright.sync_api import Page, sync_playwright
 
-from core.gate.trace import read_trace
 from tests.benchmarks.running_console import Console, console
-from tests.campaign.struck import moving, until
+from tests.campaign.struck import TraceOnlooker, moving, until
 
 PATIENCE = 25.0  # [s] after which it goes on for ever
+STANDS_S = 2.0  # without motion after which it stands for good
 BUSY = "() => { setTimeout(() => { for (;;); }, 0); }"
 
 
@@ -54,15 +54,13 @@ def killed(page: Page) -> None:
             one.kill()
 
 
-def zero_after(trace: Path, struck: float) -> float:
-    """[s] from `struck`, monotonic, to standstill; inf where it goes on."""
-    end = struck + PATIENCE
-    while time.monotonic() < end:
-        time.sleep(0.5)
-        rows = read_trace(trace)
-        moved = max(row.t_mono_ns for row in rows if row.v or row.w) * 1e-9
-        if not moving(trace) and time.monotonic() - moved > 2.0:
-            return moved - struck
+def zero_after(onlooker: TraceOnlooker, struck: int) -> float:
+    """[s] from `struck`, monotonic [ns], to standstill; inf where it goes on."""
+    while (now := time.monotonic_ns()) < struck + PATIENCE * 1e9:
+        moved = onlooker.last_motion
+        if now - max(moved, struck) > STANDS_S * 1e9:
+            return max(0.0, moved - struck) * 1e-9
+        time.sleep(0.1)
     return float("inf")
 
 
@@ -82,10 +80,11 @@ def by_page(strike: Callable[[Page], None]) -> float:
         page.keyboard.press("Enter")
         until(lambda: moving(running.trace), 20.0)
         time.sleep(3.0)
-        struck = time.monotonic()
-        strike(page)
         try:
-            return zero_after(running.trace, struck)
+            with TraceOnlooker(running.trace) as onlooker:
+                struck = time.monotonic_ns()
+                strike(page)
+                return zero_after(onlooker, struck)
         finally:
             killed(page)
             for one in browsers():
@@ -96,10 +95,11 @@ def by_rest() -> float:
     """One trial with a program that is gone after its order."""
     with console() as running:
         until_awake(running)
-        struck = time.monotonic()
-        running.post("/api/commands", {"text": "follow wall"})
-        until(lambda: moving(running.trace), 20.0)
-        return zero_after(running.trace, struck)
+        with TraceOnlooker(running.trace) as onlooker:
+            struck = time.monotonic_ns()
+            running.post("/api/commands", {"text": "follow wall"})
+            until(lambda: moving(running.trace), 20.0)
+            return zero_after(onlooker, struck)
 
 
 TRIALS: dict[str, Callable[[], float]] = {

@@ -19,6 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 COPIED = ("core", "console", "static", "tests", "pyproject.toml", "README.md")
 TESTS_TIMEOUT_S = 300.0
 DRIVER, NEARNESS = "core/robots/process.py", "core/robots/nearness.py"
+READINGS, PUBLISHERS = "core/robots/readings.py", "core/sensors/publishers.py"
 GATE, DEADMAN = "core/gate/gate.py", "core/gate/deadman.py"
 LOOP, SUPERVISOR = "core/gate/process.py", "console/robot/supervisor.py"
 GUARD, LATCH, LIMITS = "core/gate/guard.py", "core/gate/latch.py", "core/gate/limits.py"
@@ -31,6 +32,8 @@ TESTS = {
     SUPERVISOR: "tests/console/robot/test_supervisor.py",
     GUARD: "tests/core/gate/test_guard.py",
     LATCH: "tests/core/gate/test_latch.py",
+    READINGS: "tests/core/robots/test_readings.py",
+    PUBLISHERS: "tests/core/sensors/test_publishers.py",
     LIMITS: "tests/core/gate/test_limits.py",
 }
 
@@ -45,97 +48,111 @@ class Mutant:
     after: str
 
 
-MUTANTS = (
-    Mutant("driver: silence", DRIVER, "now - self._twist_at > TWIST_TIMEOUT_S", "now - self._twist_at > 1e9"),
-    Mutant(
-        "driver: gate gone",
-        DRIVER,
-        "            self._has_gate, self._until = False, math.inf\n            self._drive(ZERO, time.monotonic())",
-        "            self._has_gate, self._until = False, math.inf",
+CHANGES: dict[str, tuple[tuple[str, str, str], ...]] = {
+    DRIVER: (
+        ("driver: silence", "now - self._twist_at > TWIST_TIMEOUT_S", "now - self._twist_at > 1e9"),
+        (
+            "driver: gate gone",
+            "self._has_gate, self._until = False, math.inf\n            self._drive(ZERO, time.monotonic())",
+            "self._has_gate, self._until = False, math.inf",
+        ),
+        (
+            "driver: other gate",
+            "        self._drive(ZERO, time.monotonic())\n        self._gate = packet_socket",
+            "        self._gate = packet_socket",
+        ),
+        ("driver: no number", "fit = is_number(v) and is_number(w)", "fit = is_number(w)"),
+        (
+            "driver: end",
+            "                self._step()\n        self._robot.drive(ZERO)",
+            "                self._step()",
+        ),
+        ("driver: orphan", "self._frame_sender.gone or os.getppid() != self._parent", "self._frame_sender.gone"),
     ),
-    Mutant(
-        "driver: other gate",
-        DRIVER,
-        "        self._drive(ZERO, time.monotonic())\n        self._gate = packet_socket",
-        "        self._gate = packet_socket",
+    NEARNESS: (
+        (
+            "driver: frozen laser",
+            "if not timely or not self._freshness[laser.name].shows(scan, moving=moving):",
+            "if not timely:",
+        ),
     ),
-    Mutant("driver: no number", DRIVER, "fit = is_number(v) and is_number(w)", "fit = is_number(w)"),
-    Mutant(
-        "driver: end",
-        DRIVER,
-        "                self._step()\n        self._robot.drive(ZERO)",
-        "                self._step()",
+    DEADMAN: (
+        ("gate: deadman", "if now >= arrived + self._limits.deadman:", "if False:"),
+        ("gate: heartbeat", "CONSOLE_SILENT if self.console_silent(now) else", '"" if now else'),
     ),
-    Mutant(
-        "driver: orphan", DRIVER, "self._frame_sender.gone or os.getppid() != self._parent", "self._frame_sender.gone"
+    READINGS: (
+        ("readings: two bases", "if self._base.take(odometry, self.now(), source):", "if False:"),
+        ("readings: two lasers", "self._scanners[name].take(sector_ranges(scan), self.now(), source)", "False"),
+        ("readings: not said", "trouble=self._mixture(stamp),", 'trouble="",'),
     ),
-    Mutant(
-        "driver: frozen laser",
-        NEARNESS,
-        "if not timely or not self._freshness[laser.name].shows(scan, moving=moving):",
-        "if not timely:",
+    PUBLISHERS: (
+        ("publishers: unlike the last", "< 1.0:\n            return False", "< -1.0:\n            return False"),
+        ("publishers: who publishes", "if one.source != other.source", "if False"),
     ),
-    Mutant("gate: deadman", DEADMAN, "if now >= arrived + self._limits.deadman:", "if False:"),
-    Mutant("gate: heartbeat", DEADMAN, "CONSOLE_SILENT if self.console_silent(now) else", '"" if now else'),
-    Mutant("gate: late", GATE, "if self._ticked is not None and now - self._ticked > LATE_TICK_S:", "if False:"),
-    Mutant("gate: blind", GATE, "or MAX_BLIND_S < now - self._last_sign < math.inf", ""),
-    Mutant("gate: stale scan", GATE, "if now - self._last_sign > self.limits.scan_age:", "if False:"),
-    Mutant("gate: lease", GATE, "if setpoint.epoch != self._epoch:", "if False:"),
-    Mutant("gate: nonce", GATE, "        if age is None:", "        if False:"),
-    Mutant("gate: before stop", GATE, "        if not after_stop:", "        if False:"),
-    Mutant("gate: need of neutral", GATE, '(source == "jog" and self._need_neutral) or ', ""),
-    Mutant("loop: sleep", LOOP, "                self._look_for_sleep()\n", ""),
-    Mutant("loop: console gone", LOOP, "        if not there:\n            self._console_gone()", ""),
-    Mutant("loop: number of a halt", LOOP, "self._latched = number", "self._latched = 10**6"),
-    Mutant(
-        "supervisor: sleep",
-        SUPERVISOR,
-        '            self._insist("stop")\n            self.alarm',
-        "            self.alarm",
+    GATE: (
+        ("gate: late", "if self._ticked is not None and now - self._ticked > LATE_TICK_S:", "if False:"),
+        ("gate: blind", "or MAX_BLIND_S < now - self._last_sign < math.inf", ""),
+        ("gate: stale scan", "if now - self._last_sign > self.limits.scan_age:", "if False:"),
+        ("gate: lease", "if setpoint.epoch != self._epoch:", "if False:"),
+        ("gate: nonce", "        if age is None:", "        if False:"),
+        ("gate: before stop", "        if not after_stop:", "        if False:"),
+        ("gate: need of neutral", '(source == "jog" and self._need_neutral) or ', ""),
+        ("gate: trouble", "if now - self._troubled <= TROUBLE_HELD_S:", "if False:"),
+        ("gate: older lease", "if not is_count(epoch) or epoch < self._epoch:", "if not is_count(epoch):"),
+        ("gate: one holder", 'if epoch == self._epoch and self._owner not in ("", owner):', "if False:"),
+        ("gate: malformed", "if not setpoint.is_well_formed:", "if False:"),
+        (
+            "gate: not armed",
+            '        if self._state != "armed":\n            return Statement',
+            "        if False:\n            return Statement",
+        ),
+        ("gate: older frame", "if setpoint.seq <= self._last_seq.get(setpoint.source, -1):", "if False:"),
+        ("gate: no number", "if not (is_number(setpoint.v) and is_number(setpoint.w)):", "if False:"),
+        ("gate: clock backwards", "if self._ticked is not None and now < self._ticked:", "if False:"),
+        ("gate: silent console obeys", "if self._deadman.console_silent(now):", "if False:"),
+        ("gate: over press", "if not self._presses.begin(source, press):", "if False:"),
+        ("gate: bumper", "if self._contact and wanted.v * self._contact_side > 0.0:", "if False:"),
+        ("gate: late scan counts", "if age > self.limits.scan_age:", "if False:"),
     ),
-    Mutant("supervisor: forgiven", SUPERVISOR, "self._restarts.forgive(now) if excused else ", ""),
-    Mutant("supervisor: frozen gate", SUPERVISOR, "if now - max(gate.heard, self._woke_at) > patience:", "if False:"),
-    Mutant(
-        "supervisor: no means",
-        SUPERVISOR,
-        "            except (OSError, MemoryError) as trouble:\n                why",
-        "            except ArithmeticError as trouble:\n                why",
+    LOOP: (
+        ("loop: sleep", "                self._look_for_sleep()\n", ""),
+        ("loop: console gone", "        if not there:\n            self._console_gone()", ""),
+        ("loop: number of a halt", "self._latched = number", "self._latched = 10**6"),
+        ("loop: parent gone", "if os.getppid() != parent:", "if False:"),
     ),
-    Mutant("loop: parent gone", LOOP, "if os.getppid() != parent:", "if False:"),
-    Mutant("gate: older lease", GATE, "if not is_count(epoch) or epoch < self._epoch:", "if not is_count(epoch):"),
-    Mutant("gate: one holder", GATE, 'if epoch == self._epoch and self._owner not in ("", owner):', "if False:"),
-    Mutant("gate: malformed", GATE, "if not setpoint.is_well_formed:", "if False:"),
-    Mutant(
-        "gate: not armed",
-        GATE,
-        '        if self._state != "armed":\n            return Statement',
-        "        if False:\n            return Statement",
+    SUPERVISOR: (
+        ("supervisor: sleep", '            self._insist("stop")\n            self.alarm', "            self.alarm"),
+        ("supervisor: forgiven", "self._restarts.forgive(now) if excused else ", ""),
+        ("supervisor: frozen gate", "if now - max(gate.heard, self._woke_at) > patience:", "if False:"),
+        (
+            "supervisor: no means",
+            "            except (OSError, MemoryError) as trouble:\n                why",
+            "            except ArithmeticError as trouble:\n                why",
+        ),
     ),
-    Mutant("gate: older frame", GATE, "if setpoint.seq <= self._last_seq.get(setpoint.source, -1):", "if False:"),
-    Mutant("gate: no number", GATE, "if not (is_number(setpoint.v) and is_number(setpoint.w)):", "if False:"),
-    Mutant("gate: clock backwards", GATE, "if self._ticked is not None and now < self._ticked:", "if False:"),
-    Mutant("gate: silent console obeys", GATE, "if self._deadman.console_silent(now):", "if False:"),
-    Mutant("gate: over press", GATE, "if not self._presses.begin(source, press):", "if False:"),
-    Mutant("gate: bumper", GATE, "if self._contact and wanted.v * self._contact_side > 0.0:", "if False:"),
-    Mutant("gate: late scan counts", GATE, "if age > self.limits.scan_age:", "if False:"),
-    Mutant("guard: no points", GUARD, "if is_number(point[0]) and is_number(point[1])]", "]"),
-    Mutant(
-        "guard: turning inside",
-        GUARD,
-        '        return Permitted(ZERO, 0.0, nearest, Statement("gate.reason_inside"))',
-        "        return Permitted(twist)",
+    GUARD: (
+        ("guard: no points", "if is_number(point[0]) and is_number(point[1])]", "]"),
+        (
+            "guard: turning inside",
+            '        return Permitted(ZERO, 0.0, nearest, Statement("gate.reason_inside"))',
+            "        return Permitted(twist)",
+        ),
+        ("guard: crawls on", "if allowed < CRAWL_SPEED_M_S:", "if False:"),
     ),
-    Mutant("guard: crawls on", GUARD, "if allowed < CRAWL_SPEED_M_S:", "if False:"),
-    Mutant(
-        "latch: unreadable is free",
-        LATCH,
-        "        except OSError:\n            return True",
-        "        except OSError:\n            return False",
+    LATCH: (
+        (
+            "latch: unreadable is free",
+            "        except OSError:\n            return True",
+            "        except OSError:\n            return False",
+        ),
+        ("latch: file not on disk", "            os.fsync(file.fileno())\n", ""),
     ),
-    Mutant("latch: file not on disk", LATCH, "            os.fsync(file.fileno())\n", ""),
-    Mutant(
-        "limits: endless numbers", LIMITS, "type(value) is float and math.isfinite(value)", "type(value) is float"
-    ),
+    LIMITS: (("limits: endless numbers", "type(value) is float and math.isfinite(value)", "type(value) is float"),),
+}
+"""By file: the name of a mutant, what stands once in the file, and what stands there instead."""
+
+MUTANTS = tuple(
+    Mutant(name, file, before, after) for file, rows in CHANGES.items() for name, before, after in rows
 )
 
 

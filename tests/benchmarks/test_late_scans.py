@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.benchmarks.late_scans import DRIVERS, LIES, drive, drive_wires
+from tests.benchmarks.late_scans import DRIVERS, LIES, STRANGERS, WIRES_SHARED, drive, drive_wires
 
 STANDS_S = 0.4  # [s] from the first lie to zero: the age at which scans end to count, and a tick or two
 
@@ -23,6 +23,15 @@ def test_scans_that_fall_behind_or_lie_about_their_time_end_in_no_contact(driver
 def test_a_punctual_robot_comes_to_its_wall_and_stands_at_its_margin(driver: str, late: float) -> None:
     found = drive(DRIVERS[driver](), late, 0.3, LIES["honest"], always=True)
     assert 0.02 < found.gap < 0.06 and found.reason == "something is in the way"
+
+
+@pytest.mark.parametrize(("driver", "what"), tuple(zip(WIRES_SHARED, STRANGERS, strict=True)))
+def test_readings_of_another_robot_under_the_same_name_stop_it_before_it_touches_anything(
+    driver: str, what: str
+) -> None:
+    found = drive(DRIVERS[driver](), 0.0, 0.5, LIES["honest"], stranger=what)
+    assert found.gap > 0.0 and found.zero is not None and found.zero < 1.0
+    assert found.reason == "the robot cannot be driven now"
 
 
 def test_scans_that_fall_behind_on_a_real_wire_end_in_no_contact() -> None:

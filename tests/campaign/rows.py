@@ -543,14 +543,25 @@ ROWS = (
         "R52",
         "stamps that are no numbers, step back, lie ahead",
         "no contact",
-        _in("core/robots/test_readings.py", "a_malformed_reading_is_left_out_with_a_fault"),
+        _in("core/robots/test_readings.py", "a_malformed_reading_is_left_out_with_a_fault")
+        + _in("core/simulation/test_faulty_robot.py", "scans_of_the_future_are_not_used_for_the_pose_and_said_once"),
         (measure.lying_stamps,),
     ),
     CampaignRow(
         "R53",
         "readings of two robots on one wire",
-        "no contact",
-        (),
+        "no contact, the robot stands within 1 s; no sound drive is taken for two robots",
+        _in(
+            "core/sensors/test_publishers.py",
+            "scans_of_two_robots_are_told_whatever_their_turns",
+            "odometry_of_two_robots_is_told_and_a_restart_of_one_is_not",
+            "one_robot_is_never_taken_for_two_however_it_moves",
+        )
+        + _in(
+            "core/robots/test_readings.py",
+            "of_two_robots_under_one_name_nothing_is_used_and_the_robot_is_not_driven",
+        )
+        + _in(GATE, "while_the_robot_says_that_it_cannot_be_driven_no_press_moves_it"),
         (measure.two_robots_on_one_wire,),
     ),
     CampaignRow(

@@ -32,6 +32,7 @@ LOOK_PERIOD_S = 0.002  # between two looks at a trace
 MACHINE_CLOCK_NS = 10**9  # within which a row's time is that of this machine
 GHOST_S = 1.0  # in which nothing may move after a freeze
 JITTER_S = 0.1  # of a link whose frames come late, but come
+FLOWING_S = 0.02  # for which it lets through what it kept, at least: else a frame is held up twice
 
 
 @contextlib.contextmanager
@@ -107,6 +108,11 @@ class TraceOnlooker:
                     own = abs(now - row.t_mono_ns) < MACHINE_CLOCK_NS
                     self._rows.append((row.t_mono_ns if own else now, row))
                 size, self._seen = grown, len(rows)
+
+    @property
+    def last_motion(self) -> int:
+        """time.monotonic_ns() of the newest row that moves; 0: none does."""
+        return max((at for at, row in list(self._rows) if row.v or row.w), default=0)
 
     def zero_after(self, struck: int, patience: float = WATCHED_S) -> float:
         """[ms] from the instant `struck` [ns] to the first zero that nothing follows. Raises AssertionError."""
@@ -195,7 +201,7 @@ def false_trips(seconds: float, seed: int) -> int:
                     link.freeze()
                     time.sleep(chance.uniform(0.0, JITTER_S))
                     link.flow()
-                    time.sleep(chance.uniform(0.0, JITTER_S))
+                    time.sleep(chance.uniform(FLOWING_S, JITTER_S))
                 trips += not moving(running.trace)
     return trips
 

@@ -22,7 +22,7 @@ from core.gate.trace import TraceWriter, check
 from core.robots import Profile
 from core.robots.connect import connect
 from core.robots.frame_sender import merged
-from core.robots.nearness import field_of, near_points
+from core.robots.nearness import NearField, show
 from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import SensorFrame
 from core.settings import Settings
@@ -42,6 +42,7 @@ class InProcessRobot:
         self.robot = connect(url, seed=seed, settings=self.settings)
         self.writer = TraceWriter()
         self.gate = Gate(Limits(heartbeat=HEARTBEAT), trace=self.writer)
+        self._near_field = NearField(self.robot.profile.lasers)
         self.cut = False  # the link is lost
         self.trouble = ""
         self.alarm: Callable[[str], None] = print
@@ -151,10 +152,7 @@ class InProcessRobot:
                 self.robot.drive(self.gate.twist)
                 frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
                 self._ahead = 1.2 / self.profile.rate
-                self.gate.touch(frame.contact, self._now)
-                laser = self.profile.laser
-                if frame.scan is not None and laser is not None:
-                    self.gate.see(near_points(frame.scan, laser, frame), self._now, field_of(laser))
+                show(self.gate, self._near_field, frame, self._now)
             with self._news:
                 self._frame = frame if self._frame is None else merged(self._frame, frame)
                 self._frame_at = time.monotonic()

@@ -295,11 +295,13 @@ class RosSensors:
             content.time_increment,
         )
         self._lasers.setdefault(topic, (content.header.frame_id.strip("/"), _laser_of(scan, content.scan_time)))
-        if self._readings is None or scan.stamp <= self._last.get(topic, -math.inf):
+        if self._readings is None:
             return
-        self._last[topic] = min(scan.stamp, received)  # one that is stamped far ahead holds up none that follow
-        seen = turned_over(scan) if topic in self._turned else scan
-        self._readings.scan(replace(seen, laser=laser_name(topic, self.topics)))
+        overtaken = scan.stamp <= self._last.get(topic, -math.inf)
+        if not overtaken:
+            self._last[topic] = min(scan.stamp, received)  # one that is stamped far ahead holds up none that follow
+        seen = replace(turned_over(scan) if topic in self._turned else scan, laser=laser_name(topic, self.topics))
+        self._readings.scan(seen, content.header.frame_id, overtaken=overtaken)
 
     def _take_odometry(self, topic: str, content: Any, received: float) -> None:
         place, q, twist = content.pose.pose.position, content.pose.pose.orientation, content.twist.twist
@@ -312,7 +314,8 @@ class RosSensors:
         self.place = pose
         self.navigation.take_odometry(content.header, pose, float(twist.linear.x), stamp)
         if self._readings is not None:
-            self._readings.wheels(pose, float(twist.linear.x), float(twist.angular.z), stamp)
+            named = f"{content.header.frame_id} {content.child_frame_id}"
+            self._readings.wheels(pose, float(twist.linear.x), float(twist.angular.z), stamp, named)
 
     def _by_speeds(self, topic: str, speed: float, turn_rate: float, stamp: float) -> Pose:
         """Return where the speeds [m/s], [rad/s] of an odometry without heading have led until `stamp` [s]."""

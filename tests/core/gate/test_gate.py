@@ -541,6 +541,23 @@ def test_scans_that_are_more_than_a_second_late_trip_with_the_lateness(late_from
     assert status.stopped_because == "The robot stopped by itself: the laser is 1.2 s late."
 
 
+@pytest.mark.parametrize("source", ["jog", "goal"])
+def test_while_the_robot_says_that_it_cannot_be_driven_no_press_moves_it(source: Source) -> None:
+    bench = Bench()
+    bench.hold(source, 0.2, seconds=0.5)
+    for press in range(1, 6):
+        bench.let_go()
+        bench.gate.see_trouble(bench.now)
+        for _ in range(10):
+            bench.hold(source, 0.2, press=press, seconds=0.02)
+            assert not bench.speed
+    assert bench.gate.status().stopped_because == "The robot stopped by itself: the robot cannot be driven now."
+    bench.run(0.5)
+    bench.let_go()
+    bench.hold(source, 0.2, press=9, seconds=0.5)
+    assert bench.speed == pytest.approx(0.2) and bench.complaints() == []
+
+
 def test_the_older_a_scan_the_farther_from_a_wall_the_robot_begins_to_brake() -> None:
     speeds = list[float]()
     for age in (0.0, 0.1, 0.2, 0.25):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from core.gate import TICK_S, Gate, Limits, Setpoint, TraceWriter, check
+from core.gate.gate import TROUBLE_HELD_S
 
 LIMITS = Limits()
 speeds = st.one_of(
@@ -35,7 +36,8 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         self.dead: set[tuple[str, int]] = set()  # presses that were in force when something stopped the robot
         self.in_force: set[tuple[str, int]] = set()
         self.last_good = -math.inf
-        self.beat = self.scan = -math.inf
+        self.beat = self.scan = self.troubled = -math.inf
+        self.set_back = 0  # times that the clock was
         self.trace.write(self.gate.status(), 0, "boot", self.now)
         self.look()
 
@@ -127,6 +129,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
             assert self.now - self.last_good <= LIMITS.deadman + 1e-9
             assert self.now - self.beat <= LIMITS.heartbeat + 1e-9
             assert self.now - self.scan <= LIMITS.scan_age + 1e-9
+            assert self.now - self.troubled > TROUBLE_HELD_S
 
     def console_beats(self) -> None:
         self.beat = self.now
@@ -141,6 +144,32 @@ class AnyOrderOfThings(RuleBasedStateMachine):
     def something_is_near(self, x: float, y: float) -> None:
         self.scan = self.now
         self.gate.see([(x, y)], self.now)
+
+    @rule()
+    def the_robot_cannot_be_driven(self) -> None:
+        self.troubled = self.now
+        self.gate.see_trouble(self.now)
+
+    @rule()
+    def the_machine_slept(self) -> None:
+        self.gate.wake(self.now)
+        self.everything_stops()
+
+    @rule(seconds=st.floats(0.001, 5.0))
+    def the_clock_is_set_back(self, seconds: float) -> None:
+        self.now -= seconds
+        self.set_back += 1
+        trips, moved = self.gate.status().trips, self.gate.twist.moves
+        assert not self.gate.tick(self.now).moves
+        if moved or self.gate.status().trips > trips:
+            self.everything_stops()
+        self.beat, self.scan, self.last_good, self.troubled = -math.inf, -math.inf, -math.inf, -math.inf
+
+    @rule(legs=st.integers(1, 2), v=st.floats(0.05, 0.3))
+    def a_route_goes_from_leg_to_leg(self, legs: int, v: float) -> None:
+        for leg in range(legs):
+            self.drive_properly("goal", v, 10 + self.seq + leg, 3)
+            self.order("goal", 0.0, 0.0, 10 + self.seq + leg, 0, 0)
 
     @rule(contact=st.booleans())
     def bumper(self, contact: bool) -> None:
@@ -196,7 +225,9 @@ class AnyOrderOfThings(RuleBasedStateMachine):
 
     def teardown(self) -> None:
         if hasattr(self, "trace"):
-            assert check(self.trace.rows, LIMITS) == []
+            found = check(self.trace.rows, LIMITS)
+            assert [one for one in found if "time ran backwards" not in one] == []
+            assert len(found) <= self.set_back
 
 
 AnyOrderOfThings.TestCase.settings = settings(max_examples=200, stateful_step_count=50, deadline=None)

@@ -192,7 +192,7 @@ def test_a_base_that_does_not_answer_ends_what_is_under_way() -> None:
         ("failed", "serial:///dev/ttyUSB0 does not answer.")
     ]
     assert snapshot.setpoint == Twist()
-    assert pilot.step(lab.read()).notices[-1].text == "The base answers again."
+    assert pilot.step(lab.read()).notices[-1].text == "The robot can be driven again."
 
 
 def test_what_the_driver_notes_reaches_the_operator() -> None:

@@ -10,6 +10,7 @@ import pytest
 from core.errors import BadInput
 from core.geometry import Pose
 from core.recording import open_log
+from core.sensors.checks import UnusableReading
 from core.slam.motion import Increment, control_jacobian
 
 
@@ -222,3 +223,23 @@ def test_arrays_that_do_not_fit_are_refused(tmp_path):
     ):
         with pytest.raises(BadInput, match=words):
             open_log(save(tmp_path / "set.npz", **arrays))
+
+
+@pytest.mark.parametrize("mixed", [(), ("odo_raw",), ("odo_raw", "scan_cm")])
+def test_a_log_of_two_robots_in_turns_is_not_believed(tmp_path, mixed):
+    times = 0.1 * np.arange(200)
+    poses = np.column_stack([0.02 * np.arange(200), np.zeros((200, 2))])
+    ranges = np.full((200, 180), 300.0) + np.random.default_rng(1).normal(0, 1, (200, 180))
+    if "odo_raw" in mixed:
+        poses[::2] = (7.0, 1.0, 2.0)
+    if "scan_cm" in mixed:
+        ranges[::2] += 150.0
+    path = save(tmp_path / "set.npz", t=times, scan_cm=ranges, odo_raw=poses)
+    if "scan_cm" in mixed:
+        with pytest.raises(UnusableReading, match="under one name") as refused:
+            open_log(path)
+        assert [one.code for one in refused.value.faults] == ["robots.mixed"]
+        return
+    log = open_log(path)
+    assert [one.code for one in log.report.faults] == ["robots.mixed"] * len(mixed)
+    assert (log.track is None) is bool(mixed)

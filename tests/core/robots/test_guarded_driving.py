@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from core.gate import TICK_S, Gate, Limits, Setpoint, TraceWriter, check
-from core.robots.nearness import field_of, near_points
+from core.robots.nearness import NearField, show
 from core.robots.requests import PlaceThing
 from core.sensors import SensorFrame
 from core.simulation.robot import SimulatedRobot
@@ -26,6 +26,7 @@ class Drive:
         self.gate = Gate(Limits(), trace=self.trace)
         self.laser = laser
         self.gate.arm(1, "stubborn", 0.0)
+        self._near_field = NearField(self.robot.profile.lasers)
         self._tick = 0
         self._seq = 0
         self.touched = False
@@ -35,11 +36,8 @@ class Drive:
         frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
         now = frame.stamp
         self.gate.heartbeat(now)
-        self.gate.touch(frame.contact, now)
         self.touched |= frame.contact
-        laser = self.robot.profile.laser
-        if frame.scan is not None and laser is not None and self.laser:
-            self.gate.see(near_points(frame.scan, laser, frame), now, field_of(laser))
+        show(self.gate, self._near_field, frame if self.laser else replace(frame, scan=None), now)
         self._seq += 1
         self.gate.accept(Setpoint(1, self._seq, "goal", 1, v, w, frame.nonce), now)
         while self._tick * TICK_S <= now:

@@ -15,7 +15,7 @@ from core.pilot import Pilot
 from core.robots import Profile
 from core.robots.nearness import NearField
 from core.robots.readings import FAULT_AGAIN_S, Readings
-from core.sensors import Image, Laser, Scan, Sound
+from core.sensors import Image, Laser, Scan, SensorFrame, Sound
 
 NAN, INF = float("nan"), float("inf")
 LASER = Laser(beams=360, angle_min=-np.pi, angle_step=np.pi / 180)
@@ -147,3 +147,34 @@ def test_odometry_that_is_not_of_its_time_is_left_out_and_named(late: float, cod
     frame = readings.frame()
     assert (frame.wheels is None) is bool(code)
     assert [one.code for one in frame.faults] == [code] * bool(code)
+
+
+def interleaved(kind: str) -> tuple[list[SensorFrame], Readings]:
+    """One robot for 1 s, another one beside it under the same names for 2 s, and one for 6 s; frames at 20 Hz."""
+    now = 0.0
+    readings = Readings(lambda: now)
+    frames = list[SensorFrame]()
+    for number in range(180):
+        now, two = 0.05 * number, 20 <= number < 60
+        if kind == "odometry":
+            readings.wheels(Pose(0.5 + 0.01 * number), 0.2, 0.0)
+            if two:
+                readings.wheels(Pose(9.0), 0.0, 0.0)
+        else:
+            far = 1.0 if two and number % 2 else 2.0
+            readings.scan(replace(GOOD, stamp=now, ranges=np.full(360, far + 0.001 * number)))
+        frames.append(readings.frame())
+    return frames, readings
+
+
+@pytest.mark.parametrize("kind", ["scan", "odometry"])
+def test_of_two_robots_under_one_name_nothing_is_used_and_the_robot_is_not_driven(kind: str) -> None:
+    frames, readings = interleaved(kind)
+    told = [number for number, frame in enumerate(frames) if frame.trouble]
+    assert 20 < told[0] < 27 and told == list(range(told[0], told[-1] + 1)) and 60 < told[-1] < 150
+    mixed = frames[told[0] : 60]
+    assert all(frame.scan is None and frame.wheels is None for frame in mixed)
+    assert [one.code for one in readings.faults] == ["robots.mixed"] and not any(frame.faults for frame in mixed)
+    assert frames[told[0]].trouble == readings.faults[0].sentence and "namespace" in frames[told[0]].trouble
+    for alone in (frames[:20], frames[150:]):
+        assert all(frame.scan is not None or frame.wheels is not None for frame in alone)

@@ -9,6 +9,7 @@ import pytest
 
 from core.errors import BadInput
 from core.gate import TICK_S, Gate, Limits, Twist
+from core.pilot import Pilot
 from core.robots.connect import connect
 from core.robots.injected_faults import INJECTABLE_FAULTS, read_faults
 from core.robots.nearness import NearField
@@ -44,6 +45,18 @@ def stood_after(faults: str) -> float:
 @pytest.mark.parametrize("fault", ["late_scan", "early_scan", "lost_scan", "frozen_scan", "blind_scan", "bumper"])
 def test_a_robot_that_sees_wrongly_or_touches_something_stands_as_its_row_says(fault: str) -> None:
     assert stood_after(fault) < STANDS_S
+
+
+def test_scans_of_the_future_are_not_used_for_the_pose_and_said_once() -> None:
+    robot = connect(f"sim:lab?faults=early_scan:60,after:{BEGIN_S}", seed=1, settings=BLIND)
+    pilot, said, used = Pilot(robot.profile, BLIND), dict[int, str](), list[float]()
+    while (frame := robot.read()).stamp < BEGIN_S + 4.0:
+        shown = pilot.step(frame)
+        said |= {one.id: one.text for one in shown.notices if one.cause.startswith("silent laser")}
+        used += [frame.stamp] * (pilot.frame.scan is not None)
+        assert shown.floor.lost is None
+    assert used and max(used) < BEGIN_S + 0.1
+    assert len(said) == 1 and "in the future" in said.popitem()[1]
 
 
 @pytest.mark.parametrize("fault", ["slip", "late_scan:0.1", "lost_scan:0.2", "blind_scan:0.5", "black_picture"])
