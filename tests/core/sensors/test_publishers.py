@@ -95,5 +95,5 @@ def test_a_base_that_shakes_is_one_base() -> None:
     chance, watch, pose = np.random.default_rng(3), odometry_watch(), Pose()
     for number in range(400):
         pose = pose @ Pose(0.04 * chance.random(), 0.0, chance.normal(0, 0.05))
-        shaken = pose @ Pose(*chance.normal(0, 0.01, 2).tolist(), chance.normal(0, 0.02))
+        shaken = pose @ Pose(chance.normal(0, 0.01), chance.normal(0, 0.01), chance.normal(0, 0.02))
         assert not watch.take(shaken, 0.02 * number)
