@@ -151,9 +151,7 @@ CHANGES: dict[str, tuple[tuple[str, str, str], ...]] = {
 }
 """By file: the name of a mutant, what stands once in the file, and what stands there instead."""
 
-MUTANTS = tuple(
-    Mutant(name, file, before, after) for file, rows in CHANGES.items() for name, before, after in rows
-)
+MUTANTS = tuple(Mutant(name, file, before, after) for file, rows in CHANGES.items() for name, before, after in rows)
 
 
 def survives(mutant: Mutant, copy: Path) -> bool:
