@@ -89,7 +89,7 @@ def map_document(maps: MapService) -> str:
     now = [place.now(snapshot.floor.submaps) for place in marks.places]
     facts = [
         ("made", clock(time.time())),
-        ("rooms", str(len(snapshot.floor.submaps))),
+        ("submaps", str(len(snapshot.floor.submaps))),
         ("landmarks", str(len(snapshot.landmarks))),
     ]
     parts = [table_html(("", ""), facts), picture_html(plan_svg(maps.outline, maps.title), SVG_TYPE, maps.title)]
