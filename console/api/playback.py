@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
+from fastapi import Response
 from pydantic import Field
 
 from console.access.roles import needs
 from console.api import RequestBody, Who, part, problems, router
+from console.api.recordings import FILMS, MAX_PART_S, PartBegin, PartEnd, Recorder, filmed
 from console.control.playback import PlaybackAction, PlaybackController, PlaybackOrder, PlaybackWay
+from console.http.problems import Problem
+from console.recording.work import FinishedRecording
+from core.pipelines.drive_film import FilmForm
 from core.robots.requests import PlaybackMark
 
 playback = router("playback", 409, 503)
@@ -17,19 +22,24 @@ Playback = Annotated[PlaybackController, part(PlaybackController)]
 
 
 class PlaybackRequest(RequestBody):
-    """`t_s` [s] from the start belongs to seek, `speed` [times real time] to speed, `way` and `compare` to way."""
+    """`t_s` belongs to seek, `speed` [times real time] to speed, `way` and `compare` to way, `from_s` and `to_s` to
+    export; times are in seconds from the start.
+    """
 
-    action: PlaybackAction
+    action: PlaybackAction | Literal["export"]
     t_s: float | None = Field(None, examples=[12.5])
     speed: float | None = Field(None, examples=[2.0])
     way: PlaybackWay | None = None
     compare: bool = False
+    from_s: float | None = Field(None, ge=0, examples=[12.0])
+    to_s: float | None = Field(None, gt=0, le=MAX_PART_S, examples=[34.0])
 
 
 class SteeredPlayback(msgspec.Struct, frozen=True):
-    """The action that was done."""
+    """The action that was done, and the recording that an export has made."""
 
-    done: PlaybackAction
+    done: PlaybackAction | Literal["export"]
+    recording: FinishedRecording | None = None
 
 
 class PlaybackDescription(msgspec.Struct, frozen=True):
@@ -66,7 +76,22 @@ async def state(player: Playback) -> PlaybackDescription:
 
 @playback.post("/playback")
 @needs("operator")
-async def steer(asked: PlaybackRequest, player: Playback, who: Who) -> SteeredPlayback:
-    """Play, pause, change the speed, seek, show another way. A recording waits at its first frame to be played."""
+async def steer(asked: PlaybackRequest, player: Playback, recorder: Recorder, who: Who) -> SteeredPlayback:
+    """Play, pause, change the speed, seek, show another way, or save a part as a recording of its own.
+
+    A recording waits at its first frame to be played.
+    """
+    if asked.action == "export":
+        path = player.file(409)
+        if asked.from_s is None or asked.to_s is None:
+            raise Problem(422, "To export needs two times: from_s and to_s.")
+        return SteeredPlayback("export", await recorder.cut(path, asked.from_s, asked.to_s, who))
     await player.steer(PlaybackOrder(asked.action, asked.t_s, asked.speed, asked.way, asked.compare), who)
     return SteeredPlayback(asked.action)
+
+
+@playback.get("/playback/film.{form}", response_class=Response, responses={**FILMS, **problems(404)})
+@needs("viewer")
+async def film(form: FilmForm, player: Playback, recorder: Recorder, from_s: PartBegin, to_s: PartEnd) -> Response:
+    """A film of a part of the recording that plays: map and camera. 404 where none of Beckon's own plays."""
+    return await filmed(recorder, player.file(404), form, from_s, to_s)

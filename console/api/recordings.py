@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path as FilePath
 from typing import Annotated
 
 import msgspec
@@ -12,6 +13,7 @@ from pydantic import Field
 
 from console.access.roles import needs
 from console.api import RequestBody, Who, part, router
+from console.api.typed_route import Responses
 from console.http.downloads import named
 from console.recording.service import (
     KEPT_BY,
@@ -29,6 +31,9 @@ Recorder = Annotated[RecordingService, part(RecordingService)]
 Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
 MAX_PART_S = 100_000.0
 MEDIA_TYPE = "application/octet-stream"
+PartBegin = Annotated[float, Query(ge=0, description="[s] after the start")]
+PartEnd = Annotated[float, Query(gt=0, le=MAX_PART_S, description="[s] after the start")]
+FILMS: Responses = {200: {"content": {"image/webp": {}, "image/gif": {}}}}
 
 
 class StartRecordingRequest(RequestBody):
@@ -134,25 +139,21 @@ async def picture(name: Name, recorder: Recorder) -> Response:
 @needs("operator")
 async def export(name: Name, asked: PartRequest, recorder: Recorder, who: Who) -> FinishedRecording:
     """Save a part as a recording of its own, with the map and the mountings that held at its beginning."""
-    return await recorder.cut(name, asked.from_s, asked.to_s, who)
+    return await recorder.cut(await asyncio.to_thread(recorder.file, name), asked.from_s, asked.to_s, who)
 
 
-@recordings.get(
-    "/recordings/{name}/film.{form}",
-    response_class=Response,
-    responses={200: {"content": {"image/webp": {}, "image/gif": {}}}},
-)
+@recordings.get("/recordings/{name}/film.{form}", response_class=Response, responses=FILMS)
 @needs("viewer")
-async def film(
-    name: Name,
-    form: FilmForm,
-    recorder: Recorder,
-    from_s: Annotated[float, Query(ge=0)],
-    to_s: Annotated[float, Query(gt=0, le=MAX_PART_S)],
-) -> Response:
+async def film(name: Name, form: FilmForm, recorder: Recorder, from_s: PartBegin, to_s: PartEnd) -> Response:
     """A film of a part: the map as it was shown, and what the camera saw."""
-    content = await recorder.film(name, from_s, to_s, form)
-    return Response(content, media_type=f"image/{form}", headers=named(f"{name} {from_s:.0f}-{to_s:.0f} s.{form}"))
+    return await filmed(recorder, await asyncio.to_thread(recorder.file, name), form, from_s, to_s)
+
+
+async def filmed(recorder: RecordingService, path: FilePath, form: FilmForm, from_s: float, to_s: float) -> Response:
+    """A film of a part of this file, to take away. Raises BadInput, Unavailable."""
+    content = await recorder.film(path, from_s, to_s, form)
+    name = f"{path.stem} {from_s:.0f}-{to_s:.0f} s.{form}"
+    return Response(content, media_type=f"image/{form}", headers=named(name))
 
 
 @recordings.patch("/recordings/{name}", status_code=204)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path
 from typing import Literal
 
 import msgspec
@@ -34,6 +35,7 @@ PlaybackWay = Literal["recorded", "computed"]
 
 REACHED_SHARE = 0.95  # of the speed that was asked for, from which on it counts as reached
 NO_RECORDING = "Only a recording can be played, paused and sought."
+NO_OWN_RECORDING = "Only of a recording that Beckon made can a part be exported."
 
 
 class PlaybackOrder(msgspec.Struct, frozen=True):
@@ -81,6 +83,13 @@ class PlaybackController(Part):
         if self._marks is None:
             self._marks = (await asyncio.to_thread(self._robot.ask, ReadMarks())).marks
         return await asyncio.to_thread(self._robot.ask, ReadPlayback()), self._marks
+
+    def file(self, status: int) -> Path:
+        """The recording that plays. Raises Problem where none of Beckon's own does."""
+        profile = self._robot.profile
+        if "results" not in profile.capabilities:
+            raise Problem(status, NO_OWN_RECORDING)
+        return Path(profile.url.removeprefix("log:"))
 
     def _check(self, status: int) -> None:
         if "replay" not in self._robot.profile.capabilities:

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import math
 import pickle
 import re
 import shutil
@@ -64,6 +65,7 @@ FOLDER, NOTES = "recordings", "recordings.json"  # in the data folder
 ENDING = ".mcap"
 MAX_NAME_LETTERS, MAX_NOTE_LETTERS = 80, 2000
 NAME = re.compile(r"[\w][\w .-]*")
+NO_NAME = re.compile(r"^[^\w]|[^\w .-]")  # letters of a file of elsewhere that a name cannot have
 BATCH_PERIOD_S = 0.25  # [s] between two batches for the recorder's process
 FOXGLOVE_PERIOD_S = 0.05  # [s] of the same where other programs watch live
 IDLE_PERIOD_S = 0.5  # [s] of the same where nothing comes
@@ -71,6 +73,7 @@ BATCH_BUDGET_S, FILE_BUDGET_S = 5.0, 120.0  # [s] of processor time
 MAX_WAITING_MOMENTS = 400  # frames that may wait; more are left out, with a notice
 MAP_PERIOD_S = 2.0  # [s] between two maps, at least
 RING_DELAY_S = 5.0  # [s] after the first motion: its start must not be what slows that
+RING_REST_S = 20.0  # [s] after the first frame, where nothing moves before
 AFTER_INCIDENT_S = 3.0  # [s] that are still kept after what caused it
 INCIDENT_PAUSE_S = 30.0  # [s] until another one is kept by itself
 DISK_PERIOD_S = 2.0  # [s] between two looks at the disk
@@ -143,7 +146,8 @@ class RecordingService(Part):
         self._began = 0.0  # [s] monotonic, of its file
         self._listens = False  # readings go to the recorder's process
         self._listened = 0.0  # [s] monotonic, since when
-        self._moved = 0.0  # [s] monotonic, when the robot first did; 0: not yet
+        self._moved = False  # the robot has
+        self._ring_from = math.inf  # [s] monotonic, when the ring begins
         self._known: dict[tuple[str, float], FinishedRecording] = {}  # by name and time of change
         self._notes: dict[str, RecordingNote] = {}
         self._turn = asyncio.Lock()
@@ -206,13 +210,8 @@ class RecordingService(Part):
             await worker.gone()
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """Take a frame and what was made of it, once the robot has moved or something is recorded."""
-        moves = bool(snapshot.setpoint.v or snapshot.setpoint.w)
-        if moves and self.ring_limit_s > 0:
-            self._moved = self._moved or time.monotonic()
-        due = bool(self.foxglove_port) or (self._moved > 0 and time.monotonic() - self._moved > RING_DELAY_S)
-        if not self._listens and (self._running is not None or due):
-            self._listens, self._listened = True, time.monotonic()
+        """Take a frame and what was made of it, once the ring has begun or something is recorded."""
+        self._begin_ring(time.monotonic(), moves=bool(snapshot.setpoint.v or snapshot.setpoint.w))
         acts = () if snapshot.inputs is None else snapshot.inputs.acts
         self._used = next((act for act in reversed(acts) if isinstance(act, Profile)), self._used)
         if not self._listens or (self._replays and not self.foxglove_port):
@@ -224,6 +223,15 @@ class RecordingService(Part):
             return
         self._moments.append(self._moment(snapshot, frame))
         self._wake.set()
+
+    def _begin_ring(self, now: float, *, moves: bool) -> None:
+        """Listen for the ring: some time after the start, but never with the first motion."""
+        if self._listens:
+            return
+        if self.ring_limit_s > 0 and (self._ring_from == math.inf or (moves and not self._moved)):
+            self._moved, self._ring_from = moves, now + (RING_DELAY_S if moves else RING_REST_S)
+        if self._running is not None or self.foxglove_port or now > self._ring_from:
+            self._listens, self._listened = True, now
 
     def _moment(self, snapshot: Snapshot, frame: SensorFrame) -> RecordedMoment:
         stamp, view, holder = snapshot.stamp, snapshot.view, self._lease.holder
@@ -483,19 +491,19 @@ class RecordingService(Part):
             raise Problem(404, NO_PICTURE)
         return picture
 
-    async def cut(self, name: str, begin_s: float, end_s: float, who: Person) -> FinishedRecording:
-        """Save a part of a finished recording as one of its own. Raises BadInput, Problem 404, Unwritable."""
-        path = await asyncio.to_thread(self.file, name)
-        fresh = self._fresh_name(f"{name} {begin_s:.0f}-{end_s:.0f} s"[:MAX_NAME_LETTERS])
+    async def cut(self, path: Path, begin_s: float, end_s: float, who: Person) -> FinishedRecording:
+        """Save a part of a finished recording as one of its own. Raises BadInput, Unwritable."""
+        await asyncio.to_thread(self._make_folder)
+        place = f" {begin_s:.0f}-{end_s:.0f} s"
+        fresh = self._fresh_name(NO_NAME.sub("-", path.stem)[: MAX_NAME_LETTERS - len(place)] + place)
         job = CutRecording(str(path), str(self._path(fresh)), begin_s, end_s)
         done = await self._cutter.ask(job, budget=FILE_BUDGET_S)
         self.revision += 1
         self._history.add("keep_recording", who, words=fresh)
         return done
 
-    async def film(self, name: str, begin_s: float, end_s: float, form: FilmForm) -> bytes:
-        """A film of a part of a finished recording. Raises BadInput, Unavailable, Problem 404."""
-        path = await asyncio.to_thread(self.file, name)
+    async def film(self, path: Path, begin_s: float, end_s: float, form: FilmForm) -> bytes:
+        """A film of a part of a finished recording. Raises BadInput, Unavailable."""
         return await self._cutter.ask(FilmRecording(str(path), begin_s, end_s, form), budget=FILE_BUDGET_S)
 
     async def rewrite(self, name: str, note: str | None, new_name: str | None) -> None:

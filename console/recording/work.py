@@ -218,11 +218,15 @@ class RecorderWorker:
 
     def record(self, job: RecordMoments) -> FinishedRecording | None:
         """Write what came. Raises Unwritable; then the file is finished as far as it goes."""
-        for moment in pickle.loads(job.moments):
-            self._record(moment)
-        if self._recording is None:
-            return None
-        self._recording.flush_when_due()
+        try:
+            for moment in pickle.loads(job.moments):
+                self._record(moment)
+            if self._recording is None:
+                return None
+            self._recording.flush_when_due()
+        except Unwritable:
+            self._end()
+            raise
         return FinishedRecording.of(self._recording.written)
 
     def _record(self, moment: RecordedMoment) -> None:
@@ -232,11 +236,7 @@ class RecorderWorker:
             self._foxglove.publish(messages, logged)
         if recording is not None:
             fresh = not recording.written.messages
-            try:
-                recording.add([*(one for _, one in self._latched.values()), *messages] if fresh else messages, logged)
-            except Unwritable:
-                self._end()
-                raise
+            recording.add([*(one for _, one in self._latched.values()), *messages] if fresh else messages, logged)
         self._latched |= {one.topic: (logged, one) for one in messages if one.topic in ("/map", ROBOT)}
         if self._ring_s > 0:
             self._ring.extend((logged, one) for one in messages)
@@ -277,11 +277,14 @@ class RecorderWorker:
         since = self._ring[-1][0] - job.seconds
         kept = [(logged, one) for logged, one in self._ring if logged >= since]
         recording = described(McapRecording(Path(job.path)), job.described, job.attached)
-        for _, one in self._latched.values():
-            recording.add([one], kept[0][0])
-        for logged, one in kept:
-            recording.add([one], logged)
-        return FinishedRecording.of(recording.finish())
+        try:
+            recording.add([one for _, one in self._latched.values()], kept[0][0])
+            for logged, one in kept:
+                recording.add([one], logged)
+            return FinishedRecording.of(recording.finish())
+        except Unwritable:
+            recording.discard()  # the ring is still there
+            raise
 
     def recover(self, job: RecoverRecordings) -> list[FinishedRecording]:
         """Finish what was left behind. Raises Unwritable."""
@@ -342,7 +345,8 @@ class RecorderWorker:
     def _end(self) -> None:
         recording, self._recording = self._recording, None
         if recording is not None:
-            recording.finish()
+            with contextlib.suppress(Unwritable):  # said already; what is there is recovered
+                recording.finish()
 
 
 def small_picture(packed: Array) -> bytes:
@@ -359,7 +363,11 @@ def described(
     recording: McapRecording, described: Mapping[str, str], attached: list[tuple[str, str, bytes]]
 ) -> McapRecording:
     """A new recording with its description and the files that belong to it. Raises Unwritable."""
-    recording.describe(DESCRIPTION, described)
-    for name, media_type, content in attached:
-        recording.attach(name, media_type, content)
+    try:
+        recording.describe(DESCRIPTION, described)
+        for name, media_type, content in attached:
+            recording.attach(name, media_type, content)
+    except Unwritable:
+        recording.discard()
+        raise
     return recording

@@ -12,9 +12,10 @@ from core.errors import BadInput, Unavailable
 from core.geometry import Pose
 from core.install import install_packages
 from core.message import Array
-from core.pilot.recorded_drive import AsRecorded, robot_of
+from core.pilot.recorded_drive import AsRecorded, ComputedNow, robot_of
 from core.pipelines.nav2_map import map_pixels
 from core.recording.drive import DriveRecording
+from core.settings import Settings
 from core.slam.map.occupancy import OccupancyGrid
 from core.snapshot import Snapshot
 
@@ -48,21 +49,28 @@ def film_of(path: Path, begin_s: float, end_s: float, form: FilmForm) -> bytes:
 
 def _frames(drive: DriveRecording, begin_s: float, end_s: float, period_s: float) -> list[Array]:
     """Pictures (FILM_HEIGHT, MAP_WIDTH + CAMERA_WIDTH, 3) of the part."""
-    recorded = AsRecorded(robot_of(drive, begin_s).used)
-    recorded.begin(drive.latest("/map", begin_s), ())
     frames: list[Array] = []
     camera: Array | None = None
-    due = begin_s
+    due, shown = begin_s, _shown(drive, begin_s)
     for moment in drive.moments(begin_s):
         at = moment.logged - drive.start
         if at > end_s or len(frames) >= MAX_FRAMES:
             break
-        snapshot = recorded.take(moment)
+        snapshot = shown.take(moment)
         camera = camera if moment.frame.image is None else moment.frame.image.pixels
         if at >= due and snapshot is not None:
             frames.append(np.hstack([_map_picture(snapshot), _camera_picture(camera)]))
             due = at + period_s
     return frames
+
+
+def _shown(drive: DriveRecording, begin_s: float) -> AsRecorded | ComputedNow:
+    """The results of that day; of a recording of readings alone, what is computed of them now."""
+    if not drive.has_results:
+        return ComputedNow(drive, Settings())
+    recorded = AsRecorded(robot_of(drive, begin_s).used)
+    recorded.begin(drive.latest("/map", begin_s), ())
+    return recorded
 
 
 def _camera_picture(pixels: Array | None) -> Array:

@@ -11,7 +11,7 @@ from mcap.records import Channel, Message, Schema
 from core.errors import BadInput
 from core.files import reason
 from core.recording.frame_record import ROBOT
-from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, McapRecording, RecordedFile
+from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, REBUILT, McapRecording, RecordedFile
 from core.recording.ros_writing import LATCHED_TOPICS, RosMessage
 
 MIN_PART_S = 0.1
@@ -43,7 +43,16 @@ def _copied(reader: McapReader, source: Path, target: Path, begin_s: float, end_
     if end - begin < MIN_PART_S * NS_PER_S:
         length = (last - first) / NS_PER_S
         raise BadInput(f"A part begins before it ends, and lies between 0 and {length:.1f} s.")
-    other = McapRecording(target)
+    other = McapRecording(target, REBUILT)
+    try:
+        _copy(reader, other, begin, end)
+        return other.finish()
+    except BaseException:
+        other.discard()
+        raise
+
+
+def _copy(reader: McapReader, other: McapRecording, begin: int, end: int) -> None:
     for one in reader.iter_attachments():
         other.attach(one.name, one.media_type, one.data)
     for described in reader.iter_metadata():
@@ -52,7 +61,6 @@ def _copied(reader: McapReader, source: Path, target: Path, begin_s: float, end_
         other.add([_again(found)], begin / NS_PER_S)
     for found in reader.iter_messages(start_time=begin, end_time=end + 1):
         other.add([_again(found)], found[2].log_time / NS_PER_S)
-    return other.finish()
 
 
 def _held_at(reader: McapReader, begin: int) -> dict[str, Found]:

@@ -120,6 +120,12 @@ class McapRecording:
         os.fsync(self._file.fileno())
         self._flushed = time.monotonic()
 
+    def discard(self) -> None:
+        """Remove what is written."""
+        with contextlib.suppress(OSError):
+            self._file.close()  # the disk may be full
+        self._part.unlink(missing_ok=True)
+
     def finish(self) -> RecordedFile:
         """Write the index, and give the file its name."""
         try:

@@ -1,4 +1,4 @@
-"""Recordings whose process is killed: `python -m tests.benchmarks.recorder_kills [--recorder 50] [--console 3]`.
+"""Recordings whose process is killed: `python -m tests.benchmarks.recorder_kills [--recorder 50] [--console 50]`.
 
 The recorder: a process writes readings and is killed (SIGKILL) at a random instant; the file that is left is
 recovered, and all that was written more than a second before has to be in it. The console: `beckon run` is killed
@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ from tests.benchmarks.running_console import Console
 BATCH_PERIOD_S = 0.05
 LONGEST_S, SHORTEST_S = 2.5, 0.3  # until a recorder is killed
 KEPT_AGE_S = 1.0  # from which a message must be there
+RECOVERY_S = 60.0  # in which the next start has recovered a recording
 
 
 def write_until_killed(path: Path) -> None:
@@ -72,37 +74,46 @@ def killed_recorder(chance: random.Random) -> dict[str, Any]:
         return {"lived_s": round(lived, 2), "due": len(due), "missing": len(missing)}
 
 
-def killed_console(chance: random.Random) -> dict[str, Any]:
-    """Kill one console while it records → seconds of its recording, before and after the next start."""
+def killed_consoles(chance: random.Random, count: int) -> Iterator[dict[str, Any]]:
+    """Kill one console after another while it records, in one data folder → seconds of each recording, before and
+    after the next start.
+    """
     with tempfile.TemporaryDirectory() as folder:
         console = Console(Path(folder))
-        console.answer("/api/recordings/start", {"name": "drive"})
-        time.sleep(chance.uniform(2.0, 5.0))
-        before = console.get("/api/recorder")["seconds"]
-        os.kill(console.process.pid, signal.SIGKILL)
-        console.close()
-        again = Console(Path(folder))
         try:
-            end = time.monotonic() + 60
-            rows = again.get("/api/recordings")["recordings"]
-            while time.monotonic() < end and not all(row["complete"] for row in rows):
-                time.sleep(0.5)
-                rows = again.get("/api/recordings")["recordings"]
-            kept = max((row["seconds"] for row in rows), default=0.0)
-            return {
-                "before_s": round(before, 2),
-                "kept_s": round(kept, 2),
-                "missing": int(kept < before - KEPT_AGE_S),
-            }
+            for number in range(count):
+                console.answer("/api/recordings/start", {"name": f"drive {number}"})
+                time.sleep(chance.uniform(SHORTEST_S, LONGEST_S))
+                before = console.get("/api/recorder")["seconds"]
+                os.kill(console.process.pid, signal.SIGKILL)
+                console.close()
+                console = Console(Path(folder))
+                kept = kept_s(console, f"drive {number}")
+                yield {
+                    "before_s": round(before, 2),
+                    "kept_s": round(kept, 2),
+                    "missing": int(kept < before - KEPT_AGE_S),
+                }
         finally:
-            again.close()
+            console.close()
+
+
+def kept_s(console: Console, name: str) -> float:
+    """Length [s] of a recording when it is whole; 0 where it does not become so."""
+    end = time.monotonic() + RECOVERY_S
+    while time.monotonic() < end:
+        rows = console.get("/api/recordings")["recordings"]
+        if whole := [row["seconds"] for row in rows if row["name"] == name and row["complete"]]:
+            return whole[0]
+        time.sleep(0.3)
+    return 0.0
 
 
 def main() -> None:
     """Kill them all."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--recorder", type=int, default=50)
-    parser.add_argument("--console", type=int, default=3)
+    parser.add_argument("--console", type=int, default=50)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--write", type=Path, default=None, help="be the recorder that is killed")
     chosen = parser.parse_args()
@@ -110,7 +121,7 @@ def main() -> None:
         write_until_killed(chosen.write)
     chance = random.Random(chosen.seed)
     recorders = [killed_recorder(chance) for _ in range(chosen.recorder)]
-    consoles = [killed_console(chance) for _ in range(chosen.console)]
+    consoles = list(killed_consoles(chance, chosen.console))
     report = {
         name: {
             "kills": len(rows),

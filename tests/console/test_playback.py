@@ -61,6 +61,9 @@ def test_a_recording_is_not_driven_and_a_stop_is_no_fault(walk: Live) -> None:
     assert walk.ask("POST", "/api/stop", token=walk.viewer).status == 200
     assert walk.ask("GET", "/api/sim/truth", token=walk.viewer).status == 404
     assert walk.ask("POST", "/api/playback", {"action": "pause"}, token=walk.viewer).status == 403
+    part = {"action": "export", "from_s": 0.0, "to_s": 1.0}
+    assert walk.ask("POST", "/api/playback", part, token=walk.operator).status == 409, "Beckon did not record it"
+    assert walk.ask("GET", "/api/playback/film.webp?from_s=0&to_s=1", token=walk.viewer).status == 404
 
 
 def test_the_picture_of_the_map_grows(walk: Live) -> None:

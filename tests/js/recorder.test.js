@@ -33,7 +33,7 @@ test("what cannot be done says why, and what a setting switches off is not shown
   assert.match(replay.whyNot, /recording already/);
   assert.equal(replay.whyNotKept, replay.whyNot);
   assert.equal(replay.holds, false);
-  assert.match(recorderOf(recorder({})).whyNotKept, /has moved/);
+  assert.match(recorderOf(recorder({})).whyNotKept, /just been started/);
   assert.equal(recorderOf(recorder({ ring_limit_s: 0 })).holds, false);
   assert.match(recorderOf({ ...recorder({ ring_s: 9 }), up: false }).whyNotKept, /link/);
 });

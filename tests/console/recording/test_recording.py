@@ -9,6 +9,7 @@ import shutil
 import signal
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +18,17 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 from console.recording.service import RecordingService
-from core.geometry import wrap
+from console.recording.work import RecorderWorker, RecoverRecordings
+from core.errors import Refused, Unwritable
+from core.geometry import Pose, wrap
 from core.pipelines.slam import slam_log
-from core.recording import open_log
+from core.recording import mcap_writing, open_log
 from core.recording.drive import DriveRecording
+from core.robots import Profile
+from core.sensors import SensorFrame, Wheels
 from tests.benchmarks.recorder_kills import killed_recorder
-from tests.console.live import Live
+from tests.console.live import Live, full_disk
+from tests.console.recording.drives import RecordedPilot
 
 RAW = {"/scan", "/odom", "/tf", "/tf_static", "/camera/image/compressed", "/camera/camera_info", "/audio"}
 RESULTS = {"/map", "/pose", "/landmarks", "/cmd_vel", "/beckon/events", "/beckon/state"}
@@ -193,6 +199,23 @@ def test_a_killed_recorder_loses_a_second_and_the_rest_is_recovered(live: Live, 
 def test_of_a_recorder_killed_at_any_instant_what_is_older_than_a_second_is_there() -> None:
     kills = [killed_recorder(random.Random(seed)) for seed in (1, 2)]
     assert [one["missing"] for one in kills] == [0, 0] and sum(one["due"] for one in kills) > 5
+
+
+def test_on_a_full_disk_a_recording_ends_with_its_reason_and_is_recovered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mcap_writing, "FLUSH_PERIOD_S", 0.0)
+    recorded = RecordedPilot(tmp_path / "drive.mcap", Profile(name="a robot", url=""))
+    frame = SensorFrame(stamp=0.0, wheels=Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0))
+    written = 0
+    with full_disk(most=20_000), pytest.raises(Unwritable, match="ends here: File too large"):
+        for written in range(2000):
+            recorded.step(replace(frame, stamp=written / 40))
+    with pytest.raises(Refused):
+        recorded.finish()
+    [whole] = RecorderWorker().recover(RecoverRecordings(str(tmp_path)))
+    assert 0.5 * written < whole.messages["/beckon/frame"] <= written
+    assert [path.name for path in tmp_path.iterdir()] == ["drive.mcap"]
 
 
 @pytest.mark.campaign

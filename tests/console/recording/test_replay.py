@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from core.commands.command import Command
+from core.gate import ZERO
 from core.pilot.recorded_drive import AsRecorded, Comparer, ComputedNow, robot_of
 from core.recording.drive import DriveRecording
 from core.robots import Robot
+from core.robots.connect import connect
+from core.robots.driver_session import DriverSession
 from core.robots.requests import CarryRobot, SetListening, Speak
 from core.settings import Settings
 from core.simulation.faulty_robot import open_robot
 from core.snapshot import Snapshot
 from core.speech.understanding.grammar import understand
 from tests.console.recording.drives import RecordedPilot, drive, fingerprint
+from tests.emulators.rosbridge import RosbridgeEmulator
+from tests.emulators.world import World
 
 FRAMES = 260
 
@@ -132,3 +138,36 @@ def test_the_same_settings_compute_the_same_to_the_last_bit(acts: Callable[[Robo
     assert computed.whole and len(snapshots) == len(live)
     assert fingerprint(snapshots) == fingerprint(live)
     assert comparer.same and comparer.frames == len(live) and comparer.worst == 0.0
+
+
+@contextmanager
+def on_a_wire() -> Iterator[Robot]:
+    """A robot behind rosbridge: frames as they come over a link, at the pace of life."""
+    world = World()
+    emulator = RosbridgeEmulator(world)
+    emulator.start()
+    world.start()
+    robot = connect(emulator.url)
+    yield robot
+    world.stop()
+    emulator.stop()
+
+
+@pytest.mark.campaign
+def test_a_drive_of_a_robot_on_a_wire_is_computed_again_to_the_last_bit(tmp_path: Path) -> None:
+    path, scans = tmp_path / "drive.mcap", 0
+    with on_a_wire() as robot:
+        session = DriverSession(robot)
+        recorded = RecordedPilot(path, session.profile)
+        for number in range(FRAMES):
+            if number in (125, 200):
+                tell(recorded, "turn left" if number == 125 else "continue 0.5 meters")
+            for frame in session.frames(0.1, recorded.snapshots[-1].setpoint if recorded.snapshots else ZERO):
+                recorded.step(frame)
+                scans += frame.scan is not None
+        recorded.finish()
+        session.close()
+    snapshots, comparer, computed = again(path)
+    assert (
+        scans > 20 and computed.whole and comparer.same and fingerprint(snapshots) == fingerprint(recorded.snapshots)
+    )

@@ -87,6 +87,21 @@ def test_what_is_computed_from_a_place_on_begins_there(live: Live) -> None:
     assert steer(live, "way", way="recorded") == 200
 
 
+def test_a_part_of_what_plays_is_a_recording_of_its_own_and_a_film(live: Live) -> None:
+    told = live.ask("POST", "/api/playback", {"action": "export", "from_s": 1.0, "to_s": 3.0})
+    assert told.status == 200 and told.json["done"] == "export", told.body
+    part = told.json["recording"]
+    assert part["name"] == "a turn 1-3 s" and part["seconds"] == pytest.approx(2.0, abs=0.05)
+    assert [path.name for path in (live.home / "recordings").iterdir()] == ["a turn 1-3 s.mcap"]
+    assert live.ask("GET", "/api/recordings").json["recordings"][0]["messages"]["/beckon/frame"] == 81
+    for form, begins in (("webp", b"RIFF"), ("gif", b"GIF8")):
+        film = live.ask("GET", f"/api/playback/film.{form}?from_s=1&to_s=2")
+        assert film.headers["content-type"] == f"image/{form}" and film.body.startswith(begins)
+    for values in ({}, {"from_s": 3.0}, {"from_s": 3.0, "to_s": 1.0}, {"from_s": 900.0, "to_s": 901.0}):
+        assert steer(live, "export", **values) == 422
+    assert live.ask("GET", "/api/playback/film.webp?from_s=900&to_s=901").status == 422
+
+
 @pytest.mark.campaign
 def test_a_picture_is_there_wherever_one_seeks(live: Live) -> None:
     for place in (5.5, 0.7, 2.2):
