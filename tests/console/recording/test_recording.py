@@ -160,9 +160,8 @@ def test_a_part_is_a_recording_of_its_own_with_what_held_at_its_beginning(live: 
     drive = DriveRecording(cut)
     assert sum(1 for _ in drive.moments()) == part.json["messages"]["/beckon/frame"]
     drive.close()
-    for form, begins in (("webp", b"RIFF"), ("gif", b"GIF8")):
-        film = ask(live, "GET", f"recordings/a%20turn/film.{form}?from_s={begin}&to_s={end}")
-        assert film.headers["content-type"] == f"image/{form}" and film.body.startswith(begins)
+    film = ask(live, "GET", f"recordings/a%20turn/film.gif?from_s={begin}&to_s={end}")
+    assert film.headers["content-type"] == "image/gif" and film.body.startswith(b"GIF8")
     for asked in ({"from_s": 5, "to_s": 4}, {"from_s": 9_000, "to_s": 9_001}):
         assert ask(live, "POST", "recordings/a%20turn/export", asked).status == 422
     assert ask(live, "POST", "recordings/absent/export", {"from_s": 0, "to_s": 1}).status == 404

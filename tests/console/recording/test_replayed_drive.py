@@ -94,9 +94,8 @@ def test_a_part_of_what_plays_is_a_recording_of_its_own_and_a_film(live: Live) -
     assert part["name"] == "a turn 1-3 s" and part["seconds"] == pytest.approx(2.0, abs=0.05)
     assert [path.name for path in (live.home / "recordings").iterdir()] == ["a turn 1-3 s.mcap"]
     assert live.ask("GET", "/api/recordings").json["recordings"][0]["messages"]["/beckon/frame"] == 81
-    for form, begins in (("webp", b"RIFF"), ("gif", b"GIF8")):
-        film = live.ask("GET", f"/api/playback/film.{form}?from_s=1&to_s=2")
-        assert film.headers["content-type"] == f"image/{form}" and film.body.startswith(begins)
+    film = live.ask("GET", "/api/playback/film.webp?from_s=1&to_s=2")
+    assert film.headers["content-type"] == "image/webp" and film.body.startswith(b"RIFF")
     for values in ({}, {"from_s": 3.0}, {"from_s": 3.0, "to_s": 1.0}, {"from_s": 900.0, "to_s": 901.0}):
         assert steer(live, "export", **values) == 422
     assert live.ask("GET", "/api/playback/film.webp?from_s=900&to_s=901").status == 422
