@@ -91,9 +91,8 @@ def test_what_is_not_there_is_refused_and_the_robot_stays(console: Running, url:
     assert console.ask("api/robot/connection")["connection"]["url"].startswith("sim:")
 
 
-def export_a_part(here: Visit) -> None:
-    """Two seconds as a film, and as a recording of its own, which is deleted again."""
-    here.button("Export a part of a turn").click()
+def take_film_and_part(here: Visit) -> None:
+    """Two seconds of the form that is open."""
     here.page.get_by_label("From [s]").fill("0.5")
     here.page.get_by_label("To [s]").fill("2.5")
     with here.page.expect_download(timeout=LONG) as taken:
@@ -101,6 +100,12 @@ def export_a_part(here: Visit) -> None:
     assert taken.value.suggested_filename.endswith(".webp")
     assert Path(taken.value.path()).read_bytes()[8:12] == b"WEBP"
     here.page.get_by_role("button", name="As a recording").click()
+
+
+def export_a_part(here: Visit) -> None:
+    """Two seconds as a film, and as a recording of its own, which is deleted again."""
+    here.button("Export a part of a turn").click()
+    take_film_and_part(here)
     part = here.find('[data-recording="a turn 0-2 s"]')
     expect(part).to_contain_text("0:0", timeout=LONG)
     assert AXE.exists() is False or violations(here.page, AXE.read_text()) == []
@@ -147,5 +152,10 @@ def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console:
     here.page.wait_for_url(console.url, timeout=LONG)
     expect(here.button("Play the recording")).to_be_visible(timeout=LONG)
     expect(here.find(".bar .recorder")).to_have_attribute("aria-disabled", "true")
+    here.button("Export…").click()
+    here.button("From here").click()
+    expect(here.page.get_by_label("From [s]")).to_have_value("0.0")
+    take_film_and_part(here)
+    expect(here.find(".toast").filter(has_text="Kept as a turn 0-2 s")).to_be_visible(timeout=LONG)
     for visitor in (here, watching):
         visitor.complaints[:] = [one for one in visitor.complaints if not AWAY.search(one)]

@@ -1,6 +1,6 @@
-// What happened in the recording that plays.
+// The recording that plays: what happened in it, and a part of it to take away.
 
-import { call } from "./api.js";
+import { address, call, post } from "./api.js";
 
 /** @typedef {{t_s: number, kind: string, text: string}} PlaybackMark `t_s` from the start */
 
@@ -8,3 +8,12 @@ import { call } from "./api.js";
 export async function marks() {
   return (await call("api/playback")).marks;
 }
+
+/** @typedef {import("./recordings-api.js").Part} Part */
+
+/** A part as a recording of its own. @param {Part} part @returns {Promise<import("./recordings-api.js").Recording>} */
+export const exportPart = async ({ from, to }) =>
+  (await post("api/playback", { action: "export", from_s: from, to_s: to })).recording;
+
+/** The address of a film of a part. @param {Part} part @param {"webp" | "gif"} form */
+export const filmOfPart = ({ from, to }, form) => address(`api/playback/film.${form}?from_s=${from}&to_s=${to}`).href;

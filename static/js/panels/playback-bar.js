@@ -6,6 +6,7 @@ import { duration } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { ruler, Timeline } from "../ui/timeline.js";
+import "./playback-part.js";
 import "./playback-ways.js";
 
 /** @typedef {import("../net/session.js").View} View */
@@ -13,6 +14,7 @@ import "./playback-ways.js";
 const SPEEDS = [0.1, 0.5, 1, 2, 5, 10, 20];
 const STEPS = 10_000;
 const ARROW_S = 5;
+const STEERING = ":scope > button, .timeline > input, .mark, [data-speed]"; // what a viewer does not use
 const TIMES = 6; // on the ruler
 const SETTLE_MS = 600; // after a seek the slider waits for the recording to arrive there
 
@@ -53,7 +55,15 @@ class PlaybackBar extends Panel {
     this.classList.add("card");
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", t("playback-bar.playback"));
-    this.append(this.#play, this.#line, this.#time, this.#speeds, document.createElement("playback-ways"));
+    const [ways, part] = ["playback-ways", "playback-part"].map((name) => document.createElement(name));
+    this.append(
+      this.#play,
+      this.#line,
+      this.#time,
+      this.#speeds,
+      /** @type {Node} */ (ways),
+      /** @type {Node} */ (part),
+    );
     this.session.on("hello", ({ robot }) => {
       this.hidden = !robot.capabilities.includes("replay");
       this.#length = robot.duration_s ?? 0;
@@ -106,7 +116,7 @@ class PlaybackBar extends Panel {
     this.#timeline.saw(state);
     if (this.#drawn !== this.#timeline.revision) this.#draw();
     const may = up && hello?.you.role !== "viewer";
-    for (const control of this.querySelectorAll("button, input")) mark(control, "disabled", !may);
+    for (const control of this.querySelectorAll(STEERING)) mark(control, "disabled", !may);
     const { running, progress, speed } = state.robot;
     const ended = !running && progress !== null && progress >= 1;
     redraw(this.#icon, running ? "pause" : "play");

@@ -6,13 +6,13 @@ import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { recorderOf } from "../ui/recorder.js";
 import { t } from "../ui/texts.js";
+import { askForPart } from "./part-form.js";
 import { about, stateOf, urlOf } from "./recordings-model.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("./recordings-model.js").RecordingsModel} RecordingsModel */
 /** @typedef {import("./recordings-model.js").Recording} Recording */
 
-const FORMS = /** @type {const} */ (["webp", "gif"]);
 const DRAWINGS = { runs: "recording", whole: "tape", cut: "warning", unfinished: "warning" };
 
 class RecordingsList extends Panel {
@@ -137,46 +137,16 @@ class RecordingsList extends Panel {
     });
   }
 
-  /**
-   * From A to B: as a recording of its own, or as a film.
-   * @param {HTMLElement} row
-   * @param {Recording} one
-   */
+  /** @param {HTMLElement} row @param {Recording} one */
   #part(row, { name, seconds }) {
-    const end = Math.max(Math.floor(seconds * 10) / 10, 0.1);
-    const at = { type: "number", class: "field-box", min: "0", max: String(end), step: "0.1", required: true };
-    const from = make("input", { ...at, value: "0" });
-    const to = make("input", { ...at, value: String(end) });
     const form = this.#ask(row, "form", { "aria-label": t("recordings-list.part_name", { name }) });
-    const part = () => ({ from: from.valueAsNumber, to: to.valueAsNumber });
-    const links = FORMS.map((kind) => ({
-      kind,
-      link: make("a", { class: "button", download: "" }, t("recordings-list.film", { kind: kind.toUpperCase() })),
-    }));
-    const films = links.map(({ link }) => link);
-    const aim = () => {
-      for (const { kind, link } of links) link.setAttribute("href", filmOf(name, part(), kind));
-    };
-    const leave = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
-    form.append(
-      make("label", {}, t("recordings-list.from"), from),
-      make("label", {}, t("recordings-list.to"), to),
-      ...(this.#may
-        ? [make("button", { type: "submit", class: "button primary" }, t("recordings-list.as_recording"))]
-        : []),
-      ...films,
-      leave,
-    );
-    aim();
-    form.addEventListener("input", aim);
-    form.addEventListener("submit", async (event) => {
-      event.preventDefault();
-      if (await this.#model?.cut(name, part())) form.remove();
+    askForPart(form, {
+      seconds,
+      may: this.#may,
+      film: (part, kind) => filmOf(name, part, kind),
+      cut: async (part) => (await this.#model?.cut(name, part)) && form.remove(),
+      leave: () => close(form, row),
     });
-    leave.addEventListener("click", () => close(form, row));
-    form.addEventListener("keydown", (event) => event.key === "Escape" && close(form, row));
-    from.focus();
-    form.scrollIntoView({ block: "nearest" });
   }
 
   /** @param {HTMLElement} row @param {Recording} one */

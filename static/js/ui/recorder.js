@@ -49,7 +49,7 @@ export function toggle(session) {
   const { runs, whyNot } = recorderOf(session.view);
   if (whyNot) return refuse(session, whyNot);
   if (!runs) return session.attempt(recordings.start);
-  return session.attempt(async () => finished(session, "recorder.name_is_recorded", await recordings.stop()));
+  return session.attempt(async () => showFinished(session, "recorder.name_is_recorded", await recordings.stop()));
 }
 
 /**
@@ -60,7 +60,7 @@ export function keep(session) {
   const { whyNotKept } = recorderOf(session.view);
   if (whyNotKept) return refuse(session, whyNotKept);
   const seconds = session.state?.recording?.ring_limit_s ?? 0;
-  return session.attempt(async () => finished(session, "recorder.kept_as_name", await recordings.keep(seconds)));
+  return session.attempt(async () => showFinished(session, "recorder.kept_as_name", await recordings.keep(seconds)));
 }
 
 /** @param {Session} session @param {string} why */
@@ -70,7 +70,7 @@ function refuse(session, why) {
 }
 
 /** @param {Session} session @param {string} key of the sentence @param {recordings.Recording} recording */
-function finished(session, key, { name, seconds, bytes }) {
+export function showFinished(session, key, { name, seconds, bytes }) {
   const text = t(key, { name, time: duration(seconds), size: size(bytes) });
   if (document.body.dataset["page"] === "recordings") return session.announce(text); // the list shows it
   session.offer({ text, words: t("recorder.show"), event: "show-recordings" });
