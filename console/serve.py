@@ -347,7 +347,8 @@ def add_parts(options: Options, address: str, runtime: Runtime) -> None:
         runtime.parts.add(BackgroundTask(lambda: move_in(runtime.ask, options.robot)))
     exchange_text_files(options, runtime)
     if (member := member_options(options)) is not None:
-        runtime.parts.add(fleet_member(member, address, runtime))
+        certificate = "" if options.tls_cert is None else shown_certificate(options.tls_cert)
+        runtime.parts.add(fleet_member(member, address, certificate, runtime))
 
 
 def exchange_text_files(options: Options, runtime: Runtime) -> None:
@@ -374,11 +375,19 @@ def member_options(options: Options) -> MemberOptions | None:
     return MemberOptions(FleetAddress.parse(options.fleet), options.fleet_name, CertificateFiles(folder))
 
 
-def fleet_member(options: MemberOptions, address: str, runtime: Runtime) -> FleetMember:
-    """The part that joins a fleet; `address` of this console, as the fleet opens it."""
+def shown_certificate(path: Path) -> str:
+    """The certificate (PEM) that a server shows of this file: its first."""
+    begin, end = "-----BEGIN CERTIFICATE-----", "-----END CERTIFICATE-----"
+    inner = path.read_text(errors="replace").partition(begin)[2].partition(end)[0]
+    return f"{begin}{inner}{end}\n"
+
+
+def fleet_member(options: MemberOptions, address: str, certificate: str, runtime: Runtime) -> FleetMember:
+    """The part that joins a fleet; `address` of this console, as the fleet opens it, `certificate` as it shows it."""
     return FleetMember(
         options,
         address,
+        certificate,
         robot=runtime.robot,
         dispatcher=runtime.dispatcher,
         lease=runtime.lease,

@@ -113,9 +113,10 @@ class FleetKeyRequest(msgspec.Struct, frozen=True):
 
 
 class FleetKeyAnswer(msgspec.Struct, frozen=True):
-    """A key of the robot's console, good for hours."""
+    """A key of the robot's console, good for hours, and what that console shows before it is given the key."""
 
     token: str
+    certificate: str = ""  # PEM, of a console that speaks HTTPS
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,18 @@ class FleetAddress:
     def name(self) -> str:
         """host:port."""
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+
+def trusting(certificate: str) -> ssl.SSLContext:
+    """A client's TLS that takes this one certificate (PEM) while it lasts, and no other. Raises ValueError, SSLError.
+
+    A console is known by the certificate that it named over the bus, whoever signed it.
+    """
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname = False  # the certificate is known itself; its address stands in the robot's report
+    context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
+    context.load_verify_locations(cadata=certificate)
+    return context
 
 
 def key_of(robot: str, what: str) -> str:

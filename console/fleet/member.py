@@ -81,6 +81,7 @@ class FleetMember(Part):
         self,
         options: MemberOptions,
         console_address: str,
+        certificate: str = "",
         *,
         robot: RobotLink,
         dispatcher: CommandDispatcher,
@@ -89,9 +90,9 @@ class FleetMember(Part):
         logins: Logins,
         maps: MapService,
     ) -> None:
-        """`console_address`: of this console, as the fleet opens it."""
+        """`console_address`: of this console, as the fleet opens it; `certificate` (PEM): which it then shows."""
         self.connected = False
-        self._options, self._address = options, console_address
+        self._options, self._address, self._certificate = options, console_address, certificate
         self._robot, self._dispatcher, self._lease = robot, dispatcher, lease
         self._notifications, self._logins, self._maps = notifications, logins, maps
         self._session: FleetSession | None = None
@@ -252,7 +253,7 @@ class FleetMember(Part):
     async def _admit(self, query: Any, request: FleetKeyRequest) -> None:
         end = time.monotonic() + KEY_LIFE_S
         token = self._logins.issue(request.name[:60], request.role, end=end)
-        answer = msgspec.json.encode(FleetKeyAnswer(token))
+        answer = msgspec.json.encode(FleetKeyAnswer(token, self._certificate))
         await asyncio.to_thread(query.reply, key_of(self._options.name, "key"), answer)
         query.drop()
 

@@ -300,10 +300,10 @@ class FleetRouter:
         """The newest picture of a robot (JPEG); None where it has none or does not answer."""
         return await self._asked(name, "picture", b"")
 
-    async def console_key(self, name: str, person: str, role: FleetRole) -> str | None:
+    async def console_key(self, name: str, person: str, role: FleetRole) -> FleetKeyAnswer | None:
         """A key of a robot's console for a person; None where it does not answer."""
         answer = await self._asked(name, "key", msgspec.json.encode(FleetKeyRequest(person, role)))
-        return None if answer is None else msgspec.json.decode(answer, type=FleetKeyAnswer).token
+        return None if answer is None else msgspec.json.decode(answer, type=FleetKeyAnswer)
 
     async def _asked(self, name: str, what: str, payload: bytes) -> bytes | None:
         zenoh, session = load_zenoh(), self._session

@@ -18,10 +18,12 @@ import websockets
 from starlette.types import Receive, Scope, Send
 from websockets.asyncio.client import ClientConnection, connect
 
-from console.access.guard import dress
+from console.access.guard import SAFE_METHODS, dress
 from console.access.logins import Person
 from console.access.open_sockets import TooMany
 from console.access.roles import needs
+from console.control.durable_answers import URGENT
+from console.fleet.bus import FleetKeyAnswer, trusting
 from console.fleet_server.runtime import FleetRuntime
 from console.http.problems import Problem
 from core.sentences import Statement
@@ -58,7 +60,7 @@ class RobotConsoles:
         except Problem as problem:
             await _refuse(scope, send, problem)
 
-    async def _address(self, name: str, who: Person, *, renew: bool = False) -> tuple[SplitResult, str]:
+    async def _address(self, name: str, who: Person, *, renew: bool = False) -> tuple[SplitResult, FleetKeyAnswer]:
         """The address of a robot's console, and a key for it. Raises Problem 403, 404, 503."""
         robot = self._runtime.router.table.robots.get(name)
         if robot is None:
@@ -74,9 +76,10 @@ class RobotConsoles:
         who: Person = scope["person"]
         if (scope["method"], path) == ("POST", "/api/login"):
             raise Problem(409, Statement("fleet.signs_in"))
+        if scope["method"] not in SAFE_METHODS and path not in URGENT and (delay := self._runtime.hold_up_s):
+            raise Problem(503, Statement("command.too_late", delay=f"{delay:.0f}"))
         body = _body(receive)
-        address, key = await self._address(name, who)
-        upstream = await Upstream.open(address, name)
+        upstream, key = await self._open(name, who)
         try:
             status, headers = await upstream.ask(scope["method"], path, scope, key, body)
             if status == 401:  # its console was restarted, or the key has ended
@@ -88,6 +91,17 @@ class RobotConsoles:
             await send({"type": "http.response.body", "body": b""})
         finally:
             upstream.close()
+
+    async def _open(self, name: str, who: Person) -> tuple[Upstream, str]:
+        """Connect with a robot's console, and a key for it; once more where it may have taken another certificate."""
+        refusal = Problem(503, Statement("fleet.robot_away", name=name))
+        for renew in (False, True):
+            address, key = await self._address(name, who, renew=renew)
+            try:
+                return await Upstream.open(address, name, key), key.token
+            except (ssl.SSLError, ValueError) as why:
+                refusal = _not_known(address, name, why)
+        raise refusal
 
     async def _socket(self, name: str, path: str, scope: Scope, receive: Receive, send: Send) -> None:
         who: Person = scope["person"]
@@ -117,6 +131,7 @@ class RobotConsoles:
 
     async def _dial(self, name: str, path: str, scope: Scope, who: Person) -> ClientConnection:
         """Open a socket of a robot's console; once more with a new key where the old one is refused."""
+        refusal = Problem(503, Statement("fleet.robot_away", name=name))
         for renew in (False, True):
             address, key = await self._address(name, who, renew=renew)
             query = scope["query_string"].decode("latin-1")
@@ -124,9 +139,9 @@ class RobotConsoles:
             try:
                 return await connect(
                     f"{scheme}://{address.netloc}{path}{'?' if query else ''}{query}",
-                    additional_headers={"Authorization": f"Bearer {key}"},
+                    additional_headers={"Authorization": f"Bearer {key.token}"},
                     subprotocols=scope.get("subprotocols") or None,
-                    ssl=_context() if scheme == "wss" else None,
+                    ssl=trusting(key.certificate) if scheme == "wss" else None,
                     compression=None,
                     proxy=None,
                     max_size=None,
@@ -138,9 +153,11 @@ class RobotConsoles:
                     raise Problem(
                         503, Statement("fleet.console_unreached", name=name, address=address.netloc)
                     ) from None
+            except (ssl.SSLError, ValueError) as why:
+                refusal = _not_known(address, name, why)
             except (OSError, TimeoutError, websockets.WebSocketException):
                 raise Problem(503, Statement("fleet.console_unreached", name=name, address=address.netloc)) from None
-        raise Problem(503, Statement("fleet.robot_away", name=name))
+        raise refusal
 
 
 class Upstream:
@@ -151,15 +168,15 @@ class Upstream:
         self._line = h11.Connection(h11.CLIENT)
 
     @classmethod
-    async def open(cls, address: SplitResult, name: str) -> Upstream:
-        """Connect. Raises Problem 503."""
-        secure = address.scheme == "https"
-        port = address.port or (443 if secure else 80)
+    async def open(cls, address: SplitResult, name: str, key: FleetKeyAnswer) -> Upstream:
+        """Connect. Raises Problem 503; SSLError or ValueError where it is not this robot's, with nothing said."""
+        context = trusting(key.certificate) if address.scheme == "https" else None
+        port = address.port or (80 if context is None else 443)
         try:
             async with asyncio.timeout(CONNECT_TIMEOUT_S):
-                streams = await asyncio.open_connection(
-                    address.hostname, port, ssl=_context() if secure else None, limit=CHUNK_BYTES
-                )
+                streams = await asyncio.open_connection(address.hostname, port, ssl=context, limit=CHUNK_BYTES)
+        except ssl.SSLError:
+            raise
         except (OSError, TimeoutError):
             raise Problem(503, Statement("fleet.console_unreached", name=name, address=address.netloc)) from None
         return cls(*streams, address)
@@ -261,8 +278,10 @@ async def _refuse(scope: Scope, send: Send, problem: Problem) -> None:
     await send({"type": "http.response.body", "body": problem.body()})
 
 
-def _context() -> ssl.SSLContext:
-    """Consoles have certificates of their own making; who they are is said by the fleet's bus."""
-    context = ssl.create_default_context()
-    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
-    return context
+def _not_known(address: SplitResult, name: str, why: ValueError | ssl.SSLError) -> Problem:
+    """The refusal of a console that did not show the certificate that its robot named."""
+    if isinstance(why, ssl.SSLCertVerificationError) and "expired" in why.verify_message:
+        return Problem(503, Statement("fleet.console_expired", name=name, address=address.netloc))
+    if isinstance(why, ssl.SSLError):
+        return Problem(503, Statement("fleet.console_not_known", name=name, address=address.netloc))
+    return Problem(503, Statement("fleet.console_unnamed", name=name, address=address.netloc))

@@ -17,7 +17,7 @@ from console.access.open_sockets import OpenSockets
 from console.control.history import History
 from console.control.lease import Lease
 from console.fleet.authority import Authority
-from console.fleet.bus import FleetAddress, FleetRole
+from console.fleet.bus import FleetAddress, FleetKeyAnswer, FleetRole
 from console.fleet.router import FleetRouter
 from console.workers.tasks import end
 from core.errors import BadInput, BeckonError
@@ -27,7 +27,9 @@ from core.sentences import Statement
 log = logging.getLogger(__name__)
 
 ROLES_FILE = "roles.json"
-TICK_PERIOD_S = 1.0
+TICK_PERIOD_S = 0.5
+MAX_HOLD_UP_S = 3.0  # of this process; what arrives after a longer one may have been said before it
+BACKLOG_S = 1.0  # after a hold-up, within which what waited has come in
 
 RobotRole = FleetRole | None  # None: not let in
 
@@ -76,9 +78,11 @@ class FleetRuntime:
         self.trouble = ""  # why it could not start
         self._authority, self._listen = authority, listen
         self._router: FleetRouter | None = None
-        self._keys: dict[tuple[str, str], str] = {}  # person, robot → key of its console
+        self._keys: dict[tuple[str, str], FleetKeyAnswer] = {}  # person, robot → key of its console
         self._tasks: list[asyncio.Task[None]] = []
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._ticked_at = time.monotonic()  # [s] when the loop ran last
+        self._hold_up, self._back_at = 0.0, 0.0  # [s] that the newest hold-up took, and when it was over
 
     @property
     def router(self) -> FleetRouter:
@@ -88,7 +92,7 @@ class FleetRuntime:
 
     async def open(self) -> None:
         """Bring up the router. Raises Unavailable, BadInput."""
-        self._loop = asyncio.get_running_loop()
+        self._loop, self._ticked_at = asyncio.get_running_loop(), time.monotonic()
         self._router = FleetRouter(self._authority, self._listen)
         try:
             await self._router.open()
@@ -127,6 +131,14 @@ class FleetRuntime:
         self.forget(who)
         self.sockets.close_of(who, 1008, why)
 
+    @property
+    def hold_up_s(self) -> float:
+        """The seconds for which this process, stopped or starved, heard nothing until a moment ago; 0.0: it did."""
+        now = time.monotonic()
+        if now - self._ticked_at > MAX_HOLD_UP_S:
+            return now - self._ticked_at
+        return self._hold_up if now - self._back_at < BACKLOG_S else 0.0
+
     # people at robots
 
     def role_at(self, who: Person, robot: str) -> RobotRole:
@@ -136,7 +148,7 @@ class FleetRuntime:
         key = next((one.name for one in logins.all_keys() if one.digest == opener), who.name)
         return self.roles.at(key, robot, _role(who.role))
 
-    async def key_of(self, who: Person, robot: str, *, renew: bool = False) -> str | None:
+    async def key_of(self, who: Person, robot: str, *, renew: bool = False) -> FleetKeyAnswer | None:
         """A key of the robot's console for this person; None where the robot does not answer."""
         role = self.role_at(who, robot)
         at = (f"{who.id}", f"{robot}:{role}")
@@ -153,7 +165,11 @@ class FleetRuntime:
 
     async def _tick(self) -> None:
         while True:
-            for person in self.access.logins.expire(time.monotonic()):
+            now = time.monotonic()
+            if now - self._ticked_at > MAX_HOLD_UP_S:
+                self._hold_up, self._back_at = now - self._ticked_at, now
+            self._ticked_at = now
+            for person in self.access.logins.expire(now):
                 self.sign_out(person, "Your login has expired; sign in again.")
             await asyncio.sleep(TICK_PERIOD_S)
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fastapi import FastAPI
 from websockets.sync.client import ClientConnection, connect
 from websockets.sync.connection import Connection
 
@@ -48,55 +49,19 @@ class Reply:
         return json.loads(self.body)
 
 
-class Live:
-    """The console between `with` and its end."""
+class Served:
+    """A server of this process on a port of its own, and raw ways to speak to it."""
 
-    def __init__(
-        self,
-        folder: Path,
-        *,
-        no_auth: bool = False,
-        url: str = "sim:lab",
-        make_pilot: Any = None,
-        tls: tuple[Path, Path] | None = None,
-        pace: float = 1.0,
-        ring_s: float = 0.0,
-        foxglove_port: int = 0,
-    ) -> None:
-        """`ring_s`: of the recorder, whose process starts with the first motion; `foxglove_port`: it serves there."""
-        self.home = folder
-        self.robot = InProcessRobot(url, pace=pace)
-        logins = Logins()
-        self.operator = logins.issue("operator", "operator")
-        self.admin = logins.issue("operator", "admin")
-        self.viewer = logins.issue("viewer", "viewer")
+    app: FastAPI
+    server: Server
+    operator: str
+    viewer: str
+
+    def __init__(self) -> None:
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = int(self.listener.getsockname()[1])
         self.cookie_name = f"beckon_{self.port}"
-        access = Access(logins, cookie=self.cookie_name, no_auth=no_auth)
-        self.runtime = Runtime(
-            self.robot,
-            make_pilot or (lambda: Pilot(self.robot.profile)),
-            home=folder,
-            access=access,
-        )
-        self.runtime.parts[RecordingService]._settings = RecordingSettings(ring_s=ring_s)
-        self.runtime.parts[RecordingService].foxglove_port = foxglove_port
-        self.app = create_app(self.runtime)
-        self.server = Server(configured(self.app, *(tls or ())), self.runtime, lambda: None)
         self._thread = threading.Thread(target=self._run, daemon=True)
-
-    def __enter__(self) -> Live:
-        self._thread.start()
-        self.until(lambda: self.server.started and self.runtime.snapshot is not None)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.runtime.shut_down_soon()
-        self.server.should_exit = True
-        self._thread.join(MORE)
-        assert not self._thread.is_alive(), "the console did not end"
-        assert self.robot.faults() == []
 
     def _run(self) -> None:
         asyncio.run(self._serve())
@@ -104,19 +69,6 @@ class Live:
     async def _serve(self) -> None:
         self.loop = asyncio.get_running_loop()
         await self.server.serve(sockets=[self.listener])
-
-    def until(self, true: Callable[[], Any], seconds: float = 20.0) -> Any:
-        """Wait for something to be the case → what it then is.
-
-        `seconds` also of the robot's clock, which waits for a slow computer; where that one stands, MORE of ours.
-        """
-        begun, robot = time.monotonic(), self.robot.now
-        while not (value := true()):
-            waited = time.monotonic() - begun
-            late = waited > seconds + MORE or self.robot.now - robot > seconds
-            assert waited < seconds or not late, "it never came"
-            time.sleep(0.01)
-        return value
 
     def on_loop(self, act: Callable[[], Any]) -> Any:
         """Do something on the console's event loop."""
@@ -129,25 +81,6 @@ class Live:
     def run(self, work: Coroutine[Any, Any, Any]) -> Any:
         """Do something on the console's event loop that waits."""
         return asyncio.run_coroutine_threadsafe(work, self.loop).result(MORE)
-
-    def calm(self) -> None:
-        """As it was at the start: nobody drives, nothing is latched, nothing is under way."""
-
-        async def end_runs() -> None:
-            for run in self.runtime.parts[QualityRuns].runs.values():
-                await self.runtime.parts[QualityRuns].cancel(run)
-
-        def act() -> None:
-            runtime = self.runtime
-            if self.robot.status().state == "halted":
-                self.robot.reset()
-            if runtime.lease.holder is not None:
-                runtime.dispatcher.forget(runtime.lease.holder)
-
-        asyncio.run_coroutine_threadsafe(end_runs(), self.loop).result(MORE)
-        self.on_loop(act)
-        if self.robot.profile.microphones is not None:  # it listens for a minute after somebody spoke
-            self.robot.ask(SetListening(on=False))
 
     # HTTP
 
@@ -217,6 +150,86 @@ class Live:
         headers = {"Authorization": f"Bearer {token or self.operator}"}
         options = {"compression": None, "max_size": None, "proxy": None, **options}
         return connect(f"ws://127.0.0.1:{self.port}{path}", additional_headers=headers, **options)
+
+
+class Live(Served):
+    """The console between `with` and its end."""
+
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        no_auth: bool = False,
+        url: str = "sim:lab",
+        make_pilot: Any = None,
+        tls: tuple[Path, Path] | None = None,
+        pace: float = 1.0,
+        ring_s: float = 0.0,
+        foxglove_port: int = 0,
+    ) -> None:
+        """`ring_s`: of the recorder, whose process starts with the first motion; `foxglove_port`: it serves there."""
+        self.home = folder
+        self.robot = InProcessRobot(url, pace=pace)
+        logins = Logins()
+        self.operator = logins.issue("operator", "operator")
+        self.admin = logins.issue("operator", "admin")
+        self.viewer = logins.issue("viewer", "viewer")
+        super().__init__()
+        access = Access(logins, cookie=self.cookie_name, no_auth=no_auth)
+        self.runtime = Runtime(
+            self.robot,
+            make_pilot or (lambda: Pilot(self.robot.profile)),
+            home=folder,
+            access=access,
+        )
+        self.runtime.parts[RecordingService]._settings = RecordingSettings(ring_s=ring_s)
+        self.runtime.parts[RecordingService].foxglove_port = foxglove_port
+        self.app = create_app(self.runtime)
+        self.server = Server(configured(self.app, *(tls or ())), self.runtime, lambda: None)
+
+    def __enter__(self) -> Live:
+        self._thread.start()
+        self.until(lambda: self.server.started and self.runtime.snapshot is not None)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.runtime.shut_down_soon()
+        self.server.should_exit = True
+        self._thread.join(MORE)
+        assert not self._thread.is_alive(), "the console did not end"
+        assert self.robot.faults() == []
+
+    def until(self, true: Callable[[], Any], seconds: float = 20.0) -> Any:
+        """Wait for something to be the case → what it then is.
+
+        `seconds` also of the robot's clock, which waits for a slow computer; where that one stands, MORE of ours.
+        """
+        begun, robot = time.monotonic(), self.robot.now
+        while not (value := true()):
+            waited = time.monotonic() - begun
+            late = waited > seconds + MORE or self.robot.now - robot > seconds
+            assert waited < seconds or not late, "it never came"
+            time.sleep(0.01)
+        return value
+
+    def calm(self) -> None:
+        """As it was at the start: nobody drives, nothing is latched, nothing is under way."""
+
+        async def end_runs() -> None:
+            for run in self.runtime.parts[QualityRuns].runs.values():
+                await self.runtime.parts[QualityRuns].cancel(run)
+
+        def act() -> None:
+            runtime = self.runtime
+            if self.robot.status().state == "halted":
+                self.robot.reset()
+            if runtime.lease.holder is not None:
+                runtime.dispatcher.forget(runtime.lease.holder)
+
+        asyncio.run_coroutine_threadsafe(end_runs(), self.loop).result(MORE)
+        self.on_loop(act)
+        if self.robot.profile.microphones is not None:  # it listens for a minute after somebody spoke
+            self.robot.ask(SetListening(on=False))
 
 
 def hear(line: Connection, kind: str, *, seconds: float = MORE, true: Callable[[Any], Any] = bool) -> Any:

@@ -127,6 +127,7 @@ class LightConsole:
         home: Path,
         number: int = 0,
         page: str = "http://127.0.0.1:1/",
+        certificate: str = "",
     ) -> None:
         profile, self._snapshot, self._frame = recorded()
         self.name, self.robot, self.logins = name, GateAlone(profile), Logins()
@@ -134,16 +135,17 @@ class LightConsole:
         link = cast(Any, self.robot)
         history = History(home, print)
         self.dispatcher = CommandDispatcher(link, self.lease, history, self.notifications)
-        maps = SimpleNamespace(shown=SimpleNamespace(name=None))
+        self.maps: Any = SimpleNamespace(shown=SimpleNamespace(name=None), frame="")
         self.member = FleetMember(
             MemberOptions(address, name, CertificateFiles(folder)),
             page,
+            certificate,
             robot=link,
             dispatcher=self.dispatcher,
             lease=self.lease,
             notifications=self.notifications,
             logins=self.logins,
-            maps=cast(MapService, maps),
+            maps=cast(MapService, self.maps),
         )
         pose = Pose(0.3 * number, 0.1 * number, 0.0)
         self._snapshot = replace(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import time
 from collections.abc import Iterator
 
@@ -16,10 +17,26 @@ from websockets.sync.client import ClientConnection, connect
 from console.access.guard import HEADERS
 from console.access.logins import fingerprint
 from console.access.roles import check_roles, declared, needs
+from console.fleet_server.proxy import RobotConsoles
 from console.scene.viser_host.mount import SUBPROTOCOL
-from tests.console.live import Live, hear, say
+from tests.console.live import Live, Served, hear, say
+from tests.console.live_fleet import LiveFleet
 
 BODYLESS = {"content-length": "0"}
+
+
+@pytest.fixture(scope="module")
+def live_fleet(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveFleet]:
+    if shutil.which("openssl") is None:
+        pytest.skip("a certificate needs openssl: apt install openssl")
+    with LiveFleet(tmp_path_factory.mktemp("fleet")) as fleet:
+        yield fleet
+
+
+@pytest.fixture(params=["live", "live_fleet"])
+def door(request: pytest.FixtureRequest) -> Served:
+    """A console, and a fleet: one guard stands before both."""
+    return request.getfixturevalue(request.param)
 
 
 def address(route: BaseRoute) -> str:
@@ -36,34 +53,40 @@ def ways_in(app: FastAPI) -> Iterator[tuple[str, str, str]]:
             yield "WS", address(route), need.role
         elif isinstance(route, Mount):
             yield "GET", address(route), need.role
+            if isinstance(route.app, RobotConsoles):
+                yield from (("POST", "/robots/1/api/commands", need.role), ("WS", "/robots/1/ws", need.role))
         else:
             assert isinstance(route, Route)
-            for method in sorted(route.methods or {"GET"}):
+            for method in sorted((route.methods or {"GET"}) - {"HEAD"}):  # it is answered as GET is
                 yield method, address(route), need.role
 
 
-def test_every_way_in_but_the_door_itself_refuses_a_stranger(live: Live) -> None:
+PAGES = ("calibrate", "hearing", "people", "maps", "recordings", "experiments", "connect", "help")
+PAGE_PATHS = [f"{page}{end}" for page in PAGES for end in ("", ".html")]
+PUBLIC = {("GET", "/"), ("GET", "/static/docs/{path:path}"), ("GET", "/static/main.js"), ("POST", "/api/login")}
+PUBLIC_OF = {
+    "Live": {
+        *(("GET", f"/{path}") for path in PAGE_PATHS),
+        ("GET", "/api/health"),
+        ("GET", "/metrics"),  # for programs on this machine; others are asked who they are
+    },
+    "LiveFleet": {*(("GET", f"/robots/1/{path}") for path in ("", "static/main.js", *PAGE_PATHS))},
+}
+
+
+def test_every_way_in_but_the_door_itself_refuses_a_stranger(door: Served) -> None:
     public = set()
-    for method, path, role in ways_in(live.app):
+    for method, path, role in ways_in(door.app):
         if role == "public":
             public.add((method, path))
         elif method == "WS":
-            assert live.knock(path) == 401, path
-            assert live.knock(path, "Authorization: Bearer nonsense") == 401, path
-            assert live.knock(path, f"Cookie: {live.cookie_name}=nonsense") == 401, path
+            assert door.knock(path) == 401, path
+            assert door.knock(path, "Authorization: Bearer nonsense") == 401, path
+            assert door.knock(path, f"Cookie: {door.cookie_name}=nonsense") == 401, path
         else:
-            assert live.ask(method, path).status == 401, (method, path)
-            assert live.ask(method, path, token="nonsense").status == 401, (method, path)
-    pages = ("calibrate", "hearing", "people", "maps", "recordings", "experiments", "connect", "help")
-    assert public == {
-        ("GET", "/"),
-        *(("GET", f"/{page}{end}") for page in pages for end in ("", ".html")),
-        ("GET", "/static/docs/{path:path}"),
-        ("GET", "/static/main.js"),
-        ("POST", "/api/login"),
-        ("GET", "/api/health"),
-        ("GET", "/metrics"),  # for programs on this machine; others are asked who they are
-    }
+            assert door.ask(method, path).status == 401, (method, path)
+            assert door.ask(method, path, token="nonsense").status == 401, (method, path)
+    assert public == PUBLIC | PUBLIC_OF[type(door).__name__]
 
 
 @pytest.mark.parametrize("method", ["GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "HEAD"])
@@ -72,13 +95,13 @@ def test_a_stranger_does_not_learn_what_exists(live: Live, method: str) -> None:
     assert live.ask(method, "/api/commands").status == 401
 
 
-def test_a_foreign_host_is_refused_everywhere_whatever_it_shows(live: Live) -> None:
-    for method, path, _ in ways_in(live.app):
-        for host in ("evil.example", f"evil.example:{live.port}", "127.0.0.1.evil.example", "0.0.0.0", "[::2]:80"):
+def test_a_foreign_host_is_refused_everywhere_whatever_it_shows(door: Served) -> None:
+    for method, path, _ in ways_in(door.app):
+        for host in ("evil.example", f"evil.example:{door.port}", "127.0.0.1.evil.example", "0.0.0.0", "[::2]:80"):
             if method == "WS":
-                status = live.knock(path, f"Authorization: Bearer {live.operator}", host=host)
+                status = door.knock(path, f"Authorization: Bearer {door.operator}", host=host)
             else:
-                status = live.ask(method, path, token=live.operator, host=host).status
+                status = door.ask(method, path, token=door.operator, host=host).status
             assert status == 403, (method, path, host)
 
 
@@ -119,13 +142,13 @@ FOREIGN = [
 
 
 @pytest.mark.parametrize("origin", FOREIGN)
-def test_a_foreign_origin_may_change_nothing_and_open_no_socket(live: Live, origin: str) -> None:
-    origin = origin.format(port=live.port)
-    for method, path, _ in ways_in(live.app):
+def test_a_foreign_origin_may_change_nothing_and_open_no_socket(door: Served, origin: str) -> None:
+    origin = origin.format(port=door.port)
+    for method, path, _ in ways_in(door.app):
         if method == "WS":
-            assert live.knock(path, f"Authorization: Bearer {live.operator}", f"Origin: {origin}") == 403, path
+            assert door.knock(path, f"Authorization: Bearer {door.operator}", f"Origin: {origin}") == 403, path
         elif method not in ("GET", "HEAD"):
-            answer = live.ask(method, path, token=live.operator, headers={**BODYLESS, "Origin": origin})
+            answer = door.ask(method, path, token=door.operator, headers={**BODYLESS, "Origin": origin})
             assert answer.status == 403, (method, path)
 
 
@@ -174,14 +197,14 @@ def test_a_get_by_cookie_needs_no_origin(live: Live) -> None:
     assert live.ask("GET", "/api/me", headers={"Cookie": f"other=1; {cookie}"}).json["role"] == "viewer"
 
 
-def test_what_a_role_may_is_what_is_declared(live: Live) -> None:
-    for method, path, role in ways_in(live.app):
+def test_what_a_role_may_is_what_is_declared(door: Served) -> None:
+    for method, path, role in ways_in(door.app):
         if role == "operator":
-            answer = live.ask(method, path, token=live.viewer, headers=BODYLESS)
+            answer = door.ask(method, path, token=door.viewer, headers=BODYLESS)
             assert answer.status == 403, (method, path)
             assert "operator" in answer.json["detail"]
         elif role == "viewer" and method == "GET":
-            assert live.ask(method, path, token=live.viewer).status in (200, 404, 422), path
+            assert door.ask(method, path, token=door.viewer).status in (200, 404, 422), path
 
 
 def test_a_viewer_stops_and_does_not_drive(live: Live) -> None:

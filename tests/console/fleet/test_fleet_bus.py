@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import shutil
+import ssl
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -12,7 +14,7 @@ from typing import Any
 import pytest
 
 from console.fleet.authority import Authority, CertificateFiles
-from console.fleet.bus import FleetAddress, check_handshake, client_settings, key_of, open_session
+from console.fleet.bus import FleetAddress, check_handshake, client_settings, key_of, open_session, trusting
 from console.fleet.router import FleetRouter
 from core.errors import BadInput, BeckonError
 from tests.emulators.light_console import LightConsole
@@ -158,6 +160,37 @@ def test_a_certificate_that_does_not_fit_is_refused_with_a_sentence_that_says_wh
     run(work())
 
 
+def shake_hands(shown: CertificateFiles, named: str) -> None:
+    """TLS without a network, between a console and a fleet. Raises ssl.SSLError, ValueError."""
+    server = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    server.load_cert_chain(shown.certificate, shown.key)
+    up, down = ssl.MemoryBIO(), ssl.MemoryBIO()
+    sides = [trusting(named).wrap_bio(down, up), server.wrap_bio(up, down, server_side=True)]
+    for side in 3 * sides:
+        with contextlib.suppress(ssl.SSLWantReadError):
+            side.do_handshake()
+    assert sides[0].version() is not None
+
+
+def test_a_console_is_known_by_the_one_certificate_that_was_named_whoever_else_the_authority_has_signed(
+    site: Site,
+) -> None:
+    Authority(site.authority.folder)._sign("r1", "DNS:r1", site.files("again"), 100)
+    Authority(site.authority.folder)._sign("r1", "DNS:r1", site.files("old"), 0)
+    named = {name: site.files(name).certificate.read_text() for name in ("r1", "r2", "again", "old")}
+    shake_hands(site.files("r1"), named["r1"])
+    rows = [
+        ("r2", named["r1"], "certificate"),  # another robot of the same fleet
+        ("again", named["r1"], "certificate"),  # of the same name, by another key
+        ("old", named["old"], "expired"),
+        ("r1", "", "."),
+        ("r1", "no certificate", "."),
+    ]
+    for shown, told, says in rows:
+        with pytest.raises((ssl.SSLError, ValueError), match=says):
+            shake_hands(site.files(shown), told)
+
+
 @pytest.mark.parametrize("text", ["tcp/host:7447", "tls/host:0", "tls/", "tls/a b", "host", "tls/host:99999"])
 def test_an_address_that_is_none_is_refused(text: str) -> None:
     with pytest.raises(BadInput, match="tls/HOST:7447"):
@@ -215,7 +248,7 @@ def test_the_loss_of_the_fleet_changes_nothing_at_a_robot_but_is_said_and_it_joi
             assert len(await router.picture("r1") or b"") > 1000
             assert await router.picture("r2") is None
             key = await router.console_key("r1", "Ann", "operator")
-            person = console.logins.bearer(key or "", 1.0)
+            person = console.logins.bearer(key.token if key else "", 1.0)
             assert person is not None and (person.name, person.role) == ("Ann", "operator")
 
     run(work())

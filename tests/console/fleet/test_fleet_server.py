@@ -7,6 +7,7 @@ import http.client
 import json
 import shutil
 import socket
+import time
 from collections.abc import Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
@@ -20,14 +21,15 @@ from starlette.responses import JSONResponse
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 from websockets.asyncio.client import connect
+from websockets.exceptions import InvalidStatus
 
 from console.access.guard import Access
 from console.access.logins import Logins
-from console.fleet.authority import Authority
-from console.fleet.bus import FleetAddress
+from console.fleet.authority import Authority, CertificateFiles
+from console.fleet.bus import FleetAddress, FleetKeyAnswer
 from console.fleet_server.runtime import FleetRuntime
 from console.fleet_server.serve import create_fleet_app
-from console.serve import configured
+from console.serve import configured, shown_certificate
 from tests.emulators.light_console import LightConsole
 from tests.emulators.zenoh_robot import free_port
 
@@ -36,14 +38,19 @@ pytestmark = pytest.mark.skipif(
 )
 
 
+SEEN: list[str] = []  # keys that arrived
+
+
 async def echo(request: Request) -> JSONResponse:
     """What came, and a cookie and a page that must not come through."""
+    SEEN.append(request.headers["authorization"])
     seen = {**request.headers, "body": (await request.body()).decode(), "path": request.url.path}
     return JSONResponse(seen, 201, {"set-cookie": "a=b", "content-security-policy": "default-src *"})
 
 
 async def echo_socket(socket: WebSocket) -> None:
     await socket.accept()
+    SEEN.append(socket.headers["authorization"])
     await socket.send_text(socket.headers["authorization"])
     await socket.send_bytes(await socket.receive_bytes())
     await socket.close(4001, "enough")
@@ -95,6 +102,31 @@ async def check_requests(
     assert person is not None and person.role == "viewer"
 
 
+async def check_certificate(
+    asked: Callable[..., Awaitable[Reply]],
+    console: LightConsole,
+    runtime: FleetRuntime,
+    port: int,
+    key: str,
+    another: str,
+) -> None:
+    """What does not show the certificate that the robot named gets no key: not by a request, not by a socket."""
+    member, right, told = console.member, console.member._certificate, {"Authorization": f"Bearer {key}"}
+    runtime._keys = {at: FleetKeyAnswer(key.token, another) for at, key in runtime._keys.items()}
+    assert (await asked("POST", "/robots/r1/api/commands", "operator"))[0] == 201, "a console may change it"
+    before = list(SEEN)
+    for named, says in ((another, "does not show the certificate"), ("", "did not name its certificate")):
+        runtime._keys.clear()
+        member._certificate = named
+        status, _, body = await asked("POST", "/robots/r1/api/commands", "operator", '{"text": "stop"}')
+        assert status == 503 and says in json.loads(body)["detail"]
+        with pytest.raises(InvalidStatus, match="403"):
+            await connect(f"ws://127.0.0.1:{port}/robots/r1/ws", additional_headers=told, proxy=None)
+    assert before == SEEN
+    runtime._keys.clear()
+    member._certificate = right
+
+
 async def check_socket(port: int, key: str) -> None:
     """Texts and bytes go both ways, and how it ended is said."""
     told = {"Authorization": f"Bearer {key}"}
@@ -121,10 +153,12 @@ def test_each_role_does_what_it_may_and_a_console_is_opened_with_ones_own_role_a
 
     async def work() -> None:
         async with AsyncExitStack() as stack:
-            robot = await stack.enter_async_context(served(uvicorn.Config(upstream, log_config=None)))
+            own, another = CertificateFiles(tmp_path / "r1"), CertificateFiles(tmp_path / "router")
+            tls = uvicorn.Config(upstream, log_config=None, ssl_certfile=own.certificate, ssl_keyfile=own.key)
+            robot = await stack.enter_async_context(served(tls))
             port = await stack.enter_async_context(served(configured(create_fleet_app(runtime))))
-            page = f"http://127.0.0.1:{robot}/"
-            console = LightConsole("r1", address, tmp_path / "r1", tmp_path / "r1-home", page=page)
+            page, shown = f"https://127.0.0.1:{robot}/", shown_certificate(own.certificate)
+            console = LightConsole("r1", address, own.folder, tmp_path / "r1-home", page=page, certificate=shown)
             console.open()
             stack.push_async_callback(console.close)
 
@@ -145,7 +179,16 @@ def test_each_role_does_what_it_may_and_a_console_is_opened_with_ones_own_role_a
             assert (await asked("GET", "/api/fleet/robots/r1/picture"))[2].startswith(b"\xff\xd8")
 
             await check_requests(asked, console, runtime, robot)
+            runtime._ticked_at -= 30.0  # as a process that stood still for so long
+            assert (
+                "30 s on its way"
+                in json.loads((await asked("POST", "/robots/r1/api/commands", "operator"))[2])["detail"]
+            )
+            assert (await asked("POST", "/robots/r1/api/stop", "operator"))[0] == 201, "a stop never comes too late"
+            runtime._ticked_at, runtime._back_at = time.monotonic(), 0.0
             await check_socket(port, keys["viewer"])
+            others = shown_certificate(another.certificate)
+            await check_certificate(asked, console, runtime, port, keys["operator"], others)
             runtime.roles.set("viewer", "r1", None)
             for path in ("/robots/r1/api/state", "/api/fleet/robots/r1/picture"):
                 assert (await asked("GET", path))[0] == 403, path
