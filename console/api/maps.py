@@ -187,8 +187,8 @@ async def save(asked: SaveMapRequest, maps: SavedMaps, who: Who) -> SavedMapRow:
 @maps.post("/maps/import", status_code=201, openapi_extra=ZIP_BODY)
 @needs("operator", body=ZIP_LIMIT)
 async def take_in(request: Request, maps: SavedMaps, who: Who, name: NewName, replace: bool = False) -> SavedMapRow:
-    """Keep a map of Nav2 or slam_toolbox under a name: a zip of its YAML (trinary, scale or raw) and its PGM, PNG or
-    BMP. Load it as any other; the robot finds its place in it.
+    """Keep a map under a name: one that another robot saved (its zip), or one of Nav2 or slam_toolbox: a zip of its
+    YAML (trinary, scale or raw) and its PGM, PNG or BMP. Load it as any other; the robot finds its place in it.
     """
     return map_row(await maps.take_in(name, await request.body(), who, replace=replace))
 

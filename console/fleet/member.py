@@ -180,7 +180,7 @@ class FleetMember(Part):
             pose=PoseReport(round(pose.x, 3), round(pose.y, 3), round(pose.heading, 3)),
             speed_m_s=round(abs(snapshot.velocity.v), 3),
             lost=snapshot.floor.lost is not None,
-            map=MapReport(self._maps.shown.name),
+            map=MapReport(self._maps.shown.name, self._maps.frame),
             battery=snapshot.battery,
             operator=holder and holder.name,
             command=command,

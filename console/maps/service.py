@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TypeVar
 
+import msgspec
+
 from console.access.logins import Person
 from console.control.dispatcher import REACHED, CommandDispatcher
 from console.control.history import History
@@ -28,7 +30,7 @@ from console.robot.link import RobotLink
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import to_the_end
 from core.errors import BadInput, BeckonError
-from core.files import saving
+from core.files import checksum, saving, write_atomic
 from core.geometry import Pose
 from core.pilot.pilot import Pilot, parts_of
 from core.pipelines.nav2_map import laid_out as cells_laid_out
@@ -50,6 +52,7 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 SAME_RESOLUTION_M = 1e-6  # by which two resolutions may differ
+SAME_LASER_HEIGHT_M = 0.05  # by which the planes of two lasers may differ that see the same walls
 UNSAVED_M = 0.3  # that the robot moves before its map is worth a question
 LAST_MAP = "last map"  # what a console keeps that ends, and one that may be killed
 LAST_BUT_ONE = "last map but one"  # what it was when this console began
@@ -90,6 +93,7 @@ class MapService(Part):
         self._newest: Snapshot | None = None
         self._pilot: Pilot | None = None  # whose map it is
         self._name: str | None = None  # of the saved map that it goes on in
+        self.frame = ""  # of the axes of the map in use, as they were saved; "": in no saved map
         self._revision = 0
         self._turn = asyncio.Lock()
         self._packing = QueueLimit(MAX_PACKERS)
@@ -110,7 +114,7 @@ class MapService(Part):
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """The newest snapshot. Another pilot knows nothing of the former's map."""
         if self._dispatcher.pilot is not self._pilot:
-            self._pilot, self._name = self._dispatcher.pilot, None
+            self._pilot, self._name, self.frame = self._dispatcher.pilot, None, ""
             self.trajectory.forget()
             self._stands_kept()
             self._set_marks(MapMarks())
@@ -172,6 +176,7 @@ class MapService(Part):
         grid, snapshot = self.grid, self.snapshot
         pilot, trajectory, marks = self._piloting(), self.trajectory.rows(), self.marks
         card = self._card(name, who, known_part(grid), len(snapshot.floor.submaps))
+        self.frame = card.frame = self.frame or secrets.token_hex(8)
         card.landmarks = len(snapshot.landmarks)
         card.closures = sum(closure.state == "accepted" for closure in snapshot.floor.closures)
 
@@ -189,11 +194,15 @@ class MapService(Part):
         return card
 
     async def take_in(self, name: str, packed: bytes, who: Person, *, replace: bool) -> MapInfo:
-        """Keep a map of Nav2 or slam_toolbox, a zip of YAML and picture, as one to go on in.
+        """Keep a map as one to go on in: one that another robot of the site has saved, as `packed` made it, with its
+        places, zones and routes; or a map of Nav2 or slam_toolbox, a zip of YAML and picture.
 
-        Raises BadInput with what is wrong in it, NameTaken, Unwritable, Problem 503.
+        Raises BadInput with what is wrong in it, NameTaken, Unwritable, Problem 409, 503.
         """
         named, settings = checked_name(name), self._settings
+        found = await asyncio.to_thread(self._store.unpacked, packed)
+        if found is not None:
+            return await self._take_over(named, *found, who, replace=replace)
         cells = await asyncio.to_thread(read_nav2_zip, packed)
 
         def draw() -> tuple[OccupancyGrid, SavedMap]:
@@ -202,6 +211,7 @@ class MapService(Part):
 
         grid, saved = await asyncio.to_thread(draw)
         card = self._card(named, who, known_part(grid), saved.submaps)
+        card.frame = checksum(packed)
 
         def fill(folder: Path) -> None:
             write_map(folder, saved, grid, landmarks_csv(()), "")
@@ -210,6 +220,37 @@ class MapService(Part):
         await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=replace)))
         self._changed("import", card.name, who)
         return card
+
+    async def _take_over(
+        self, name: str, other: MapInfo, files: dict[str, bytes], who: Person, *, replace: bool
+    ) -> MapInfo:
+        """Keep another robot's saved map as one of this robot. Raises as `take_in`."""
+        self._check_fits(other)
+        card = msgspec.structs.replace(
+            other, name=name, saved_s=time.time(), by=who.name, robot=self._robot.profile.name
+        )
+
+        def fill(folder: Path) -> None:
+            (folder / FLOOR).mkdir()
+            for each, content in files.items():
+                write_atomic(folder / each, content)
+            SavedMap.from_files(folder / FLOOR)
+            read_marks(folder)
+
+        await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=replace)))
+        self._changed("import", card.name, who)
+        return card
+
+    def _check_fits(self, card: MapInfo) -> None:
+        """Raises Problem 409 for a map of other cells, or of a laser that sees other things than this robot's."""
+        cell_m, laser = self._settings.occupancy.resolution, self._robot.profile.laser
+        if abs(card.resolution_m - cell_m) > SAME_RESOLUTION_M:
+            values = {"cells": f"{100 * card.resolution_m:g}", "here": f"{100 * cell_m:g}"}
+            raise Problem(409, Statement("maps.other_cells", **values))
+        height_m = card.laser_height_m
+        if laser is not None and height_m is not None and abs(laser.height - height_m) > SAME_LASER_HEIGHT_M:
+            values = {"height": f"{100 * height_m:.0f}", "here": f"{100 * laser.height:.0f}"}
+            raise Problem(409, Statement("maps.other_height", **values))
 
     async def match(self, older: str, newer: str) -> JoinProposal:
         """Find where one saved map lies in another; nothing is changed. Raises BadInput, Problem 404, 429, 503."""
@@ -252,7 +293,7 @@ class MapService(Part):
 
         saved, grid, marks = await self._on_disk(asyncio.to_thread(put))
         card = self._card(named, who, known_part(grid), saved.submaps)
-        card.landmarks = sum(map(len, saved.facts.landmarks))
+        card.landmarks, card.frame = sum(map(len, saved.facts.landmarks)), shown.older.card.frame
 
         def fill(folder: Path) -> None:
             write_map(folder, saved, grid, landmarks_csv(()), "")
@@ -266,6 +307,7 @@ class MapService(Part):
     def _card(self, name: str, who: Person, grid: OccupancyGrid, submaps: int) -> MapInfo:
         """The card of a map that is kept now; `grid`: its known part."""
         rows, columns = grid.log_odds.shape
+        laser = self._robot.profile.laser
         return MapInfo(
             name=name,
             saved_s=time.time(),
@@ -277,6 +319,7 @@ class MapService(Part):
             submaps=submaps,
             landmarks=0,
             closures=0,
+            laser_height_m=None if laser is None else laser.height,
         )
 
     async def close(self) -> None:
@@ -327,10 +370,7 @@ class MapService(Part):
         card, profile = kept.card, self._robot.profile
         if card.robot != profile.name:
             raise Problem(409, f"This map was made by “{card.robot}”; this robot is “{profile.name}”.")
-        here = self.snapshot.grid.resolution
-        if abs(card.resolution_m - here) > SAME_RESOLUTION_M:
-            sizes = f"{100 * card.resolution_m:g} cm; the settings now say {100 * here:g} cm."
-            raise Problem(409, f"This map was drawn with cells of {sizes}")
+        self._check_fits(card)
         saved = await self._on_disk(asyncio.to_thread(lambda: SavedMap.from_files(self._store.checked(kept) / FLOOR)))
         marks = await self._on_disk(asyncio.to_thread(read_marks, kept.folder))
         self._not_anothers(who)
@@ -338,7 +378,7 @@ class MapService(Part):
         pilot.enter_map(saved)
         self._dispatcher.cancel("cancelled", Statement("pilot.other_map"))
         self.trajectory.forget()
-        self._name = card.name
+        self._name, self.frame = card.name, card.frame
         self._stands_kept()
         self._set_marks(marks)
         self._changed("load", card.name, who)
@@ -382,6 +422,7 @@ class MapService(Part):
         before = self.marks
         marks = change(before)
         _ = self.grid  # a mark without a map means nothing
+        self.frame = "" if whole else self.frame  # the axes were turned
         self._set_marks(marks)
         try:
             await self._keep_marks(marks, whole=whole)

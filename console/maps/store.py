@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import logging
 import re
@@ -11,6 +12,7 @@ import shutil
 import tempfile
 import unicodedata
 import zipfile
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +23,7 @@ import msgspec
 from console.maps.marks import MARKS
 from core.errors import BadInput, Refused
 from core.files import checksum, is_intact, saving, sealed, sync_folder, write_atomic
+from core.sentences import Statement
 
 log = logging.getLogger(__name__)
 
@@ -29,6 +32,8 @@ CARD = "card.json"
 LARGEST_CARD = 65536  # [bytes]
 MAX_NAME_LETTERS = 40  # letters of a name
 NAME = re.compile(r"\w(?:[\w \-]*\w)?")
+MEMBER = re.compile(r"(?:[\w-]+/)?[\w-]+\.\w+")  # a file of a packed map
+MAX_MAP_BYTES = 500_000_000  # unpacked
 ASIDE = ".new-"  # how the folder of a map begins that is being written
 
 
@@ -51,6 +56,8 @@ class MapInfo(SavedMapFacts):
     """The description of a saved map, as its folder holds it."""
 
     version: int = FORM_VERSION
+    laser_height_m: float | None = None  # above the floor, of what drew it; None: not known
+    frame: str = ""  # the same in maps with the same axes, whoever went on in them; "": not known
     files: dict[str, str] = {}  # name within the map's folder → checksum; maps of earlier consoles have none
 
 
@@ -160,6 +167,27 @@ class MapStore:
             packed.seek(0)
             held.pop_all()
         return packed
+
+    @staticmethod
+    def unpacked(packed: bytes) -> tuple[MapInfo, dict[str, bytes]] | None:
+        """What `packed` made → its card and its files; None for another zip. Raises BadInput where it is damaged."""
+        try:
+            with zipfile.ZipFile(io.BytesIO(packed)) as box:
+                members = {one.filename: one for one in box.infolist()}
+                if CARD not in members:
+                    return None
+                if sum(one.file_size for one in members.values()) > MAX_MAP_BYTES:
+                    raise ValueError("too large")
+                files = {name: box.read(name) for name in members}
+            raw = files.pop(CARD)
+            card = msgspec.json.decode(raw, type=MapInfo)
+            named = {name: checksum(content) for name, content in files.items() if lasting(name)}
+            whole = is_intact(json.loads(raw)) is True and card.files == named and card.version == FORM_VERSION
+            if not whole or any(".." in name or not MEMBER.fullmatch(name) for name in files):
+                raise ValueError("changed")
+        except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError, ValueError, zlib.error):
+            raise BadInput(Statement("maps.damaged_zip")) from None
+        return card, files
 
     @staticmethod
     def _names(kept: StoredMap) -> list[str]:
