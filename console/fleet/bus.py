@@ -144,7 +144,7 @@ class FleetAddress:
 def trusting(certificate: str) -> ssl.SSLContext:
     """A client's TLS that takes this one certificate (PEM) while it lasts, and no other. Raises ValueError, SSLError.
 
-    A console is known by the certificate that it named over the bus, whoever signed it.
+    A console is known by the certificate that it named over the bus, no matter who signed it.
     """
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname = False  # the certificate is known itself; its address stands in the robot's report

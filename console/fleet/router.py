@@ -90,7 +90,6 @@ class FleetRouter:
         self.stop: FleetStop | None = None  # the newest
         self.halt: HeldHalt | None = None
         self.trouble = ""  # why no robot can join, a sentence
-        self.restarts = 0
         self._authority, self._listen = authority, listen
         self._session: Any = None
         self._kept: list[Any] = []
@@ -134,7 +133,6 @@ class FleetRouter:
         refused = Statement("fleet.cannot_listen", address=self._listen.name)
         session = await asyncio.to_thread(open_session, settings, refused)
         self._session, self._known = session, known
-        self.restarts += 1
         alive = session.liveliness().declare_subscriber(key_of("*", "alive"), self._token_changed, history=True)
         self._kept = [alive, session.declare_subscriber(key_of("*", "state"), self._reported)]
 
@@ -164,7 +162,7 @@ class FleetRouter:
             report = msgspec.json.decode(payload, type=RobotReport)
         except msgspec.MsgspecError:
             return  # another version of Beckon: it stays as it was, and grows old
-        self._hand_over(self.table.hear, name, report, len(payload), time.monotonic())
+        self._hand_over(self.table.hear, name, report, time.monotonic())
 
     # stops
 

@@ -43,7 +43,6 @@ class FleetRobot:
     link: Presence = "gone"
     since: float = 0.0  # [s] when the link became so
     unanswered: bool = False  # a stop of all has no answer of it
-    bytes: int = 0  # that have come of it
 
     def presence(self, now: float, returns_until: float) -> Presence:
         """Return whether it is there."""
@@ -110,11 +109,10 @@ class FleetTable:
         """A robot's token is gone: it ended, or was silent for a lease."""
         self._set_alive(name, now, alive=False)
 
-    def hear(self, name: str, report: RobotReport, size: int, now: float) -> None:
-        """A robot's newest report, of so many bytes."""
+    def hear(self, name: str, report: RobotReport, now: float) -> None:
+        """A robot's newest report."""
         if (robot := self.robots.get(name)) is not None:
             robot.report, robot.heard_at = report, now
-            robot.bytes += size
             self._settle(robot, now)
 
     def tick(self, now: float) -> None:

@@ -57,7 +57,7 @@ class MapInfo(SavedMapFacts):
 
     version: int = FORM_VERSION
     laser_height_m: float | None = None  # above the floor, of what drew it; None: not known
-    frame: str = ""  # the same in maps with the same axes, whoever went on in them; "": not known
+    frame: str = ""  # equal in maps with the same axes; "": not known
     files: dict[str, str] = {}  # name within the map's folder → checksum; maps of earlier consoles have none
 
 
@@ -170,7 +170,7 @@ class MapStore:
 
     @staticmethod
     def unpacked(packed: bytes) -> tuple[MapInfo, dict[str, bytes]] | None:
-        """What `packed` made → its card and its files; None for another zip. Raises BadInput where it is damaged."""
+        """Read what `packed` made → its card and its files; None for another zip. Raises BadInput."""
         try:
             with zipfile.ZipFile(io.BytesIO(packed)) as box:
                 members = {one.filename: one for one in box.infolist()}

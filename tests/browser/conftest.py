@@ -11,6 +11,7 @@ import pytest
 
 from tests.browser.running_console import Running
 from tests.browser.visit import FLAT, Profiles, Visit
+from tests.console.live_fleet import LiveFleet
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
@@ -87,6 +88,15 @@ def browser(profiles: Profiles) -> playwright_api.Browser:
 def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     """The console on the simulated robot, with login, as a person starts it."""
     with Running(tmp_path_factory.mktemp("console")) as running:
+        yield running
+
+
+@pytest.fixture(scope="package")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveFleet]:
+    """A fleet of three robots in this process; a fourth has a certificate, and never joined."""
+    if shutil.which("openssl") is None:
+        pytest.skip("a certificate needs openssl: apt install openssl")
+    with LiveFleet(tmp_path_factory.mktemp("fleet"), "r1", "r2", "r3", away=("r4",)) as running:
         yield running
 
 

@@ -12,6 +12,7 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.running_console import REPOSITORY, Running
 from tests.browser.visit import DESK, PHONE, Visit
+from tests.console.live_fleet import LiveFleet
 
 Open = Callable[..., Visit]
 AXE = REPOSITORY / "node_modules" / "axe-core" / "axe.min.js"
@@ -46,7 +47,9 @@ def violations(page: Page, axe: str, rules: list[str] | None = None) -> list[str
     ]
 
 
-def test_axe_has_nothing_to_say_about_any_page_in_either_theme(visit: Open, console: Running, axe: str) -> None:
+def test_axe_has_nothing_to_say_about_any_page_in_either_theme(
+    visit: Open, console: Running, fleet: LiveFleet, axe: str
+) -> None:
     here = visit(theme="dark")
     said: dict[str, list[str]] = {}
 
@@ -73,6 +76,8 @@ def test_axe_has_nothing_to_say_about_any_page_in_either_theme(visit: Open, cons
         expect(here.find("main h1")).to_be_visible()
         here.wait(0.3)
         look(path)
+    open_fleet(here, fleet)
+    look("fleet")
     assert {where: what for where, what in said.items() if what} == {}
 
 
@@ -99,11 +104,25 @@ SMALL = """least => [...document.querySelectorAll("button, a[href], input, summa
   .map(([what, { width, height }]) => `${what} ${Math.round(width)}x${Math.round(height)}`)"""
 
 
-def test_what_is_pressed_is_large_enough_and_the_page_reflows(visit: Open, console: Running) -> None:
+def open_fleet(here: Visit, fleet: LiveFleet) -> None:
+    """The fleet's page with all that it can show: answers to a halt, robots on one map, one that never came."""
+    fleet.share_a_map("r1", "r2")
+    fleet.ask("POST", "/api/fleet/halt", token=fleet.operator, headers={"content-length": "0"})
+    here.page.goto(fleet.driving)
+    for part in ("fleet-answers", ".fleet-map", ".fleet-halted", '.fleet-card[data-group="away"]'):
+        expect(here.find(part)).to_be_visible()
+    here.find(".fleet-take summary").click()
+
+
+def test_what_is_pressed_is_large_enough_and_the_page_reflows(
+    visit: Open, console: Running, fleet: LiveFleet
+) -> None:
     here = visit(size=PHONE)
     small = {}
-    for path in ("", *PAGES):
-        if path:
+    for path in ("", *PAGES, "fleet"):
+        if path == "fleet":
+            open_fleet(here, fleet)
+        elif path:
             here.page.goto(console.url + path)
             expect(here.find("main h1")).to_be_visible()
         for size in (DESK, PHONE, TIGHT):

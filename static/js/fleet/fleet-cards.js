@@ -4,7 +4,7 @@ import { address } from "../net/api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
-import { activityOf, groupOf, linkOf, needOf, noticeOf } from "./words.js";
+import { activityOf, groupOf, isOpen, linkOf, needOf, noticeOf } from "./words.js";
 
 /** @typedef {import("./fleet-session.js").FleetSession} FleetSession */
 /** @typedef {import("./fleet-session.js").Robot} Robot */
@@ -62,7 +62,7 @@ class Card {
   show(robot) {
     this.#robot = robot;
     write(this.#name, robot.name);
-    const open = robot.age_s !== null && robot.link !== "gone" && robot.role !== null;
+    const open = isOpen(robot);
     mark(this.#name, "href", open ? robot.url : null);
     mark(this.#name, "title", open ? t("fleet.open_console", { name: robot.name }) : null);
     mark(this.element, "data-link", robot.link);

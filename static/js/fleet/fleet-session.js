@@ -47,7 +47,6 @@ export class FleetSession extends EventTarget {
   /** @type {api.Me | null} */
   you = null;
   trouble = ""; // of the last thing that was asked for
-  pressed = 0; // when STOP ALL was pressed last, of performance.now()
   #answeredAt = performance.now();
   #timer = 0;
 

@@ -6,6 +6,7 @@ import "../panels/theme-toggle.js";
 import "./fleet-answers.js";
 import "./fleet-bar.js";
 import "./fleet-cards.js";
+import "./fleet-maps.js";
 import { Panel } from "../ui/panel.js";
 import { writeTexts } from "../ui/texts.js";
 import { FleetSession } from "./fleet-session.js";
@@ -27,6 +28,7 @@ cards.join(session);
 );
 /** @type {import("./fleet-bar.js").FleetStop} */ (part("fleet-stop")).join(session);
 /** @type {import("./fleet-bar.js").FleetBanner} */ (part("fleet-banner")).join(session);
+/** @type {import("./fleet-maps.js").FleetMaps} */ (part("fleet-maps")).join(session);
 /** @type {import("./fleet-answers.js").FleetAnswers} */ (part("fleet-answers")).join(session);
 
 /** Use the token of a printed link at once, and remove it from the address. */

@@ -34,14 +34,18 @@ export function groupOf(robot) {
   return robot.command || robot.operator ? "working" : "idle";
 }
 
+/** True where its console can be opened. @param {Robot} robot */
+export const isOpen = ({ age_s: age, link, role }) => age !== null && link !== "gone" && role !== null;
+
 /** @param {Robot} robot */
 export const needOf = (robot) => NEEDS[robot.need] ?? "";
 
 /** @param {Robot} robot */
 export function activityOf(robot) {
   if (robot.age_s === null) return t("fleet.never_joined");
-  if (robot.command) return robot.command.heard_as;
-  return robot.speed_m_s > 0.01 ? t("fleet.is_driven") : t("fleet.stands");
+  const still = robot.speed_m_s > 0.01 ? t("fleet.is_driven") : t("fleet.stands");
+  const what = robot.command?.heard_as ?? still;
+  return robot.link === "live" ? what : t("fleet.last_heard", { what });
 }
 
 /** @param {Robot} robot */

@@ -32,8 +32,8 @@ export async function picture() {
   return { image, cell: Number(answer.headers.get("Map-Resolution-M")), left: left ?? 0, bottom: bottom ?? 0 };
 }
 
-/** @param {string} path @param {Blob} body @returns {Promise<any>} */
-async function send(path, body) {
+/** @param {string} path @param {Blob} body a zip @returns {Promise<any>} */
+export async function send(path, body) {
   const options = { method: "POST", body, headers: { "content-type": "application/zip" } };
   const answer = await fetch(address(path), { credentials: "same-origin", ...options });
   const content = await answer.json().catch(() => null);

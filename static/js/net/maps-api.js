@@ -75,9 +75,9 @@ export const here = (where) => post("api/slam/here", where);
 /** @returns {Promise<{stamp_s: number, points_m: Array<[number, number]>}>} laser points in the robot frame [m] */
 export const scan = () => call("api/scan");
 
-/** @returns {Promise<Plan>} */
-export async function plan() {
-  const { walls_cm: walls, floor_cm: floor } = await call("api/map/outline");
+/** @param {string} [root] of the console @returns {Promise<Plan>} */
+export async function plan(root = "") {
+  const { walls_cm: walls, floor_cm: floor } = await call(`${root}api/map/outline`);
   return {
     walls: pathOf(walls),
     floor: pathOf(floor),

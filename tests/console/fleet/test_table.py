@@ -20,7 +20,7 @@ def table_of(**reports: RobotReport | None) -> FleetTable:
     for name, report in reports.items():
         if report is not None:
             table.came(name, 100.0)
-            table.hear(name, report, 1, 100.0)
+            table.hear(name, report, 100.0)
     return table
 
 
@@ -43,7 +43,7 @@ def test_a_robot_is_live_stale_or_gone_and_stays_in_the_table(happens: str, then
         table.restarted(100.0)
         if happens.endswith("back"):
             table.came("r1", 100.3)
-            table.hear("r1", IDLE, 1, 100.3)
+            table.hear("r1", IDLE, 100.3)
     table.tick(then)
     assert table.robots["r1"].link == link
 
@@ -71,7 +71,7 @@ def test_who_needs_help_stands_first_then_who_works_then_who_idles_and_last_who_
 
 def test_a_name_without_a_certificate_is_nobody_and_a_known_one_keeps_what_it_said() -> None:
     table = table_of(r1=IDLE)
-    table.hear("stranger", IDLE, 1, 100.0)
+    table.hear("stranger", IDLE, 100.0)
     table.came("stranger", 100.0)
     before = replace(table.robots["r1"])
     table.know(["r1", "r2"], 101.0)

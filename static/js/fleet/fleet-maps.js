@@ -1,0 +1,215 @@
+// Element <fleet-maps>: robots on the one map that they share, and a saved map of one robot taken to another.
+
+import { address, call, Refusal, sentenceOf } from "../net/api.js";
+import { send } from "../net/edits-api.js";
+import { plan } from "../net/maps-api.js";
+import { make, mark, write } from "../ui/element.js";
+import { FloorView } from "../ui/floor-view.js";
+import { colourOf, drawPlan, drawRobot, fresh } from "../ui/place-drawing.js";
+import { t } from "../ui/texts.js";
+import { groupOf, isOpen } from "./words.js";
+
+/** @typedef {import("./fleet-session.js").FleetSession} FleetSession */
+/** @typedef {import("./fleet-session.js").Robot} Robot */
+
+const PLAN_MS = 10_000; // between two looks at the walls
+const MARGIN_PX = 28;
+const RADIUS_PX = 9; // of a robot
+const NAME_PX = /** @type {const} */ ([72, 26]); // that a name takes
+const COLOURS = { help: "fault", working: "scene-pose", idle: "scene-pose", away: "faint" };
+
+/** @param {Robot} robot @returns {string} the root of its console */
+const rootOf = ({ name }) => `robots/${encodeURIComponent(name)}/`;
+
+/** One map, and the robots that go on in it. */
+class SharedMap {
+  #head = make("h2");
+  #canvas = make("canvas", { class: "fleet-floor", role: "img" });
+  #spots = make("div", { class: "fleet-spots" });
+  element = make("section", { class: "card fleet-map" }, this.#head, this.#canvas, this.#spots);
+  /** @type {import("../net/maps-api.js").Plan | null} */
+  #plan = null;
+  #askedAt = -Infinity;
+  /** @type {Map<string, HTMLAnchorElement>} the names beside the robots, by these */
+  #spotOf = new Map();
+
+  /** @param {Robot[]} robots */
+  show(robots) {
+    const name = robots.find((robot) => robot.map?.name)?.map?.name ?? "";
+    write(this.#head, t("fleet.on_one_map", { name }));
+    this.#canvas.setAttribute("aria-label", t("fleet.map_from_above", { name }));
+    void this.#look(robots.find((robot) => robot.link === "live" && isOpen(robot)));
+    this.#draw(robots);
+  }
+
+  /** @param {Robot | undefined} robot who is asked for the walls */
+  async #look(robot) {
+    if (!robot || performance.now() - this.#askedAt < PLAN_MS) return;
+    this.#askedAt = performance.now();
+    this.#plan = await plan(rootOf(robot)).catch(() => this.#plan);
+  }
+
+  /** @param {Robot[]} robots */
+  #draw(robots) {
+    const [canvas, shown] = [this.#canvas, this.#plan];
+    const context = fresh(canvas);
+    this.#spots.hidden = !shown;
+    if (!context || !shown) return;
+    const view = FloorView.fitted(shown.extent, canvas.clientWidth, canvas.clientHeight, MARGIN_PX);
+    /** @param {string} name */
+    const colour = (name) => colourOf(canvas, name);
+    drawPlan(context, view, shown, colour);
+    /** @type {Array<[number, number]>} [px] of names that are drawn */
+    const taken = [];
+    for (const robot of robots) {
+      const { x_m: x, y_m: y, heading_rad: heading } = robot.pose ?? { x_m: 0, y_m: 0, heading_rad: 0 };
+      const look = robot.link === "live" ? COLOURS[groupOf(robot)] : "faint";
+      const at = view.drawn({ x, y });
+      drawRobot(context, at, heading, { radius: RADIUS_PX, colour: colour(look), strength: 1 });
+      const spot = this.#spotOf.get(robot.name) ?? make("a", { class: "fleet-spot" }, robot.name);
+      if (!this.#spotOf.has(robot.name)) this.#spots.append(spot);
+      this.#spotOf.set(robot.name, spot);
+      mark(spot, "data-group", groupOf(robot));
+      mark(spot, "href", isOpen(robot) ? robot.url : null);
+      let top = canvas.offsetTop + at.y + RADIUS_PX;
+      while (taken.some(([x, y]) => Math.abs(x - at.x) < NAME_PX[0] && Math.abs(y - top) < NAME_PX[1])) top += 1;
+      taken.push([at.x, top]);
+      spot.style.left = `${at.x}px`;
+      spot.style.top = `${top}px`;
+    }
+    const names = new Set(robots.map(({ name }) => name));
+    for (const [name, spot] of this.#spotOf)
+      if (!names.has(name)) {
+        spot.remove();
+        this.#spotOf.delete(name);
+      }
+  }
+}
+
+export class FleetMaps extends HTMLElement {
+  /** @type {Map<string, SharedMap>} by the id of their axes */
+  #maps = new Map();
+  #from = picker(t("fleet.take_from"));
+  #which = picker(t("fleet.take_which"));
+  #to = picker(t("fleet.take_to"));
+  #replace = make("input", { type: "checkbox" });
+  #take = make("button", { type: "submit", class: "button primary" }, t("fleet.take"));
+  #says = make("p", { role: "status" });
+  #form = make(
+    "form",
+    { class: "fleet-take-form" },
+    ...[this.#from, this.#which, this.#to].map(({ label }) => label),
+    make("label", { class: "fleet-take-check" }, this.#replace, t("fleet.take_replace")),
+    this.#take,
+  );
+  #taking = make(
+    "details",
+    { class: "card fleet-take", hidden: true },
+    make("summary", {}, t("fleet.take_a_map")),
+    make("p", { class: "note" }, t("fleet.take_says")),
+    this.#form,
+    this.#says,
+  );
+
+  /** @param {FleetSession} session */
+  join(session) {
+    this.append(this.#taking);
+    session.on("changed", () => this.#show(session));
+    this.#taking.addEventListener("toggle", () => void this.#list());
+    this.#from.select.addEventListener("change", () => void this.#list());
+    this.#form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#carry();
+    });
+  }
+
+  /** @param {FleetSession} session */
+  #show({ fleet }) {
+    /** @type {Map<string, Robot[]>} */
+    const groups = new Map();
+    for (const robot of fleet?.robots ?? [])
+      if (robot.map?.id && robot.pose && robot.need !== "lost")
+        groups.set(robot.map.id, [...(groups.get(robot.map.id) ?? []), robot]);
+    for (const [id, robots] of groups) if (robots.length < 2) groups.delete(id);
+    for (const [id, map] of this.#maps)
+      if (!groups.has(id)) {
+        map.element.remove();
+        this.#maps.delete(id);
+      }
+    for (const [id, robots] of groups) {
+      const map = this.#maps.get(id) ?? new SharedMap();
+      if (!this.#maps.has(id)) {
+        this.#maps.set(id, map);
+        this.insertBefore(map.element, this.#taking);
+      }
+      map.show(robots);
+    }
+    const open = (fleet?.robots ?? []).filter((robot) => robot.link === "live" && isOpen(robot));
+    this.#taking.hidden = open.length < 2;
+    offer(
+      this.#from,
+      open.map(({ name }) => name),
+    );
+    offer(
+      this.#to,
+      open.filter(({ role }) => role !== "viewer").map(({ name }) => name),
+    );
+    if (this.#to.select.value === this.#from.select.value && this.#to.select.selectedIndex >= 0)
+      this.#to.select.selectedIndex = [...this.#to.select.options].findIndex(
+        ({ value }) => value !== this.#from.select.value,
+      );
+  }
+
+  /** Ask for the saved maps of the robot that is chosen. */
+  async #list() {
+    const name = this.#from.select.value;
+    if (!name || !this.#taking.open) return;
+    try {
+      /** @type {{maps: Array<{name: string}>}} */
+      const { maps } = await call(`robots/${encodeURIComponent(name)}/api/maps`);
+      offer(
+        this.#which,
+        maps.map((map) => map.name),
+      );
+      write(this.#says, maps.length ? "" : t("fleet.take_none", { name }));
+    } catch (refusal) {
+      write(this.#says, sentenceOf(refusal));
+    }
+  }
+
+  async #carry() {
+    const [from, map, to] = [this.#from, this.#which, this.#to].map(({ select }) => encodeURIComponent(select.value));
+    this.#take.disabled = true;
+    write(this.#says, t("fleet.take_runs"));
+    try {
+      const answer = await fetch(address(`robots/${from}/api/maps/${map}.zip`), { credentials: "same-origin" });
+      if (!answer.ok) throw new Refusal(answer.status, t("api.answered", { status: answer.status }));
+      const more = this.#replace.checked ? "&replace=true" : "";
+      await send(`robots/${to}/api/maps/import?name=${map}${more}`, await answer.blob());
+      const [name, robot] = [this.#which.select.value, this.#to.select.value];
+      const link = make("a", { href: address(`robots/${to}/maps`).href }, t("fleet.take_open", { robot }));
+      this.#says.replaceChildren(t("fleet.take_done", { name, robot }), " ", link);
+    } catch (refusal) {
+      write(this.#says, sentenceOf(refusal));
+    } finally {
+      this.#take.disabled = false;
+    }
+  }
+}
+
+/** @param {string} words of its label */
+function picker(words) {
+  const select = make("select", { class: "field-box", "aria-label": words });
+  return { select, label: make("label", {}, make("span", {}, words), select) };
+}
+
+/** Offer these choices; what was chosen stays. @param {{select: HTMLSelectElement}} picker @param {string[]} names */
+function offer({ select }, names) {
+  const sorted = names.toSorted((one, other) => one.localeCompare(other));
+  if (sorted.join("\n") === [...select.options].map(({ value }) => value).join("\n")) return;
+  const chosen = select.value;
+  select.replaceChildren(...sorted.map((name) => make("option", { value: name }, name)));
+  if (sorted.includes(chosen)) select.value = chosen;
+}
+
+customElements.define("fleet-maps", FleetMaps);
