@@ -161,7 +161,8 @@ def scan_recording(
 ) -> ScanRecording:
     """Scans in time order (at least one) and odometry → the recording."""
     scans = without_walls_at_the_end(scans, tally, settings)
-    if (mixed := scan_turns(scans)) > MAX_MIXED_SHARE:
+    heading = (lambda _: 0.0) if track is None else (lambda stamp: track.wheels_at(stamp).odometry.heading)
+    if (mixed := scan_turns(scans, heading)) > MAX_MIXED_SHARE:
         raise refusal("robots.mixed", "the laser")
     if mixed > 0:
         tally.fault("robots.mixed", "the laser", used=True)

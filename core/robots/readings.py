@@ -117,7 +117,7 @@ class Readings:
         if scan.malformation:
             self._leave_out("scan.malformed", name or "the laser", scan.malformation)
             return
-        if self._scanners[name].take(sector_ranges(scan), self.now(), source):
+        if self._scanners[name].take(sector_ranges(scan, self._heading(scan.stamp)), self.now(), source):
             self._mix(name or "the laser")
             return
         if overtaken:
@@ -219,6 +219,12 @@ class Readings:
             self._here.image = self._here.sound = None
             self._here.notes, self._here.faults, self._here.touched = [], [], False
             return frame
+
+    def _heading(self, stamp: float) -> float:
+        """The heading of the odometry [rad] at that time [s], as far as it is known."""
+        with self._lock:
+            known = self._here.wheels
+        return 0.0 if known is None else known[1].odometry.heading + known[1].turn_rate * (stamp - known[0])
 
     def _mix(self, sensor: str) -> None:
         """Readings of two robots come under this name: what waits of them is of either."""

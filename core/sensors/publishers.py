@@ -52,6 +52,7 @@ class PublisherWatch(Generic[ReadingT]):
         """`difference` of two readings: from 1 on they cannot be of one place; what is in doubt is 0."""
         self._difference = difference
         self._recent: deque[WatchedReading[ReadingT]] = deque(maxlen=MAX_RUN_READINGS + 1)
+        self._runs: deque[WatchedReading[ReadingT]] = deque(maxlen=2)  # the newest of either publisher
         self._returned: deque[bool] = deque(maxlen=WATCHED_READINGS)
 
     def take(self, reading: ReadingT, time: float, source: str = "") -> bool:
@@ -62,7 +63,11 @@ class PublisherWatch(Generic[ReadingT]):
         return sum(self._returned) >= MIN_RETURNS
 
     def _comes_back(self, new: WatchedReading[ReadingT]) -> bool:
-        """Return whether a reading is like an older one, and between are some that are unlike both but not apart."""
+        """Return whether a reading is like an older one, and between is a run that is unlike both.
+
+        The run is alike in itself, and like a run before it: a robot that turns to and fro comes back, too, but from
+        another place each time.
+        """
         recent = list(self._recent)
         if not recent or self._apart(new, recent[-1]) < 1.0:
             return False
@@ -72,7 +77,9 @@ class PublisherWatch(Generic[ReadingT]):
             if turn < 1.0 or abs(new.time - one.time) > MAX_TURN_S:
                 continue
             if max(self._apart(new, one), *(self._apart(run[0], other) for other in run)) <= MAX_RETURN_RATIO * turn:
-                return True
+                known = any(self._apart(run[0], other) <= MAX_RETURN_RATIO * turn for other in self._runs)
+                self._runs.append(run[0])
+                return known
         return False
 
     def _apart(self, one: WatchedReading[ReadingT], other: WatchedReading[ReadingT]) -> float:
@@ -89,20 +96,28 @@ def odometry_watch() -> PublisherWatch[Pose]:
     return PublisherWatch(_places_apart)
 
 
-def sector_ranges(scan: Scan) -> Array:
-    """A scan → the nearest range in every sector of 3° (120,) [m]; NaN where nothing was measured.
+def sector_ranges(scan: Scan, heading: float = 0.0) -> Array:
+    """A scan, and the robot's heading [rad] → the nearest range in every sector of 3° (120,) [m]; NaN: none measured.
 
-    So scans of a laser whose number of beams or first angle varies can be compared.
+    So scans of a robot that turns, or of a laser whose number of beams varies, can be compared.
     """
-    sectors = np.floor(scan.angles / SECTOR_RAD).astype(int) % SECTORS
+    sectors = np.floor((scan.angles + heading) / SECTOR_RAD).astype(int) % SECTORS
     nearest = np.full(SECTORS, np.nan)
     np.fmin.at(nearest, sectors, np.where(scan.valid | np.isposinf(scan.ranges), scan.ranges, np.nan))
     return np.minimum(nearest, FAR_M)
 
 
-def scan_turns(scans: Sequence[Scan]) -> float:
-    """The scans of one laser of a log, in time order → the share of it in which two publishers take turns."""
-    return _turns(len(scans), scan_watch, lambda number: (sector_ranges(scans[number]), scans[number].stamp))
+def scan_turns(scans: Sequence[Scan], heading: Callable[[float], float]) -> float:
+    """The scans of one laser of a log, in time order → the share of it in which two publishers take turns.
+
+    `heading` [rad] of the robot at a time [s].
+    """
+
+    def seen(number: int) -> tuple[Array, float]:
+        scan = scans[number]
+        return sector_ranges(scan, heading(scan.stamp)), scan.stamp
+
+    return _turns(len(scans), scan_watch, seen)
 
 
 def odometry_turns(times: Array, poses: Array) -> float:

@@ -171,7 +171,7 @@ def interleaved(kind: str) -> tuple[list[SensorFrame], Readings]:
 def test_of_two_robots_under_one_name_nothing_is_used_and_the_robot_is_not_driven(kind: str) -> None:
     frames, readings = interleaved(kind)
     told = [number for number, frame in enumerate(frames) if frame.trouble]
-    assert 20 < told[0] < 27 and told == list(range(told[0], told[-1] + 1)) and 60 < told[-1] < 150
+    assert 20 < told[0] < 30 and told == list(range(told[0], told[-1] + 1)) and 60 < told[-1] < 150
     mixed = frames[told[0] : 60]
     assert all(frame.scan is None and frame.wheels is None for frame in mixed)
     assert [one.code for one in readings.faults] == ["robots.mixed"] and not any(frame.faults for frame in mixed)
