@@ -21,6 +21,9 @@ from playwright.sync_api import Page, sync_playwright
 from websockets.sync.client import connect
 
 from core.gate import Limits, check, read_trace
+from core.robots.process import TWIST_TIMEOUT_S
+from core.sensors.wheels import MOVING_SPEED
+from core.simulation.settings import SimulationSettings
 from tests.benchmarks import (
     gate_timing,
     halt_kills,
@@ -45,6 +48,7 @@ DRIVERS = ("sim", "foxglove", "serial+scip")
 WIRE_DRIVERS = DRIVERS[1:]
 SHARED_WIRES = ("foxglove", "rosbridge", "zenoh")  # on which robots can have the same names
 READY_S = 60.0
+FRAMES_S = 0.05  # two frames of a robot: of the driver, and of the base
 BYTES_PER_MB = 1e6
 
 
@@ -255,8 +259,13 @@ def _up_again(module: str) -> float:
 
 
 def own_failsafe(effort: Effort) -> Iterator[RowFigure]:
-    """Gate or driver are killed in a turn → [ms] until the emulated robot's wheels rest, by its own record."""
-    for driver, module in itertools.product(WIRE_DRIVERS, ("core.gate.process", "core.robots.process")):
+    """Gate or driver are killed in a turn → [ms] until the emulated robot's wheels rest, by its own record.
+
+    The bound is the silence after which driver or base act, and the time in which the wheels come to rest then.
+    """
+    coasting = SimulationSettings().response * math.log(Limits().max_turn_rate / MOVING_SPEED)
+    silences = {"core.gate.process": TWIST_TIMEOUT_S, "core.robots.process": late_scans.FAILSAFE_S}
+    for driver, module in itertools.product(WIRE_DRIVERS, silences):
         times: list[float] = []
         for _ in range(max(2, effort.trials // 3)):
             with robot_process(*SUBJECTS[driver]) as robot, contextlib.ExitStack() as stack:
@@ -266,7 +275,8 @@ def own_failsafe(effort: Effort) -> Iterator[RowFigure]:
                 os.kill(pid, signal.SIGKILL)
                 time.sleep(2.0)
                 times.append(1000 * max(0.0, robot.ask("rest", since=instant) - instant))
-        yield worst(f"to rest, {module} killed", times, 700.0, driver)
+        bound = round(1000 * (silences[module] + FRAMES_S + coasting))
+        yield worst(f"to rest, {module} killed", times, bound, driver)
 
 
 def backlog(effort: Effort) -> Iterator[RowFigure]:
@@ -527,4 +537,5 @@ def two_robots_on_one_wire(effort: Effort) -> Iterator[RowFigure]:
         contacts = sum(one.gap < 0 for one in found)
         yield none_of("contacts over its emulator", contacts, len(cells), "drives", wires)
         slowest = max(math.inf if one.zero is None else one.zero for one in found)
-        yield RowFigure("second robot to standstill", round(1000 * slowest), "ms", 1000.0, len(cells), wires)
+        blind = 1000 * late_scans.BLIND_S
+        yield RowFigure("second robot to standstill", round(1000 * slowest), "ms", blind, len(cells), wires)

@@ -550,7 +550,7 @@ ROWS = (
     CampaignRow(
         "R53",
         "readings of two robots on one wire",
-        "no contact, the robot stands within 1 s; no sound drive is taken for two robots",
+        "no contact: the robot stands; no sound drive is taken for two robots",
         _in(
             "core/sensors/test_publishers.py",
             "scans_of_two_robots_are_told_whatever_their_turns",
@@ -576,7 +576,7 @@ ROWS = (
     CampaignRow(
         "R55",
         "gate or driver killed: the robot's own failsafe, each wire",
-        "its wheels rest within 0.7 s",
+        "its wheels rest after 0.3 s (gate killed) or the base's own 0.5 s, and the time in which they run out",
         _in("core/robots/test_serial_base.py", "without_a_word_the_robot_stops_by_itself")
         + _in("core/robots/test_foxglove.py", "when_the_base_stops_by_itself_the_robots_own_parameters_say"),
         (measure.own_failsafe,),

@@ -22,6 +22,7 @@ import msgspec
 
 from core.geometry import Pose
 from core.robots.requests import FloorPlan, PlaceThing, ReadPlan, Speak
+from core.sensors.wheels import MOVING_SPEED
 from core.speech.recognition.recognizer import for_words, pcm
 from core.speech.settings import RATE_HZ
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
@@ -29,6 +30,7 @@ from tests.emulators.camera import CameraEmulator
 from tests.emulators.foxglove import FoxgloveEmulator
 from tests.emulators.lds import LidarEmulator
 from tests.emulators.microphones import MicrophonesEmulator
+from tests.emulators.ros_messages import PROFILE
 from tests.emulators.rosbridge import RosbridgeEmulator
 from tests.emulators.scip import ScipEmulator
 from tests.emulators.serial_base import SerialRobot
@@ -37,6 +39,7 @@ from tests.emulators.world import World
 from tests.emulators.zenoh_robot import ZenohEmulator
 
 SPEAKER = "Ann"
+PERIOD_S = 1 / PROFILE.rate  # between frames of the world
 SHIFT = "shift="  # begins a kind that is none: what is added to the stamps of scans [s]
 
 
@@ -58,6 +61,12 @@ KINDS: dict[str, Callable[[World], Any]] = {
     "camera": CameraEmulator,
     "audio": MicrophonesEmulator,
 }
+
+
+def _moves(before: Pose, after: Pose) -> bool:
+    """Whether the wheels turn noticeably between two frames; how fast they come to these says nothing."""
+    step = before.inverse() @ after
+    return max(step.distance_to(0.0, 0.0), abs(step.heading)) > MOVING_SPEED * PERIOD_S
 
 
 class Served:
@@ -120,9 +129,9 @@ class Served:
         )
 
     def rest(self, since: float) -> float:
-        """time.monotonic() after which nothing moved; `since` where nothing moved at all."""
+        """time.monotonic() after which it did not move noticeably; `since` where it never did."""
         poses = [(stamp, pose) for stamp, pose in self.track if stamp >= since]
-        return max((after[0] for before, after in itertools.pairwise(poses) if before[1] != after[1]), default=since)
+        return max((now for (_, one), (now, other) in itertools.pairwise(poses) if _moves(one, other)), default=since)
 
 
 class RobotProcess:
