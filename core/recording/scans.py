@@ -161,8 +161,7 @@ def scan_recording(
 ) -> ScanRecording:
     """Scans in time order (at least one) and odometry → the recording."""
     scans = without_walls_at_the_end(scans, tally, settings)
-    heading = (lambda _: 0.0) if track is None else (lambda stamp: track.wheels_at(stamp).odometry.heading)
-    if (mixed := scan_turns(scans, heading)) > MAX_MIXED_SHARE:
+    if (mixed := scan_turns(scans, None if track is None else track.wheels_at)) > MAX_MIXED_SHARE:
         raise refusal("robots.mixed", "the laser")
     if mixed > 0:
         tally.fault("robots.mixed", "the laser", used=True)

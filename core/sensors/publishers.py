@@ -18,6 +18,7 @@ import numpy as np
 from core.geometry import Pose, wrap
 from core.message import Array
 from core.sensors.laser import Scan
+from core.sensors.wheels import Wheels
 
 ReadingT = TypeVar("ReadingT")
 
@@ -107,15 +108,16 @@ def sector_ranges(scan: Scan, heading: float = 0.0) -> Array:
     return np.minimum(nearest, FAR_M)
 
 
-def scan_turns(scans: Sequence[Scan], heading: Callable[[float], float]) -> float:
+def scan_turns(scans: Sequence[Scan], wheels_at: Callable[[float], Wheels] | None) -> float:
     """The scans of one laser of a log, in time order → the share of it in which two publishers take turns.
 
-    `heading` [rad] of the robot at a time [s].
+    `wheels_at` a time [s]; None: there is no odometry.
     """
 
     def seen(number: int) -> tuple[Array, float]:
         scan = scans[number]
-        return sector_ranges(scan, heading(scan.stamp)), scan.stamp
+        heading = 0.0 if wheels_at is None else wheels_at(scan.stamp).odometry.heading
+        return sector_ranges(scan, heading), scan.stamp
 
     return _turns(len(scans), scan_watch, seen)
 
