@@ -174,14 +174,14 @@ class ZenohRobot(RosDevice):
     def _take(self, link: ZenohConnection, patience: float) -> None:
         """Hear all that waits, or the next that comes."""
         arrived, sensors = link.waiting.take(patience), self.sensors
-        fresh = sum(topic not in self._latched for topic, _ in arrived)
+        fresh = sum(topic not in self._latched for topic, _, _ in arrived)
         self._arrived.extend([time.monotonic()] * min(fresh, LIVELY_MESSAGES))
         if sensors is not None:
-            for topic, payload in arrived:
-                self._hand_on(sensors, topic, payload)
+            for topic, payload, publisher in arrived:
+                self._hand_on(sensors, topic, payload, publisher)
 
-    def _hand_on(self, sensors: RosSensors, topic: str, payload: bytes) -> None:
-        sensors.take(topic, payload)
+    def _hand_on(self, sensors: RosSensors, topic: str, payload: bytes, publisher: str) -> None:
+        sensors.take(topic, payload, publisher)
 
     def _is_silent(self) -> bool:
         """Return whether a robot that has sent many messages sends none any more."""

@@ -55,10 +55,10 @@ class MeasuredRobot(ZenohRobot):
     def connection(self) -> ZenohConnection | None:
         return self._link
 
-    def _hand_on(self, sensors: RosSensors, topic: str, payload: bytes) -> None:
+    def _hand_on(self, sensors: RosSensors, topic: str, payload: bytes, publisher: str) -> None:
         seconds, nanoseconds = STAMP.unpack_from(payload, 4)
         self.arrivals.append((seconds * 10**9 + nanoseconds, time.time_ns()))
-        super()._hand_on(sensors, topic, payload)
+        super()._hand_on(sensors, topic, payload, publisher)
 
 
 def main() -> None:

@@ -116,6 +116,7 @@ class RosSensors:
         self._said: list[str] = []  # notices that were handed on
         self._placed: set[str] = set()  # sensors whose mounting the robot says
         self._traffic = Traffic()
+        self._publisher = ""  # of the message that is taken
         self._readings: Readings | None = None
         self._now: Callable[[], float] = time.monotonic  # [s], since it is attached by the clock of its readings
         self._clocks = RosClocks(simulated=topics.simulated)
@@ -196,9 +197,13 @@ class RosSensors:
             remarks=tuple(dict.fromkeys((*self._said, *self.notices, *(self.body.notices if self.body else ())))),
         )
 
-    def take(self, topic: str, payload: bytes | memoryview) -> None:
-        """A message as it came; what cannot be decoded or used is counted in `types.errors`."""
+    def take(self, topic: str, payload: bytes | memoryview, publisher: str = "") -> None:
+        """A message as it came; what cannot be decoded or used is counted in `types.errors`.
+
+        `publisher`: who sent it, where the wire tells.
+        """
         if topic in self._takers:
+            self._publisher = publisher
             received = self._now()
             content = self.types.decode(topic, self.topics.types[topic], payload)
             if content is not None:
@@ -301,7 +306,7 @@ class RosSensors:
         if not overtaken:
             self._last[topic] = min(scan.stamp, received)  # one that is stamped far ahead holds up none that follow
         seen = replace(turned_over(scan) if topic in self._turned else scan, laser=laser_name(topic, self.topics))
-        self._readings.scan(seen, content.header.frame_id, overtaken=overtaken)
+        self._readings.scan(seen, f"{self._publisher} {content.header.frame_id}", overtaken=overtaken)
 
     def _take_odometry(self, topic: str, content: Any, received: float) -> None:
         place, q, twist = content.pose.pose.position, content.pose.pose.orientation, content.twist.twist
@@ -314,7 +319,7 @@ class RosSensors:
         self.place = pose
         self.navigation.take_odometry(content.header, pose, float(twist.linear.x), stamp)
         if self._readings is not None:
-            named = f"{content.header.frame_id} {content.child_frame_id}"
+            named = f"{self._publisher} {content.header.frame_id} {content.child_frame_id}"
             self._readings.wheels(pose, float(twist.linear.x), float(twist.angular.z), stamp, named)
 
     def _by_speeds(self, topic: str, speed: float, turn_rate: float, stamp: float) -> Pose:

@@ -140,6 +140,11 @@ def attachment(sequence: int, nanoseconds: int, identifier: bytes) -> bytes:
     return ATTACHMENT.pack(sequence, nanoseconds, len(identifier), identifier)
 
 
+def publisher_of(attached: bytes) -> str:
+    """The identifier of the publisher in a message's attachment; "": it has none."""
+    return ATTACHMENT.unpack(attached)[-1].hex() if len(attached) == ATTACHMENT.size else ""
+
+
 def needs_fleet() -> Unavailable:
     """The sentence for a console without zenoh."""
     return Unavailable(f"Robots on zenoh need the extra fleet: {install_extra('fleet')}")

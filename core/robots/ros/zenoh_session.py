@@ -26,6 +26,7 @@ from core.robots.ros.zenoh_keys import (
     needs_fleet,
     parameter_services,
     parse_token,
+    publisher_of,
     rmw_graph,
     topic_key,
 )
@@ -131,7 +132,7 @@ class WaitingMessages:
     """Messages between zenoh's threads and the device's; of every topic only so many wait."""
 
     def __init__(self) -> None:
-        self._waiting: dict[str, deque[tuple[int, bytes]]] = {}
+        self._waiting: dict[str, deque[tuple[int, bytes, str]]] = {}
         self._ready = threading.Condition()
         self._numbers = itertools.count()
         self.dropped = 0
@@ -140,28 +141,30 @@ class WaitingMessages:
         """Messages of this topic will come."""
         self._waiting[topic] = deque(maxlen=1 if newest_only else MAX_WAITING_MESSAGES)
 
-    def put(self, topic: str, payload: bytes) -> None:
-        """A message has come."""
+    def put(self, topic: str, payload: bytes, publisher: str = "") -> None:
+        """A message has come; `publisher`: who sent it, "": it does not say."""
         with self._ready:
             waiting = self._waiting[topic]
             if len(payload) > LARGEST_READING and waiting.maxlen != 1:
                 self.dropped += 1
                 return
             self.dropped += len(waiting) == waiting.maxlen
-            waiting.append((next(self._numbers), payload))
+            waiting.append((next(self._numbers), payload, publisher))
             self._ready.notify()
 
-    def take(self, patience: float) -> list[tuple[str, bytes]]:
-        """All that wait, in the order in which they came, or the next within `patience` [s]."""
+    def take(self, patience: float) -> list[tuple[str, bytes, str]]:
+        """All that wait in their order, or the next within `patience` [s]: topic, message, publisher."""
         with self._ready:
             if not any(self._waiting.values()):
                 self._ready.wait(patience)
             arrived = [
-                (number, topic, payload) for topic, waiting in self._waiting.items() for number, payload in waiting
+                (number, topic, payload, publisher)
+                for topic, waiting in self._waiting.items()
+                for number, payload, publisher in waiting
             ]
             for waiting in self._waiting.values():
                 waiting.clear()
-        return [(topic, payload) for _, topic, payload in sorted(arrived)]
+        return [(topic, payload, publisher) for _, topic, payload, publisher in sorted(arrived)]
 
     def wake(self) -> None:
         """Let `take` return."""
@@ -210,7 +213,8 @@ class ZenohConnection:
         key = topic_key(dialect, self.domain, topic, name)
 
         def take(sample: zenoh.Sample) -> None:
-            self.waiting.put(topic, sample.payload.to_bytes())
+            attached = sample.attachment.to_bytes() if sample.attachment is not None else b""
+            self.waiting.put(topic, sample.payload.to_bytes(), publisher_of(attached))
 
         if dialect == "rmw":
             self._announce(self._node.endpoint_token(topic, name, type_hash(name), publishes=False))

@@ -23,7 +23,7 @@ from core.install import install_extra
 from core.robots.live import LiveRobot
 from core.robots.ros.topics import LASER_SCAN
 from core.robots.ros.typestore import TWIST, TWIST_STAMPED
-from core.robots.ros.zenoh_keys import parse_token
+from core.robots.ros.zenoh_keys import attachment, parse_token, publisher_of
 from core.robots.ros.zenoh_session import LARGEST_READING, MAX_WAITING_MESSAGES, WaitingMessages
 from core.robots.zenoh_link import ZenohRobot, open_device
 from core.sensors import Scan, SensorFrame
@@ -339,11 +339,12 @@ def test_of_every_topic_so_many_messages_wait_and_of_pictures_the_newest() -> No
     waiting.add("/image", newest_only=True)
     for number in range(100):
         waiting.put("/image", b"%d" % number)
-        waiting.put("/scan", b"%d" % number)
+        waiting.put("/scan", b"%d" % number, publisher_of(attachment(number + 1, 0, b"%016d" % number)))
     waiting.put("/scan", bytes(LARGEST_READING + 1))
     arrived = waiting.take(0.0)
-    assert [payload for topic, payload in arrived if topic == "/image"] == [b"99"]
-    scans = [int(payload) for topic, payload in arrived if topic == "/scan"]
+    assert [payload for topic, payload, _ in arrived if topic == "/image"] == [b"99"]
+    scans = [int(payload) for topic, payload, _ in arrived if topic == "/scan"]
+    assert [int(bytes.fromhex(publisher)) for topic, _, publisher in arrived if topic == "/scan"] == scans
     assert scans == list(range(100 - MAX_WAITING_MESSAGES, 100)) and arrived[-2][0] == "/image"
     assert waiting.dropped == 99 + 100 - MAX_WAITING_MESSAGES + 1
     assert waiting.take(0.0) == []
