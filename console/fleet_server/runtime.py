@@ -92,7 +92,7 @@ class FleetRuntime:
 
     async def open(self) -> None:
         """Bring up the router. Raises Unavailable, BadInput."""
-        self._loop, self._ticked_at = asyncio.get_running_loop(), time.monotonic()
+        self._loop = asyncio.get_running_loop()
         self._router = FleetRouter(self._authority, self._listen)
         try:
             await self._router.open()
@@ -164,6 +164,7 @@ class FleetRuntime:
     # steps of the above
 
     async def _tick(self) -> None:
+        self._ticked_at = time.monotonic()
         while True:
             now = time.monotonic()
             if now - self._ticked_at > MAX_HOLD_UP_S:
