@@ -33,6 +33,7 @@ def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
         yield running
 
 
+@pytest.mark.campaign
 def test_a_recording_is_opened_a_damaged_one_is_not_and_the_way_leads_back(visit: Open, console: Running) -> None:
     here = visit()
     page = here.page

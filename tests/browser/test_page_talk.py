@@ -79,7 +79,8 @@ def picture(here: Visit, name: str) -> None:
 
 
 @pytest.mark.real_data
-@pytest.mark.parametrize("size", [DESK, pytest.param(PHONE, marks=pytest.mark.campaign)], ids=["desk", "phone"])
+@pytest.mark.campaign
+@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 def test_words_are_shown_while_they_are_said_and_refused_ones_are_said_back(
     visit: Open, console: Running, size: tuple[int, int]
 ) -> None:

@@ -14,7 +14,8 @@ from core.optics import TABLE_3
 run = EXPERIMENTS["camera-table"]
 
 
-@pytest.mark.parametrize("runs", [1, pytest.param(3, marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("runs", [1, 3])
 def test_table_3_comes_out_again_with_its_figures(tmp_path: Path, runs: int) -> None:
     told = run(runs=runs, seed=1, out=tmp_path)
     rows = told["table"]
