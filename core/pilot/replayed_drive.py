@@ -29,7 +29,7 @@ from core.pilot.recorded_drive import (
     seen_from_computed,
 )
 from core.pilot.trail import NO_POINTS
-from core.recording.drive import SAME_MOMENT_S, DriveMoment, DriveRecording, is_drive, text_of
+from core.recording.drive import CAMERA_TOPIC, SAME_MOMENT_S, DriveMoment, DriveRecording, is_drive, text_of
 from core.robots import Profile, Robot, replayed
 from core.robots.frame_sender import merged
 from core.robots.replayed import MAX_PLAYBACK_SPEED, MIN_PLAYBACK_SPEED
@@ -401,6 +401,9 @@ class ReplayedDrive:
         while (moment := next(self._moments, None)) is not None and self._time_of(moment) < place - SAME_MOMENT_S:
             held.append(moment)
         self._next = moment
+        if _newest(held, "image") is None and (seen := self._drive.latest(CAMERA_TOPIC, place)) is not None:
+            earlier = self._drive.moment_of(seen)  # no picture has come for long
+            held[:0] = [] if earlier is None else [earlier]
         readings = (_newest(held, reading) for reading in ("image", "scan"))
         for number in sorted({number for number in readings if number is not None}):
             before = held[number].frame if before is None else merged(before, held[number].frame)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -11,11 +11,13 @@ import pytest
 from core.commands.command import Command
 from core.gate import ZERO
 from core.pilot.recorded_drive import AsRecorded, Comparer, ComputedNow, robot_of
+from core.pilot.replayed_drive import open_robot as open_recording
 from core.recording.drive import DriveRecording
 from core.robots import Robot
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
-from core.robots.requests import CarryRobot, SetListening, Speak
+from core.robots.requests import CarryRobot, Seek, SetListening, Speak
+from core.sensors import SensorFrame
 from core.settings import Settings
 from core.simulation.faulty_robot import open_robot
 from core.snapshot import Snapshot
@@ -138,6 +140,21 @@ def test_the_same_settings_compute_the_same_to_the_last_bit(acts: Callable[[Robo
     assert computed.whole and len(snapshots) == len(live)
     assert fingerprint(snapshots) == fingerprint(live)
     assert comparer.same and comparer.frames == len(live) and comparer.worst == 0.0
+
+
+def test_where_no_picture_has_come_for_long_the_last_one_is_shown(tmp_path: Path) -> None:
+    robot, path = open_robot("lab", seed=3, settings=None), tmp_path / "drive.mcap"
+    recorded = RecordedPilot(path, robot.profile)
+    frame = next(frame for _ in range(40) if (frame := robot.read()).image is not None)
+    assert frame.wheels is not None
+    recorded.step(frame)
+    for number in range(1, 161):
+        recorded.step(SensorFrame(stamp=frame.stamp + number / 40, wheels=frame.wheels))
+    recorded.finish()
+    with closing(open_recording(str(path), seed=0, settings=None)) as replayed:
+        for place in (0.9, 0.1, 0.999):
+            replayed.ask(Seek(value=place))
+            assert replayed.read().image is not None
 
 
 @contextmanager
