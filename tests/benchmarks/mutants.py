@@ -86,7 +86,7 @@ CHANGES: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("readings: not said", "trouble=self._mixture(stamp),", 'trouble="",'),
     ),
     PUBLISHERS: (
-        ("publishers: unlike the last", "< 1.0:\n            return False", "< -1.0:\n            return False"),
+        ("publishers: another place each time", "return known", "return True"),
         ("publishers: who publishes", "if one.source != other.source", "if False"),
     ),
     GATE: (

@@ -67,6 +67,17 @@ def test_one_robot_is_never_taken_for_two_however_it_moves(turn_rate: float, spe
             assert not watch.take(sector_ranges(seen), number * period)
 
 
+def test_one_robot_that_turns_to_and_fro_abruptly_comes_back_to_another_place_each_time() -> None:
+    for seed in range(4):
+        watch, pose, chance = scan_watch(), Pose(-1.5, -0.5, 0.3), np.random.default_rng(seed)
+        turn_rate = 0.0
+        for number in range(200):
+            turn_rate = chance.uniform(-1.5, 1.5) if number % 4 == 0 else turn_rate
+            pose = pose @ Pose(0.02, 0.0, turn_rate * PERIOD_S)
+            pose = pose if abs(pose.x) < 2.0 and abs(pose.y) < 1.0 else Pose()
+            assert not watch.take(sector_ranges(scan_in_room(pose, number)), PERIOD_S * number)
+
+
 def test_publishers_that_the_wire_names_are_told_though_they_see_the_same() -> None:
     watch, view = scan_watch(), sector_ranges(scan_in_room(Pose()))
     found = [watch.take(view, PERIOD_S * n, ("/a/laser", "/b/laser")[n % 2]) for n in range(8)]
