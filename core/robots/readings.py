@@ -59,8 +59,7 @@ class Readings:
         self._lock, self._here = threading.Lock(), Waiting()
         self._names: Names = {}
         self._found: dict[tuple[str, str], tuple[float, Fault]] = {}  # of one device, with when it was last said [s]
-        self._scanners: defaultdict[str, PublisherWatch[Array]] = defaultdict(scan_watch)
-        self._base = odometry_watch()
+        self._watch()
         self._mixed: dict[str, tuple[float, Fault]] = {}  # by sensor, with when that was last seen [s]
 
     def renaming(self, names: Names) -> Readings:
@@ -70,7 +69,13 @@ class Readings:
         """
         other = copy(self)
         other._names, other._found = names, {}
+        other._watch()
         return other
+
+    def _watch(self) -> None:
+        """Watch for two publishers under one name, of this device alone: others may have the same names at first."""
+        self._scanners: defaultdict[str, PublisherWatch[Array]] = defaultdict(scan_watch)
+        self._base = odometry_watch()
 
     def now(self) -> float:
         """The robot's clock [s]: the time since it was connected, by this computer's."""

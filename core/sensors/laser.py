@@ -84,7 +84,8 @@ class Scan:
             return found
         if not are_finite(self.time_step) or abs(self.time_step) * len(self.ranges) > MAX_SWEEP_S:
             return "the time between its beams cannot be"
-        if not are_finite(self.range_min) or not self.range_min < self.range_max:
+        bounded = are_finite(self.range_min) and (are_finite(self.range_max) or self.range_max == math.inf)
+        if not bounded or not self.range_min < self.range_max:
             return "its limits of range leave nothing between them"
         return ""
 

@@ -42,6 +42,7 @@ MALFORMED: list[tuple[str, Callable[[Readings], object]]] = [
             {"time_step": 1.0},
             {"range_max": NAN},
             {"range_min": 6.0},
+            {"range_max": None},
         )
     ),
     *(
@@ -95,6 +96,15 @@ def test_a_fault_is_that_of_the_device_that_has_it() -> None:
     laser = base.renaming({})
     laser.scan(replace(GOOD, ranges=np.zeros(0)))
     assert laser.faults and not base.faults and base.frame().faults
+
+
+def test_two_lasers_of_two_devices_are_no_two_robots_though_they_are_called_alike() -> None:
+    base = Readings()
+    front, back = base.renaming({}), base.renaming({})
+    for _ in range(20):
+        front.scan(GOOD)
+        back.scan(replace(GOOD, ranges=np.full(360, 4.0)))
+    assert not base.frame().trouble and base.frame().scan is not None
 
 
 ODD_NUMBERS = st.one_of(st.floats(), st.integers(-3, 3), st.none(), st.booleans())
