@@ -1,4 +1,7 @@
-"""The reference pages, written from the code: `python -m console.reference`. A test keeps the two equal."""
+"""The reference pages, written from the code, and the figures of all pages, from stored results.
+
+`python -m console.reference` writes them; a test keeps them equal.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,7 @@ from console.cli import build_parser
 from console.cli.settings import rows, section_kinds
 from console.messages.generate_js import js_type
 from console.messages.json_schema import socket_schema
+from console.published import filled_pages
 from core.commands import VOCABULARY
 from core.robots.injected_faults import INJECTABLE_FAULTS
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile
@@ -348,3 +352,5 @@ def faults_page() -> str:
 if __name__ == "__main__":
     for name, text in reference_pages().items():
         (static_folder() / "docs" / "reference" / name).write_text(text)
+    for path, text in filled_pages().items():
+        path.write_text(text, encoding="utf-8")

@@ -33,6 +33,7 @@ from core.robots import Profile
 from core.robots.requests import PlaybackState
 from core.sensors import Camera
 from core.sentences import code_of
+from core.settings import ChapterMode
 from core.slam.consistency import faded_band
 from core.slam.ekf_slam import NIS_FADE
 from core.slam.estimate import Estimate, Landmark
@@ -53,6 +54,7 @@ class StateContext:
     sockets: OpenSockets
     pilots: PilotSupervisor
     parts: Parts
+    chapter: ChapterMode
 
     @property
     def situation(self) -> tuple[object, ...]:
@@ -116,6 +118,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         notices=[notice_line(one) for one in around.notifications.shown],
         history_revision=around.history.revision,
         truth=None if snapshot.truth is None else true_pose(snapshot),
+        chapter=around.chapter,
     )
 
 

@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 from console.cli import build_parser
+from console.published import MARK, filled, filled_pages, results
 from console.reference import reference_pages
+from core.experiments import EXPERIMENTS
 from core.models import MODELS
 
 ROOT = Path(__file__).parent.parent
@@ -68,6 +70,29 @@ def test_every_command_is_understood_by_the_command_line(page: str, line: str) -
 )
 def test_the_reference_is_that_of_the_code(name: str) -> None:
     assert (DOCS / "reference" / name).read_text() == reference_pages()[name], "run: python -m console.reference"
+
+
+def test_every_marked_figure_is_that_of_a_stored_run_on_a_named_commit() -> None:
+    pages = filled_pages()
+    assert [str(page) for page, text in pages.items() if page.read_text() != text] == [], "run: -m console.reference"
+    stored = results()
+    named = {mark[1] for text in pages.values() for mark in MARK.findall(text)}
+    assert named == stored.keys(), "a result that no page shows, or the other way round"
+    for name, one in stored.items():
+        about = EXPERIMENTS[name].about
+        assert re.fullmatch("[0-9a-f]{12}", one["made_by"]["commit"]), name
+        assert (one["runs"], one["seed"]) == (about.runs, about.seed), name
+
+
+def test_a_mark_is_filled_with_the_figures_of_its_result() -> None:
+    stored = {"one": {"rows": [{"a": 1.234, "b": 0.5}, {"a": 2.0, "b": 0.25}], "by": {"x": {"a": 3.0}}}}
+    page = "before <!--=one {rows[1][a]:.2f} m, {rows[0][b]:.0%}-->stale<!--/--> after"
+    assert filled(page, stored) == page.replace("stale", "2.00 m, 50 %") == filled(filled(page, stored), stored)
+    table = "<!--=one {where}\n| n | a |\n|---|---|\n| {label} | {{a:.1f}} |\n-->\n<!--/-->"
+    assert "| n | a |\n|---|---|\n| x | 3.0 |\n<!--/-->" in filled(table.format(where="by", label="{name}"), stored)
+    assert "|---|---|\n| 2.0 | 2.0 |\n<!--/-->" in filled(table.format(where="rows[1:2]", label="{a}"), stored)
+    with pytest.raises(LookupError):
+        filled("<!--=one {gone}--><!--/-->", stored)
 
 
 def test_every_package_and_model_stands_among_the_licences() -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from core.experiments import EXPERIMENTS
 from core.settings import Settings
 
 PAGE = (Path(__file__).parents[1] / "static/docs/reference/thresholds.md").read_text(encoding="utf-8")
@@ -24,6 +26,22 @@ def rows(title: str) -> list[list[str]]:
 APART = rows("Chosen on one set, reported on another")
 TOGETHER = rows("Chosen and reported on the same set")
 SETS = {name for row in rows("The sets") for name in NAMED.findall(row[0])}
+SOURCE = re.compile(r"`(?:beckon experiment ([\w-]+)|(tests\.benchmarks\.\w+))")
+SEEDS = re.compile(r"seeds? (\d+(?:(?:,| and| to) \d+)*)|(?:and|,) (\d+) \(")
+
+
+def drawn_from(text: str) -> set[tuple[str, int]]:
+    """Experiment or benchmark, and seed, of everything that a set's description names so."""
+    found = SOURCE.search(text)
+    if found is None:
+        return set()
+    seeds: set[int] = set()
+    for first, last in re.findall(r"(\d+)(?: to (\d+))?", " ".join(map("".join, SEEDS.findall(text)))):
+        seeds |= set(range(int(first), int(last or first) + 1))
+    return {(found[1] or found[2], seed) for seed in seeds}
+
+
+DRAWN = {name: drawn_from(row[1]) for row in rows("The sets") for name in NAMED.findall(row[0])}
 
 
 @pytest.mark.parametrize("row", APART, ids=lambda row: row[0])
@@ -31,6 +49,24 @@ def test_what_a_threshold_was_chosen_on_is_not_what_its_figures_come_from(row: l
     chosen, reported = (set(NAMED.findall(cell)) for cell in row[1:])
     assert chosen and reported and not chosen & reported
     assert chosen | reported <= SETS
+
+
+@pytest.mark.parametrize("row", APART, ids=lambda row: row[0])
+def test_what_a_threshold_was_chosen_on_was_not_drawn_from_a_seed_of_its_figures(row: list[str]) -> None:
+    """Two names may be of one thing: a seed of the same experiment or benchmark is the same drives and voices."""
+    chosen, reported = (set().union(*(DRAWN[name] for name in NAMED.findall(cell))) for cell in row[1:])
+    assert not chosen & reported
+
+
+def test_what_sets_are_drawn_from_exists_and_is_read_as_it_is_written() -> None:
+    assert DRAWN["table-2"] == DRAWN["follow-me-5"] == {("table-2", 5)}
+    assert DRAWN["rooms-heard"] == {("table-2", 0), ("table-2", 11)}
+    assert DRAWN["audio-visual-20"] == {("audio-visual", seed) for seed in range(20, 24)}
+    assert DRAWN["echoes-whole"] == {("tests.benchmarks.called_in_echoes", seed) for seed in (11, 12)}
+    sources = {source for drawn in DRAWN.values() for source, _ in drawn}
+    assert all(one in EXPERIMENTS or find_spec(one) for one in sources)
+    (faults,) = DRAWN["array-faults"]
+    assert f"default={faults[1]})" in (Path(__file__).parents[1] / "tests/benchmarks/array_faults.py").read_text()
 
 
 @pytest.mark.parametrize("row", TOGETHER, ids=lambda row: row[0])

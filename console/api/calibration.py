@@ -47,6 +47,7 @@ PICTURES: dict[str, Any] = {
     }
 }
 
+PixelNumber = Annotated[float, Field(ge=-0.5, le=100_000, allow_inf_nan=False)]
 Id = Annotated[str, Path(max_length=40)]
 Name = Annotated[str, Path(max_length=200)]
 
@@ -151,8 +152,12 @@ async def picture(
     name: Annotated[str, Query(max_length=300)] = "",
     live: Annotated[Literal["0", "1"], Query()] = "0",
     stamp_s: Annotated[float, Query(ge=0, le=1e12, allow_inf_nan=False)] = 0.0,
+    corners: Annotated[list[PixelNumber] | None, Query(min_length=8, max_length=8)] = None,
 ) -> Response:
-    """A picture, as JPEG or PNG: sent on purpose, or with `live=1` a frame of the browser's webcam."""
+    """A picture, as JPEG or PNG: sent on purpose, or with `live=1` a frame of the browser's webcam.
+
+    `corners`: u, v [pixel] of its four extreme inner corners, eight times, where a person has marked them.
+    """
     session = calibration_service.find(id)
     if session.card.kind != "camera":
         raise Problem(409, "The laser's session looks at the robot only; no pictures are sent to it.")
@@ -162,14 +167,16 @@ async def picture(
             raise Problem(413, f"A webcam's picture may have {LARGEST_FRAME} bytes; send it smaller.")
         await session.act(LookAtWebcam(content, stamp_s), budget=PICTURE_BUDGET, stamp=stamp_s)
     else:
-        await take(session, content, plain(name))
+        marked = corners or []
+        pairs = list(zip(marked[::2], marked[1::2], strict=True))
+        await take(session, content, plain(name), pairs)
     return Response(messages.encode(session.shown.verdict), media_type="application/json")
 
 
-async def take(session: CalibrationSession, content: bytes, name: str) -> None:
+async def take(session: CalibrationSession, content: bytes, name: str, corners: list[tuple[float, float]]) -> None:
     """Raises BadInput with the fault of the picture, which the session shows as well."""
     try:
-        await session.act(TakeUpload(content, name), budget=PICTURE_BUDGET)
+        await session.act(TakeUpload(content, name, corners), budget=PICTURE_BUDGET)
     except BeckonError as wrong:
         session.trouble(f"{name}: {wrong}", "refused")
         raise

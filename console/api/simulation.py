@@ -11,7 +11,8 @@ from msgspec.structs import replace
 from pydantic import Field
 
 from console.access.roles import SOUND, needs
-from console.api import HistoryInUse, OperatorLease, RequestBody, SimulatedRoom, Who, router
+from console.api import Behind, HistoryInUse, OperatorLease, RequestBody, SimulatedRoom, Who, router
+from console.speech.voice_commands import VoiceCommands
 from core.errors import BadInput
 from core.robots.requests import (
     Ask,
@@ -36,8 +37,8 @@ PIECE_BYTES = 75_000  # of samples that go through the driver's pipe at once; an
 
 simulation = router("simulation", 404, 409, 503)
 
-
 Place = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=2, max_length=2)]  # x, y [m]
+NOT_OBEYED = 'Voices in the room are not obeyed now, but for STOP; POST /api/hearing {"listen": true, "obey": true}.'
 
 
 class PlaceRequest(RequestBody):
@@ -194,9 +195,22 @@ async def place(
     return answer
 
 
+class SpokenInRoom(msgspec.Struct, frozen=True):
+    """Whose mouth speaks, where, for how long, and whether the robot obeys voices in the room now."""
+
+    id: str
+    seconds: float
+    x_m: float
+    y_m: float
+    obeyed: bool  # false: but for STOP the words are only shown, as `note` says
+    note: str
+
+
 @simulation.post("/sim/say", status_code=202)
 @needs("operator", body=SOUND)
-async def say(asked: SayRequest, room: SimulatedRoom, history: HistoryInUse, who: Who) -> SpokenSound:
+async def say(
+    asked: SayRequest, room: SimulatedRoom, behind: Behind, history: HistoryInUse, who: Who
+) -> SpokenInRoom:
     """A voice in the room: through its acoustics to the robot's microphones, and on as any voice."""
     request = asked.request()
     if asked.text is not None and request.pcm is None:
@@ -205,7 +219,8 @@ async def say(asked: SayRequest, room: SimulatedRoom, history: HistoryInUse, who
         request = replace(request, pcm=pcm(sound), rate_hz=sound.rate)
     answer = await speak_in_pieces(room, request)
     history.add("say", who, words=asked.text or "")
-    return answer
+    obeyed = behind.parts[VoiceCommands].operator is not None
+    return SpokenInRoom(answer.id, answer.seconds, answer.x_m, answer.y_m, obeyed, "" if obeyed else NOT_OBEYED)
 
 
 async def speak_in_pieces(room: Ask, request: Speak) -> SpokenSound:

@@ -93,7 +93,7 @@ class CameraWorker(SessionWorker):
     def take_upload(self, job: TakeUpload) -> SessionAnswer:
         """Take an uploaded picture unless it is unfit or known."""
         grey, remark = read_grey(job.content)
-        verdict = self._session.capture(grey, job.name)
+        verdict = self._session.capture(grey, job.name, np.array(job.corners) if job.corners else None)
         if remark:
             verdict = replace(verdict, words=f"{verdict.words} Note: {remark}.")
         return self._looked(verdict, grey, original=True)

@@ -145,6 +145,7 @@ class TakeUpload(Job[SessionAnswer], frozen=True):
 
     content: bytes  # JPEG or PNG
     name: str
+    corners: list[tuple[float, float]] = []  # [pixel] the four extreme ones, where a person has marked them
 
 
 class TakePicture(Job[SessionAnswer], frozen=True):

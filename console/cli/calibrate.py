@@ -11,6 +11,7 @@ from typing import Any
 from console.cli import calibrate_array
 from console.cli.answer import add_json, add_out, add_out_file, progress, tell, write, write_json
 from console.cli.board_options import add_board, board_from, board_or_known
+from core.errors import BadSettings
 
 SETTINGS = "only its [chapter] mode counts: printed solves and writes as the chapter does (eq. 13, eq. 44)"
 MAX_HEIGHT_M = 2.0  # the camera above or below the laser
@@ -36,10 +37,15 @@ def run_camera(chosen: argparse.Namespace) -> int:
     from core.recording.recorded_senses import is_recording
 
     board, recorded = board_from(chosen), len(chosen.images) == 1 and is_recording(chosen.images[0])
+    if recorded and chosen.corners is not None:
+        raise BadSettings("--corners marks pictures; a recording has none with names.")
     with progress() as shown:
-        solve = calibrate_camera_recorded if recorded else calibrate_camera
-        given = chosen.images[0] if recorded else chosen.images
-        report = solve(given, board, chosen.out, shown, printed=is_printed(chosen))
+        if recorded:
+            report = calibrate_camera_recorded(chosen.images[0], board, chosen.out, shown, printed=is_printed(chosen))
+        else:
+            report = calibrate_camera(
+                chosen.images, board, chosen.out, shown, printed=is_printed(chosen), corners=chosen.corners
+            )
     return _answer(chosen, report, report["warnings"], camera_lines(report, board))
 
 
@@ -116,6 +122,13 @@ def _add_camera(kinds: Any) -> None:
         help="pictures of the board, best 10 to 20; or one recording in which it is shown",
     )
     add_board(parser, required=True)
+    parser.add_argument(
+        "--corners",
+        type=Path,
+        metavar="FILE.json",
+        help="the four extreme inner corners of pictures in which the board is not found, marked by hand: "
+        '{"one.png": [[u, v], [u, v], [u, v], [u, v]]} in pixels, in any order (figure 3)',
+    )
     parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml", help=SETTINGS)
     add_out(parser, "where the camera files go")
     add_json(parser)

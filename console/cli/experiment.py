@@ -1,4 +1,4 @@
-"""`beckon experiment`: compute one figure or table again, or one for every setting of a grid."""
+"""`beckon experiment`: compute one figure or table again, all of them, or one for every setting of a grid."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from console.cli import course_options
-from console.cli.answer import add_json, add_out, progress, tell, write, write_json
-from core.errors import BadSettings
+from console.cli.answer import ShownProgress, add_json, add_out, progress, tell, write, write_json
+from core.calibration.files.written import write as store
+from core.errors import BadSettings, Unavailable
 from core.experiments import EXPERIMENTS
 from core.experiments.campaign import REPORT_EVERY_S, Campaign
-from core.experiments.result import BoardPoseFigures, as_text
+from core.experiments.result import BoardPoseFigures, ExperimentResult, as_text
 
 MOST_RUNS = 100_000
 MAX_WORKERS = 1024
-SWEEP = "sweep"
+SWEEP, ALL = "sweep", "all"
 TERMINAL_EVERY_S = 0.2  # of a progress that changes in its line
 
 
@@ -25,8 +26,15 @@ def add(places: Any) -> None:
     """Add the subcommand."""
     parser: argparse.ArgumentParser = places.add_parser("experiment", help="compute a figure or a table again")
     names = sorted(EXPERIMENTS)
-    parser.add_argument("name", choices=[*names, SWEEP], metavar="NAME", help=", ".join(names) + "; or sweep NAME")
-    parser.add_argument("swept", nargs="?", choices=names, metavar="NAME", help="sweep: the experiment")
+    parser.add_argument(
+        "name",
+        choices=[*names, SWEEP, ALL],
+        metavar="NAME",
+        help=", ".join(names) + "; or sweep NAME; or all, with the runs and seeds of the documentation",
+    )
+    parser.add_argument(
+        "named", nargs="*", choices=[[], *names], metavar="NAME", help="sweep: the experiment; all: only these"
+    )
     parser.add_argument(
         "--set",
         action="append",
@@ -35,7 +43,7 @@ def add(places: Any) -> None:
         help="sweep: a setting and its values, as ekf.gate=3,5,9; with several of them all combinations",
     )
     parser.add_argument("--runs", type=runs, default=None, help="how often (the experiment's own number)")
-    parser.add_argument("--seed", type=seed, default=0, help="the same seed gives the same answer (default 0)")
+    parser.add_argument("--seed", type=seed, help="the same seed gives the same answer (default 0)")
     add_out(parser, "where files go; every run's figures as soon as it is done")
     parser.add_argument(
         "--workers",
@@ -54,30 +62,13 @@ def run(chosen: argparse.Namespace) -> int:
     """Run it and say what came out."""
     if chosen.resume and chosen.out is None:
         raise BadSettings("--resume goes on with the runs in a folder; give it with --out DIR.")
-    name = chosen.swept if chosen.name == SWEEP else chosen.name
-    if (name is None) or (chosen.name != SWEEP and (chosen.swept is not None or chosen.set)):
+    if chosen.name == ALL and not chosen.set:
+        return run_all(chosen)
+    if len(chosen.named) != (chosen.name == SWEEP) or (chosen.name != SWEEP and chosen.set):
         raise BadSettings("A sweep is `beckon experiment sweep NAME --set SECTION.SETTING=A,B,…`.")
-    options = {"runs": chosen.runs, **course_options.chosen_options(chosen, name)}
+    name = chosen.named[0] if chosen.name == SWEEP else chosen.name
     with progress() as say:
-        campaign = Campaign(
-            name if chosen.name != SWEEP else f"{SWEEP}-{name}",
-            chosen.seed,
-            chosen.out,
-            tell,
-            chosen.workers,
-            chosen.cluster,
-            chosen.resume,
-            say,
-            TERMINAL_EVERY_S if sys.stderr.isatty() else REPORT_EVERY_S,
-        )
-        if chosen.name == SWEEP:
-            from core.experiments.sweep import sweep  # all settings: they take a moment
-
-            result = campaign.carry_out(sweep(name, chosen.set, {**options, "seed": chosen.seed}))
-        else:
-            result = EXPERIMENTS[name].carry_out(campaign, options)
-    if chosen.out is not None and "boards" in result:
-        result["files"]["figure_15_scene"] = board_scene(result["boards"], chosen.out)
+        result = carried_out(chosen, name, chosen.seed or 0, chosen.out, say)
     if chosen.json:
         write_json(result)
     else:
@@ -85,16 +76,68 @@ def run(chosen: argparse.Namespace) -> int:
     return 0
 
 
+def carried_out(
+    chosen: argparse.Namespace, name: str, seed: int, out: Path | None, say: ShownProgress
+) -> ExperimentResult:
+    """One experiment, or its sweep, with its files in `out`."""
+    options = {"runs": chosen.runs, **course_options.chosen_options(chosen, name)}
+    campaign = Campaign(
+        name if chosen.name != SWEEP else f"{SWEEP}-{name}",
+        seed,
+        out,
+        tell,
+        chosen.workers,
+        chosen.cluster,
+        chosen.resume,
+        say,
+        TERMINAL_EVERY_S if sys.stderr.isatty() else REPORT_EVERY_S,
+    )
+    if chosen.name == SWEEP:
+        from core.experiments.sweep import sweep  # all settings: they take a moment
+
+        result = campaign.carry_out(sweep(name, chosen.set, {**options, "seed": seed}))
+    else:
+        result = EXPERIMENTS[name].carry_out(campaign, options)
+    if out is not None and "boards" in result:
+        result["files"]["figure_15_scene"] = board_scene(result["boards"], out)
+    return result
+
+
+def run_all(chosen: argparse.Namespace) -> int:
+    """Run all experiments, or those that are named, each into its folder; store what the documentation takes."""
+    from console.published import compact, origin  # numpy and OpenCV take a moment
+
+    if chosen.out is None:
+        raise BadSettings("All experiments write their figures into a folder; give it with --out DIR.")
+    made_by, done, missing = origin(), {}, {}
+    for name in chosen.named or sorted(EXPERIMENTS):
+        seed = EXPERIMENTS[name].about.seed if chosen.seed is None else chosen.seed
+        tell(f"{name}, seed {seed}")
+        try:
+            with progress() as say:
+                result = carried_out(chosen, name, seed, chosen.out / name, say)
+        except Unavailable as missed:
+            missing[name] = str(missed)
+            tell(str(missed))
+            continue
+        kept = compact({**result, "runs": chosen.runs or EXPERIMENTS[name].about.runs}, made_by)
+        done[name] = {"seed": seed, "seconds": result["seconds"], "file": store(chosen.out / f"{name}.json", kept)}
+    if chosen.json:
+        write_json({"made_by": made_by, "experiments": done, "missing": missing})
+    else:
+        write("\n".join(f"{name:24}{one['seconds']:9.1f} s  {one['file']}" for name, one in done.items()))
+    return 1 if missing else 0
+
+
 def board_scene(boards: list[BoardPoseFigures], out: Path) -> str:
     """Figure 15 as a scene to be turned, in one file → its path. Raises Unavailable."""
     from console.scene.calibration_boards import boards_html  # viser takes a moment: only where it is needed
-    from core.calibration.files.written import write as write_file
     from core.experiments.camera_table import BOARD
     from core.optics import TABLE_3
 
     angle = 2 * math.atan(TABLE_3.height / 2 / TABLE_3.fy)
     page = boards_html(boards, BOARD, angle, TABLE_3.width / TABLE_3.height)
-    return write_file(out / "figure_15.html", page.encode())
+    return store(out / "figure_15.html", page.encode())
 
 
 def runs(text: str) -> int:

@@ -280,6 +280,7 @@ class State(Struct, tag_field="kind", tag="state"):
     notices: list[NoticeLine]
     history_revision: int
     truth: TruePose | None
+    chapter: Literal["ours", "printed"] = "ours"  # the form that runs; printed: the chapter's own equations
 
 
 class You(Struct):

@@ -70,6 +70,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         "camera-table",
         "dead-reckoning-vs-slam",
         "direction-of-arrival",
+        "drawn-rooms",
         "figure-16-conditions",
         "parallel",
         "printed-and-ours",

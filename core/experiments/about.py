@@ -25,6 +25,7 @@ class About:
     title: str
     reproduces: str  # of the chapter, in a sentence; conditions that make the result easier belong here
     runs: int  # when nobody says anything else
+    seed: int = 0  # of the figures that the documentation holds
     counts: str = "runs"  # what `runs` counts
     base_s: float  # [s] of processor time before the first run, and
     run_s: float  # for each run, both measured on one core of a server; 0 and 0: not measured

@@ -85,6 +85,7 @@ class Table3(ExperimentResult):
     table: list[Table3Row]
     within_two_sds: dict[str, float]
     within_two_sds_pooled: float
+    nees_mean: float  # of the eight parameters together, by their whole covariance; ideal 8
     mean_three_sds: dict[str, float]
     scatter: dict[str, float]
     f_u_within_printed_share: float
@@ -95,6 +96,7 @@ class CalibrationErrors(TypedDict):
 
     errors: dict[str, float]  # by parameter
     sds: dict[str, float]  # as the calibration states them
+    nees: float
     boards_shown: int
 
 
@@ -108,7 +110,9 @@ def _work(seed: int, number: int) -> CalibrationErrors:
     calibration, captured = _calibrated(seed, number)
     errors = {name: getattr(calibration.model, name) - getattr(TABLE_3, name) for name in PARAMETERS[:8]}
     sds = {name: calibration.sds[name] for name in PARAMETERS[:8]}
-    return {"errors": errors, "sds": sds, "boards_shown": captured.shown}
+    off = np.array([errors[name] for name in calibration.free])
+    nees = float(off @ np.linalg.solve(calibration.covariance, off))
+    return {"errors": errors, "sds": sds, "nees": nees, "boards_shown": captured.shown}
 
 
 @lru_cache(maxsize=1)
@@ -131,6 +135,7 @@ def _result(seed: int, out: Path | None, done: list[CalibrationErrors]) -> Table
         "table": table(first[0]),
         "within_two_sds": {name: float(share) for name, share in zip(PARAMETERS, _within(off, stated), strict=False)},
         "within_two_sds_pooled": float(np.mean(np.abs(off) < 2 * stated)),
+        "nees_mean": float(np.mean([one["nees"] for one in done])),
         "mean_three_sds": dict(zip(PARAMETERS, (3 * stated.mean(axis=0)).tolist(), strict=False)),
         "scatter": dict(zip(PARAMETERS, off.std(axis=0).tolist(), strict=False)),
         "f_u_within_printed_share": float(np.mean(np.abs(off[:, 0]) <= PRINTED_SDS_3[0])),

@@ -11,7 +11,7 @@ drawn about the true corners; within the field every edge is found. Beside every
 The limit is that of these draws, for a filter that has twelve point corners and wheels alone, and it bounds a
 covariance: a mean of lengths over 40 drives can be a few percent below it, and a laser's whole scans allow less. The
 chapter's dead reckoning errs 0.2 m at worst; with the noise of eq. 43 ours errs 0.27 m. So the fair rows have the
-control noise times 0.743, with which it errs 0.2 m; the print does not say where its corners were: rooms are drawn.
+control noise times 0.743, with which it errs 0.2 m. The print does not say where its corners were: see `drawn-rooms`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
 from scipy.special import ellipe
@@ -52,7 +52,6 @@ SEEN_WITHIN: dict[Field, str] = {
     "laser": "laser's field 240°, no edges asked",
 }
 AS_IN_PRINT = 0.743  # times eq. 43's control noise: the worst of 40 dead reckonings errs 0.2 m then, as in print
-DEFAULT_ROOMS = 50
 
 
 @dataclass(frozen=True)
@@ -136,8 +135,6 @@ FAIR_CONDITIONS = tuple(
     for ids, still in NAMES_AND_STARTS
 )
 """Conditions in which dead reckoning errs as in print."""
-ROOM_CONDITIONS = (FAIR_CONDITIONS[0], FAIR_CONDITIONS[3])
-"""The camera's field to 4 m and to 5.6 m, names hidden, moving at once."""
 
 
 @message
@@ -148,27 +145,6 @@ class DriveErrors:
     slam: float
     nees: float
     known: float
-
-
-@message
-class RoomErrors:
-    """Average errors [m] of many drives in one drawn room."""
-
-    worst: float
-    mean: float
-    nees: float
-
-
-class RoomFigures(TypedDict):
-    """Drawn rooms under one condition, as JSON."""
-
-    condition: str
-    rooms: int
-    share_within_paper: float  # of the rooms whose worst drive errs 0.08 m at most
-    share_mean_within_paper: float  # of those whose drives err so in the mean
-    worst_m_percentiles: list[float]  # 10th, 50th, 90th of the worst drive of a room
-    mean_m: float
-    nees: float
 
 
 class ConditionFigures(TypedDict):
@@ -192,13 +168,10 @@ class Figure16Conditions(ExperimentResult):
     runs: int
     draws: str
     conditions: list[ConditionFigures]
-    drawn_rooms: list[RoomFigures]
 
 
-def plan(
-    *, runs: int | None = None, seed: int = 0, data: Path | None = None, rooms: int | None = None
-) -> ExperimentPlan:
-    """Plan `runs` drives (40) under every condition, and as many in each of `rooms` drawn rooms (50).
+def plan(*, runs: int | None = None, seed: int = 0, data: Path | None = None) -> ExperimentPlan:
+    """Plan `runs` drives (40) under every condition.
 
     `data`: frozen draws of the room with its twelve corners, and no others. Raises BadInput.
     """
@@ -207,72 +180,27 @@ def plan(
         raise BadInput(f"{data.name} has {len(frozen(data).speeds)} runs; {count} cannot be had from it.")
     conditions = CONDITIONS if data is not None else (*CONDITIONS, *FURTHER, *FAIR_CONDITIONS)
     rows = {one: one.draws(seed, data) for one in conditions}
-    batches = [RunBatch(partial(errors, draws, one.still), count, DriveErrors) for one, draws in rows.items()]
-    in_rooms = () if data is not None else ROOM_CONDITIONS
-    room_count = DEFAULT_ROOMS if rooms is None else rooms
-    batches += [RunBatch(partial(room_errors, one, seed, count), room_count, RoomErrors) for one in in_rooms]
-    source = data.name if data else f"seed {seed}"
-    return ExperimentPlan(tuple(batches), partial(_result, rows, source, seed))
+    batches = tuple(RunBatch(partial(errors, draws, one.still), count, DriveErrors) for one, draws in rows.items())
+    return ExperimentPlan(batches, partial(_result, rows, data.name if data else f"seed {seed}", seed))
 
 
 def _result(
-    drawn: dict[Condition, Draws], source: str, seed: int, out: Path | None, *done: list[Any]
+    drawn: dict[Condition, Draws], source: str, seed: int, out: Path | None, *done: list[DriveErrors]
 ) -> Figure16Conditions:
     count = len(done[0])
-    rows = [_row(*condition, answers) for condition, answers in zip(drawn.items(), done, strict=False)]
-    in_rooms = zip(ROOM_CONDITIONS, done[len(drawn) :], strict=False)
-    rooms = [_rooms(one, answers) for one, answers in in_rooms if answers]
+    rows = [_row(*condition, answers) for condition, answers in zip(drawn.items(), done, strict=True)]
     result: Figure16Conditions = {
         "runs": count,
         "seed": seed,
         "draws": source,
         "conditions": rows,
-        "drawn_rooms": rooms,
-        "text": "\n".join((table(rows, count, source), *room_lines(rooms, count))),
+        "text": table(rows, count, source),
         "files": {},
     }
     if out is not None:
         whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
         result["files"] = write_all(out, {"json": ("figure_16_conditions.json", whole)})
     return result
-
-
-def room_errors(one: Condition, seed: int, drives: int, number: int) -> RoomErrors:
-    """As many drives in the drawn room of that number."""
-    draws = one.draws(seed, room=number)
-    done = [mapped(draws.run(drive), FORM, one.still) for drive in range(drives)]
-    averages = [each.average for each in done]
-    return RoomErrors(
-        worst=max(averages), mean=float(np.mean(averages)), nees=float(np.nanmean([each.nees for each in done]))
-    )
-
-
-def _rooms(one: Condition, done: list[RoomErrors]) -> RoomFigures:
-    worst = np.array([each.worst for each in done])
-    return {
-        "condition": one.subtitle.replace(ROOM, "twelve corners drawn"),
-        "rooms": len(done),
-        "share_within_paper": float(np.mean(worst <= PAPER_ERROR_M)),
-        "share_mean_within_paper": float(np.mean([each.mean <= PAPER_ERROR_M for each in done])),
-        "worst_m_percentiles": np.percentile(worst, (10, 50, 90)).tolist(),
-        "mean_m": float(np.mean([each.mean for each in done])),
-        "nees": float(np.nanmean([each.nees for each in done])),
-    }
-
-
-def room_lines(rooms: list[RoomFigures], count: int) -> list[str]:
-    """Lines of the table about drawn rooms."""
-    lines: list[str] = []
-    for one in rooms:
-        low, median, high = one["worst_m_percentiles"]
-        lines += [
-            f"{one['rooms']} drawn rooms, {count} drives each: worst at or below {PAPER_ERROR_M:g} m in "
-            f"{one['share_within_paper']:.0%}, mean in {one['share_mean_within_paper']:.0%}; a room's worst "
-            f"{low:.3f} / {median:.3f} / {high:.3f} (10th, 50th, 90th percentile), mean {one['mean_m']:.3f}, "
-            f"NEES {one['nees']:.1f}",
-            f"    {one['condition']}",
-        ]
-    return lines
 
 
 def errors(draws: Draws, still: bool, number: int) -> DriveErrors:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+import msgspec
+import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.board.chessboard import find_board
+from core.calibration.board.chessboard import board_by_hand, find_board
 from core.calibration.board.quality import BoardNotSeen, judge, miscount_words, why_none
 from core.calibration.camera.intrinsics import ViewCorners, calibrate
 from core.calibration.exports import camera_exports, laser_exports
@@ -44,6 +47,8 @@ PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".pgm", ".ppm"}
 SCANS = {".pcd", ".csv"}
 MOST_FILES = 2000
 NUMBER, WORDS = re.compile(r"\d+"), re.compile(r"(\D*)(\d*)")
+Pixel = tuple[float, float]
+MarkedCorners = Annotated[list[Pixel], msgspec.Meta(min_length=4, max_length=4)]
 SHIFT_PLACES = (-3, -2, -1, 1, 2, 3)  # places by which a list of scans may be off against the pictures
 
 
@@ -54,13 +59,30 @@ def calibrate_camera(
     progress: WorkProgress = UNSEEN,
     *,
     printed: bool = False,
+    corners: Path | None = None,
 ) -> CameraFilesReport:
     """Pictures of a board → the camera as JSON keys; with `out`, files in every form.
 
-    `printed`: with eq. 44's coefficients. Raises BadInput when fewer than
-    three pictures can be used.
+    `printed`: with eq. 44's coefficients. `corners`: a file of extreme corners that were marked by hand. Raises
+    BadInput when fewer than three pictures can be used.
     """
-    return camera_from(_views(files, board, progress), len(files), board, out, printed=printed)
+    marked = {} if corners is None else marked_corners(corners, [path.name for path in files])
+    return camera_from(_views(files, board, progress, marked), len(files), board, out, printed=printed)
+
+
+def marked_corners(path: Path, pictures: Collection[str]) -> dict[str, Array]:
+    """Read `{"picture.png": [[u, v], [u, v], [u, v], [u, v]]}` [pixel] → (4, 2) by picture. Raises BadInput."""
+    try:
+        read = msgspec.json.decode(path.read_bytes(), type=dict[str, MarkedCorners])
+    except (msgspec.MsgspecError, UnicodeDecodeError) as wrong:
+        raise BadInput(
+            f'{path.name} should hold the four extreme corners of every picture that was marked, as {{"one.png": '
+            f"[[u, v], [u, v], [u, v], [u, v]]}} in pixels ({wrong})."
+        ) from None
+    strange = sorted(read.keys() - set(pictures))
+    if strange:
+        raise BadInput(f"{path.name} has corners of {strange[0]}, which is not among the pictures.")
+    return {name: np.array(one, float) for name, one in read.items()}
 
 
 def camera_from(
@@ -268,8 +290,8 @@ class LookedAtViews(NamedTuple):
     size: tuple[int, int]  # [pixel] that most have
 
 
-def _views(files: Sequence[Path], board: Board, progress: WorkProgress) -> LookedAtViews:
-    """Look at every picture."""
+def _views(files: Sequence[Path], board: Board, progress: WorkProgress, marked: Mapping[str, Array]) -> LookedAtViews:
+    """Look at every picture; the extreme corners of some are marked by hand."""
     if len(files) > MOST_FILES:
         raise BadInput(f"{len(files)} pictures are too many; at most {MOST_FILES} are read at once.")
     found: list[tuple[ViewCorners, tuple[int, int]]] = []
@@ -280,7 +302,7 @@ def _views(files: Sequence[Path], board: Board, progress: WorkProgress) -> Looke
     for name, path in progress.each(list(zip(own_names(files), files, strict=True)), "looking for the board"):
         try:
             grey, remark = read_grey(path)
-            corners, remarks = _corners(grey, board)
+            corners, remarks = _corners(grey, board, marked.get(path.name))
             if (twin := twins.get(corners.tobytes())) is not None:
                 raise BadInput(f"it is the same picture as {twin}; every picture counts once")
             twins[corners.tobytes()] = name
@@ -305,9 +327,12 @@ def _views(files: Sequence[Path], board: Board, progress: WorkProgress) -> Looke
     return LookedAtViews([view for view, own in found if own == size], refused, tuple(faults), warnings, size)
 
 
-def _corners(grey: Array, board: Board) -> tuple[Array, tuple[str, ...]]:
-    """A grey picture → corners (N, 2) and remarks. Raises BadInput with the reason to refuse it."""
-    view = find_board(grey, board)
+def _corners(grey: Array, board: Board, extreme: Array | None = None) -> tuple[Array, tuple[str, ...]]:
+    """A grey picture, perhaps with four corners marked by hand → corners (N, 2) and remarks.
+
+    Raises BadInput with the reason to refuse it.
+    """
+    view = find_board(grey, board) if extreme is None else board_by_hand(grey, board, extreme)
     if view is None:
         raise why_none(grey, board)
     quality = judge(grey, view, board)

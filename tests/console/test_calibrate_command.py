@@ -58,6 +58,25 @@ def test_json_is_one_object_and_progress_goes_to_standard_error(
     assert "looking" not in out and "{" not in err
 
 
+def test_corners_by_hand_take_a_picture_in_that_the_finder_leaves_out(
+    pictures: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grey = cv2.imread(pictures[0], cv2.IMREAD_GRAYSCALE)
+    found = find_board(grey, BOARD)
+    assert found is not None
+    covered = tmp_path / "covered.png"
+    cv2.imwrite(str(covered), cv2.circle(grey, np.rint(found.corners[22]).astype(int).tolist(), 12, 127, -1))
+    given = tmp_path / "corners.json"
+    given.write_text(json.dumps({"covered.png": (found.corners[[0, 8, 53, 45]] + 1).tolist()}))
+    asked = ["calibrate", "camera", str(covered), *pictures[1:5], *ASKED, "--json"]
+    refused = [json.loads(answer(capsys, *asked, *more)[1])["views_refused"] for more in ((), ("--corners", given))]
+    assert [one["image"] for one in refused[0]] == ["covered.png"] and refused[1] == []
+    for text in ("no", '{"covered.png": [[1, 2]]}', '{"other.png": [[1, 2], [3, 4], [5, 6], [7, 8]]}'):
+        given.write_text(text)
+        code, _, err = answer(capsys, *asked[:-1], "--corners", str(given))
+        assert code == 1 and "corners.json" in err
+
+
 def test_people_get_table_3_and_the_reason_for_every_refused_view(
     pictures: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -73,3 +73,20 @@ def test_what_an_experiment_does_not_take_is_wrong_usage(
 ) -> None:
     assert main(["experiment", *wrong]) == 2
     assert "Traceback" not in capsys.readouterr().err
+
+
+def test_all_runs_what_is_named_and_stores_its_figures_with_what_made_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["experiment", "all", "dead-reckoning-vs-slam", "--runs", "1", "--workers", "1", "--out", str(tmp_path)]
+    assert main([*asked, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    done = told["experiments"]["dead-reckoning-vs-slam"]
+    kept = json.loads(Path(done["file"]).read_text())
+    assert kept["made_by"] == told["made_by"] and {"commit", "Beckon", "NumPy"} <= kept["made_by"].keys()
+    assert (kept["runs"], kept["seed"], done["seed"]) == (1, 0, 0) and "text" not in kept
+    assert kept["estimators"]["ekf_slam"]["worst_average_error_m"] > 0
+    assert main([*asked, "--resume", "--json"]) == 0
+    again = json.loads(Path(done["file"]).read_text())
+    assert again["resumed_runs"] == 1 and again["estimators"] == kept["estimators"]
+    assert main(["experiment", "all"]) == 2 and "--out" in capsys.readouterr().err

@@ -46,6 +46,8 @@ def test_a_voice_is_heard_where_it_is_and_what_it_says_is_judged(live: Live) -> 
     robot = live.ask("GET", "/api/sim/truth", token=live.operator).json
     told = say(live, pcm=babble(1.0))
     assert (told.status, told.json["seconds"]) == (202, 1.0)
+    assert told.json["obeyed"] is False and "not obeyed" in told.json["note"]
+    assert state(live)["chapter"] == "ours"
     heard = live.until(lambda: state(live)["direction"])
     towards = math.atan2(1.0 - robot["y_m"], 2.0 - robot["x_m"])
     assert math.remainder(heard["azimuth_world_rad"] - towards, math.tau) == pytest.approx(0.0, abs=0.15)

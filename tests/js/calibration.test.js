@@ -3,6 +3,7 @@ import { mock, test } from "node:test";
 import { standing } from "../../static/js/calibration/active-calibration.js";
 import { hint } from "../../static/js/calibration/board-hint.js";
 import { cameraRows, decimals, mountRows } from "../../static/js/calibration/figures.js";
+import { poseRows } from "../../static/js/calibration/poses-card.js";
 import { known, share } from "../../static/js/calibration/progress.js";
 import { hashOf, placeOf } from "../../static/js/calibration/router.js";
 import { heat, heatWords } from "../../static/js/calibration/uncertainty-map.js";
@@ -232,4 +233,20 @@ test("files that were judged alike stand in one row, in the order in which the n
     [["d", "b", "a"], ["c"]],
   );
   assert.deepEqual(grouped([]), []);
+});
+
+test("the poses of the board stand with their standard deviations, and only those of views that take part", () => {
+  const pose = {
+    rvec_rad: [0.1, 0, -0.2],
+    tvec_m: [0.01, -0.02, 0.5],
+    sd_rotation_rad: [0.001, 0.001, 0.002],
+    sd_translation_m: [0.0001, 0.0002, 0.001],
+  };
+  const rows = poseRows([
+    { image: "a", used: true, pose },
+    { image: "b", used: false, pose },
+  ]);
+  assert.deepEqual(rows, [
+    ["a", "10.0 ± 0.10, −20.0 ± 0.20, 500.0 ± 1.00", "5.7 ± 0.06, 0.0 ± 0.06, −11.5 ± 0.11"],
+  ]);
 });

@@ -8,10 +8,13 @@ import cv2
 import numpy as np
 
 from core.calibration.board.board import Board
+from core.errors import BadInput
 from core.message import Array, message
 
 FLAGS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 QUICK = FLAGS | cv2.CALIB_CB_FAST_CHECK
+HAND_ROUNDS = 3  # in which corners between those that were marked by hand are refined
+HAND_ASTRAY = 0.4  # of the smallest spacing: a corner that refinement moved farther is another one
 SUBPIXEL_CRITERIA = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.001)
 
 
@@ -52,6 +55,54 @@ def find_board(grey: Array, board: Board, settings: ChessboardSettings | None = 
         if found is None:
             found = _search_at(grey, board, settings.patient / longest, FLAGS, settings)
     return None if found is None else _view(grey, found, board, settings)
+
+
+def board_by_hand(grey: Array, board: Board, extreme: Array, settings: ChessboardSettings | None = None) -> BoardView:
+    """Grey picture (H, W) and the four extreme inner corners (4, 2) [pixel] in any order (figure 3) → the board.
+
+    The corners between lie where a plane has them, give or take the lens; each is refined, and those that went astray
+    are laid among the others once more. Raises BadInput where the four are no quadrilateral in the picture.
+    """
+    settings = settings or ChessboardSettings()
+    height, width = grey.shape
+    if not np.all((extreme >= -0.5) & (extreme <= (width - 0.5, height - 0.5))):
+        raise BadInput("The four extreme corners must lie within the picture.")
+    around = extreme - extreme.mean(axis=0)
+    ring = extreme[np.argsort(np.arctan2(around[:, 1], around[:, 0]))].astype(np.float32)
+    if not cv2.isContourConvex(ring.reshape(-1, 1, 2)) or cv2.contourArea(ring) < 1.0:
+        raise BadInput("The four extreme corners must be the corners of a quadrilateral.")
+    across, down = board.columns - 1.0, board.rows - 1.0
+    ends = np.array([[0, 0], [across, 0], [across, down], [0, down]], np.float32)
+    grid = board.points[:, :2] / board.square
+    laid = [_through(cv2.getPerspectiveTransform(ends, np.roll(ring, turn, axis=0)), grid) for turn in (0, 1)]
+    found = max(laid, key=lambda corners: _chequered(grey, corners, board))
+    for _ in range(HAND_ROUNDS):
+        refined = _refined(grey, found, board, settings)[0]
+        astray = np.linalg.norm(refined - found, axis=1) > HAND_ASTRAY * smallest_spacing(found, board)
+        plane, _ = (
+            cv2.findHomography(grid[~astray], refined[~astray]) if np.sum(~astray) >= len(ends) else (None, None)
+        )
+        if plane is None:
+            break
+        found = np.where(astray[:, None], _through(plane, grid), refined)
+    return _view(grey, found, board, settings)
+
+
+def _through(plane: Array, grid: Array) -> Array:
+    """Places (N, 2) on the board, in squares → pixels (N, 2) by a homography (3, 3)."""
+    return cv2.perspectiveTransform(grid.reshape(-1, 1, 2), np.asarray(plane, float)).reshape(-1, 2)
+
+
+def _chequered(grey: Array, corners: Array, board: Board) -> float:
+    """How far the inner squares alternate between dark and light [grey levels]."""
+    shades, even = _squares(grey, corners.reshape(board.rows, board.columns, 2))
+    return abs(float(np.nanmean(shades[even]) - np.nanmean(shades[~even])))
+
+
+def _squares(grey: Array, grid: Array) -> tuple[Array, Array]:
+    """Shades of the inner squares between corners (R, C, 2), and which of them are alike."""
+    shades = sample(grey, (grid[:-1, :-1] + grid[1:, :-1] + grid[:-1, 1:] + grid[1:, 1:]) / 4)
+    return shades, np.add.outer(np.arange(shades.shape[0]), np.arange(shades.shape[1])) % 2 == 0
 
 
 def glimpse(
@@ -112,9 +163,7 @@ def oriented(grey: Array, corners: Array, board: Board) -> Array:
     along, down = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
     if along[0] * down[1] - along[1] * down[0] < 0:
         grid = grid[:, ::-1]
-    squares = (grid[:-1, :-1] + grid[1:, :-1] + grid[:-1, 1:] + grid[1:, 1:]) / 4
-    shades = sample(grey, squares)
-    even = np.add.outer(np.arange(board.rows - 1), np.arange(board.columns - 1)) % 2 == 0
+    shades, even = _squares(grey, grid)
     if not board.ambiguous and shades[even].mean() > shades[~even].mean():
         grid = grid[::-1, ::-1]
     return np.ascontiguousarray(grid.reshape(-1, 2))

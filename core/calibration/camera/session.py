@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple, TypedDict
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.board.chessboard import BoardView, find_board
+from core.calibration.board.chessboard import BoardView, board_by_hand, find_board
 from core.calibration.board.quality import judge, why_none
 from core.calibration.board.tracking import Explainer, Watcher
 from core.calibration.camera.coverage import Measures, bars, cells, measures
@@ -118,10 +118,13 @@ class CameraSession:
             return PictureVerdict(kind="moving", words="Hold still …", corners=view.corners)
         return self._take(f"view {len(self.taken) + 1}", view)
 
-    def capture(self, grey: Array, name: str) -> PictureVerdict:
-        """A picture that was uploaded or taken on purpose → its verdict; it is taken unless unfit or known."""
+    def capture(self, grey: Array, name: str, extreme: Array | None = None) -> PictureVerdict:
+        """A picture that was uploaded or taken on purpose → its verdict; it is taken unless unfit or known.
+
+        `extreme`: its extreme corners (4, 2) [pixel], marked by hand. Raises BadInput.
+        """
         self._check_size(grey)
-        view = find_board(grey, self.board)
+        view = find_board(grey, self.board) if extreme is None else board_by_hand(grey, self.board, extreme)
         if view is None:
             return PictureVerdict(kind="nothing", words=str(why_none(grey, self.board)))
         return self._judged(grey, view, given=True) or self._take(name, view)

@@ -37,16 +37,19 @@ export const live = (id, on) => post(`${within(id)}/live`, { on });
 export const capture = (id) => post(`${within(id)}/capture`, {});
 
 /**
- * A picture on purpose (`name`) or a frame of the browser's camera (`stamp_s`).
+ * A picture on purpose (`name`, and extreme `corners` marked by hand) or a frame of the browser's camera (`stamp_s`).
  * @param {string} id
  * @param {Blob} picture JPEG or PNG
- * @param {{name: string} | {stamp_s: number}} how
+ * @param {{name: string, corners?: import("./types.js").Pixel[]} | {stamp_s: number}} how
  * @returns {Promise<Verdict>}
  */
 export function send(id, picture, how) {
-  const query = "name" in how ? { name: how.name } : { live: "1", stamp_s: how.stamp_s.toFixed(3) };
+  const query = new URLSearchParams(
+    "name" in how ? { name: how.name } : { live: "1", stamp_s: how.stamp_s.toFixed(3) },
+  );
+  for (const pixel of ("name" in how && how.corners?.flat()) || []) query.append("corners", pixel.toFixed(2));
   const headers = { "content-type": picture.type };
-  return call(`${within(id)}/pictures?${new URLSearchParams(query)}`, { method: "POST", body: picture, headers });
+  return call(`${within(id)}/pictures?${query}`, { method: "POST", body: picture, headers });
 }
 
 /** @param {string} id @param {string} name @param {"drop" | "restore"} action @returns {Promise<Calibration>} */

@@ -7,6 +7,7 @@ import { action, say } from "./action.js";
 import { AdviceLine } from "./advice-line.js";
 import * as api from "./api.js";
 import { CameraChoice } from "./camera-choice.js";
+import { CornerMarker } from "./corner-marker.js";
 import { KnownCard } from "./coverage-card.js";
 import { EmptyStage } from "./empty-stage.js";
 import { takeDrops } from "./file-drop.js";
@@ -35,6 +36,8 @@ class CalibrationCapture extends WizardStep {
   #showDemo = action("demo", t("calibration-capture.show_me"));
   #live = action("pause", t("calibration-capture.pause"));
   #take = action("camera", t("calibration-capture.take_this_picture"));
+  #mark = action("pencil", t("calibration-capture.mark_the_corners"));
+  #marker = new CornerMarker();
   #mirror = action("mirror", t("calibration-capture.mirror"));
   #room = action("again", t("calibration-capture.retake_the_empty_room"));
   #choose = action("upload", t("calibration-capture.choose_pictures"));
@@ -74,7 +77,7 @@ class CalibrationCapture extends WizardStep {
           make(
             "div",
             { class: "split" },
-            make("div", { class: "picture-frame" }, this.#stage, this.#empty, this.#verdict),
+            make("div", { class: "picture-frame" }, this.#stage, this.#empty, this.#verdict, this.#marker),
             this.#scan,
           ),
           this.#advice,
@@ -86,6 +89,7 @@ class CalibrationCapture extends WizardStep {
             this.#take,
             this.#choose,
             this.#file,
+            this.#mark,
             this.#mirror,
             this.#room,
             this.#cameras,
@@ -112,6 +116,8 @@ class CalibrationCapture extends WizardStep {
       "click",
       () => model.calibration && model.go({ at: "review", id: model.calibration.id }),
     );
+    this.#mark.addEventListener("click", () => this.#source?.frame && this.#marker.begin(this.#source.frame));
+    this.#marker.marked = (picture, corners) => void this.#sendMarked(picture, corners);
     this.#mirror.addEventListener("click", () => {
       remember(`mirror.${model.calibration?.source}`, String(!this.#mirrored));
       this.draw();
@@ -150,6 +156,7 @@ class CalibrationCapture extends WizardStep {
     this.#source?.close();
     this.#source = null;
     this.#sourceOf = "";
+    this.#marker.hidden = true;
     this.#rest();
   }
 
@@ -196,6 +203,7 @@ class CalibrationCapture extends WizardStep {
       looking ? "pause" : "play",
     );
     this.#take.hidden = !model.may || source === "upload" || kind === "laser";
+    this.#mark.hidden = !model.may || kind === "laser";
     this.#review.disabled = calibration.views.length === 0;
     this.#choose.hidden = !model.may || source !== "upload";
     this.#room.hidden = !model.may || kind !== "laser";
@@ -212,6 +220,7 @@ class CalibrationCapture extends WizardStep {
   #paint() {
     const { calibration } = this.model;
     if (!calibration || !this.#source) return;
+    this.#mark.disabled = this.#source.frame === null;
     const mirrored = this.#mirrored;
     const { frame, why } = this.#source;
     this.#stage.show({ frame, calibration, verdict: calibration.verdict, mirrored });
@@ -283,6 +292,18 @@ class CalibrationCapture extends WizardStep {
       const number = (model.calibration?.views.length ?? 0) + 1;
       return api.send(id, picture, { name: t("calibration-capture.view_number", { number }) });
     });
+    if (verdict) model.judge(verdict);
+  }
+
+  /**
+   * @param {Blob} picture
+   * @param {import("./types.js").Pixel[]} corners
+   */
+  async #sendMarked(picture, corners) {
+    const { model } = this;
+    const number = (model.calibration?.views.length ?? 0) + 1;
+    const name = t("calibration-capture.view_number", { number });
+    const verdict = await model.request((id) => api.send(id, picture, { name, corners }));
     if (verdict) model.judge(verdict);
   }
 

@@ -9,6 +9,7 @@ import { BeforeAfter } from "./before-after.js";
 import { ExportsCard } from "./exports-card.js";
 import { FieldsCard } from "./fields-card.js";
 import { FindingsCard } from "./findings-card.js";
+import { PosesCard } from "./poses-card.js";
 import { GainsCard } from "./precision-card.js";
 import { ValuesCard } from "./values-card.js";
 import { ViewsCard } from "./views-card.js";
@@ -53,6 +54,7 @@ class CalibrationReview extends WizardStep {
   #both = new BeforeAfter();
   #precision = new GainsCard();
   #findings = new FindingsCard();
+  #poses = new PosesCard();
   #exports = new ExportsCard();
   #selected = "";
   #refused = "";
@@ -65,7 +67,7 @@ class CalibrationReview extends WizardStep {
         { class: "review" },
         this.#head,
         make("div", { class: "review-column" }, this.#values, this.#exports),
-        make("div", { class: "review-column is-wide" }, this.#both, this.#precision, this.#fields, this.#findings),
+        make("div", { class: "review-column is-wide" }, this.#both, this.#precision, this.#fields, this.#findings, this.#poses),
         make("div", { class: "review-column" }, this.#views),
       ),
     );
@@ -132,6 +134,7 @@ class CalibrationReview extends WizardStep {
     const selected = views.some(({ name }) => name === this.#selected) ? this.#selected : (views[0]?.name ?? "");
     this.#values.show(calibration);
     this.#findings.show(calibration);
+    this.#poses.show(calibration);
     this.#exports.show(calibration);
     this.#both.show(calibration, selected);
     this.#precision.hidden = kind === "camera";

@@ -339,6 +339,7 @@
  * @property {NoticeLine[]} notices
  * @property {number} history_revision
  * @property {TruePose | null} truth
+ * @property {'ours' | 'printed'} [chapter]
  */
 
 /**

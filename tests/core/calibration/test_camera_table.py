@@ -5,6 +5,7 @@ from pathlib import Path
 
 import cv2
 import pytest
+from scipy.stats import chi2
 
 from core.experiments import EXPERIMENTS
 from core.experiments.camera_table import PRINTED_SDS_3
@@ -23,7 +24,8 @@ def test_table_3_comes_out_again_with_its_figures(tmp_path: Path, runs: int) -> 
     for row, printed in zip(rows, PRINTED_SDS_3, strict=True):
         assert abs(row["value"] - row["paper_value"]) < 2 * printed
         assert row["standard_dev"] < 1.5 * printed
-    assert told["within_two_sds_pooled"] > 0.75  # 0.90 to 0.99 takes 40 runs: a run's eight values err together
+    low, high = chi2.ppf((0.001, 0.999), 8 * runs) / runs  # sds stated half as large give four times as much
+    assert low < told["nees_mean"] < high
     assert "f_u (pixels)" in told["text"]
     for name in ("figure_13", "figure_14", "figure_15"):
         image = cv2.imread(told["files"][name])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from core.calibration.board.board import Board
-from core.calibration.board.chessboard import find_board, glimpse, half_window, oriented, sample
+from core.calibration.board.chessboard import board_by_hand, find_board, glimpse, half_window, oriented, sample
 from core.calibration.board.quality import judge, off_grid, why_none
 from core.calibration.practice import BoardPlacement, ImageExposure, picture
 from core.calibration.projection import Poses, project, vector_of
@@ -55,6 +55,40 @@ def test_order_is_restored_from_any_order_of_the_detector() -> None:
     grid = corners.reshape(6, 9, 2)
     for told in (grid[::-1, ::-1], grid[:, ::-1], grid[::-1]):
         assert np.allclose(oriented(grey, told.reshape(-1, 2), BOARD), corners)
+
+
+TURNED = Poses(cv2.Rodrigues(np.array([0.35, -0.3, 0.2]))[0][None], np.array([[-0.12, -0.06, 0.45]]))
+
+
+@pytest.mark.parametrize("poses", [FACING, TURNED], ids=["facing", "turned"])
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1), (3, 2, 1, 0)])
+def test_four_extreme_corners_by_hand_give_all_of_a_board_that_is_not_found(
+    poses: Poses, order: tuple[int, ...]
+) -> None:
+    """A thumb over a crossing hides the board from the finder; the hand is up to three pixels off."""
+    true = true_corners(poses)
+    grey = cv2.circle(shot(poses).copy(), np.rint(true[22]).astype(int).tolist(), 12, 127, -1)
+    assert find_board(grey, BOARD) is None
+    marked = true[[0, 8, 53, 45]][list(order)] + np.random.default_rng(4).uniform(-3, 3, (4, 2))
+    view = board_by_hand(grey, BOARD, marked)
+    off = np.linalg.norm(view.corners - true, axis=1)
+    assert np.median(off) < 0.15 and np.delete(off, 22).max() < 1.0 and off[22] < 3
+    assert judge(grey, view, BOARD).refusals == ()
+
+
+@pytest.mark.parametrize(
+    ("marked", "sentence"),
+    [
+        ([[10, 10], [200, 10], [200, 10], [10, 200]], "quadrilateral"),
+        ([[10, 10], [200, 10], [60, 60], [10, 200]], "quadrilateral"),
+        ([[50, 50]] * 4, "quadrilateral"),
+        ([[10, 10], [900, 10], [200, 200], [10, 200]], "within the picture"),
+        ([[10, 10], [np.nan, 10], [200, 200], [10, 200]], "within the picture"),
+    ],
+)
+def test_corners_by_hand_that_cannot_be_a_board_s_are_refused(marked: list[list[float]], sentence: str) -> None:
+    with pytest.raises(BadInput, match=sentence):
+        board_by_hand(shot(), BOARD, np.array(marked, float))
 
 
 def test_a_live_picture_shows_the_board_where_it_was_even_when_the_glance_misses_it() -> None:

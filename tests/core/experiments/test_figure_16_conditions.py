@@ -8,10 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.experiments import EXPERIMENTS, figure_16_conditions
+from core.experiments import EXPERIMENTS, drawn_rooms, figure_16_conditions
 from core.experiments.course_draws import Draws
 from core.experiments.course_traces import reckoned
-from core.experiments.figure_16_conditions import CHAPTER, CONDITIONS, FAIR_CONDITIONS, errors, limit, mean_length
+from core.experiments.figure_16_conditions import (
+    CHAPTER,
+    CONDITIONS,
+    FAIR_CONDITIONS,
+    PAPER_ERROR_M,
+    errors,
+    limit,
+    mean_length,
+)
 
 
 def test_the_first_condition_is_the_chapter_s_and_the_four_are_its_field_and_names() -> None:
@@ -61,8 +69,20 @@ def test_the_table_says_the_condition_under_every_row(tmp_path: Path, monkeypatc
     monkeypatch.setattr(figure_16_conditions, "CONDITIONS", (CHAPTER,))
     monkeypatch.setattr(figure_16_conditions, "FURTHER", ())
     monkeypatch.setattr(figure_16_conditions, "FAIR_CONDITIONS", ())
-    result = EXPERIMENTS["figure-16-conditions"](runs=1, rooms=1, out=tmp_path, workers=1)
-    assert [one["rooms"] for one in result["drawn_rooms"]] == [1, 1]
+    result = EXPERIMENTS["figure-16-conditions"](runs=1, out=tmp_path, workers=1)
     assert CHAPTER.subtitle in result["text"] and "edges required; names hidden" in CHAPTER.subtitle
     saved = json.loads(Path(result["files"]["json"]).read_text())
     assert saved["conditions"] == result["conditions"]
+
+
+def test_the_share_of_drawn_rooms_is_that_of_the_rooms_whose_worst_drive_errs_as_little_as_in_print(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(drawn_rooms, "DRIVES_PER_ROOM", 1)
+    drawn = drawn_rooms.plan(runs=3)
+    far = [drawn.batches[1].work(number) for number in range(3)]
+    row = drawn.finish([*far, *far], None)["conditions"][1]
+    assert row["share_within_paper"] == sum(one.worst <= PAPER_ERROR_M for one in far) / 3
+    assert row["worst_m"][1] == sorted(one.worst for one in far)[1]
+    assert all(0 < one.limit < 0.2 and one.worst == one.mean for one in far)
+    assert "laser to 5.6 m" in row["condition"]

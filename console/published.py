@@ -1,0 +1,91 @@
+"""Figures of the documentation: each stands between marks that name a stored result and its keys.
+
+`<!--=NAME {key[row][key]:.3f} m-->0.085 m<!--/-->` in a page is written from `static/docs/results/NAME.json`, which
+`beckon experiment all NAME` stores. A mark over several lines is a table: `NAME key.key` or `NAME key[1:4]` says what
+has its rows, then come its head and the template of a row, in which `{name}` is a row's key.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from collections.abc import Mapping
+from functools import reduce
+from pathlib import Path
+from typing import Any
+
+from core.experiments.workers import versions
+from core.sentences import static_folder
+
+SIGNIFICANT_DIGITS = 5  # of a stored figure
+LAID_OUT = ("text", "boards", "said", "points", "files")  # what a stored result leaves out
+MARK = re.compile(r"(<!--=([\w-]+) (.*?)-->)(.*?)(<!--/-->)", re.S)
+SLICED = re.compile(r"([\w.-]+)(?:\[(\d+):(\d+)\])?")
+RESULTS = static_folder() / "docs" / "results"
+
+
+def origin() -> dict[str, str]:
+    """Commit and versions on which a result depends; without git the checksum of the code alone names it."""
+    asked = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+    try:
+        commit = subprocess.run(asked, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        commit = ""
+    return {"commit": commit, **versions()}
+
+
+def compact(result: Mapping[str, Any], made_by: Mapping[str, str]) -> str:
+    """A result as it is stored: JSON of its figures to five digits, and of what made it."""
+    kept = {name: rounded(one) for name, one in result.items() if name not in LAID_OUT}
+    return json.dumps({"made_by": made_by, **kept}, indent=1, ensure_ascii=False) + "\n"
+
+
+def rounded(value: Any) -> Any:
+    """The same figures to five significant digits."""
+    if isinstance(value, Mapping):
+        return {str(name): rounded(one) for name, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [rounded(one) for one in value]
+    return float(f"{value:.{SIGNIFICANT_DIGITS}g}") if isinstance(value, float) else value
+
+
+def results() -> dict[str, dict[str, Any]]:
+    """Every stored result by the name of its experiment."""
+    return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(RESULTS.glob("*.json"))}
+
+
+def filled(page: str, stored: Mapping[str, Mapping[str, Any]]) -> str:
+    """A page whose figures are those of the stored results. Raises LookupError for a key that a result has not."""
+
+    def written(mark: re.Match[str]) -> str:
+        begin, name, template, _, end = mark.groups()
+        text = _table(stored[name], template) if "\n" in template else _spaced(template.format_map(stored[name]))
+        return begin + text + end
+
+    return MARK.sub(written, page)
+
+
+def _table(result: Mapping[str, Any], template: str) -> str:
+    """A line of the table for every row."""
+    where, *head, row = template.strip().splitlines()
+    asked = SLICED.fullmatch(where)
+    if asked is None:
+        raise LookupError(where)
+    path, begin, end = asked.groups()
+    found: Any = reduce(lambda here, key: here[key], path.split("."), result)
+    rows = [{"name": name, **one} for name, one in found.items()] if isinstance(found, Mapping) else found
+    chosen = rows[int(begin) : int(end)] if begin else rows
+    return "\n".join(("", *head, *(_spaced(row.format_map(one)) for one in chosen), ""))
+
+
+def _spaced(text: str) -> str:
+    """'34%' → '34 %'."""
+    return re.sub(r"(?<=\d)%", " %", text)
+
+
+def filled_pages() -> dict[Path, str]:
+    """Every page of the documentation that has marks, with the figures of the stored results."""
+    stored = results()
+    pages = {path: path.read_text(encoding="utf-8") for path in sorted((static_folder() / "docs").rglob("*.md"))}
+    return {path: filled(text, stored) for path, text in pages.items() if MARK.search(text)}
