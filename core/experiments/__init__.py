@@ -69,6 +69,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         "audio-visual",
         "camera-table",
         "dead-reckoning-vs-slam",
+        "direction-ablation",
         "direction-of-arrival",
         "drawn-rooms",
         "figure-16-conditions",

@@ -11,7 +11,6 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NotRequired, TypedDict
@@ -25,12 +24,9 @@ from core.experiments.result import ExperimentResult
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, AcousticScene, make_scene
 from core.geometry import wrap
 from core.message import Array, message
-from core.perception.sound.doa_stream import DoaStream
-from core.perception.sound.locate import direction_of, locate, sure
+from core.perception.sound.locate import locate, sure
 from core.perception.sound.paper import locate_as_printed
 from core.perception.sound.settings import DirectionFindingSettings
-from core.perception.sound.spectra import noise_of, quiet_frames, spectra
-from core.perception.sound.tracking import VoiceTracker
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, tetrahedron
 from core.settings import Settings
 from core.speech.practice_voice import practice_voice
@@ -39,7 +35,6 @@ ARRAYS = {"square": RESPEAKER_ODAS, "tetrahedron": tetrahedron()}
 REVERBERATION_TIMES_S = (0.0, 0.2, 0.3, 0.6)
 NOISES = (("diffuse", 20.0), ("diffuse", 10.0), ("diffuse", 0.0), ("fan", 10.0), ("fan", 0.0))  # [dB]
 SPEECH_S = 2.0  # of every utterance
-PIECE_S = 0.1  # of sound at a time, as it comes in
 FIRST_REPORT_S = 0.35  # of speech after which the robot reports a direction
 WRONG = math.radians(10)  # beyond, a direction misleads
 LOST = math.pi / 2  # [rad] the mean error of a guess; counted where nothing was found
@@ -102,31 +97,6 @@ def ours_alone(
     return DirectionEstimate(azimuth=None if found is None else found.azimuth)
 
 
-def ours_without_mask(sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings) -> DirectionEstimate:
-    """The default in which every cell of the speech counts alike, and no noise is taken away."""
-    seen = spectra(array.heard(sound), sound.rate, settings)
-    noise = noise_of(seen, quiet_frames(seen, settings, PRE_ROLL), settings)
-    speech = np.ones((len(seen.frequencies), 1)) * (seen.times > PRE_ROLL)
-    found = direction_of(seen, speech, replace(noise, cross=0 * noise.cross), array, 0.0, settings)
-    return DirectionEstimate(azimuth=None if found is None else found.azimuth)
-
-
-def ours_while_heard(
-    sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings, tracked: bool
-) -> DirectionEstimate:
-    """The default while the sound comes in: its last report, or the tracked voice then."""
-    stream, tracker = DoaStream(array, settings), VoiceTracker()
-    azimuth: float | None = None
-    for begin in np.arange(0.0, sound.duration, PIECE_S).tolist():
-        for heard in stream.feed(sound.part(begin, begin + PIECE_S)):
-            voices = tracker.update(heard.directions, begin)
-            if tracked and voices:
-                azimuth = voices[0].bearing
-            elif heard.directions and not tracked:
-                azimuth = heard.directions[0].azimuth
-    return DirectionEstimate(azimuth=azimuth)
-
-
 def printed(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
     """The paper's way."""
     return DirectionEstimate(azimuth=locate_as_printed(sound, array, PRE_ROLL).azimuth)
@@ -145,19 +115,6 @@ def estimators_with(settings: DirectionFindingSettings) -> dict[str, Estimator]:
         "beckon_first_0.35_s": partial(ours_at_once, settings=settings),
         "beckon_alone": partial(ours_alone, settings=settings),
         "as_printed_alone": printed_alone,
-    }
-
-
-def ablated(settings: DirectionFindingSettings) -> dict[str, Estimator]:
-    """Ours, each without one of its differences from the print; what comes in piece by piece, with and without
-    tracking.
-    """
-    return {
-        "without_mask": partial(ours_without_mask, settings=settings),
-        "phases_alone": partial(ours, settings=replace(settings, whitening=1.0)),
-        "any_misfit": partial(ours, settings=replace(settings, declared_misfit=math.inf)),
-        "last_report": partial(ours_while_heard, settings=settings, tracked=False),
-        "tracked": partial(ours_while_heard, settings=settings, tracked=True),
     }
 
 
@@ -242,7 +199,6 @@ class DirectionResult(ExperimentResult):
     voice: str
     conditions: str
     estimators: dict[str, EstimatorTotals]
-    ablation: dict[str, EstimatorTotals]
 
 
 def figures(some: Sequence[DirectionTrial]) -> DirectionFigures:
@@ -298,7 +254,7 @@ def in_room(
     made = practice_voice(rng, SPEECH_S, RATE_HZ)
     voice = voices[int(rng.integers(len(voices)))][: int(SPEECH_S * RATE_HZ)] if voices else made
     scene = make_scene(rng, REVERBERATION_TIMES_S[number % len(REVERBERATION_TIMES_S)], voice, list(ARRAYS.values()))
-    return {"trials": trials(scene, estimators or {**estimators_with(settings), **ablated(settings)})}
+    return {"trials": trials(scene, estimators or estimators_with(settings))}
 
 
 def summary(done: Sequence[DirectionTrial]) -> dict[str, EstimatorSummary]:
@@ -326,6 +282,13 @@ def summary(done: Sequence[DirectionTrial]) -> dict[str, EstimatorSummary]:
     return result
 
 
+def without_cells(totals: Mapping[str, EstimatorSummary]) -> dict[str, EstimatorTotals]:
+    """Figures of every estimator without those of the grid's cells."""
+    return {
+        name: {"all": one["all"], "arrays": one["arrays"], "noises": one["noises"]} for name, one in totals.items()
+    }
+
+
 def plan(*, runs: int | None = None, seed: int = 0, settings: Settings | None = None) -> ExperimentPlan:
     """Plan `runs` utterances (240) in made-up rooms, with direction.json and direction.csv."""
     work = partial(in_room, seed, settings=DEFAULT if settings is None else settings.direction_finding)
@@ -336,17 +299,12 @@ def plan(*, runs: int | None = None, seed: int = 0, settings: Settings | None = 
 def _result(seed: int, out: Path | None, rooms: list[RoomTrials]) -> DirectionResult:
     done = [one for room in rooms for one in room["trials"]]
     totals = summary(done)
-    kept: dict[str, EstimatorTotals] = {
-        name: {"all": one["all"], "arrays": one["arrays"], "noises": one["noises"]} for name, one in totals.items()
-    }
-    without = ablated(DEFAULT).keys()
     result: DirectionResult = {
         "utterances": totals["beckon"]["all"]["utterances"],
         "seed": seed,
         "voice": "made up: pulses and hiss through resonances",
         "conditions": CONDITIONS,
-        "estimators": {name: one for name, one in kept.items() if name not in without},
-        "ablation": {name: kept[name] for name in without},
+        "estimators": without_cells(totals),
         "files": {},
     }
     if out is not None:

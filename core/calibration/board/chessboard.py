@@ -14,7 +14,7 @@ from core.message import Array, message
 FLAGS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 QUICK = FLAGS | cv2.CALIB_CB_FAST_CHECK
 HAND_ROUNDS = 3  # in which corners between those that were marked by hand are refined
-HAND_ASTRAY = 0.4  # of the smallest spacing: a corner that refinement moved farther is another one
+HAND_ASTRAY = 0.15  # of the smallest spacing: a corner that lies farther off the plane of most is laid there
 SUBPIXEL_CRITERIA = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.001)
 
 
@@ -78,13 +78,11 @@ def board_by_hand(grey: Array, board: Board, extreme: Array, settings: Chessboar
     found = max(laid, key=lambda corners: _chequered(grey, corners, board))
     for _ in range(HAND_ROUNDS):
         refined = _refined(grey, found, board, settings)[0]
-        astray = np.linalg.norm(refined - found, axis=1) > HAND_ASTRAY * smallest_spacing(found, board)
-        plane, _ = (
-            cv2.findHomography(grid[~astray], refined[~astray]) if np.sum(~astray) >= len(ends) else (None, None)
-        )
+        reach = HAND_ASTRAY * smallest_spacing(found, board)
+        plane, agree = cv2.findHomography(grid, refined, cv2.RANSAC, reach)
         if plane is None:
             break
-        found = np.where(astray[:, None], _through(plane, grid), refined)
+        found = np.where(agree.astype(bool), refined, _through(plane, grid))
     return _view(grey, found, board, settings)
 
 

@@ -72,7 +72,7 @@ def test_four_extreme_corners_by_hand_give_all_of_a_board_that_is_not_found(
     marked = true[[0, 8, 53, 45]][list(order)] + np.random.default_rng(4).uniform(-3, 3, (4, 2))
     view = board_by_hand(grey, BOARD, marked)
     off = np.linalg.norm(view.corners - true, axis=1)
-    assert np.median(off) < 0.15 and np.delete(off, 22).max() < 1.0 and off[22] < 3
+    assert np.median(off) < 0.15 and np.delete(off, 22).max() < 1.0 and off[22] < 4
     assert judge(grey, view, BOARD).refusals == ()
 
 

@@ -1,0 +1,120 @@
+"""What each difference from the printed direction finding gains: ours, each time without one of them.
+
+The sounds are those of `direction-of-arrival` with the same seed. What comes in piece by piece stands beside itself
+with and without tracking.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from core.calibration.files.written import write_all
+from core.experiments.about import About
+from core.experiments.direction_of_arrival import (
+    CONDITIONS,
+    DEFAULT,
+    DEFAULT_UTTERANCES,
+    DirectionEstimate,
+    Estimator,
+    EstimatorTotals,
+    RoomTrials,
+    in_room,
+    ours,
+    scenes_for,
+    summary,
+    without_cells,
+)
+from core.experiments.plan import ExperimentPlan, RunBatch
+from core.experiments.result import ExperimentResult
+from core.experiments.talk_in_rooms import PRE_ROLL
+from core.perception.sound.doa_stream import DoaStream
+from core.perception.sound.locate import direction_of
+from core.perception.sound.settings import DirectionFindingSettings
+from core.perception.sound.spectra import noise_of, quiet_frames, spectra
+from core.perception.sound.tracking import VoiceTracker
+from core.sensors.microphones import MicrophoneArray, Sound
+
+PIECE_S = 0.1  # of sound at a time, as it comes in
+
+ABOUT = About(
+    title="Directions of voices, part by part",
+    reproduces="Equations 34-40: what the mask, the whitening, the judgement of misfit and the tracking each gain "
+    "over leaving them out. The chapter prints no figures for them.",
+    runs=DEFAULT_UTTERANCES,
+    counts="utterances",
+    base_s=4.0,
+    run_s=0.25,
+)
+
+
+class AblationResult(ExperimentResult):
+    """The result, as JSON."""
+
+    utterances: int
+    conditions: str
+    estimators: dict[str, EstimatorTotals]
+
+
+def ours_without_mask(sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings) -> DirectionEstimate:
+    """The default in which every cell of the speech counts alike, and no noise is taken away."""
+    seen = spectra(array.heard(sound), sound.rate, settings)
+    noise = noise_of(seen, quiet_frames(seen, settings, PRE_ROLL), settings)
+    speech = np.ones((len(seen.frequencies), 1)) * (seen.times > PRE_ROLL)
+    found = direction_of(seen, speech, replace(noise, cross=0 * noise.cross), array, 0.0, settings)
+    return DirectionEstimate(azimuth=None if found is None else found.azimuth)
+
+
+def ours_while_heard(
+    sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings, tracked: bool
+) -> DirectionEstimate:
+    """The default while the sound comes in: its last report, or the tracked voice then."""
+    stream, tracker = DoaStream(array, settings), VoiceTracker()
+    azimuth: float | None = None
+    for begin in np.arange(0.0, sound.duration, PIECE_S).tolist():
+        for heard in stream.feed(sound.part(begin, begin + PIECE_S)):
+            voices = tracker.update(heard.directions, begin)
+            if tracked and voices:
+                azimuth = voices[0].bearing
+            elif heard.directions and not tracked:
+                azimuth = heard.directions[0].azimuth
+    return DirectionEstimate(azimuth=azimuth)
+
+
+def ablated(settings: DirectionFindingSettings) -> dict[str, Estimator]:
+    """Ours, and ours without one of its differences from the print each."""
+    return {
+        "beckon": partial(ours, settings=settings),
+        "without_mask": partial(ours_without_mask, settings=settings),
+        "phases_alone": partial(ours, settings=replace(settings, whitening=1.0)),
+        "any_misfit": partial(ours, settings=replace(settings, declared_misfit=math.inf)),
+        "last_report": partial(ours_while_heard, settings=settings, tracked=False),
+        "tracked": partial(ours_while_heard, settings=settings, tracked=True),
+    }
+
+
+def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
+    """Plan `runs` utterances (240) in made-up rooms."""
+    work = partial(in_room, seed, estimators=ablated(DEFAULT))
+    return ExperimentPlan(
+        (RunBatch(work, scenes_for(runs or DEFAULT_UTTERANCES), RoomTrials),), partial(_result, seed)
+    )
+
+
+def _result(seed: int, out: Path | None, rooms: list[RoomTrials]) -> AblationResult:
+    totals = without_cells(summary([one for room in rooms for one in room["trials"]]))
+    result: AblationResult = {
+        "utterances": totals["beckon"]["all"]["utterances"],
+        "seed": seed,
+        "conditions": CONDITIONS,
+        "estimators": totals,
+        "files": {},
+    }
+    if out is not None:
+        result["files"] = write_all(out, {"json": ("direction_ablation.json", json.dumps(result, indent=1))})
+    return result
