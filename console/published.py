@@ -11,7 +11,6 @@ import json
 import re
 import subprocess
 from collections.abc import Mapping
-from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -73,8 +72,11 @@ def _table(result: Mapping[str, Any], template: str) -> str:
     if asked is None:
         raise LookupError(where)
     path, begin, end = asked.groups()
-    found: Any = reduce(lambda here, key: here[key], path.split("."), result)
-    rows = [{"name": name, **one} for name, one in found.items()] if isinstance(found, Mapping) else found
+    rows: Any = result
+    for key in path.split("."):
+        rows = rows[key]
+    if hasattr(rows, "items"):
+        rows = [{"name": name, **rows[name]} for name in rows]
     chosen = rows[int(begin) : int(end)] if begin else rows
     return "\n".join(("", *head, *(_spaced(row.format_map(one)) for one in chosen), ""))
 

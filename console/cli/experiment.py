@@ -33,7 +33,7 @@ def add(places: Any) -> None:
         help=", ".join(names) + "; or sweep NAME; or all, with the runs and seeds of the documentation",
     )
     parser.add_argument(
-        "named", nargs="*", choices=[[], *names], metavar="NAME", help="sweep: the experiment; all: only these"
+        "named", nargs="*", type=experiment, metavar="NAME", help="sweep: the experiment; all: only these"
     )
     parser.add_argument(
         "--set",
@@ -109,7 +109,9 @@ def run_all(chosen: argparse.Namespace) -> int:
 
     if chosen.out is None:
         raise BadSettings("All experiments write their figures into a folder; give it with --out DIR.")
-    made_by, done, missing = origin(), {}, {}
+    made_by = origin()
+    done: dict[str, dict[str, Any]] = {}
+    missing: dict[str, str] = {}
     for name in chosen.named or sorted(EXPERIMENTS):
         seed = EXPERIMENTS[name].about.seed if chosen.seed is None else chosen.seed
         tell(f"{name}, seed {seed}")
@@ -138,6 +140,15 @@ def board_scene(boards: list[BoardPoseFigures], out: Path) -> str:
     angle = 2 * math.atan(TABLE_3.height / 2 / TABLE_3.fy)
     page = boards_html(boards, BOARD, angle, TABLE_3.width / TABLE_3.height)
     return store(out / "figure_15.html", page.encode())
+
+
+def experiment(text: str) -> str:
+    """'tour' → the same, where there is such an experiment."""
+    if text not in EXPERIMENTS:
+        raise argparse.ArgumentTypeError(
+            f"There is no experiment {text[:40]}; there are {', '.join(sorted(EXPERIMENTS))}."
+        )
+    return text
 
 
 def runs(text: str) -> int:

@@ -7,12 +7,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+from core.calibration.board.chessboard import find_board
 from tests.browser.film import CAMERA, film
 from tests.browser.running_console import Running
 from tests.browser.visit import FLAT, Visit
+from tests.console.calibration.wizard import BOARD, boards
 
 Open = Callable[..., Visit]
 SOON, LONG = 30_000, 120_000  # [ms]
@@ -111,6 +115,37 @@ def review(here: Visit) -> None:
         answer = page.request.get(str(link.get_attribute("href")))
         assert answer.status == 200, link.inner_text()
         assert len(answer.body()) > 100
+
+
+@pytest.mark.campaign
+def test_four_corners_are_dragged_onto_a_board_that_is_not_found(
+    visit: Open, console: Running, tmp_path: Path
+) -> None:
+    grey = cv2.imdecode(np.frombuffer(boards()[0], np.uint8), cv2.IMREAD_GRAYSCALE)
+    found = find_board(grey, BOARD)
+    assert found is not None
+    cv2.imwrite(
+        str(tmp_path / "a.png"), cv2.circle(grey, np.rint(found.corners[22]).astype(int).tolist(), 12, 127, -1)
+    )
+    here = visit(size=(1100, 760))
+    page = here.page
+    page.goto(console.url + "calibrate")
+    page.get_by_role("button", name="Begin", exact=True).first.click()
+    begin(page, 9, 6, "Picture files")
+    page.get_by_label("Pictures of the board").set_input_files(tmp_path / "a.png")
+    expect(here.find(".attempt")).to_have_attribute("data-kind", "nothing", timeout=LONG)
+    page.get_by_role("button", name="Mark the corners").click()
+    shown = here.find(".marker-picture").bounding_box()
+    assert shown is not None
+    scale = shown["width"] / grey.shape[1]
+    for number, (u, v) in enumerate(found.corners[[0, 8, 53, 45]].tolist(), start=1):
+        page.get_by_role("button", name=f"Extreme corner {number};").hover()
+        page.mouse.down()
+        page.mouse.move(shown["x"] + (u + 0.5) * scale, shown["y"] + (v + 0.5) * scale)
+        page.mouse.up()
+    page.get_by_role("button", name="Extreme corner 4;").press("ArrowRight")
+    page.get_by_role("button", name="Use these corners").click()
+    here.until(lambda: len(session(here)["views"]) == 1, "the marked picture counts", 30.0)
 
 
 @pytest.mark.real_data

@@ -2,8 +2,7 @@ import assert from "node:assert/strict";
 import { mock, test } from "node:test";
 import { standing } from "../../static/js/calibration/active-calibration.js";
 import { hint } from "../../static/js/calibration/board-hint.js";
-import { cameraRows, decimals, mountRows } from "../../static/js/calibration/figures.js";
-import { poseRows } from "../../static/js/calibration/poses-card.js";
+import { cameraRows, decimals, mountRows, poseRows } from "../../static/js/calibration/figures.js";
 import { known, share } from "../../static/js/calibration/progress.js";
 import { hashOf, placeOf } from "../../static/js/calibration/router.js";
 import { heat, heatWords } from "../../static/js/calibration/uncertainty-map.js";
@@ -246,7 +245,5 @@ test("the poses of the board stand with their standard deviations, and only thos
     { image: "a", used: true, pose },
     { image: "b", used: false, pose },
   ]);
-  assert.deepEqual(rows, [
-    ["a", "10.0 ± 0.10, −20.0 ± 0.20, 500.0 ± 1.00", "5.7 ± 0.06, 0.0 ± 0.06, −11.5 ± 0.11"],
-  ]);
+  assert.deepEqual(rows, [["a", "10.0 ± 0.10, −20.0 ± 0.20, 500.0 ± 1.00", "5.7 ± 0.06, 0.0 ± 0.06, −11.5 ± 0.11"]]);
 });

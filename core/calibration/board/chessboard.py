@@ -79,11 +79,16 @@ def board_by_hand(grey: Array, board: Board, extreme: Array, settings: Chessboar
     for _ in range(HAND_ROUNDS):
         refined = _refined(grey, found, board, settings)[0]
         reach = HAND_ASTRAY * smallest_spacing(found, board)
-        plane, agree = cv2.findHomography(grid, refined, cv2.RANSAC, reach)
+        plane, agree = _plane(grid, refined, reach)
         if plane is None:
             break
         found = np.where(agree.astype(bool), refined, _through(plane, grid))
     return _view(grey, found, board, settings)
+
+
+def _plane(grid: Array, pixels: Array, reach: float) -> tuple[Array | None, Array]:
+    """The homography (3, 3) of most of the places (N, 2), None where there is none, and which are within reach."""
+    return cv2.findHomography(grid, pixels, cv2.RANSAC, reach)
 
 
 def _through(plane: Array, grid: Array) -> Array:

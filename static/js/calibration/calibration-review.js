@@ -67,7 +67,15 @@ class CalibrationReview extends WizardStep {
         { class: "review" },
         this.#head,
         make("div", { class: "review-column" }, this.#values, this.#exports),
-        make("div", { class: "review-column is-wide" }, this.#both, this.#precision, this.#fields, this.#findings, this.#poses),
+        make(
+          "div",
+          { class: "review-column is-wide" },
+          this.#both,
+          this.#precision,
+          this.#fields,
+          this.#findings,
+          this.#poses,
+        ),
         make("div", { class: "review-column" }, this.#views),
       ),
     );

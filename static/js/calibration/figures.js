@@ -111,3 +111,28 @@ function row({ key, name, says, value, sd, unit, other }) {
     far: compared && Math.abs(change) > 3 * sd,
   };
 }
+
+/** @typedef {{rvec_rad: number[], tvec_m: number[], sd_rotation_rad: number[], sd_translation_m: number[]}} BoardPose */
+
+/**
+ * Name, place and turn of every view that takes part, each number ± its standard deviation.
+ * @param {Array<{image: string, used: boolean, pose?: BoardPose}>} views
+ * @returns {[string, string, string][]}
+ */
+export function poseRows(views) {
+  return views.flatMap(({ image, used, pose }) =>
+    used && pose
+      ? [
+          [
+            image,
+            listed(pose.tvec_m, pose.sd_translation_m, 1e3),
+            listed(pose.rvec_rad, pose.sd_rotation_rad, 180 / Math.PI),
+          ],
+        ]
+      : [],
+  );
+}
+
+/** @param {number[]} values @param {number[]} sds @param {number} unit of the values shown */
+const listed = (values, sds, unit) =>
+  values.map((value, axis) => `${fixed(unit * value, 1)} ± ${fixed(unit * (sds[axis] ?? NaN), 2)}`).join(", ");

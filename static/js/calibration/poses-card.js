@@ -1,13 +1,10 @@
 // Element <poses-card>: where the board was in every view, in the camera's frame, with standard deviations.
 
 import { make } from "../ui/element.js";
-import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
+import { poseRows } from "./figures.js";
 
 /** @typedef {import("./types.js").Calibration} Calibration */
-/** @typedef {{rvec_rad: number[], tvec_m: number[], sd_rotation_rad: number[], sd_translation_m: number[]}} BoardPose */
-
-const DEGREES = 180 / Math.PI;
 
 export class PosesCard extends HTMLElement {
   #body = make("tbody");
@@ -27,9 +24,7 @@ export class PosesCard extends HTMLElement {
 
   /** @param {Calibration} calibration */
   show({ solution, kind }) {
-    /** @type {Array<{image: string, used: boolean, pose?: BoardPose}>} */
-    const views = kind === "camera" ? (solution?.["views"] ?? []) : [];
-    const rows = poseRows(views);
+    const rows = poseRows(kind === "camera" ? (solution?.["views"] ?? []) : []);
     this.hidden = rows.length === 0;
     const drawn = JSON.stringify(rows);
     if (drawn === this.#drawn) return;
@@ -41,22 +36,5 @@ export class PosesCard extends HTMLElement {
     );
   }
 }
-
-/**
- * Name, place and turn of every view that takes part, each number ± its standard deviation.
- * @param {Array<{image: string, used: boolean, pose?: BoardPose}>} views
- * @returns {[string, string, string][]}
- */
-export function poseRows(views) {
-  return views.flatMap(({ image, used, pose }) =>
-    used && pose
-      ? [[image, listed(pose.tvec_m, pose.sd_translation_m, 1e3), listed(pose.rvec_rad, pose.sd_rotation_rad, DEGREES)]]
-      : [],
-  );
-}
-
-/** @param {number[]} values @param {number[]} sds @param {number} unit of the values shown */
-const listed = (values, sds, unit) =>
-  values.map((value, axis) => `${fixed(unit * value, 1)} ± ${fixed(unit * (sds[axis] ?? NaN), 2)}`).join(", ");
 
 customElements.define("poses-card", PosesCard);
