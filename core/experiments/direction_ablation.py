@@ -1,4 +1,4 @@
-"""What each difference from the printed direction finding gains: ours, each time without one of them.
+"""Gain of each difference from the printed direction finding: ours, each time without one of them.
 
 The sounds are those of `direction-of-arrival` with the same seed. What comes in piece by piece stands beside itself
 with and without tracking.

@@ -23,13 +23,13 @@ from core.message import message
 
 DEFAULT_ROOMS = 50
 DRIVES_PER_ROOM = 20
-PERCENTILES = (10, 50, 90)
+SHOWN_PERCENTILES = (10, 50, 90)
 ROOM_CONDITIONS = (FAIR_CONDITIONS[0], FAIR_CONDITIONS[3])
 """The camera's field to 4 m and to 5.6 m, names hidden, moving at once."""
 
 ABOUT = About(
     title="Figure 16 in drawn rooms",
-    reproduces="Figure 16's drive among twelve corners that are drawn anew for every room; edges required in the "
+    reproduces="Figure 16's drive among twelve corners of its own for every room; edges required in the "
     "camera's field, names hidden, moving at once, the control noise with which dead reckoning errs as in print.",
     runs=DEFAULT_ROOMS,
     counts="rooms",
@@ -120,7 +120,7 @@ def _row(one: Condition, rooms: list[RoomErrors]) -> RoomFigures:
     errors = np.array([(each.worst, each.mean, each.limit) for each in rooms])
     share, (worst, mean, limits) = (
         np.mean(errors <= PAPER_ERROR_M, axis=0),
-        np.percentile(errors, PERCENTILES, axis=0).T,
+        np.percentile(errors, SHOWN_PERCENTILES, axis=0).T,
     )
     return {
         "condition": one.subtitle.replace(ROOM, "twelve corners drawn"),

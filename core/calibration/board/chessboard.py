@@ -14,7 +14,7 @@ from core.message import Array, message
 FLAGS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 QUICK = FLAGS | cv2.CALIB_CB_FAST_CHECK
 HAND_ROUNDS = 3  # in which corners between those that were marked by hand are refined
-HAND_ASTRAY = 0.15  # of the smallest spacing: a corner that lies farther off the plane of most is laid there
+MAX_HAND_MISFIT = 0.15  # of the smallest spacing: a corner that lies farther off the plane of most is laid there
 SUBPIXEL_CRITERIA = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.001)
 
 
@@ -60,7 +60,7 @@ def find_board(grey: Array, board: Board, settings: ChessboardSettings | None = 
 def board_by_hand(grey: Array, board: Board, extreme: Array, settings: ChessboardSettings | None = None) -> BoardView:
     """Grey picture (H, W) and the four extreme inner corners (4, 2) [pixel] in any order (figure 3) → the board.
 
-    The corners between lie where a plane has them, give or take the lens; each is refined, and those that went astray
+    The corners between lie where a plane has them, give or take the lens; each is refined, and those that went wrong
     are laid among the others once more. Raises BadInput where the four are no quadrilateral in the picture.
     """
     settings = settings or ChessboardSettings()
@@ -78,7 +78,7 @@ def board_by_hand(grey: Array, board: Board, extreme: Array, settings: Chessboar
     found = max(laid, key=lambda corners: _chequered(grey, corners, board))
     for _ in range(HAND_ROUNDS):
         refined = _refined(grey, found, board, settings)[0]
-        reach = HAND_ASTRAY * smallest_spacing(found, board)
+        reach = MAX_HAND_MISFIT * smallest_spacing(found, board)
         plane, agree = _plane(grid, refined, reach)
         if plane is None:
             break
