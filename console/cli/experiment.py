@@ -123,7 +123,11 @@ def run_all(chosen: argparse.Namespace) -> int:
             tell(str(missed))
             continue
         kept = compact({**result, "runs": chosen.runs or EXPERIMENTS[name].about.runs}, made_by)
-        done[name] = {"seed": seed, "seconds": result["seconds"], "file": store(chosen.out / f"{name}.json", kept)}
+        done[name] = {
+            "seed": seed,
+            "seconds": result.get("seconds", 0.0),
+            "file": store(chosen.out / f"{name}.json", kept),
+        }
     if chosen.json:
         write_json({"made_by": made_by, "experiments": done, "missing": missing})
     else:

@@ -7,16 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import cv2
-import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from core.calibration.board.chessboard import find_board
+from core.optics import TABLE_3
 from tests.browser.film import CAMERA, film
 from tests.browser.running_console import Running
 from tests.browser.visit import FLAT, Visit
-from tests.console.calibration.wizard import BOARD, boards
+from tests.console.calibration.wizard import with_a_thumb
 
 Open = Callable[..., Visit]
 SOON, LONG = 30_000, 120_000  # [ms]
@@ -121,12 +119,8 @@ def review(here: Visit) -> None:
 def test_four_corners_are_dragged_onto_a_board_that_is_not_found(
     visit: Open, console: Running, tmp_path: Path
 ) -> None:
-    grey = cv2.imdecode(np.frombuffer(boards()[0], np.uint8), cv2.IMREAD_GRAYSCALE)
-    found = find_board(grey, BOARD)
-    assert found is not None
-    cv2.imwrite(
-        str(tmp_path / "a.png"), cv2.circle(grey, np.rint(found.corners[22]).astype(int).tolist(), 12, 127, -1)
-    )
+    covered, corners = with_a_thumb()
+    (tmp_path / "a.png").write_bytes(covered)
     here = visit(size=(1100, 760))
     page = here.page
     page.goto(console.url + "calibrate")
@@ -137,8 +131,8 @@ def test_four_corners_are_dragged_onto_a_board_that_is_not_found(
     page.get_by_role("button", name="Mark the corners").click()
     shown = here.find(".marker-picture").bounding_box()
     assert shown is not None
-    scale = shown["width"] / grey.shape[1]
-    for number, (u, v) in enumerate(found.corners[[0, 8, 53, 45]].tolist(), start=1):
+    scale = shown["width"] / TABLE_3.width
+    for number, (u, v) in enumerate(corners[[0, 8, 53, 45]].tolist(), start=1):
         page.get_by_role("button", name=f"Extreme corner {number};").hover()
         page.mouse.down()
         page.mouse.move(shown["x"] + (u + 0.5) * scale, shown["y"] + (v + 0.5) * scale)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -61,7 +62,7 @@ def test_json_is_one_object_and_progress_goes_to_standard_error(
 def test_corners_by_hand_take_a_picture_in_that_the_finder_leaves_out(
     pictures: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    grey = cv2.imread(pictures[0], cv2.IMREAD_GRAYSCALE)
+    grey: Any = cv2.imread(pictures[0], cv2.IMREAD_GRAYSCALE)
     found = find_board(grey, BOARD)
     assert found is not None
     covered = tmp_path / "covered.png"
@@ -69,7 +70,9 @@ def test_corners_by_hand_take_a_picture_in_that_the_finder_leaves_out(
     given = tmp_path / "corners.json"
     given.write_text(json.dumps({"covered.png": (found.corners[[0, 8, 53, 45]] + 1).tolist()}))
     asked = ["calibrate", "camera", str(covered), *pictures[1:5], *ASKED, "--json"]
-    refused = [json.loads(answer(capsys, *asked, *more)[1])["views_refused"] for more in ((), ("--corners", given))]
+    refused = [
+        json.loads(answer(capsys, *asked, *more)[1])["views_refused"] for more in ((), ("--corners", str(given)))
+    ]
     assert [one["image"] for one in refused[0]] == ["covered.png"] and refused[1] == []
     for text in ("no", '{"covered.png": [[1, 2]]}', '{"other.png": [[1, 2], [3, 4], [5, 6], [7, 8]]}'):
         given.write_text(text)

@@ -13,9 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from urllib.parse import quote
 
-import cv2
 import msgspec
-import numpy as np
 import pytest
 
 from console.broadcast import Broadcaster
@@ -24,11 +22,10 @@ from console.calibration.jobs import DropView, OpenCamera, TakeUpload
 from console.calibration.service import MOST_EXPORTS, MOST_PICTURES, CalibrationService
 from console.calibration.session_store import SessionStore
 from console.messages.calibration import CalibrationBoard
-from core.calibration.board.chessboard import find_board
 from core.calibration.files.camera_files import parse_camera
 from core.errors import Refused
 from core.optics import TABLE_3
-from tests.console.calibration.wizard import BOARD, JPEG, Wizard, blurred, boards, png
+from tests.console.calibration.wizard import JPEG, Wizard, blurred, boards, with_a_thumb
 from tests.console.in_process import InProcessRobot
 from tests.console.live import Live, hear, say
 
@@ -67,11 +64,8 @@ def test_a_picture_that_is_no_use_is_refused_in_words(walked: Wizard) -> None:
 def test_four_corners_by_hand_count_a_picture_in_which_no_board_is_found() -> None:
     worker = CameraWorker()
     worker.open(OpenCamera(CalibrationBoard(9, 6, 0.03), b"null", None))
-    grey = cv2.imdecode(np.frombuffer(boards()[0], np.uint8), cv2.IMREAD_GRAYSCALE)
-    found = find_board(grey, BOARD)
-    assert found is not None
-    covered = png(cv2.circle(grey, np.rint(found.corners[22]).astype(int).tolist(), 12, 127, -1))
-    corners = [(float(u), float(v)) for u, v in found.corners[[45, 0, 53, 8]]]
+    covered, found = with_a_thumb()
+    corners = [(float(u), float(v)) for u, v in found[[45, 0, 53, 8]]]
     verdicts = [worker.take_upload(TakeUpload(covered, "a", given)).verdict for given in ([], corners)]
     assert [one.kind for one in verdicts if one is not None] == ["nothing", "counted"]
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from console.calibration.service import CalibrationService
 from core.calibration.board.board import Board
+from core.calibration.board.chessboard import find_board
 from core.calibration.practice import ImageExposure, held, picture
 from core.calibration.projection import Poses
 from core.message import Array
@@ -36,6 +37,15 @@ def blurred() -> bytes:
     """A board that was moved while the picture was taken."""
     pose = Poses(np.eye(3)[None], np.array([[-0.12, -0.075, 0.4]]))
     return png(picture(np.random.default_rng(3), TABLE_3, pose, BOARD, ImageExposure(motion=9)))
+
+
+@cache
+def with_a_thumb() -> tuple[bytes, Array]:
+    """The first board with a thumb over a crossing, so that it is not found, and its corners (54, 2) [pixel]."""
+    grey: Any = cv2.imdecode(np.frombuffer(boards()[0], np.uint8), cv2.IMREAD_GRAYSCALE)
+    found = find_board(grey, BOARD)
+    assert found is not None
+    return png(cv2.circle(grey, np.rint(found.corners[22]).astype(int).tolist(), 12, 127, -1)), found.corners
 
 
 def png(grey: Array) -> bytes:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import cv2
 import pytest
@@ -18,7 +19,7 @@ run = EXPERIMENTS["camera-table"]
 @pytest.mark.campaign
 @pytest.mark.parametrize("runs", [1, 3])
 def test_table_3_comes_out_again_with_its_figures(tmp_path: Path, runs: int) -> None:
-    told = run(runs=runs, seed=1, out=tmp_path)
+    told: Any = run(runs=runs, seed=1, out=tmp_path)
     rows = told["table"]
     assert [row["paper_value"] for row in rows][:2] == [TABLE_3.fx, TABLE_3.fy]
     for row, printed in zip(rows, PRINTED_SDS_3, strict=True):
@@ -36,14 +37,14 @@ def test_without_matplotlib_the_table_is_made_and_the_extra_named(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    told = run(runs=1, out=tmp_path)
+    told: Any = run(runs=1, out=tmp_path)
     assert len(told["table"]) == 8 and set(told["files"]) == {"runs"}
     assert install_extra("figures") in told["not_drawn"]
 
 
 @pytest.mark.campaign
 def test_forty_calibrations_stay_within_the_papers_column() -> None:
-    told = run(runs=40)
+    told: Any = run(runs=40)
     assert 0.90 <= told["within_two_sds_pooled"] <= 0.99
     assert told["f_u_within_printed_share"] >= 0.95
     names = list(told["mean_three_sds"].values())

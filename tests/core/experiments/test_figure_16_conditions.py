@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -69,7 +70,7 @@ def test_the_table_says_the_condition_under_every_row(tmp_path: Path, monkeypatc
     monkeypatch.setattr(figure_16_conditions, "CONDITIONS", (CHAPTER,))
     monkeypatch.setattr(figure_16_conditions, "FURTHER", ())
     monkeypatch.setattr(figure_16_conditions, "FAIR_CONDITIONS", ())
-    result = EXPERIMENTS["figure-16-conditions"](runs=1, out=tmp_path, workers=1)
+    result: Any = EXPERIMENTS["figure-16-conditions"](runs=1, out=tmp_path, workers=1)
     assert CHAPTER.subtitle in result["text"] and "edges required; names hidden" in CHAPTER.subtitle
     saved = json.loads(Path(result["files"]["json"]).read_text())
     assert saved["conditions"] == result["conditions"]
@@ -79,10 +80,10 @@ def test_the_share_of_drawn_rooms_is_that_of_the_rooms_whose_worst_drive_errs_as
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(drawn_rooms, "DRIVES_PER_ROOM", 1)
-    drawn = drawn_rooms.plan(runs=3)
-    far = [drawn.batches[1].work(number) for number in range(3)]
+    drawn = drawn_rooms.plan(runs=2)
+    far = [drawn.batches[1].work(number) for number in range(2)]
     row = drawn.finish([*far, *far], None)["conditions"][1]
-    assert row["share_within_paper"] == sum(one.worst <= PAPER_ERROR_M for one in far) / 3
-    assert row["worst_m"][1] == sorted(one.worst for one in far)[1]
+    assert row["share_within_paper"] == sum(one.worst <= PAPER_ERROR_M for one in far) / 2
+    assert row["worst_m"][1] == pytest.approx(sum(one.worst for one in far) / 2)
     assert all(0 < one.limit < 0.2 and one.worst == one.mean for one in far)
     assert "laser to 5.6 m" in row["condition"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -50,7 +51,7 @@ def test_without_words_figure_17_and_the_recordings_remain(tmp_path: Path, monke
     monkeypatch.setattr(speech_quality, "SETTINGS", speech_quality.SETTINGS[6:8])
     one_less = speech_quality.FIGURE_17_ROBOT.replace("=moving=", "moving")
     monkeypatch.setattr(speech_quality, "FIGURE_17_ROBOT", one_less)
-    told = EXPERIMENTS["speech-quality"](runs=1, seed=1, out=tmp_path)
+    told: Any = EXPERIMENTS["speech-quality"](runs=1, seed=1, out=tmp_path)
     assert (told["figure_17"]["osqe_d"], told["figure_17"]["osqe_r"]) == (-5, 6 / 11)
     assert "pip install" in told["words_missing"]
     assert len(told["sweep"]) == 2
@@ -59,7 +60,7 @@ def test_without_words_figure_17_and_the_recordings_remain(tmp_path: Path, monke
 
 @pytest.mark.campaign
 def test_the_robot_hears_worse_in_more_noise() -> None:
-    told = EXPERIMENTS["speech-quality"](seed=0)
+    told: Any = EXPERIMENTS["speech-quality"](seed=0)
     noisy = [row["osqe_d"] for row in told["sweep"] if row["sweep"] == "noise"]
     assert noisy[0] > noisy[-1]
     assert all(after <= before + 2 for before, after in pairwise(noisy))
