@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
 
+from core.gate import TraceWriter
+from core.gate.status import GateStatus
+from core.gate.trace import open_trace
 from tests.campaign.figures import RowFigure
 from tests.campaign.report import PAGE, merged, page, published, state_of, worse
 from tests.campaign.rows import ROWS
+from tests.campaign.struck import TraceOnlooker, until
 
 TESTS = Path(__file__).parents[1]
 
@@ -33,6 +38,23 @@ def test_every_test_that_a_row_names_exists(row: object) -> None:
 
 def test_the_page_is_that_of_the_published_figures() -> None:
     assert PAGE.read_text() == page(published()), "run: python -m tests.campaign --publish"
+
+
+@pytest.mark.parametrize("by_simulator", [True, False])
+def test_the_time_of_a_motion_is_by_this_programs_clock_whatever_the_gates_is(
+    tmp_path: Path, by_simulator: bool
+) -> None:
+    file = tmp_path / "gate.csv"
+    lines = open_trace(file)
+    trace = TraceWriter(lines)
+    until(lambda: file.stat().st_size > 0)
+    with TraceOnlooker(file) as onlooker:
+        began = time.monotonic_ns()
+        for v in (0.1, 0.0):
+            trace.write(GateStatus(v=v), 1, "", 3.0 + v if by_simulator else time.monotonic())
+        until(lambda: onlooker.last_motion > 0)
+        assert began <= onlooker.last_motion <= time.monotonic_ns()
+    lines.close()
 
 
 def test_a_figure_that_was_met_and_is_missed_is_worse_but_on_a_busy_machine_shows_nothing() -> None:
