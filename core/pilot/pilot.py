@@ -42,7 +42,6 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.mapper import AnchoredPose, Mapper
 from core.slam.motion import Motion
 from core.slam.odometry import Odometry
-from core.slam.relocalization.monitor import LocalizationSettings
 from core.slam.submap_manager import MapperSettings
 from core.snapshot import Ending, Hearing, Level, PilotAct, PilotInputs, Snapshot
 
@@ -559,7 +558,7 @@ def parts_of(settings: Settings) -> MapperSettings:
         ekf=settings.ekf,
         motion=settings.motion,
         occupancy=settings.occupancy,
-        lost=LocalizationSettings(kidnap=settings.localization_monitor),
+        kidnap=settings.localization_monitor,
         edges=settings.edge_landmarks,
         voices=settings.voice_landmarks,
     )

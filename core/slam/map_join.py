@@ -24,7 +24,7 @@ from core.slam.map.map_graph import MapGraph
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map_io import keep, restore
 from core.slam.mapper import Mapper
-from core.slam.relocalization.global_search import PoseFit, SearchSettings, judge, search
+from core.slam.relocalization.global_search import PoseFit, judge, search
 from core.slam.relocalization.search_pyramid import ScanView, SearchPyramid, thinned
 from core.slam.submap_manager import CARRIED, MapperSettings
 
@@ -70,11 +70,10 @@ def match_maps(older: SavedMap, newer: SavedMap, parts: MapperSettings) -> MapMa
         raise BadInput(Statement("join.too_little"))
     poses, chosen = _poses(newer), _spread(newer.arrays["view_poses"], MAX_SEARCHED_VIEWS)
     views = _scan_views(newer, chosen)
-    settings = SearchSettings(hopeful=MIN_LINK_SCORE)
     found = [
         (number, fit)
         for number, view in zip(chosen, views, strict=True)
-        for fit in _finished(search(pyramid, view, settings))
+        for fit in _finished(search(pyramid, view, MIN_LINK_SCORE))
         if fit.conflict <= 2 * MAX_LINK_CONFLICT
     ]
     best, support, rival = _shared(found, poses)

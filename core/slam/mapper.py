@@ -65,7 +65,7 @@ class Mapper:
         self._loop_closer = LoopCloser(self.graph, self.parts.matching, self.parts.closures)
         self._global_grid = GlobalGrid(self.graph, self.parts.occupancy)
         self._map_view = MapView(self.graph)
-        self._monitor = LocalizationMonitor(self.parts.lost, watched)
+        self._monitor = LocalizationMonitor(self.parts.kidnap, watched)
         self.submaps = SubmapManager(self.parts, laser, self.graph)
         self._points = NO_POINTS  # (M, 2) [m] of the newest scan, in the active submap
         self._revision = 0  # of the map that the rest has taken in

@@ -23,7 +23,7 @@ from core.slam.map.pose_graph import GraphEdge, compose_covariance
 from core.slam.map.settings import SubmapSettings
 from core.slam.map.submap import Submap
 from core.slam.motion import Increment, MotionSettings
-from core.slam.relocalization.monitor import LocalizationSettings
+from core.slam.relocalization.kidnap_detector import KidnapSettings
 from core.slam.scan_matching.field_matching import ScanMatchingSettings, match_scan, spread
 from core.slam.scan_matching.likelihood_field import LikelihoodField
 
@@ -43,7 +43,7 @@ class MapperSettings:
     ekf: EkfSettings = field(default_factory=EkfSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     occupancy: OccupancySettings = field(default_factory=OccupancySettings)
-    lost: LocalizationSettings = field(default_factory=LocalizationSettings)
+    kidnap: KidnapSettings = field(default_factory=KidnapSettings)
     edges: BearingSettings = field(default_factory=BearingSettings)
     voices: VoiceLandmarkSettings = field(default_factory=VoiceLandmarkSettings)
 

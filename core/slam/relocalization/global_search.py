@@ -24,20 +24,17 @@ RING_M = (0.3, 0.75)  # aside: where a place that is pinned down fits clearly wo
 PEAK_CELLS = 2  # coarse cells around a peak of the correlation that belong to it
 
 
-@dataclass(frozen=True)
-class SearchSettings:
-    """Settings of the search for a place."""
-
-    headings: int = 120  # to which the scan is turned
-    peaks: int = 3  # of the correlation at each heading that are kept
-    finer: int = 48  # places that are looked at finely
-    apart: float = 0.45  # [m] between two of them, or …
-    apart_heading: float = math.radians(5)  # [rad] … this
-    points: int = 100  # of the scan that the fine search looks at
-    hopeful: float = 0.5  # score from which a place is a candidate
-    most: int = 16  # candidates
-    work: float = 2e5  # cells transformed between two yields
-    pieces: int = 3  # places looked at finely between two yields
+# Thresholds of the search for a place.
+SEARCH_HEADINGS = 120  # to which the scan is turned
+PEAKS_PER_HEADING = 3  # of the correlation at each heading that are kept
+MAX_FINE_PLACES = 48  # places that are looked at finely
+MIN_APART_M = 0.45  # [m] between two of them, or …
+MIN_APART_RAD = math.radians(5)  # [rad] … this
+FINE_POINTS = 100  # of the scan that the fine search looks at
+MIN_CANDIDATE_SCORE = 0.5  # score from which a place is a candidate
+MAX_CANDIDATES = 16  # candidates
+CELLS_PER_STEP = 2e5  # cells transformed between two yields
+PLACES_PER_STEP = 3  # places looked at finely between two yields
 
 
 @dataclass(frozen=True)
@@ -49,21 +46,26 @@ class PoseFit:
     conflict: float  # 0..1, share of beams that went through a wall or ended in the middle of free floor
 
 
-def search(pyramid: SearchPyramid, view: ScanView, settings: SearchSettings) -> Generator[None, None, list[PoseFit]]:
-    """A view → where on the whole map it may have been taken, best first; yields between pieces of work."""
+def search(
+    pyramid: SearchPyramid, view: ScanView, least_score: float = MIN_CANDIDATE_SCORE
+) -> Generator[None, None, list[PoseFit]]:
+    """A view → where on the whole map it may have been taken, best first; yields between pieces of work.
+
+    `least_score`: from which a place is a candidate.
+    """
     if len(view.points) < MIN_VIEW_POINTS:
         return []
-    places = yield from _correlate(pyramid, view, settings)
-    return (yield from _look_closer(pyramid, view, places, settings))
+    places = yield from _correlate(pyramid, view)
+    return (yield from _look_closer(pyramid, view, places, least_score))
 
 
 def search_near(
-    pyramid: SearchPyramid, view: ScanView, guess: Pose, reach: float, angle: float, settings: SearchSettings
+    pyramid: SearchPyramid, view: ScanView, guess: Pose, reach: float, angle: float
 ) -> Generator[None, None, list[PoseFit]]:
     """The same within `reach` [m] and ±`angle` [rad] of a guess only; π: any heading."""
     if len(view.points) < MIN_VIEW_POINTS:
         return []
-    few = _few(view, settings)
+    few = _few(view)
     tile = 0.5
     steps = tile * np.arange(-math.ceil(reach / tile), math.ceil(reach / tile) + 1)
     places: list[tuple[float, Pose]] = []
@@ -75,7 +77,7 @@ def search_near(
                 place = pyramid.field.search(few, start, tile / 2, 0.0, 0.1, 1.0)
                 places.append((float(pyramid.values(place.apply(few)).mean()), place))
         yield
-    fits = yield from _look_closer(pyramid, view, places, settings)
+    fits = yield from _look_closer(pyramid, view, places, MIN_CANDIDATE_SCORE)
     return [fit for fit in fits if guess.distance_to(fit.pose.x, fit.pose.y) <= reach + 0.3]
 
 
@@ -118,13 +120,11 @@ def same(one: Pose, other: Pose, apart: float = 0.3, turned: float = math.radian
     return one.distance_to(other.x, other.y) < apart and abs(wrap(one.heading - other.heading)) < turned
 
 
-def _few(view: ScanView, settings: SearchSettings) -> Array:
-    return view.points[:: max(1, len(view.points) // settings.points)]
+def _few(view: ScanView) -> Array:
+    return view.points[:: max(1, len(view.points) // FINE_POINTS)]
 
 
-def _correlate(
-    pyramid: SearchPyramid, view: ScanView, settings: SearchSettings
-) -> Generator[None, None, list[tuple[float, Pose]]]:
+def _correlate(pyramid: SearchPyramid, view: ScanView) -> Generator[None, None, list[tuple[float, Pose]]]:
     """Coarse places, each with the bound of its score."""
     reach = np.hypot(view.points[:, 0], view.points[:, 1])
     points = view.points[reach < MAX_REACH_M]
@@ -134,16 +134,16 @@ def _correlate(
     map_spectrum = pyramid.spectrum(size)
     yield
     places: list[tuple[float, Pose]] = []
-    each = max(1, int(settings.work / (size[0] * size[1])))
-    for number in range(settings.headings):
-        heading = wrap(number * math.tau / settings.headings)
+    each = max(1, int(CELLS_PER_STEP / (size[0] * size[1])))
+    for number in range(SEARCH_HEADINGS):
+        heading = wrap(number * math.tau / SEARCH_HEADINGS)
         cells = np.floor(points @ rotation(heading).T / POOL_M).astype(int)
         raster = np.zeros(size, np.float32)
         np.add.at(raster, (cells[:, 1] % size[0], cells[:, 0] % size[1]), 1.0 / max(len(points), 1))
         product = cv2.mulSpectrums(map_spectrum, cv2.dft(raster), 0, conjB=True)
         bound = cv2.dft(product, flags=cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT)[:rows, :columns]
         bound = np.where(pyramid.standable, bound, np.float32(-1.0))
-        for _ in range(settings.peaks):
+        for _ in range(PEAKS_PER_HEADING):
             _, score, _, (column, row) = cv2.minMaxLoc(bound)
             if score <= 0.0:
                 break
@@ -158,31 +158,31 @@ def _correlate(
 
 
 def _look_closer(
-    pyramid: SearchPyramid, view: ScanView, places: list[tuple[float, Pose]], settings: SearchSettings
+    pyramid: SearchPyramid, view: ScanView, places: list[tuple[float, Pose]], least_score: float
 ) -> Generator[None, None, list[PoseFit]]:
     """Coarse places → fits, best first, no two at one place."""
-    few = _few(view, settings)
+    few = _few(view)
     fits: list[PoseFit] = []
-    for number, place in enumerate(_spaced(places, settings)):
+    for number, place in enumerate(_spaced(places)):
         found = pyramid.field.search(few, place, 0.3, math.radians(3), 0.1, math.radians(1.5))
         fit = judge(pyramid, view, pyramid.field.refine(few, found).pose)
-        if fit is not None and fit.score >= settings.hopeful:
+        if fit is not None and fit.score >= least_score:
             fits.append(fit)
-        if number % settings.pieces == settings.pieces - 1:
+        if number % PLACES_PER_STEP == PLACES_PER_STEP - 1:
             yield
     kept: list[PoseFit] = []
     for fit in sorted(fits, key=lambda fit: -fit.score):
         if not any(same(fit.pose, better.pose) for better in kept):
             kept.append(fit)
-    return kept[: settings.most]
+    return kept[:MAX_CANDIDATES]
 
 
-def _spaced(places: list[tuple[float, Pose]], settings: SearchSettings) -> list[Pose]:
+def _spaced(places: list[tuple[float, Pose]]) -> list[Pose]:
     """The best places of which none is close to a better one."""
     kept: list[Pose] = []
     for _, place in sorted(places, key=lambda scored: -scored[0]):
-        if len(kept) == settings.finer:
+        if len(kept) == MAX_FINE_PLACES:
             break
-        if not any(same(place, better, settings.apart, settings.apart_heading) for better in kept):
+        if not any(same(place, better, MIN_APART_M, MIN_APART_RAD) for better in kept):
             kept.append(place)
     return kept

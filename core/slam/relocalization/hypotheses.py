@@ -4,60 +4,65 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from core.geometry import Pose, wrap
-from core.slam.relocalization.global_search import PoseFit, SearchSettings, aside, judge, ring, same, search
+from core.slam.relocalization.global_search import (
+    FINE_POINTS,
+    MAX_CANDIDATES,
+    MIN_CANDIDATE_SCORE,
+    PLACES_PER_STEP,
+    PoseFit,
+    aside,
+    judge,
+    ring,
+    same,
+    search,
+)
 from core.slam.relocalization.search_pyramid import ScanView, SearchPyramid
 from core.slam.scan_matching.likelihood_field import MAX_SHIFT_M
 
 SHIFTED_VIEWS = 3  # views that are shifted to see whether the walls pin them down
 
+# Conditions under which a place is believed; no place is better than a wrong one. Score, conflict and merit are those
+# of a `PlaceHypothesis`. The usual conflict is the share of points that contradict this map even where the robot
+# knows its place; the excess is what exceeds VIEW_CONFLICT_PER_USUAL times that.
+NEW_VIEW_M = 0.3  # between two views that add information
+NEW_VIEW_RAD = math.radians(20)  # turn on the spot between two views that add information
+CONFIRMING_TURN_RAD = math.radians(35)  # turn on the spot between two views that confirm each other
+MIN_BELIEF_SCORE = 0.735  # mean over the views, on a map without usual conflict
+SCORE_PER_USUAL = 1.5  # by which the least score falls with the usual conflict
+MIN_MERIT = 0.58  # mean over the views
+TWO_VIEW_MARGIN = 0.035  # added to the least score and the least merit while there are two views only
+MAX_EXCESS_CONFLICT = 0.015  # mean over the views
+MAX_VIEW_CONFLICT = 0.04  # of every single view, on a map without usual conflict
+VIEW_CONFLICT_PER_USUAL = 2.0  # by which the most conflict of a view grows with the usual conflict
+MAX_RIVAL_SHARE = 0.88  # of the best place's merit that another one may have with two views
+RIVAL_SHARE_PER_VIEW = 0.025  # by which that share grows with every view beyond the second
+MAX_RIVAL_SHARE_EVER = 0.93  # however many views there are
+RIVAL_SHARE_PER_EXCESS = 5.0  # by which that share falls with the excess conflict of the best place
+MIN_CARRIED_SHARE = 0.6  # of the best place's merit from which another place is carried along
+FIRST_WHOLE_SEARCHES = 2  # views, from the first on, that are searched on the whole map
+VIEWS_PER_SEARCH = 3  # one of which is searched on the whole map, later on
+MAX_SHIFTED_SHARE = 0.94  # of the best place's score that the views may reach 0.3 to 0.75 m from it
+MAX_KEPT_VIEWS = 6  # that are kept
+DRIFT_M = 0.15  # by which two views may disagree with the odometry between them at rest
+DRIFT_SHARE = 0.1  # of the way between them, in addition
+VEER_RAD = math.radians(3)  # by which two views may disagree with the odometry's heading at rest
+VEER_SHARE = 0.1  # of the turn between them, in addition
+VEER_RAD_PER_M = math.radians(4)  # of the way between them, in addition
 
-@dataclass(frozen=True)
-class BeliefThresholds:
-    """Conditions under which a place is believed. No place is better than a wrong one.
 
-    Score, conflict and merit are those of a `PlaceHypothesis`. The usual conflict is the share of points that
-    contradict this map even where the robot knows its place; the excess is what exceeds `view_conflict_per_usual`
-    times that.
-    """
+def least_score(usual: float) -> float:
+    """Return the least score on a map whose usual conflict is `usual`."""
+    return MIN_BELIEF_SCORE - SCORE_PER_USUAL * usual
 
-    search: SearchSettings = field(default_factory=SearchSettings)
-    new_view_m: float = 0.3  # between two views that add information
-    new_view_rad: float = math.radians(20)  # turn on the spot between two views that add information
-    confirming_turn_rad: float = math.radians(35)  # turn on the spot between two views that confirm each other
-    min_score: float = 0.735  # mean over the views, on a map without usual conflict
-    score_per_usual: float = 1.5  # by which the least score falls with the usual conflict
-    min_merit: float = 0.58  # mean over the views
-    two_view_margin: float = 0.035  # added to the least score and the least merit while there are two views only
-    max_excess_conflict: float = 0.015  # mean over the views
-    max_view_conflict: float = 0.04  # of every single view, on a map without usual conflict
-    view_conflict_per_usual: float = 2.0  # by which the most conflict of a view grows with the usual conflict
-    max_rival_share: float = 0.88  # of the best place's merit that another one may have with two views
-    rival_share_per_view: float = 0.025  # by which that share grows with every view beyond the second
-    max_rival_share_ever: float = 0.93  # however many views there are
-    rival_share_per_excess: float = 5.0  # by which that share falls with the excess conflict of the best place
-    min_carried_share: float = 0.6  # of the best place's merit from which another place is carried along
-    first_whole_searches: int = 2  # views, from the first on, that are searched on the whole map
-    views_per_search: int = 3  # one of which is searched on the whole map, later on
-    max_shifted_share: float = 0.94  # of the best place's score that the views may reach 0.3 to 0.75 m from it
-    max_views: int = 6  # that are kept
-    drift_m: float = 0.15  # by which two views may disagree with the odometry between them at rest
-    drift_share: float = 0.1  # of the way between them, in addition
-    veer_rad: float = math.radians(3)  # by which two views may disagree with the odometry's heading at rest
-    veer_share: float = 0.1  # of the turn between them, in addition
-    veer_rad_per_m: float = math.radians(4)  # of the way between them, in addition
 
-    def least_score(self, usual: float) -> float:
-        """Return the least score on a map whose usual conflict is `usual`."""
-        return self.min_score - self.score_per_usual * usual
-
-    def most_conflict(self, usual: float) -> float:
-        """Return the most conflict of a single view on such a map."""
-        return self.max_view_conflict + self.view_conflict_per_usual * usual
+def most_conflict(usual: float) -> float:
+    """Return the most conflict of a single view on such a map."""
+    return MAX_VIEW_CONFLICT + VIEW_CONFLICT_PER_USUAL * usual
 
 
 @dataclass(frozen=True)
@@ -90,37 +95,38 @@ class PlaceHypothesis:
 class PlaceHypotheses:
     """The places that all views allow."""
 
-    def __init__(
-        self, pyramid: SearchPyramid, thresholds: BeliefThresholds | None = None, usual: float = 0.0
-    ) -> None:
+    def __init__(self, pyramid: SearchPyramid, usual: float = 0.0) -> None:
         """`usual`: share of points (0..1) that contradict this map even where the robot knows its place."""
         self._usual = usual
-        self.pyramid, self.thresholds = pyramid, thresholds or BeliefThresholds()
+        self.pyramid = pyramid
         self.views: list[ScanView] = []
         self.places: list[PlaceHypothesis] = []  # best first
         self._taken = 0  # views since the present ones began
 
     def is_news(self, view: ScanView) -> bool:
         """Return whether a view was taken far enough from the last one to add information."""
-        return not self.views or self._apart(self.views[-1], view, self.thresholds.new_view_rad)
+        return not self.views or self._apart(self.views[-1], view, NEW_VIEW_RAD)
 
     def consider(self, view: ScanView) -> Generator[None, None, None]:
         """Take in a view: carry on what the former views allowed, search the map with it, and intersect."""
-        limits, carried = self.thresholds, list[PlaceHypothesis]()
+        carried: list[PlaceHypothesis] = []
         for number, place in enumerate(self.places):
             fit = self.follow(self.views[-1], view, place.pose)
             if fit is not None:
                 carried.append(PlaceHypothesis((*place.fits, fit)))
-            if number % limits.search.pieces == limits.search.pieces - 1:
+            if number % PLACES_PER_STEP == PLACES_PER_STEP - 1:
                 yield
-        every = limits.views_per_search
-        if not carried or self._taken < limits.first_whole_searches or self._taken % every == every - 2:
-            found = yield from search(self.pyramid, view, limits.search)
+        if (
+            not carried
+            or self._taken < FIRST_WHOLE_SEARCHES
+            or self._taken % VIEWS_PER_SEARCH == VIEWS_PER_SEARCH - 2
+        ):
+            found = yield from search(self.pyramid, view)
             for number, fit in enumerate(found):
                 traced = None if any(same(fit.pose, place.pose) for place in carried) else self._trace(view, fit)
                 if traced is not None:
                     carried.append(traced)
-                if number % limits.search.pieces == limits.search.pieces - 1:
+                if number % PLACES_PER_STEP == PLACES_PER_STEP - 1:
                     yield
             if not carried:
                 self._taken = 0
@@ -131,15 +137,15 @@ class PlaceHypotheses:
     def _take(self, view: ScanView, carried: list[PlaceHypothesis]) -> None:
         self._taken += 1
         self.views.append(view)
-        if len(self.views) > self.thresholds.max_views:
+        if len(self.views) > MAX_KEPT_VIEWS:
             del self.views[0]
             carried = [PlaceHypothesis(place.fits[1:]) for place in carried]
         ranked: list[PlaceHypothesis] = []
         for place in sorted(carried, key=lambda place: -place.merit):
             if not any(same(place.pose, better.pose) for better in ranked):
                 ranked.append(place)
-        least = self.thresholds.min_carried_share * ranked[0].merit if ranked else 0.0
-        self.places = [place for place in ranked[: self.thresholds.search.most] if place.merit >= least]
+        least = MIN_CARRIED_SHARE * ranked[0].merit if ranked else 0.0
+        self.places = [place for place in ranked[:MAX_CANDIDATES] if place.merit >= least]
 
     def believed(self) -> PlaceHypothesis | None:
         """The one place that fits every view well, that no other rivals, and that is pinned down; else None."""
@@ -147,25 +153,24 @@ class PlaceHypotheses:
 
     def doubt(self) -> str:
         """Return why the best place is not believed; "" when it is."""
-        limits = self.thresholds
         if not self.places:
             return "nothing on the map fits"
         best = self.places[0]
-        if not any(self._apart(one, self.views[-1], limits.confirming_turn_rad) for one in self.views[:-1]):
+        if not any(self._apart(one, self.views[-1], CONFIRMING_TURN_RAD) for one in self.views[:-1]):
             return "one view only" if len(self.views) == 1 else "I have seen the place from one side only"
-        more = limits.two_view_margin if len(best.fits) == 2 else 0.0
-        if best.score < limits.least_score(self._usual) + more:
+        more = TWO_VIEW_MARGIN if len(best.fits) == 2 else 0.0
+        if best.score < least_score(self._usual) + more:
             return "the walls fit badly"
-        most = limits.most_conflict(self._usual)
-        excess = max(0.0, best.conflict - limits.view_conflict_per_usual * self._usual)
-        against = excess > limits.max_excess_conflict or max(fit.conflict for fit in best.fits) > most
-        if against or best.merit < limits.min_merit + more:
+        most = most_conflict(self._usual)
+        excess = max(0.0, best.conflict - VIEW_CONFLICT_PER_USUAL * self._usual)
+        against = excess > MAX_EXCESS_CONFLICT or max(fit.conflict for fit in best.fits) > most
+        if against or best.merit < MIN_MERIT + more:
             return "I see through walls of the map"
-        share = limits.max_rival_share + limits.rival_share_per_view * (len(best.fits) - 2)
-        share = min(share, limits.max_rival_share_ever) - limits.rival_share_per_excess * excess
+        share = MAX_RIVAL_SHARE + RIVAL_SHARE_PER_VIEW * (len(best.fits) - 2)
+        share = min(share, MAX_RIVAL_SHARE_EVER) - RIVAL_SHARE_PER_EXCESS * excess
         if any(other.merit > share * best.merit for other in self.places[1:]):
             return "other places look the same"
-        if self.looseness(best) > limits.max_shifted_share:
+        if self.looseness(best) > MAX_SHIFTED_SHARE:
             return "the walls here leave it open along them"
         return ""
 
@@ -177,18 +182,17 @@ class PlaceHypotheses:
 
     def follow(self, before: ScanView, view: ScanView, pose: Pose) -> PoseFit | None:
         """The view's fit where the odometry leads from a pose at the view before; None where it does not fit."""
-        limits = self.thresholds
         move = before.odometry.inverse() @ view.odometry
         way = math.hypot(move.x, move.y)
-        reach = limits.drift_m + limits.drift_share * way
-        angle = limits.veer_rad + limits.veer_share * abs(move.heading) + limits.veer_rad_per_m * way
+        reach = DRIFT_M + DRIFT_SHARE * way
+        angle = VEER_RAD + VEER_SHARE * abs(move.heading) + VEER_RAD_PER_M * way
         if reach > MAX_SHIFT_M:
             return None  # the odometry no longer says where the robot may be
         expected = pose @ move
-        few = view.points[:: max(1, len(view.points) // limits.search.points)]
+        few = view.points[:: max(1, len(view.points) // FINE_POINTS)]
         found = self.pyramid.field.search(few, expected, reach, angle, 0.1, math.radians(1.5))
         fit = judge(self.pyramid, view, found)
-        if fit is None or fit.score < limits.search.hopeful:
+        if fit is None or fit.score < MIN_CANDIDATE_SCORE:
             return None
         strayed = expected.distance_to(fit.pose.x, fit.pose.y) > 1.5 * reach
         veered = abs(wrap(expected.heading - fit.pose.heading)) > 1.5 * angle
@@ -207,4 +211,4 @@ class PlaceHypotheses:
 
     def _apart(self, one: ScanView, other: ScanView, turned: float) -> bool:
         move = one.odometry.inverse() @ other.odometry
-        return math.hypot(move.x, move.y) >= self.thresholds.new_view_m or abs(move.heading) >= turned
+        return math.hypot(move.x, move.y) >= NEW_VIEW_M or abs(move.heading) >= turned

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks.frame_perception import Beams
@@ -16,27 +14,19 @@ from core.slam.relocalization.kidnap_detector import (
     LocalizationEvidence,
     WidenedWalls,
 )
-from core.slam.relocalization.recovery import Click, RecoveredPose, Recovery, RecoverySettings
+from core.slam.relocalization.recovery import Click, RecoveredPose, Recovery
 from core.slam.relocalization.search_pyramid import ScanView
 from core.slam.scan_matching.scan_tracker import ScanTracker
 
 SETTLING_S = 3.0  # after the start or after being found in which nothing is suspected: the map is only just there
 
 
-@dataclass(frozen=True)
-class LocalizationSettings:
-    """Settings of kidnap detection and recovery."""
-
-    kidnap: KidnapSettings = field(default_factory=KidnapSettings)
-    lost: RecoverySettings = field(default_factory=RecoverySettings)
-
-
 class LocalizationMonitor:
     """Between the robot's own confidence and the search for its place."""
 
-    def __init__(self, settings: LocalizationSettings, watched: bool) -> None:
-        self._settings, self._watched = settings, watched
-        self._detector, self._walls = KidnapDetector(settings.kidnap), WidenedWalls()
+    def __init__(self, settings: KidnapSettings, watched: bool) -> None:
+        self._watched = watched
+        self._detector, self._walls = KidnapDetector(settings), WidenedWalls()
         self._recovery: Recovery | None = None
         self._odometry = Pose()  # adds up the wheels' moves while the robot is lost
         self._since: float | None = None
@@ -119,5 +109,4 @@ class LocalizationMonitor:
     def begin(self, stamp: float, why: str, grid: OccupancyGrid, before: Pose | None = None) -> None:
         """Look for the robot's place on this map; `why`: a clause for the operator; `before`: where it may yet be."""
         self._odometry = Pose()
-        settings, usual = self._settings.lost, self._detector.usual
-        self._recovery = Recovery(stamp, why, grid, settings=settings, usual=usual, before=before)
+        self._recovery = Recovery(stamp, why, grid, usual=self._detector.usual, before=before)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,32 +14,27 @@ from core.sentences import Statement
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import LostPhase, LostStatus
 from core.slam.relocalization.global_search import PoseFit, judge, search_near
-from core.slam.relocalization.hypotheses import BeliefThresholds, PlaceHypotheses, PlaceHypothesis
+from core.slam.relocalization.hypotheses import PlaceHypotheses, PlaceHypothesis, least_score, most_conflict
 from core.slam.relocalization.search_pyramid import ScanView, SearchPyramid
 from core.slam.scan_matching.match_covariance import match_spread
 
-
-@dataclass(frozen=True)
-class RecoverySettings:
-    """Settings of the search for the robot's place."""
-
-    belief: BeliefThresholds = field(default_factory=BeliefThresholds)
-    turn_rate: float = 0.6  # [rad/s] of looking around on the spot
-    turn: float = math.tau  # [rad] of looking around after which the operator is asked
-    patience: float = 20.0  # [s] after which the operator is asked
-    reach: float = 1.0  # [m] around a click that are searched
-    reach_heading: float = math.radians(30)  # [rad] around the heading that came with it
-    click_score: float = 0.6  # of a place near a click, at least
-    click_conflict: float = 0.2  # at most
-    click_rival: float = 0.92  # share of its score that another place near the click may reach
-    stayed: float = 0.3  # [m] around the former place that are searched where a click is refuted …
-    stayed_heading: float = math.radians(10)  # [rad] … and around its heading
-    stand: float = 0.5  # [s] before looking around: perhaps it never left
-    again: int = 4  # views one after the other that fit where the robot believed to be, for it never left
-    unchecked_sd: float = 0.5  # [m] of a click that nothing on the map can confirm …
-    unchecked_heading_sd: float = math.radians(40)  # [rad] … and of its heading
-    place_sd: float = 0.03  # [m] of a found place, at least
-    heading_sd: float = math.radians(1.0)  # [rad]
+# Thresholds of the search for the robot's place.
+TURN_RATE_RAD_S = 0.6  # [rad/s] of looking around on the spot
+MAX_TURN_RAD = math.tau  # [rad] of looking around after which the operator is asked
+MAX_SEARCH_S = 20.0  # [s] after which the operator is asked
+CLICK_REACH_M = 1.0  # [m] around a click that are searched
+CLICK_REACH_RAD = math.radians(30)  # [rad] around the heading that came with it
+MIN_CLICK_SCORE = 0.6  # of a place near a click, at least
+MAX_CLICK_CONFLICT = 0.2  # at most
+MAX_CLICK_RIVAL = 0.92  # share of its score that another place near the click may reach
+STAYED_REACH_M = 0.3  # [m] around the former place that are searched where a click is refuted …
+STAYED_REACH_RAD = math.radians(10)  # [rad] … and around its heading
+STANDING_TIME_S = 0.5  # [s] before looking around: perhaps it never left
+MIN_FITTING_VIEWS = 4  # views one after the other that fit where the robot believed to be, for it never left
+UNCHECKED_SD_M = 0.5  # [m] of a click that nothing on the map can confirm …
+UNCHECKED_SD_RAD = math.radians(40)  # [rad] … and of its heading
+MIN_PLACE_SD_M = 0.03  # [m] of a found place, at least
+MIN_HEADING_SD_RAD = math.radians(1.0)  # [rad]
 
 
 @dataclass(frozen=True)
@@ -84,7 +79,6 @@ class Recovery:
         why: str,
         grid: OccupancyGrid,
         points: Array | None = None,
-        settings: RecoverySettings | None = None,
         usual: float = 1.0,
         before: Pose | None = None,
     ) -> None:
@@ -94,7 +88,6 @@ class Recovery:
         `before`: where the robot believed to be until now, unless it was felt to be carried away.
         """
         self._usual, self._before = usual, before
-        self.settings = settings or RecoverySettings()
         self.turn = 0.0  # [rad/s] that the robot should turn on the spot now, if it may
         self.waiting = False  # for a view from somewhere else
         self._since = self._now = stamp
@@ -128,9 +121,9 @@ class Recovery:
         if self._odometry is not None:
             self._turned += abs(wrap(odometry.heading - self._odometry.heading))
         self._now, self._odometry, self._view = stamp, odometry, view or self._view
-        waits = self._before is not None and stamp - self._since < self.settings.stand
+        waits = self._before is not None and stamp - self._since < STANDING_TIME_S
         looks = self._phase != "asking" and self._view is not None and not waits
-        self.turn = self.settings.turn_rate if looks and may_turn else 0.0
+        self.turn = TURN_RATE_RAD_S if looks and may_turn else 0.0
         if self._phase == "confirming":
             self._words = TURNING if may_turn else HOLDING
         try:
@@ -144,7 +137,7 @@ class Recovery:
         pyramid = yield from self._charted()
         if pyramid is None:
             return (yield from self._ask(EMPTY))
-        seen = PlaceHypotheses(pyramid, self.settings.belief, 1.0 - self._usual)
+        seen = PlaceHypotheses(pyramid, 1.0 - self._usual)
         while True:
             while self._view is None or not seen.is_news(self._view):
                 self._ask_after(seen)
@@ -165,7 +158,7 @@ class Recovery:
 
     def _stayed(self, pyramid: SearchPyramid) -> RecoveredPose | None:
         """Return the former place if the scans fit there again: a person may have stood in front of the laser."""
-        view, belief = self._view, self.settings.belief
+        view = self._view
         if self._before is None or view is None or view is self._compared:
             return None
         self._compared = view
@@ -174,39 +167,34 @@ class Recovery:
         usual = 1.0 - self._usual
         fits = (
             fit is not None
-            and former.distance_to(fit.pose.x, fit.pose.y) < self.settings.stayed
-            and abs(wrap(fit.pose.heading - former.heading)) < self.settings.stayed_heading
-            and fit.score >= belief.least_score(usual)
-            and fit.conflict <= belief.most_conflict(usual)
+            and former.distance_to(fit.pose.x, fit.pose.y) < STAYED_REACH_M
+            and abs(wrap(fit.pose.heading - former.heading)) < STAYED_REACH_RAD
+            and fit.score >= least_score(usual)
+            and fit.conflict <= most_conflict(usual)
         )
         self._fitting = self._fitting + 1 if fits else 0
-        return (
-            self._found(view, fit, NEVER_LEFT) if fit is not None and self._fitting >= self.settings.again else None
-        )
+        return self._found(view, fit, NEVER_LEFT) if fit is not None and self._fitting >= MIN_FITTING_VIEWS else None
 
     def _find_near(self, click: Click) -> Generator[None, None, RecoveredPose | None]:
         """Search around a click; one view is enough where it fits, as a person has given the place."""
-        settings = self.settings
         guess = Pose(click.x, click.y, click.heading or 0.0)
         pyramid = yield from self._charted()
         view = self._view
         if pyramid is None:
-            sd = [settings.unchecked_sd, settings.unchecked_sd, settings.unchecked_heading_sd]
+            sd = [UNCHECKED_SD_M, UNCHECKED_SD_M, UNCHECKED_SD_RAD]
             return RecoveredPose(guess, np.diag(sd) ** 2, 0.0, TRUSTED)
         if view is None:
             self._phase, self._words = "asking", NO_VIEW
             return (yield from self._find())
         self._phase, self._words = "searching", Statement("place.around_click")
-        angle = math.pi if click.heading is None else settings.reach_heading
-        fits = yield from search_near(pyramid, view, guess, settings.reach, angle, settings.belief.search)
+        angle = math.pi if click.heading is None else CLICK_REACH_RAD
+        fits = yield from search_near(pyramid, view, guess, CLICK_REACH_M, angle)
         doubt = self._doubt(fits)
         if not doubt:
             return self._found(view, fits[0], CLICKED)
         if self._before is not None:
             former = self._before @ view.odometry
-            stays = yield from search_near(
-                pyramid, view, former, settings.stayed, settings.stayed_heading, settings.belief.search
-            )
+            stays = yield from search_near(pyramid, view, former, STAYED_REACH_M, STAYED_REACH_RAD)
             if not self._doubt(stays):
                 return self._found(view, stays[0], STAYED(doubt=doubt))
         self._phase, self._words = "asking", UNFIT(doubt=doubt)
@@ -233,19 +221,17 @@ class Recovery:
 
     def _ask_after(self, seen: PlaceHypotheses) -> None:
         """Ask the operator after a full turn or the end of the patience."""
-        settings = self.settings
-        over = self._turned >= settings.turn or self._now - self._since >= settings.patience
+        over = self._turned >= MAX_TURN_RAD or self._now - self._since >= MAX_SEARCH_S
         if over and self._phase != "asking":
             self._phase, self._words = "asking", ASKING(doubt=seen.doubt())
 
     def _doubt(self, fits: list[PoseFit]) -> str:
         """Return why a click is not believed; "" when it is."""
-        settings = self.settings
-        if not fits or fits[0].score < settings.click_score:
+        if not fits or fits[0].score < MIN_CLICK_SCORE:
             return "the walls fit badly"
-        if fits[0].conflict > settings.click_conflict:
+        if fits[0].conflict > MAX_CLICK_CONFLICT:
             return "I see through walls of the map"
-        if any(other.score > settings.click_rival * fits[0].score for other in fits[1:]):
+        if any(other.score > MAX_CLICK_RIVAL * fits[0].score for other in fits[1:]):
             return "several places near it look the same"
         return ""
 
@@ -259,13 +245,12 @@ class Recovery:
 
     def _found(self, view: ScanView, fit: PoseFit, words: str) -> RecoveredPose:
         """A fit of a view, carried on to now."""
-        settings = self.settings
         own = match_spread(
             view.points,
             point_sd=0.1,
             wall=0.5,
             unknown=np.array([1.0, 1.0, 0.5]),
-            floor=np.array([settings.place_sd, settings.place_sd, settings.heading_sd]),
+            floor=np.array([MIN_PLACE_SD_M, MIN_PLACE_SD_M, MIN_HEADING_SD_RAD]),
         )
         onto = np.eye(3)
         onto[:2, :2] = rotation(fit.pose.heading)

@@ -8,12 +8,10 @@ import pytest
 
 from core.geometry import Pose, rotation, wrap
 from core.slam.map.occupancy import OccupancyGrid
-from core.slam.relocalization.global_search import PoseFit, SearchSettings, judge, same, search, search_near
-from core.slam.relocalization.hypotheses import PlaceHypotheses, PlaceHypothesis
+from core.slam.relocalization.global_search import PoseFit, judge, same, search, search_near
+from core.slam.relocalization.hypotheses import MAX_SHIFTED_SHARE, PlaceHypotheses, PlaceHypothesis
 from core.slam.relocalization.search_pyramid import POOL_M, SearchPyramid, thinned
 from tests.core.slam.carried_scenes import CORRIDOR, ELSEWHERE, LAB, OBLONG, anywhere, charted, finish, mapped, seen
-
-SETTINGS = SearchSettings()
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +31,7 @@ def away(pose: Pose, truth: Pose) -> tuple[float, float]:
 @pytest.mark.parametrize("seed", range(3))
 def test_a_scan_is_found_wherever_on_the_map_it_was_taken(lab: SearchPyramid, seed: int) -> None:
     truth = anywhere(LAB, np.random.default_rng(seed))
-    fits, _ = finish(search(lab, seen(LAB, truth, seed=seed), SETTINGS))
+    fits, _ = finish(search(lab, seen(LAB, truth, seed=seed)))
     distance, turned = away(fits[0].pose, truth)
     assert distance < 0.1 and turned < 2.0
     assert fits[0].score > 0.75 and fits[0].conflict < 0.1
@@ -54,8 +52,8 @@ def test_the_coarse_score_is_never_lower_than_the_fine_one(lab: SearchPyramid) -
 
 def test_the_work_comes_in_many_small_pieces_and_twice_the_same(lab: SearchPyramid) -> None:
     view = seen(LAB, Pose(0.5, 0.3, 1.0))
-    first, pieces = finish(search(lab, view, SETTINGS))
-    again, _ = finish(search(lab, view, SETTINGS))
+    first, pieces = finish(search(lab, view))
+    again, _ = finish(search(lab, view))
     assert pieces >= 15
     assert [fit.pose for fit in first] == [fit.pose for fit in again]
 
@@ -78,7 +76,7 @@ def test_a_corridor_leaves_the_way_along_it_open() -> None:
         pose = Pose(15.0, 0.9, 0.2 + step * math.radians(40))
         finish(thoughts.consider(seen(CORRIDOR, pose, seed=step)))
         assert thoughts.believed() is None
-    assert thoughts.looseness(thoughts.places[0]) > thoughts.thresholds.max_shifted_share
+    assert thoughts.looseness(thoughts.places[0]) > MAX_SHIFTED_SHARE
 
 
 def test_views_from_apart_are_believed_and_one_is_not(lab: SearchPyramid) -> None:
@@ -118,7 +116,7 @@ def test_a_place_that_is_not_on_the_map_is_not_believed(lab: SearchPyramid) -> N
 
 def test_a_guess_with_any_heading_is_searched_around(lab: SearchPyramid) -> None:
     truth = Pose(0.6, 0.4, 2.1)
-    fits, _ = finish(search_near(lab, seen(LAB, truth), Pose(1.1, -0.1, 0.0), 1.0, math.pi, SETTINGS))
+    fits, _ = finish(search_near(lab, seen(LAB, truth), Pose(1.1, -0.1, 0.0), 1.0, math.pi))
     distance, angle = away(fits[0].pose, truth)
     assert distance < 0.05 and angle < 1.0
 
@@ -149,7 +147,7 @@ def test_an_empty_map_makes_no_chart() -> None:
 def test_a_blind_view_is_found_nowhere(lab: SearchPyramid) -> None:
     view = seen(LAB, Pose(0.5, 0.3, 0.0))
     blind = type(view)(stamp=0.0, odometry=Pose(), start=view.start, points=view.points[:5], misses=np.zeros((0, 2)))
-    assert finish(search(lab, blind, SETTINGS))[0] == []
+    assert finish(search(lab, blind))[0] == []
     for misses in (np.zeros((0, 2)), view.misses):
         assert judge(lab, replace(blind, points=np.zeros((0, 2)), misses=misses), Pose(0.5, 0.3, 0.0)) is None
 

@@ -11,7 +11,7 @@ from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.frame_perception import Beams
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.relocalization.kidnap_detector import KidnapDetector, LocalizationEvidence, WidenedWalls
-from core.slam.relocalization.recovery import Click, RecoveredPose, Recovery, RecoverySettings
+from core.slam.relocalization.recovery import UNCHECKED_SD_M, Click, RecoveredPose, Recovery
 from core.slam.relocalization.search_pyramid import ScanView
 from tests.core.slam.carried_scenes import LAB, LASER, OBLONG, anywhere, carry, mapped, robot, seen
 
@@ -218,7 +218,7 @@ def test_on_an_empty_map_it_asks_and_takes_the_click_as_it_is() -> None:
     found = stand(finding, view, 10)
     assert found is not None
     assert found.pose == Pose(2.0, 1.0, 0.5)
-    assert found.covariance[0, 0] == RecoverySettings().unchecked_sd ** 2
+    assert found.covariance[0, 0] == UNCHECKED_SD_M**2
 
 
 def test_the_place_is_told_for_the_frame_in_which_it_was_found(lab: OccupancyGrid) -> None:
