@@ -36,27 +36,20 @@ class SessionView:
     busy: bool = False  # a solution is on its way, after which the advice will be better
 
 
-@dataclass(frozen=True)
-class BoardDemoSettings:
-    """How well and how patiently the board is held."""
-
-    turn: float = np.deg2rad(5)  # [rad] by which the aim misses, standard deviation
-    miss: float = 0.05  # [m] likewise, in space
-    moving: float = 1.2  # [s] from one pose to the next
-    settle: float = 0.15  # [s] after arriving before verdicts are listened to
-    patience: float = 4.0  # [s] that a pose is held while nothing comes of it …
-    lost: float = 1.2  # [s] … while no board is seen …
-    gathering: float = 8.0  # [s] … and while scans are gathered
-    solving: float = 3.0  # [s] waited at most for a solution before the next pose
-    lift: float = 0.03  # [m] higher with every refusal of the room: low poses end at the floor …
-    highest: float = 0.36  # [m] … but not so high; then low again
-    tries: int = 4  # poses asked of the room before another suggestion is asked for
-    stuck: int = 40  # suggestions in a row that the room refuses before the demo gives up
-    care: tuple[float, ...] = (
-        1.0,
-        0.5,
-        0.25,
-    )  # share of the misses in the first and the following tries at an advice
+# How well and how patiently the board is held.
+AIM_SD_RAD = np.deg2rad(5)  # [rad] by which the aim misses, standard deviation
+AIM_SD_M = 0.05  # [m] likewise, in space
+MOVING_TIME_S = 1.2  # [s] from one pose to the next
+SETTLING_TIME_S = 0.15  # [s] after arriving before verdicts are listened to
+MAX_HOLD_S = 4.0  # [s] that a pose is held while nothing comes of it …
+MAX_UNSEEN_S = 1.2  # [s] … while no board is seen …
+MAX_GATHERING_S = 8.0  # [s] … and while scans are gathered
+MAX_SOLVING_S = 3.0  # [s] waited at most for a solution before the next pose
+LIFT_STEP_M = 0.03  # [m] higher with every refusal of the room: low poses end at the floor …
+MAX_LIFT_M = 0.36  # [m] … but not so high; then low again
+TRIES_PER_ADVICE = 4  # poses asked of the room before another suggestion is asked for
+MAX_BARRED_ADVICES = 40  # suggestions in a row that the room refuses before the demo gives up
+CARE_SHARES = (1.0, 0.5, 0.25)  # share of the misses in the first and the following tries at an advice
 
 
 class BoardDemo:
@@ -80,10 +73,8 @@ class BoardDemo:
         board: Board,
         *,
         seed: int = 0,
-        settings: BoardDemoSettings | None = None,
     ) -> None:
         self._ask, self._advice, self._board = ask, advice, board
-        self._settings = settings or BoardDemoSettings()
         self._rng = np.random.default_rng(seed)
         self._phase: Phase = "beside"
         self._shown = False  # the board is in the room
@@ -123,14 +114,14 @@ class BoardDemo:
 
     def _through(self, now: float, sight: SessionView) -> bool:
         """Return whether holding the present pose is over, for better or worse."""
-        settings, held = self._settings, now - self._arrived
+        held = now - self._arrived
         counted = sight.kind == "counted" and sight.number != self._left
-        if held < settings.settle and not counted:
+        if held < SETTLING_TIME_S and not counted:
             self._heard = sight.number
             return False
         settled = sight.kind in SETTLED and sight.number != self._heard
-        waits = {"gathering": settings.gathering, "nothing": settings.lost}
-        if not (counted or settled) and held < waits.get(sight.kind, settings.patience):
+        waits = {"gathering": MAX_GATHERING_S, "nothing": MAX_UNSEEN_S}
+        if not (counted or settled) and held < waits.get(sight.kind, MAX_HOLD_S):
             return False
         self._phase, self._freed = "beside", now
         self._tries = 0 if counted else self._tries + 1
@@ -138,9 +129,9 @@ class BoardDemo:
 
     async def _move_on(self, now: float, sight: SessionView) -> None:
         """To the advised pose, more carefully the more often that has failed, then to another one."""
-        if sight.busy and now - self._freed < self._settings.solving:
+        if sight.busy and now - self._freed < MAX_SOLVING_S:
             return
-        skip = self._tries > 0 and self._tries % len(self._settings.care) == 0
+        skip = self._tries > 0 and self._tries % len(CARE_SHARES) == 0
         pose = await self._advice(skip)
         if pose is None:
             return
@@ -149,24 +140,23 @@ class BoardDemo:
             self._left, self._barred = sight.number, 0
             return
         self._barred += 1
-        self._tries += len(self._settings.care) - self._tries % len(self._settings.care)
-        if self._barred >= self._settings.stuck:
+        self._tries += len(CARE_SHARES) - self._tries % len(CARE_SHARES)
+        if self._barred >= MAX_BARRED_ADVICES:
             raise Refused(f"{barred} Drive the robot to where there is room before it, and begin again.")
 
     async def _barred_from(self, now: float, advised: Transform) -> str:
         """Ask the room for the advised pose, missed a little, higher each time it says no → its reason, or ''."""
-        settings = self._settings
-        turns, which = divmod(self._tries, len(settings.care))
+        turns, which = divmod(self._tries, len(CARE_SHARES))
         words = ""
-        for number in range(settings.tries):
-            higher = settings.lift * (number + turns * settings.tries) % settings.highest if number else 0.0
-            pose = self._missed(advised, settings.care[which], higher)
+        for number in range(TRIES_PER_ADVICE):
+            higher = LIFT_STEP_M * (number + turns * TRIES_PER_ADVICE) % MAX_LIFT_M if number else 0.0
+            pose = self._missed(advised, CARE_SHARES[which], higher)
             try:
                 await self._ask(self._request(pose))
             except BadInput as reason:
                 words = str(reason)
                 continue
-            self._arrived = now + (settings.moving if self._shown else 0.0)
+            self._arrived = now + (MOVING_TIME_S if self._shown else 0.0)
             self._shown, self._phase = True, "holding"
             self.held += 1
             return ""
@@ -174,11 +164,11 @@ class BoardDemo:
 
     def _missed(self, advised: Transform, care: float, lift: float) -> Transform:
         """The pose as a hand finds it: turned and shifted by chance, lifted by `lift` [m]; camera_from_board."""
-        settings, rng = self._settings, self._rng
+        rng = self._rng
         about = rng.normal(size=3)
-        about *= care * settings.turn * abs(rng.normal()) / np.linalg.norm(about)
+        about *= care * AIM_SD_RAD * abs(rng.normal()) / np.linalg.norm(about)
         rotation = Rotation.from_rotvec(about).as_matrix() @ advised.rotation
-        shift = rng.normal(0.0, care * settings.miss / np.sqrt(3), 3) + np.array([0.0, -lift, 0.0])
+        shift = rng.normal(0.0, care * AIM_SD_M / np.sqrt(3), 3) + np.array([0.0, -lift, 0.0])
         middle = advised.apply(self._board.centre[None])[0] + shift
         return Transform(rotation=rotation, translation=middle - rotation @ self._board.centre)
 
@@ -190,13 +180,12 @@ class BoardDemo:
             square_m=board.square,
             panel_m=board.panel,
             in_camera=BoardInCamera(tuple(map(tuple, pose.rotation.tolist())), tuple(pose.translation.tolist())),
-            seconds=self._settings.moving,
+            seconds=MOVING_TIME_S,
             holder=True,
         )
 
 
 STEP_S = 0.1
-PANEL_RIM_M = 0.02  # of rim around the print that the demo's board has, when nobody measured it
 MAX_DEMO_S = 600.0  # after which the demo gives up
 
 

@@ -20,7 +20,7 @@ from core.perception.people.fusion import GATE_CHI2, Ray, Sense
 from core.perception.people.legs import find_standers
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.voice_bearing import VoiceBearing
-from core.perception.sound.triangulation import TriangulationSettings, crossing
+from core.perception.sound.triangulation import crossing
 
 BODY_SD_M = 0.1  # of a mouth or a head beside the middle of the legs
 MIN_DISTANCE_M = 0.3  # of a caller from where they were perceived
@@ -201,7 +201,7 @@ def _proposed(coordinates: Sequence[Coordinate]) -> list[Array]:
     places = [_at(one.ray, one.distance) for one in coordinates if one.distance is not None]
     rays = [np.array([one.ray.x, one.ray.y, one.ray.azimuth]) for one in coordinates if one.sense != "laser"]
     pairs = list(itertools.combinations(rays, 2))
-    crossings = [crossing(*pair, TriangulationSettings()) for pair in pairs[:: max(1, len(pairs) // MOST_PAIRS)]]
+    crossings = [crossing(*pair) for pair in pairs[:: max(1, len(pairs) // MOST_PAIRS)]]
     return [*places, *(place for place in crossings if place is not None)]
 
 

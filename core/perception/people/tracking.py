@@ -79,15 +79,10 @@ class PersonTrack:
         self._glance: Glance | None = None
         self._others = OtherLegs()
         self._on_legs = math.inf  # [s] when the person last stood on legs that the laser saw; ∞: never yet
-        self._likely = (
-            -math.inf,
-            0.0,
-        )  # [s] of the newest picture of the person's place, and how alike who stands there is
-        self._strangers = (
-            -math.inf,
-            Pose(),
-            list[Rectangle](),
-        )  # [s] and the eye of the newest picture with others in it
+        # the newest picture of the person's place: its stamp [s], and how alike the person is who stands there
+        self._likely = (-math.inf, 0.0)
+        # the newest picture with others in it: its stamp [s], the eye, and their rectangles
+        self._strangers = (-math.inf, Pose(), list[Rectangle]())
         self._questions = 0  # about the followed person
 
     @property

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -16,18 +16,14 @@ from core.geometry import rotation, wrap
 from core.message import Array, message
 from core.perception.sound.direction import Direction, tangents
 
-
-@dataclass(frozen=True)
-class TrackingSettings:
-    """Birth, gate and death."""
-
-    walk: float = 0.35  # [rad/√s] by which a talker's direction wanders: 1 m/s at 2 m
-    gate: float = 11.8  # chi-square, 2 degrees of freedom, 99.7 %
-    births: int = 2  # hits until a voice is confirmed
-    sure_sd: float = 0.10  # [rad] a first hit this sure confirms a voice at once
-    patience: float = 3.0  # [s] without a hit until a voice is dropped
-    apart: float = 0.25  # [rad] nearer tracks are one
-    widest_sd: float = 1.0  # [rad] directions less sure are not used
+# Birth, gate and death.
+BEARING_WALK_RAD = 0.35  # [rad/√s] by which a talker's direction wanders: 1 m/s at 2 m
+GATE_CHI2 = 11.8  # chi-square, 2 degrees of freedom, 99.7 %
+CONFIRMING_HITS = 2  # hits until a voice is confirmed
+SURE_SD_RAD = 0.10  # [rad] a first hit this sure confirms a voice at once
+MAX_SILENCE_S = 3.0  # [s] without a hit until a voice is dropped
+MIN_APART_RAD = 0.25  # [rad] nearer tracks are one
+MAX_DIRECTION_SD_RAD = 1.0  # [rad] directions less sure are not used
 
 
 @message
@@ -61,8 +57,7 @@ class Voice:
 class VoiceTracker:
     """Tracks the voices."""
 
-    def __init__(self, settings: TrackingSettings | None = None) -> None:
-        self.settings = settings or TrackingSettings()
+    def __init__(self) -> None:
         self._voices: list[Voice] = []
         self._now = -math.inf
         self._next = 1
@@ -82,10 +77,10 @@ class VoiceTracker:
             self._voices = []
         passed = now - self._now if math.isfinite(self._now) and now >= self._now else 0.0
         self._now = now
-        spread = self.settings.walk**2 * passed * np.eye(2)
-        kept = [one for one in self._voices if now - one.heard <= self.settings.patience]
+        spread = BEARING_WALK_RAD**2 * passed * np.eye(2)
+        kept = [one for one in self._voices if now - one.heard <= MAX_SILENCE_S]
         self._voices = [replace(one, covariance=one.covariance + spread) for one in kept]
-        heard = [_turned(one, heading) for one in directions if one.azimuth_sd <= self.settings.widest_sd]
+        heard = [_turned(one, heading) for one in directions if one.azimuth_sd <= MAX_DIRECTION_SD_RAD]
         self._meet(heard, now)
         self._join()
         return self.voices
@@ -96,9 +91,9 @@ class VoiceTracker:
         taken: set[int] = set()
         if costs.size:
             for row, column in zip(*linear_sum_assignment(np.minimum(costs, 1e3)), strict=True):
-                if costs[row, column] <= self.settings.gate:
+                if costs[row, column] <= GATE_CHI2:
                     hit = _corrected(self._voices[row], heard[column], now)
-                    self._voices[row] = replace(hit, confirmed=hit.confirmed or hit.hits >= self.settings.births)
+                    self._voices[row] = replace(hit, confirmed=hit.confirmed or hit.hits >= CONFIRMING_HITS)
                     taken.add(int(column))
         for number, one in enumerate(heard):
             if number not in taken:
@@ -114,14 +109,14 @@ class VoiceTracker:
             born=now,
             heard=now,
             hits=1,
-            confirmed=self.settings.births <= 1 or math.sqrt(direction.covariance[0, 0]) <= self.settings.sure_sd,
+            confirmed=CONFIRMING_HITS <= 1 or math.sqrt(direction.covariance[0, 0]) <= SURE_SD_RAD,
         )
 
     def _join(self) -> None:
         """Two voices that came together are one: the older."""
         kept: list[Voice] = []
         for voice in sorted(self._voices, key=lambda one: (-one.hits, one.id)):
-            if all(voice.towards @ other.towards < math.cos(self.settings.apart) for other in kept):
+            if all(voice.towards @ other.towards < math.cos(MIN_APART_RAD) for other in kept):
                 kept.append(voice)
         self._voices = kept
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,16 +14,13 @@ from core.message import Array, message
 MAX_ROUNDS = 20
 
 
-@dataclass(frozen=True)
-class TriangulationSettings:
-    """Criteria of a trustworthy crossing."""
-
-    inlier: float = 2.5  # standard deviations
-    parallax: float = 0.14  # [rad] least angle between two bearings that are crossed (8°)
-    farthest: float = 15.0  # [m] from where it was heard
-    nearest: float = 0.2  # [m]
-    widest_sd: float = 1.5  # [m] a less certain place is not reported
-    most_pairs: int = 2000
+# Criteria of a trustworthy crossing.
+INLIER_SDS = 2.5  # standard deviations
+MIN_PARALLAX_RAD = 0.14  # [rad] least angle between two bearings that are crossed (8°)
+MAX_DISTANCE_M = 15.0  # [m] from where it was heard
+MIN_DISTANCE_M = 0.2  # [m]
+MAX_PLACE_SD_M = 1.5  # [m] a less certain place is not reported
+MAX_PAIR_COUNT = 2000
 
 
 @message
@@ -47,29 +43,28 @@ class VoicePlace:
     reason: str = ""  # a sentence, when there is no position
 
 
-def cross(bearings: Sequence[Bearing], settings: TriangulationSettings | None = None) -> VoicePlace:
+def cross(bearings: Sequence[Bearing]) -> VoicePlace:
     """Bearings of one voice from several poses → its place, or the reason why there is none.
 
     The distance is never guessed: from one place only, or along one line, there is no answer.
     """
-    settings = settings or TriangulationSettings()
     usable = [one for one in bearings if math.isfinite(one.x + one.y + one.azimuth) and 0 < one.sd < math.pi / 4]
     if len(usable) < 2:
         return _nowhere("I heard the voice from one place only; let me hear it again from somewhere else.")
     table = np.array([(one.x, one.y, one.azimuth, one.sd) for one in usable])
     best: Array | None = None
     score = 0.0
-    for first, second in _pairs(len(usable), settings.most_pairs):
-        start = crossing(table[first], table[second], settings)
+    for first, second in _pairs(len(usable), MAX_PAIR_COUNT):
+        start = crossing(table[first], table[second])
         if start is None:
             continue
         gaps = np.abs(_gaps(table, start)) / table[:, 3]
-        gain = float(np.sum(np.maximum(0.0, settings.inlier**2 - gaps**2)))
+        gain = float(np.sum(np.maximum(0.0, INLIER_SDS**2 - gaps**2)))
         if gain > score:
             score, best = gain, start
     if best is None:
         return _nowhere("The bearings are nearly parallel; let me hear the voice from further aside.")
-    return _refined(table, [bearings.index(one) for one in usable], best, settings)
+    return _refined(table, [bearings.index(one) for one in usable], best)
 
 
 def _nowhere(reason: str) -> VoicePlace:
@@ -82,13 +77,13 @@ def _pairs(count: int, most: int) -> list[tuple[int, int]]:
     return pairs[:: max(1, len(pairs) // most)]
 
 
-def crossing(one: Array, other: Array, settings: TriangulationSettings) -> Array | None:
+def crossing(one: Array, other: Array) -> Array | None:
     """Cross two rays (x, y, azimuth, …) → the place (2,) [m] ahead of both; None: nowhere, or nearly parallel."""
-    if abs(math.sin(wrap(float(one[2] - other[2])))) < math.sin(settings.parallax):
+    if abs(math.sin(wrap(float(one[2] - other[2])))) < math.sin(MIN_PARALLAX_RAD):
         return None
     ahead = np.array([[math.cos(ray[2]), math.sin(ray[2])] for ray in (one, other)])
     along = np.linalg.solve(np.column_stack((ahead[0], -ahead[1])), other[:2] - one[:2])
-    if np.any(along < settings.nearest) or np.any(along > settings.farthest):
+    if np.any(along < MIN_DISTANCE_M) or np.any(along > MAX_DISTANCE_M):
         return None
     return one[:2] + along[0] * ahead[0]
 
@@ -105,12 +100,12 @@ def _slopes(table: Array, position: Array) -> Array:
     return np.column_stack((-apart[:, 1], apart[:, 0])) / np.maximum(np.sum(apart**2, axis=1), 1e-6)[:, None]
 
 
-def _refined(table: Array, names: list[int], position: Array, settings: TriangulationSettings) -> VoicePlace:
+def _refined(table: Array, names: list[int], position: Array) -> VoicePlace:
     """Least squares over the bearings that agree."""
     covariance = np.full((2, 2), np.inf)
     chosen = np.zeros(len(table), bool)
     for _ in range(MAX_ROUNDS):
-        chosen = np.abs(_gaps(table, position)) < settings.inlier * table[:, 3]
+        chosen = np.abs(_gaps(table, position)) < INLIER_SDS * table[:, 3]
         rows = table[chosen]
         if len(rows) < 2:
             return _nowhere("The bearings do not agree on a place; say it again, please.")
@@ -125,7 +120,7 @@ def _refined(table: Array, names: list[int], position: Array, settings: Triangul
             break
     misfit = np.sum((_gaps(table[chosen], position) / table[chosen, 3]) ** 2) / max(int(chosen.sum()) - 2, 1)
     covariance = covariance * max(1.0, float(misfit))
-    if math.sqrt(float(np.linalg.eigvalsh(covariance)[-1])) > settings.widest_sd:
+    if math.sqrt(float(np.linalg.eigvalsh(covariance)[-1])) > MAX_PLACE_SD_M:
         return _nowhere("The place of the voice is too uncertain; let me hear it from further aside.")
     return VoicePlace(
         position=position,

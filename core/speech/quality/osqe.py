@@ -8,7 +8,6 @@ value; the bounded one, (1 + NErW_person) / (1 + NErW_robot), always has.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypedDict
 
 import numpy as np
@@ -20,13 +19,10 @@ from core.speech.quality.word_alignment import Pair, align, phrases_of
 FEWEST_WORDS = 50  # of the original, below which nothing is concluded
 
 
-@dataclass(frozen=True)
-class OsqeSettings:
-    """The interval around the figures."""
-
-    draws: int = 2000  # of the bootstrap over phrases
-    coverage: float = 0.95
-    seed: int = 0
+# The interval around the figures.
+BOOTSTRAP_DRAWS = 2000  # of the bootstrap over phrases
+INTERVAL_COVERAGE = 0.95
+BOOTSTRAP_SEED = 0
 
 
 @message
@@ -117,13 +113,13 @@ class SpeechQuality:
         return "No difference between the robot and the person's own path could be measured."
 
 
-def compare(original: str, person: str, robot: str, settings: OsqeSettings | None = None) -> SpeechQuality:
+def compare(original: str, person: str, robot: str) -> SpeechQuality:
     """Three texts → the two paths, their figures and intervals. Raises BadInput when the original says nothing."""
     phrases = phrases_of(original)
     if not phrases:
         raise BadInput("The original text has no words; give the text that was spoken.")
     ours, theirs = _path(phrases, person), _path(phrases, robot)
-    of_difference, of_ratio = _intervals(ours, theirs, settings or OsqeSettings())
+    of_difference, of_ratio = _intervals(ours, theirs)
     return SpeechQuality(
         person=ours,
         robot=theirs,
@@ -139,15 +135,13 @@ def _path(phrases: Sequence[Sequence[str]], text: str) -> SpeechPath:
     return SpeechPath(pairs=align(phrases, heard), words=sum(map(len, phrases)), phrases=len(phrases))
 
 
-def _intervals(
-    person: SpeechPath, robot: SpeechPath, settings: OsqeSettings
-) -> tuple[tuple[float, float], tuple[float, float]]:
+def _intervals(person: SpeechPath, robot: SpeechPath) -> tuple[tuple[float, float], tuple[float, float]]:
     """Percentiles of OSQE_D and of the bounded ratio over resampled phrases (Efron's bootstrap)."""
-    rng = np.random.default_rng(settings.seed)
+    rng = np.random.default_rng(BOOTSTRAP_SEED)
     errors = np.array([person.errors_of_phrases, robot.errors_of_phrases], float)
-    weights = rng.multinomial(person.phrases, np.full(person.phrases, 1 / person.phrases), settings.draws)
+    weights = rng.multinomial(person.phrases, np.full(person.phrases, 1 / person.phrases), BOOTSTRAP_DRAWS)
     of_person, of_robot = errors @ weights.T
-    tails = 50 * (1 - settings.coverage)
+    tails = 50 * (1 - INTERVAL_COVERAGE)
     low, high = np.percentile(of_person - of_robot, (tails, 100 - tails)).tolist()
     least, most = np.percentile((1 + of_person) / (1 + of_robot), (tails, 100 - tails)).tolist()
     return (low, high), (least, most)

@@ -71,9 +71,7 @@ SHORTEST = 0.1  # [s] of sound below which nothing was said
 RIVALS = 4  # meanings of which the best is chosen
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
 UNREAD = 1.0  # [nats] below the last of the second reading, for those that it lacks
-NUMBER_ODDS = (
-    1.35  # [nats] of log odds that a number is right, per nat of its lead (`tests.benchmarks.voices --odds`)
-)
+NUMBER_ODDS = 1.35  # [nats] of log odds that a number is right, per nat of its lead (`tests.benchmarks.voices`)
 LEAST_RIGHT = 0.9  # probability that a number is right, below which it is rejected
 MOST_LEAD = 4.0  # [nats] beyond which a lead says no more: one number in 300 is wrong however far it is ahead
 NUMBER_THRESHOLDS = Thresholds(reject=log_odds(LEAST_RIGHT) / NUMBER_ODDS, accept=2.0, scale=1 / NUMBER_ODDS)

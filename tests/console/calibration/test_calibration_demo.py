@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from console.calibration.demo import BoardDemo, BoardDemoSettings, SessionView
+from console.calibration.demo import MAX_HOLD_S, TRIES_PER_ADVICE, BoardDemo, SessionView
 from core.calibration.board.board import Board
 from core.calibration.camera.guidance import Advice
 from core.calibration.camera.session import CameraSession
@@ -28,7 +28,6 @@ from core.simulation.settings import SimulationSettings
 
 BOARD = Board(columns=9, rows=6, square=0.03, panel=(0.34, 0.25))
 FACING = Transform(rotation=np.eye(3), translation=np.array([-0.12, -0.075, 0.5]))
-SETTINGS = BoardDemoSettings()
 
 
 @dataclass
@@ -105,7 +104,7 @@ def test_it_goes_on_as_soon_as_a_view_has_counted() -> None:
 
 def test_verdicts_from_before_it_arrived_do_not_count() -> None:
     driver = Driver()
-    shown(driver, lambda now: SessionView(number=5, kind="same"), SETTINGS.patience - 0.2)
+    shown(driver, lambda now: SessionView(number=5, kind="same"), MAX_HOLD_S - 0.2)
     assert len(driver.asked) == 1
 
 
@@ -145,7 +144,7 @@ def test_a_pose_in_the_floor_is_taken_higher_or_another_one_is_asked_for() -> No
     assert near.asked and near.middle(near.asked[0])[1] < -0.05
     deep = Driver(floor=-0.9)
     shown(deep, lambda _: SessionView(), 1.0)
-    assert deep.asked == [] and deep.others == 9 and deep.refused == 10 * SETTINGS.tries
+    assert deep.asked == [] and deep.others == 9 and deep.refused == 10 * TRIES_PER_ADVICE
 
 
 def test_where_there_is_no_room_at_all_it_gives_up_with_a_sentence() -> None:

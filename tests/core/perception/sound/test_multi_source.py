@@ -13,7 +13,7 @@ from core.perception.sound.direction import Direction, unit
 from core.perception.sound.doa_stream import DoaStream, HeardDirections
 from core.perception.sound.multi_source import talkers
 from core.perception.sound.settings import DirectionFindingSettings
-from core.perception.sound.tracking import TrackingSettings, VoiceTracker
+from core.perception.sound.tracking import BEARING_WALK_RAD, VoiceTracker
 from core.perception.sound.voice_activity import VoiceActivityDetector
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, tetrahedron
 from core.simulation.acoustics.shoebox import pink_noise, plane_waves
@@ -188,7 +188,7 @@ def test_a_walking_talker_is_followed_within_the_standard_deviation():
     for _ in range(40):
         tracker, truth = VoiceTracker(), rng.uniform(-3, 3)
         for number in range(12):
-            truth += rng.normal(scale=TrackingSettings().walk * math.sqrt(0.3))
+            truth += rng.normal(scale=BEARING_WALK_RAD * math.sqrt(0.3))
             voices = tracker.update([direction(truth + rng.normal(scale=0.08), 0.08)], 0.3 * number)
             if number > 3 and voices:
                 ratios.append(abs(wrap(voices[0].bearing - truth)) / voices[0].bearing_sd)
