@@ -197,7 +197,7 @@ class LaserWorker(SessionWorker):
             return np.empty(0, int)
         ranges = np.where(scan.valid, scan.ranges, np.nan)
         mean = MeanScan(ranges=ranges, rays=unit_rays(scan.angles), sd=LIVE_SD)
-        lines = find_lines(mean, foreground(mean, background, self._session.settings.solve.line), self._session.board)
+        lines = find_lines(mean, foreground(mean, background), self._session.board)
         return lines[0].beams if lines else np.empty(0, int)
 
     def _dots(self) -> list[tuple[float, float, float, bool]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -85,11 +84,8 @@ class SolverWorker:
     def solve_laser(self, job: SolveLaser) -> LaserSolution:
         """Solve a laser's session."""
         session = resumed(job.board, job.camera, job.mount, job.state)
-        if job.printed:
-            solve = replace(session.settings.solve, as_printed=True)
-            session.settings = replace(session.settings, solve=solve)
         names = [pose.name for pose in session.poses]
-        found = session.solve()
+        found = session.solve(printed=job.printed)
         report = laser_report(found, names, session.board, session.model)
         exports = laser_exports(found, session.board, session.model)
         return LaserSolution(SolvedMount(found, names), report, exports)

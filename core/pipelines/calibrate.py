@@ -235,13 +235,12 @@ def mount_from(
     if len(poses) < 3:
         count = len(poses) + len(refused)
         raise UnusableReading(_too_few(len(poses), count, "pairs", refused), faults)
-    settings = solve.LaserSettings(as_printed=printed)
     found, trouble = None, ""
     try:
-        found = solve.calibrate_laser(poses, board, background, mount, with_offset=with_offset, settings=settings)
+        found = solve.calibrate_laser(poses, board, background, mount, with_offset=with_offset, printed=printed)
     except BadInput as wrong:
         trouble = str(wrong)
-    doubt = suspicion.doubt_of(found, poses, rivals, board, background, mount, settings)
+    doubt = suspicion.doubt_of(found, poses, rivals, board, background, mount)
     if doubt is not None:
         raise doubt
     if found is None:

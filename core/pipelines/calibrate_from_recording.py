@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from core.calibration.board.board import Board
-from core.calibration.camera.session import CameraSession, SessionSettings
+from core.calibration.camera.session import CameraSession
 from core.calibration.files.camera_files import read_camera
 from core.calibration.laser.still_poses import StillPoses
 from core.calibration.mount import Mount
@@ -17,7 +17,6 @@ from core.recording.read_report import ReadReport
 from core.recording.recorded_senses import RecordedImage, sights
 from core.recording.recording import LogSettings
 
-AT_ONCE = SessionSettings(still_for=0.0)  # nobody waits for a sign to move on
 MAX_REASONS = 20  # for pictures that were not used
 
 
@@ -35,7 +34,7 @@ def calibrate_camera_recorded(
     The views are those that the wizard would have taken: sharp, still and new. Raises BadInput.
     """
     settings, tally = settings or LogSettings(), ReadReport(path)
-    session, pictures, refused = CameraSession(board, AT_ONCE), 0, dict[str, RefusedPicture]()
+    session, pictures, refused = CameraSession(board, still_for=0.0), 0, dict[str, RefusedPicture]()
     for found in sights(path, settings, tally, progress=progress):
         if not isinstance(found, RecordedImage):
             continue

@@ -19,9 +19,9 @@ import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.camera import bundle_adjustment
-from core.calibration.camera.coverage import Measures, bars, measures
 from core.calibration.camera.guidance import advise
 from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
+from core.calibration.camera.session import Measures, bars, measures
 from core.calibration.camera.uncertainty import uncertainty_map
 from core.calibration.practice import BoardPlacement, held, seen, visible
 from core.calibration.projection import PAPER, Poses, exponential, vector_of

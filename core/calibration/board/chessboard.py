@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 
@@ -18,21 +16,16 @@ MAX_HAND_MISFIT = 0.15  # of the smallest spacing: a corner that lies farther of
 SUBPIXEL_CRITERIA = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.001)
 
 
-@dataclass(frozen=True)
-class ChessboardSettings:
-    """Settings of the search for the board."""
-
-    glance: int = 320  # [pixel] width of the copy on which a live picture is glanced at first
-    small: int = 400  # [pixel] pictures up to this width are searched at twice their size: many more boards are found
-    patient: int = (
-        800  # [pixel] longest side up to which the search goes without the quick check; noise takes seconds
-    )
-    search: int = 1280  # [pixel] longest side in which corners are searched; finer pictures only refine
-    window_share: float = 1 / 3  # of the smallest corner spacing: half-window of the sub-pixel refinement …
-    window_least: int = 2  # [pixel] … never smaller
-    window_most: int = 10  # [pixel] … never larger. A window that reaches the next corner pulls f away by up to 20 px
-    around: float = 0.4  # share of the board's extent that is searched around its last place …
-    enough: float = 16.0  # [pixel] … after a glance at a copy with corners so far apart: half a board takes 100 ms
+# Thresholds of the search for the board.
+GLANCE_WIDTH_PX = 320  # [pixel] width of the copy on which a live picture is glanced at first
+SMALL_WIDTH_PX = 400  # [pixel] pictures up to this width are searched at twice their size: many more boards are found
+PATIENT_SIDE_PX = 800  # [pixel] longest side up to which the search goes without the quick check; noise takes seconds
+SEARCH_SIDE_PX = 1280  # [pixel] longest side in which corners are searched; finer pictures only refine
+WINDOW_SHARE = 1 / 3  # of the smallest corner spacing: half-window of the sub-pixel refinement …
+MIN_WINDOW_PX = 2  # [pixel] … never smaller
+MAX_WINDOW_PX = 10  # [pixel] … never larger. A window that reaches the next corner pulls f away by up to 20 px
+SEARCHED_SHARE = 0.4  # share of the board's extent that is searched around its last place …
+GLANCE_SPACING_PX = 16.0  # [pixel] … after a glance at a copy with corners so far apart: half a board takes 100 ms
 
 
 @message
@@ -44,26 +37,24 @@ class BoardView:
     spacing: float  # [pixel] smallest distance of neighbouring corners
 
 
-def find_board(grey: Array, board: Board, settings: ChessboardSettings | None = None) -> BoardView | None:
+def find_board(grey: Array, board: Board) -> BoardView | None:
     """Grey picture (H, W) uint8 → the board in it, or None. For pictures that may take their time."""
-    settings = settings or ChessboardSettings()
-    own, longest = working_scale(grey, settings), max(grey.shape)
-    if longest <= settings.patient:
-        found = _search_at(grey, board, own, FLAGS, settings)
+    own, longest = working_scale(grey), max(grey.shape)
+    if longest <= PATIENT_SIDE_PX:
+        found = _search_at(grey, board, own, FLAGS)
     else:
-        found = _search_at(grey, board, min(1.0, settings.search / longest), QUICK, settings)
+        found = _search_at(grey, board, min(1.0, SEARCH_SIDE_PX / longest), QUICK)
         if found is None:
-            found = _search_at(grey, board, settings.patient / longest, FLAGS, settings)
-    return None if found is None else _view(grey, found, board, settings)
+            found = _search_at(grey, board, PATIENT_SIDE_PX / longest, FLAGS)
+    return None if found is None else _view(grey, found, board)
 
 
-def board_by_hand(grey: Array, board: Board, extreme: Array, settings: ChessboardSettings | None = None) -> BoardView:
+def board_by_hand(grey: Array, board: Board, extreme: Array) -> BoardView:
     """Grey picture (H, W) and the four extreme inner corners (4, 2) [pixel] in any order (figure 3) → the board.
 
     The corners between lie where a plane has them, give or take the lens; each is refined, and those that went wrong
     are laid among the others once more. Raises BadInput where the four are no quadrilateral in the picture.
     """
-    settings = settings or ChessboardSettings()
     height, width = grey.shape
     if not np.all((extreme >= -0.5) & (extreme <= (width - 0.5, height - 0.5))):
         raise BadInput("The four extreme corners must lie within the picture.")
@@ -77,13 +68,13 @@ def board_by_hand(grey: Array, board: Board, extreme: Array, settings: Chessboar
     laid = [_through(cv2.getPerspectiveTransform(ends, np.roll(ring, turn, axis=0)), grid) for turn in (0, 1)]
     found = max(laid, key=lambda corners: _chequered(grey, corners, board))
     for _ in range(HAND_ROUNDS):
-        refined = _refined(grey, found, board, settings)[0]
+        refined = _refined(grey, found, board)[0]
         reach = MAX_HAND_MISFIT * smallest_spacing(found, board)
         plane, agree = _plane(grid, refined, reach)
         if plane is None:
             break
         found = np.where(agree.astype(bool), refined, _through(plane, grid))
-    return _view(grey, found, board, settings)
+    return _view(grey, found, board)
 
 
 def _plane(grid: Array, pixels: Array, reach: float) -> tuple[Array | None, Array]:
@@ -114,27 +105,25 @@ def glimpse(
     last: Array | None = None,
     *,
     thorough: bool = True,
-    settings: ChessboardSettings | None = None,
 ) -> BoardView | None:
     """The same for a live picture: where the board was a moment ago, else after a glance at a small copy.
 
     `last`: corners (N, 2) [pixel] in the picture before. `thorough`: look at the whole picture when the glance, which
     misses far boards, sees nothing; ask for it now and then only, as it is slow where there is no board.
     """
-    settings = settings or ChessboardSettings()
-    found = None if last is None else _search_around(grey, board, last, settings)
+    found = None if last is None else _search_around(grey, board, last)
     if found is None:
-        scale = min(1.0, settings.glance / grey.shape[1])
+        scale = min(1.0, GLANCE_WIDTH_PX / grey.shape[1])
         if scale < 1 and search(_scaled(grey, scale), board, QUICK) is not None:
-            found = _search_at(grey, board, min(1.0, settings.patient / max(grey.shape)), FLAGS, settings)
+            found = _search_at(grey, board, min(1.0, PATIENT_SIDE_PX / max(grey.shape)), FLAGS)
         elif thorough:
-            found = _search_at(grey, board, working_scale(grey, settings), QUICK, settings)
-    return None if found is None else _view(grey, found, board, settings)
+            found = _search_at(grey, board, working_scale(grey), QUICK)
+    return None if found is None else _view(grey, found, board)
 
 
-def working_scale(grey: Array, settings: ChessboardSettings) -> float:
+def working_scale(grey: Array) -> float:
     """The scale at which boards in such a picture are found best."""
-    return 2.0 if grey.shape[1] <= settings.small else min(1.0, settings.patient / max(grey.shape))
+    return 2.0 if grey.shape[1] <= SMALL_WIDTH_PX else min(1.0, PATIENT_SIDE_PX / max(grey.shape))
 
 
 def search(grey: Array, board: Board, flags: int) -> Array | None:
@@ -145,10 +134,9 @@ def search(grey: Array, board: Board, flags: int) -> Array | None:
     return corners.reshape(-1, 2).astype(float) if found else None
 
 
-def half_window(spacing: float, settings: ChessboardSettings | None = None) -> int:
+def half_window(spacing: float) -> int:
     """Smallest spacing of corners [pixel] → half-window [pixel] that cannot reach a neighbouring corner."""
-    settings = settings or ChessboardSettings()
-    return int(np.clip(int(spacing * settings.window_share), settings.window_least, settings.window_most))
+    return int(np.clip(int(spacing * WINDOW_SHARE), MIN_WINDOW_PX, MAX_WINDOW_PX))
 
 
 def smallest_spacing(corners: Array, board: Board) -> float:
@@ -181,39 +169,39 @@ def sample(grey: Array, pixels: Array) -> Array:
     return np.where(inside, levels.reshape(pixels.shape[:-1]).astype(float), np.nan)
 
 
-def _view(grey: Array, found: Array, board: Board, settings: ChessboardSettings) -> BoardView:
-    corners, window = _refined(grey, found, board, settings)
+def _view(grey: Array, found: Array, board: Board) -> BoardView:
+    corners, window = _refined(grey, found, board)
     spacing = smallest_spacing(corners, board)
     return BoardView(corners=oriented(grey, corners, board), window=window, spacing=spacing)
 
 
-def _refined(grey: Array, found: Array, board: Board, settings: ChessboardSettings) -> tuple[Array, int]:
-    window = half_window(smallest_spacing(found, board), settings)
+def _refined(grey: Array, found: Array, board: Board) -> tuple[Array, int]:
+    window = half_window(smallest_spacing(found, board))
     corners = np.ascontiguousarray(found.reshape(-1, 1, 2), dtype=np.float32)
     refined = cv2.cornerSubPix(grey, corners, (window, window), (-1, -1), SUBPIXEL_CRITERIA)
     return refined.reshape(-1, 2).astype(float), window
 
 
-def _search_at(grey: Array, board: Board, scale: float, flags: int, settings: ChessboardSettings) -> Array | None:
+def _search_at(grey: Array, board: Board, scale: float, flags: int) -> Array | None:
     """Search in a scaled copy; corners in the pixels of the original."""
     if scale == 1.0:
         return search(grey, board, flags)
     copy = _scaled(grey, scale)
     found = search(copy, board, flags)
-    return None if found is None else (_refined(copy, found, board, settings)[0] + 0.5) / scale - 0.5
+    return None if found is None else (_refined(copy, found, board)[0] + 0.5) / scale - 0.5
 
 
-def _search_around(grey: Array, board: Board, last: Array, settings: ChessboardSettings) -> Array | None:
+def _search_around(grey: Array, board: Board, last: Array) -> Array | None:
     low, high = last.min(axis=0), last.max(axis=0)
-    reach = settings.around * (high - low) + 16
+    reach = SEARCHED_SHARE * (high - low) + 16
     height, width = grey.shape
     left, top = np.maximum(low - reach, 0).astype(int)
     right, bottom = np.minimum(high + reach, (width, height)).astype(int)
     part = np.ascontiguousarray(grey[top:bottom, left:right])
-    scale, gate = working_scale(grey, settings), settings.enough / smallest_spacing(last, board)
+    scale, gate = working_scale(grey), GLANCE_SPACING_PX / smallest_spacing(last, board)
     if gate < 0.8 * scale and search(_scaled(part, gate), board, QUICK) is None:
         return None
-    found = _search_at(part, board, scale, QUICK, settings)
+    found = _search_at(part, board, scale, QUICK)
     return None if found is None else found + np.array([left, top])
 
 

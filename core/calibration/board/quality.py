@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -23,28 +22,24 @@ LONE_GAP, LONE_GAP_PX = 0.15, 4.0  # share of their side, and [pixel]: corners o
 LONE_CONTRAST = 60.0  # grey levels between such squares and the paper
 LEAST_SEARCHED = 60  # [pixel] of a picture's side
 LEAST_COUNT = 12  # corners of a board that is believed
-LEAST_LONE, LONE_SHARE = 12, 3e-4  # squares that stand apart; share of the picture that one fills …
-LONE_FULL, LONE_ROUND = (
-    0.9,
-    0.75,
-)  # … and of its outline's area; area of a square over that of its perimeter's, at least
+MIN_LONE_SQUARES = 12  # that stand apart
+LONE_PICTURE_SHARE = 3e-4  # of the picture that such a square fills at least
+LONE_FULL_SHARE = 0.9  # of its outline's area that it fills at least
+LONE_ROUND_SHARE = 0.75  # its area over that of a square of its perimeter, at least
 
 
-@dataclass(frozen=True)
-class ViewQualitySettings:
-    """Limits beyond which a view is refused."""
-
-    rim: int = 2  # [pixel] beyond the refinement window that every corner keeps from the rim
-    nearest_corners: float = 6.0  # [pixel] corners closer together than this are refused: too far
-    soft_edges: float = 5.0  # [pixel] width of an edge above which a warning is given …
-    blurred_edges: float = 7.0  # … and above which the view is refused
-    no_edges: float = 1000.0  # [pixel]: OpenCV's answer where it finds none
-    ordinary: int = 1280  # [pixel] longest side up to which these widths hold; finer pictures have wider edges
-    smooth: float = 0.3  # [pixel] scale of the soft-L1 loss of the smoothness test
-    misplaced: float = 1.2  # [pixel] a corner this far from its smooth grid is misplaced …
-    misplaced_share: float = 0.03  # … or this share of the corner spacing, whichever is more
-    most_misplaced: float = 0.1  # share of misplaced corners above which the view is refused
-    saddle: float = 0.4  # share of the board's contrast that makes a crossing of four squares
+# Limits beyond which a view is refused.
+RIM_DISTANCE_PX = 2  # [pixel] beyond the refinement window that every corner keeps from the rim
+MIN_SPACING_PX = 6.0  # [pixel] corners closer together than this are refused: too far
+SOFT_EDGE_PX = 5.0  # [pixel] width of an edge above which a warning is given …
+BLURRED_EDGE_PX = 7.0  # … and above which the view is refused
+NO_EDGE_PX = 1000.0  # [pixel]: OpenCV's answer where it finds none
+ORDINARY_SIDE_PX = 1280  # [pixel] longest side up to which these widths hold; finer pictures have wider edges
+SOFT_LOSS_PX = 0.3  # [pixel] scale of the soft-L1 loss of the smoothness test
+MISPLACED_CORNER_PX = 1.2  # [pixel] a corner this far from its smooth grid is misplaced …
+MISPLACED_SPACING_SHARE = 0.03  # … or this share of the corner spacing, whichever is more
+MAX_MISPLACED_SHARE = 0.1  # share of misplaced corners above which the view is refused
+SADDLE_CONTRAST_SHARE = 0.4  # share of the board's contrast that makes a crossing of four squares
 
 
 @message
@@ -57,34 +52,33 @@ class ViewQuality:
     warnings: tuple[str, ...]
 
 
-def judge(grey: Array, view: BoardView, board: Board, settings: ViewQualitySettings | None = None) -> ViewQuality:
+def judge(grey: Array, view: BoardView, board: Board) -> ViewQuality:
     """A board found in a grey picture (H, W) → its quality in words."""
-    settings = settings or ViewQualitySettings()
     refusals: list[str] = []
     warnings: list[str] = []
-    side = _cut_side(grey, view, settings.rim)
+    side = _cut_side(grey, view, RIM_DISTANCE_PX)
     if side:
         refusals.append(f"A corner is too close to the {side} rim of the picture; move the board away from it.")
-    if view.spacing < settings.nearest_corners:
+    if view.spacing < MIN_SPACING_PX:
         refusals.append(f"The board is too far: its corners are only {view.spacing:.0f} px apart. Come closer.")
     sharpness = edge_width(grey, view, board)
-    finer = max(1.0, max(grey.shape) / settings.ordinary)
-    if sharpness > settings.no_edges:
+    finer = max(1.0, max(grey.shape) / ORDINARY_SIDE_PX)
+    if sharpness > NO_EDGE_PX:
         refusals.append("The edges cannot be measured: hold still, come closer, or add light.")
-    elif sharpness > settings.blurred_edges * finer:
+    elif sharpness > BLURRED_EDGE_PX * finer:
         refusals.append(f"Blurred: edges are {sharpness:.1f} px wide. Hold still, or add light.")
-    elif sharpness > settings.soft_edges * finer:
+    elif sharpness > SOFT_EDGE_PX * finer:
         warnings.append(f"Slightly blurred: edges are {sharpness:.1f} px wide.")
-    off = off_grid(view.corners, board, grey.shape, settings.smooth)
-    misplaced = np.flatnonzero(off > max(settings.misplaced, settings.misplaced_share * view.spacing))
-    if len(misplaced) > settings.most_misplaced * board.count:
+    off = off_grid(view.corners, board, grey.shape, SOFT_LOSS_PX)
+    misplaced = np.flatnonzero(off > max(MISPLACED_CORNER_PX, MISPLACED_SPACING_SHARE * view.spacing))
+    if len(misplaced) > MAX_MISPLACED_SHARE * board.count:
         refusals.append(
             f"{len(misplaced)} corners do not lie on a smooth grid; is this the {board.name} board, and flat?"
         )
     elif len(misplaced):
         row, column = divmod(int(misplaced[np.argmax(off[misplaced])]), board.columns)
         warnings.append(f"The corner in row {row + 1}, column {column + 1} is {off.max():.1f} px off the grid.")
-    beyond = continues(grey, view.corners, board, settings.saddle)
+    beyond = continues(grey, view.corners, board, SADDLE_CONTRAST_SHARE)
     if beyond:
         refusals.append(
             f"The pattern goes on beyond the {beyond} of the {board.name} corners: the board has more inner corners "
@@ -115,7 +109,7 @@ def why_none(grey: Array, board: Board, longest: int = 640) -> BoardNotSeen:
         return BoardNotSeen(fault("board.other_count", seen=other.name, entered=board.name, what=what), other.name)
     if search(255 - small, board, QUICK) is not None:
         return BoardNotSeen(fault("board.inverted"))
-    if _lone_squares(small) >= LEAST_LONE:
+    if _lone_squares(small) >= MIN_LONE_SQUARES:
         return BoardNotSeen(fault("board.separate_squares"))
     return BoardNotSeen(unseen(grey, board))
 
@@ -139,7 +133,7 @@ def _another_board(grey: Array, board: Board) -> Board | None:
     seen = Board(columns=columns, rows=rows, square=board.square)
     if {columns, rows} == {board.columns, board.rows} or search(grey, seen, QUICK) is None:
         return None  # the other detector sees boards in noise as well
-    if continues(grey, corners.reshape(-1, 2).astype(float), seen, ViewQualitySettings.saddle):
+    if continues(grey, corners.reshape(-1, 2).astype(float), seen, SADDLE_CONTRAST_SHARE):
         return None
     wide = (columns >= rows) == (board.columns >= board.rows)
     return seen if wide else Board(columns=rows, rows=columns, square=board.square)
@@ -156,12 +150,12 @@ def _lone_squares(grey: Array) -> int:
     large = 0
     for contour in cv2.findContours(dark, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)[0]:
         area = float(cv2.contourArea(contour))
-        if area < LONE_SHARE * grey.size:
+        if area < LONE_PICTURE_SHARE * grey.size:
             continue
         large += 1
         edges = cv2.arcLength(contour, closed=True)
         outline = cv2.approxPolyDP(contour, 0.06 * edges, closed=True)
-        full = max(LONE_FULL * float(cv2.contourArea(outline)), LONE_ROUND * (edges / 4) ** 2)
+        full = max(LONE_FULL_SHARE * float(cv2.contourArea(outline)), LONE_ROUND_SHARE * (edges / 4) ** 2)
         if area > full and len(outline) == 4 and cv2.isContourConvex(outline):
             areas.append(area)
             outlines.append(outline[:, 0].astype(float))
@@ -198,7 +192,7 @@ def miscounted(grey: Array, board: Board, which: int, longest: int) -> str:
     )
     other = Board(columns=size[0], rows=size[1], square=board.square)
     corners = search(small, other, QUICK)
-    if corners is None or continues(small, corners, other, ViewQualitySettings.saddle):
+    if corners is None or continues(small, corners, other, SADDLE_CONTRAST_SHARE):
         return ""
     what = "squares instead of inner corners" if (columns, rows) == (-1, -1) else "the wrong number of corners"
     return (

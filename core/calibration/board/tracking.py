@@ -38,21 +38,22 @@ class Watcher:
         return float(np.linalg.norm(corners - others, axis=1).mean()) / max(1.0, width / REFERENCE_WIDTH_PX)
 
 
+EXPLAIN_PERIOD_S = 1.0  # between two looks for the reason
 MAX_COPY_SIDE_PX = 320  # of the copy in which boards of other sizes are looked for
 
 
 class Explainer:
     """Looks for the reason now and then, one way of miscounting at a time, for they are slow to try."""
 
-    def __init__(self, board: Board, every: float = 1.0) -> None:
-        self.board, self.every = board, every  # [s] between looks
+    def __init__(self, board: Board) -> None:
+        self.board = board
         self._looked = float("-inf")
         self._tries = 0
         self._reason = ""
 
     def why(self, grey: Array, stamp: float) -> str:
         """A picture (H, W) uint8 of time `stamp` [s] without the board → one sentence, perhaps the former one."""
-        if not 0 <= stamp - self._looked < self.every:
+        if not 0 <= stamp - self._looked < EXPLAIN_PERIOD_S:
             self._looked = stamp
             wrong = miscounted(grey, self.board, self._tries, MAX_COPY_SIDE_PX)
             self._tries += not wrong

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from core.calibration import homography
@@ -18,19 +16,16 @@ from core.optics import CameraModel
 LEAST_NOISE = 0.02  # [pixel]: no corner is believed better than this
 
 
-@dataclass(frozen=True)
-class GuidanceSettings:
-    """Poses from which the next one is chosen."""
-
-    candidates: int = 300
-    seed: int = 7
-    fill: tuple[float, float] = (0.25, 1.1)  # share of the picture's width that a level board takes: far and near
-    most_tilt: float = np.deg2rad(50)
-    roll: float = np.deg2rad(25)
-    noise: float = 0.2  # [pixel] of a corner's coordinate, until it has been measured
-    clear_tilt: float = np.deg2rad(12)  # tilts below this are called straight
-    spacing: float = 9.0  # [pixel] between neighbouring corners at least: nearer together they are hard to find
-    margin: float = 0.03  # share of the picture's width that corners keep from the rim, so that a hand can miss
+# Poses from which the next one is chosen.
+CANDIDATE_POSES = 300
+FIRST_SEED = 7
+WIDTH_SHARES = (0.25, 1.1)  # share of the picture's width that a level board takes: far and near
+MAX_TILT_RAD = np.deg2rad(50)
+MAX_ROLL_RAD = np.deg2rad(25)
+USUAL_NOISE_PX = 0.2  # [pixel] of a corner's coordinate, until it has been measured
+CLEAR_TILT_RAD = np.deg2rad(12)  # tilts below this are called straight
+ADVISED_SPACING_PX = 9.0  # [pixel] between neighbouring corners at least: nearer together they are hard to find
+RIM_MARGIN_SHARE = 0.03  # share of the picture's width that corners keep from the rim, so that a hand can miss
 
 
 @message
@@ -50,18 +45,19 @@ def advise(
     size: tuple[int, int],
     calibration: Calibration | None = None,
     taken: Array | None = None,
-    settings: GuidanceSettings | None = None,
+    *,
+    asked: int = 0,
 ) -> Advice:
     """Choose the most useful next view from what is known so far.
 
     Among random poses, the one that makes the mean variance of the projection over the picture smallest. Without a
     calibration a usual camera is assumed, and the views `taken` so far, corners (M, N, 2), count as seen by it.
+    `asked` counts the times that the operator asked for another view.
     """
-    settings = settings or GuidanceSettings()
     model = usual_camera(size) if calibration is None else calibration.model
     camera = vector_of(model)
-    poses = candidates(model, board, settings)
-    known, noise, around = prior(model), settings.noise, None
+    poses = candidates(model, board, FIRST_SEED + asked)
+    known, noise, around = prior(model), USUAL_NOISE_PX, None
     if calibration is not None:
         seen, noise = calibration.poses.take(calibration.used), max(calibration.noise, LEAST_NOISE)
         around = calibration.corners.pixels[calibration.corners.used]
@@ -74,7 +70,7 @@ def advise(
     best, covariance = choose(grid, known, gains)
     pose = poses.take(slice(best, best + 1))
     return Advice(
-        words=describe(model, pose, board, settings),
+        words=describe(model, pose, board),
         outline=project(camera, pose, outline_of(board))[0],
         corners=project(camera, pose, board.points)[0],
         rotation=pose.rotations[0],
@@ -93,26 +89,26 @@ def choose(grid: Sensitivity, known: Array, gains: Array) -> tuple[int, Array]:
     return best, covariances[best]
 
 
-def candidates(model: CameraModel, board: Board, settings: GuidanceSettings) -> Poses:
-    """Random poses with the whole board in the picture; the same ones every time."""
+def candidates(model: CameraModel, board: Board, seed: int = FIRST_SEED) -> Poses:
+    """Random poses with the whole board in the picture; the same ones for a `seed`."""
     width = board.width * model.fx / model.width
     how = BoardPlacement(
-        nearest=width / settings.fill[1],
-        farthest=width / settings.fill[0],
-        most_tilt=settings.most_tilt,
-        roll=settings.roll,
-        margin=settings.margin * model.width,
+        nearest=width / WIDTH_SHARES[1],
+        farthest=width / WIDTH_SHARES[0],
+        most_tilt=MAX_TILT_RAD,
+        roll=MAX_ROLL_RAD,
+        margin=RIM_MARGIN_SHARE * model.width,
     )
-    poses = held(np.random.default_rng(settings.seed), settings.candidates, model, board, how)
-    good = clear(model, poses, board, settings.spacing)
+    poses = held(np.random.default_rng(seed), CANDIDATE_POSES, model, board, how)
+    good = clear(model, poses, board)
     return poses.take(good) if np.count_nonzero(good) else poses
 
 
-def clear(model: CameraModel, poses: Poses, board: Board, spacing: float) -> Array:
-    """(M,) bool: poses in which neighbouring corners are at least `spacing` [pixel] apart."""
+def clear(model: CameraModel, poses: Poses, board: Board) -> Array:
+    """(M,) bool: poses in which neighbouring corners are far enough apart to be found."""
     grid = project(vector_of(model), poses, board.points).reshape(-1, board.rows, board.columns, 2)
     gaps = [np.linalg.norm(np.diff(grid, axis=axis), axis=3).min(axis=(1, 2)) for axis in (1, 2)]
-    return np.minimum(*gaps) >= spacing
+    return np.minimum(*gaps) >= ADVISED_SPACING_PX
 
 
 def prior(model: CameraModel) -> Array:
@@ -128,9 +124,8 @@ def usual_camera(size: tuple[int, int]) -> CameraModel:
     )
 
 
-def describe(model: CameraModel, pose: Poses, board: Board, settings: GuidanceSettings | None = None) -> str:
+def describe(model: CameraModel, pose: Poses, board: Board) -> str:
     """A pose of the board → words for the person who holds it: where, how near, which edge to tilt away."""
-    settings = settings or GuidanceSettings()
     corners = project(vector_of(model), pose, board.points)[0]
     place = corners.mean(axis=0) / (model.width, model.height)
     across = ("left", "", "right")[int(np.digitize(place[0], (0.42, 0.58)))]
@@ -139,7 +134,7 @@ def describe(model: CameraModel, pose: Poses, board: Board, settings: GuidanceSe
     share = float(np.ptp(corners[:, 0])) / model.width
     size = "close up" if share > 0.65 else "at middle distance" if share > 0.4 else "farther away"
     spot = f"fill the {where} of the picture" if where else "stay in the middle of the picture"
-    return f"Hold the board {size}, {spot}, {tilt_words(pose.rotations[0], settings.clear_tilt)}."
+    return f"Hold the board {size}, {spot}, {tilt_words(pose.rotations[0], CLEAR_TILT_RAD)}."
 
 
 def tilt_words(rotation: Array, clear: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,21 +24,18 @@ from core.sensors.checks import Fault, fault
 MOST_NAMES = 4  # of pictures in a sentence
 
 
-@dataclass(frozen=True)
-class IntrinsicsSettings:
-    """Settings for corners and views that do not fit."""
-
-    soft: float = 0.3  # [pixel] scale of the soft-L1 loss of the first solve
-    flat_factor: float = 8.0  # views this many times less flat than the median view wait until the camera is known
-    view_factor: float = 3.0  # a view this many times worse than the median view is left out
-    rest_factor: float = 1.5  # the same for a view of which some corners have been left out already
-    corner_factor: float = 5.0  # a corner this many times worse than the median corner is left out
-    negligible: float = 0.1  # [pixel] errors below this never lead to leaving anything out
-    most_corners_out: float = 0.25  # a view that would lose a larger share of its corners is left out whole
-    rounds: int = 4  # of leaving out and solving again
-    extra_gain: float = 0.01  # k3 has to lower the hold-out error by this share …
-    extra_sds: float = 3.0  # … and to differ from zero by this many standard deviations
-    folds: int = 10  # of the hold-out
+# Thresholds for corners and views that do not fit.
+SOFT_LOSS_PX = 0.3  # [pixel] scale of the soft-L1 loss of the first solve
+FLAT_VIEW_FACTOR = 8.0  # views this many times less flat than the median view wait until the camera is known
+BAD_VIEW_FACTOR = 3.0  # a view this many times worse than the median view is left out
+BAD_REST_FACTOR = 1.5  # the same for a view of which some corners have been left out already
+BAD_CORNER_FACTOR = 5.0  # a corner this many times worse than the median corner is left out
+NEGLIGIBLE_ERROR_PX = 0.1  # [pixel] errors below this never lead to leaving anything out
+MAX_CORNERS_OUT_SHARE = 0.25  # a view that would lose a larger share of its corners is left out whole
+MAX_SOLVE_ROUNDS = 4  # of leaving out and solving again
+MIN_K3_GAIN = 0.01  # k3 has to lower the hold-out error by this share …
+MIN_K3_SDS = 3.0  # … and to differ from zero by this many standard deviations
+HOLD_OUT_FOLDS = 10  # of the hold-out
 
 
 @message
@@ -108,23 +105,20 @@ class Calibration:
         return self.corners.views_used
 
 
-def calibrate(
-    views: Sequence[ViewCorners], board: Board, size: tuple[int, int], settings: IntrinsicsSettings | None = None
-) -> Calibration:
+def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int]) -> Calibration:
     """Pictures' corners and the picture's width and height [pixel] → the camera with its covariance.
 
     Raises BadInput with fewer than three views.
     """
-    settings = settings or IntrinsicsSettings()
     if len(views) < 3:
         raise BadInput(f"{len(views)} usable pictures are too few: at least 3 are needed, 10 to 20 are good.")
     if any(view.corners.shape != (board.count, 2) for view in views):
         raise BadInput(f"Every picture must have the {board.count} corners of the {board.name} board.")
     pixels = np.stack([view.corners for view in views])
-    found = _consistently(Corners(board.points, pixels, np.ones(pixels.shape[:2], bool)), size, settings)
+    found = _consistently(Corners(board.points, pixels, np.ones(pixels.shape[:2], bool)), size)
     everything, corners, solution = found.everything, found.corners, found.solution
     free = PAPER
-    if _deserves_k3(corners, solution, settings):
+    if _deserves_k3(corners, solution):
         free = (*PAPER, PARAMETERS.index("k3"))
         solution = bundle_adjustment.refine(corners, solution, free)
     noise = bundle_adjustment.noise(corners, solution, free)
@@ -179,29 +173,29 @@ class _Found(NamedTuple):
         return None if self.bend is None else consistency.by_bend(self.corners, solution)
 
 
-def _consistently(everything: Corners, size: tuple[int, int], settings: IntrinsicsSettings) -> _Found:
+def _consistently(everything: Corners, size: tuple[int, int]) -> _Found:
     """Solve; where two cameras, squares that are not square or a bent board explain the pictures far better, take
     that up.
     """
-    found = _Found(everything, *_solve_robustly(everything, size, settings))
+    found = _Found(everything, *_solve_robustly(everything, size))
     rivals: list[_Found] = []
     aspect = consistency.find_aspect(found.corners, found.solution)
     if aspect is not None:
         oblong = everything._replace(points=everything.points * (1.0, aspect.value, 1.0))
-        rivals.append(_Found(oblong, *_solve_robustly(oblong, size, settings), aspect=aspect))
+        rivals.append(_Found(oblong, *_solve_robustly(oblong, size), aspect=aspect))
     part = _part_of(found, size)
     least_bend = consistency.LEAST_BEND if part is None else 0.0  # any bend is likelier than a second camera
     bend = consistency.find_bend(found.corners, found.solution, least_bend)
     if bend is not None:
         curved = everything._replace(points=bend.points)
-        rivals.append(_Found(curved, *_solve_robustly(curved, size, settings), bend=bend))
+        rivals.append(_Found(curved, *_solve_robustly(curved, size), bend=bend))
     whole = [rival for rival in rivals if _part_of(rival, size) is None]
     if whole:
         return min(whole, key=lambda each: bundle_adjustment.noise(each.corners, each.solution, PAPER))
     if part is None or not part.is_minority(len(everything.pixels)):
         return found._replace(part=part)
     others = ~np.isin(np.arange(len(everything.pixels)), part.views)
-    return _Found(everything, *_solve_robustly(everything, size, settings, others), part=part)
+    return _Found(everything, *_solve_robustly(everything, size, others), part=part)
 
 
 def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | None:
@@ -278,39 +272,39 @@ def _with_odd_part(
 
 
 def _solve_robustly(
-    everything: Corners, size: tuple[int, int], settings: IntrinsicsSettings, open_views: Array | None = None
+    everything: Corners, size: tuple[int, int], open_views: Array | None = None
 ) -> tuple[Corners, BundleSolution, bool]:
     """Soft loss first, then leave out what does not fit and finish with plain least squares.
 
     `open_views` (M,) bool: the only ones that may take part.
     """
     open_views = np.ones(len(everything.pixels), bool) if open_views is None else open_views
-    flat = _flat(everything, settings) & open_views
-    part, focal_known = _from_scratch(everything.take(flat), size, settings.soft)
+    flat = _flat(everything) & open_views
+    part, focal_known = _from_scratch(everything.take(flat), size, SOFT_LOSS_PX)
     begun = homography.board_poses(everything.points, everything.pixels, part.camera)
-    solution = BundleSolution(part.camera, _all_poses(everything, part, flat, begun, settings.soft))
-    used = _fitting(everything, solution, settings) & open_views[:, None]
-    for _ in range(settings.rounds):
+    solution = BundleSolution(part.camera, _all_poses(everything, part, flat, begun, SOFT_LOSS_PX))
+    used = _fitting(everything, solution) & open_views[:, None]
+    for _ in range(MAX_SOLVE_ROUNDS):
         kept = np.count_nonzero(used, axis=1) > 0
         some = Corners(everything.points, everything.pixels[kept], used[kept])
         part = bundle_adjustment.refine(some, BundleSolution(solution.camera, solution.poses.take(kept)), PAPER)
         if not used.all():
             part = _upright(some, part, None)
-        solution = BundleSolution(part.camera, _all_poses(everything, part, kept, solution.poses, settings.soft))
-        again = _fitting(everything, solution, settings) & open_views[:, None]
+        solution = BundleSolution(part.camera, _all_poses(everything, part, kept, solution.poses, SOFT_LOSS_PX))
+        again = _fitting(everything, solution) & open_views[:, None]
         if np.array_equal(again, used):
             break
         used = again
     return Corners(everything.points, everything.pixels, used), solution, focal_known
 
 
-def _flat(everything: Corners, settings: IntrinsicsSettings) -> Array:
+def _flat(everything: Corners) -> Array:
     """(M,) bool: views whose corners look like a plane at all; the others would drag the first solve away."""
     mapping = homography.homographies(everything.points, everything.pixels)
     ground = np.column_stack((everything.points[:, :2], np.ones(len(everything.points))))
     image = ground @ np.swapaxes(mapping, 1, 2)
     error = np.median(np.linalg.norm(image[..., :2] / image[..., 2:] - everything.pixels, axis=2), axis=1)
-    flat = error <= settings.flat_factor * max(float(np.median(error)), settings.negligible)
+    flat = error <= FLAT_VIEW_FACTOR * max(float(np.median(error)), NEGLIGIBLE_ERROR_PX)
     return flat if np.count_nonzero(flat) >= 3 else np.ones(len(error), bool)
 
 
@@ -346,22 +340,22 @@ def _all_poses(everything: Corners, part: BundleSolution, kept: Array, poses: Po
     return Poses(rotations, translations)
 
 
-def _fitting(everything: Corners, solution: BundleSolution, settings: IntrinsicsSettings) -> Array:
+def _fitting(everything: Corners, solution: BundleSolution) -> Array:
     """(M, N) bool: the corners that agree with the solution; nothing of a view that does not."""
     lengths = np.linalg.norm(bundle_adjustment.errors(everything, solution), axis=2)
     if len(lengths) < 4:
         return np.ones(lengths.shape, bool)
     typical = np.median(np.sqrt(np.mean(lengths**2, axis=1)))
     middle = np.median(np.median(lengths, axis=1))
-    fits = lengths <= max(settings.corner_factor * middle, settings.negligible)
+    fits = lengths <= max(BAD_CORNER_FACTOR * middle, NEGLIGIBLE_ERROR_PX)
     rms = np.sqrt(np.sum(lengths**2 * fits, axis=1) / np.maximum(fits.sum(axis=1), 1))
-    limit = np.where(fits.all(axis=1), settings.view_factor, settings.rest_factor) * typical
-    bad = (rms > np.maximum(limit, settings.negligible)) | ((~fits).mean(axis=1) > settings.most_corners_out)
+    limit = np.where(fits.all(axis=1), BAD_VIEW_FACTOR, BAD_REST_FACTOR) * typical
+    bad = (rms > np.maximum(limit, NEGLIGIBLE_ERROR_PX)) | ((~fits).mean(axis=1) > MAX_CORNERS_OUT_SHARE)
     fits[bad] = False
     return fits
 
 
-def _deserves_k3(corners: Corners, solution: BundleSolution, settings: IntrinsicsSettings) -> bool:
+def _deserves_k3(corners: Corners, solution: BundleSolution) -> bool:
     """Return whether k3 is clearly not zero and improves the prediction of views that took no part in the fit."""
     kept = corners.views_used
     some = corners.take(kept)
@@ -372,19 +366,17 @@ def _deserves_k3(corners: Corners, solution: BundleSolution, settings: Intrinsic
     longer = bundle_adjustment.refine(some, paper, more)
     precision = bundle_adjustment.information(some, longer, more).sum(axis=0)
     sd = float(np.sqrt(bundle_adjustment.covariance(precision, bundle_adjustment.noise(some, longer, more))[-1, -1]))
-    if abs(longer.camera[8]) < settings.extra_sds * sd:
+    if abs(longer.camera[8]) < MIN_K3_SDS * sd:
         return False
-    without, with_k3 = (
-        hold_out_rms(some, each, free, settings.folds) for each, free in ((paper, PAPER), (longer, more))
-    )
-    return with_k3 < (1 - settings.extra_gain) * without
+    without, with_k3 = (hold_out_rms(some, each, free) for each, free in ((paper, PAPER), (longer, more)))
+    return with_k3 < (1 - MIN_K3_GAIN) * without
 
 
-def hold_out_rms(corners: Corners, solution: BundleSolution, free: tuple[int, ...], folds: int) -> float:
+def hold_out_rms(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> float:
     """[pixel]: error on views that took no part in estimating the camera; only their poses are fitted."""
-    number = np.arange(len(corners.pixels)) % folds
+    number = np.arange(len(corners.pixels)) % HOLD_OUT_FOLDS
     squares, count = 0.0, 0
-    for fold in range(min(folds, len(number))):
+    for fold in range(min(HOLD_OUT_FOLDS, len(number))):
         inside, outside = number != fold, number == fold
         fitted = bundle_adjustment.refine(
             corners.take(inside), BundleSolution(solution.camera, solution.poses.take(inside)), free

@@ -11,29 +11,70 @@ from core.calibration.board.board import Board
 from core.calibration.board.chessboard import BoardView, board_by_hand, find_board
 from core.calibration.board.quality import judge, why_none
 from core.calibration.board.tracking import Explainer, Watcher
-from core.calibration.camera.coverage import Measures, bars, cells, measures
-from core.calibration.camera.guidance import Advice, GuidanceSettings, advise
+from core.calibration.camera.guidance import Advice, advise
 from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
 from core.calibration.camera.uncertainty import UncertaintyMap, uncertainty_map
 from core.calibration.reports import target
 from core.errors import BadInput, Refused
 from core.message import Array, message
 
+# Coverage of the picture by the views: cells, and the four measures operators know from ROS's calibrator.
+
+GRID_CELLS = (8, 6)  # across, down
+WANTED_RANGES = (0.7, 0.7, 0.4, 0.5)  # that each measure should span
+
+
+class Measures(NamedTuple):
+    """Position, size and skew of a board in the picture, each 0..1."""
+
+    x: float  # place across the picture
+    y: float  # place down the picture
+    size: float  # root of the share of the picture that it fills
+    skew: float  # how far its corner is from a right angle
+
+
+def measures(corners: Array, board: Board, size: tuple[int, int]) -> Measures:
+    """Corners (N, 2) [pixel] in a picture of this width and height → its four measures."""
+    grid = corners.reshape(board.rows, board.columns, 2)
+    up_left, up_right, down_right, down_left = grid[0, 0], grid[0, -1], grid[-1, -1], grid[-1, 0]
+    one, other = down_right - up_left, down_left - up_right
+    area = abs(float(one[0] * other[1] - one[1] * other[0])) / 2
+    border = np.sqrt(area)
+    place = (corners.mean(axis=0) - border / 2) / np.maximum(np.array(size) - border, 1.0)
+    along, down = up_left - up_right, down_right - up_right
+    cosine = float(along @ down / (np.linalg.norm(along) * np.linalg.norm(down)))
+    skew = min(1.0, 2 * abs(np.pi / 2 - float(np.arccos(np.clip(cosine, -1, 1)))))
+    x, y = np.clip(place, 0, 1)
+    return Measures(float(x), float(y), float(border / np.sqrt(size[0] * size[1])), skew)
+
+
+def bars(seen: list[Measures]) -> Measures:
+    """The measures of all views → how far each has been spanned, 0..1; size and skew count from zero."""
+    if not seen:
+        return Measures(0.0, 0.0, 0.0, 0.0)
+    values = np.array(seen)
+    low = values.min(axis=0) * (1, 1, 0, 0)
+    return Measures(*(float(value) for value in np.minimum(1.0, (values.max(axis=0) - low) / WANTED_RANGES)))
+
+
+def cells(corners: list[Array], size: tuple[int, int]) -> Array:
+    """Corners (N, 2) [pixel] of every view → how many fell into each cell of the picture (6, 8)."""
+    pixels = np.concatenate(corners) if corners else np.empty((0, 2))
+    edges = (np.linspace(0, size[1], GRID_CELLS[1] + 1), np.linspace(0, size[0], GRID_CELLS[0] + 1))
+    return np.histogram2d(pixels[:, 1], pixels[:, 0], bins=edges)[0].astype(int)
+
+
 Kind = Literal["nothing", "refused", "moving", "same", "counted"]
 
 
-@dataclass(frozen=True)
-class SessionSettings:
-    """Conditions under which a live picture is taken by itself."""
-
-    still: float = 0.5  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
-    still_for: float = 0.25  # [s]
-    new: float = 0.05  # share of the width that the corners have moved, on average, from every view taken
-    distinct: float = 0.001  # the same for a picture from a file, which cannot be shown again
-    least_views: int = 6  # before the camera can count as calibrated
-    solve_from: int = 4  # views
-    explain_every: float = 1.0  # [s] between looks for the reason why no board is seen; they are slow
-    most_views: int = 400
+# Conditions under which a live picture is taken by itself.
+STILL_MOTION_PX = 0.5  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
+STILL_TIME_S = 0.25  # [s]
+NEW_VIEW_SHARE = 0.05  # share of the width that the corners have moved, on average, from every view taken
+NEW_FILE_SHARE = 0.001  # the same for a picture from a file, which cannot be shown again
+MIN_VIEW_COUNT = 6  # before the camera can count as calibrated
+MIN_SOLVED_VIEWS = 4  # views
+MAX_VIEW_COUNT = 400
 
 
 @message
@@ -87,9 +128,9 @@ class CameraState(TypedDict):
 class CameraSession:
     """One calibration from the first picture to the accepted camera. Owned by one thread."""
 
-    def __init__(self, board: Board, settings: SessionSettings | None = None) -> None:
+    def __init__(self, board: Board, still_for: float = STILL_TIME_S) -> None:
         self.board = board
-        self.settings = settings or SessionSettings()
+        self._still_for = still_for  # [s] before a live picture is taken by itself
         self.size: tuple[int, int] | None = None  # [pixel] of the views; before the first, of the newest picture
         self.taken: list[AcceptedView] = []
         self.calibration: Calibration | None = None
@@ -97,7 +138,7 @@ class CameraSession:
         self._advice: Advice | None = None
         self._watcher = Watcher(board)
         self._still_since: float | None = None
-        self._explainer = Explainer(board, self.settings.explain_every)
+        self._explainer = Explainer(board)
         self._asked = 0
 
     def look(self, grey: Array, stamp: float) -> PictureVerdict:
@@ -110,11 +151,11 @@ class CameraSession:
         verdict = self._judged(grey, view)
         if verdict is not None:
             return verdict
-        if self._watcher.moved > self.settings.still:
+        if self._watcher.moved > STILL_MOTION_PX:
             self._still_since = None
             return PictureVerdict(kind="moving", words="Good view; hold it still.", corners=view.corners)
         self._still_since = stamp if self._still_since is None else self._still_since
-        if stamp - self._still_since < self.settings.still_for:
+        if stamp - self._still_since < self._still_for:
             return PictureVerdict(kind="moving", words="Hold still …", corners=view.corners)
         return self._take(f"view {len(self.taken) + 1}", view)
 
@@ -145,13 +186,13 @@ class CameraSession:
     @property
     def stale(self) -> bool:
         """True when the solution does not cover the present views."""
-        return len(self.views) >= self.settings.solve_from and self._solved != tuple(view.name for view in self.views)
+        return len(self.views) >= MIN_SOLVED_VIEWS and self._solved != tuple(view.name for view in self.views)
 
     def solve(self) -> Calibration:
         """Solve here and now. Raises BadInput with too few views."""
         views = self.views
-        if self.size is None or len(views) < self.settings.solve_from:
-            raise BadInput(f"{len(views)} views are too few; take at least {self.settings.solve_from}.")
+        if self.size is None or len(views) < MIN_SOLVED_VIEWS:
+            raise BadInput(f"{len(views)} views are too few; take at least {MIN_SOLVED_VIEWS}.")
         return self.adopt(calibrate(views, self.board, self.size), views)
 
     def adopt(self, calibration: Calibration, views: tuple[ViewCorners, ...]) -> Calibration:
@@ -175,8 +216,7 @@ class CameraSession:
         """The most useful next view; None before the first picture gives the size."""
         if self._advice is None and self.size is not None:
             taken = np.array([view.corners for view in self.views]).reshape(-1, self.board.count, 2)
-            settings = GuidanceSettings(seed=GuidanceSettings.seed + self._asked)
-            self._advice = advise(self.board, self.size, self.calibration, taken, settings)
+            self._advice = advise(self.board, self.size, self.calibration, taken, asked=self._asked)
         return self._advice
 
     def skip(self) -> Advice | None:
@@ -191,7 +231,7 @@ class CameraSession:
         views = [view.corners for view in self.views]
         known = self.uncertainty()
         p95, wanted = (None if known is None else known.p95), target(size[0])
-        missing = self.settings.least_views - len(views)
+        missing = MIN_VIEW_COUNT - len(views)
         if missing > 0:
             words = f"{missing} more view{'s' * (missing > 1)} at least."
         elif p95 is None or self.stale:
@@ -222,10 +262,10 @@ class CameraSession:
         }
 
     @staticmethod
-    def resumed(state: CameraState, settings: SessionSettings | None = None) -> CameraSession:
+    def resumed(state: CameraState) -> CameraSession:
         """Restore a session from `state`; it must be solved again."""
         columns, rows, square = state["board"]
-        session = CameraSession(Board(columns=columns, rows=rows, square=square), settings)
+        session = CameraSession(Board(columns=columns, rows=rows, square=square))
         session.size = state["size"]
         session.taken = [
             AcceptedView(each["name"], np.array(each["corners"]), each["dropped"]) for each in state["taken"]
@@ -250,7 +290,7 @@ class CameraSession:
         if quality.refusals:
             words = quality.refusals[0]
             return PictureVerdict(kind="refused", words=words, corners=view.corners, sharpness=quality.sharpness)
-        same = self._same(view.corners, self.settings.distinct if given else self.settings.new)
+        same = self._same(view.corners, NEW_FILE_SHARE if given else NEW_VIEW_SHARE)
         if same:
             words = "every picture counts once" if given else "move on to the suggested view"
             return PictureVerdict(kind="same", words=f"Same as {same}; {words}.", corners=view.corners)
@@ -265,7 +305,7 @@ class CameraSession:
         return ""
 
     def _take(self, name: str, view: BoardView) -> PictureVerdict:
-        if len(self.taken) >= self.settings.most_views:
+        if len(self.taken) >= MAX_VIEW_COUNT:
             raise Refused(f"{len(self.taken)} views are more than enough; drop some or start again.")
         known = {each.name for each in self.taken}
         unique = next(each for each in (name, *(f"{name} ({n})" for n in range(2, 9999))) if each not in known)

@@ -47,11 +47,6 @@ def read_upright(path: Path) -> Array:
     return _read(path, cv2.IMREAD_COLOR, upright=True)[0]
 
 
-def decode_grey(content: bytes) -> tuple[Array, str]:
-    """Bytes of a picture → grey (H, W) uint8 and a remark or ''. Raises BadInput."""
-    return decode(content, cv2.IMREAD_GRAYSCALE)
-
-
 def own_names(files: Sequence[Path]) -> tuple[str, ...]:
     """Label every file: its name, or its whole path where several files have the same name."""
     counts = Counter(path.name for path in set(files))

@@ -6,8 +6,6 @@ known, inside the rectangle where the camera says the board is. Select and solve
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from core.calibration.board.board import Board
@@ -17,29 +15,25 @@ from core.calibration.mount import Extrinsics
 from core.geometry import Transform
 from core.message import Array, message
 
-
-@dataclass(frozen=True)
-class BoardLineSettings:
-    """Settings of the search for the line."""
-
-    nearer: float = 0.06  # [m] that a beam must be shorter than the empty room …
-    nearer_sds: float = 4.0  # … and in standard deviations of a range
-    least_beams: int = 10
-    draws: int = 600
-    seed: int = 11
-    reach: int = 120  # beams between the two drawn ones at most
-    least_chord: float = 0.08  # [m] between the two drawn beams' ends
-    band: float = 0.008  # [m] half-width of the line …
-    band_sds: float = 2.5  # … and in standard deviations of a range
-    gap: int = 3  # missing beams that a run may bridge
-    longer: float = 0.15  # [m] that a run may exceed the panel's width: a tilted panel is cut along its diagonal
-    unknown_panel: float = 0.6  # [m] width assumed of a panel that was not measured
-    inside: float = 0.025  # [m] that beams keep from the panel's sides, where they are half on it
-    more: float = 0.003  # [m] added to the band about the prediction
-    slack: float = 0.02  # [m] about the predicted rectangle, besides twice the mount's uncertainty …
-    aside_most: float = 0.03  # [m] … but at most so much to the sides
-    above_most: float = 0.05  # [m] … and so much above and below
-    candidates: int = 8  # lines kept per pose when there is no background
+# Thresholds of the search for the line.
+MIN_NEARER_M = 0.06  # [m] that a beam must be shorter than the empty room …
+MIN_NEARER_SDS = 4.0  # … and in standard deviations of a range
+MIN_BEAM_COUNT = 10
+LINE_DRAWS = 600
+DRAW_SEED = 11
+MAX_DRAW_REACH = 120  # beams between the two drawn ones at most
+MIN_CHORD_M = 0.08  # [m] between the two drawn beams' ends
+LINE_BAND_M = 0.008  # [m] half-width of the line …
+LINE_BAND_SDS = 2.5  # … and in standard deviations of a range
+MAX_GAP_BEAMS = 3  # missing beams that a run may bridge
+EXTRA_LENGTH_M = 0.15  # [m] that a run may exceed the panel's width: a tilted panel is cut along its diagonal
+UNKNOWN_PANEL_M = 0.6  # [m] width assumed of a panel that was not measured
+SIDE_DISTANCE_M = 0.025  # [m] that beams keep from the panel's sides, where they are half on it
+EXTRA_BAND_M = 0.003  # [m] added to the band about the prediction
+RECTANGLE_SLACK_M = 0.02  # [m] about the predicted rectangle, besides twice the mount's uncertainty …
+MAX_SIDE_SLACK_M = 0.03  # [m] … but at most so much to the sides
+MAX_HEIGHT_SLACK_M = 0.05  # [m] … and so much above and below
+MAX_LINE_COUNT = 8  # lines kept per pose when there is no background
 
 
 @message
@@ -83,24 +77,21 @@ def average(scans: Array, rays: Array, noise: float | None = None) -> MeanScan:
     return MeanScan(ranges=ranges, rays=rays, sd=max(noise / np.sqrt(count), 0.001))
 
 
-def foreground(scan: MeanScan, background: Array | None, settings: BoardLineSettings) -> Array:
+def foreground(scan: MeanScan, background: Array | None) -> Array:
     """(B,) bool: beams that end before the empty room does; without a background, all beams that measured."""
     seen = np.isfinite(scan.ranges) & (scan.ranges > 0)
     if background is None:
         return seen
     empty = np.where(np.isfinite(background), background, np.inf)
-    return seen & (empty - scan.ranges > max(settings.nearer_sds * scan.sd, settings.nearer))
+    return seen & (empty - scan.ranges > max(MIN_NEARER_SDS * scan.sd, MIN_NEARER_M))
 
 
-def find_lines(
-    scan: MeanScan, candidates: Array, board: Board, settings: BoardLineSettings | None = None
-) -> tuple[BeamRun, ...]:
+def find_lines(scan: MeanScan, candidates: Array, board: Board) -> tuple[BeamRun, ...]:
     """Candidate beams (B,) bool → straight runs as long as the panel may be, the longest first."""
-    settings = settings or BoardLineSettings()
-    rng = np.random.default_rng(settings.seed)
+    rng = np.random.default_rng(DRAW_SEED)
     open_beams, found = candidates.copy(), []
-    for _ in range(settings.candidates):
-        line = _longest(rng, scan, open_beams, board, settings)
+    for _ in range(MAX_LINE_COUNT):
+        line = _longest(rng, scan, open_beams, board)
         if line is None:
             break
         found.append(line)
@@ -108,15 +99,12 @@ def find_lines(
     return tuple(sorted(found, key=lambda line: -len(line.beams)))
 
 
-def select_inside(
-    scan: MeanScan, pose: BoardPose, board: Board, found: Extrinsics, settings: BoardLineSettings | None = None
-) -> Array:
+def select_inside(scan: MeanScan, pose: BoardPose, board: Board, found: Extrinsics) -> Array:
     """Beams (K,) that end on the board where camera and mount predict it, within what is known of the mount.
 
     A panel that was not measured may be larger than the print, and the beams may pass above or below the print: there
     the run on the board's plane that crosses the print's width is taken.
     """
-    settings = settings or BoardLineSettings()
     laser_from_board = found.transform @ Transform(rotation=pose.rotation, translation=pose.translation)
     q, slope = predict(planes_of([pose.plane]), found.guess)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -124,30 +112,28 @@ def select_inside(
         predicted[predicted <= 0] = np.nan
         spread = slope[0][:, :6] @ found.covariance @ slope[0][:, :6].T
         doubt = predicted**2 * np.sqrt(np.einsum("bi,ij,bj->b", scan.rays, spread, scan.rays))
-        near = np.abs(scan.ranges - predicted) < settings.band_sds * scan.sd + doubt + settings.more
+        near = np.abs(scan.ranges - predicted) < LINE_BAND_SDS * scan.sd + doubt + EXTRA_BAND_M
     places = np.abs(laser_from_board.inverse().apply(scan.rays * predicted[:, None]) - board.centre)
-    slack = settings.slack + 2 * float(np.sqrt(np.trace(found.covariance[3:, 3:])))
+    slack = RECTANGLE_SLACK_M + 2 * float(np.sqrt(np.trace(found.covariance[3:, 3:])))
     half_width, half_height = board.half_size
     if board.panel is not None:
-        aside = places[:, 0] < half_width - settings.inside + min(slack, settings.aside_most)
-        return np.flatnonzero(near & aside & (places[:, 1] < half_height + min(slack, settings.above_most)))
-    run = longest_run(np.flatnonzero(near & (places[:, 0] < settings.unknown_panel / 2 + half_width)), settings.gap)
+        aside = places[:, 0] < half_width - SIDE_DISTANCE_M + min(slack, MAX_SIDE_SLACK_M)
+        return np.flatnonzero(near & aside & (places[:, 1] < half_height + min(slack, MAX_HEIGHT_SLACK_M)))
+    run = longest_run(np.flatnonzero(near & (places[:, 0] < UNKNOWN_PANEL_M / 2 + half_width)), MAX_GAP_BEAMS)
     return run if np.any(places[run, 0] < half_width) else run[:0]
 
 
-def _longest(
-    rng: np.random.Generator, scan: MeanScan, candidates: Array, board: Board, settings: BoardLineSettings
-) -> BeamRun | None:
+def _longest(rng: np.random.Generator, scan: MeanScan, candidates: Array, board: Board) -> BeamRun | None:
     """The straight run with the most beams, of many drawn through two beams each."""
     beams = np.flatnonzero(candidates)
-    if len(beams) < settings.least_beams:
+    if len(beams) < MIN_BEAM_COUNT:
         return None
-    longest = (board.panel[0] if board.panel else settings.unknown_panel) + settings.longer
+    longest = (board.panel[0] if board.panel else UNKNOWN_PANEL_M) + EXTRA_LENGTH_M
     points = scan.rays[:, :2] * np.where(candidates, scan.ranges, np.nan)[:, None]
-    first = rng.choice(beams, settings.draws)
-    second = rng.choice(beams, settings.draws)
+    first = rng.choice(beams, LINE_DRAWS)
+    second = rng.choice(beams, LINE_DRAWS)
     chord = np.linalg.norm(points[first] - points[second], axis=1)
-    fair = (np.abs(first - second) <= settings.reach) & (chord > settings.least_chord) & (chord < longest)
+    fair = (np.abs(first - second) <= MAX_DRAW_REACH) & (chord > MIN_CHORD_M) & (chord < longest)
     pairs = np.stack((points[first], points[second]), axis=1)[fair]
     pairs = pairs[np.abs(np.linalg.det(pairs)) > 1e-6]
     if not len(pairs):
@@ -155,15 +141,15 @@ def _longest(
     q = np.linalg.solve(pairs, np.ones((len(pairs), 2, 1)))[..., 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         off = np.abs(scan.ranges - 1 / (q @ scan.rays[:, :2].T))
-    on = (off < max(settings.band_sds * scan.sd, settings.band)) & candidates
+    on = (off < max(LINE_BAND_SDS * scan.sd, LINE_BAND_M)) & candidates
     best: BeamRun | None = None
     counts = on.sum(axis=1)
     for number in np.argsort(-counts):
-        if counts[number] < settings.least_beams or (best is not None and counts[number] <= len(best.beams)):
+        if counts[number] < MIN_BEAM_COUNT or (best is not None and counts[number] <= len(best.beams)):
             break  # none of the rest can be longer
-        run = longest_run(np.flatnonzero(on[number]), settings.gap)
+        run = longest_run(np.flatnonzero(on[number]), MAX_GAP_BEAMS)
         length = float(np.linalg.norm(points[run[-1]] - points[run[0]])) if len(run) else 0.0
-        if len(run) >= settings.least_beams and length <= longest and (best is None or len(run) > len(best.beams)):
+        if len(run) >= MIN_BEAM_COUNT and length <= longest and (best is None or len(run) > len(best.beams)):
             best = BeamRun(beams=run, q=q[number])
     return best
 

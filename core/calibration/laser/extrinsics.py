@@ -39,15 +39,12 @@ FITTED_GAIN = 0.5  # gain below which a direction is not counted as fitted
 LEAST_LEFT = 4  # poses that stay when others are left out
 
 
-@dataclass(frozen=True)
-class ExtrinsicsSettings:
-    """Settings of the solve."""
-
-    soft: float = 3.0  # [standard deviations] scale of the soft-L1 loss while outliers may still be in
-    outlier: float = 14.0  # chi-square of a pose (2 dof, 99.9 %), in units of the typical, above which it is left out
-    keep_share: float = 0.6  # of the poses that stay, however bad
-    known: float = 0.7  # a direction counts as known when the data shrink the sd of the mount by this share
-    rival: float = 0.5  # another start wins only if its cost is below this share of the nominal mount's
+# Thresholds of the solve.
+SOFT_LOSS_SDS = 3.0  # [standard deviations] scale of the soft-L1 loss while outliers may still be in
+OUTLIER_CHI2 = 14.0  # chi-square of a pose (2 dof, 99.9 %), in units of the typical, above which it is left out
+MIN_KEPT_SHARE = 0.6  # of the poses that stay, however bad
+KNOWN_GAIN = 0.7  # a direction counts as known when the data shrink the sd of the mount by this share
+RIVAL_COST_SHARE = 0.5  # another start wins only if its cost is below this share of the nominal mount's
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,6 @@ class ExtrinsicsProblem:
     pairs: Sequence[Pair]
     mount: Mount
     free: Array  # (8,) bool
-    settings: ExtrinsicsSettings
     used: Array = field(default_factory=lambda: np.zeros(0, bool))  # (M,)
     turned: bool = False  # another mount than the nominal one
 
@@ -98,7 +94,6 @@ def solve(
     *,
     start: Transform | None = None,
     freedom: Freedom | None = None,
-    settings: ExtrinsicsSettings | None = None,
 ) -> Extrinsics:
     """Planes seen by both sensors → laser_from_camera with its covariance.
 
@@ -110,14 +105,12 @@ def solve(
             f"{len(pairs)} usable poses of the board are too few: at least 3 are needed, 10 to 20 are good."
         )
     freedom = freedom or Freedom()
-    problem = ExtrinsicsProblem(
-        pairs, mount or Mount(), freedom.mask, settings or ExtrinsicsSettings(), np.ones(len(pairs), bool)
-    )
+    problem = ExtrinsicsProblem(pairs, mount or Mount(), freedom.mask, np.ones(len(pairs), bool))
     if start is None:
         start = _search(problem)
     answer, misfit = _without_outliers(problem, Guess(start.rotation, start.translation))
     gain = _gain(problem, answer.information)
-    weak = tuple(name for name, value in zip(NAMES, gain, strict=True) if value < problem.settings.known)
+    weak = tuple(name for name, value in zip(NAMES, gain, strict=True) if value < KNOWN_GAIN)
     if not weak:
         answer = _settle(problem, answer.guess)
         misfit = _misfit(problem, answer.guess, 0)
@@ -147,12 +140,12 @@ def _search(problem: ExtrinsicsProblem) -> Transform:
     nominal = problem.mount.nominal
     near, _ = _believing(problem, Guess(nominal.rotation, nominal.translation))
     least, best = float(np.median(chi_squares(problem.seen(), near))), nominal.rotation
-    if least < problem.settings.outlier:
+    if least < OUTLIER_CHI2:
         return nominal
-    least *= problem.settings.rival
+    least *= RIVAL_COST_SHARE
     turns = Rotation.create_group("O").as_matrix()
     for turn in turns:
-        other = _settle(problem, Guess(turn, np.zeros(3)), soft=problem.settings.soft).guess
+        other = _settle(problem, Guess(turn, np.zeros(3)), soft=SOFT_LOSS_SDS).guess
         middle = float(np.median(chi_squares(problem.seen(), other)))
         if middle < least and not behind(problem.seen(), other):
             least, best = middle, other.rotation
@@ -168,7 +161,7 @@ def _believing(problem: ExtrinsicsProblem, guess: Guess) -> tuple[Guess, float]:
     """Solve with the mount as a witness that is believed until the data have shown how well they agree."""
     misfit = FIRST_MISFIT
     for _ in range(MISFIT_ROUNDS):
-        guess = _settle(problem, guess, soft=problem.settings.soft, misfit=misfit, rounds=1).guess
+        guess = _settle(problem, guess, soft=SOFT_LOSS_SDS, misfit=misfit, rounds=1).guess
         misfit = _typical(chi_squares(problem.seen(), guess))
     return guess, misfit
 
@@ -231,11 +224,11 @@ def _from_mount(mount: Mount, guess: Guess) -> tuple[Array, Array]:
 def _worst(problem: ExtrinsicsProblem, guess: Guess) -> int | None:
     """The pair that fits worst, if it is an outlier and enough others stay."""
     left = int(np.count_nonzero(problem.used))
-    if left <= max(LEAST_LEFT, problem.settings.keep_share * len(problem.pairs)):
+    if left <= max(LEAST_LEFT, MIN_KEPT_SHARE * len(problem.pairs)):
         return None
     chi2 = np.where(problem.used, chi_squares(stack(problem.pairs), guess), 0.0)
     worst = int(np.argmax(chi2))
-    return worst if chi2[worst] > problem.settings.outlier * _typical(chi2[problem.used]) else None
+    return worst if chi2[worst] > OUTLIER_CHI2 * _typical(chi2[problem.used]) else None
 
 
 def _typical(chi2: Array) -> float:

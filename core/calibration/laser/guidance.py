@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.camera.guidance import Advice, GuidanceSettings, clear, describe, outline_of
+from core.calibration.camera.guidance import Advice, clear, describe, outline_of
 from core.calibration.laser.plane_pairs import Guess, PlanePair, residuals_of, stack, whitening
 from core.calibration.laser.planes import Plane, plane_of
 from core.calibration.laser.range_lines import fit_ranges
@@ -52,7 +52,7 @@ def advise_pose(
         guess, known = so_far.guess, np.linalg.inv(so_far.covariance)
     holding = dataclasses.replace(HOLDING, upright="height" in mount.from_ruler)
     poses = held(np.random.default_rng(FIRST_SEED + asked), CANDIDATE_POSES, model, board, holding)
-    poses = poses.take(clear(model, poses, board, GuidanceSettings.spacing))
+    poses = poses.take(clear(model, poses, board))
     best, best_left = None, np.inf
     for number, gain in enumerate(_information_of_each(poses, board, model, rays, range_sd, guess, fresh)):
         if gain is not None:
@@ -63,7 +63,7 @@ def advise_pose(
     pose = poses.take(slice(best, best + 1))
     camera = vector_of(model)
     return Advice(
-        words=describe(model, pose, board, GuidanceSettings()),
+        words=describe(model, pose, board),
         outline=project(camera, pose, outline_of(board))[0],
         corners=project(camera, pose, board.points)[0],
         rotation=pose.rotations[0],

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.laser.board_line import BoardLineSettings, select_inside
+from core.calibration.laser.board_line import select_inside
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.solve import LaserPose, range_residuals
 from core.calibration.mount import Extrinsics
@@ -37,11 +37,9 @@ def dots(scan: Scan, laser_from_camera: Transform, model: CameraModel) -> tuple[
     return np.column_stack((pixels, ranges))[inside], beams[inside]
 
 
-def check(
-    pose: LaserPose, found: Extrinsics, board: Board, model: CameraModel, settings: BoardLineSettings | None = None
-) -> Check:
+def check(pose: LaserPose, found: Extrinsics, board: Board, model: CameraModel) -> Check:
     """A pose that took no part → how the mount predicts it. Raises BadInput where the laser misses the board."""
-    beams = select_inside(pose.scan, pose.board, board, found, settings)
+    beams = select_inside(pose.scan, pose.board, board, found)
     if not len(beams):
         raise BadInput("The laser does not meet the board in this pose.")
     residuals = range_residuals(pose, beams, found.guess)

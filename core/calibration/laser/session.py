@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -13,17 +13,77 @@ from core.calibration.board.tracking import Explainer, Watcher
 from core.calibration.camera.guidance import Advice
 from core.calibration.laser import suspicion
 from core.calibration.laser.board_line import average, find_lines, foreground
+from core.calibration.laser.explanation import landings, laser_offset_words, weak_words
+from core.calibration.laser.extrinsics import KNOWN_GAIN
 from core.calibration.laser.guidance import advise_pose
 from core.calibration.laser.planes import BoardPose, Plane, board_pose
-from core.calibration.laser.progress import LaserProgress, progress_of
 from core.calibration.laser.range_lines import unit_rays
-from core.calibration.laser.solve import LaserCalibration, LaserPose, LaserSettings, calibrate_laser
-from core.calibration.mount import Mount
+from core.calibration.laser.solve import LaserCalibration, LaserPose, calibrate_laser
+from core.calibration.mount import NAMES, Mount
 from core.calibration.projection import Poses
 from core.errors import BadInput, Refused
 from core.message import Array, message
 from core.optics import CameraModel
 from core.sensors.laser import Scan
+
+# Describe the progress of the laser's wizard, and what is missing, in words.
+
+KNOWN_FROM = KNOWN_GAIN  # gain from which a direction counts as known
+
+
+class LaserProgress(NamedTuple):
+    """The progress of the wizard."""
+
+    poses: int
+    precision: dict[str, float]  # per direction: share by which the data have shrunk the mount's doubt, 0..1
+    weak: tuple[str, ...]  # sentences
+    laser_offset: str  # a sentence; empty before the first solution
+    ready: bool
+    words: str
+    from_ruler: dict[str, str] = {}  # direction → how it was measured, where that speaks instead of the poses
+    known_from: float = KNOWN_FROM
+
+
+def progress_of(
+    calibration: LaserCalibration | None,
+    model: CameraModel,
+    mount: Mount,
+    *,
+    poses: int,
+    wanted: tuple[int, float],
+    stale: bool,
+    room_known: bool,
+) -> LaserProgress:
+    """The solution so far, the number of poses, and how many are `wanted`, landing within how many pixels.
+
+    A room that is not known yet matters only where more poses are needed.
+    """
+    least, laser_offset = wanted
+    missing = least - poses
+    first = "" if room_known else "First the empty room: step out of the laser's view."
+    if calibration is None:
+        more = f"{missing} more pose{'s' * (missing > 1)} of the board at least."
+        words = (first or more) if missing > 0 else "Not solved yet."
+        return LaserProgress(poses, {}, (), "", False, words, mount.from_ruler)
+    found = calibration.extrinsics
+    offsets, sentences = landings(found, model), weak_words(found)
+    near = max(offsets[1].sideways, offsets[1].up_down) <= laser_offset
+    if missing > 0:
+        words = first or f"{missing} more pose{'s' * (missing > 1)} at least."
+    elif stale:
+        words = "Not solved yet."
+    elif calibration.doubt:
+        words = calibration.doubt
+    elif sentences:
+        words = first or sentences[0]
+    elif not near:
+        words = first or f"Not yet exact: {laser_offset_words(offsets)}"
+    else:
+        words = f"Done: {laser_offset_words(offsets)}"
+    ready = missing <= 0 and not stale and not sentences and near and not calibration.doubt
+    precision = {name: float(gain) for name, gain in zip(NAMES, found.gain, strict=True)}
+    return LaserProgress(poses, precision, sentences, laser_offset_words(offsets), ready, words, found.from_ruler)
+
 
 Kind = Literal["background", "nothing", "refused", "moving", "gathering", "same", "counted"]
 
@@ -31,22 +91,18 @@ ADVISED_NEWNESS = 1.5  # times as new as a pose has to be are the poses that are
 RANGE_SD = 0.007  # [m] of an averaged range, until it has been measured
 
 
-@dataclass(frozen=True)
-class LaserSessionSettings:
-    """Conditions under which a pose is taken by itself."""
-
-    background: int = 30  # scans of the empty room
-    scans: int = 20  # of every still pose
-    still: float = 0.7  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
-    drift: float = 2.0  # [pixel] that the corners may wander in all while scans are gathered, per 640 pixels of width
-    blind: int = 5  # scans that may come without a picture that shows the board still
-    turned: float = np.deg2rad(8)  # a pose is new when its board is turned by so much …
-    moved: float = 0.08  # … or by this share of its distance nearer or farther
-    least_poses: int = 10
-    solve_from: int = 4
-    suspect_from: int = 6  # poses that are enough to suspect the scans themselves
-    laser_offset: float = 3.0  # [pixel] within which a laser point at 1 m has to land (95 %)
-    solve: LaserSettings = field(default_factory=LaserSettings)
+# Conditions under which a pose is taken by itself.
+EMPTY_ROOM_SCANS = 30  # scans of the empty room
+POSE_SCANS = 20  # of every still pose
+STILL_MOTION_PX = 0.7  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
+MAX_DRIFT_PX = 2.0  # [pixel] that the corners may wander in all while scans are gathered, per 640 pixels of width
+MAX_BLIND_SCANS = 5  # scans that may come without a picture that shows the board still
+NEW_POSE_TURN_RAD = np.deg2rad(8)  # a pose is new when its board is turned by so much …
+NEW_POSE_SHARE = 0.08  # … or by this share of its distance nearer or farther
+MIN_POSE_COUNT = 10
+MIN_SOLVED_POSES = 4
+MIN_SUSPECTED_POSES = 6  # poses that are enough to suspect the scans themselves
+MAX_LANDING_PX = 3.0  # [pixel] within which a laser point at 1 m has to land (95 %)
 
 
 @message
@@ -76,10 +132,8 @@ class LaserSession:
         board: Board,
         model: CameraModel,
         mount: Mount | None = None,
-        settings: LaserSessionSettings | None = None,
     ) -> None:
         self.board, self.model, self.mount = board, model, mount or Mount()
-        self.settings = settings or LaserSessionSettings()
         self.taken: list[TakenPose] = []
         self.calibration: LaserCalibration | None = None
         self.background: Array | None = None  # (B,) [m]
@@ -104,21 +158,19 @@ class LaserSession:
         if self._seen is None:
             return None
         self._blind += 1
-        if self._blind > self.settings.blind:
+        if self._blind > MAX_BLIND_SCANS:
             self._forget()
             return LaserVerdict(kind="nothing", words="No pictures arrive; is the camera running?")
         self._scans.append(ranges)
-        if len(self._scans) < self.settings.scans:
-            words = f"Hold still: {len(self._scans)} of {self.settings.scans} scans."
+        if len(self._scans) < POSE_SCANS:
+            words = f"Hold still: {len(self._scans)} of {POSE_SCANS} scans."
             return LaserVerdict(kind="gathering", words=words, corners=self._watcher.corners)
         return self._take()
 
     def look(self, grey: Array, stamp: float = 0.0) -> LaserVerdict:
         """One picture (H, W) uint8 of time `stamp` [s] → its verdict. The board is still while scans are gathered."""
         if self.background is None:
-            words = (
-                f"Looking at the empty room: keep out of it. {len(self._scans)} of {self.settings.background} scans."
-            )
+            words = f"Looking at the empty room: keep out of it. {len(self._scans)} of {EMPTY_ROOM_SCANS} scans."
             return LaserVerdict(kind="background", words=words)
         view = self._watcher.look(grey)
         self._blind = 0
@@ -126,13 +178,13 @@ class LaserSession:
             self._forget()
             return LaserVerdict(kind="nothing", words=self._explainer.why(grey, stamp))
         start = self._corners[0] if self._corners else None
-        wandered = self._watcher.apart(view.corners, start, grey.shape[1]) > self.settings.drift
-        if self._watcher.moved > self.settings.still or (self._seen is not None and wandered):
+        wandered = self._watcher.apart(view.corners, start, grey.shape[1]) > MAX_DRIFT_PX
+        if self._watcher.moved > STILL_MOTION_PX or (self._seen is not None and wandered):
             self._forget()
             return LaserVerdict(kind="moving", words="Hold the board still.", corners=view.corners)
         if self._seen is not None:
             self._corners.append(view.corners)
-            words = f"Hold still: {len(self._scans)} of {self.settings.scans} scans."
+            words = f"Hold still: {len(self._scans)} of {POSE_SCANS} scans."
             return LaserVerdict(kind="gathering", words=words, corners=view.corners)
         refusals = judge(grey, view, self.board).refusals
         if refusals:
@@ -166,17 +218,20 @@ class LaserSession:
     @property
     def stale(self) -> bool:
         """True when the solution does not cover the present poses."""
-        return len(self.poses) >= self.settings.solve_from and self._solved != tuple(pose.name for pose in self.poses)
+        return len(self.poses) >= MIN_SOLVED_POSES and self._solved != tuple(pose.name for pose in self.poses)
 
-    def solve(self) -> LaserCalibration:
-        """Solve here and now. Raises BadInput with too few poses, or with the cause where the scans fit no board."""
+    def solve(self, *, printed: bool = False) -> LaserCalibration:
+        """Solve here and now, `printed` by eq. 13.
+
+        Raises BadInput with too few poses, or with the cause where the scans fit no board.
+        """
         poses, found, trouble = self.poses, None, None
         try:
-            found = calibrate_laser(poses, self.board, mount=self.mount, settings=self.settings.solve)
+            found = calibrate_laser(poses, self.board, mount=self.mount, printed=printed)
         except BadInput as wrong:
             trouble = wrong
-        if len(poses) >= self.settings.suspect_from:
-            doubt = suspicion.doubt_of(found, poses, (), self.board, None, self.mount, self.settings.solve)
+        if len(poses) >= MIN_SUSPECTED_POSES:
+            doubt = suspicion.doubt_of(found, poses, (), self.board, None, self.mount)
             trouble = doubt or trouble
             found = found and replace(found, doubt=str(doubt or ""))
         if found is None:
@@ -229,13 +284,13 @@ class LaserSession:
             self.model,
             self.mount,
             poses=len(self.poses),
-            wanted=(self.settings.least_poses, self.settings.laser_offset),
+            wanted=(MIN_POSE_COUNT, MAX_LANDING_PX),
             stale=self.stale,
             room_known=self.background is not None,
         )
 
     def _empty_room(self) -> LaserVerdict:
-        count, wanted = len(self._scans), self.settings.background
+        count, wanted = len(self._scans), EMPTY_ROOM_SCANS
         if count < wanted:
             words = f"Looking at the empty room: keep out of it. {count} of {wanted} scans."
             return LaserVerdict(kind="background", words=words)
@@ -251,7 +306,7 @@ class LaserSession:
         pose = board_pose(self.model, self.board, np.mean(self._corners, axis=0))
         corners = self._watcher.corners
         self._forget()
-        lines = find_lines(scan, foreground(scan, self.background, self.settings.solve.line), self.board)
+        lines = find_lines(scan, foreground(scan, self.background), self.board)
         if not lines:
             words = "The laser does not meet the board: hold it at the laser's height, nearer, away from walls."
             return LaserVerdict(kind="refused", words=words, corners=corners)
@@ -266,7 +321,7 @@ class LaserSession:
             known = each.pose.board.plane
             angle = float(np.arccos(np.clip(known.normal @ plane.normal, -1, 1)))
             nearer = abs(known.distance - plane.distance) / known.distance
-            if not each.dropped and angle < times * self.settings.turned and nearer < times * self.settings.moved:
+            if not each.dropped and angle < times * NEW_POSE_TURN_RAD and nearer < times * NEW_POSE_SHARE:
                 return each.pose.name
         return ""
 

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.laser.board_line import (
+    MIN_BEAM_COUNT,
     BeamRun,
-    BoardLineSettings,
     MeanScan,
     find_lines,
     foreground,
     select_inside,
 )
-from core.calibration.laser.extrinsics import ExtrinsicsSettings, Freedom, solve
+from core.calibration.laser.extrinsics import Freedom, solve
 from core.calibration.laser.plane_pairs import Guess, PlanePair, disagreement
 from core.calibration.laser.planes import BoardPose, Plane
 from core.calibration.laser.range_lines import fit_ranges
@@ -32,14 +31,7 @@ LINE_CHI2 = 25.0  # chi-square (2 dof) up to which a line may belong to the boar
 RANGE_FLOOR = 0.002  # [m]: no averaged range is believed better than this
 
 
-@dataclass(frozen=True)
-class LaserSettings:
-    """Settings of the alternation between selecting and solving."""
-
-    line: BoardLineSettings = field(default_factory=BoardLineSettings)
-    extrinsics: ExtrinsicsSettings = field(default_factory=ExtrinsicsSettings)
-    rounds: int = 5
-    as_printed: bool = False  # the mount by eq. 13, from the same beams
+MAX_SELECT_ROUNDS = 5  # of selecting and solving
 
 
 @message
@@ -83,31 +75,28 @@ def calibrate_laser(
     mount: Mount | None = None,
     *,
     with_offset: bool = False,
-    settings: LaserSettings | None = None,
+    printed: bool = False,
 ) -> LaserCalibration:
     """Still poses, the board, and the ranges (B,) [m] of the empty room → the mount.
 
-    A pose that brings its own empty room is looked for in that one.
+    A pose that brings its own empty room is looked for in that one. `printed`: by eq. 13, from the
+    same beams.
     Raises BadInput where fewer than three poses show the board to the laser.
     """
-    mount, settings = mount or Mount(), settings or LaserSettings()
+    mount = mount or Mount()
     freedom = Freedom(offset=with_offset)
-    beams = [_first_beams(pose, board, background, mount, settings) for pose in poses]
-    found = _solve(poses, beams, mount, freedom, settings)
-    for _ in range(settings.rounds):
-        again = [
-            _enough(select_inside(pose.scan, pose.board, board, found, settings.line), settings) for pose in poses
-        ]
+    beams = [_first_beams(pose, board, background, mount) for pose in poses]
+    found = _solve(poses, beams, mount, freedom)
+    for _ in range(MAX_SELECT_ROUNDS):
+        again = [_enough(select_inside(pose.scan, pose.board, board, found)) for pose in poses]
         if _seen(again) < max(3, _seen(beams) / 2) or _same(again, beams):
             break  # settled; or a first solution so poor that it misses its own boards
         beams = again
-        found = _solve(poses, beams, mount, freedom, settings, found.transform)
-    scaled = _solve(
-        poses, beams, _held(mount, found), Freedom(offset=with_offset, scale=True), settings, found.transform
-    )
+        found = _solve(poses, beams, mount, freedom, found.transform)
+    scaled = _solve(poses, beams, _held(mount, found), Freedom(offset=with_offset, scale=True), found.transform)
     factor, factor_sd = scaled.scale or (1.0, 0.0)
     seen = [number for number, each in enumerate(beams) if len(each)]
-    if settings.as_printed:
+    if printed:
         found = mount_by_equation_13(
             found,
             [_points_on(poses[number], beams[number]) for number, used in zip(seen, found.used, strict=True) if used],
@@ -123,10 +112,10 @@ def calibrate_laser(
     )
 
 
-def lines_of(pose: LaserPose, board: Board, background: Array | None, settings: LaserSettings) -> tuple[BeamRun, ...]:
+def lines_of(pose: LaserPose, board: Board, background: Array | None) -> tuple[BeamRun, ...]:
     """The straight runs of a scan that may be the board, the longest first."""
     background = background if pose.background is None else pose.background
-    return find_lines(pose.scan, foreground(pose.scan, background, settings.line), board, settings.line)
+    return find_lines(pose.scan, foreground(pose.scan, background), board)
 
 
 def nearest_line(pose: LaserPose, lines: Sequence[BeamRun], mount: Mount) -> BeamRun | None:
@@ -157,11 +146,9 @@ def _held(mount: Mount, found: Extrinsics) -> Mount:
     return Mount(nominal=mount.nominal, spread=tight)
 
 
-def _first_beams(
-    pose: LaserPose, board: Board, background: Array | None, mount: Mount, settings: LaserSettings
-) -> Array:
+def _first_beams(pose: LaserPose, board: Board, background: Array | None, mount: Mount) -> Array:
     """The run that fits the nominal mount best; if none does, the longest before the empty room; else no beam."""
-    lines = lines_of(pose, board, background, settings)
+    lines = lines_of(pose, board, background)
     nearest = nearest_line(pose, lines, mount)
     if nearest is not None:
         return nearest.beams
@@ -174,7 +161,6 @@ def _solve(
     beams: Sequence[Array],
     mount: Mount,
     freedom: Freedom,
-    settings: LaserSettings,
     start: Transform | None = None,
 ) -> Extrinsics:
     seen = [(pose, each) for pose, each in zip(poses, beams, strict=True) if len(each)]
@@ -185,7 +171,7 @@ def _solve(
         )
     sd = _range_sd(poses, beams)
     pairs = [_pair(pose, each, sd) for pose, each in seen]
-    return solve(pairs, mount, start=start, freedom=freedom, settings=settings.extrinsics)
+    return solve(pairs, mount, start=start, freedom=freedom)
 
 
 def _points_on(pose: LaserPose, beams: Array) -> tuple[Plane, Array]:
@@ -216,8 +202,8 @@ def _seen(beams: Sequence[Array]) -> int:
     return sum(len(each) > 0 for each in beams)
 
 
-def _enough(beams: Array, settings: LaserSettings) -> Array:
-    return beams if len(beams) >= settings.line.least_beams else np.empty(0, int)
+def _enough(beams: Array) -> Array:
+    return beams if len(beams) >= MIN_BEAM_COUNT else np.empty(0, int)
 
 
 def _reason(fit: tuple[bool, float] | None, found: Extrinsics) -> str:

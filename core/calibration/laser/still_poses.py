@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,17 +19,13 @@ from core.message import Array
 from core.optics import CameraModel
 from core.sensors.laser import Scan
 
-
-@dataclass(frozen=True)
-class StillSettings:
-    """Criteria of a board that is held still."""
-
-    moved: float = 0.7  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
-    drift: float = 2.0  # [pixel] from the first picture of a pose, and between poses that count as different
-    apart: float = 1.0  # [s] between pictures of one pose at most
-    least_scans: int = 3
-    most_scans: int = 60
-    usual: float = 0.75  # quantile of a beam's ranges over the whole recording that is taken for the empty room
+# Criteria of a board that is held still.
+MAX_MOTION_PX = 0.7  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
+MAX_DRIFT_PX = 2.0  # [pixel] from the first picture of a pose, and between poses that count as different
+MAX_PICTURE_GAP_S = 1.0  # [s] between pictures of one pose at most
+MIN_SCAN_COUNT = 3
+MAX_SCAN_COUNT = 60
+USUAL_RANGE_QUANTILE = 0.75  # quantile of a beam's ranges over the whole recording that is taken for the empty room
 
 
 @dataclass
@@ -46,7 +42,6 @@ class StillPoses:
 
     board: Board
     model: CameraModel
-    settings: StillSettings = field(default_factory=StillSettings)
     pictures: int = 0
     seen: int = 0  # pictures that show the board
 
@@ -70,7 +65,7 @@ class StillPoses:
         still = self._open
         if view is None or judge(grey, view, self.board).refusals:
             self._open = None
-        elif still is None or stamp - still.stamps[-1] > self.settings.apart or not self._same(still, view.corners):
+        elif still is None or stamp - still.stamps[-1] > MAX_PICTURE_GAP_S or not self._same(still, view.corners):
             self._open = _Still([stamp], [view.corners])
             self._stills.append(self._open)
         else:
@@ -98,20 +93,20 @@ class StillPoses:
             name = f"{still.stamps[0] - start:.1f} s"
             inside = np.flatnonzero((times >= still.stamps[0]) & (times <= still.stamps[-1]))
             corners = np.mean(still.corners, axis=0)
-            if len(inside) < self.settings.least_scans:
+            if len(inside) < MIN_SCAN_COUNT:
                 refused.append({"image": name, "reason": f"only {len(inside)} scans while the board was still"})
-            elif any(self._apart(corners, each) < self.settings.drift for each in taken):
+            elif any(self._apart(corners, each) < MAX_DRIFT_PX for each in taken):
                 refused.append({"image": name, "reason": "the board stands where it stood before"})
             else:
                 taken.append(corners)
-                scans = np.array([self._scans[each][1] for each in inside[: self.settings.most_scans]], float)
+                scans = np.array([self._scans[each][1] for each in inside[:MAX_SCAN_COUNT]], float)
                 board = board_pose(self.model, self.board, corners)
                 found.append(LaserPose(name=name, board=board, scan=average(scans, unit_rays(self._bearings))))
         return found, refused, self._empty_room() if found else None
 
     def _same(self, still: _Still, corners: Array) -> bool:
         moved, drifted = self._apart(corners, still.corners[-1]), self._apart(corners, still.corners[0])
-        return moved <= self.settings.moved and drifted <= self.settings.drift
+        return moved <= MAX_MOTION_PX and drifted <= MAX_DRIFT_PX
 
     def _apart(self, corners: Array, others: Array) -> float:
         return self._watcher.apart(corners, others, self.model.width)
@@ -121,5 +116,5 @@ class StillPoses:
         every = np.array([ranges for _, ranges in self._scans[:: max(1, len(self._scans) // 400)]], float)
         measured = np.isfinite(every).any(axis=0)
         room = np.full(every.shape[1], np.nan)
-        room[measured] = np.nanquantile(every[:, measured], self.settings.usual, axis=0)
+        room[measured] = np.nanquantile(every[:, measured], USUAL_RANGE_QUANTILE, axis=0)
         return room

@@ -19,7 +19,6 @@ from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.solve import (
     LaserCalibration,
     LaserPose,
-    LaserSettings,
     calibrate_laser,
     lines_of,
     nearest_line,
@@ -64,12 +63,11 @@ def doubt_of(
     board: Board,
     background: Array | None,
     mount: Mount | None,
-    settings: LaserSettings,
 ) -> UnusableReading | None:
     """Return the error that names what explains the poses far better; None: nothing does, or nothing is odd."""
     if not is_suspicious(found, len(poses)):
         return None
-    cause = find_cause(found, poses, pairings, board, background, mount, settings)
+    cause = find_cause(found, poses, pairings, board, background, mount)
     if cause is None:
         return None
     seen = 0 if found is None else int(np.count_nonzero(found.used))
@@ -88,7 +86,6 @@ def find_cause(
     board: Board,
     background: Array | None,
     mount: Mount | None,
-    settings: LaserSettings,
 ) -> tuple[Rival, int] | None:
     """Find the rival that explains far more poses, far better, and the number of poses that it explains."""
     mount = mount or Mount()
@@ -98,14 +95,14 @@ def find_cause(
     for unit, factor in (("", 1.0), *UNITS):
         if _may_be_metres(poses, factor):
             scaled = _rival(poses, background, f"its ranges are in {unit}" if unit else "", factor)
-            lines = [lines_of(pose, board, scaled.background, settings) for pose in scaled.poses]
+            lines = [lines_of(pose, board, scaled.background) for pose in scaled.poses]
             rivals = _forms(scaled, pairings if not unit else ())
             boards += [(_boards_met(each, scaled.poses, lines, mount), each) for each in rivals]
     boards.sort(key=lambda each: -each[0])
     best: tuple[float, Rival, int] | None = None
     for _, rival in boards[:FULL_TRIALS]:
         try:
-            other = calibrate_laser(rival.poses, board, rival.background, mount, settings=settings)
+            other = calibrate_laser(rival.poses, board, rival.background, mount)
         except BadInput:
             continue
         misfit, seen = other.extrinsics.misfit, int(other.used.sum())

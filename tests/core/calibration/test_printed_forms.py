@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from core.calibration.laser.solve import LaserSettings, calibrate_laser
+from core.calibration.laser.solve import calibrate_laser
 from core.calibration.printed import equation_44
 from core.geometry import Transform
 from core.optics import TABLE_3
@@ -19,7 +19,7 @@ def test_equation_13_finds_the_mount_from_the_same_beams() -> None:
     room = a_room(2)
     poses = poses_of(room, room.shots(20, 10))
     ours = calibrate_laser(poses, BOARD)
-    printed = calibrate_laser(poses, BOARD, settings=LaserSettings(as_printed=True))
+    printed = calibrate_laser(poses, BOARD, printed=True)
     turn, shift = error_of(printed.extrinsics.transform, room)
     assert turn < 1.5 and shift < 15.0  # [degrees], [mm]
     assert not np.allclose(printed.extrinsics.transform.translation, ours.extrinsics.transform.translation, atol=1e-6)

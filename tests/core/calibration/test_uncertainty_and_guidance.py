@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from core.calibration.camera import bundle_adjustment
-from core.calibration.camera.coverage import bars, cells, measures
-from core.calibration.camera.guidance import GuidanceSettings, advise, candidates, clear, tilt_words, usual_camera
+from core.calibration.camera.guidance import advise, candidates, clear, tilt_words, usual_camera
 from core.calibration.camera.intrinsics import calibrate
+from core.calibration.camera.session import bars, cells, measures
 from core.calibration.camera.uncertainty import (
     MAP_COLUMNS,
     MAP_ROWS,
@@ -103,9 +103,9 @@ def test_each_advised_view_makes_the_picture_better_known() -> None:
 
 def test_every_candidate_is_in_the_picture_and_clear_enough_to_be_found() -> None:
     camera = usual_camera((640, 480))
-    poses = candidates(camera, BOARD, GuidanceSettings())
+    poses = candidates(camera, BOARD)
     assert len(poses.rotations) > 100
-    assert visible(camera, poses, BOARD, 10).all() and clear(camera, poses, BOARD, 9.0).all()
+    assert visible(camera, poses, BOARD, 10).all() and clear(camera, poses, BOARD).all()
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from core.calibration.laser.drift import DriftSettings, MountWatch
-from core.calibration.laser.mixture import Gathered, fit
+from core.calibration.laser.drift import DriftSettings, Gathered, MountWatch, fit
 from core.gate import Twist
 from core.geometry import Pose, Transform
 from core.perception.landmarks.corners import Corner

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from core.calibration.board.board import Board
+from core.calibration.laser import session as laser_session
 from core.calibration.laser.proof import check, dots
-from core.calibration.laser.session import LaserSession, LaserSessionSettings, LaserVerdict
+from core.calibration.laser.session import POSE_SCANS, LaserSession, LaserVerdict
 from core.calibration.laser.solve import calibrate_laser
 from core.calibration.mount import Mount
 from core.calibration.practice import picture, visible
@@ -87,7 +88,7 @@ def test_the_empty_room_comes_first() -> None:
     assert "Now show the board" in verdict.words
 
 
-def test_poses_keep_the_empty_room_in_which_they_were_taken() -> None:
+def test_poses_keep_the_empty_room_in_which_they_were_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     room = a_room(1)
     session = begun(room)
     nearer = Poses(FACING.rotations, FACING.translations - np.array([0.0, 0.0, 0.15]))
@@ -101,7 +102,7 @@ def test_poses_keep_the_empty_room_in_which_they_were_taken() -> None:
     session.forget_room()
     progress = session.progress()
     assert progress.poses == 3 and len(progress.precision) == 6 and "empty room" in progress.words
-    session.settings = dataclasses.replace(session.settings, least_poses=3)
+    monkeypatch.setattr(laser_session, "MIN_POSE_COUNT", 3)
     assert "empty room" not in session.progress().words or session.progress().weak
     session.background = np.full(len(room.rays), 0.05)
     after = session.solve()
@@ -189,4 +190,4 @@ def test_a_laser_that_changes_its_beams_is_noticed() -> None:
     session = begun(room)
     with pytest.raises(BadInput, match="number of beams"):
         session.sweep(scan_of(room, np.ones(10)))
-    assert LaserSessionSettings().scans == 20
+    assert POSE_SCANS == 20

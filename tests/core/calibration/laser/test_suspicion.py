@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from core.calibration.laser import session as laser_session
 from core.calibration.laser.range_lines import unit_rays
-from core.calibration.laser.session import LaserSession, LaserSessionSettings, TakenPose
+from core.calibration.laser.session import LaserSession, TakenPose
 from core.calibration.laser.solve import LaserPose
 from core.calibration.laser.suspicion import Rival
 from core.calibration.reports import laser_report
@@ -42,8 +43,11 @@ def refusal(poses: list[LaserPose], rivals: tuple[Rival, ...] = ()) -> str:
 
 
 @pytest.mark.campaign
-def test_a_mount_that_is_in_doubt_is_said_and_not_accepted(sound: list[LaserPose]) -> None:
-    session = LaserSession(BOARD, TABLE_3, settings=LaserSessionSettings(least_poses=COUNT))
+def test_a_mount_that_is_in_doubt_is_said_and_not_accepted(
+    sound: list[LaserPose], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(laser_session, "MIN_POSE_COUNT", COUNT)
+    session = LaserSession(BOARD, TABLE_3)
     session.taken, session.background = [TakenPose(pose) for pose in sound], np.zeros(1)
     found = session.solve()
     assert found.doubt == "" and found.extrinsics.misfit < 100
@@ -62,7 +66,7 @@ def test_the_wizard_says_that_the_laser_turns_the_other_way_and_accepts_nothing(
     session.taken = [TakenPose(other(pose, along=-1.0)) for pose in sound]
     try:
         words = session.solve().doubt
-        assert session.progress().words == words or len(sound) < session.settings.least_poses
+        assert session.progress().words == words or len(sound) < laser_session.MIN_POSE_COUNT
         assert not session.progress().ready
     except BadInput as wrong:
         words = str(wrong)
