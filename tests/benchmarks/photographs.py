@@ -35,7 +35,7 @@ from core.optics import CameraModel
 from core.perception.people.appearance import Appearance, alike
 from core.perception.people.body import Box, overlap
 from core.perception.people.detector import Rectangle
-from core.perception.people.drawn_detector import DrawnDetector
+from core.perception.people.engines import DrawnDetector
 from core.perception.people.looking import LookQuestion, PersonDetector
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.detector import PoseDetector

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.control.command_freshness import CommandFreshness, Spoken
+from console.control.command_freshness import CommandFreshness, RobotTime, Spoken
 from console.control.history import History
 from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.control.pending_commands import PendingCommands
-from console.control.robot_time import RobotTime
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import ROOM, VoiceCommands
 from core.gate import Twist

@@ -7,9 +7,8 @@ import time
 import pytest
 
 from console.access.logins import ANYBODY
-from console.control.command_freshness import CommandFreshness, Spoken
+from console.control.command_freshness import CommandFreshness, RobotTime, Spoken
 from console.control.lease import Lease
-from console.control.robot_time import RobotTime
 
 
 def running(rate: float, *, simulated: bool, seconds: float = 20.0) -> RobotTime:

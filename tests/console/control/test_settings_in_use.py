@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from console.control.settings_file import with_value
-from console.control.settings_in_use import NAME, SettingsInUse, common, sections
+from console.control.settings_in_use import NAME, SettingsInUse, common, sections, with_value
 from console.serve import Options, settings_file
 from console.speech.robot_voice import RobotVoice
 from core.errors import BadInput

@@ -12,8 +12,7 @@ from typing import Any
 
 import pytest
 
-from console.experiments.process import counted
-from console.experiments.runs import ExperimentRuns
+from console.experiments.runs import ExperimentRuns, counted
 from core.experiments import EXPERIMENTS
 from core.experiments.about import figure_at
 from tests.console.live import Live

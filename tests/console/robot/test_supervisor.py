@@ -511,7 +511,7 @@ def test_a_sleep_of_the_machine_stops_and_what_is_replaced_after_it_is_not_count
 def test_a_gate_that_cannot_be_started_is_tried_again_until_it_can(
     tiny: TinyProcess, monkeypatch: pytest.MonkeyPatch, lack: Exception
 ) -> None:
-    monkeypatch.setattr("console.robot.restarts.RETRY_S", 0.05)
+    monkeypatch.setattr("console.robot.supervisor.RETRY_S", 0.05)
     told: list[str] = []
     tiny.alarm = told.append
     lost, tries = tiny.pids["gate"], []

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from core.gate import Gate, Limits, Setpoint
-from core.gate.freshness import MAX_REMEMBERED_PRESSES, InputIds
+from core.gate.gate import MAX_REMEMBERED_PRESSES, InputIds
 from core.gate.setpoint import Source
 from core.gate.status import EXPIRED, TOO_BUSY, GateStatus
 from tests.core.gate.bench import Bench, motion_after

@@ -13,8 +13,7 @@ from core.errors import BadInput
 from core.message import Array
 from core.perception.people.engines import open_detector
 from core.perception.people.looking import LookQuestion
-from core.perception.people.onnx.detector import open_own_model
-from core.perception.people.onnx.header import input_shape
+from core.perception.people.onnx.detector import input_shape, open_own_model
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.faces import anchors
 from tests.core.perception.onnx_files import greedy_file, onnx_file

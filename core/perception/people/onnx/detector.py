@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,19 +12,172 @@ import numpy as np
 
 from core.errors import BadInput
 from core.message import Array
-from core.perception.people.body import Box, overlap, weigh
+from core.perception.people.body import Box, SeenBody, overlap, weigh
 from core.perception.people.body_rules import BodyRules, rectangle_of
 from core.perception.people.brightness import levelled
 from core.perception.people.detector import Rectangle
 from core.perception.people.looking import LookQuestion, PersonDetector
-from core.perception.people.onnx.bodies import body_of_box, body_of_points
-from core.perception.people.onnx.header import input_shape
 from core.perception.people.onnx.layouts import LAYOUTS, Detections, Layout, is_landmark_model, layout_of
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.clothes import looks_in_boxes
 from core.perception.people.pose.detector import PoseDetector
 from core.perception.people.pose.networks import LANDMARK_SIDE, first_number
 from core.perception.people.pose.view import Viewpoint
+
+# The size of the picture that an ONNX file takes, read without running it (protobuf, field by field).
+
+GRAPH_FIELD, INPUT_FIELD, INITIALIZER_FIELD = 7, 11, 5  # fields of ModelProto and GraphProto
+VALUE_NAME, VALUE_TYPE, TENSOR_NAME = 1, 2, 8  # of ValueInfoProto and TensorProto
+TENSOR_TYPE, SHAPE_FIELD, DIMENSION_FIELD, DIMENSION_VALUE = 1, 2, 1, 1
+VARINT_KIND, LONG_KIND, BYTES_KIND, WORD_KIND = 0, 1, 2, 5  # wire types
+BROKEN = "this is no ONNX file, or it is damaged"
+USUAL_SHAPE = (1, 3, 640, 640)  # where the file leaves its size open
+MOST_SIDE = 1920  # [pixel]
+
+
+def input_shape(content: bytes) -> tuple[int, int, int, int]:
+    """An ONNX file → the four dimensions of the picture that goes in. Raises BadInput."""
+    graph = next(
+        (value for field, value in fields(content) if field == GRAPH_FIELD and isinstance(value, bytes)), None
+    )
+    if graph is None:
+        raise BadInput(BROKEN)
+    weights: set[bytes] = set()
+    inputs: list[bytes] = []
+    for field, value in fields(graph):
+        if field == INITIALIZER_FIELD and isinstance(value, bytes):
+            weights |= {name for number, name in fields(value) if number == TENSOR_NAME and isinstance(name, bytes)}
+        elif field == INPUT_FIELD and isinstance(value, bytes):
+            inputs.append(value)
+    for one in inputs:
+        names = [value for number, value in fields(one) if number == VALUE_NAME]
+        shape = _shape(one)
+        if names and names[0] not in weights and len(shape) == 4:
+            return _whole(shape)
+    raise BadInput("the model takes no picture: none of its inputs has four dimensions")
+
+
+def fields(content: bytes) -> Iterator[tuple[int, int | bytes]]:
+    """The fields of a protobuf message: number, and a whole number or bytes. Raises BadInput."""
+    at = 0
+    while at < len(content):
+        key, at = _varint(content, at)
+        kind = key & 7
+        if kind == VARINT_KIND:
+            value, at = _varint(content, at)
+        elif kind == BYTES_KIND:
+            length, at = _varint(content, at)
+            value, at = content[at : at + length], at + length
+        elif kind in (LONG_KIND, WORD_KIND):
+            width = 8 if kind == LONG_KIND else 4
+            value, at = content[at : at + width], at + width
+        else:
+            raise BadInput(BROKEN)
+        if at > len(content):
+            raise BadInput(BROKEN)
+        yield key >> 3, value
+
+
+def _varint(content: bytes, at: int) -> tuple[int, int]:
+    value = shift = 0
+    while at < len(content) and shift < 70:
+        byte = content[at]
+        value |= (byte & 0x7F) << shift
+        at, shift = at + 1, shift + 7
+        if byte < 0x80:
+            return value, at
+    raise BadInput(BROKEN)
+
+
+def _inner(content: bytes, wanted: int) -> bytes:
+    found = [value for number, value in fields(content) if number == wanted and isinstance(value, bytes)]
+    return found[0] if found else b""
+
+
+def _shape(value_info: bytes) -> list[int]:
+    """The dimensions of an input; 0 where one is left open."""
+    shape = _inner(_inner(_inner(value_info, VALUE_TYPE), TENSOR_TYPE), SHAPE_FIELD)
+    sizes: list[int] = []
+    for number, dimension in fields(shape):
+        if number == DIMENSION_FIELD and isinstance(dimension, bytes):
+            values = [value for field, value in fields(dimension) if field == DIMENSION_VALUE]
+            sizes.append(values[0] if values and isinstance(values[0], int) else 0)
+    return sizes
+
+
+def _whole(shape: list[int]) -> tuple[int, int, int, int]:
+    """The shape with what it leaves open; channels may come last. Raises BadInput."""
+    last = shape[3] == 3 and shape[1] != 3
+    usual = (USUAL_SHAPE[0], USUAL_SHAPE[2], USUAL_SHAPE[3], USUAL_SHAPE[1]) if last else USUAL_SHAPE
+    batch, *rest = (size or plain for size, plain in zip(shape, usual, strict=True))
+    sides = rest[:2] if last else rest[1:]
+    if batch != 1 or 3 not in (rest[0], rest[2]) or not all(32 <= side <= MOST_SIDE for side in sides):
+        raise BadInput(f"the model takes {'x'.join(map(str, shape))} numbers; a colour picture is 1x3xHxW")
+    return batch, rest[0], rest[1], rest[2]
+
+
+# A detection of a model → head, torso and feet.
+
+FACE, SHOULDERS, HIPS, LEGS, ANKLES = (0, 1, 2, 3, 4), (5, 6), (11, 12), (13, 14, 15, 16), (15, 16)
+HEAD_SHARE, TORSO_SHARE = 0.16, 0.5  # of the box's height, where there are no landmarks
+TORSO_LENGTH = 0.29  # statures
+
+
+def body_of_box(box: Box, score: float) -> SeenBody:
+    """A person of whom only the box is known."""
+    left, top, right, bottom = box
+    tall, middle = bottom - top, (left + right) / 2
+    half = min(0.5 * HEAD_SHARE * tall, (right - left) / 2)
+    neck, hips = top + HEAD_SHARE * tall, top + TORSO_SHARE * tall
+    return SeenBody(
+        parts=((middle - half, top, middle + half, neck), (left, neck, right, hips), (left, hips, right, bottom)),
+        likelihoods=(score, score, score),
+        box=box,
+        head_column=middle,
+        foretold_head=top + 0.5 * HEAD_SHARE * tall,
+        hips_row=hips,
+        torso_length=max(TORSO_LENGTH * tall, 1e-3),
+        legs_length=0.45 * tall,
+        confidence=score,
+    )
+
+
+def body_of_points(box: Box, score: float, points: Array) -> SeenBody:
+    """A person with COCO's 17 landmarks (17, 3): x, y [pixel] and visibility 0..1."""
+    shoulders, hips = points[list(SHOULDERS), :2].mean(axis=0), points[list(HIPS), :2].mean(axis=0)
+    length = max(float(np.hypot(*(shoulders - hips))), 1e-3)
+    face = points[list(FACE), :2].mean(axis=0)
+    x, y = face.tolist()
+    head = (x - 0.24 * length, y - 0.34 * length, x + 0.24 * length, y + 0.28 * length)
+    middle = float(shoulders[0] + hips[0]) / 2
+    trunk, legs = points[[*SHOULDERS, *HIPS], :2], points[[*HIPS, *LEGS], :2]
+    torso = (
+        min(float(trunk[:, 0].min()) - 0.14 * length, middle - 0.26 * length),
+        float(trunk[:, 1].min()) - 0.12 * length,
+        max(float(trunk[:, 0].max()) + 0.14 * length, middle + 0.26 * length),
+        float(trunk[:, 1].max()) + 0.12 * length,
+    )
+    feet = (
+        float(legs[:, 0].min()) - 0.08 * length,
+        float(hips[1]),
+        float(legs[:, 0].max()) + 0.08 * length,
+        max(float(legs[:, 1].max()) + 0.15 * length, float(hips[1]) + 1.0),
+    )
+    seen = [
+        score * float(np.clip(points[list(group), 2], 0, 1).mean()) for group in (FACE, (*SHOULDERS, *HIPS), LEGS)
+    ]
+    return SeenBody(
+        parts=(head, torso, feet),
+        likelihoods=(seen[0], seen[1], seen[2]),
+        box=box,
+        head_column=x,
+        foretold_head=float(shoulders[1] + 0.42 * (shoulders[1] - hips[1])),
+        hips_row=float(hips[1]),
+        torso_length=length,
+        legs_length=float(points[list(ANKLES), 1].mean() - hips[1]),
+        confidence=score,
+    )
+
 
 MOST_BYTES = 400 * 2**20
 MOST_MEMORY = 700 * 2**20  # [bytes] that a network may take

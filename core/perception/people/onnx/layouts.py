@@ -20,7 +20,6 @@ POSE_ROW = 5 + 3 * POINT_COUNT  # YOLO's: box, score, x, y and visibility of eac
 STRIDES_PX = (8, 16, 32)  # of YOLOX
 FEWEST_ROWS = 100  # of a layout whose rows are places in the picture
 FACE_ROWS = 2254  # of MediaPipe's person detector
-LARGEST_FACE = 2.0  # sides of the input
 
 
 @dataclass(frozen=True)
