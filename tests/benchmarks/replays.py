@@ -60,15 +60,15 @@ def played(path: Path) -> dict[str, Any]:
     with closing(robot):
         robot.ask(SetSpeed(value=MAX_SPEED))
         robot.ask(Play())
-        counts, notes = {"scan": 0, "image": 0, "sound": 0}, list[str]()
+        counts, notes, ended = {"scan": 0, "image": 0, "sound": 0}, list[str](), False
         for _ in range(MAX_READS):
             frame = robot.read()
             for kind in counts:
                 counts[kind] += getattr(frame, kind) is not None
             notes += frame.notes
-            if not frame.running and frame.progress == 1.0:
+            ended = not frame.running and frame.progress == 1.0
+            if ended:
                 break
-        ended = frame.progress == 1.0
         return {
             "log": path.name,
             "seconds": round(robot.profile.duration or 0.0, 1),
