@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from console.cli import calibrate_array
 from console.cli.answer import add_json, add_out, add_out_file, progress, tell, write, write_json
-from console.cli.board_options import add_board, board_from, board_or_known
-from core.errors import BadSettings
+from core.calibration.board.board import Board
+from core.errors import BadInput, BadSettings
+
+if TYPE_CHECKING:
+    from core.pipelines.calibrate_microphones import OrientationFigures
 
 SETTINGS = "only its [chapter] mode counts: printed solves and writes as the chapter does (eq. 13, eq. 44)"
 MAX_HEIGHT_M = 2.0  # the camera above or below the laser
@@ -25,7 +28,7 @@ def add(places: Any) -> None:
     kinds = parser.add_subparsers(dest="kind", metavar="camera|laser|array|board", required=True)
     _add_camera(kinds)
     _add_laser(kinds)
-    calibrate_array.add(kinds)
+    _add_array(kinds)
     _add_board_page(kinds)
 
 
@@ -184,3 +187,142 @@ def height(text: str) -> float:
             f"between -{MAX_HEIGHT_M:g} and {MAX_HEIGHT_M:g}."
         )
     return value
+
+
+SIDES_DEG = (0.0, 90.0, 180.0, -90.0)  # [deg]
+
+
+def _add_array(kinds: Any) -> None:
+    parser: argparse.ArgumentParser = kinds.add_parser(
+        "array", help="how the microphones are turned on the robot, from claps or words of known direction"
+    )
+    parser.add_argument(
+        "sounds", nargs="+", type=Path, metavar="SOUND", help="one recording a direction, WAV, FLAC or Ogg"
+    )
+    parser.add_argument("--array", required=True, metavar="ARRAY.toml", help="a profile or the name of a known board")
+    parser.add_argument(
+        "--azimuths",
+        type=degrees,
+        default=",".join(f"{side:g}" for side in SIDES_DEG),
+        metavar="DEG,DEG,…",
+        help="where each was recorded from, 0 ahead and 90 left (default 0,90,180,-90)",
+    )
+    add_out(parser, "where the turned profile goes")
+    add_json(parser)
+    parser.set_defaults(run=run_array)
+
+
+def run_array(chosen: argparse.Namespace) -> int:
+    """Recordings → the orientation."""
+    from core.pipelines.calibrate_microphones import calibrate_array  # scipy takes a moment
+    from core.sensors.microphones import load_array
+
+    azimuths = [math.radians(angle) for angle in chosen.azimuths]
+    with progress() as shown:
+        report = calibrate_array(chosen.sounds, azimuths, load_array(chosen.array), chosen.out, progress=shown)
+    return _answer(chosen, report, report["warnings"], array_lines(report))
+
+
+def array_lines(report: OrientationFigures) -> list[str]:
+    """For people."""
+    yaw, doubt = math.degrees(report["yaw_rad"]), math.degrees(2 * report["sd_yaw_rad"])
+    down = ", and hangs upside down" if report["mirrored"] else ""
+    found = [f"The array is turned by {yaw:.1f}° ± {doubt:.1f}° (95 %){down}."]
+    for one in report["claps"]:
+        asked, heard, gap = map(math.degrees, (one["asked_rad"], one["heard_rad"], one["gap_rad"]))
+        found.append(
+            f"  {one['sound']}: from {asked:.0f}°, heard at {heard:.1f}° of the array, misses by {gap:+.1f}°"
+        )
+    found += [f"  {one['sound']} is left out: {one['reason']}" for one in report["claps_refused"]]
+    return found + [f"note: {warning}" for warning in report["warnings"]] + list(report["files"].values())
+
+
+def degrees(text: str) -> list[float]:
+    """'0,90' → angles [deg]."""
+    try:
+        angles = [float(part) for part in text.split(",")]
+    except ValueError:
+        angles = [math.nan]
+    if not all(-360 <= angle <= 360 for angle in angles):
+        raise argparse.ArgumentTypeError("Give angles in degrees with commas between them, as in 0,90,180,-90.")
+    return angles
+
+
+# `--board 9x6 --square 0.025 --panel 0.34x0.25` of a command line → a board.
+
+
+def add_board(parser: argparse.ArgumentParser, *, required: bool) -> None:
+    """Give a subcommand `--board`, `--square` and `--panel`, and its own way to complain about them."""
+    parser.add_argument(
+        "--board",
+        type=corner_counts,
+        required=required,
+        metavar="9x6",
+        help="inner corners in a row x rows: the points where four squares meet",
+    )
+    parser.add_argument(
+        "--square", type=side, required=required, metavar="METRES", help="side of one square, as in 0.025"
+    )
+    parser.add_argument(
+        "--panel",
+        type=panel_size,
+        default=None,
+        metavar="WxH",
+        help="the stiff panel that carries the print, in metres; the laser sees the panel",
+    )
+    parser.set_defaults(wrong_usage=parser.error)
+
+
+def corner_counts(text: str) -> tuple[int, int]:
+    """'9x6' → columns and rows."""
+    try:
+        board = Board.parse(text, square=0.025)
+    except BadInput as wrong:
+        raise argparse.ArgumentTypeError(str(wrong)) from None
+    return board.columns, board.rows
+
+
+def side(text: str) -> float:
+    """'0.025' → the side of a square [m]."""
+    try:
+        return Board(columns=3, rows=3, square=float(text)).square
+    except ValueError:
+        raise argparse.ArgumentTypeError("Give the side of a square in metres, as in 0.025.") from None
+    except BadInput as wrong:
+        raise argparse.ArgumentTypeError(str(wrong)) from None
+
+
+def panel_size(text: str) -> tuple[float, float]:
+    """'0.34x0.25' → width and height [m]."""
+    found = re.fullmatch(r"\s*(\d*\.?\d+)\s*[xX×]\s*(\d*\.?\d+)\s*", text, re.ASCII)
+    if found is None or not all(0 < float(each) <= 10 for each in found.groups()):
+        raise argparse.ArgumentTypeError("Write the panel as width x height in metres, as in 0.34x0.25.")
+    return float(found[1]), float(found[2])
+
+
+def board_from(chosen: argparse.Namespace) -> Board:
+    """The board that was described in full."""
+    return _assembled(chosen, chosen.board, chosen.square, chosen.panel)
+
+
+def board_or_known(chosen: argparse.Namespace, camera: Path) -> Board:
+    """The board as described, completed by what the camera file says. Raises BadInput where neither says it all."""
+    if chosen.board is not None and chosen.square is not None:
+        return board_from(chosen)
+    from core.calibration.files.camera_files import read_camera  # OpenCV and scipy take a moment: only where needed
+    from core.pipelines.calibrate import board_in
+
+    read_camera(camera)
+    known = board_in(camera)
+    counts = chosen.board or (known.columns, known.rows)
+    return _assembled(chosen, counts, chosen.square or known.square, chosen.panel or known.panel)
+
+
+def _assembled(
+    chosen: argparse.Namespace, counts: tuple[int, int], square: float, panel: tuple[float, float] | None
+) -> Board:
+    try:
+        return Board(columns=counts[0], rows=counts[1], square=square, panel=panel)
+    except BadInput as wrong:
+        chosen.wrong_usage(str(wrong))
+        raise
