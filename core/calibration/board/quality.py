@@ -56,7 +56,7 @@ def judge(grey: Array, view: BoardView, board: Board) -> ViewQuality:
     """A board found in a grey picture (H, W) → its quality in words."""
     refusals: list[str] = []
     warnings: list[str] = []
-    side = _cut_side(grey, view, RIM_DISTANCE_PX)
+    side = _cut_side(grey, view)
     if side:
         refusals.append(f"A corner is too close to the {side} rim of the picture; move the board away from it.")
     if view.spacing < MIN_SPACING_PX:
@@ -69,7 +69,7 @@ def judge(grey: Array, view: BoardView, board: Board) -> ViewQuality:
         refusals.append(f"Blurred: edges are {sharpness:.1f} px wide. Hold still, or add light.")
     elif sharpness > SOFT_EDGE_PX * finer:
         warnings.append(f"Slightly blurred: edges are {sharpness:.1f} px wide.")
-    off = off_grid(view.corners, board, grey.shape, SOFT_LOSS_PX)
+    off = off_grid(view.corners, board, grey.shape)
     misplaced = np.flatnonzero(off > max(MISPLACED_CORNER_PX, MISPLACED_SPACING_SHARE * view.spacing))
     if len(misplaced) > MAX_MISPLACED_SHARE * board.count:
         refusals.append(
@@ -78,7 +78,7 @@ def judge(grey: Array, view: BoardView, board: Board) -> ViewQuality:
     elif len(misplaced):
         row, column = divmod(int(misplaced[np.argmax(off[misplaced])]), board.columns)
         warnings.append(f"The corner in row {row + 1}, column {column + 1} is {off.max():.1f} px off the grid.")
-    beyond = continues(grey, view.corners, board, SADDLE_CONTRAST_SHARE)
+    beyond = continues(grey, view.corners, board)
     if beyond:
         refusals.append(
             f"The pattern goes on beyond the {beyond} of the {board.name} corners: the board has more inner corners "
@@ -133,7 +133,7 @@ def _another_board(grey: Array, board: Board) -> Board | None:
     seen = Board(columns=columns, rows=rows, square=board.square)
     if {columns, rows} == {board.columns, board.rows} or search(grey, seen, QUICK) is None:
         return None  # the other detector sees boards in noise as well
-    if continues(grey, corners.reshape(-1, 2).astype(float), seen, SADDLE_CONTRAST_SHARE):
+    if continues(grey, corners.reshape(-1, 2).astype(float), seen):
         return None
     wide = (columns >= rows) == (board.columns >= board.rows)
     return seen if wide else Board(columns=rows, rows=columns, square=board.square)
@@ -192,7 +192,7 @@ def miscounted(grey: Array, board: Board, which: int, longest: int) -> str:
     )
     other = Board(columns=size[0], rows=size[1], square=board.square)
     corners = search(small, other, QUICK)
-    if corners is None or continues(small, corners, other, SADDLE_CONTRAST_SHARE):
+    if corners is None or continues(small, corners, other):
         return ""
     what = "squares instead of inner corners" if (columns, rows) == (-1, -1) else "the wrong number of corners"
     return (
@@ -227,7 +227,7 @@ def edge_width(grey: Array, view: BoardView, board: Board) -> float:
     return float(max(widths))
 
 
-def off_grid(corners: Array, board: Board, shape: tuple[int, ...], soft: float) -> Array:
+def off_grid(corners: Array, board: Board, shape: tuple[int, ...]) -> Array:
     """Corners (N, 2) → distance (N,) [pixel] of each from the best smooth grid.
 
     The grid is a homography followed by two radial terms about the picture's centre: lens distortion alone would move
@@ -244,11 +244,11 @@ def off_grid(corners: Array, board: Board, shape: tuple[int, ...], soft: float) 
         placed, jacobian = _grid(numbers, flat)
         return (placed - seen).ravel() * unit, jacobian.reshape(-1, 10) * unit
 
-    fit = minimise(model, start, lambda state, step: state + step, soft=soft, iterations=25)
+    fit = minimise(model, start, lambda state, step: state + step, soft=SOFT_LOSS_PX, iterations=25)
     return np.linalg.norm(fit.residuals.reshape(-1, 2), axis=1)
 
 
-def continues(grey: Array, corners: Array, board: Board, share: float) -> str:
+def continues(grey: Array, corners: Array, board: Board) -> str:
     """'' or the side on which the pattern goes on beyond the corners (N, 2), as the board was entered too small."""
     mapping = homographies(board.points / board.square, corners[None])[0]
     across, down = np.arange(board.columns, dtype=float), np.arange(board.rows, dtype=float)
@@ -261,7 +261,7 @@ def continues(grey: Array, corners: Array, board: Board, share: float) -> str:
     }
     for side, places in sides.items():
         strength = _crossing(grey, mapping, places)
-        if np.isfinite(strength).mean() > 0.5 and np.nanmean(strength > share * contrast) > 0.7:
+        if np.isfinite(strength).mean() > 0.5 and np.nanmean(strength > SADDLE_CONTRAST_SHARE * contrast) > 0.7:
             return side
     return ""
 
@@ -296,10 +296,10 @@ def _pairs(across: Array, down: Array) -> Array:
     return np.stack(np.meshgrid(across, down), axis=-1).reshape(-1, 2)
 
 
-def _cut_side(grey: Array, view: BoardView, rim: int) -> str:
+def _cut_side(grey: Array, view: BoardView) -> str:
     """The side of the picture to which a corner is too close, or ''."""
     height, width = grey.shape
     low, high = view.corners.min(axis=0), view.corners.max(axis=0)
     gaps = {"left": low[0], "top": low[1], "right": width - 1 - high[0], "bottom": height - 1 - high[1]}
     side = min(gaps, key=lambda name: float(gaps[name]))
-    return side if gaps[side] < view.window + rim else ""
+    return side if gaps[side] < view.window + RIM_DISTANCE_PX else ""

@@ -119,7 +119,7 @@ def select_inside(scan: MeanScan, pose: BoardPose, board: Board, found: Extrinsi
     if board.panel is not None:
         aside = places[:, 0] < half_width - SIDE_DISTANCE_M + min(slack, MAX_SIDE_SLACK_M)
         return np.flatnonzero(near & aside & (places[:, 1] < half_height + min(slack, MAX_HEIGHT_SLACK_M)))
-    run = longest_run(np.flatnonzero(near & (places[:, 0] < UNKNOWN_PANEL_M / 2 + half_width)), MAX_GAP_BEAMS)
+    run = longest_run(np.flatnonzero(near & (places[:, 0] < UNKNOWN_PANEL_M / 2 + half_width)))
     return run if np.any(places[run, 0] < half_width) else run[:0]
 
 
@@ -147,16 +147,16 @@ def _longest(rng: np.random.Generator, scan: MeanScan, candidates: Array, board:
     for number in np.argsort(-counts):
         if counts[number] < MIN_BEAM_COUNT or (best is not None and counts[number] <= len(best.beams)):
             break  # none of the rest can be longer
-        run = longest_run(np.flatnonzero(on[number]), MAX_GAP_BEAMS)
+        run = longest_run(np.flatnonzero(on[number]))
         length = float(np.linalg.norm(points[run[-1]] - points[run[0]])) if len(run) else 0.0
         if len(run) >= MIN_BEAM_COUNT and length <= longest and (best is None or len(run) > len(best.beams)):
             best = BeamRun(beams=run, q=q[number])
     return best
 
 
-def longest_run(beams: Array, gap: int) -> Array:
-    """Sorted beam numbers → their longest run without a gap of more than `gap` beams."""
+def longest_run(beams: Array) -> Array:
+    """Sorted beam numbers → their longest run without a gap of more than MAX_GAP_BEAMS."""
     if not len(beams):
         return beams
-    breaks = np.flatnonzero(np.diff(beams) > gap + 1) + 1
+    breaks = np.flatnonzero(np.diff(beams) > MAX_GAP_BEAMS + 1) + 1
     return max(np.split(beams, breaks), key=len)

@@ -168,12 +168,12 @@ def test_the_smooth_grid_names_the_corner_that_was_moved() -> None:
         corners = true_corners() + rng.normal(0, 0.1, (54, 2))
         wrong = int(rng.integers(54))
         corners[wrong] += 3 * np.array([np.cos(number), np.sin(number)])
-        named += int(np.argmax(off_grid(corners, BOARD, (256, 320), 0.3)) == wrong)
+        named += int(np.argmax(off_grid(corners, BOARD, (256, 320))) == wrong)
     assert named == 20
 
 
 def test_lens_distortion_alone_is_smooth() -> None:
-    assert off_grid(true_corners(), BOARD, (256, 320), 0.3).max() < 0.6
+    assert off_grid(true_corners(), BOARD, (256, 320)).max() < 0.6
 
 
 def test_darkness_and_flatness_are_told_apart() -> None:
