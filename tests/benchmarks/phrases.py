@@ -2,7 +2,8 @@
 
 FOLDER holds strangers/words/phr.tsv (ways to write numbers, and what each may do) and the sounds of
 `tests.benchmarks.voices`. To 300 phrases it is filled up with drawn numbers. Spoken phrases take turns with voices of
-espeak-ng on which no threshold was chosen. Words that stop stand beside clauses of the documentation and real talk.
+espeak-ng on which no threshold was chosen; odd numbers (two in a row, ordinals, other units, words that sound like
+one) by four of them each. Words that stop stand beside clauses of the documentation and real talk.
 
 `--speakers FOLDER…` reads recordings of other people or synthesizers instead: index.tsv with the columns file, kind
 (the speaker) and text. Told for every speaker: right, refused, WRONG, and how often numbers are right by the
@@ -52,6 +53,23 @@ UNUSED_VOICES = tuple((accent, pitch) for accent in ACCENTS for pitch in (10, 90
 """Accents in pitches (50 is natural) on which nothing was chosen."""
 SPEAKABLE = re.compile(r"[A-Za-z ]*(?:[0-9]+(?:\.[0-9]+)?[A-Za-z ]*)?")
 """A phrase whose marks are heard: with one number in digits at most."""
+ODD_NUMBERS = (
+    *("two three", "three two", "two uh three", "two no three", "two sorry three", "two to three", "two or three"),
+    *("to", "for", "won", "ate", "tree", "free", "sex", "fife"),
+    *("half two", "minus two", "twice two", "two square", "less than two", "not two"),
+    *("one point five five five", "one point two point three"),
+)
+"""Words before "meters" that are no number, or another one than the first or last of them."""
+SAME_SOUND = {
+    **dict.fromkeys(("to", "too"), "continue(2)"),
+    **dict.fromkeys(("for", "fore"), "continue(4)"),
+    "won": "continue(1)",
+    "tree": "continue(3)",
+    "fife": "continue(5)",
+}
+"""Words that nobody can tell from a number by their sound, and those for one over the radio → what they may be."""
+ODD_LENGTHS = ("second meter", "third meter", "two feet", "two miles", "two meters back", "two meters three")
+ODD_VOICES = 4  # for each of them
 DRAWN_SEED = 900
 
 Say = Callable[[str], None]
@@ -158,22 +176,46 @@ def documentation() -> Iterator[str]:
                 yield words
 
 
+def odd_numbers() -> Iterator[tuple[str, set[str]]]:
+    """(phrase, the commands that it may be), each for as many voices as are to say it."""
+    for words in (*(f"{number} meters" for number in ODD_NUMBERS), *ODD_LENGTHS):
+        yield from ODD_VOICES * [(f"continue {words}", set())]
+
+
+def as_it_sounds(words: str, may: set[str]) -> set[str]:
+    """Return what a phrase may be where it is heard."""
+    number = words.removeprefix("continue ").removesuffix(" meters")
+    return {*may, SAME_SOUND[number]} if number in SAME_SOUND else may
+
+
 def spoken(data: Path, decide: Decide, every: int, say: Say) -> None:
     """The rows of spoken words."""
     phrases = ((words, may) for words, may in number_phrases(data) if SPEAKABLE.fullmatch(words))
-    numbers = list(itertools.islice(phrases, NUMBER_PHRASES))[::every]
-    stops = [(words, {STOP_MOVING.name}) for words in stop_words()][::every]
-    for name, rows in (("numbers, spoken", numbers), ("words that stop, spoken", stops)):
+    numbers = list(itertools.islice(phrases, NUMBER_PHRASES))
+    stops = [(words, {STOP_MOVING.name}) for words in stop_words()]
+    for name, rows in (
+        ("numbers, spoken", numbers),
+        ("odd numbers, spoken", list(odd_numbers())),
+        ("words that stop, spoken", stops),
+    ):
         found: Counter[str] = Counter()
-        for number, (words, may) in enumerate(rows):
+        unsaid = 0
+        for number, (words, may) in enumerate(rows[::every]):
             voice, pitch = UNUSED_VOICES[number % len(UNUSED_VOICES)]
             sound = speak(words, VoiceSettings(voice=voice, pitch=pitch, speed=NATURAL_WORDS_MIN))
             decisions = decide(padded(for_words(sound).samples[:, 0], number))
-            result = judged((one.command for one in decisions), may)
+            result = judged((one.command for one in decisions), as_it_sounds(words, may))
             found[result] += 1
+            unsaid += result == WRONG and not said_back(decisions)
             if result == WRONG or (result != STOPPED and may == {STOP_MOVING.name}):
                 say(f"  {result} {voice}, pitch {pitch} “{words}” → {told(decisions)}")
         row(say, name, found)
+        say(f"  wrong without being said back: {unsaid}")
+
+
+def said_back(decisions: Iterable[Decision]) -> bool:
+    """Return whether all that moves the robot is said back, and waits, before it does."""
+    return all(one.waits for one in decisions if one.command is not None and not one.stops)
 
 
 def told(decisions: list[Decision]) -> str:
@@ -194,7 +236,7 @@ def speakers(folder: Path, decide: Decide, say: Say) -> None:
         decisions = decide(padded(clip.samples, number))
         result = outcome_of_all(clip.text, decisions)
         counts[speaker][result] += 1
-        unsaid += result == WRONG and not all(one.waits for one in decisions if one.command is not None)
+        unsaid += result == WRONG and not said_back(decisions)
         if result == WRONG:
             say(f"  {result} {speaker} “{clip.text}” → {told(decisions)}")
         meant = Sentence(clip.text).meaning

@@ -85,12 +85,13 @@ DECIMAL_DOUBTED = 2.0  # [nats] by which "1.2" and "1.5" are less likely beside 
 NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits makes it doubtful
 DOUBTED_NAME = 1.5  # [nats] behind a named place, down to which free text that goes elsewhere makes it doubtful
 GOES_ELSEWHERE = re.compile(r"(?i)\s*(?:go|stop) (?:to|at) (?:the )?[a-z]{3,}")
-OTHER_NUMBER = re.compile(
+OTHER_LENGTH = re.compile(
     r"(?i)\b(?:half|quarter|first|second|third|fourth|fifth|sixth|seventh|eighth|ninth|tenth|once|twice|double)s?\b"
     r"|[0-9](?:st|nd|rd|th)\b|[½¼¾]|[0-9]/[0-9]"
+    r"|\b(?:feet|foot|yards?|inch(?:es)?|miles?|square|left|right|back(?:wards?)?|less|more)\b"
 )
-"""A number in free text that is doubted like a digit more: neither two meters and a half nor the second meter is 2
-meters.
+"""Words of free text that are doubted like a digit more: neither two meters and a half, nor the second meter, nor two
+feet, nor two meters to the left is 2 meters ahead.
 """
 LEAST_SPOKEN_M = 0.05  # [m] of a spoken length or place but 0: "one centimeters" is written for "one or two meters"
 OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
@@ -319,7 +320,7 @@ class WhisperRecognizer:
         digits = count_digits(best.spelling)
         near = (one.text for one in found.free if digits and one.nats > best.nats - NEAR_FREE)
         other = (text for text in near if key_of(text, self._own) != best.key)
-        return MORE_DIGITS if any(count_digits(text) > digits or OTHER_NUMBER.search(text) for text in other) else ""
+        return MORE_DIGITS if any(count_digits(text) > digits or OTHER_LENGTH.search(text) for text in other) else ""
 
     def _may_be_elsewhere(self, best: Meaning, found: Found) -> bool:
         """Return whether free text that goes to another place is nearly as likely: no place of that name is known."""

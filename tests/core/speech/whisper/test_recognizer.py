@@ -220,8 +220,14 @@ def test_numbers_with_fewer_digits_than_the_free_text_move_nothing(free, moves):
     assert told.stops is not moves and (told.echo == "stop at 1 and 3") is moves
 
 
-@pytest.mark.parametrize("free", ["Continue two meters and a half.", "Continue 2 meters and 3/4", "Continue 2½ m"])
-def test_a_number_without_the_fraction_of_the_free_text_moves_nothing(free):
+@pytest.mark.parametrize(
+    "free",
+    [
+        *("Continue two meters and a half.", "Continue 2 meters and 3/4", "Continue 2½ m"),
+        *("Continue 2 meters to the left.", "Continue 2 meters backwards", "Continue 2 feet", "less than two meters"),
+    ],
+)
+def test_a_number_without_the_rest_of_the_length_in_the_free_text_moves_nothing(free):
     assert decided({"Continue 2 meters.": -3.0}, {free: -2.5}).command is None
     assert decided({"Continue 2.5 meters.": -3.0}, {"Continue two and a half meters.": -2.5}).command is not None
 
