@@ -20,15 +20,18 @@ from console.control.dispatcher import REACHED, CommandDispatcher
 from console.control.history import History
 from console.control.lease import Lease
 from console.http.problems import Problem
-from console.maps.export import FLOOR, PREVIEW, known_part, overlay, write_map
+from console.maps.export import FLOOR, PREVIEW, known_part, write_map
+from console.maps.join_worker import JoinMaps, MatchMaps
 from console.maps.marks import MapMarks, put_together, read_marks, write_marks
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, checked_name
 from console.maps.trajectory import Trajectory, laid_out
 from console.messages import MapState
 from console.part import Part
 from console.robot.link import RobotLink
+from console.workers.job import Answer, Job
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import to_the_end
+from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError
 from core.files import checksum, saving, write_atomic
 from core.geometry import Pose
@@ -40,11 +43,11 @@ from core.sensors import SensorFrame
 from core.sentences import Statement
 from core.settings import Settings
 from core.slam.map.drawn_map import drawn_map
-from core.slam.map.map_file import SavedMap
+from core.slam.map.map_file import SavedMap, checked
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.outline import MapOutline, trace_outline
 from core.slam.map.status import ClosureStatus
-from core.slam.map_join import MapMatch, grid_of, join_maps, match_maps
+from core.slam.map_join import MapMatch
 from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
@@ -58,7 +61,8 @@ LAST_MAP = "last map"  # what a console keeps that ends, and one that may be kil
 LAST_BUT_ONE = "last map but one"  # what it was when this console began
 AUTOSAVE_PERIOD_S = 60.0
 ITSELF = Person("console", "Beckon", "operator")
-MAX_PACKERS = 4  # who packs a map and those who wait for it
+MAX_PACKERS = 4  # who packs or joins a map and those who wait for it
+JOIN_BUDGET_S = 300.0  # of processor time
 
 
 @dataclass(frozen=True)
@@ -68,8 +72,7 @@ class JoinProposal:
     id: str
     older: StoredMap
     newer: StoredMap
-    saved: SavedMap
-    other: SavedMap
+    maps: MatchMaps
     found: MapMatch
     picture: bytes  # PNG
 
@@ -107,6 +110,7 @@ class MapService(Part):
         self.marks = MapMarks()  # of the map in use
         self.marks_revision = 0
         self._proposal: JoinProposal | None = None  # that was shown last
+        self._worker = Worker("maps")
         self._redrawn = False  # edits were made since the saved map in use was written
 
     # state
@@ -258,15 +262,10 @@ class MapService(Part):
             kept = [await self.kept(name) for name in (older, newer)]
             if kept[0].folder == kept[1].folder or kept[0].card.resolution_m != kept[1].card.resolution_m:
                 raise BadInput(Statement("join.two_maps"))
-            parts = parts_of(self._settings)
-
-            def find() -> JoinProposal:
-                one, two = (SavedMap.from_files(self._store.checked(one) / FLOOR) for one in kept)
-                found = match_maps(one, two, parts)
-                drawn = overlay(grid_of(one, parts), grid_of(two, parts), found.pose)
-                return JoinProposal(secrets.token_hex(4), kept[0], kept[1], one, two, found, drawn)
-
-            self._proposal = await self._on_disk(asyncio.to_thread(find))
+            whole = [await self._on_disk(asyncio.to_thread(self._store.checked, one)) for one in kept]
+            maps = MatchMaps(*(str(folder / FLOOR) for folder in whole), parts_of(self._settings))
+            drawn = await self._worked(maps)
+            self._proposal = JoinProposal(secrets.token_hex(4), *kept, maps, drawn.found, drawn.picture)
             return self._proposal
 
     def shows(self, number: str) -> bool:
@@ -284,25 +283,31 @@ class MapService(Part):
 
         Raises BadInput, NameTaken, Unwritable, Problem 404, 409, 503.
         """
-        shown, named, parts = self.proposal(number), checked_name(name), parts_of(self._settings)
-
-        def put() -> tuple[SavedMap, OccupancyGrid, MapMarks]:
-            saved = join_maps(shown.saved, shown.other, shown.found, parts)
-            marks = put_together(read_marks(shown.older.folder), read_marks(shown.newer.folder), shown.saved.submaps)
-            return saved, grid_of(saved, parts), marks
-
-        saved, grid, marks = await self._on_disk(asyncio.to_thread(put))
-        card = self._card(named, who, known_part(grid), saved.submaps)
+        shown, named = self.proposal(number), checked_name(name)
+        async with self._packing.taken():
+            made = await self._worked(JoinMaps(shown.maps, shown.found))
+        saved = checked(made.saved, named)
+        card = self._card(named, who, known_part(made.grid), saved.submaps)
         card.landmarks, card.frame = sum(map(len, saved.facts.landmarks)), shown.older.card.frame
 
         def fill(folder: Path) -> None:
-            write_map(folder, saved, grid, landmarks_csv(()), "")
-            write_marks(folder, marks)
+            marks = (read_marks(one.folder) for one in (shown.older, shown.newer))
+            write_map(folder, saved, made.grid, landmarks_csv(()), "")
+            write_marks(folder, put_together(*marks, shown.older.card.submaps))
 
         await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=False)))
         self._proposal = None
         self._changed("join", card.name, who)
         return card
+
+    async def _worked(self, job: Job[Answer]) -> Answer:
+        """Have the worker do a job; it is there only meanwhile. Raises BadInput, Problem 503."""
+        try:
+            return await self._worker.ask(job, budget=JOIN_BUDGET_S)
+        except WorkerLost as lost:
+            raise Problem(503, str(lost)) from None
+        finally:
+            self._worker.kill()
 
     def _card(self, name: str, who: Person, grid: OccupancyGrid, submaps: int) -> MapInfo:
         """The card of a map that is kept now; `grid`: its known part."""
@@ -323,8 +328,10 @@ class MapService(Part):
         )
 
     async def close(self) -> None:
-        """Save a map that would be lost."""
+        """Save a map that would be lost; nothing is joined any more."""
+        self._worker.kill()
         await self.keep_unsaved(self.kept_as)
+        await self._worker.gone()
 
     async def keep_unsaved(self, name: str) -> None:
         """Save a map that would be lost, in the place of the one that was kept under this name before."""

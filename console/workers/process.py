@@ -26,7 +26,7 @@ from core.gate.scheduling import stand_back
 from core.sentences import code_of
 
 MOST_BYTES = 2**30  # of address space
-MORE_BYTES = {"probe": 2**33}  # of workers whose libraries reserve much for their threads
+MORE_BYTES = {"probe": 2**33, "maps": 2**32}  # whose libraries reserve much for their threads; of large maps
 MOST_PIXELS = 2**25  # that OpenCV's own readers may announce
 NICE_LEVEL = 5
 MOST_EXPENDABLE = 800  # of 1000, when memory runs out
@@ -45,6 +45,7 @@ WORKERS = {
     "experiments": "console.experiments.catalogue:ExperimentsWorker",
     "recorder": "console.recording.work:RecorderWorker",
     "probe": "console.connection.probe_worker:ProbeWorker",
+    "maps": "console.maps.join_worker:JoinWorker",
 }
 
 

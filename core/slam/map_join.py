@@ -2,7 +2,7 @@
 
 Views of the newer map are searched for on the whole older one; each that is found somewhere says where its map would
 lie. The answer that most of them share is believed when enough share it and no other comes near. Joined, the two hold
-together by links between such views, as by any place that was recognised, and the map is straightened once.
+together by links between such views, as by any place that was recognised, and by all views laid on each other.
 """
 
 from __future__ import annotations
@@ -92,11 +92,17 @@ def match_maps(older: SavedMap, newer: SavedMap, parts: MapperSettings) -> MapMa
 
 
 def join_maps(older: SavedMap, newer: SavedMap, match: MapMatch, parts: MapperSettings) -> SavedMap:
-    """Both maps as one, in the world of the older one, straightened. Raises BadInput where they do not suit."""
+    """Both maps as one, in the world of the older one, straightened. Raises BadInput where they do not suit.
+
+    A saved map does not hold how its views were laid on each other. That is done again, with the other's views, too:
+    else the wheels alone would bend both.
+    """
     joined = checked(_together(older, newer, match), "joined")
     graph = MapGraph()
     restore(joined, graph, parts, None)
-    LoopCloser(graph, parts.matching, parts.closures).settle()
+    closer = LoopCloser(graph, parts.matching, parts.closures)
+    closer.settle()
+    closer.finish()
     return keep(graph, parts.occupancy.resolution)
 
 
