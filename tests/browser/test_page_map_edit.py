@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import io
+import zipfile
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
-import numpy as np
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import FilePayload, expect
 
-from core.pipelines.nav2_map import pgm
+from core.pipelines.nav2_map import nav2_map
+from core.slam.map.occupancy import OccupancyGrid
 from tests.browser.running_console import Running
 from tests.browser.test_page_places import shown
 from tests.browser.visit import PHONE, Visit
+from tests.core.slam.test_map_join import floor_plan
 
 Open = Callable[..., Visit]
 
@@ -91,22 +93,44 @@ def test_a_finger_and_the_keys_draw_too(visit: Open, console: Running) -> None:
     shown(here, "map-editor-phone")
 
 
-def test_a_map_of_nav2_is_taken_in_and_a_bad_one_is_explained(visit: Open, console: Running, tmp_path: Path) -> None:
+def zipped(grid: OccupancyGrid) -> bytes:
+    """A grid as a map of Nav2."""
+    text, picture = nav2_map(grid)
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as box:
+        box.writestr("map.yaml", text)
+        box.writestr("map.pgm", picture)
+    return packed.getvalue()
+
+
+def test_maps_of_nav2_are_taken_in_and_joined_and_a_bad_one_is_explained(visit: Open, console: Running) -> None:
     here = opened(visit(), console)
-    card = here.find("nav2-card")
+    card, join = here.find("nav2-card"), here.find("join-card")
     card.scroll_into_view_if_needed()
-    told = "image: map.pgm\nresolution: 0.05\norigin: [-2.0, -2.0, 0.0]\nnegate: 0\n"
-    (tmp_path / "map.yaml").write_text(told + "occupied_thresh: 0.65\nfree_thresh: 0.196\n")
-    cells = np.full((80, 80), 254, np.uint8)
-    cells[[0, -1]], cells[:, [0, -1]] = 0, 0
-    (tmp_path / "map.pgm").write_bytes(pgm(cells))
-    card.get_by_label("YAML and picture, or a zip").set_input_files([tmp_path / "map.yaml", tmp_path / "map.pgm"])
-    card.get_by_label("Name", exact=True).fill("from nav2")
-    card.get_by_role("button", name="Take in").click()
-    here.until(lambda: "from nav2" in [one["name"] for one in console.ask("api/maps")["maps"]], "it is kept")
-    console.ask("api/maps/from%20nav2", method="DELETE")
-    card.get_by_label("YAML and picture, or a zip").set_input_files([tmp_path / "map.yaml"])
-    card.get_by_label("Name", exact=True).fill("half")
+    files, name = card.get_by_label("YAML and picture, or a zip"), card.get_by_label("Name", exact=True)
+    for called, grid in (("whole plan", floor_plan()), ("east part", floor_plan(1, 60))):
+        files.set_input_files(FilePayload(name="map.zip", mimeType="application/zip", buffer=zipped(grid)))
+        name.fill(called)
+        card.get_by_role("button", name="Take in").click()
+        expect(join.get_by_label("Newer map")).to_contain_text(called)
+    join.get_by_role("button", name="Find where they match").click()
+    expect(join.get_by_role("alert")).not_to_be_empty()
+    here.complaints[:] = [each for each in here.complaints if "422" not in each]
+    join.get_by_label("Older map, whose axes stay").select_option("whole plan")
+    join.get_by_label("Newer map").select_option("east part")
+    join.get_by_role("button", name="Find where they match").click()
+    expect(join.get_by_role("status")).to_contain_text("views agree", timeout=60_000)
+    expect(join.get_by_role("alert")).to_be_hidden()
+    here.until(lambda: join.locator("img").evaluate("image => image.naturalWidth > 20"), "both are shown")
+    shown(here, "join-card")
+    join.get_by_label("Name of the joined map").fill("both")
+    join.get_by_role("button", name="Join them").click()
+    expect(here.find("map-card li.map").filter(has_text="both")).to_be_visible(timeout=60_000)
+    expect(join.get_by_role("status")).to_be_hidden()
+    for one in ("both", "whole%20plan", "east%20part"):
+        console.ask(f"api/maps/{one}", method="DELETE")
+    files.set_input_files(FilePayload(name="map.yaml", mimeType="text/yaml", buffer=b"image: map.pgm"))
+    name.fill("half")
     card.get_by_role("button", name="Take in").click()
     expect(card.get_by_role("alert")).to_contain_text("one of them is missing")
     here.complaints[:] = [each for each in here.complaints if "422" not in each]

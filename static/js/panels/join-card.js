@@ -1,11 +1,12 @@
 // Element <join-card>: two saved maps of one building, where one lies in the other, and joined when a person says so.
 
-import { address, sentenceOf } from "../net/api.js";
+import { address } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
 import { make, write } from "../ui/element.js";
 import { degrees, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
+import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
@@ -13,7 +14,7 @@ class JoinCard extends Panel {
   #older = make("select", { class: "field-box", "aria-label": t("join-card.older_map") });
   #newer = make("select", { class: "field-box", "aria-label": t("join-card.newer_map") });
   #look = make("button", { type: "button", class: "button" }, t("join-card.match"));
-  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #trouble = new TroubleLine();
   #words = make("p", { role: "status" });
   #picture = make("img", { class: "join-picture", alt: t("join-card.both_maps_over_each_other") });
   #name = make("input", {
@@ -36,7 +37,7 @@ class JoinCard extends Panel {
     const acts = make("div", { class: "nav2-form" }, this.#name, this.#leave, this.#join);
     this.#question.append(this.#words, this.#picture, acts);
     const about = make("p", { class: "note" }, t("join-card.two_maps_of_one_building"));
-    this.append(make("h3", {}, t("join-card.join_two_maps")), about, row, this.#trouble, this.#question);
+    this.append(make("h3", {}, t("join-card.join_two_maps")), about, row, this.#trouble.element, this.#question);
     this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
     this.#leave.addEventListener("click", () => (this.#question.hidden = true));
     this.#look.addEventListener("click", () => void this.#try(() => this.#show()));
@@ -88,20 +89,8 @@ class JoinCard extends Panel {
   /** @param {() => Promise<unknown>} act */
   async #try(act) {
     this.#look.disabled = this.#join.disabled = true;
-    try {
-      await act();
-      this.#complain("");
-    } catch (refusal) {
-      this.#complain(sentenceOf(refusal));
-    } finally {
-      this.#look.disabled = this.#join.disabled = false;
-    }
-  }
-
-  /** @param {string} sentence */
-  #complain(sentence) {
-    this.#trouble.hidden = !sentence;
-    write(this.#trouble, sentence);
+    await this.#trouble.attempt(act);
+    this.#look.disabled = this.#join.disabled = false;
   }
 }
 

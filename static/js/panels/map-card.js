@@ -1,11 +1,12 @@
 // Element <map-card>: save the map, load a saved map, download map files.
 
-import { address, sentenceOf } from "../net/api.js";
+import { address } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, make, write } from "../ui/element.js";
 import { day, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
+import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {maps.SavedMap} SavedMap */
@@ -35,7 +36,7 @@ class MapCard extends Panel {
   #saveWords = make("span", {}, t("map-card.save"));
   #save = make("button", { type: "submit", class: "button primary" }, icon("save"), this.#saveWords);
   #form = make("form", { class: "map-form" }, this.#name, this.#save);
-  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #trouble = new TroubleLine(this.#name);
   #list = make("ul", { class: "maps", "aria-label": t("map-card.saved_maps_newest_first") });
   #empty = make("p", { class: "note map-empty" }, t("map-card.no_map_is_saved_yet"));
   #sheet = make("img", { class: "map-sheet", alt: t("map-card.the_present_map_as_a_plan") });
@@ -64,7 +65,7 @@ class MapCard extends Panel {
         "section",
         { class: "map-present", "aria-label": t("main.present_map") },
         this.#sheet,
-        make("div", { class: "map-keep" }, this.#now, this.#form, this.#trouble),
+        make("div", { class: "map-keep" }, this.#now, this.#form, this.#trouble.element),
         make("div", { class: "map-take" }, downloads, make("div", { class: "map-files" }, ...files)),
       ),
       make(
@@ -81,7 +82,7 @@ class MapCard extends Panel {
       event.preventDefault();
       void this.#keep();
     });
-    this.#name.addEventListener("input", () => this.#complain(""));
+    this.#name.addEventListener("input", () => this.#trouble.say(""));
     this.session.on("hello", () => (this.#revision = -1));
   }
 
@@ -125,7 +126,7 @@ class MapCard extends Panel {
     const name = this.#name.value.trim();
     const trouble = maps.nameTrouble(name);
     if (trouble) {
-      this.#complain(trouble);
+      this.#trouble.say(trouble);
       this.#name.focus();
       return;
     }
@@ -247,21 +248,8 @@ class MapCard extends Panel {
   /** @param {() => Promise<unknown>} act */
   async #try(act) {
     this.#busy = true;
-    try {
-      await act();
-      this.#complain("");
-    } catch (refusal) {
-      this.#complain(sentenceOf(refusal));
-    } finally {
-      this.#busy = false;
-    }
-  }
-
-  /** @param {string} sentence */
-  #complain(sentence) {
-    this.#trouble.hidden = !sentence;
-    write(this.#trouble, sentence);
-    mark(this.#name, "aria-invalid", sentence ? "true" : null);
+    await this.#trouble.attempt(act);
+    this.#busy = false;
   }
 }
 

@@ -1,6 +1,5 @@
 // Element <map-editor>: erase and draw cells, crop and turn the map, name rooms; each edit can be taken back.
 
-import { sentenceOf } from "../net/api.js";
 import * as api from "../net/edits-api.js";
 import { addRoom, marksOf } from "../net/marks-api.js";
 import { make, mark, write } from "../ui/element.js";
@@ -8,6 +7,7 @@ import { FloorView } from "../ui/floor-view.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { onTheme } from "../ui/theme.js";
+import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../ui/floor-view.js").Point} Point */
@@ -48,7 +48,7 @@ class MapEditor extends Panel {
   });
   #help = make("p", { class: "note" });
   #said = make("p", { class: "visually-hidden", role: "status" });
-  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #trouble = new TroubleLine();
   /** @type {Map<Tool, HTMLButtonElement>} */
   #tools = new Map();
   #brush = make("select", { class: "field-box map-edit-brush", "aria-label": t("map-editor.width_of_the_brush") });
@@ -116,7 +116,7 @@ class MapEditor extends Panel {
       make("h3", {}, t("map-editor.edit_the_map")),
       this.#bar,
       this.#help,
-      this.#trouble,
+      this.#trouble.element,
       this.#room,
       make("div", { class: "map-edit-place" }, this.#canvas, make("div", { class: "map-edit-zoom" }, near, far, whole)),
       make("div", { class: "map-edit-row" }, this.#degrees, "°", this.#turn),
@@ -208,7 +208,7 @@ class MapEditor extends Panel {
     this.#brush.hidden = tool === "crop" || tool === "room";
     this.#room.hidden = true;
     write(this.#help, TOOLS.find(([one]) => one === tool)?.[2] ?? "");
-    this.#complain("");
+    this.#trouble.say("");
     this.#draw();
   }
 
@@ -327,7 +327,7 @@ class MapEditor extends Panel {
   async #keepRoom() {
     const name = this.#name.value.trim();
     if (!name) {
-      this.#complain(t("place-sheet.a_name_is_missing"));
+      this.#trouble.say(t("place-sheet.a_name_is_missing"));
       return;
     }
     const outline = this.#points.map(({ x, y }) => /** @type {[number, number]} */ ([x, y]));
@@ -342,21 +342,8 @@ class MapEditor extends Panel {
   /** @param {() => Promise<unknown>} act */
   async #try(act) {
     this.#busy = true;
-    try {
-      await act();
-      this.#complain("");
-      await this.#read();
-    } catch (refusal) {
-      this.#complain(sentenceOf(refusal));
-    } finally {
-      this.#busy = false;
-    }
-  }
-
-  /** @param {string} sentence */
-  #complain(sentence) {
-    this.#trouble.hidden = !sentence;
-    write(this.#trouble, sentence);
+    if (await this.#trouble.attempt(act)) await this.#read();
+    this.#busy = false;
   }
 
   // drawing

@@ -1,10 +1,11 @@
 // Element <nav2-card>: take in maps and filter masks of Nav2, take away the zones as masks.
 
-import { address, sentenceOf } from "../net/api.js";
+import { address } from "../net/api.js";
 import { takeInMap, takeInMask } from "../net/edits-api.js";
-import { icon, make, write } from "../ui/element.js";
+import { icon, make } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
+import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
@@ -34,7 +35,7 @@ class Nav2Card extends Panel {
   );
   #take = make("button", { type: "submit", class: "button primary" }, icon("upload"), t("nav2-card.take_in"));
   #form = make("form", { class: "nav2-form" }, this.#as, this.#files, this.#name, this.#take);
-  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #trouble = new TroubleLine();
 
   /** @override */
   build() {
@@ -42,7 +43,7 @@ class Nav2Card extends Panel {
       make("h3", {}, t("nav2-card.nav2")),
       make("p", { class: "note" }, t("nav2-card.choose_yaml_and_picture")),
       this.#form,
-      this.#trouble,
+      this.#trouble.element,
       make(
         "a",
         { class: "map-file", href: address("api/zones/masks").href, download: "" },
@@ -69,19 +70,15 @@ class Nav2Card extends Panel {
   async #send() {
     const [name, files] = [this.#name.value.trim(), this.#files.files];
     if (!name || !files?.length) {
-      this.#complain(t("nav2-card.files_and_a_name_are_needed"));
+      this.#trouble.say(t("nav2-card.files_and_a_name_are_needed"));
       return;
     }
     this.#take.disabled = true;
-    try {
+    await this.#trouble.attempt(async () => {
       this.session.announce(await this.#taken(name, files));
-      this.#complain("");
       this.#form.reset();
-    } catch (refusal) {
-      this.#complain(sentenceOf(refusal));
-    } finally {
-      this.#take.disabled = false;
-    }
+    });
+    this.#take.disabled = false;
   }
 
   /** @param {string} name @param {FileList} files @returns {Promise<string>} */
@@ -100,12 +97,6 @@ class Nav2Card extends Panel {
       multiplier,
     });
     return `${t("nav2-card.count_zones_were_drawn", { count: zones.length })} ${rest}`.trim();
-  }
-
-  /** @param {string} sentence */
-  #complain(sentence) {
-    this.#trouble.hidden = !sentence;
-    write(this.#trouble, sentence);
   }
 }
 

@@ -1,11 +1,11 @@
 // Element <place-sheet>: the name of a place, and where the robot looks there.
 
-import { sentenceOf } from "../net/api.js";
 import { addPlace, changePlace } from "../net/marks-api.js";
 import { make, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
+import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @typedef {import("../net/marks-api.js").Place} Place */
 
@@ -30,7 +30,7 @@ export class PlaceSheet extends Sheet {
     step: "1",
     "aria-label": t("place-sheet.heading_in_degrees"),
   });
-  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #trouble = new TroubleLine();
   #keep = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
   /** @type {Place | null} that is changed; null: a new one */
   #place = null;
@@ -47,7 +47,7 @@ export class PlaceSheet extends Sheet {
       make("label", { for: "place-name" }, t("place-sheet.name")),
       this.#name,
       make("div", { class: "place-heading" }, heading, this.#degrees, "°"),
-      this.#trouble,
+      this.#trouble.element,
       this.#keep,
     );
     this.frame(t("place-sheet.name_this_place"), form);
@@ -74,7 +74,7 @@ export class PlaceSheet extends Sheet {
     this.#turns.checked = turned !== null;
     this.#degrees.disabled = turned === null;
     this.#degrees.value = String(Math.round((turned ?? heading) / DEGREE));
-    this.#complain("");
+    this.#trouble.say("");
     if (this.hasAttribute("hidden")) this.toggle();
     this.#name.focus();
     this.#name.select();
@@ -83,7 +83,7 @@ export class PlaceSheet extends Sheet {
   async #save() {
     const name = this.#name.value.trim();
     if (!name) {
-      this.#complain(t("place-sheet.a_name_is_missing"));
+      this.#trouble.say(t("place-sheet.a_name_is_missing"));
       this.#name.focus();
       return;
     }
@@ -91,21 +91,12 @@ export class PlaceSheet extends Sheet {
     const wrapped = heading === null ? null : Math.atan2(Math.sin(heading), Math.cos(heading));
     const place = { name, x_m: this.#at.x, y_m: this.#at.y, heading_rad: wrapped };
     this.#keep.disabled = true;
-    try {
+    await this.#trouble.attempt(async () => {
       const kept = await (this.#place ? changePlace(this.#place.name, place) : addPlace(place));
       this.session.announce(t("place-sheet.name_is_saved", { name: kept.name }));
       this.shut();
-    } catch (refusal) {
-      this.#complain(sentenceOf(refusal));
-    } finally {
-      this.#keep.disabled = false;
-    }
-  }
-
-  /** @param {string} sentence */
-  #complain(sentence) {
-    this.#trouble.hidden = !sentence;
-    write(this.#trouble, sentence);
+    });
+    this.#keep.disabled = false;
   }
 }
 

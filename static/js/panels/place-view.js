@@ -1,6 +1,5 @@
 // Element <place-view>: places the robot on the map: press its position, drag to its heading.
 
-import { sentenceOf } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
 import { icon, make, write } from "../ui/element.js";
 import { FloorView, headingOf } from "../ui/floor-view.js";
@@ -8,6 +7,7 @@ import { degrees } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { drawPlace } from "../ui/place-drawing.js";
 import { t } from "../ui/texts.js";
+import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../ui/floor-view.js").Point} Point */
@@ -21,7 +21,7 @@ const LINE = 40; // [px] that a wheel scrolls by one line
 class PlaceView extends Panel {
   #canvas = make("canvas", { class: "place-floor", "aria-hidden": "true" });
   #words = make("p", { class: "place-words" });
-  #trouble = make("p", { class: "place-trouble", role: "alert", hidden: true });
+  #trouble = new TroubleLine();
   #fields = { x: field("x", "m"), y: field("y", "m"), heading: field("heading", "°") };
   #put = make(
     "button",
@@ -70,7 +70,7 @@ class PlaceView extends Panel {
         this.#words,
       ),
       this.#canvas,
-      this.#trouble,
+      this.#trouble.element,
       this.#form,
     );
     addEventListener("place-robot", () => void this.#open());
@@ -115,15 +115,13 @@ class PlaceView extends Panel {
     this.#wasLost = state.floor.lost !== null;
     this.#placed = null;
     this.#moved = false;
-    this.#complain("");
+    this.#trouble.say("");
     this.#write();
     this.#leave.focus();
-    try {
+    await this.#trouble.attempt(async () => {
       this.#plan = await maps.plan();
       this.#fit();
-    } catch (refusal) {
-      this.#complain(sentenceOf(refusal, t("place-view.the_map_could_not_be_read")));
-    }
+    });
   }
 
   #close() {
@@ -136,13 +134,11 @@ class PlaceView extends Panel {
     const placed = this.#placed;
     if (!placed) return;
     const where = { x_m: placed.x, y_m: placed.y, heading_rad: placed.heading, force: !this.#wasLost };
-    try {
+    await this.#trouble.attempt(async () => {
       await maps.here(where);
       this.session.announce(t("place-view.the_robot_looks_around_the_place"));
       this.#close();
-    } catch (refusal) {
-      this.#complain(sentenceOf(refusal));
-    }
+    });
   }
 
   async #look() {
@@ -226,12 +222,6 @@ class PlaceView extends Panel {
     else if (placed.heading === null) write(this.#words, t("place-view.drag_to_give_its_heading_or"));
     else write(this.#words, t("place-view.heading_degrees_the_dots_are_the", { degrees: degrees(placed.heading) }));
     this.#put.disabled = placed === null || this.#shown?.up === false;
-  }
-
-  /** @param {string} sentence */
-  #complain(sentence) {
-    this.#trouble.hidden = !sentence;
-    write(this.#trouble, sentence);
   }
 
   // drawing

@@ -1,11 +1,11 @@
 // Element <route-card>: the routes of the map, one in the making, and how the one under way goes.
 
-import { sentenceOf } from "../net/api.js";
 import { addRoute, marksOf, removeRoute, routeNow, startRoute, steerRoute } from "../net/marks-api.js";
 import { sure } from "../ui/confirm-button.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
+import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/marks-api.js").Route} Route */
@@ -78,7 +78,7 @@ class RouteCard extends Panel {
     "min",
   );
   #save = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
-  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #trouble = new TroubleLine();
   #form = make("form", { class: "route-form", hidden: true });
   /** @type {Stop[]} of the route in the making */
   #made = [];
@@ -113,7 +113,7 @@ class RouteCard extends Panel {
         this.#new,
       ),
       this.#under,
-      this.#trouble,
+      this.#trouble.element,
       this.#empty,
       this.#list,
       this.#form,
@@ -295,7 +295,7 @@ class RouteCard extends Panel {
   async #keep() {
     const name = this.#name.value.trim();
     if (!name) {
-      this.#complain(t("place-sheet.a_name_is_missing"));
+      this.#trouble.say(t("place-sheet.a_name_is_missing"));
       this.#name.focus();
       return;
     }
@@ -312,21 +312,9 @@ class RouteCard extends Panel {
 
   /** @param {() => Promise<unknown>} act @returns {Promise<boolean>} whether it was done */
   async #try(act) {
-    try {
-      await act();
-      this.#complain("");
-      await this.#ask();
-      return true;
-    } catch (refusal) {
-      this.#complain(sentenceOf(refusal));
-      return false;
-    }
-  }
-
-  /** @param {string} sentence */
-  #complain(sentence) {
-    this.#trouble.hidden = !sentence;
-    write(this.#trouble, sentence);
+    const done = await this.#trouble.attempt(act);
+    if (done) await this.#ask();
+    return done;
   }
 }
 

@@ -1,10 +1,10 @@
 // Element <zone-sheet>: the name of a zone that was drawn, and what holds in it.
 
-import { sentenceOf } from "../net/api.js";
 import { addZone } from "../net/marks-api.js";
-import { make, write } from "../ui/element.js";
+import { make } from "../ui/element.js";
 import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
+import { TroubleLine } from "../ui/trouble-line.js";
 
 export class ZoneSheet extends Sheet {
   #name = make("input", {
@@ -27,7 +27,7 @@ export class ZoneSheet extends Sheet {
     disabled: true,
     "aria-label": t("zone-sheet.speed_in_metres_a_second"),
   });
-  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #trouble = new TroubleLine();
   #keep = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
   /** @type {Array<[number, number]>} [m] */
   #points = [];
@@ -47,7 +47,7 @@ export class ZoneSheet extends Sheet {
         this.#speed,
         "m/s",
       ),
-      this.#trouble,
+      this.#trouble.element,
       this.#keep,
     );
     this.frame(t("zone-sheet.this_zone"), form);
@@ -65,7 +65,7 @@ export class ZoneSheet extends Sheet {
   #open(points) {
     this.#points = points;
     this.#name.value = "";
-    this.#complain("");
+    this.#trouble.say("");
     if (this.hasAttribute("hidden")) this.toggle();
     this.#name.focus();
   }
@@ -73,13 +73,13 @@ export class ZoneSheet extends Sheet {
   async #save() {
     const name = this.#name.value.trim();
     if (!name) {
-      this.#complain(t("place-sheet.a_name_is_missing"));
+      this.#trouble.say(t("place-sheet.a_name_is_missing"));
       this.#name.focus();
       return;
     }
     const slow = this.#slow.checked;
     this.#keep.disabled = true;
-    try {
+    await this.#trouble.attempt(async () => {
       const kept = await addZone({
         name,
         kind: slow ? "slow" : "keep_out",
@@ -88,17 +88,8 @@ export class ZoneSheet extends Sheet {
       });
       this.session.announce(t("zone-sheet.name_holds", { name: kept.name }));
       this.shut();
-    } catch (refusal) {
-      this.#complain(sentenceOf(refusal));
-    } finally {
-      this.#keep.disabled = false;
-    }
-  }
-
-  /** @param {string} sentence */
-  #complain(sentence) {
-    this.#trouble.hidden = !sentence;
-    write(this.#trouble, sentence);
+    });
+    this.#keep.disabled = false;
   }
 }
 

@@ -1,0 +1,37 @@
+// The line of a panel that says why something could not be done.
+
+import { sentenceOf } from "../net/api.js";
+import { make, mark, write } from "./element.js";
+
+export class TroubleLine {
+  element = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #field;
+
+  /** @param {HTMLElement | null} [field] that is marked as wrong meanwhile */
+  constructor(field = null) {
+    this.#field = field;
+  }
+
+  /** @param {string} sentence "": there is no trouble */
+  say(sentence) {
+    this.element.hidden = !sentence;
+    write(this.element, sentence);
+    if (this.#field) mark(this.#field, "aria-invalid", sentence ? "true" : null);
+  }
+
+  /**
+   * Do something and say why it could not be done.
+   * @param {() => Promise<unknown>} act
+   * @returns {Promise<boolean>} whether it was done
+   */
+  async attempt(act) {
+    try {
+      await act();
+      this.say("");
+      return true;
+    } catch (refusal) {
+      this.say(sentenceOf(refusal));
+      return false;
+    }
+  }
+}
