@@ -71,9 +71,8 @@ class PlaceService(Part):
         A room has an `outline`: corners [m], world; the robot goes where there is most room in it. Raises BadInput
         with the pair where the name sounds like other words; Problem 409, 422, 503; Unwritable.
         """
-        if outline:
-            at = self._spot_in(outline)
-        mark = self._mark(tidy_name(name), at, heading, who, outline)
+        x, y = self._spot_in(outline) if outline else at or self._here()
+        mark = self._placed(PlaceMark(tidy_name(name), x, y, heading, by=who.name, outline_m=outline))
 
         def change(marks: MapMarks) -> MapMarks:
             if len(marks.places) >= MAX_PLACES:
@@ -99,7 +98,8 @@ class PlaceService(Part):
         old = self.find(name)
         wanted = old.name if to_name is None else tidy_name(to_name)
         heading = heading if turned else old.heading_rad
-        mark = self._mark(wanted, at or (old.x_m, old.y_m), heading, who, old.outline_m)
+        x, y = at or (old.x_m, old.y_m)
+        mark = self._placed(PlaceMark(wanted, x, y, heading, by=who.name, outline_m=old.outline_m))
 
         def change(marks: MapMarks) -> MapMarks:
             if wanted != old.name:
@@ -146,25 +146,24 @@ class PlaceService(Part):
             raise BadInput(Statement("places.no_floor"))
         return spot
 
-    def _mark(
-        self,
-        name: str,
-        at: tuple[float, float] | None,
-        heading: float | None,
-        who: Person,
-        outline: Outline = (),
-    ) -> PlaceMark:
+    def _here(self) -> tuple[float, float]:
+        """Where the robot is [m], world. Raises Problem 409 where it does not know."""
         snapshot = self._maps.snapshot
-        if at is None:
-            if snapshot.floor.lost is not None:
-                raise Problem(409, LOST)
-            at = snapshot.estimate.pose.x, snapshot.estimate.pose.y
-        self._check_on_map(*at)
-        x, y = (round(value, 3) for value in at)
-        turned = None if heading is None else round(wrap(heading), 4)
-        corners = tuple((round(float(a), 3), round(float(b), 3)) for a, b in outline)
-        anchor = anchor_at(np.array([at]), snapshot.floor.submaps)
-        return PlaceMark(name, x, y, turned, anchor, who.name, corners)
+        if snapshot.floor.lost is not None:
+            raise Problem(409, LOST)
+        return snapshot.estimate.pose.x, snapshot.estimate.pose.y
+
+    def _placed(self, mark: PlaceMark) -> PlaceMark:
+        """The place as it is kept: rounded, and anchored to the map. Raises Problem 422."""
+        self._check_on_map(mark.x_m, mark.y_m)
+        return msgspec.structs.replace(
+            mark,
+            x_m=round(mark.x_m, 3),
+            y_m=round(mark.y_m, 3),
+            heading_rad=None if mark.heading_rad is None else round(wrap(mark.heading_rad), 4),
+            anchor=anchor_at(np.array([(mark.x_m, mark.y_m)]), self._maps.snapshot.floor.submaps),
+            outline_m=tuple((round(float(x), 3), round(float(y), 3)) for x, y in mark.outline_m),
+        )
 
     def _check_on_map(self, x: float, y: float) -> None:
         grid = self._maps.grid

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from core.commands.command import Action, Command, CommandSpec, Target
+from core.commands.command import Action, Command, CommandSpec
 from core.errors import Refused
 from core.navigation.control_context import ControlContext
 from core.sentences import Statement
@@ -14,34 +14,31 @@ from core.sentences import Statement
 class RouteCommand(CommandSpec):
     """Begins nothing by itself."""
 
-    needs_pose: bool = True
-
     def begin(self, command: Command, ctx: ControlContext) -> Action:
         """Refuse: a robot without the console knows no routes."""
         raise Refused(Statement("routes.gone"))
 
 
-TO_A_PLACE: Target = "place"
-START_ROUTE = RouteCommand(
-    name="start_route",
-    words=("start the route {name}", "start route {name}"),
-    example="start the route round",
-    summary=Statement("routes.starts"),
-    target=TO_A_PLACE,
+def _route_command(
+    name: str, words: tuple[str, ...], example: str, summary: str, *, moves: bool = True
+) -> RouteCommand:
+    """One that moves the robot goes to a place; one that does not needs no pose."""
+    target = "place" if moves else "none"
+    return RouteCommand(
+        name=name, words=words, example=example, summary=summary, moves=moves, target=target, needs_pose=moves
+    )
+
+
+START_ROUTE = _route_command(
+    "start_route",
+    ("start the route {name}", "start route {name}"),
+    "start the route round",
+    Statement("routes.starts"),
 )
-PAUSE_ROUTE = RouteCommand(
-    name="pause_route",
-    words=("pause", "pause the route"),
-    example="pause the route",
-    summary=Statement("routes.stands"),
-    moves=False,
-    needs_pose=False,
+PAUSE_ROUTE = _route_command(
+    "pause_route", ("pause", "pause the route"), "pause the route", Statement("routes.stands"), moves=False
 )
-RESUME_ROUTE = RouteCommand(
-    name="resume_route",
-    words=("go on", "go on with the route"),
-    example="go on with the route",
-    summary=Statement("routes.goes_on"),
-    target=TO_A_PLACE,
+RESUME_ROUTE = _route_command(
+    "resume_route", ("go on", "go on with the route"), "go on with the route", Statement("routes.goes_on")
 )
 ROUTE_COMMANDS = (START_ROUTE, PAUSE_ROUTE, RESUME_ROUTE)
