@@ -140,6 +140,7 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
     places,
     lambda base, parts: ZoneService(parts[MapService], base.robot, base.dispatcher, base.lease),
     lambda base, parts: EditService(parts[MapService], base.dispatcher, base.lease),
+    lambda base, _: RobotVoice(settings=base.settings.voice),
     lambda base, parts: RouteService(
         base.home,
         parts[MapService],
@@ -148,8 +149,8 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
         base.lease,
         base.history,
         base.notifications,
+        parts[RobotVoice],
     ),
-    lambda base, _: RobotVoice(settings=base.settings.voice),
     lambda base, _: SettingsInUse(base.settings, base.settings_file or base.home / SETTINGS, base.adopted),
     lambda base, parts: ConnectionService(base.home, base.robot, parts[MapService], base.settings.log),
     lambda base, _: QualityRuns(base.home, base.settings.simulation, base.settings.speech),

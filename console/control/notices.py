@@ -20,8 +20,8 @@ class Notifications:
         self._stamp = 0.0
 
     def tell(self, level: Level, text: str, cause: str = "") -> None:
-        """Hang a notice; what hangs there as the newest already is not repeated."""
-        if self.shown and self.shown[-1].text == text:
+        """Hang a notice; what hangs there as the newest already, of the same cause, is not repeated."""
+        if self.shown and (self.shown[-1].text, self.shown[-1].cause) == (text, cause):
             return
         self._hang(Notice(id=0, stamp=self._stamp, level=level, text=text, cause=cause))
 

@@ -30,6 +30,7 @@ from console.maps.places import PlaceService
 from console.maps.service import MapService
 from console.maps.store import checked_name, key_of, slug
 from console.part import Part
+from console.speech.robot_voice import RobotVoice
 from core.commands.come_here import COME_HERE
 from core.commands.command import Command
 from core.commands.routes import PAUSE_ROUTE, RESUME_ROUTE, START_ROUTE
@@ -56,6 +57,8 @@ LOW_BATTERY = 0.2  # share of its charge
 FILE = "route.json"  # in the data folder: what the running route does
 PICTURE_FOLDER = "pictures"  # in the data folder: those that were taken at stops
 MIN_RECORD_S, MAX_SAID_LETTERS = 1.0, 280
+SAID = "say"  # cause of a notice that a browser with spoken answers says aloud
+SPEECH_START_S = 2.0  # until such a browser has begun
 DAY_S = 86_400
 HOUR_FORM = re.compile(r"(?:[01]\d|2[0-3]):[0-5]\d")
 NO_SUCH_ROUTE = Statement("routes.gone")
@@ -125,11 +128,12 @@ class RouteService(Part):
         lease: Lease,
         history: History,
         notifications: Notifications,
+        voice: RobotVoice,
     ) -> None:
         self.run_now: RouteRun | None = None
         self._file = home / FILE
         self._maps, self._places, self._dispatcher, self._lease = maps, places, dispatcher, lease
-        self._history, self._notifications = history, notifications
+        self._history, self._notifications, self._voice = history, notifications, voice
         self.when_noted: list[
             Callable[[str, str], None]
         ] = []  # called with what happened at a stop, and how it ended
@@ -296,8 +300,13 @@ class RouteService(Part):
         elif run.state == "waiting" and run.rests:
             if now >= run.until:
                 self._begin_round(run)
-        elif run.state == "waiting" and run.here.action != "wait_for_continue" and now >= run.until:
+        elif run.state == "waiting" and now >= run.until and not self._is_held(run):
             self._next(run)
+
+    def _is_held(self, run: RouteRun) -> bool:
+        """Return whether it waits for a person, or for its own words: it hears no STOP while it speaks."""
+        action = run.here.action
+        return action == "wait_for_continue" or (action == "say" and self._voice.muted)
 
     def _look_at_command(self, run: RouteRun, now: float) -> None:
         entry = self._history.find(run.command or 0)
@@ -325,7 +334,7 @@ class RouteService(Part):
         """Say, take a picture, record: what needs no motion and is not waited for."""
         stop = run.here
         if stop.action == "say":
-            self._notifications.tell("info", stop.text, f"say {self.clock():.2f}")
+            self._notifications.tell("info", stop.text, f"{SAID} {self.clock()}")
             self._note(run, "done", Statement("routes.said", text=stop.text))
         elif stop.action == "take_a_picture":
             self._later(self._take_picture(run, stop))
@@ -405,7 +414,8 @@ class RouteService(Part):
             self._wait(run)
 
     def _wait(self, run: RouteRun) -> None:
-        run.state, run.until = "waiting", time.monotonic() + run.here.wait_s
+        least = SPEECH_START_S if run.here.action == "say" else 0.0
+        run.state, run.until = "waiting", time.monotonic() + max(least, run.here.wait_s)
         run.reason = Statement("routes.waits") if run.here.action == "wait_for_continue" else ""
         self._keep()
 

@@ -17,6 +17,7 @@ import pytest
 from console.access.logins import Person
 from console.maps.marks import RouteMark, RouteStop
 from console.maps.routes import FILE, LOST, LOW, RouteRun, RouteService, seconds_until_open
+from console.speech.robot_voice import RobotVoice
 from core.pilot import Pilot
 from core.sensors import SensorFrame
 from core.slam.map.status import LostStatus
@@ -226,6 +227,25 @@ def test_after_a_restart_it_stands_as_interrupted(live: Live) -> None:
     told = progress(live)
     assert (told["state"], told["stop"], told["name"]) == ("ended", 2, "round") and "started again" in told["reason"]
     stays(live, "ended")
+
+
+def test_it_speaks_at_a_stop_each_time_and_drives_on_when_it_is_silent_again(live: Live) -> None:
+    service, voice = live.runtime.parts[RouteService], live.runtime.parts[RobotVoice]
+    route = RouteMark("tour", (RouteStop("desk", action="say", text="Hello"), RouteStop("sofa")))
+    run = RouteRun(route, Person("1", "operator", "operator"), unattended=True)
+
+    def arrives() -> int:
+        service._act(run)
+        return live.runtime.notifications.shown[-1].id
+
+    first = live.on_loop(arrives)
+    assert live.on_loop(arrives) > first, "a browser says each notice once"
+    voice._end, run.state = math.inf, "waiting"
+    live.on_loop(lambda: (setattr(service, "run_now", run), service.tick(time.monotonic())))
+    assert run.state == "waiting" and run.stop == 0
+    voice._end = 0.0
+    live.on_loop(lambda: service.tick(time.monotonic()))
+    assert run.stop == 1
 
 
 @pytest.mark.campaign

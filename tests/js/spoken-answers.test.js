@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { accepted, answer, ended, sentence, unlessStopped } from "../../static/js/voice/spoken-answers.js";
+import { accepted, answer, ended, saidAtStops, sentence, unlessStopped } from "../../static/js/voice/spoken-answers.js";
 
 const row = { id: 1, at_s: 0, duration_s: 1, source: "typed", words: "", heard_as: "", numbers: {}, who: "me" };
 const heard = { kind: /** @type {const} */ ("transcript"), id: 1, suggestions: [], seconds: 1, delay_s: 0 };
@@ -28,6 +28,13 @@ test("the end is told once it is worth telling", () => {
     "A wall is in the way.",
   );
   assert.equal(ended({ ...row, state: "pre-empted", name: "continue", remark: "“x” came after it." }), "");
+});
+
+test("a route's words at a stop are said once", () => {
+  const notices = [1, 2, 3].map((id) => ({ id, text: `Words ${id}`, cause: id === 2 ? "" : `say ${id}.00` }));
+  assert.deepEqual(saidAtStops(notices, 0), ["Words 1", "Words 3"]);
+  assert.deepEqual(saidAtStops(notices, 2), ["Words 3"]);
+  assert.deepEqual(saidAtStops(notices, 3), []);
 });
 
 test("speech that is not a command is not answered, a held button is", () => {

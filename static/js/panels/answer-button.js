@@ -6,7 +6,7 @@ import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { SpeechOutput } from "../voice/speech-output.js";
-import { accepted, answer, ended, refused } from "../voice/spoken-answers.js";
+import { accepted, answer, ended, refused, saidAtStops } from "../voice/spoken-answers.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
@@ -26,6 +26,7 @@ class AnswerButton extends Panel {
   #known = null;
   /** @type {Set<number>} running commands of this page */
   #entries = new Set();
+  #notice = Infinity; // id of the newest notice that was seen; the first ones are not said
   #pending_command = 0; // id of the newest pending command
   #confirmed = ""; // its words, spoken when it was understood and not again when it begins
 
@@ -68,7 +69,10 @@ class AnswerButton extends Panel {
    */
   show({ hello, state }) {
     this.hidden = onlyWatched(hello) || hello?.you.role === "viewer";
-    const pending_command = state?.pending_command;
+    if (!state) return;
+    for (const words of saidAtStops(state.notices, this.#notice)) this.#say(words);
+    this.#notice = state.notices.at(-1)?.id ?? 0;
+    const pending_command = state.pending_command;
     if (!pending_command || pending_command.id === this.#pending_command) return;
     this.#pending_command = pending_command.id;
     if (pending_command.source !== "ears") return; // the transcript of this microphone is answered already

@@ -45,6 +45,14 @@ export function answer({ final, accepted: taken, heard_as, words, reason, held, 
 }
 
 /**
+ * The words that a route says at its stops, of notices that came after one.
+ * @param {ReadonlyArray<{ id: number, text: string, cause?: string }>} notices
+ * @param {number} known id of that one
+ */
+export const saidAtStops = (notices, known) =>
+  notices.filter(({ id, cause }) => id > known && cause?.startsWith("say ")).map(({ text }) => text);
+
+/**
  * Remove the suggestions of a refused transcript that a STOP followed, or that belongs to the sentence with the
  * STOP.
  * @param {Transcript} transcript
