@@ -1,10 +1,11 @@
 """Names of places by all English voices of espeak-ng: `python -m tests.benchmarks.place_names`.
 
 Thirty rooms and things are learnt at once. Each voice says "go to the NAME" (`--stop-at`: "stop at the NAME"), quiet
-and in echoes (direct sound 6 dB over a tail that falls by 60 dB in 0.4 s), and goes to places without a name. Printed
-for both: right, refused, stopped, wrong; every wrong motion is listed, with `--misses` every miss. `--every N` takes
-every Nth sentence; `--talk FOLDER` also reads the near misses of speech_commands_tts and the talk of speech_real in
-FOLDER, with the names and without them.
+and in echoes (direct sound 6 dB over a tail that falls by 60 dB in 0.4 s), goes to places without a name, steers the
+three routes that are known, and says what only resembles that. Printed for each: right, refused, stopped (or paused),
+wrong; every wrong motion is listed, with `--misses` every miss. `--every N` takes every Nth sentence; `--talk FOLDER`
+also reads the near misses of speech_commands_tts and the talk of speech_real in FOLDER, with the names and without
+them.
 """
 
 from __future__ import annotations
@@ -18,6 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
+from core.commands import spec_of
+from core.commands.routes import PAUSE_ROUTE, RESUME_ROUTE, START_ROUTE
+from core.commands.stop_at import STOP_AT as STOP_AT_COMMAND
 from core.message import Array
 from core.navigation.places import NamedPlace
 from core.speech.recognition.decision import Decision
@@ -37,17 +41,39 @@ NAMES = (
     *("stairs", "terrace", "mailbox", "room 12"),
 )
 UNNAMED = ("museum", "cinema", "bedroom", "chicken", "winter", "harbour", "pencil", "airport", "market", "river")
+ROUTES = ("round", "evening patrol", "night watch")
+STEERING = {
+    **{f"start the route {name}": (START_ROUTE.name, name) for name in ROUTES},
+    **{words: (kind.name, "") for kind in (PAUSE_ROUTE, RESUME_ROUTE) for words in kind.words},
+}
+ROUTE_TALK = (
+    *("pause for a moment please", "do not pause", "a pause in the music", "he paused the film", "the paws of a cat"),
+    *(
+        "go on holiday",
+        "let us go on later",
+        "it goes on and on",
+        "go on and tell me more",
+        "going on with the story",
+    ),
+    *(
+        "start the engine",
+        "start the route",
+        "start the route home",
+        "the route of the round trip",
+        "start around ten",
+    ),
+)
 GO_TO, STOP_AT = "go to the {}", "stop at the {}"
 TAIL_S, TAIL_DB = 0.4, -6.0
 
 
 def places() -> tuple[NamedPlace, ...]:
-    """The thirty places, each apart from all others."""
+    """The thirty places, each apart from all others, and the routes."""
     known: list[NamedPlace] = []
     for number, name in enumerate(NAMES):
         check_name_apart(name, [one.name for one in known])
         known.append(NamedPlace(name=name, x_m=0.5 * number, y_m=-1.0))
-    return tuple(known)
+    return *known, *(NamedPlace(name=name, x_m=0.0, y_m=0.0, route=True) for name in ROUTES)
 
 
 def echoed(samples: Array, seed: int) -> Array:
@@ -61,28 +87,37 @@ def echoed(samples: Array, seed: int) -> Array:
     return heard * np.abs(samples).max() / np.abs(heard).max()
 
 
-def sentences(every: int, words: str) -> Iterator[tuple[str, str, str, Array]]:
-    """(voice, where, the name or "", sound) of every Nth sentence of every voice."""
+Wanted = tuple[str, str] | None
+"""The command that was said, and its place; None: no command."""
+
+
+def sentences(every: int, to: str) -> Iterator[tuple[str, str, str, Wanted, Array]]:
+    """(voice, kind, words, the command, sound) of every Nth sentence of every voice, quiet and in echoes."""
+    said_of_all: list[tuple[str, str, Wanted]] = [
+        *(("named", to.format(name), (STOP_AT_COMMAND.name, name)) for name in NAMES),
+        *(("unnamed", to.format(name), None) for name in UNNAMED),
+        *(("routes", words, wanted) for words, wanted in STEERING.items()),
+        *(("talk of routes", words, None) for words in ROUTE_TALK),
+    ]
     number = 0
     for voice in ENGLISH_VOICES:
-        for name in (*NAMES, *UNNAMED):
+        for kind, words, wanted in said_of_all:
             number += 1
             if number % every:
                 continue
-            sound = said(words.format(name), voice, number)
-            wanted = name if name in NAMES else ""
-            yield voice, "quiet", wanted, sound
-            yield voice, "echoes", wanted, echoed(sound, number)
+            sound = said(words, voice, number)
+            yield voice, f"{kind}, quiet", words, wanted, sound
+            yield voice, f"{kind}, echoes", words, wanted, echoed(sound, number)
 
 
-def outcome(wanted: str, decision: Decision) -> str:
-    """What became of a sentence; `wanted` "": it goes to no place that has a name."""
+def outcome(wanted: Wanted, decision: Decision) -> str:
+    """What became of a sentence."""
     command = decision.command
     if command is None:
         return REFUSED if wanted else RIGHT
-    if decision.stops:
-        return STOPPED
-    return RIGHT if wanted and command.place == wanted else WRONG
+    if wanted == (command.name, command.place):
+        return RIGHT
+    return STOPPED if not spec_of(command.name).moves else WRONG
 
 
 def main() -> None:
@@ -99,17 +134,17 @@ def main() -> None:
         clips = [*synthetic(chosen.talk, "near-miss"), *(clip for _, clip in real(chosen.talk))][:: chosen.every]
         for names in (False, True):
             recognizer.learn(place_phrases(places()) if names else ())
-            found = Counter(outcome("", recognizer.decide(utterance(clip.samples))) for clip in clips)
+            found = Counter(outcome(None, recognizer.decide(utterance(clip.samples))) for clip in clips)
             sys.stdout.write(json.dumps({"talk": "with names" if names else "without names", **found}) + "\n")
             sys.stdout.flush()
     recognizer.learn(place_phrases(places()))
     results: dict[str, Counter[str]] = {}
-    for voice, where, wanted, sound in sentences(chosen.every, STOP_AT if chosen.stop_at else GO_TO):
+    for voice, kind, words, wanted, sound in sentences(chosen.every, STOP_AT if chosen.stop_at else GO_TO):
         decision = recognizer.decide(utterance(sound))
         result = outcome(wanted, decision)
-        results.setdefault(f"{'named' if wanted else 'unnamed'}, {where}", Counter())[result] += 1
+        results.setdefault(kind, Counter())[result] += 1
         if result == WRONG or (chosen.misses and result != RIGHT):
-            sys.stdout.write(f"  {result} {voice} {where} “{wanted}” → {decision.echo}\n")
+            sys.stdout.write(f"  {result} {voice} {kind}: “{words}” → {decision.echo}\n")
             sys.stdout.flush()
     for kind, found in results.items():
         sys.stdout.write(json.dumps({"sentences": kind, "of": found.total(), **found}) + "\n")

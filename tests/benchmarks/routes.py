@@ -2,9 +2,11 @@
 
 The console with its robot, gate and pilot in this process, camera and ears off. The map is the true floor plan, read
 as one of Nav2. Each route has six random stops; a zone to keep out of and a slow one lie on the way. Printed: the
-stops reached, or how the route ended; contacts; readings with the robot's middle in the keep-out zone, and with a
-faster setpoint of the gate in the slow one than it allows, both by truth. With `--faults N` each fault is injected N
-times into a patrol: its state and reason, and how far the robot moved in two seconds after the end.
+stops reached, or how the route ended; contacts; and, by truth, frames with the robot's middle in the keep-out zone
+(of those near it), and with a faster setpoint of the gate in the slow one than it allows (of those in it): null where
+no route led there. With `--faults N` each fault is injected N times into a patrol, while the robot moves: its state
+and reason, and how far the robot moved in two seconds after the end. First the robot is put into the zone to keep out
+of and against a wall: a check that does not see that ends the benchmark.
 """
 
 from __future__ import annotations
@@ -26,9 +28,11 @@ from typing import Any
 
 import numpy as np
 
+from core.geometry import Pose
 from core.pilot import Pilot
 from core.pipelines.nav2_map import map_yaml, pgm
 from core.sensors import SensorFrame
+from core.sentences import Statement, plain
 from core.settings import Settings
 from core.simulation.settings import SimulationSettings
 from core.simulation.world import world_named
@@ -47,18 +51,25 @@ ROUTE_S, STILL_S = 400.0, 2.0  # [s] of the robot's clock
 CLOCK_PACE = 4.0  # of the robot's clock, where the processor can
 PEOPLE_WAYS_M = (((2.0, 7.5), (10.0, 7.5)), ((11.7, 1.0), (11.7, 6.5)))  # [m] ways to and fro, in the corridors
 WALK_M_S = 0.4
+AT_THE_LAST_STOP = (plain(Statement("routes.done")), plain(Statement("routes.over")))
+NEAR_M = 1.0  # beside the zone to keep out of
+WALL_Y_M = -0.75  # the side of the corridor at the zone
 KEEP_OUT_ZONE_M = ((5.0, -0.6), (6.0, -0.6), (6.0, -0.1), (5.0, -0.1))
 SLOW_ZONE_M = ((7.5, -1.0), (9.5, -1.0), (9.5, 1.0), (7.5, 1.0))
 
 
-class Doubting(Pilot):
-    """A pilot whose battery is what the benchmark says."""
+class WatchedPilot(Pilot):
+    """A pilot whose battery is what the benchmark says, and of which every frame is looked at."""
 
     battery: float | None = None
+    look: Callable[[Snapshot], None] | None = None
 
     def step(self, frame: SensorFrame, **how: Any) -> Snapshot:
         """Take one frame."""
-        return replace(super().step(frame, **how), battery=self.battery)
+        snapshot = super().step(frame, **how)
+        if self.look is not None:
+            self.look(snapshot)
+        return replace(snapshot, battery=self.battery)
 
 
 class Drive:
@@ -67,9 +78,9 @@ class Drive:
     def __init__(self, folder: Path, seed: int) -> None:
         live_console.InProcessRobot = functools.partial(InProcessRobot, settings=SETTINGS, seed=seed)  # type: ignore[misc]
         self.live = Live(folder, url="sim:floor", pace=CLOCK_PACE)
-        self.live.runtime._make_pilot = lambda: Doubting(self.live.robot.profile, SETTINGS)
+        self.live.runtime._make_pilot = lambda: WatchedPilot(self.live.robot.profile, SETTINGS)
         self.chance = np.random.default_rng(seed)
-        self.contacts = self.inside = self.too_fast = self.seen = 0
+        self.sums: Counter[str] = Counter()
         self._touching = False
         self._names = iter(NAMES)
         self.places: dict[str, tuple[float, float]] = {}
@@ -84,15 +95,16 @@ class Drive:
         """Load the plan as a map, name places, draw zones, let people walk."""
         live = self.live
         live.until(lambda: not live.runtime.snapshot.slam.looking_around, 60)
+        self.check_looks()
         packed = io.BytesIO()
         with zipfile.ZipFile(packed, "w") as box:
             for name, content in true_map().items():
                 box.writestr(name, content)
         kind = {"Content-Type": "application/zip"}
-        told = live.ask(
+        answer = live.ask(
             "POST", "/api/maps/import?name=plan", raw=packed.getvalue(), token=live.operator, headers=kind
         )
-        assert told.status == 201, told.body
+        assert answer.status == 201, answer.body
         self.ask("POST", "/api/maps/plan/load", {}, 202)
         live.until(lambda: live.runtime.snapshot.floor.lost, 60)
         self.ask("POST", "/api/slam/here", {"x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0, "force": True}, 202)
@@ -111,25 +123,42 @@ class Drive:
             body = {"what": "person", "x_m": x, "y_m": y, "path_m": [[to_x, to_y], [x, y]], "speed_m_s": WALK_M_S}
             self.ask("POST", "/api/sim/place", {**body, "again": True}, 201)
 
-    def watch(self) -> None:
-        """Look at the truth now."""
-        snapshot = self.live.runtime.snapshot
-        if snapshot.truth is None:
-            return
-        self.seen += 1
+    def look(self, snapshot: Snapshot) -> None:
+        """Count what is true of one frame."""
+        assert snapshot.truth is not None
         at = snapshot.truth.x, snapshot.truth.y
-        self.contacts += snapshot.contact and not self._touching
+        self.sums["frames"] += 1
+        self.sums["contacts"] += snapshot.contact and not self._touching
         self._touching = snapshot.contact
-        self.inside += within(KEEP_OUT_ZONE_M, *at)
-        self.too_fast += within(SLOW_ZONE_M, *at) and abs(self.live.robot.status().v) > SLOW_M_S + 1e-6
+        self.sums["near_keep_out"] += within(KEEP_OUT_ZONE_M, *at, NEAR_M)
+        self.sums["in_keep_out"] += within(KEEP_OUT_ZONE_M, *at)
+        in_slow = within(SLOW_ZONE_M, *at)
+        self.sums["in_slow"] += in_slow
+        self.sums["too_fast_in_slow"] += in_slow and abs(self.live.robot.status().v) > SLOW_M_S + 1e-6
+
+    def watch(self, watched: bool) -> None:
+        """Look at every frame from now on, or at none."""
+        self.live.runtime.dispatcher.pilot.look = self.look if watched else None  # type: ignore[union-attr]
+
+    def check_looks(self) -> None:
+        """Show that a robot in the zone to keep out of and one that touches a wall are counted."""
+        base = self.live.robot.robot._base  # type: ignore[attr-defined]
+        before, (x, low), (_, high) = base.pose, KEEP_OUT_ZONE_M[0], KEEP_OUT_ZONE_M[2]
+        self.watch(True)
+        for y, count in (((low + high) / 2, "in_keep_out"), (WALL_Y_M + self.live.robot.profile.radius, "contacts")):
+            base.carry(Pose(x + 0.5, y, 0.0))
+            base.contact = count == "contacts"  # lasts only where the robot has no room
+            assert self.comes_to(lambda count=count: self.sums[count], 5.0), f"{count}: the benchmark is blind"
+        self.watch(False)
+        base.carry(before)
+        self.sums.clear()
 
     def comes_to(self, is_so: Callable[[], Any], seconds: float) -> bool:
-        """Watch until something is the case, `seconds` of the robot at most."""
+        """Wait until something is the case, `seconds` of the robot at most."""
         begun = self.live.runtime.snapshot.stamp
         while not is_so():
             if self.live.runtime.snapshot.stamp > begun + seconds:
                 return False
-            self.watch()
             time.sleep(0.02)
         return True
 
@@ -161,10 +190,10 @@ class Drive:
         return round(first.distance_to(base.pose.x, base.pose.y), 4)
 
 
-def within(zone: tuple[tuple[float, float], ...], x: float, y: float) -> bool:
-    """Return whether (x, y) lies in a rectangle."""
+def within(zone: tuple[tuple[float, float], ...], x: float, y: float, margin: float = 0.0) -> bool:
+    """Return whether (x, y) lies in a rectangle, or at most `margin` [m] beside it."""
     (left, bottom), (right, top) = zone[0], zone[2]
-    return left < x < right and bottom < y < top
+    return left - margin < x < right + margin and bottom - margin < y < top + margin
 
 
 def true_map() -> dict[str, bytes]:
@@ -264,10 +293,10 @@ def inject(drive: Drive, fault: str, number: int) -> dict[str, object]:
     begun = time.monotonic()
     while drive.progress()["state"] in ("driving", "waiting") and time.monotonic() < begun + patience:
         time.sleep(0.05)
-    told = drive.progress()
-    result = {"fault": fault, "was_moving": moving, "state": told["state"], "reason": told["reason"]}
+    ended = drive.progress()
+    result = {"fault": fault, "was_moving": moving, "state": ended["state"], "reason": ended["reason"]}
     result["moved_after_m"] = drive.moved_after()
-    result["still_stands"] = drive.progress()["state"] == told["state"]
+    result["still_stands"] = drive.progress()["state"] == ended["state"]
     drive.live.robot.cut = False
     drive.live.runtime.dispatcher.pilot.battery = None  # type: ignore[union-attr]
     drive.end()
@@ -282,7 +311,7 @@ def inject(drive: Drive, fault: str, number: int) -> dict[str, object]:
     return result
 
 
-def tell(**row: object) -> None:
+def print_row(**row: object) -> None:
     """Print one JSON object."""
     sys.stdout.write(json.dumps(row) + "\n")
     sys.stdout.flush()
@@ -293,13 +322,31 @@ def restarted(folder: Path, seed: int) -> dict[str, object]:
     drive = Drive(folder, seed)
     with drive.live:
         drive.live.until(lambda: not drive.live.runtime.snapshot.slam.looking_around, 60)
-        told = drive.progress()
+        before = drive.progress()
         return {
             "fault": "restart",
-            "state": told["state"],
-            "reason": told["reason"],
+            "state": before["state"],
+            "reason": before["reason"],
             "moved_after_m": drive.moved_after(),
         }
+
+
+def one_route(drive: Drive, number: int) -> dict[str, int]:
+    """Drive a route to its end and print it → what to add to the sums."""
+    drive.route(number)
+    over = drive.comes_to(lambda: drive.progress()["state"] in ("ended", "paused"), ROUTE_S)
+    ended = drive.progress()
+    reached = ended["stop"] - ended["skipped"] - (ended["reason"] not in AT_THE_LAST_STOP)
+    state = ended["state"] if over else "too slow"
+    print_row(route=number, reached=reached, of=ended["of"], state=state, reason=ended["reason"])
+    drive.end()
+    return {
+        "routes": 1,
+        "whole": reached == ended["of"],
+        "stops": ended["of"],
+        "reached": reached,
+        "stated": reached == ended["of"] or bool(over and ended["reason"]),
+    }
 
 
 def main() -> None:
@@ -318,36 +365,30 @@ def main() -> None:
         with drive.live:
             drive.prepare()
             end = time.monotonic() + chosen.seconds
+            drive.watch(True)
             for number in range(chosen.routes):
                 if time.monotonic() > end:
                     break
-                drive.route(number)
-                over = drive.comes_to(lambda: drive.progress()["state"] in ("ended", "paused"), ROUTE_S)
-                told = drive.progress()
-                reached = told["stop"] if told["reason"] == "All stops were reached." else told["stop"] - 1
-                state = told["state"] if over else "too slow"
-                tell(route=number, reached=reached, of=told["of"], state=state, reason=told["reason"])
-                sums["routes"] += 1
-                sums["whole"] += reached == told["of"]
-                sums["stops"] += told["of"]
-                sums["reached"] += reached
-                sums["stated"] += reached == told["of"] or bool(told["reason"])
-                drive.end()
+                sums.update(one_route(drive, number))
+            drive.watch(False)
             for number in range(chosen.faults):
                 for fault in FAULTS:
                     if time.monotonic() > end:
                         break
                     row = inject(drive, fault, number)
-                    tell(**row)
+                    print_row(**row)
                     good = row["state"] in ("paused", "ended") and row["reason"] and row["moved_after_m"] == 0.0
-                    sums[f"{fault}: as stated"] += bool(good)
+                    sums[f"{fault}: as stated"] += bool(good and row["was_moving"] and row["still_stands"])
                     sums[f"{fault}: injected"] += 1
-            tell(
+            seen = drive.sums
+            print_row(
                 **dict(sums),
-                contacts=drive.contacts,
-                in_keep_out=drive.inside,
-                too_fast_in_slow=drive.too_fast,
-                looks=drive.seen,
+                frames=seen["frames"],
+                contacts=seen["contacts"] if seen["frames"] else None,
+                near_keep_out=seen["near_keep_out"],
+                in_keep_out=seen["in_keep_out"] if seen["near_keep_out"] else None,
+                in_slow=seen["in_slow"],
+                too_fast_in_slow=seen["too_fast_in_slow"] if seen["in_slow"] else None,
                 trace_faults=drive.live.robot.faults()[:3],
             )
             if chosen.restarts:
@@ -357,7 +398,10 @@ def main() -> None:
             if time.monotonic() > end + 60:
                 break
             (home / "route.json").write_bytes(kept)
-            tell(**restarted(home, chosen.seed + number))
+            row = restarted(home, chosen.seed + number)
+            print_row(
+                **row, as_stated=row["state"] == "ended" and bool(row["reason"]) and row["moved_after_m"] == 0.0
+            )
 
 
 if __name__ == "__main__":
