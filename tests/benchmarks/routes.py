@@ -26,6 +26,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
 from core.geometry import Pose
@@ -36,7 +37,6 @@ from core.sentences import Statement, plain
 from core.settings import Settings
 from core.simulation.settings import SimulationSettings
 from core.simulation.world import world_named
-from core.simulation.world.ray_casting import distances
 from core.slam.map.occupancy import OccupancyGrid
 from core.snapshot import Snapshot
 from tests.benchmarks.place_names import NAMES
@@ -46,6 +46,7 @@ from tests.console.live import Live
 
 SETTINGS = Settings(simulation=SimulationSettings(camera=False, microphones="none", cruise=0.3))
 CELL_M, STOP_ROOM_M, EDGE_M = 0.05, 0.4, 8.0
+WALL_PIXEL, UNKNOWN_PIXEL, FREE_PIXEL = 0, 205, 254  # of a map of Nav2
 STOPS, PLACES, SLOW_M_S = 6, 10, 0.1
 ROUTE_S, STILL_S = 400.0, 2.0  # [s] of the robot's clock
 CLOCK_PACE = 4.0  # of the robot's clock, where the processor can
@@ -203,14 +204,18 @@ def true_map() -> dict[str, bytes]:
     low, high = corners.min(axis=0) - 0.5, corners.max(axis=0) + 0.5
     low = np.floor(low / CELL_M) * CELL_M
     columns, rows = np.ceil((high - low) / CELL_M).astype(int)
-    pixels = np.full((rows, columns), 205, np.uint8)
-    for row in range(rows):
-        for column in range(columns):
-            x, y = low + (np.array([column, row]) + 0.5) * CELL_M
-            if distances(np.array([x, y]), obstacles).min() < 0.75 * CELL_M:
-                pixels[row, column] = 0
-            elif world.inside(x, y):
-                pixels[row, column] = 254
+    pixels = np.full((rows, columns), UNKNOWN_PIXEL, np.uint8)
+
+    def cell(x: float, y: float) -> tuple[int, int]:
+        return int((x - low[0]) / CELL_M), int((y - low[1]) / CELL_M)
+
+    for left, bottom, right, top in obstacles.faces.tolist():
+        cv2.line(pixels, cell(left, bottom), cell(right, top), WALL_PIXEL)
+    for x, y, radius in obstacles.posts.tolist():
+        cv2.circle(pixels, cell(x, y), round(radius / CELL_M), WALL_PIXEL, cv2.FILLED)
+    _, parts = cv2.connectedComponents((pixels != WALL_PIXEL).astype(np.uint8), connectivity=4)
+    column, row = cell(0.0, 0.0)
+    pixels[parts == parts[row, column]] = FREE_PIXEL  # where the robot can come
     grid = OccupancyGrid(revision=1, resolution=CELL_M, origin=low, log_odds=np.zeros((rows, columns), np.float32))
     return {"map.yaml": map_yaml(grid, "map.pgm", "trinary").encode(), "map.pgm": pgm(pixels[::-1])}
 
