@@ -15,7 +15,7 @@ from core.slam.submap_manager import MapperSettings
 
 
 class DrawnMatch(msgspec.Struct, frozen=True):
-    """Where the newer map lies in the older one, and both over each other."""
+    """The place of the newer map in the older one, and both over each other."""
 
     found: MapMatch
     picture: bytes  # PNG

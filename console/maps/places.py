@@ -147,7 +147,7 @@ class PlaceService(Part):
         return spot
 
     def _here(self) -> tuple[float, float]:
-        """Where the robot is [m], world. Raises Problem 409 where it does not know."""
+        """Return the robot's place [m], world. Raises Problem 409 where it does not know it."""
         snapshot = self._maps.snapshot
         if snapshot.floor.lost is not None:
             raise Problem(409, LOST)
