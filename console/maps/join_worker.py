@@ -26,6 +26,7 @@ class JoinedMap(msgspec.Struct, frozen=True):
 
     saved: SavedMap
     grid: OccupancyGrid
+    older_submaps: int  # those of the newer map stand behind them
 
 
 class MatchMaps(Job[DrawnMatch], frozen=True):
@@ -59,8 +60,9 @@ class JoinWorker:
 
     def join(self, job: JoinMaps) -> JoinedMap:
         """Make one map of both."""
-        saved = join_maps(*read(job.maps), job.found, job.maps.parts)
-        return JoinedMap(saved, grid_of(saved, job.maps.parts))
+        older, newer = read(job.maps)
+        saved = join_maps(older, newer, job.found, job.maps.parts)
+        return JoinedMap(saved, grid_of(saved, job.maps.parts), older.submaps)
 
 
 def read(maps: MatchMaps) -> tuple[SavedMap, SavedMap]:

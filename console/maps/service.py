@@ -259,13 +259,14 @@ class MapService(Part):
     async def match(self, older: str, newer: str) -> JoinProposal:
         """Find where one saved map lies in another; nothing is changed. Raises BadInput, Problem 404, 429, 503."""
         async with self._packing.taken():
-            kept = [await self.kept(name) for name in (older, newer)]
-            if kept[0].folder == kept[1].folder or kept[0].card.resolution_m != kept[1].card.resolution_m:
+            one, two = await self.kept(older), await self.kept(newer)
+            if one.folder == two.folder or one.card.resolution_m != two.card.resolution_m:
                 raise BadInput(Statement("join.two_maps"))
-            whole = [await self._on_disk(asyncio.to_thread(self._store.checked, one)) for one in kept]
-            maps = MatchMaps(*(str(folder / FLOOR) for folder in whole), parts_of(self._settings))
+            for each in (one, two):
+                await self._on_disk(asyncio.to_thread(self._store.checked, each))
+            maps = MatchMaps(str(one.folder / FLOOR), str(two.folder / FLOOR), parts_of(self._settings))
             drawn = await self._worked(maps)
-            self._proposal = JoinProposal(secrets.token_hex(4), *kept, maps, drawn.found, drawn.picture)
+            self._proposal = JoinProposal(secrets.token_hex(4), one, two, maps, drawn.found, drawn.picture)
             return self._proposal
 
     def shows(self, number: str) -> bool:
@@ -291,9 +292,9 @@ class MapService(Part):
         card.landmarks, card.frame = sum(map(len, saved.facts.landmarks)), shown.older.card.frame
 
         def fill(folder: Path) -> None:
-            marks = (read_marks(one.folder) for one in (shown.older, shown.newer))
+            older, newer = read_marks(shown.older.folder), read_marks(shown.newer.folder)
             write_map(folder, saved, made.grid, landmarks_csv(()), "")
-            write_marks(folder, put_together(*marks, shown.older.card.submaps))
+            write_marks(folder, put_together(older, newer, made.older_submaps))
 
         await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=False)))
         self._proposal = None

@@ -48,7 +48,7 @@ SETTINGS = Settings(simulation=SimulationSettings(camera=False, microphones="non
 CELL_M, STOP_ROOM_M, EDGE_M = 0.05, 0.4, 8.0
 WALL_PIXEL, UNKNOWN_PIXEL, FREE_PIXEL = 0, 205, 254  # of a map of Nav2
 STOPS, PLACES, SLOW_M_S = 6, 10, 0.1
-ROUTE_S, STILL_S = 400.0, 2.0  # [s] of the robot's clock
+ROUTE_S, STILL_S = 900.0, 2.0  # [s] of the robot's clock
 CLOCK_PACE = 4.0  # of the robot's clock, where the processor can
 PEOPLE_WAYS_M = (((2.0, 7.5), (10.0, 7.5)), ((11.7, 1.0), (11.7, 6.5)))  # [m] ways to and fro, in the corridors
 WALK_M_S = 0.4

@@ -7,7 +7,7 @@ import zipfile
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import FilePayload, expect
+from playwright.sync_api import FilePayload, Locator, expect
 
 from core.pipelines.nav2_map import nav2_map
 from core.slam.map.occupancy import OccupancyGrid
@@ -103,22 +103,46 @@ def zipped(grid: OccupancyGrid) -> bytes:
     return packed.getvalue()
 
 
-def test_maps_of_nav2_are_taken_in_and_joined_and_a_bad_one_is_explained(visit: Open, console: Running) -> None:
+def take_in(here: Visit, called: str, file: FilePayload) -> Locator:
+    """Give the page a map of Nav2 → its card."""
+    card = here.find("nav2-card")
+    card.get_by_label("YAML and picture, or a zip").set_input_files(file)
+    card.get_by_label("Name", exact=True).fill(called)
+    card.get_by_role("button", name="Take in").click()
+    return card
+
+
+def taken_in(here: Visit, called: str, grid: OccupancyGrid) -> None:
+    """Give the page a grid as a map, and wait until it can be chosen."""
+    take_in(here, called, FilePayload(name="map.zip", mimeType="application/zip", buffer=zipped(grid)))
+    expect(here.find("join-card").get_by_label("Newer map")).to_contain_text(called)
+
+
+def match(here: Visit, older: str, newer: str) -> Locator:
+    """Ask where one map lies in another → the card."""
+    join = here.find("join-card")
+    join.get_by_label("Older map, whose axes stay").select_option(older)
+    join.get_by_label("Newer map").select_option(newer)
+    join.get_by_role("button", name="Find where they match").click()
+    return join
+
+
+def test_a_map_of_nav2_is_taken_in_and_a_bad_one_or_a_join_is_explained(visit: Open, console: Running) -> None:
     here = opened(visit(), console)
-    card, join = here.find("nav2-card"), here.find("join-card")
-    card.scroll_into_view_if_needed()
-    files, name = card.get_by_label("YAML and picture, or a zip"), card.get_by_label("Name", exact=True)
-    for called, grid in (("whole plan", floor_plan()), ("east part", floor_plan(1, 60))):
-        files.set_input_files(FilePayload(name="map.zip", mimeType="application/zip", buffer=zipped(grid)))
-        name.fill(called)
-        card.get_by_role("button", name="Take in").click()
-        expect(join.get_by_label("Newer map")).to_contain_text(called)
-    join.get_by_role("button", name="Find where they match").click()
-    expect(join.get_by_role("alert")).not_to_be_empty()
+    taken_in(here, "from nav2", floor_plan())
+    expect(match(here, "from nav2", "from nav2").get_by_role("alert")).to_contain_text("two")
+    console.ask("api/maps/from%20nav2", method="DELETE")
+    card = take_in(here, "half", FilePayload(name="map.yaml", mimeType="text/yaml", buffer=b"image: map.pgm"))
+    expect(card.get_by_role("alert")).to_contain_text("one of them is missing")
     here.complaints[:] = [each for each in here.complaints if "422" not in each]
-    join.get_by_label("Older map, whose axes stay").select_option("whole plan")
-    join.get_by_label("Newer map").select_option("east part")
-    join.get_by_role("button", name="Find where they match").click()
+
+
+@pytest.mark.campaign
+def test_two_maps_are_shown_over_each_other_and_joined(visit: Open, console: Running) -> None:
+    here = opened(visit(), console)
+    for called, grid in (("whole plan", floor_plan()), ("east part", floor_plan(1, 60))):
+        taken_in(here, called, grid)
+    join = match(here, "whole plan", "east part")
     expect(join.get_by_role("status")).to_contain_text("views agree", timeout=60_000)
     expect(join.get_by_role("alert")).to_be_hidden()
     here.until(lambda: join.locator("img").evaluate("image => image.naturalWidth > 20"), "both are shown")
@@ -129,8 +153,3 @@ def test_maps_of_nav2_are_taken_in_and_joined_and_a_bad_one_is_explained(visit: 
     expect(join.get_by_role("status")).to_be_hidden()
     for one in ("both", "whole%20plan", "east%20part"):
         console.ask(f"api/maps/{one}", method="DELETE")
-    files.set_input_files(FilePayload(name="map.yaml", mimeType="text/yaml", buffer=b"image: map.pgm"))
-    name.fill("half")
-    card.get_by_role("button", name="Take in").click()
-    expect(card.get_by_role("alert")).to_contain_text("one of them is missing")
-    here.complaints[:] = [each for each in here.complaints if "422" not in each]

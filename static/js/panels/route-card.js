@@ -221,6 +221,7 @@ class RouteCard extends Panel {
       type: "number",
       min: "0",
       max: "3600",
+      step: "any",
       value: String(stop.wait_s),
       "aria-label": t("route-card.seconds_at_place", { place: stop.place }),
     });
