@@ -153,7 +153,7 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
     expect(card.get_by_label("Words at sofa")).to_be_hidden()
     card.get_by_label("Action at sofa").select_option("say")
     card.get_by_label("Words at sofa").fill("Tea is ready")
-    card.get_by_label("Seconds at sofa").fill("2.5")
+    card.get_by_label("Seconds at sofa").fill("25.5")
     expect(card.get_by_label("Rounds from")).to_be_hidden()
     card.get_by_label("Repeat until someone ends it").check()
     card.get_by_label("Rounds from").fill("00:00")
@@ -166,7 +166,7 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
     assert (route["loop"], route["begins"], route["ends"], route["every_min"]) == (True, "00:00", "00:00", 5.0)
     assert [(one["action"], one["wait_s"], one["text"]) for one in route["stops"]] == [
         ("wait_for_continue", 0.0, ""),
-        ("say", 2.5, "Tea is ready"),
+        ("say", 25.5, "Tea is ready"),
     ]
     card.get_by_role("button", name="Start round").click()
     expect(card.locator(".route-now")).to_contain_text("waits at desk (1 of 2)")
