@@ -1,8 +1,9 @@
 """The pictures and the film of README and documentation: `python -m tests.pictures [FOLDER]`.
 
 Starts the console on the simulator, drives it in headless Chromium, and writes console.webp (dark, 3-D map),
-console-light.webp (someone calls, flat map), phone.webp, calibration.webp and film.webp (below 3 MB, twice as fast
-as life). Needs the extra `test`, a Chromium, a speech recognizer, and OpenCV 4.11 or newer for the film.
+console-light.webp (someone calls, flat map), camera.webp, phone.webp, calibration.webp, a picture of each page of
+`GALLERY` and film.webp (below 3 MB, twice as fast as life). Needs the extra `test`, a Chromium, a speech recognizer,
+and OpenCV 4.11 or newer for the film.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ FASTER = 2  # than life
 MOST = 3_000_000  # [byte] of the film
 QUALITIES = (70, 55, 40, 25)  # of the film, the best that fits
 STILL_QUALITY = 88
+GALLERY = ("maps", "people", "experiments", "connect")  # pages
 LONG = 90_000  # [ms]
 
 
@@ -115,6 +117,24 @@ def wizard(browser: Browser, console: Running, folder: Path) -> None:
     page.context.close()
 
 
+def gallery(browser: Browser, console: Running, folder: Path) -> None:
+    """camera.webp: the camera as the ground; then a picture of each page, with a saved map and a place on it."""
+    page = page_of(browser, console, DESK, "dark", "flat")
+    page.wait_for_timeout(2000)
+    say(page, "turn left")
+    until(page, lambda: console.newest()["state"] != "running", 30)
+    page.locator("camera-view swap-button button").click()
+    page.wait_for_timeout(1500)
+    keep(page, folder / "camera.webp")
+    console.ask("api/maps", {"name": "lab"})
+    console.ask("api/places", {"name": "kitchen", "x_m": 1.2, "y_m": 0.8, "heading_rad": None})
+    for name in GALLERY:
+        page.goto(console.url + name)
+        page.wait_for_timeout(3000)
+        keep(page, folder / f"{name}.webp")
+    page.context.close()
+
+
 def portrait(browser: Browser, console: Running, folder: Path) -> None:
     """console.webp: under way on the 3-D map."""
     page = page_of(browser, console, DESK, "dark", "3-D")
@@ -191,6 +211,7 @@ def main(arguments: list[str]) -> None:
             (FLAT, lambda browser, console: write_film(film(browser, console), folder / "film.webp")),
             (FLAT, lambda browser, console: stills(browser, console, folder)),
             (FLAT, lambda browser, console: wizard(browser, console, folder)),
+            (FLAT, lambda browser, console: gallery(browser, console, folder)),
             (WITH_SCENE, lambda browser, console: portrait(browser, console, folder)),
         ):
             browser = playwright.chromium.launch(executable_path=program, args=[*flags, "--no-sandbox"])

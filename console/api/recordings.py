@@ -7,11 +7,11 @@ from pathlib import Path as FilePath
 from typing import Annotated
 
 import msgspec
-from fastapi import Path, Query, Response
+from fastapi import Path, Query, Request, Response
 from fastapi.responses import FileResponse
 from pydantic import Field
 
-from console.access.roles import needs
+from console.access.roles import ANY_FILE, BodyLimit, needs
 from console.api import RequestBody, Who, part, router
 from console.api.typed_route import Responses
 from console.http.downloads import named
@@ -30,7 +30,8 @@ recordings = router("recordings", 409, 503, 507)
 Recorder = Annotated[RecordingService, part(RecordingService)]
 Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
 MAX_PART_S = 100_000.0
-MEDIA_TYPE = "application/octet-stream"
+MEDIA_TYPE = ANY_FILE
+RECORDING_LIMIT = BodyLimit((ANY_FILE,), 100_000_000, 6.0)
 PartBegin = Annotated[float, Query(ge=0, description="[s] after the start")]
 PartEnd = Annotated[float, Query(gt=0, le=MAX_PART_S, description="[s] after the start")]
 FILMS: Responses = {200: {"content": {"image/webp": {}, "image/gif": {}}}}
@@ -70,6 +71,12 @@ class StartedRecording(msgspec.Struct, frozen=True):
     name: str
     path: str
     started_s: float  # Unix time
+
+
+class TakenRecording(msgspec.Struct, frozen=True):
+    """A recording that was kept, and what opens it."""
+
+    url: str
 
 
 class RecordingList(msgspec.Struct, frozen=True):
@@ -154,6 +161,16 @@ async def filmed(recorder: RecordingService, path: FilePath, form: FilmForm, fro
     content = await recorder.film(path, from_s, to_s, form)
     name = f"{path.stem} {from_s:.0f}-{to_s:.0f} s.{form}"
     return Response(content, media_type=f"image/{form}", headers=named(name))
+
+
+@recordings.put("/recordings/{name}", status_code=201)
+@needs("operator", body=RECORDING_LIMIT)
+async def take_in(name: Name, request: Request, recorder: Recorder, who: Who) -> TakenRecording:
+    """Keep a recording that was made elsewhere, any form that `log:` reads; the name with its ending.
+
+    409 where there is one of this name, 507 where the disk takes none.
+    """
+    return TakenRecording(f"log:{await recorder.take_in(name, await request.body(), who)}")
 
 
 @recordings.patch("/recordings/{name}", status_code=204)

@@ -97,6 +97,7 @@ UNRECOVERED = Statement("recording.unrecovered")
 RECOVERED = Statement("recording.was_recovered")
 NOT_KEPT = Statement("recording.not_kept")
 KEPT = Statement("recording.kept")
+NO_ROOM = Statement("recording.no_room")
 
 
 class RecordingNote(msgspec.Struct):
@@ -505,6 +506,24 @@ class RecordingService(Part):
     async def film(self, path: Path, begin_s: float, end_s: float, form: FilmForm) -> bytes:
         """A film of a part of a finished recording. Raises BadInput, Unavailable."""
         return await self._cutter.ask(FilmRecording(str(path), begin_s, end_s, form), budget=FILE_BUDGET_S)
+
+    async def take_in(self, file: str, content: bytes, who: Person) -> str:
+        """Keep a recording that was made elsewhere, as it came → the name of its file.
+
+        Its reader judges it when it is opened. Raises BadInput, Problem 409, 507, Unwritable.
+        """
+        path = self._folder / checked_name(file)
+        if path.exists():
+            raise Problem(409, Statement("recording.taken", name=path.name))
+        await asyncio.to_thread(self._make_folder)
+        free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / BYTES_PER_MB)
+        if free < self._settings.free_mb:
+            raise Problem(507, NO_ROOM(free=f"{free:.0f}"))
+        with saving("The recording could not be kept"):
+            await asyncio.to_thread(write_atomic, path, content)
+        self.revision += 1
+        self._history.add("keep_recording", who, words=path.name)
+        return path.name
 
     async def rewrite(self, name: str, note: str | None, new_name: str | None) -> None:
         """Give a recording another note, or another name. Raises BadInput, Problem 404, 409, Unwritable."""

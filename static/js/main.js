@@ -64,10 +64,7 @@ async function openSettings(session) {
   /** @type {import("./settings/settings-sheet.js").SettingsSheet} */ (sheet).toggle();
 }
 
-/**
- * @param {import("./net/session.js").Session} session
- * @param {import("./shell/shell.js").Shell} shell
- */
+/** @param {import("./net/session.js").Session} session @param {import("./shell/shell.js").Shell} shell */
 function begin(session, shell) {
   const operatorInput = new OperatorInput(session);
   shell.onPage((row) => {

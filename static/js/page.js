@@ -58,22 +58,20 @@ export function startPage(begin) {
  * @param {Shell} shell
  */
 function redraw(session, panels, shell) {
-  let shown = -1;
+  let due = false;
   let shownAt = -Infinity;
 
   function show() {
-    [shown, shownAt] = [session.seen, performance.now()];
+    [due, shownAt] = [false, performance.now()];
     const { view } = session;
     document.body.classList.toggle("is-lost", !view.up);
     for (const panel of panels) if (shell.shows(panel)) panel.show(view);
   }
 
-  function beat() {
-    requestAnimationFrame(beat);
-    if (session.seen !== shown) show();
-  }
-
-  requestAnimationFrame(beat);
+  session.on("heard", () => {
+    if (!due) requestAnimationFrame(show);
+    due = true;
+  });
   setInterval(() => performance.now() - shownAt >= SHOW_MS && show(), SHOW_MS);
 }
 

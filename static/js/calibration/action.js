@@ -2,24 +2,12 @@
 
 import { icon, make, redraw, write } from "../ui/element.js";
 
-/**
- * @param {string} drawing
- * @param {string} words
- */
+/** @param {string} drawing @param {string} words */
 export function action(drawing, words) {
-  return make(
-    "button",
-    { type: "button", class: "button", "data-does": drawing },
-    icon(drawing),
-    make("span", {}, words),
-  );
+  return make("button", { class: "button", "data-does": drawing }, icon(drawing), make("span", {}, words));
 }
 
-/**
- * @param {HTMLButtonElement} button
- * @param {string} words
- * @param {string} drawing
- */
+/** @param {HTMLButtonElement} button @param {string} words @param {string} drawing */
 export function say(button, words, drawing) {
   write(/** @type {Element} */ (button.lastElementChild), words);
   redraw(/** @type {SVGElement} */ (button.firstElementChild), drawing);

@@ -7,10 +7,7 @@ import { t } from "../ui/texts.js";
 
 const SAVING_S = 30; // that saving a calibration may take
 
-/**
- * @param {Kind} kind
- * @param {Record<string, any>} report
- */
+/** @param {Kind} kind @param {Record<string, any>} report */
 export function inWords(kind, report) {
   const when = typeof report["accepted_s"] === "number" ? `, ${since(report["accepted_s"])}` : "";
   if (kind === "laser")

@@ -8,13 +8,8 @@ import { mirrored as inMirror } from "./words.js";
 
 export class AdviceLine extends HTMLElement {
   #words = make("p", { class: "advice-words" });
-  #skip = make(
-    "button",
-    { type: "button", class: "button plain" },
-    icon("again"),
-    make("span", {}, t("advice-line.another")),
-  );
-  #amend = make("button", { type: "button", class: "button primary" });
+  #skip = make("button", { class: "button plain" }, icon("again"), make("span", {}, t("advice-line.another")));
+  #amend = make("button", { class: "button primary" });
   /** @type {{columns: number, rows: number} | null} */
   #counts = null;
   #of = ""; // session
@@ -32,11 +27,7 @@ export class AdviceLine extends HTMLElement {
     this.#amend.hidden = true;
   }
 
-  /**
-   * @param {Calibration} calibration
-   * @param {boolean} mirrored
-   * @param {boolean} may
-   */
+  /** @param {Calibration} calibration @param {boolean} mirrored @param {boolean} may */
   show({ id, advice, progress, kind, source, board, verdict }, mirrored, may) {
     if (id !== this.#of) [this.#of, this.#counts] = [id, null];
     const empty = kind === "laser" && (verdict === null || verdict.kind === "background") && progress.views === 0;

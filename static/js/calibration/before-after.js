@@ -47,10 +47,7 @@ export class BeforeAfter extends HTMLElement {
     this.#place();
   }
 
-  /**
-   * @param {Calibration} calibration
-   * @param {string} name of the view to show
-   */
+  /** @param {Calibration} calibration @param {string} name of the view to show */
   show({ id, size, solution, kind, progress }, name) {
     this.hidden = kind !== "camera" || !solution || !name;
     if (this.hidden) return;

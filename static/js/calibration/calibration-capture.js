@@ -1,6 +1,7 @@
 // Capture step of the camera and laser wizards: picture, advice, verdict and progress.
 
 import { make, mark, write } from "../ui/element.js";
+import { takeDrops } from "../ui/file-drop.js";
 import { remember } from "../ui/local-storage.js";
 import { t } from "../ui/texts.js";
 import { action, say } from "./action.js";
@@ -10,7 +11,6 @@ import { CameraChoice } from "./camera-choice.js";
 import { CornerMarker } from "./corner-marker.js";
 import { KnownCard } from "./coverage-card.js";
 import { EmptyStage } from "./empty-stage.js";
-import { takeDrops } from "./file-drop.js";
 import { isMirrored, pictureSource } from "./picture-source.js";
 import { PictureStage } from "./picture-stage.js";
 import { GainsCard } from "./precision-card.js";
@@ -41,7 +41,7 @@ class CalibrationCapture extends WizardStep {
   #mirror = action("mirror", t("calibration-capture.mirror"));
   #room = action("again", t("calibration-capture.retake_the_empty_room"));
   #choose = action("upload", t("calibration-capture.choose_pictures"));
-  #review = make("button", { type: "button", class: "button large to-review" });
+  #review = make("button", { class: "button large to-review" });
   #cameras = new CameraChoice();
   #file = make("input", {
     type: "file",
@@ -258,10 +258,7 @@ class CalibrationCapture extends WizardStep {
     }
   }
 
-  /**
-   * Restart the session with the counts of the board that was seen.
-   * @param {{columns: number, rows: number}} counts
-   */
+  /** Restart the session with the counts of the board that was seen. @param {{columns: number, rows: number}} counts */
   async #amend(counts) {
     const { calibration } = this.model;
     if (!calibration) return;
@@ -295,10 +292,7 @@ class CalibrationCapture extends WizardStep {
     if (verdict) model.judge(verdict);
   }
 
-  /**
-   * @param {Blob} picture
-   * @param {import("./types.js").Pixel[]} corners
-   */
+  /** @param {Blob} picture @param {import("./types.js").Pixel[]} corners */
   async #sendMarked(picture, corners) {
     const { model } = this;
     const number = (model.calibration?.views.length ?? 0) + 1;
@@ -307,10 +301,7 @@ class CalibrationCapture extends WizardStep {
     if (verdict) model.judge(verdict);
   }
 
-  /**
-   * Open the picture source of this session.
-   * @param {Calibration} calibration
-   */
+  /** Open the picture source of this session. @param {Calibration} calibration */
   #look({ id, source, live }) {
     const key = `${id} ${source}`;
     if (key === this.#sourceOf) return;

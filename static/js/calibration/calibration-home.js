@@ -37,7 +37,7 @@ class CalibrationHome extends WizardStep {
     t("calibration-home.microphones"),
     t("calibration-home.how_the_array_is_turned_on"),
   );
-  #rows = make("ul", { class: "session-rows" });
+  #rows = make("ul", { class: "rows" });
   #none = make("p", { class: "note" }, t("calibration-home.nothing_has_been_begun_yet"));
   #file = make("input", {
     type: "file",
@@ -67,7 +67,7 @@ class CalibrationHome extends WizardStep {
         ),
         make(
           "p",
-          { class: "home-foot" },
+          { class: "row home-foot" },
           icon("upload"),
           make("label", { for: "camera-file", class: "link" }, t("calibration-home.bring_a_file")),
           this.#file,
@@ -143,30 +143,29 @@ class CalibrationHome extends WizardStep {
     const count = `${row.views} ${row.kind === "camera" ? "view" : "pose"}${row.views === 1 ? "" : "s"}`;
     const go = make(
       "a",
-      { class: "session-row", href: `#s=${row.id}${row.ready ? "&review" : ""}` },
+      { class: "row-open", href: `#s=${row.id}${row.ready ? "&review" : ""}` },
       icon(row.kind),
       make(
         "span",
-        { class: "session-words" },
-        make("span", { class: "session-name" }, `${what}, ${count}`),
+        {},
+        make("b", {}, `${what}, ${count}`),
         make("span", { class: "note" }, `${how} · ${SOURCES[row.source]} · ${since(row.created_s)}`),
       ),
       row.ready && icon("done"),
     );
     const away = make(
       "button",
-      { type: "button", class: "icon-button", "aria-label": t("calibration-home.delete_what_count", { what, count }) },
+      {
+        class: "icon-button",
+        "aria-label": t("calibration-home.delete_what_count", { what, count }),
+        onclick: () => void this.#forget(row, away),
+      },
       icon("close"),
     );
-    away.addEventListener("click", () => void this.#forget(row, away));
     return make("li", {}, go, this.model.may && away);
   }
 
-  /**
-   * Delete a session on the second press.
-   * @param {Row} row
-   * @param {HTMLButtonElement} button
-   */
+  /** Delete a session on the second press. @param {Row} row @param {HTMLButtonElement} button */
   async #forget(row, button) {
     if (!button.dataset["sure"]) {
       button.dataset["sure"] = "asked";
@@ -222,13 +221,9 @@ const NOTHING = {
 function wizard(kind, drawing, name, says) {
   const used = make("p", { class: "wizard-used" }, "");
   const why = make("p", { class: "note" });
-  const start = make("button", { type: "button", class: "button primary large" }, t("calibration-home.begin"));
+  const start = make("button", { class: "button primary large" }, t("calibration-home.begin"));
   start.setAttribute("aria-describedby", `about-${kind}`);
-  const undo = make(
-    "button",
-    { type: "button", class: "button plain" },
-    t("calibration-home.take_the_former_one_back"),
-  );
+  const undo = make("button", { class: "button plain" }, t("calibration-home.take_the_former_one_back"));
   undo.setAttribute("aria-label", t("calibration-home.take_the_former_one_back_name", { name }));
   const href = address(`api/reports/calibration/${kind}`).href;
   const report = make("a", { class: "button plain", href, download: "", hidden: true }, t("calibration-home.report"));

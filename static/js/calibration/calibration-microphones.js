@@ -30,17 +30,9 @@ class CalibrationMicrophones extends WizardStep {
   #claps = make("ol", { class: "claps-list", "aria-label": t("calibration-microphones.claps") });
   #found = make("p", { class: "claps-found" });
   #remark = make("p", { class: "note" });
-  #accept = make(
-    "button",
-    { type: "button", class: "button primary large" },
-    t("calibration-microphones.use_this_orientation"),
-  );
+  #accept = make("button", { class: "button primary large" }, t("calibration-microphones.use_this_orientation"));
   #used = make("p", { class: "note" });
-  #undo = make(
-    "button",
-    { type: "button", class: "button plain" },
-    t("calibration-microphones.use_the_profile_s_own_orientation"),
-  );
+  #undo = make("button", { class: "button plain" }, t("calibration-microphones.use_the_profile_s_own_orientation"));
   #drawn = "";
 
   /** @override */
@@ -51,7 +43,7 @@ class CalibrationMicrophones extends WizardStep {
         { class: "claps" },
         make(
           "section",
-          { class: "card claps-stage", "aria-label": t("calibration-microphones.claps_from_known_sides") },
+          { class: "card page-card claps-stage", "aria-label": t("calibration-microphones.claps_from_known_sides") },
           make("h2", {}, t("calibration-microphones.how_are_the_microphones_turned")),
           make("p", { class: "note" }, t("calibration-microphones.stand_where_the_ring_says_press")),
           this.#compass,
@@ -62,7 +54,7 @@ class CalibrationMicrophones extends WizardStep {
         ),
         make(
           "section",
-          { class: "card claps-result", "aria-label": t("calibration-microphones.result") },
+          { class: "card page-card", "aria-label": t("calibration-microphones.result") },
           make("h3", {}, t("calibration-microphones.what_was_heard")),
           this.#claps,
           this.#found,
@@ -152,21 +144,17 @@ class CalibrationMicrophones extends WizardStep {
     write(this.#used, api.orientationInWords(used));
   }
 
-  /**
-   * @param {import("./microphones-api.js").Clap} clap
-   * @param {number} index
-   */
+  /** @param {import("./microphones-api.js").Clap} clap @param {number} index */
   #row({ asked_rad, heard_rad, sd_rad, gap_rad }, index) {
     const away = make(
       "button",
       {
-        type: "button",
         class: "icon-button small",
         "aria-label": t("calibration-microphones.leave_out_clap_index", { index: index + 1 }),
+        onclick: () => void this.#tried(() => api.drop(index)),
       },
       icon("close"),
     );
-    away.addEventListener("click", () => void this.#tried(() => api.drop(index)));
     const gap =
       gap_rad === null
         ? ""

@@ -1,5 +1,6 @@
 // Client model of the calibration page: the open step, its session, and requests to the server.
 
+import { PageModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 import { hashOf } from "./router.js";
@@ -12,7 +13,7 @@ import { hashOf } from "./router.js";
 
 const ASK_MS = 2000; // polling interval while the socket is silent
 
-export class CalibrationModel {
+export class CalibrationModel extends PageModel {
   /** @type {Place} */
   place = { at: "home" };
   /** @type {Calibration | null} */
@@ -21,25 +22,13 @@ export class CalibrationModel {
   rows = null;
   /** @type {Awaited<ReturnType<typeof api.inUse>> | null} */
   inUse = null;
-  /** @type {Set<() => void>} */
-  #listeners = new Set();
   #heardAt = 0;
 
   /** @param {Session} session */
   constructor(session) {
-    this.session = session;
+    super(session);
     session.on("calibration", (calibration) => this.take(calibration));
     setInterval(() => void this.#ask(), ASK_MS);
-  }
-
-  /** @param {() => void} listener called after each change */
-  onChange(listener) {
-    this.#listeners.add(listener);
-  }
-
-  /** True unless this user is a viewer. */
-  get may() {
-    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
   }
 
   /** True on the simulator, which has a simulated person. */
@@ -69,7 +58,7 @@ export class CalibrationModel {
     const id = "id" in place ? place.id : null;
     if (id !== this.calibration?.id) this.calibration = null;
     this.session.wantCalibration(id);
-    this.#notify();
+    this.tell();
     if (place.at !== "capture") void this.readLists();
     if (id === null) return;
     await this.tried(
@@ -81,7 +70,7 @@ export class CalibrationModel {
   async readLists() {
     const [rows, inUse] = await Promise.all([api.list().catch(() => []), api.inUse().catch(() => null)]);
     [this.rows, this.inUse] = [rows, inUse];
-    this.#notify();
+    this.tell();
   }
 
   /** @param {Calibration} calibration */
@@ -89,14 +78,14 @@ export class CalibrationModel {
     if (!("id" in this.place) || this.place.id !== calibration.id) return;
     this.#heardAt = performance.now();
     this.calibration = calibration;
-    this.#notify();
+    this.tell();
   }
 
   /** @param {Verdict} verdict from the HTTP answer, which may arrive before the socket message */
   judge(verdict) {
     if (!this.calibration) return;
     if (verdict.number > (this.calibration.verdict?.number ?? -1)) this.calibration = { ...this.calibration, verdict };
-    this.#notify();
+    this.tell();
   }
 
   /**
@@ -136,9 +125,5 @@ export class CalibrationModel {
     if (performance.now() - this.#heardAt < ASK_MS) return;
     const session = await api.read(id).catch(() => null);
     if (session) this.take(session);
-  }
-
-  #notify() {
-    for (const listener of this.#listeners) listener();
   }
 }

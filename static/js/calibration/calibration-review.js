@@ -19,17 +19,13 @@ import { WizardStep } from "./wizard-step.js";
 
 class CalibrationReview extends WizardStep {
   #sign = icon("done");
-  #title = make("h2", { class: "review-title", tabindex: "-1" });
+  #title = make("h2", { class: "heading review-title", tabindex: "-1" });
   #words = make("p", { class: "review-words" });
-  #accept = make(
-    "button",
-    { type: "button", class: "button primary large" },
-    t("calibration-review.use_this_calibration"),
-  );
-  #force = make("button", { type: "button", class: "button" }, t("calibration-review.use_it_anyway"));
-  #more = make("button", { type: "button", class: "button" }, t("calibration-review.take_more_views"));
-  #again = make("button", { type: "button", class: "button" }, t("calibration-review.solve_again"));
-  #undo = make("button", { type: "button", class: "button" }, t("calibration-review.take_the_former_one_back"));
+  #accept = make("button", { class: "button primary large" }, t("calibration-review.use_this_calibration"));
+  #force = make("button", { class: "button" }, t("calibration-review.use_it_anyway"));
+  #more = make("button", { class: "button" }, t("calibration-review.take_more_views"));
+  #again = make("button", { class: "button" }, t("calibration-review.solve_again"));
+  #undo = make("button", { class: "button" }, t("calibration-review.take_the_former_one_back"));
   #next = make("a", { class: "button primary large", href: "#new=laser" }, t("calibration-review.now_the_laser"));
   #says = make("p", { class: "review-says", role: "alert" });
   #head = make(

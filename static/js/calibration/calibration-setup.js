@@ -1,7 +1,7 @@
 // Setup step: source of the pictures and size of the board.
 
 import { sentenceOf } from "../net/api.js";
-import { icon, make, write } from "../ui/element.js";
+import { icon, make, onSubmit, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { t } from "../ui/texts.js";
 import { inWords } from "./active-calibration.js";
@@ -103,7 +103,7 @@ class CalibrationSetup extends WizardStep {
         this.#rows.row,
         this.#square.row,
         make("p", { class: "note" }, t("calibration-setup.measure_five_squares_with_a_ruler")),
-        make("p", { class: "print-line" }, this.#print, this.#page),
+        make("p", { class: "row print-line" }, this.#print, this.#page),
         this.#fits,
         make(
           "details",
@@ -126,10 +126,7 @@ class CalibrationSetup extends WizardStep {
     this.append(form);
     this.#remembered();
     form.addEventListener("input", () => this.#show());
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#start();
-    });
+    onSubmit(form, () => void this.#start());
   }
 
   get #kind() {
@@ -166,10 +163,7 @@ class CalibrationSetup extends WizardStep {
     if (!may && !this.#says.textContent) write(this.#says, t("calibration-setup.you_are_watching_only_an_operator"));
   }
 
-  /**
-   * @param {"robot" | "webcam"} which
-   * @param {string} why not; "" when it may be chosen
-   */
+  /** @param {"robot" | "webcam"} which @param {string} why not; "" when it may be chosen */
   #offer(which, why) {
     const { input, note, says, row } = this.#sources[which];
     input.disabled = why !== "";

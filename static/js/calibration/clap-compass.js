@@ -32,10 +32,7 @@ export class ClapCompass extends HTMLElement {
     this.append(drawing);
   }
 
-  /**
-   * @param {MicrophoneCalibration} calibration
-   * @param {number} next where the next clap is asked for [rad]
-   */
+  /** @param {MicrophoneCalibration} calibration @param {number} next where the next clap is asked for [rad] */
   show({ asked_rad, claps, solution, active }, next) {
     const shown = solution ?? active;
     this.#array.setAttribute("transform", `rotate(${degrees(shown?.yaw_rad ?? 0)})`);

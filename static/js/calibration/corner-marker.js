@@ -41,8 +41,8 @@ export class CornerMarker extends HTMLElement {
   connectedCallback() {
     if (this.children.length) return;
     this.hidden = true;
-    const use = make("button", { type: "button", class: "button primary" }, t("corner-marker.use_these_corners"));
-    const leave = make("button", { type: "button", class: "button" }, t("corner-marker.cancel"));
+    const use = make("button", { class: "button primary" }, t("corner-marker.use_these_corners"));
+    const leave = make("button", { class: "button" }, t("corner-marker.cancel"));
     this.#lines.append(...this.#handles);
     this.append(
       make("div", { class: "marker-stage" }, this.#canvas, this.#lines),

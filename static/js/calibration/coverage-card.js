@@ -23,7 +23,7 @@ export class KnownCard extends HTMLElement {
   #cells = make("div", { class: "cells", role: "img" });
   #heat = make("canvas", { class: "heat", role: "img" });
   #waits = make("p", { class: "heat-waits note" }, t("coverage-card.after_4_views"));
-  #legend = make("p", { class: "heat-legend note" }, make("span"), make("span", { class: "heat-ramp" }), make("span"));
+  #legend = make("p", { class: "inline note" }, make("span"), make("span", { class: "heat-ramp" }), make("span"));
   #words = make("p", { class: "note heat-words" });
   #bars = BARS.map(([key, name]) => ({ key, ...bar(name) }));
   #drawn = "";
@@ -94,11 +94,7 @@ export class KnownCard extends HTMLElement {
   }
 }
 
-/**
- * @param {HTMLCanvasElement} canvas
- * @param {Uncertainty} map
- * @param {number} target [px]
- */
+/** @param {HTMLCanvasElement} canvas @param {Uncertainty} map @param {number} target [px] */
 export function paint(canvas, map, target) {
   const small = make("canvas");
   [small.width, small.height] = [map.columns, map.rows];

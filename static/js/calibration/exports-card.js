@@ -53,11 +53,7 @@ export class ExportsCard extends HTMLElement {
   }
 }
 
-/**
- * @param {string} href
- * @param {string} name
- * @param {string} says
- */
+/** @param {string} href @param {string} name @param {string} says */
 function link(href, name, says) {
   const words = make("span", {}, make("span", { class: "export-name" }, name), make("span", { class: "note" }, says));
   return make("a", { class: "export", href, download: "" }, icon("download"), words);

@@ -86,10 +86,7 @@ function draw(canvas, residuals, [width, height]) {
   return longer;
 }
 
-/**
- * To 1, 2 or 5 times a power of ten.
- * @param {number} factor
- */
+/** To 1, 2 or 5 times a power of ten. @param {number} factor */
 function round(factor) {
   const power = 10 ** Math.floor(Math.log10(Math.max(factor, 1)));
   return power * (factor / power >= 5 ? 5 : factor / power >= 2 ? 2 : 1);

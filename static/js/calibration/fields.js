@@ -38,11 +38,7 @@ export function stepper(id, name, start) {
     const sign = step < 0 ? "−" : "+";
     const button = make(
       "button",
-      {
-        type: "button",
-        class: "button",
-        "aria-label": `${name}: ${step < 0 ? t("fields.one_less") : t("fields.one_more")}`,
-      },
+      { class: "button", "aria-label": `${name}: ${step < 0 ? t("fields.one_less") : t("fields.one_more")}` },
       sign,
     );
     button.addEventListener("click", () => {
@@ -88,7 +84,7 @@ export function box(id, name, unit, start) {
     "div",
     { class: "box" },
     make("label", { for: id }, name),
-    make("div", { class: "with-unit" }, input, make("span", {}, unit)),
+    make("div", { class: "inline with-unit" }, input, make("span", {}, unit)),
   );
   return {
     row,

@@ -30,10 +30,7 @@ const CAMERA = [
   ["k3", "k₃", t("figures.radial_6th_power")],
 ];
 
-/**
- * How many decimals show two digits of a standard deviation.
- * @param {number} sd
- */
+/** How many decimals show two digits of a standard deviation. @param {number} sd */
 export function decimals(sd) {
   if (!(sd > 0) || !Number.isFinite(sd)) return 4;
   return Math.min(MOST_DECIMALS, Math.max(0, 1 - Math.floor(Math.log10(sd))));

@@ -77,11 +77,7 @@ export function drawGhost({ brush, place, unit }, { outline, corners }, columns,
   brush.restore();
 }
 
-/**
- * @param {Sheet} sheet
- * @param {Hint} way
- * @param {(words: string) => string} spoken as the person sees it
- */
+/** @param {Sheet} sheet @param {Hint} way @param {(words: string) => string} spoken as the person sees it */
 export function drawWay({ brush, place, unit }, way, spoken) {
   const [from, to] = [place(way.from), place(way.to)];
   const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
@@ -136,10 +132,7 @@ function label({ brush, unit }, words, x, y) {
   brush.fillText(words, left, top + unit);
 }
 
-/**
- * @param {Pixel[]} pixels
- * @param {(pixel: Pixel) => Pixel} place
- */
+/** @param {Pixel[]} pixels @param {(pixel: Pixel) => Pixel} place */
 function ring(pixels, place) {
   const path = new Path2D();
   pixels.forEach((pixel, index) => {

@@ -99,11 +99,7 @@ export class PictureStage extends HTMLElement {
   }
 }
 
-/**
- * @param {CanvasRenderingContext2D} brush
- * @param {CanvasImageSource} image
- * @param {boolean} mirrored
- */
+/** @param {CanvasRenderingContext2D} brush @param {CanvasImageSource} image @param {boolean} mirrored */
 function paint(brush, image, mirrored) {
   const { width, height } = brush.canvas;
   brush.imageSmoothingQuality = "high";
@@ -113,10 +109,7 @@ function paint(brush, image, mirrored) {
   brush.restore();
 }
 
-/**
- * @param {Frame} frame
- * @param {Verdict | null} verdict
- */
+/** @param {Frame} frame @param {Verdict | null} verdict */
 function fits(frame, verdict) {
   if (!verdict || frame.stamp_s === null || verdict.stamp_s === null) return verdict !== null;
   return Math.abs(frame.stamp_s - verdict.stamp_s) < APART_S;

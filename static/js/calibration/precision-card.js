@@ -45,10 +45,7 @@ export class GainsCard extends HTMLElement {
   }
 }
 
-/**
- * @param {string} name
- * @param {string} says
- */
+/** @param {string} name @param {string} says */
 function bar(name, says) {
   const fill = make("span", { class: "meter-fill" });
   const meter = make(

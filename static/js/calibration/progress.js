@@ -12,10 +12,7 @@ const ROUGH = 16; // a first solution is that many times worse than wanted
 const KNOWN = 0.7; // gain from which a direction counts as known, until the console has said it
 export const LASER_POSES = 10;
 
-/**
- * @param {Calibration} calibration
- * @returns {number} 0..1, and 1 only when it is good enough
- */
+/** @param {Calibration} calibration @returns {number} 0..1, and 1 only when it is good enough */
 export function share({ kind, progress }) {
   if (progress.ready) return 1;
   const { views, p95_px: p95 } = progress;
@@ -30,11 +27,7 @@ export function share({ kind, progress }) {
   return Math.min(0.98, 0.4 * Math.min(1, views / LASER_POSES) + 0.6 * known);
 }
 
-/**
- * Figure and goal next to the bar.
- * @param {Calibration} calibration
- * @returns {{figure: string, goal: string}}
- */
+/** Figure and goal next to the bar. @param {Calibration} calibration @returns {{figure: string, goal: string}} */
 export function figures({ kind, progress }) {
   if (kind === "laser")
     return {
@@ -50,10 +43,7 @@ export function figures({ kind, progress }) {
   return { figure: `±${fixed(progress.p95_px, progress.p95_px < 10 ? 2 : 0)} px`, goal };
 }
 
-/**
- * @param {number} gain 0..1
- * @param {number | null} [from] gain from which a direction counts as known
- */
+/** @param {number} gain 0..1 @param {number | null} [from] gain from which a direction counts as known */
 export function known(gain, from) {
   if (gain >= (from ?? KNOWN)) return "known";
   return gain >= 0.4 ? "weak" : "open";

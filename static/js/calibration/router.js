@@ -7,10 +7,7 @@
 /** @typedef {{at: "microphones"}} Microphones */
 /** @typedef {Home | New | Within | Microphones} Place */
 
-/**
- * @param {string} hash of the address, with or without its "#"
- * @returns {Place}
- */
+/** @param {string} hash of the address, with or without its "#" @returns {Place} */
 export function placeOf(hash) {
   const query = new URLSearchParams(hash.replace(/^#/, ""));
   if (query.has("microphones")) return { at: "microphones" };

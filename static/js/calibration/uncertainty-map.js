@@ -49,10 +49,7 @@ export function heatPicture({ columns, rows, sd_px: sds }, target) {
 const DOWN = [t("uncertainty-map.top"), "", t("uncertainty-map.bottom")];
 const ACROSS = [t("uncertainty-map.left"), "", t("uncertainty-map.right")];
 
-/**
- * @param {Uncertainty} map
- * @param {number} target [px]
- */
+/** @param {Uncertainty} map @param {number} target [px] */
 export function heatWords({ sd_px: sds, rows, columns }, target) {
   const flat = sds.flat();
   const good = flat.filter((sd) => sd !== null && sd <= target).length;

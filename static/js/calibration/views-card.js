@@ -11,7 +11,7 @@ import * as api from "./api.js";
 
 export class ViewsCard extends HTMLElement {
   #title = make("h2", { class: "card-title" });
-  #list = make("ul", { class: "views" });
+  #list = make("ul", { class: "views rows" });
   #empty = make("p", { class: "note" });
   #note = make("p", { class: "note views-note" });
   /** @type {CalibrationModel | null} */
@@ -90,9 +90,9 @@ export class ViewsCard extends HTMLElement {
     const open = make(
       "button",
       {
-        type: "button",
-        class: "view-open",
+        class: "row-open view-open",
         "aria-pressed": kind === "camera" ? String(view.name === selected) : null,
+        onclick: () => this.chosen(view.name),
       },
       picture,
       make(
@@ -104,12 +104,10 @@ export class ViewsCard extends HTMLElement {
         why && make("span", { class: "note" }, why),
       ),
     );
-    open.addEventListener("click", () => this.chosen(view.name));
     const action = view.dropped ? "restore" : "drop";
     const keep = make(
       "button",
       {
-        type: "button",
         class: "icon-button small view-keep",
         "aria-label": `${view.dropped ? t("views-card.take_back") : t("views-card.leave_out")}: ${view.name}`,
         title: view.dropped ? t("views-card.take_it_back_in") : t("views-card.leave_it_out"),
@@ -127,10 +125,7 @@ export class ViewsCard extends HTMLElement {
 /** @param {ViewRow} view @returns {number | null} [px] or [m] */
 export const errorOf = (view) => view.rms_px ?? view.rms_m ?? null;
 
-/**
- * @param {number} error [px] or [m]
- * @param {"camera" | "laser"} kind
- */
+/** @param {number} error [px] or [m] @param {"camera" | "laser"} kind */
 export const inUnits = (error, kind) => (kind === "camera" ? `${fixed(error, 2)} px` : `${fixed(1e3 * error, 1)} mm`);
 
 customElements.define("views-card", ViewsCard);

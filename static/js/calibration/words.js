@@ -8,10 +8,7 @@ const CALM = new Set(["nothing", "moving", "gathering", "same", "background"]);
 const STAYS_MS = 1400; // a judgement stays that long before "hold still" may take its place
 const SETTLES_MS = 1600; // a calm word is spoken when it still holds after that
 
-/**
- * Swap left and right in words about a mirrored picture.
- * @param {string} words
- */
+/** Swap left and right in words about a mirrored picture. @param {string} words */
 export function mirrored(words) {
   return words.replace(/\b(left|right)\b/gi, (word) => {
     const other = word.toLowerCase() === "left" ? "right" : "left";
@@ -67,10 +64,7 @@ export class Pace {
     return verdict;
   }
 
-  /**
-   * @param {number} now [ms]
-   * @returns {string} what to say aloud now; "" for nothing
-   */
+  /** @param {number} now [ms] @returns {string} what to say aloud now; "" for nothing */
   say(now) {
     const shown = this.#shown;
     if (!shown) return "";

@@ -1,7 +1,7 @@
 // Element <connect-file>: write the robot file, and how to start with it.
 
-import { icon, make, mark, write } from "../ui/element.js";
-import { Panel } from "../ui/panel.js";
+import { icon, make, mark, onSubmit, write } from "../ui/element.js";
+import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { fileOf } from "./connection-model.js";
 
@@ -10,12 +10,11 @@ import { fileOf } from "./connection-model.js";
 
 const COPIED_MS = 2000;
 
-class ConnectFile extends Panel {
-  /** @type {ConnectionModel | null} */
-  #model = null;
+/** @extends {PagePanel<ConnectionModel>} */
+class ConnectFile extends PagePanel {
   #name = make("input", {
     id: "connect-name",
-    class: "connect-input",
+    class: "field-box connect-input",
     maxlength: "60",
     autocomplete: "off",
     required: true,
@@ -24,12 +23,12 @@ class ConnectFile extends Panel {
   #write = make("button", { type: "submit", class: "button primary large" }, icon("save"), this.#writeWords);
   #why = make("p", { class: "note", role: "status" });
   #question = make("p", {});
-  #replace = make("button", { type: "button", class: "button primary" }, t("connect-file.replace_it"));
-  #keep = make("button", { type: "button", class: "button" }, t("connect-file.keep_it"));
-  #asks = make("div", { class: "connect-asks", hidden: true }, this.#question, this.#replace, this.#keep);
+  #replace = make("button", { class: "button primary" }, t("connect-file.replace_it"));
+  #keep = make("button", { class: "button" }, t("connect-file.keep_it"));
+  #asks = make("div", { class: "row connect-asks", hidden: true }, this.#question, this.#replace, this.#keep);
   #command = make("code", { class: "connect-command", tabindex: "0" });
   #copyWords = make("span", {}, t("connect-file.copy"));
-  #copy = make("button", { type: "button", class: "button" }, this.#copyWords);
+  #copy = make("button", { class: "button" }, this.#copyWords);
   #path = make("p", {});
   #text = make("pre", { class: "connect-text", tabindex: "0" });
   #done = make(
@@ -43,12 +42,6 @@ class ConnectFile extends Panel {
   #form = make("form", { class: "connect-form" });
   #filled = "";
 
-  /** @param {ConnectionModel} model */
-  watch(model) {
-    this.#model = model;
-    model.onChange(() => this.#draw());
-  }
-
   /** @override */
   build() {
     this.#form.append(
@@ -59,7 +52,7 @@ class ConnectFile extends Panel {
     this.append(
       make(
         "section",
-        { class: "card connect-card", "aria-label": t("connect-file.robot_file") },
+        { class: "card page-card", "aria-label": t("connect-file.robot_file") },
         make("h2", {}, t("connect-file.robot_file")),
         make("p", {}, t("connect-file.keeps_what_stands_here_so_that")),
         this.#form,
@@ -68,23 +61,20 @@ class ConnectFile extends Panel {
         this.#done,
       ),
     );
-    this.#form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.#begin();
-    });
-    this.#name.addEventListener("input", () => this.#draw());
+    onSubmit(this.#form, () => this.#begin());
+    this.#name.addEventListener("input", () => this.draw());
     this.#replace.addEventListener("click", () => void this.#send(true));
     this.#keep.addEventListener("click", () => {
       this.#asks.hidden = true;
       this.#name.focus();
     });
     this.#copy.addEventListener("click", () => void this.#take());
-    this.#draw();
+    this.draw();
   }
 
   #begin() {
     const file = fileOf(this.#name.value);
-    if (this.#model?.files.includes(file)) {
+    if (this.model.files.includes(file)) {
       write(this.#question, t("connect-file.there_is_a_file_already_replace", { file }));
       this.#asks.hidden = false;
       this.#keep.focus();
@@ -96,7 +86,7 @@ class ConnectFile extends Panel {
     this.#asks.hidden = true;
     const sensors = /** @type {ConnectSensors | null} */ (document.querySelector("connect-sensors"));
     const confirmed = sensors?.confirmed;
-    if (confirmed) await this.#model?.write({ ...confirmed, name: this.#name.value.trim() }, replace);
+    if (confirmed) await this.model.write({ ...confirmed, name: this.#name.value.trim() }, replace);
     else write(this.#why, t("connect-file.one_of_the_values_above_is"));
   }
 
@@ -112,9 +102,9 @@ class ConnectFile extends Panel {
     setTimeout(() => write(this.#copyWords, t("connect-file.copy")), COPIED_MS);
   }
 
-  #draw() {
-    const model = this.#model;
-    if (!model) return;
+  /** @override */
+  draw() {
+    const model = this.model;
     const { found, written } = model;
     if (found && this.#filled !== found.url) {
       this.#filled = found.url;

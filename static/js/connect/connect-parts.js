@@ -2,7 +2,7 @@
 
 import { icon, make, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
-import { Panel } from "../ui/panel.js";
+import { PagePanel } from "../ui/panel.js";
 import { speedsOffer } from "../ui/speeds-offer.js";
 import { t } from "../ui/texts.js";
 import { isBare, shortType } from "./connection-model.js";
@@ -31,14 +31,13 @@ const NAMES = {
 const TYPES = [t("connect-parts.twist"), "TwistStamped"];
 const UNUSED = "";
 
-class ConnectParts extends Panel {
-  /** @type {ConnectionModel | null} */
-  #model = null;
+/** @extends {PagePanel<ConnectionModel>} */
+class ConnectParts extends PagePanel {
   #list = make("div", { class: "connect-list" });
-  #again = make("button", { type: "button", class: "button primary" }, icon("again"), t("connect-parts.look_again"));
+  #again = make("button", { class: "button primary" }, icon("again"), t("connect-parts.look_again"));
   #changed = make(
     "div",
-    { class: "connect-changed" },
+    { class: "row connect-changed" },
     make("p", {}, t("connect-parts.other_topics_are_chosen_look_again")),
     this.#again,
   );
@@ -46,25 +45,19 @@ class ConnectParts extends Panel {
   #cells = new Map();
   #drawn = "";
 
-  /** @param {ConnectionModel} model */
-  watch(model) {
-    this.#model = model;
-    model.onChange(() => this.#draw());
-  }
-
   /** @override */
   build() {
     this.append(this.#list, this.#changed);
     this.#again.addEventListener("click", () => {
-      const model = this.#model;
+      const model = this.model;
       if (model?.found) void model.look(model.found.url);
     });
-    this.#draw();
+    this.draw();
   }
 
-  #draw() {
-    const model = this.#model;
-    if (!model) return;
+  /** @override */
+  draw() {
+    const model = this.model;
     this.#changed.hidden = !model.changed;
     this.#again.disabled = Boolean(model.busy);
     const { found } = model;
@@ -101,10 +94,10 @@ class ConnectParts extends Panel {
     const coded = faults.map(({ sentence, code }) => `${sentence} (${code})`);
     const others = remarks.filter((one) => !faults.some(({ sentence }) => sentence === one));
     const said = [...coded, ...others, ...missing];
-    const offers = this.#model?.own ? faults.map(({ code }) => this.#offer(code, roles)) : [];
+    const offers = this.model.own ? faults.map(({ code }) => this.#offer(code, roles)) : [];
     return make(
       "section",
-      { class: "card connect-card", "aria-label": part.name },
+      { class: "card page-card", "aria-label": part.name },
       make("h2", { class: "connect-part" }, part.name),
       make("p", { class: "note" }, part.up ? about : t("connect-parts.about_does_not_answer", { about })),
       roles.length > 0 && make("div", { class: "connect-roles" }, ...roles.flatMap((role) => this.#rows(role, index))),
@@ -160,11 +153,11 @@ class ConnectParts extends Panel {
     if (role === "frames" || candidates.length === 0) return null;
     const select = make(
       "select",
-      { class: "connect-input", disabled: !this.#model?.may },
+      { class: "field-box connect-input", disabled: !this.model.may },
       ...candidates.map(({ topic }) => make("option", { value: topic }, topic)),
       make("option", { value: UNUSED }, t("connect-parts.not_used")),
     );
-    const chosen = this.#model?.choices.get(`${part} ${role}`)?.topics ?? used.map(({ topic }) => topic);
+    const chosen = this.model.choices.get(`${part} ${role}`)?.topics ?? used.map(({ topic }) => topic);
     select.value = chosen[place] ?? UNUSED;
     return select;
   }
@@ -174,28 +167,25 @@ class ConnectParts extends Panel {
     const select = make(
       "select",
       {
-        class: "connect-input connect-type",
+        class: "field-box connect-input connect-type",
         "aria-label": t("connect-parts.type_of_the_speeds"),
-        disabled: !this.#model?.may,
+        disabled: !this.model.may,
       },
       ...TYPES.map((name) => make("option", { value: name }, name)),
     );
     select.value = shortType(used[0]?.type ?? "");
-    select.addEventListener("change", () => this.#model?.choose(part, "cmd_vel_type", [select.value]));
+    select.addEventListener("change", () => this.model.choose(part, "cmd_vel_type", [select.value]));
     return select;
   }
 
   /** @param {TopicRole} role @param {number} part @param {(HTMLSelectElement | null)[]} selects */
   #chosen({ role }, part, selects) {
     const topics = [...new Set(selects.map((select) => select?.value ?? UNUSED).filter((topic) => topic !== UNUSED))];
-    this.#model?.choose(part, role, topics);
+    this.model.choose(part, role, topics);
   }
 }
 
-/**
- * What a part has, in words.
- * @param {Part} part
- */
+/** What a part has, in words. @param {Part} part */
 export const equipment = (part) =>
   [
     part.drives && t("connect-parts.base"),

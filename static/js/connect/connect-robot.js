@@ -1,7 +1,8 @@
 // Element <connect-robot>: the robot that is shown, and the URL of another one to look at.
 
-import { icon, make, mark, redraw, write } from "../ui/element.js";
-import { Panel } from "../ui/panel.js";
+import { icon, make, mark, onSubmit, redraw, write } from "../ui/element.js";
+import { takeDrops } from "../ui/file-drop.js";
+import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { equipment } from "./connect-parts.js";
 import { isBare, isRecording } from "./connection-model.js";
@@ -21,9 +22,8 @@ const KINDS = /** @type {const} */ ([
 /** @type {Readonly<Record<string, string>>} pages of the docs */
 const GUIDES = { recording: "play-a-recording", serial: "serial-robot", own: "write-your-own-driver" };
 
-class ConnectRobot extends Panel {
-  /** @type {ConnectionModel | null} */
-  #model = null;
+/** @extends {PagePanel<ConnectionModel>} */
+class ConnectRobot extends PagePanel {
   #kind = ""; // that was pressed
   #tiles = new Map(KINDS.map(([kind, drawing, , name, says]) => [kind, tile(drawing, name, says)]));
   #title = make("h2", {}, t("connect-robot.reading_what_was_found"));
@@ -34,7 +34,7 @@ class ConnectRobot extends Panel {
   #url = make("input", {
     id: "connect-url",
     type: "text",
-    class: "connect-input",
+    class: "field-box connect-input",
     autocomplete: "off",
     autocapitalize: "off",
     spellcheck: "false",
@@ -43,15 +43,10 @@ class ConnectRobot extends Panel {
   #look = make("button", { type: "submit", class: "button" }, icon("eye"), t("connect-robot.look"));
   #open = make("button", { type: "submit", class: "button" }, icon("play"), t("connect-robot.open"));
   #others = make("div", { class: "connect-others", role: "group", "aria-label": t("connect-robot.open_instead") });
-  #back = make(
-    "button",
-    { type: "button", class: "button plain" },
-    icon("undo"),
-    t("connect-robot.back_to_this_console_s_robot"),
-  );
+  #back = make("button", { class: "button plain" }, icon("undo"), t("connect-robot.back_to_this_console_s_robot"));
   #status = make("p", { class: "note connect-status", role: "status" });
-  #ask = make("button", { type: "button", class: "button" }, t("connect-robot.ask_for_control"));
-  #take = make("button", { type: "button", class: "button" }, t("connect-robot.take_over"));
+  #ask = make("button", { class: "button" }, t("connect-robot.ask_for_control"));
+  #take = make("button", { class: "button" }, t("connect-robot.take_over"));
   #driving = make("p", { role: "status" });
   #control = make("div", { class: "connect-question" }, this.#driving, this.#ask, this.#take);
   #question = make("div", { class: "connect-question", role: "group", hidden: true });
@@ -59,11 +54,8 @@ class ConnectRobot extends Panel {
   #filled = "";
   #drawn = "";
 
-  /** @param {ConnectionModel} model */
-  watch(model) {
-    this.#model = model;
-    model.onChange(() => this.#draw());
-  }
+  #file = make("input", { type: "file", class: "visually-hidden", tabindex: "-1", "aria-hidden": "true" });
+  #choose = make("button", { class: "button", hidden: true }, icon("upload"), t("connect-robot.choose_a_file"));
 
   /** @override */
   build() {
@@ -74,57 +66,70 @@ class ConnectRobot extends Panel {
       make("div", { class: "connect-line" }, this.#url, this.#look, this.#open),
       make("p", { class: "note" }, t("connect-robot.look_connects_listens_for_two_seconds"), this.#guide),
     );
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
+    onSubmit(form, () => {
       const url = this.#url.value.trim();
-      if (url) isOpened(url) ? this.#request(url) : void this.#model?.look(url);
+      if (url) isOpened(url) ? this.#request(url) : void this.model.look(url);
     });
-    this.#url.addEventListener("input", () => this.#draw());
+    this.#url.addEventListener("input", () => this.draw());
     this.#ask.addEventListener("click", () => void this.session.lease("ask"));
     this.#take.addEventListener("click", () => void this.session.lease("take"));
-    this.#back.addEventListener("click", () => void this.#model?.back());
+    this.#back.addEventListener("click", () => void this.model.back());
     for (const [kind, , begins] of KINDS)
       this.#tiles.get(kind)?.addEventListener("click", () => {
         this.#kind = this.#kind === kind ? "" : kind;
         this.#url.value = this.#kind && begins;
-        this.#draw();
+        this.draw();
         if (this.#kind) this.#url.focus();
       });
+    this.#choose.addEventListener("click", () => this.#file.click());
+    this.#file.addEventListener("change", () => void this.#takeIn(this.#file.files));
+    const drops = /** @type {HTMLElement} */ (this.#tiles.get("recording"));
+    takeDrops(
+      drops,
+      () => !this.#look.disabled,
+      (files) => void this.#takeIn(files),
+    );
     const kinds = { class: "connect-tiles", role: "group", "aria-label": t("connect-robot.kinds") };
     this.append(
       make("div", kinds, ...this.#tiles.values()),
       make(
         "section",
-        { class: "card connect-card", "aria-label": t("connect-robot.robot") },
+        { class: "card page-card", "aria-label": t("connect-robot.robot") },
         this.#title,
         make("p", { class: "connect-state" }, this.#state, this.#about),
         this.#has,
         this.#failsafe,
         this.#control,
         form,
+        this.#choose,
+        this.#file,
         this.#others,
         this.#question,
         this.#status,
         this.#back,
       ),
     );
-    this.#draw();
+    this.draw();
   }
 
-  /**
-   * Open something else; where the map is not saved, ask first.
-   * @param {string} url
-   */
+  /** Open something else; where the map is not saved, ask first. @param {string} url */
   #request(url) {
-    const model = this.#model;
-    if (!model) return;
+    const model = this.model;
     const open = (/** @type {boolean} */ save) => void model.open(url, save);
     askToOpen(this.#question, { url, unsaved: model.unsaved, open, stay: () => this.#url.focus() });
   }
 
-  #draw() {
-    const model = this.#model;
-    if (!model) return;
+  /** Keep a recording of this computer, then open it. @param {FileList | null} files */
+  async #takeIn(files) {
+    const [file] = files ?? [];
+    const url = file && (await this.model.take(file));
+    this.#file.value = "";
+    if (url) this.#request(url);
+  }
+
+  /** @override */
+  draw() {
+    const model = this.model;
     const { found } = model;
     if (found) {
       write(this.#title, found.name);
@@ -154,6 +159,8 @@ class ConnectRobot extends Panel {
     this.#control.hidden = !model.may || !model.driver;
     write(this.#driving, t("connect-robot.holder_drives_now", { holder: model.driver }));
     this.#ask.disabled = model.asked;
+    this.#choose.hidden = this.#kind !== "recording" || !model.may;
+    this.#choose.disabled = disabled;
     this.#drawOthers(model, disabled);
     this.#url.disabled = !model.may;
     const why = model.may || !found ? "" : t("connect-robot.you_are_watching_only_an_operator");
@@ -174,7 +181,7 @@ class ConnectRobot extends Panel {
     }
     mark(this.#guide, "href", `help#how-to/${GUIDES[this.#kind] ?? "connect-a-ros-robot"}.md`);
     const buttons = urls.map((url) => {
-      const button = make("button", { type: "button", class: "button plain" }, icon("play"), url);
+      const button = make("button", { class: "button plain" }, icon("play"), url);
       button.disabled = disabled;
       button.addEventListener("click", () => this.#request(url));
       return button;
@@ -188,22 +195,16 @@ class ConnectRobot extends Panel {
 const tile = (drawing, name, says) =>
   make(
     "button",
-    { type: "button", class: "connect-tile", "aria-pressed": "false" },
+    { class: "connect-tile", "aria-pressed": "false" },
     icon(drawing),
     make("span", { class: "connect-kind" }, name),
     make("span", { class: "note" }, says),
   );
 
-/**
- * True for a recording or a simulated robot, which are opened and not looked at.
- * @param {string} url
- */
+/** True for a recording or a simulated robot, which are opened and not looked at. @param {string} url */
 const isOpened = (url) => /^(log|sim):/.test(url);
 
-/**
- * What the robot does by itself without a word, as a sentence.
- * @param {string} words
- */
+/** What the robot does by itself without a word, as a sentence. @param {string} words */
 function failsafe(words) {
   if (!words) return t("connect-robot.what_it_does_by_itself_when");
   return /^[A-Z]/.test(words) ? words : t("connect-robot.without_a_word_it_stops_by", { words });

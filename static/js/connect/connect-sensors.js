@@ -2,7 +2,7 @@
 
 import { make, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
-import { Panel } from "../ui/panel.js";
+import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("./connection-model.js").Connection} Connection */
@@ -29,9 +29,8 @@ const LIMITS = {
   max_turn_rate: { key: "max_turn_rate_rad_s", name: t("connect-sensors.highest_turn_rate"), unit: "°/s" },
 };
 
-export class ConnectSensors extends Panel {
-  /** @type {ConnectionModel | null} */
-  #model = null;
+/** @extends {PagePanel<ConnectionModel>} */
+export class ConnectSensors extends PagePanel {
   #body = make("div", { class: "connect-mounts" });
   /** @type {Entry[]} */
   #entries = [];
@@ -39,18 +38,12 @@ export class ConnectSensors extends Panel {
   #estimates = new Map();
   #drawn = "";
 
-  /** @param {ConnectionModel} model */
-  watch(model) {
-    this.#model = model;
-    model.onChange(() => this.#draw());
-  }
-
   /** @override */
   build() {
     this.append(
       make(
         "section",
-        { class: "card connect-card", "aria-label": t("connect-sensors.body_and_mountings") },
+        { class: "card page-card", "aria-label": t("connect-sensors.body_and_mountings") },
         make("h2", {}, t("connect-sensors.body_and_mountings")),
         make("p", { class: "note" }, t("connect-sensors.seen_from_the_middle_between_the")),
         this.#body,
@@ -59,13 +52,10 @@ export class ConnectSensors extends Panel {
     this.hidden = true;
   }
 
-  /**
-   * @override
-   * @param {import("../net/session.js").View} view
-   */
+  /** @override @param {import("../net/session.js").View} view */
   show({ state }) {
     for (const [laser, button] of this.#estimates) {
-      const timings = this.#model?.own ? (state?.robot.timings ?? []) : [];
+      const timings = this.model.own ? (state?.robot.timings ?? []) : [];
       const timing = timings.find((one) => one.laser === laser);
       button.hidden = !timing || timing.applied_s === 0;
       if (!timing) continue;
@@ -75,9 +65,10 @@ export class ConnectSensors extends Panel {
     }
   }
 
-  #draw() {
-    const found = this.#model?.found;
-    this.hidden = !found || Boolean(this.#model?.whyNot);
+  /** @override */
+  draw() {
+    const found = this.model.found;
+    this.hidden = !found || Boolean(this.model.whyNot);
     if (!found) return;
     const key = JSON.stringify([
       found.url,
@@ -85,7 +76,7 @@ export class ConnectSensors extends Panel {
       found.lasers,
       found.cameras,
       found.microphones,
-      this.#model?.may,
+      this.model.may,
     ]);
     if (key === this.#drawn) return;
     this.#drawn = key;
@@ -145,7 +136,7 @@ export class ConnectSensors extends Panel {
   #mount(kind, word, sensor, says, fields) {
     const title = sensor.name === word.toLowerCase() ? word : `${word} ${sensor.name}`;
     const missing = sensor.mounting === "assumed";
-    const roles = this.#model?.found?.parts.flatMap(({ findings }) => findings.roles) ?? [];
+    const roles = this.model.found?.parts.flatMap(({ findings }) => findings.roles) ?? [];
     const tf = ["frames", "description"]
       .flatMap((name) => roles.filter(({ role }) => role === name).flatMap(({ used }) => used))
       .map(({ topic }) => topic)
@@ -175,7 +166,7 @@ export class ConnectSensors extends Panel {
 
   /** @param {string} laser */
   #estimate(laser) {
-    const button = make("button", { type: "button", class: "button connect-estimate", hidden: true });
+    const button = make("button", { class: "button connect-estimate", hidden: true });
     button.addEventListener("click", () => {
       const entry = this.#entries.find((one) => one.name === laser && one.field.key === OFFSET);
       if (entry) entry.input.value = button.value;
@@ -190,12 +181,12 @@ export class ConnectSensors extends Panel {
     const input = make("input", {
       type: "text",
       inputmode: "decimal",
-      class: "connect-input",
+      class: "field-box connect-input",
       autocomplete: "off",
       "aria-label": t("connect-sensors.title_name_in_unit", { title, name: field.name, unit: field.unit }),
       value: field.known ? shown : "",
       placeholder: shown,
-      disabled: !this.#model?.may,
+      disabled: !this.model.may,
     });
     const trouble = make("span", { class: "visually-hidden" });
     input.addEventListener("input", () => {
@@ -234,10 +225,7 @@ export class ConnectSensors extends Panel {
     return body;
   }
 
-  /**
-   * Where one figure of a mounting was entered, the empty ones are the grey ones.
-   * @param {Record<string, any>} body
-   */
+  /** Where one figure of a mounting was entered, the empty ones are the grey ones. @param {Record<string, any>} body */
   #complete(body) {
     for (const { kind, name, field } of this.#entries) {
       const place = kind === "limits" ? null : body[kind][name];

@@ -2,7 +2,7 @@
 
 import { make, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
-import { Panel } from "../ui/panel.js";
+import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { isRecording } from "./connection-model.js";
 
@@ -23,22 +23,16 @@ const KINDS = {
 const DAY_S = 86400;
 const SURE_SDS = 2; // standard deviations from which an offset is one
 
-class ConnectTiming extends Panel {
-  /** @type {ConnectionModel | null} */
-  #model = null;
+/** @extends {PagePanel<ConnectionModel>} */
+class ConnectTiming extends PagePanel {
   #rows = make("dl", { class: "connect-times" });
-
-  /** @param {ConnectionModel} model */
-  watch(model) {
-    this.#model = model;
-  }
 
   /** @override */
   build() {
     this.append(
       make(
         "section",
-        { class: "card connect-card", "aria-label": t("connect-timing.times") },
+        { class: "card page-card", "aria-label": t("connect-timing.times") },
         make("h2", {}, t("connect-timing.times")),
         make("p", { class: "note" }, t("connect-timing.of_the_robot_that_this_console")),
         this.#rows,
@@ -46,12 +40,9 @@ class ConnectTiming extends Panel {
     );
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state }) {
-    const model = this.#model;
+    const model = this.model;
     this.hidden = !model?.found || !model.own || isRecording(model.found.url);
     if (this.hidden || !state || !model?.found) return;
     const { found } = model;

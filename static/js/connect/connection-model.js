@@ -1,6 +1,8 @@
 // Client model of the Connect page: what was found, the operator's choice of topics, and the robot file.
 
 import { call, post, sentenceOf } from "../net/api.js";
+import * as recordings from "../net/recordings-api.js";
+import { PageModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 import { openInstead, saveMap } from "./opening.js";
 
@@ -47,7 +49,7 @@ export const isRecording = (url) => url.startsWith("log:");
 const ROOT = "api/robot";
 const ASK_MS = 2000;
 
-export class ConnectionModel {
+export class ConnectionModel extends PageModel {
   /** @type {Connection | null} what is shown; null until it was read */
   found = null;
   /** True while `found` is of another look than the console's own connection. */
@@ -66,15 +68,13 @@ export class ConnectionModel {
   #failed = ""; // why what was asked for last did not work; it stays until something else is asked for
   /** @type {Written | null} */
   written = null;
-  /** @type {Set<() => void>} */
-  #listeners = new Set();
   #shown = false;
   #watched = ""; // of the state, what this page shows
   #driver = "";
 
   /** @param {Session} session */
   constructor(session) {
-    this.session = session;
+    super(session);
     session.on("hello", () => this.#look());
     session.on("heard", () => this.#watch());
     setInterval(() => this.#look(), ASK_MS);
@@ -94,11 +94,6 @@ export class ConnectionModel {
   /** A sentence on what went wrong; "" when nothing did. */
   get trouble() {
     return this.#failed || this.#unread;
-  }
-
-  /** True unless this user is a viewer. */
-  get may() {
-    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
   }
 
   /** Who drives, where it is another one; "" otherwise. */
@@ -123,17 +118,12 @@ export class ConnectionModel {
     if (watched === this.#watched) return;
     if (!watched.startsWith(`${this.#driver} `)) this.#failed = ""; // what another driver was the reason for
     [this.#watched, this.#driver] = [watched, this.driver];
-    this.#tell();
+    this.tell();
   }
 
   /** True where what is shown is the robot that the console drives. */
   get own() {
     return this.found !== null && this.found.url === this.session.hello?.robot.url;
-  }
-
-  /** @param {() => void} listener */
-  onChange(listener) {
-    this.#listeners.add(listener);
   }
 
   /** Show what the console is connected to. */
@@ -146,7 +136,7 @@ export class ConnectionModel {
     } catch (trouble) {
       this.#unread = sentenceOf(trouble);
     }
-    this.#tell();
+    this.tell();
   }
 
   /** Return to the console's own robot. */
@@ -166,13 +156,10 @@ export class ConnectionModel {
     this.choices.set(`${part} ${role}`, { part, role, topics });
     this.changed = true;
     this.written = null;
-    this.#tell();
+    this.tell();
   }
 
-  /**
-   * Connect to a robot, see what is there, and let go.
-   * @param {string} url
-   */
+  /** Connect to a robot, see what is there, and let go. @param {string} url */
   async look(url) {
     if (url !== this.found?.url) this.choices.clear();
     await this.#during(t("connection-model.looking_at_url_that_takes_up", { url }), async () => {
@@ -195,6 +182,16 @@ export class ConnectionModel {
       if (save) await saveMap(this.session);
       await openInstead(this.session, url);
     });
+  }
+
+  /** Keep a recording from this computer; what opens it is among `openedHere` then. @param {File} file */
+  async take(file) {
+    let taken = "";
+    await this.#during(t("connection-model.taking_in_name", { name: file.name }), async () => {
+      taken = (await recordings.take(file)).url;
+      this.openedHere = [...this.openedHere, taken];
+    });
+    return taken;
   }
 
   /**
@@ -223,18 +220,14 @@ export class ConnectionModel {
   async #during(doing, act) {
     this.busy = doing;
     this.#failed = "";
-    this.#tell();
+    this.tell();
     try {
       await act();
     } catch (trouble) {
       this.#failed = sentenceOf(trouble);
     }
     this.busy = "";
-    this.#tell();
-  }
-
-  #tell() {
-    for (const listener of this.#listeners) listener();
+    this.tell();
   }
 }
 

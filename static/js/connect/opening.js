@@ -10,11 +10,7 @@ import { t } from "../ui/texts.js";
 /** A name for a map that has none. @param {Date} now */
 export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).replace(":", "-")}`;
 
-/**
- * The console starts again with it.
- * @param {Session} session
- * @param {string} url
- */
+/** The console starts again with it. @param {Session} session @param {string} url */
 export async function openInstead(session, url) {
   const opened = await post("api/robot/open", { url });
   let again = false;
@@ -42,7 +38,7 @@ export function askToOpen(question, { url, unsaved, open, stay }) {
   if (!unsaved) return open(false);
   /** @param {string} words @param {() => void} then */
   const choice = (words, then) => {
-    const button = make("button", { type: "button", class: "button" }, words);
+    const button = make("button", { class: "button" }, words);
     button.addEventListener("click", () => {
       question.hidden = true;
       then();

@@ -92,28 +92,19 @@ export class Drive {
     return { v: v * scale * this.limits.speed, w: w * scale * this.limits.turnRate };
   }
 
-  /**
-   * @param {Velocity} velocity
-   * @param {number} now [ms]
-   */
+  /** @param {Velocity} velocity @param {number} now [ms] */
   keys(velocity, now) {
     this.#keys = velocity;
     this.#follow(now, true);
   }
 
-  /**
-   * @param {Velocity} velocity
-   * @param {number} now [ms]
-   */
+  /** @param {Velocity} velocity @param {number} now [ms] */
   stick(velocity, now) {
     this.#stick = velocity;
     this.#follow(now, false);
   }
 
-  /**
-   * @param {Velocity} velocity
-   * @param {number} now [ms]
-   */
+  /** @param {Velocity} velocity @param {number} now [ms] */
   gamepad(velocity, now) {
     this.#gamepad = velocity;
     this.#follow(now, false);
@@ -141,10 +132,7 @@ export class Drive {
     else if (now - this.#engagedAt > NEUTRAL_MS) this.trip(t("drive.the_gate_did_not_take_this"));
   }
 
-  /**
-   * Send zero now, and nothing more until every key and the stick are released.
-   * @param {string} why a sentence
-   */
+  /** Send zero now, and nothing more until every key and the stick are released. @param {string} why a sentence */
   trip(why) {
     this.#asking = -Infinity;
     if (this.#engaged) this.#letGo();
@@ -164,10 +152,7 @@ export class Drive {
     if (this.#engaged) this.#letGo();
   }
 
-  /**
-   * Every PERIOD_MS, from the main thread only.
-   * @param {number} now [ms]
-   */
+  /** Every PERIOD_MS, from the main thread only. @param {number} now [ms] */
   tick(now) {
     if (this.#engaged && now - this.#sentAt > LATE_MS) {
       this.trip(t("drive.the_page_was_busy_and_lost"));
@@ -198,10 +183,7 @@ export class Drive {
     }
   }
 
-  /**
-   * After a press requested control: drive when it is granted, give up when it is not.
-   * @param {number} now
-   */
+  /** After a press requested control: drive when it is granted, give up when it is not. @param {number} now */
   #await(now) {
     if (this.#asking === -Infinity) return;
     if (now - this.#asking >= ASK_MS) this.trip(t("drive.control_was_not_granted_let_go"));
@@ -259,10 +241,7 @@ export class Drive {
     this.#frame(v, w);
   }
 
-  /**
-   * @param {number} v
-   * @param {number} w
-   */
+  /** @param {number} v @param {number} w */
   #frame(v, w) {
     this.#seq = Math.max(this.#seq + 1, this.count());
     const { nonce, epoch } = this.#gate;

@@ -43,10 +43,7 @@ export class GamepadInput {
   toTalk = () => undefined;
   #talks = false;
 
-  /**
-   * @param {Session} session
-   * @param {Drive} drive
-   */
+  /** @param {Session} session @param {Drive} drive */
   constructor(session, drive) {
     this.#session = session;
     this.#drive = drive;
@@ -105,11 +102,7 @@ export class GamepadInput {
     return mapping;
   }
 
-  /**
-   * Keep the mapping of all gamepads of this model, in this browser.
-   * @param {Pad} pad
-   * @param {Mapping} mapping
-   */
+  /** Keep the mapping of all gamepads of this model, in this browser. @param {Pad} pad @param {Mapping} mapping */
   keep(pad, mapping) {
     this.trip(t("gamepad-input.the_mapping_was_changed_let_go"));
     this.#mappings.set(pad.id, mapping);
@@ -138,10 +131,7 @@ export class GamepadInput {
     this.#outcome = outcome;
   }
 
-  /**
-   * Zero now, until every deadman is released and pressed again.
-   * @param {string} why a sentence
-   */
+  /** Zero now, until every deadman is released and pressed again. @param {string} why a sentence */
   trip(why) {
     this.#reader.trip(why);
     this.#follow(STILL, false, performance.now());
@@ -173,11 +163,7 @@ export class GamepadInput {
     return this.#session.hello?.robot.drives === false ? t("gamepad-input.a_recording_cannot_be_driven") : "";
   }
 
-  /**
-   * @param {Velocity} velocity
-   * @param {boolean} slow
-   * @param {number} now [ms]
-   */
+  /** @param {Velocity} velocity @param {boolean} slow @param {number} now [ms] */
   #follow(velocity, slow, now) {
     if (slow !== this.#slow) this.#drive.slow = slow;
     const changed = velocity.v !== this.#velocity.v || velocity.w !== this.#velocity.w;

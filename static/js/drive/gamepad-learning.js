@@ -63,11 +63,7 @@ export class InputLearner {
     return { input: null, failed: false };
   }
 
-  /**
-   * @param {Pad} pad
-   * @param {readonly number[]} rest
-   * @returns {PadInput | null}
-   */
+  /** @param {Pad} pad @param {readonly number[]} rest @returns {PadInput | null} */
   #moved(pad, rest) {
     const button = pad.buttons.findIndex(({ pressed }) => pressed);
     const isStick = STICKS.some((each) => each === this.action);
@@ -84,11 +80,7 @@ export class InputLearner {
   }
 }
 
-/**
- * @param {Pad} pad
- * @param {PadInput} input
- * @param {readonly number[]} rest
- */
+/** @param {Pad} pad @param {PadInput} input @param {readonly number[]} rest */
 function isBack(pad, input, rest) {
   if ("button" in input) return pad.buttons[input.button]?.pressed !== true;
   return Math.abs((pad.axes[input.axis] ?? NaN) - (rest[input.axis] ?? NaN)) < BACK;

@@ -70,10 +70,7 @@ export function deflection(pad, { axis, sign, rest }) {
   return Math.min(1, Math.max(-1, part));
 }
 
-/**
- * @param {Pad} pad
- * @param {PadInput | undefined} input
- */
+/** @param {Pad} pad @param {PadInput | undefined} input */
 export function isPressed(pad, input) {
   if (!input) return false;
   if ("button" in input) return pad.buttons[input.button]?.pressed === true;
@@ -92,11 +89,7 @@ export function stickVelocity(pad, { inputs, deadZone, curve }) {
   return { v: part(inputs.forward), w: part(inputs.left) };
 }
 
-/**
- * True for two inputs that are moved by the same press.
- * @param {PadInput} one
- * @param {PadInput} other
- */
+/** True for two inputs that are moved by the same press. @param {PadInput} one @param {PadInput} other */
 function collide(one, other) {
   if ("button" in one) return "button" in other && one.button === other.button;
   return "axis" in other && one.axis === other.axis && one.sign === other.sign;
@@ -143,11 +136,7 @@ export const TITLES = {
   left: t("gamepad-mapping.turn"),
 };
 
-/**
- * A mapping as it was stored; null for a text that is none.
- * @param {string} text
- * @returns {Mapping | null}
- */
+/** A mapping as it was stored; null for a text that is none. @param {string} text @returns {Mapping | null} */
 export function parseMapping(text) {
   /** @type {any} */
   let stored;
@@ -173,16 +162,10 @@ export function parseMapping(text) {
   return mapping;
 }
 
-/**
- * @param {unknown} value
- * @param {{least: number, most: number}} bounds
- */
+/** @param {unknown} value @param {{least: number, most: number}} bounds */
 const within = (value, { least, most }) => typeof value === "number" && value >= least && value <= most;
 
-/**
- * @param {any} input
- * @returns {PadInput | null}
- */
+/** @param {any} input @returns {PadInput | null} */
 function parseInput(input) {
   /** @param {unknown} value */
   const isIndex = (value) => Number.isInteger(value) && Number(value) >= 0 && Number(value) < MOST_INPUTS;

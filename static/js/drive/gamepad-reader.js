@@ -41,10 +41,7 @@ class PadMemory {
     this.connectedAt = now;
   }
 
-  /**
-   * @param {Pad} pad
-   * @param {number} now [ms]
-   */
+  /** @param {Pad} pad @param {number} now [ms] */
   take(pad, now) {
     if (pad.timestamp === this.#timestamp) return;
     const values = JSON.stringify([pad.axes, pad.buttons.map(({ pressed, value }) => [pressed, value])]);
@@ -60,11 +57,7 @@ class PadMemory {
     return now - this.#freshAt > (this.#onChange && !this.#streams ? FROZEN_ON_CHANGE_MS : FROZEN_MS);
   }
 
-  /**
-   * True when a button goes down.
-   * @param {string} action
-   * @param {boolean} pressed
-   */
+  /** True when a button goes down. @param {string} action @param {boolean} pressed */
   goesDown(action, pressed) {
     const before = this.#down.has(action);
     if (pressed) this.#down.add(action);
@@ -90,10 +83,7 @@ export class GamepadReader {
     return this.#why;
   }
 
-  /**
-   * Zero until every deadman was released and its sticks were centred.
-   * @param {string} why a sentence
-   */
+  /** Zero until every deadman was released and its sticks were centred. @param {string} why a sentence */
   trip(why) {
     const held = [...this.#memories.values()].some((memory) => memory.held);
     for (const memory of this.#memories.values()) memory.rested = false;
@@ -156,11 +146,7 @@ export class GamepadReader {
     else this.#release(pad, mapping, memory, now);
   }
 
-  /**
-   * @param {Pad} pad
-   * @param {Mapping} mapping
-   * @param {PadMemory} memory
-   */
+  /** @param {Pad} pad @param {Mapping} mapping @param {PadMemory} memory */
   #hold(pad, mapping, memory) {
     const name = deadmanName(pad, mapping);
     if (this.#active === pad.index) return;
@@ -189,9 +175,6 @@ export class GamepadReader {
   }
 }
 
-/**
- * @param {Pad} pad
- * @param {Mapping} mapping
- */
+/** @param {Pad} pad @param {Mapping} mapping */
 const deadmanName = (pad, { inputs }) =>
   inputs.deadman ? inputName(pad, inputs.deadman) : t("gamepad-reader.the_button");

@@ -137,10 +137,7 @@ export class OperatorInput {
     }
   }
 
-  /**
-   * Stop the robot. On a paused recording, Space plays it.
-   * @param {string} key
-   */
+  /** Stop the robot. On a paused recording, Space plays it. @param {string} key */
   #stop(key) {
     const { hello, state, plays } = this.#session;
     const waits = hello?.robot.drives === false && state !== null && !plays && hello.you.role !== "viewer";

@@ -12,10 +12,7 @@ import { t } from "../ui/texts.js";
  */
 export const onlyWatched = (hello) => hello !== null && !hello.robot.drives && !hello.robot.dry_run;
 
-/**
- * @param {{hello: Hello | null, state: State | null, up: boolean}} view
- * @returns {Permission}
- */
+/** @param {{hello: Hello | null, state: State | null, up: boolean}} view @returns {Permission} */
 export function permission({ hello, state, up }) {
   /** @param {string} why @returns {Permission} */
   const no = (why) => ({ may: "no", why });

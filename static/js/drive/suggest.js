@@ -130,10 +130,7 @@ export class Recall {
     return this.#at < this.#said.length;
   }
 
-  /**
-   * @param {string} present text in the box
-   * @returns {string} the one before it
-   */
+  /** @param {string} present text in the box @returns {string} the one before it */
   older(present) {
     if (!this.walking) this.#draft = present;
     this.#at = Math.max(0, this.#at - 1);

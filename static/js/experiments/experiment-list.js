@@ -1,7 +1,7 @@
 // Element <experiment-list>: every experiment, what it reproduces, how long it takes, and its start.
 
-import { icon, make, mark, write } from "../ui/element.js";
-import { Panel } from "../ui/panel.js";
+import { icon, make, mark, onSubmit, write } from "../ui/element.js";
+import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { costOf, figure, inWords, secondsOf } from "./runs-model.js";
 
@@ -11,20 +11,13 @@ import { costOf, figure, inWords, secondsOf } from "./runs-model.js";
 const MOST_RUNS = 10_000;
 const SKELETONS = 4; // rows without words, until the experiments were read
 
-class ExperimentList extends Panel {
-  /** @type {ExperimentRuns | null} */
-  #runs = null;
+/** @extends {PagePanel<ExperimentRuns>} */
+class ExperimentList extends PagePanel {
   #list = make("tbody");
   #status = make("p", { class: "note", role: "status" }, t("experiment-list.reading_what_experiments_there_are"));
-  #short = make("button", { type: "button", class: "button primary", hidden: true });
+  #short = make("button", { class: "button primary", hidden: true });
   /** @type {Map<string, {button: HTMLButtonElement, last: HTMLElement}>} */
   #starts = new Map();
-
-  /** @param {ExperimentRuns} runs */
-  watch(runs) {
-    this.#runs = runs;
-    runs.onChange(() => this.#draw());
-  }
 
   /** @override */
   build() {
@@ -41,15 +34,15 @@ class ExperimentList extends Panel {
       make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)), make("td"))),
       this.#list,
     );
-    const head = make("div", { class: "experiment-head" }, this.#status, this.#short);
+    const head = make("div", { class: "row experiment-head" }, this.#status, this.#short);
     this.append(head, make("section", { class: "card experiment-table" }, table));
-    this.#short.addEventListener("click", () => void this.#runs?.beginShort());
+    this.#short.addEventListener("click", () => void this.model.beginShort());
     this.#list.replaceChildren(...Array.from({ length: SKELETONS }, skeleton));
   }
 
-  #draw() {
-    const runs = this.#runs;
-    if (!runs) return;
+  /** @override */
+  draw() {
+    const runs = this.model;
     const { experiments, trouble, may, running } = runs;
     if (experiments && this.#starts.size !== experiments.length) {
       this.#starts.clear();
@@ -71,7 +64,7 @@ class ExperimentList extends Panel {
     this.#short.disabled = !may || running !== null || runs.queue.length > 0;
     for (const [name, { button, last }] of this.#starts) {
       button.disabled = !may || running !== null;
-      last.replaceChildren(...lastOf(runs.runs.find(({ experiment }) => experiment === name)));
+      last.replaceChildren(...lastOf(runs.runs?.find(({ experiment }) => experiment === name)));
     }
   }
 
@@ -83,7 +76,7 @@ class ExperimentList extends Panel {
     const last = make("td", { class: "experiment-last" });
     const [printed] = one.chapter;
     const chapter = make("td", {}, printed ? figure(printed.value, printed.unit) : "–", note(printed?.name));
-    const form = make("form", { class: "experiment-form", id: `run-${one.name}` });
+    const form = make("form", { class: "row experiment-form", id: `run-${one.name}` });
     const button = make(
       "button",
       {
@@ -110,10 +103,10 @@ class ExperimentList extends Panel {
       );
     count.addEventListener("input", price);
     price();
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#runs?.begin(one.name, count.valueAsNumber, seed.valueAsNumber);
-    });
+    onSubmit(
+      form,
+      () => void this.model.begin({ experiment: one.name, runs: count.valueAsNumber, seed: seed.valueAsNumber }),
+    );
     const about = make(
       "details",
       { class: "experiment-about" },

@@ -3,7 +3,8 @@
 import { address } from "../net/api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { timeOfDay } from "../ui/format.js";
-import { Panel } from "../ui/panel.js";
+import { PagePanel } from "../ui/panel.js";
+import { runRow } from "../ui/run-row.js";
 import { t } from "../ui/texts.js";
 import { figure, fileOf, inWords } from "./runs-model.js";
 
@@ -12,9 +13,8 @@ import { figure, fileOf, inWords } from "./runs-model.js";
 
 const NOTHING = t("experiment-result.run_one_its_progress_appears_here");
 
-class ExperimentResult extends Panel {
-  /** @type {ExperimentRuns | null} */
-  #runs = null;
+/** @extends {PagePanel<ExperimentRuns>} */
+class ExperimentResult extends PagePanel {
   #title = make("h2", {}, t("experiment-result.nothing_was_run_yet"));
   #about = make("p", { class: "note" }, NOTHING);
   #doing = make("p", { class: "experiment-doing" });
@@ -30,10 +30,10 @@ class ExperimentResult extends Panel {
     },
     this.#bar,
   );
-  #cancel = make("button", { type: "button", class: "button" }, icon("close"), t("experiment-result.cancel"));
+  #cancel = make("button", { class: "button" }, icon("close"), t("experiment-result.cancel"));
   #going = make("div", { class: "experiment-going", hidden: true }, this.#doing, this.#progress, this.#cancel);
-  #content = make("div", { class: "experiment-content" });
-  #list = make("ul", { class: "experiment-runs" });
+  #content = make("div", { class: "stack" });
+  #list = make("ul", { class: "rows" });
   #before = make(
     "section",
     { class: "card experiment-before", "aria-label": t("experiment-result.runs"), hidden: true },
@@ -43,18 +43,12 @@ class ExperimentResult extends Panel {
   #drawn = "";
   #listed = "";
 
-  /** @param {ExperimentRuns} runs */
-  watch(runs) {
-    this.#runs = runs;
-    runs.onChange(() => this.#draw());
-  }
-
   /** @override */
   build() {
     this.append(
       make(
         "section",
-        { class: "card experiment-result", "aria-label": t("experiment-result.result") },
+        { class: "card page-card", "aria-label": t("experiment-result.result") },
         this.#title,
         this.#about,
         this.#going,
@@ -63,13 +57,14 @@ class ExperimentResult extends Panel {
       this.#before,
     );
     this.#cancel.addEventListener("click", () => {
-      const run = this.#runs?.selected;
-      if (run) void this.#runs?.cancel(run.id);
+      const run = this.model.selected;
+      if (run) void this.model.cancel(run.id);
     });
   }
 
-  #draw() {
-    const run = this.#runs?.selected ?? null;
+  /** @override */
+  draw() {
+    const run = this.model.selected;
     this.#drawList();
     if (run === null) {
       write(this.#title, t("experiment-result.nothing_was_run_yet"));
@@ -98,7 +93,7 @@ class ExperimentResult extends Panel {
     this.#bar.style.width = `${percent ?? 100}%`;
     mark(this.#progress, "aria-valuenow", percent);
     mark(this.#progress, "data-uncounted", percent === null);
-    this.#cancel.disabled = !this.#runs?.may;
+    this.#cancel.disabled = !this.model.may;
     const key = running ? run.id : JSON.stringify([run.id, run.state, run.files.length]);
     if (key === this.#drawn) return;
     this.#drawn = key;
@@ -106,50 +101,34 @@ class ExperimentResult extends Panel {
   }
 
   #drawList() {
-    const runs = this.#runs?.runs ?? [];
+    const runs = this.model.runs ?? [];
     this.#before.hidden = runs.length === 0;
-    const shown = this.#runs?.selected?.id;
-    const key = JSON.stringify([runs.map(({ id, state }) => [id, state]), shown, this.#runs?.may]);
+    const shown = this.model.selected?.id;
+    const key = JSON.stringify([runs.map(({ id, state }) => [id, state]), shown, this.model.may]);
     if (key === this.#listed) return;
     this.#listed = key;
-    this.#list.replaceChildren(...runs.map((run) => this.#row(run, run.id === shown)));
+    this.#list.replaceChildren(...runs.map((run) => this.#row(run)));
   }
 
-  /** @param {ExperimentRun} run @param {boolean} shown */
-  #row(run, shown) {
-    const open = make(
-      "button",
-      { type: "button", class: "experiment-open", "aria-current": shown ? "true" : null },
-      icon(run.state === "running" ? "running" : run.state),
-      make(
-        "span",
-        {},
-        make("span", { class: "experiment-name" }, run.title),
-        make(
-          "span",
-          { class: "note" },
-          t("experiment-result.runs_runs_seed_seed_who_dayof", {
-            runs: run.runs,
-            seed: run.seed,
-            who: run.who,
-            dayof: dayOf(run.at_s),
-          }),
-        ),
-      ),
-    );
-    open.addEventListener("click", () => this.#runs?.choose(run.id));
+  /** @param {ExperimentRun} run */
+  #row(run) {
+    const about = { runs: run.runs, seed: run.seed, who: run.who, dayof: dayOf(run.at_s) };
     const away = make(
       "button",
       {
-        type: "button",
         class: "icon-button",
-        "aria-label": t("experiment-result.delete_title_dayof", { title: run.title, dayof: dayOf(run.at_s) }),
+        "aria-label": t("experiment-result.delete_title_dayof", { title: run.title, dayof: about.dayof }),
         title: t("experiment-result.delete"),
+        onclick: () => void this.model.remove(run.id),
       },
       icon("trash"),
     );
-    away.addEventListener("click", () => void this.#runs?.remove(run.id));
-    return make("li", {}, open, this.#runs?.may && run.state !== "running" && away);
+    const words = {
+      drawing: run.state,
+      name: run.title,
+      note: t("experiment-result.runs_runs_seed_seed_who_dayof", about),
+    };
+    return runRow(this.model, run, words, run.state !== "running" && away);
   }
 }
 
@@ -172,7 +151,7 @@ function result(run) {
     figures.length > 0 &&
       make(
         "div",
-        { class: "experiment-figures" },
+        { class: "stack experiment-figures" },
         ...figures.map(({ name }) => {
           const says = name.replace(/\.\w+$/, "").replace(/_/g, " ");
           const shown = make("img", { src: fileOf(run.id, name), alt: `${run.title}: ${says}`, loading: "lazy" });

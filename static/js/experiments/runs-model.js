@@ -1,6 +1,7 @@
 // Client model of the experiments page: what there is, all runs, the selected one, and requests to the server.
 
-import { address, call, post } from "../net/api.js";
+import { address, call } from "../net/api.js";
+import { RunsModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
@@ -45,23 +46,18 @@ const SHORT_S = 90; // of processor time, up to which an experiment is called sh
 export const fileOf = (id, name) =>
   address(`${ROOT}/runs/${encodeURIComponent(id)}/files/${encodeURIComponent(name)}`).href;
 
-export class ExperimentRuns {
+/** @extends {RunsModel<ExperimentRun>} */
+export class ExperimentRuns extends RunsModel {
   /** @type {Experiment[] | null} null until they were read */
   experiments = null;
-  /** @type {ExperimentRun[]} newest first */
-  runs = [];
   trouble = "";
-  /** @type {string} of the run that is shown; "" for the newest */
-  chosen = "";
   shown = false; // the page is open
   /** @type {string[]} names of those that are run one after the other */
   queue = [];
-  /** @type {Set<() => void>} */
-  #listeners = new Set();
 
   /** @param {Session} session */
   constructor(session) {
-    this.session = session;
+    super(session, `${ROOT}/runs`);
     session.on("hello", () => this.shown && void this.read());
     setInterval(() => {
       const waits = this.running || this.queue.length || this.experiments === null;
@@ -69,30 +65,7 @@ export class ExperimentRuns {
     }, ASK_MS);
   }
 
-  get running() {
-    return this.runs.find((run) => run.state === "running") ?? null;
-  }
-
-  get selected() {
-    return this.runs.find((run) => run.id === this.chosen) ?? this.runs[0] ?? null;
-  }
-
-  /** True unless this user is a viewer. */
-  get may() {
-    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
-  }
-
-  /** @param {() => void} listener */
-  onChange(listener) {
-    this.#listeners.add(listener);
-  }
-
-  /** @param {string} id */
-  choose(id) {
-    this.chosen = id;
-    this.#notify();
-  }
-
+  /** @override */
   async read() {
     const before = this.running;
     try {
@@ -105,16 +78,11 @@ export class ExperimentRuns {
     const one = next && !this.running && this.experiments?.find(({ name }) => name === next);
     if (one) {
       this.queue.shift();
-      void this.begin(one.name, one.runs, 0);
+      void this.begin({ experiment: one.name, runs: one.runs, seed: 0 });
     }
-    const after = before && this.runs.find((run) => run.id === before.id);
+    const after = before && this.runs?.find((run) => run.id === before.id);
     if (after && after.state !== "running") this.session.announce(`${after.title}: ${after.state}. ${after.reason}`);
-    this.#notify();
-  }
-
-  /** @param {string} experiment @param {number} runs @param {number} seed */
-  begin(experiment, runs, seed) {
-    return this.#tried(async () => this.choose((await post(`${ROOT}/runs`, { experiment, runs, seed })).id));
+    this.tell();
   }
 
   /** @returns {Experiment[]} */
@@ -127,32 +95,14 @@ export class ExperimentRuns {
     return this.read();
   }
 
-  /** @param {string} id */
+  /** @override @param {string} id */
   cancel(id) {
     this.queue = [];
-    return this.#tried(() => post(`${ROOT}/runs/${encodeURIComponent(id)}/cancel`));
-  }
-
-  /** @param {string} id */
-  remove(id) {
-    return this.#tried(() => call(`${ROOT}/runs/${encodeURIComponent(id)}`, { method: "DELETE" }));
-  }
-
-  /** @param {() => Promise<unknown>} act */
-  async #tried(act) {
-    await this.session.attempt(act);
-    await this.read();
-  }
-
-  #notify() {
-    for (const listener of this.#listeners) listener();
+    return super.cancel(id);
   }
 }
 
-/**
- * A duration in words: "40 s", "about 3 min", "about 2 h".
- * @param {number} seconds
- */
+/** A duration in words: "40 s", "about 3 min", "about 2 h". @param {number} seconds */
 export function inWords(seconds) {
   if (seconds < 90) return `${Math.max(1, Math.round(seconds))} s`;
   if (seconds < 5400) return `${Math.round(seconds / 60)} min`;
@@ -162,10 +112,7 @@ export function inWords(seconds) {
 /** Processor time as it is offered [s]; Infinity where it is not known. @param {Experiment} experiment */
 export const secondsOf = ({ base_s, run_s, runs }) => base_s + run_s * runs || Infinity;
 
-/**
- * What takes least stands first; what is not known, last.
- * @param {Experiment[] | null} experiments
- */
+/** What takes least stands first; what is not known, last. @param {Experiment[] | null} experiments */
 export function shortestFirst(experiments) {
   return experiments && [...experiments].sort((one, other) => secondsOf(one) - secondsOf(other) || 0);
 }
@@ -180,11 +127,7 @@ export function costOf({ base_s, run_s }, runs) {
   return seconds > 0 ? t("runs-model.about_inwords_of_one_processor", { inwords: inWords(seconds) }) : "";
 }
 
-/**
- * A figure with as many digits as it deserves.
- * @param {number | null} value
- * @param {string} unit
- */
+/** A figure with as many digits as it deserves. @param {number | null} value @param {string} unit */
 export function figure(value, unit) {
   if (value === null) return "–";
   const digits = Math.abs(value) >= 100 ? 1 : Math.abs(value) >= 1 ? 2 : 3;

@@ -20,17 +20,20 @@ export class FleetAnswers extends HTMLElement {
 
   /** @param {FleetSession} session */
   join(session) {
-    const away = make(
-      "button",
-      { type: "button", class: "icon-button", "aria-label": t("fleet.put_away") },
-      icon("close"),
-    );
+    const away = make("button", { class: "icon-button", "aria-label": t("fleet.put_away") }, icon("close"));
     away.addEventListener("click", () => {
       this.#closed = session.fleet?.stop?.at_s ?? 0;
       this.hidden = true;
     });
     this.append(
-      make("div", { class: "fleet-answers-head" }, this.#icon, this.#head, make("span", { class: "spring" }), away),
+      make(
+        "div",
+        { class: "inline fleet-answers-head" },
+        this.#icon,
+        this.#head,
+        make("span", { class: "spring" }),
+        away,
+      ),
       this.#missing,
       this.#list,
     );

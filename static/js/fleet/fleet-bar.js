@@ -13,13 +13,18 @@ const MANY = 8; // robots, from which on one may search
 export class FleetCounts extends HTMLElement {
   /** @type {Map<string, HTMLButtonElement>} */
   #chips = new Map();
-  #search = make("input", { class: "fleet-search", type: "search", "aria-label": t("fleet.search"), hidden: true });
+  #search = make("input", {
+    class: "field-box fleet-search",
+    type: "search",
+    "aria-label": t("fleet.search"),
+    hidden: true,
+  });
 
   /** @param {FleetSession} session @param {(group: string, words: string) => void} filter */
   join(session, filter) {
     this.#search.placeholder = t("fleet.search");
     for (const [group] of GROUPS) {
-      const chip = make("button", { type: "button", class: "chip fleet-count", "data-group": group });
+      const chip = make("button", { class: "chip fleet-count", "data-group": group });
       chip.setAttribute("aria-pressed", "false");
       chip.addEventListener("click", () => {
         const pressed = chip.getAttribute("aria-pressed") === "true";
@@ -62,13 +67,13 @@ export class FleetStop extends HTMLElement {
   join(session) {
     const stop = make(
       "button",
-      { type: "button", class: "stop", "aria-keyshortcuts": "Escape", title: t("fleet.stop_all_says") },
+      { class: "stop", "aria-keyshortcuts": "Escape", title: t("fleet.stop_all_says") },
       icon("stop"),
       make("span", { class: "stop-words" }, make("span", { class: "stop-word" }, t("fleet.stop_all"))),
     );
     const halt = make(
       "button",
-      { type: "button", class: "button fleet-halt", title: t("fleet.halt_all_says") },
+      { class: "button fleet-halt", title: t("fleet.halt_all_says") },
       icon("halt"),
       make("span", {}, t("fleet.halt_all")),
     );
@@ -91,7 +96,7 @@ export class FleetStop extends HTMLElement {
 export class FleetBanner extends HTMLElement {
   #words = make("p", { role: "alert" });
   #halted = make("p", { role: "status" });
-  #reset = make("button", { type: "button", class: "button" }, t("fleet.reset_halt"));
+  #reset = make("button", { class: "button" }, t("fleet.reset_halt"));
   #says = make("p", { class: "note" }, t("fleet.reset_says"));
   #box = make("div", { class: "fleet-halted" }, icon("halt"), make("div", {}, this.#halted, this.#says), this.#reset);
 

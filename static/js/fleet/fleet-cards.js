@@ -23,7 +23,7 @@ class Card {
   #activity = make("p", { class: "fleet-activity" });
   #facts = make("p", { class: "fleet-facts" });
   #notice = make("p", { class: "fleet-notice" });
-  #stop = make("button", { type: "button", class: "fleet-card-stop" }, icon("stop"), t("fleet.stop"));
+  #stop = make("button", { class: "fleet-card-stop" }, icon("stop"), t("fleet.stop"));
   #askedAt = -Infinity;
   #asking = false;
   #shown = false; // the newest picture came

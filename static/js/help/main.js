@@ -31,7 +31,7 @@ export function create(session) {
     if (title && shown !== CONTENTS) session.announce(title);
   }
 
-  const element = make("div", { class: "help-page" }, make("p", { class: "help-links" }, back, api), says, text);
+  const element = make("div", { class: "stack" }, make("p", { class: "help-links" }, back, api), says, text);
   return { element, opened: () => void follow(), moved: () => void follow() };
 }
 

@@ -26,10 +26,7 @@ const HISTORY_ROWS = 60; // more than a person reads
 
 /** Error of a request, with the sentence of the server. */
 export class Refusal extends Error {
-  /**
-   * @param {number} status 0: no answer at all
-   * @param {string} sentence
-   */
+  /** @param {number} status 0: no answer at all @param {string} sentence */
   constructor(status, sentence) {
     super(sentence);
     this.status = status;
@@ -43,21 +40,14 @@ export const sentenceOf = (trouble, otherwise = t("api.that_did_not_work")) =>
 /** @param {string} path relative to the page, so that the page works below any prefix of a proxy */
 export const address = (path) => new URL(path, document.baseURI);
 
-/**
- * Address of a WebSocket on the same server.
- * @param {string} path
- */
+/** Address of a WebSocket on the same server. @param {string} path */
 export function socketAddress(path) {
   const url = address(path);
   url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
   return url.href;
 }
 
-/**
- * @param {string} path
- * @param {RequestInit} [options]
- * @returns {Promise<any>}
- */
+/** @param {string} path @param {RequestInit} [options] @returns {Promise<any>} */
 export async function call(path, options = {}) {
   const answer = await fetch(address(path), { credentials: "same-origin", cache: "no-store", ...options }).catch(() => {
     throw new Refusal(0, t("api.no_answer"));
@@ -68,10 +58,7 @@ export async function call(path, options = {}) {
   throw new Refusal(answer.status, detail ? said(detail, code, values) : t("api.answered", { status: answer.status }));
 }
 
-/**
- * @param {string} path
- * @param {object} [content]
- */
+/** @param {string} path @param {object} [content] */
 export function post(path, content) {
   const options = content ? { body: JSON.stringify(content), headers: { "content-type": "application/json" } } : {};
   return call(path, { method: "POST", keepalive: true, ...options });
@@ -166,10 +153,7 @@ export async function history() {
   return rows;
 }
 
-/**
- * Words of a row: shown, and used to repeat the command.
- * @param {HistoryRow} row
- */
+/** Words of a row: shown, and used to repeat the command. @param {HistoryRow} row */
 export const wordsOf = (row) => row.heard_as || row.words || "Speech";
 
 /** Which engine reads words, and the model with which people are understood better. */

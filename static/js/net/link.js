@@ -7,7 +7,6 @@ import { CAMERA_HEADER_BYTES } from "./messages.js";
 /** @typedef {import("./messages.js").JogMessage} DriveMessage */
 
 export const QUIET_MS = 3000; // without a message for that long the socket counts as dead
-export const STALE_MS = 800; // without a state for that long a banner is due (within a second)
 const ECHO_MS = 1000;
 const WATCH_MS = 200;
 const WAITING_BYTES = 4096; // more than this unsent: a drive frame would only arrive too late
@@ -23,9 +22,7 @@ export function waitBefore(attempt, chance) {
   return Math.min(500 * 2 ** Math.min(attempt, 10), 8000) * (0.75 + 0.5 * chance);
 }
 
-/**
- * Rate of the messages in the last two seconds.
- */
+/** Rate of the messages in the last two seconds. */
 export class Rate {
   /** @type {number[]} */
   #times = [];
@@ -36,10 +33,7 @@ export class Rate {
     this.#forget(now);
   }
 
-  /**
-   * @param {number} now [ms]
-   * @returns {number} [Hz]
-   */
+  /** @param {number} now [ms] @returns {number} [Hz] */
   hertz(now) {
     this.#forget(now);
     const first = this.#times[0];
@@ -127,10 +121,7 @@ export class Link {
     this.#socket?.close();
   }
 
-  /**
-   * @param {Up} message
-   * @returns {boolean} true when it was sent
-   */
+  /** @param {Up} message @returns {boolean} true when it was sent */
   send(message) {
     const socket = this.#socket;
     if (!socket || socket.readyState !== WebSocket.OPEN) return false;
@@ -180,10 +171,7 @@ export class Link {
     this.hear(message);
   }
 
-  /**
-   * @param {WebSocket} socket
-   * @param {string} [why]
-   */
+  /** @param {WebSocket} socket @param {string} [why] */
   #lost(socket, why = "") {
     if (socket !== this.#socket) return;
     this.#why = why || this.#why;

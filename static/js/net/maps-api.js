@@ -34,10 +34,7 @@ export const list = async () => (await call(ROOT)).maps;
 
 const NAME = /^[\p{L}\p{N}_](?:[\p{L}\p{N}_ -]*[\p{L}\p{N}_])?$/u;
 
-/**
- * Return the problem of a map name, "" for none. The console decides.
- * @param {string} name
- */
+/** Return the problem of a map name, "" for none. The console decides. @param {string} name */
 export const nameTrouble = (name) => (name.length <= 40 && NAME.test(name) ? "" : t("maps-api.a_map_s_name_has_1"));
 
 /** @param {string} name @param {boolean} replace @returns {Promise<SavedMap>} 409 when the name is taken */

@@ -131,11 +131,7 @@ export class MapMarks extends EventTarget {
 /** @type {WeakMap<Session, MapMarks>} */
 const known = new WeakMap();
 
-/**
- * The marks of a session: one reading for all panels.
- * @param {Session} session
- * @returns {MapMarks}
- */
+/** The marks of a session: one reading for all panels. @param {Session} session @returns {MapMarks} */
 export function marksOf(session) {
   const marks = known.get(session) ?? new MapMarks(session);
   known.set(session, marks);

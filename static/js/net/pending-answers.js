@@ -11,10 +11,7 @@ export class Asking {
   #waiting = new Map();
   #ref = 0;
 
-  /**
-   * @param {(ref: number) => boolean} send returns true when it was sent
-   * @returns {Promise<Answer>}
-   */
+  /** @param {(ref: number) => boolean} send returns true when it was sent @returns {Promise<Answer>} */
   ask(send) {
     this.#ref += 1;
     const ref = this.#ref;

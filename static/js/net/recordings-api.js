@@ -42,6 +42,10 @@ export const stop = () => post(`${ROOT}/stop`);
 /** @param {number} seconds @returns {Promise<Recording>} */
 export const keep = (seconds) => post(`${ROOT}/keep`, { seconds });
 
+/** Keep a recording that was made elsewhere. @param {File} file @returns {Promise<{url: string}>} what opens it */
+export const take = (file) =>
+  call(one(file.name), { method: "PUT", body: file, headers: { "content-type": "application/octet-stream" } });
+
 /** @param {string} name @param {{name?: string, note?: string}} fresh */
 export const change = (name, fresh) =>
   call(one(name), {

@@ -142,11 +142,7 @@ export class Session {
     return this.state?.seq ?? 0;
   }
 
-  /**
-   * Send a command in words.
-   * @param {string} text
-   * @param {"typed" | "chip" | "click"} source
-   */
+  /** Send a command in words. @param {string} text @param {"typed" | "chip" | "click"} source */
   async say(text, source) {
     const at = performance.now();
     const answer = await this.#asking.ask((ref) =>
@@ -225,10 +221,7 @@ export class Session {
     return performance.now() - at < SETTLE_MS ? plays : this.state?.robot.running === true;
   }
 
-  /**
-   * Move in a recording; presses in quick succession add up.
-   * @param {number} seconds
-   */
+  /** Move in a recording; presses in quick succession add up. @param {number} seconds */
   seekBy(seconds) {
     const duration = this.hello?.robot.duration_s ?? 0;
     if (!duration || this.hello?.you.role === "viewer") return;
@@ -254,10 +247,7 @@ export class Session {
     this.link.send({ kind: "drive", ...frame });
   }
 
-  /**
-   * @param {object} watcher a part of the page
-   * @param {boolean} camera true while it shows the camera's picture
-   */
+  /** @param {object} watcher a part of the page @param {boolean} camera true while it shows the camera's picture */
   want(watcher, camera) {
     if (camera) this.#watchers.add(watcher);
     else this.#watchers.delete(watcher);

@@ -16,7 +16,7 @@ class AnswerButton extends Panel {
   #icon = icon("silent");
   #button = make(
     "button",
-    { type: "button", class: "button answers", "aria-pressed": "false" },
+    { class: "button answers", "aria-pressed": "false" },
     this.#icon,
     t("answer-button.answers_aloud"),
   );
@@ -63,10 +63,7 @@ class AnswerButton extends Panel {
     this.#draw();
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ hello, state }) {
     this.hidden = onlyWatched(hello) || hello?.you.role === "viewer";
     if (!state) return;

@@ -12,7 +12,7 @@ import { chooseLanguage, LANGUAGES, language, t } from "../ui/texts.js";
 class AppMenu extends Panel {
   #button = make(
     "button",
-    { type: "button", class: "icon-button", "aria-label": t("app-menu.menu"), title: t("app-menu.menu") },
+    { class: "icon-button", "aria-label": t("app-menu.menu"), title: t("app-menu.menu") },
     icon("menu"),
   );
   #halt = item("halt", t("app-menu.halt"), t("app-menu.stops_the_robot_and_keeps_it"));
@@ -107,10 +107,7 @@ class AppMenu extends Panel {
     on(this.#leave, () => void this.session.leave());
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     const { hello, state, up } = view;
     const { holds, whyNotKept } = recorderOf(view);
@@ -128,11 +125,7 @@ class AppMenu extends Panel {
   }
 }
 
-/**
- * @param {string} drawing
- * @param {string} name
- * @param {string} says
- */
+/** @param {string} drawing @param {string} name @param {string} says */
 function item(drawing, name, says) {
   const words = make(
     "span",
@@ -140,7 +133,7 @@ function item(drawing, name, says) {
     make("span", { class: "menu-name" }, name),
     says && make("span", { class: "note" }, says),
   );
-  return make("button", { type: "button", class: "menu-item" }, icon(drawing), words);
+  return make("button", { class: "menu-item" }, icon(drawing), words);
 }
 
 customElements.define("app-menu", AppMenu);

@@ -54,10 +54,7 @@ class BannerStack extends Panel {
   /** @type {Map<string, HTMLElement>} */
   #shown = new Map();
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     const current = banners(view);
     for (const [id, row] of this.#shown) {
@@ -74,8 +71,7 @@ class BannerStack extends Panel {
   /** @param {Banner} banner */
   #raise(banner) {
     const offers = OFFERS[banner.offers].map(([words, act]) => {
-      const offer = make("button", { type: "button", class: "button" }, words);
-      offer.addEventListener("click", () => act(this.session, this));
+      const offer = make("button", { class: "button", onclick: () => act(this.session, this) }, words);
       return offer;
     });
     const row = make(

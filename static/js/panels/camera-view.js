@@ -96,10 +96,7 @@ class CameraView extends Panel {
     for (const button of [this.#edges, this.#laser]) button.addEventListener("click", () => flip(button));
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, hello, up }) {
     const now = performance.now();
     const seen = this.#picture !== null;
@@ -190,11 +187,7 @@ function drawLaser(brush, overlay, scale) {
   }
 }
 
-/**
- * @param {CanvasRenderingContext2D} brush
- * @param {CameraOverlay} overlay
- * @param {number} scale
- */
+/** @param {CanvasRenderingContext2D} brush @param {CameraOverlay} overlay @param {number} scale */
 function drawEdges(brush, overlay, scale) {
   brush.lineCap = "round";
   for (const edge of overlay.edges) {
@@ -298,14 +291,10 @@ function drawLandmarks(brush, marks, scale) {
   brush.fill(joints);
 }
 
-/**
- * @param {string} name
- * @param {string} says
- * @param {string} title
- */
+/** @param {string} name @param {string} says @param {string} title */
 function toggle(name, says, title) {
   const on = remembered(`camera.${name}`, "true");
-  return make("button", { type: "button", class: "toggle", "aria-pressed": on, "data-name": name, title }, says);
+  return make("button", { class: "toggle", "aria-pressed": on, "data-name": name, title }, says);
 }
 
 /** @param {HTMLElement} button */

@@ -20,7 +20,7 @@ export class ClosureList extends HTMLElement {
   #list = make("ol", { class: "closures", "aria-label": t("closure-list.closures_newest_first") });
   #count = make("span", { class: "note" });
   #empty = make("p", { class: "note closures-empty" }, t("closure-list.none_yet_a_closure_corrects_the"));
-  #all = make("button", { type: "button", class: "button wide", hidden: true });
+  #all = make("button", { class: "button wide", hidden: true });
   /** @type {Map<number, Line>} */
   #lines = new Map();
   /** @type {Session | null} */
@@ -34,7 +34,7 @@ export class ClosureList extends HTMLElement {
     this.append(
       make(
         "div",
-        { class: "slam-head" },
+        { class: "inline slam-head" },
         make("h3", {}, t("closure-list.closures")),
         make("span", { class: "spring" }),
         this.#count,
@@ -111,12 +111,7 @@ export class ClosureList extends HTMLElement {
   #add({ id }) {
     const rooms = make("span", { class: "closure-rooms" });
     const words = make("span", { class: "note" });
-    const button = make(
-      "button",
-      { type: "button", class: "button small" },
-      icon("undo"),
-      make("span", {}, t("closure-list.undo")),
-    );
+    const button = make("button", { class: "button small" }, icon("undo"), make("span", {}, t("closure-list.undo")));
     button.addEventListener(
       "click",
       () => void this.#judge(id, /** @type {"undo" | "redo"} */ (button.dataset["action"])),

@@ -72,13 +72,9 @@ export class CoachMarks extends Panel {
   #title = make("h2", { class: "card-title" });
   #text = make("p");
   #count = make("span", { class: "note" });
-  #next = make("button", { type: "button", class: "button coach-next" }, t("coach-marks.skip"));
-  #tour = make("button", { type: "button", class: "button coach-tour" }, t("coach-marks.watch_the_tour"));
-  #shut = make(
-    "button",
-    { type: "button", class: "icon-button small", "aria-label": t("coach-marks.close_the_hints") },
-    icon("close"),
-  );
+  #next = make("button", { class: "button coach-next" }, t("coach-marks.skip"));
+  #tour = make("button", { class: "button coach-tour" }, t("coach-marks.watch_the_tour"));
+  #shut = make("button", { class: "icon-button small", "aria-label": t("coach-marks.close_the_hints") }, icon("close"));
   #card = make(
     "div",
     { class: "coach card", role: "region", "aria-label": t("coach-marks.first_steps"), hidden: true },
@@ -121,10 +117,7 @@ export class CoachMarks extends Panel {
     this.#go(0);
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     const { hello, state, permission, up } = view;
     const first = !this.#asked && remembered("hints", "") === "";

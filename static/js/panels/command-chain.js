@@ -26,10 +26,7 @@ class CommandChain extends Panel {
     this.append(this.#list);
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state }) {
     const voice = state ? this.#voice.saw(state) : null; // remembered before a command begins
     const chain = state ? chainOf(state, voice, this.session.kinds) : null;

@@ -1,7 +1,7 @@
 // Element <command-chips>: a button for each command of this robot; commands with numbers ask for them in place.
 
 import { exampleNumbers, filled, holes } from "../drive/suggest.js";
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, make, mark, onSubmit, write } from "../ui/element.js";
 import { age, inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { LastVoice } from "../ui/sensed.js";
@@ -28,11 +28,7 @@ const OVER = 12; // [px] from the line of words to all chips
 
 class CommandChips extends Panel {
   #chips = make("div", { class: "chips", role: "group", "aria-label": t("command-chips.commands") });
-  #more = make(
-    "button",
-    { type: "button", class: "chip more", "aria-expanded": "false", hidden: true },
-    t("command-chips.more"),
-  );
+  #more = make("button", { class: "chip more", "aria-expanded": "false", hidden: true }, t("command-chips.more"));
   /** @type {HTMLFormElement | null} */
   #form = null;
   #voice = new LastVoice();
@@ -56,10 +52,7 @@ class CommandChips extends Panel {
     this.addEventListener("keydown", (event) => event.key === "Escape" && this.#spread(false));
   }
 
-  /**
-   * Show all chips, or those that have room.
-   * @param {boolean} all
-   */
+  /** Show all chips, or those that have room. @param {boolean} all */
   #spread(all) {
     if (all === this.hasAttribute("data-spread")) return;
     const line = document.querySelector("command-line");
@@ -85,10 +78,7 @@ class CommandChips extends Panel {
     this.#more.hidden = !chips.some((chip) => chip.hasAttribute("data-over"));
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ up, permission, state }) {
     this.#tellVoice(state);
     const off = !up || permission.may === "no";
@@ -131,7 +121,7 @@ class CommandChips extends Panel {
     const label = asks ? `${pattern.split(" {")[0]}…` : pattern;
     const chip = make(
       "button",
-      { type: "button", class: "chip", title: kind.summary, "data-command": kind.name },
+      { class: "chip", title: kind.summary, "data-command": kind.name },
       icon(kind.icon || "command"),
       make("span", { class: "chip-words" }, make("span", {}, label)),
     );
@@ -139,10 +129,7 @@ class CommandChips extends Panel {
     return chip;
   }
 
-  /**
-   * @param {Kind} kind
-   * @param {string} pattern
-   */
+  /** @param {Kind} kind @param {string} pattern */
   #ask(kind, pattern) {
     const usual = exampleNumbers(kind);
     const wanted = holes(pattern, kind);
@@ -179,7 +166,7 @@ class CommandChips extends Panel {
     const unit = /met(er|re)s/.test(pattern) ? null : make("span", { class: "note" }, wanted[0]?.unit ?? "");
     const back = make(
       "button",
-      { type: "button", class: "icon-button", "aria-label": t("command-chips.back_to_the_commands") },
+      { class: "icon-button", "aria-label": t("command-chips.back_to_the_commands") },
       icon("close"),
     );
     const form = make(
@@ -194,8 +181,7 @@ class CommandChips extends Panel {
     );
     back.addEventListener("click", () => this.#back(true));
     form.addEventListener("keydown", (event) => event.key === "Escape" && this.#back(true));
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
+    onSubmit(form, () => {
       const numbers = checked(wanted, boxes, says);
       if (!numbers || this.#off) return;
       void this.session.say(filled(pattern, numbers), "chip");

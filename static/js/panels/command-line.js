@@ -3,7 +3,7 @@
 import { Recall, suggest } from "../drive/suggest.js";
 import { wordsOf } from "../net/api.js";
 import { kindsOf, marksOf } from "../net/marks-api.js";
-import { icon, make, mark } from "../ui/element.js";
+import { icon, make, mark, onSubmit } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { mayBegin } from "../ui/pending-command.js";
 import { t } from "../ui/texts.js";
@@ -67,10 +67,7 @@ export class CommandLine extends Panel {
       this.#send,
     );
     this.append(this.#list, form);
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#say();
-    });
+    onSubmit(form, () => void this.#say());
     this.#box.addEventListener("input", () => {
       this.#recall.leave();
       this.#note("");
@@ -92,10 +89,7 @@ export class CommandLine extends Panel {
     this.#box.select();
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ up, permission }) {
     const off = !up || permission.may === "no";
     mark(this.#box, "aria-disabled", up ? null : "true");

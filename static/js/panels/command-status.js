@@ -32,7 +32,7 @@ class CommandStatus extends Panel {
   #remark = make("span", { class: "status-remark" });
   #left = make("span", { class: "status-left" });
   #level = make("span", { class: "status-level", "aria-hidden": "true", hidden: true });
-  #suggestions = make("div", { class: "suggested", role: "group", "aria-label": t("command-status.did_you_mean") });
+  #suggestions = make("div", { class: "row suggested", role: "group", "aria-label": t("command-status.did_you_mean") });
   #bar = make("div", { class: "bar-fill" });
   #progress = make(
     "div",
@@ -45,7 +45,7 @@ class CommandStatus extends Panel {
     },
     this.#bar,
   );
-  #cancel = make("button", { type: "button", class: "button" }, icon("close"), t("command-status.cancel"));
+  #cancel = make("button", { class: "button" }, icon("close"), t("command-status.cancel"));
   #log = new StatusLog();
   #toGo = new ToGo();
 
@@ -76,10 +76,7 @@ class CommandStatus extends Panel {
     this.session.on("history", (rows) => this.#ended(rows));
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     const now = performance.now();
     this.#log.saw(view, now);
@@ -142,7 +139,7 @@ class CommandStatus extends Panel {
     this.#suggestions.dataset["suggested"] = key;
     const now = make(
       "button",
-      { type: "button", class: "chip" },
+      { class: "chip" },
       icon("again"),
       same ? t("command-status.do_it_now") : t("command-status.do_words_now", { words: late.heard_as }),
     );
@@ -160,12 +157,8 @@ class CommandStatus extends Panel {
     this.#suggestions.hidden = false;
     if (this.#suggestions.dataset["suggested"] === key) return;
     this.#suggestions.dataset["suggested"] = key;
-    const ask = make(
-      "button",
-      { type: "button", class: "chip", disabled: asked !== "" },
-      t("lease-chip.ask_for_control"),
-    );
-    const take = make("button", { type: "button", class: "chip" }, t("lease-chip.take_over"));
+    const ask = make("button", { class: "chip", disabled: asked !== "" }, t("lease-chip.ask_for_control"));
+    const take = make("button", { class: "chip" }, t("lease-chip.take_over"));
     ask.addEventListener("click", () => void this.session.lease("ask"));
     take.addEventListener("click", () => void this.session.lease("take"));
     this.#suggestions.replaceChildren(ask, take);
@@ -193,7 +186,7 @@ class CommandStatus extends Panel {
 
   /** In an empty simulated room: someone to come to. */
   #addPerson() {
-    const button = make("button", { type: "button", class: "chip" }, icon("demo"), t("command-status.add_a_person"));
+    const button = make("button", { class: "chip" }, icon("demo"), t("command-status.add_a_person"));
     button.addEventListener("click", () => {
       const pose = this.session.state?.pose;
       if (pose) void this.session.attempt(() => room.add(pose));
@@ -203,8 +196,7 @@ class CommandStatus extends Panel {
 
   /** @param {string} text */
   #offer(text) {
-    const button = make("button", { type: "button", class: "chip" }, text);
-    button.addEventListener("click", () => void this.session.say(text, "chip"));
+    const button = make("button", { class: "chip", onclick: () => void this.session.say(text, "chip") }, text);
     return button;
   }
 }

@@ -17,12 +17,7 @@ export class DrivePad extends Panel {
   #knob = make("span", { class: "knob" });
   #stick = make(
     "div",
-    {
-      class: "stick",
-      role: "application",
-      tabindex: "0",
-      "aria-label": t("drive-pad.drive_stick_hold_w_a_s"),
-    },
+    { class: "stick", role: "application", tabindex: "0", "aria-label": t("drive-pad.drive_stick_hold_w_a_s") },
     ...["up", "left", "down", "right"].map((way, index) =>
       make("span", { class: "way", "data-way": way }, icon("arrow"), make("kbd", {}, "WASD".charAt(index))),
     ),
@@ -32,11 +27,11 @@ export class DrivePad extends Panel {
     "div",
     { class: "presets", role: "group", "aria-label": t("drive-pad.speed") },
     ...PRESETS.map((_, index) =>
-      make("button", { type: "button", class: "preset", "data-preset": String(index + 1) }, String(index + 1)),
+      make("button", { class: "preset", "data-preset": String(index + 1) }, String(index + 1)),
     ),
   );
-  #less = make("button", { type: "button", class: "button", "aria-label": t("drive-pad.slower") }, "−");
-  #more = make("button", { type: "button", class: "button", "aria-label": t("drive-pad.faster") }, "+");
+  #less = make("button", { class: "button", "aria-label": t("drive-pad.slower") }, "−");
+  #more = make("button", { class: "button", "aria-label": t("drive-pad.faster") }, "+");
   #preset = make("span");
   #top = make("span");
   #moving = make("span", { class: "moving" });
@@ -96,10 +91,7 @@ export class DrivePad extends Panel {
     stick.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ hello, state, permission, up }) {
     const operatorInput = this.#operatorInput;
     if (!operatorInput || !hello || !state) return;
@@ -126,10 +118,7 @@ export class DrivePad extends Panel {
     this.#explain(drive.why || forbidden || operatorInput.why, operatorInput.gamepad.advice);
   }
 
-  /**
-   * @param {string} why
-   * @param {string} advice how to drive by gamepad, when there is one
-   */
+  /** @param {string} why @param {string} advice how to drive by gamepad, when there is one */
   #explain(why, advice) {
     write(this.#why, why || advice || t("drive-pad.hold_to_drive_shift_is_slow"));
     mark(this.#why, "data-tone", why ? "stale" : null);
@@ -161,10 +150,7 @@ export class DrivePad extends Panel {
     this.#operatorInput?.stick({ v: 0, w: 0 });
   }
 
-  /**
-   * @param {number} x [px]
-   * @param {number} y [px]
-   */
+  /** @param {number} x [px] @param {number} y [px] */
   #place(x, y) {
     this.#knob.style.translate = `${x}px ${y}px`;
   }

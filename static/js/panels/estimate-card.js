@@ -41,10 +41,7 @@ class EstimateCard extends Panel {
     );
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, up }) {
     this.classList.toggle("is-old", !up);
     if (!state) return;
@@ -82,20 +79,13 @@ function figure(name) {
   return { row: make("div", { class: "figure" }, make("dt", {}, name), make("dd", {}, value, sigma)), value, sigma };
 }
 
-/**
- * @param {{value: Element, sigma: Element}} row
- * @param {string} value
- * @param {string} sigma
- */
+/** @param {{value: Element, sigma: Element}} row @param {string} value @param {string} sigma */
 function say(row, value, sigma) {
   write(row.value, value);
   write(row.sigma, sigma);
 }
 
-/**
- * @param {string} name
- * @param {string} says
- */
+/** @param {string} name @param {string} says */
 function fact(name, says) {
   const value = make("dd", {}, "–");
   return { row: make("div", { class: "fact", title: says }, make("dt", {}, name), value), value };

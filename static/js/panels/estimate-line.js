@@ -12,11 +12,7 @@ class EstimateLine extends Panel {
     value: make("span", { class: "where-value" }, "–"),
     sigma: make("span", { class: "figure-sigma" }),
   }));
-  #button = make("button", {
-    type: "button",
-    class: "where",
-    title: t("estimate-line.where_the_robot_believes_it_is"),
-  });
+  #button = make("button", { class: "row where", title: t("estimate-line.where_the_robot_believes_it_is") });
 
   /** @override */
   build() {
@@ -30,10 +26,7 @@ class EstimateLine extends Panel {
     this.append(this.#button);
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, up }) {
     this.classList.toggle("is-old", !up);
     if (!state) return;

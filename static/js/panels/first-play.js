@@ -13,7 +13,7 @@ class FirstPlay extends Panel {
   #length = make("span", { class: "note" });
   #button = make(
     "button",
-    { type: "button", class: "button primary first-play" },
+    { class: "button primary first-play" },
     icon("play"),
     make("span", {}, t("first-play.play_the_recording")),
   );
@@ -27,10 +27,7 @@ class FirstPlay extends Panel {
     this.session.on("hello", ({ robot }) => (this.#length.textContent = duration(robot.duration_s ?? 0)));
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, hello, up }) {
     if (!state || !hello) return;
     const { running, progress } = state.robot;

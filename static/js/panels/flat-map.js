@@ -5,7 +5,7 @@ import { marksOf, wordsTo } from "../net/marks-api.js";
 import { CanvasHand } from "../ui/canvas-hand.js";
 import { watchClearArea } from "../ui/clear-area.js";
 import { icon, make, mark, write } from "../ui/element.js";
-import { apart, drawFlat } from "../ui/flat-drawing.js";
+import { apart, drawFlat, drawMoving } from "../ui/flat-drawing.js";
 import { FlatGround } from "../ui/flat-ground.js";
 import { FloorView, seenFrom } from "../ui/floor-view.js";
 import { fixed, metres } from "../ui/format.js";
@@ -68,12 +68,9 @@ class FlatMap extends Panel {
     "aria-label": t("flat-map.map_from_above_the_arrow_keys"),
     "aria-describedby": "flat-map-words",
   });
+  #moving = make("canvas", { class: "flat-moving", "aria-hidden": "true" });
   #whyWords = make("span");
-  #whyAway = make(
-    "button",
-    { type: "button", class: "icon-button small", "aria-label": t("notice-toasts.dismiss") },
-    icon("close"),
-  );
+  #whyAway = make("button", { class: "icon-button small", "aria-label": t("notice-toasts.dismiss") }, icon("close"));
   #why = make("p", { class: "flat-why", hidden: true }, this.#whyWords, this.#whyAway);
   #follow = tool("here", t("flat-map.follow_the_robot"));
   #fit = tool("whole", t("flat-map.whole_map"));
@@ -81,12 +78,12 @@ class FlatMap extends Panel {
   #namer = tool("pin", t("flat-map.name_a_place"));
   #zoner = tool("zone", t("flat-map.draw_a_zone"));
   #zoneWords = make("span");
-  #zoneDone = make("button", { type: "button", class: "button primary" }, t("flat-map.done"));
-  #zoneBack = make("button", { type: "button", class: "button" }, t("flat-map.last_corner_away"));
-  #zoneLeave = make("button", { type: "button", class: "button" }, t("place-view.cancel"));
+  #zoneDone = make("button", { class: "button primary" }, t("flat-map.done"));
+  #zoneBack = make("button", { class: "button" }, t("flat-map.last_corner_away"));
+  #zoneLeave = make("button", { class: "button" }, t("place-view.cancel"));
   #zoneBar = make(
     "div",
-    { class: "flat-zone-bar", role: "group", "aria-label": t("flat-map.draw_a_zone"), hidden: true },
+    { class: "row flat-zone-bar", role: "group", "aria-label": t("flat-map.draw_a_zone"), hidden: true },
     this.#zoneWords,
     this.#zoneBack,
     this.#zoneLeave,
@@ -137,7 +134,7 @@ class FlatMap extends Panel {
     this.#layersPanel.append(...LAYERS.map((row) => this.#switch(...row)));
     const layers = make("div", { class: "flat-layers-place" }, this.#layersButton, this.#layersPanel);
     this.#tools.append(this.#fit, this.#follow, this.#measure, this.#namer, this.#zoner, layers);
-    this.append(this.#canvas, this.#why, this.#tools, this.#zoneBar, this.#text, this.#said);
+    this.append(this.#canvas, this.#moving, this.#why, this.#tools, this.#zoneBar, this.#text, this.#said);
     popover(this.#layersButton, this.#layersPanel);
     this.session.on("restarted", () => {
       [this.#plan, this.#scan] = [null, []]; // of a robot that stood elsewhere
@@ -207,10 +204,7 @@ class FlatMap extends Panel {
     chosen();
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     this.#shown = view;
     const { state, up } = view;
@@ -245,7 +239,8 @@ class FlatMap extends Panel {
       if (!shown?.moving || this.hidden || document.hidden) return;
       if (now - begun < IDLE_SHARE * this.#cost) this.#glides = requestAnimationFrame(frame);
       else {
-        this.#draw(this.#drawn);
+        if (this.#looks === "robot") this.#draw(this.#drawn);
+        else this.#move();
         this.#glide();
       }
     };
@@ -400,7 +395,7 @@ class FlatMap extends Panel {
       this.#draw();
     });
     const swatch = make("span", { class: "swatch", "data-layer": SWATCHES[layer] ?? "" });
-    return make("label", { class: "flat-layer", title: says }, box, swatch, make("span", {}, name));
+    return make("label", { class: "inline flat-layer", title: says }, box, swatch, make("span", {}, name));
   }
 
   /** @param {"whole" | "robot" | "free"} at */
@@ -437,10 +432,7 @@ class FlatMap extends Panel {
     this.#view = new FloorView(fitted.scale, fitted.left + left, fitted.top + top);
   }
 
-  /**
-   * @param {string} [picture] what the drawing shows
-   * @param {() => void} [change] done before
-   */
+  /** @param {string} [picture] what the drawing shows @param {() => void} [change] done before */
   #draw(picture = "", change = () => undefined) {
     change();
     const { state, hello } = this.#shown ?? {};
@@ -460,21 +452,18 @@ class FlatMap extends Panel {
     this.#aim();
     if (picture) this.#drawn = picture;
     const begun = performance.now();
-    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    const { x_m: x, y_m: y, heading_rad: heading } = state.pose;
-    const shown = still ? null : this.#motion.at(begun / 1000);
+    const { at } = this.#robotNow(state);
     drawFlat(this.#canvas, this.#view, {
       state,
       plan: this.#plan,
-      scan: seenFrom(this.#scan, this.#motion.where(this.#scanned) ?? { x, y, heading }),
+      scan: seenFrom(this.#scan, this.#motion.where(this.#scanned) ?? at),
       layers: this.#layers,
       cursor: this.#cursor,
       measured: this.#measured,
       radius: hello?.robot.radius_m ?? 0.1,
       left: this.#toGo.saw(state).join(" · "),
       room: this.#room,
-      robot: shown?.at ?? { x, y, heading },
-      old: shown?.old ?? false,
+      robot: at,
       chain: chainOf(state, this.#heard, this.session.kinds),
       trail: this.#motion.trail,
       ground: this.#ground,
@@ -482,7 +471,30 @@ class FlatMap extends Panel {
       zones: marksOf(this.session).zones,
       corners: this.#corners ?? [],
       covered: this.#covered,
+    });
+    this.#move();
+    this.#cost = performance.now() - begun;
+  }
+
+  /** Where the robot is shown, and whether nothing newer came for a while. @param {State} state */
+  #robotNow({ pose: { x_m: x, y_m: y, heading_rad: heading } }) {
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    return (still ? null : this.#motion.at(performance.now() / 1000)) ?? { at: { x, y, heading }, old: false };
+  }
+
+  /** Draw the robot where it is now. */
+  #move() {
+    const { state, hello } = this.#shown ?? {};
+    if (!state) return;
+    const begun = performance.now();
+    const { at: robot, old } = this.#robotNow(state);
+    const { cov } = state.pose;
+    drawMoving(this.#moving, this.#view, {
+      robot,
+      old,
+      radius: hello?.robot.radius_m ?? 0.1,
       sees: hello?.robot.camera_view_rad ?? null,
+      cov,
     });
     this.#cost = performance.now() - begun;
   }
@@ -502,11 +514,7 @@ const SWATCHES = {
 
 /** @param {string} name @param {string} says */
 function tool(name, says) {
-  return make(
-    "button",
-    { type: "button", class: "icon-button flat-tool", "aria-label": says, title: says },
-    icon(name),
-  );
+  return make("button", { class: "icon-button flat-tool", "aria-label": says, title: says }, icon(name));
 }
 
 customElements.define("flat-map", FlatMap);

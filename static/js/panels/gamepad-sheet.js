@@ -36,9 +36,9 @@ export class GamepadSheet extends Sheet {
   /** @type {Map<PadAction, {row: HTMLElement, name: HTMLElement, change: HTMLButtonElement}>} */
   #rows = new Map([...PRESSES, ...STICKS].map((action) => [action, this.#row(action)]));
   #prompt = make("p", { class: "pad-prompt" });
-  #cancel = make("button", { type: "button", class: "button", hidden: true }, t("gamepad-sheet.cancel"));
-  #setUp = make("button", { type: "button", class: "button" }, t("gamepad-sheet.set_up_by_pressing"));
-  #reset = make("button", { type: "button", class: "button" }, t("gamepad-sheet.default_mapping"));
+  #cancel = make("button", { class: "button", hidden: true }, t("gamepad-sheet.cancel"));
+  #setUp = make("button", { class: "button" }, t("gamepad-sheet.set_up_by_pressing"));
+  #reset = make("button", { class: "button" }, t("gamepad-sheet.default_mapping"));
   #deadZone = slider(t("gamepad-sheet.dead_zone"), DEAD_ZONE);
   #curve = slider(t("gamepad-sheet.gentle_near_the_centre"), CURVE);
   #buttons = make("div", { class: "pad-buttons", role: "img" });
@@ -49,7 +49,7 @@ export class GamepadSheet extends Sheet {
     this.#choice,
     make("div", { class: "pad-meters" }, this.#forward.row, this.#left.row),
     this.#asked,
-    make("div", { class: "pad-learn" }, this.#prompt, this.#cancel, this.#setUp, this.#reset),
+    make("div", { class: "row pad-learn" }, this.#prompt, this.#cancel, this.#setUp, this.#reset),
     make("div", { class: "pad-rows" }, ...[...this.#rows.values()].map(({ row }) => row)),
     make("div", { class: "pad-meters" }, this.#deadZone.row, this.#curve.row),
     make("h3", { class: "card-title" }, t("gamepad-sheet.everything_on_it")),
@@ -94,10 +94,7 @@ export class GamepadSheet extends Sheet {
     super.shut();
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ permission }) {
     const gamepad = this.#gamepad;
     if (this.hidden || !gamepad) return;
@@ -130,17 +127,14 @@ export class GamepadSheet extends Sheet {
     const name = make("span", { class: "pad-input" });
     const change = make(
       "button",
-      { type: "button", class: "button", "aria-label": t("gamepad-sheet.change_titles", { titles: TITLES[action] }) },
+      { class: "button", "aria-label": t("gamepad-sheet.change_titles", { titles: TITLES[action] }) },
       t("gamepad-sheet.change"),
     );
     const row = make("div", { class: "pad-row" }, make("span", { class: "pad-title" }, TITLES[action]), name, change);
     return { row, name, change };
   }
 
-  /**
-   * @param {readonly Pad[]} pads
-   * @param {Pad} shown
-   */
+  /** @param {readonly Pad[]} pads @param {Pad} shown */
   #showChoice(pads, shown) {
     this.#choice.hidden = pads.length < 2;
     const ids = pads.map(({ index, id }) => `${index} ${id}`).join("\n");
@@ -149,7 +143,7 @@ export class GamepadSheet extends Sheet {
       this.#choice.replaceChildren(
         ...pads.map(({ index, id }) => {
           const words = `${index + 1}: ${padName(id)}`;
-          const button = make("button", { type: "button", class: "button", "data-index": String(index) }, words);
+          const button = make("button", { class: "button", "data-index": String(index) }, words);
           button.addEventListener("click", () => {
             this.#gamepad?.stopLearning();
             this.#chosen = index;
@@ -163,10 +157,7 @@ export class GamepadSheet extends Sheet {
     }
   }
 
-  /**
-   * @param {Pad} pad
-   * @param {Mapping} mapping
-   */
+  /** @param {Pad} pad @param {Mapping} mapping */
   #showJog(pad, mapping) {
     const { v, w } = stickVelocity(pad, mapping);
     this.#forward.set(v);
@@ -182,11 +173,7 @@ export class GamepadSheet extends Sheet {
     );
   }
 
-  /**
-   * @param {Pad} pad
-   * @param {Mapping} mapping
-   * @param {PadAction | null} learning
-   */
+  /** @param {Pad} pad @param {Mapping} mapping @param {PadAction | null} learning */
   #showRows(pad, mapping, learning) {
     for (const [action, { row, name, change }] of this.#rows) {
       const input = mapping.inputs[action];
@@ -247,17 +234,10 @@ export class GamepadSheet extends Sheet {
   }
 }
 
-/**
- * @param {Pick<Pad, "id" | "mapping">} pad
- * @param {number} axis
- */
+/** @param {Pick<Pad, "id" | "mapping">} pad @param {number} axis */
 const axisName = (pad, axis) => inputName(pad, { axis, sign: 1, rest: 0 }).replace(/ \+$/, "");
 
-/**
- * @param {Pad} pad
- * @param {GamepadInput} gamepad
- * @param {View["permission"]} permission
- */
+/** @param {Pad} pad @param {GamepadInput} gamepad @param {View["permission"]} permission */
 function statusOf(pad, gamepad, permission) {
   if (!isComplete(gamepad.mappingOf(pad)))
     return t("gamepad-sheet.padname_this_browser_does_not_know", { padname: padName(pad.id) });
@@ -267,10 +247,7 @@ function statusOf(pad, gamepad, permission) {
   });
 }
 
-/**
- * A bar from the middle to either side.
- * @param {string} title
- */
+/** A bar from the middle to either side. @param {string} title */
 function meter(title) {
   const bar = make(
     "span",
@@ -282,10 +259,7 @@ function meter(title) {
   return { row, set: (/** @type {number} */ part) => showPart(row, part) };
 }
 
-/**
- * @param {Element | undefined} row made by `meter`
- * @param {number} part −1 to 1
- */
+/** @param {Element | undefined} row made by `meter` @param {number} part −1 to 1 */
 function showPart(row, part) {
   const [bar, figure] = [row?.querySelector(".pad-bar"), row?.querySelector(".pad-figure")];
   if (!(bar instanceof HTMLElement) || !figure) return;
@@ -295,10 +269,7 @@ function showPart(row, part) {
   write(figure, `${fixed(shown * 100, 0)} %`);
 }
 
-/**
- * @param {string} title
- * @param {{least: number, most: number}} bounds
- */
+/** @param {string} title @param {{least: number, most: number}} bounds */
 function slider(title, { least, most }) {
   const input = make("input", { type: "range", min: String(least), max: String(most), step: "0.01" });
   const figure = make("span", { class: "pad-figure" });

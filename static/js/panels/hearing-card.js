@@ -18,18 +18,13 @@ const CHECK = t("hearing-card.check_the_microphones");
 class HearingCard extends Panel {
   #rose = new SoundRose();
   #where = make("p", { class: "hearing-where" });
-  #listen = make("button", { type: "button", class: "toggle", "aria-pressed": "false" }, t("hearing-card.listen"));
+  #listen = make("button", { class: "toggle", "aria-pressed": "false" }, t("hearing-card.listen"));
   #obey = make(
     "button",
-    {
-      type: "button",
-      class: "toggle",
-      "aria-pressed": "false",
-      title: t("hearing-card.execute_commands_of_voices_in_the"),
-    },
+    { class: "toggle", "aria-pressed": "false", title: t("hearing-card.execute_commands_of_voices_in_the") },
     t("hearing-card.obey"),
   );
-  #check = make("button", { type: "button" }, CHECK);
+  #check = make("button", {}, CHECK);
   #faults = make("ul", { class: "faults", role: "status", hidden: true });
   #measure = make("a", { href: "hearing" }, t("hearing-card.how_well_does_it_hear_you"));
   #lines = make("ol", { class: "transcripts", "aria-label": t("hearing-card.what_was_heard") });
@@ -66,10 +61,7 @@ class HearingCard extends Panel {
     this.session.on("transcript", (transcript) => this.#add(transcript));
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     const { state, hello, up, permission } = view;
     this.#near?.show(view);
@@ -156,11 +148,7 @@ class HearingCard extends Panel {
   }
 }
 
-/**
- * One finding of the self-check.
- * @param {string} sentence
- * @param {"warning" | "info" | "done"} kind
- */
+/** One finding of the self-check. @param {string} sentence @param {"warning" | "info" | "done"} kind */
 const fault = (sentence, kind) =>
   make("li", { class: "fault", "data-kind": kind }, icon(kind), make("span", {}, sentence));
 
@@ -186,10 +174,7 @@ function hint(listening, voice_control) {
   return t("hearing-card.say_a_command_in_the_room");
 }
 
-/**
- * Sentence about the direction of a voice.
- * @param {import("../net/messages.js").VoiceHeard} voice
- */
+/** Sentence about the direction of a voice. @param {import("../net/messages.js").VoiceHeard} voice */
 function describe({ azimuth_rad, sd_heard_rad, ambiguity }) {
   return t("hearing-card.a_voice_inwords_degrees_value", {
     inwords: inWords(azimuth_rad),

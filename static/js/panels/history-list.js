@@ -28,7 +28,7 @@ class HistoryList extends Panel {
   /** @type {Map<string, readonly string[]>} by the words of a refused command: what was possibly meant */
   #meant = new Map();
   #list = make("ol", { class: "record-list", "aria-label": t("history-list.history_newest_first") });
-  #score = make("a", { class: "record-score", href: "hearing", hidden: true });
+  #score = make("a", { class: "inline record-score", href: "hearing", hidden: true });
   #empty = make(
     "div",
     { class: "record-empty" },
@@ -52,10 +52,7 @@ class HistoryList extends Panel {
     );
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ permission }) {
     for (const button of this.querySelectorAll("button")) button.disabled = permission.may === "no";
   }
@@ -74,8 +71,7 @@ class HistoryList extends Panel {
 
   /** @param {string} words */
   #try(words) {
-    const chip = make("button", { type: "button", class: "chip" }, words);
-    chip.addEventListener("click", () => void this.session.say(words, "chip"));
+    const chip = make("button", { class: "chip", onclick: () => void this.session.say(words, "chip") }, words);
     return chip;
   }
 
@@ -104,14 +100,13 @@ class HistoryList extends Panel {
     const again = make(
       "button",
       {
-        type: "button",
         class: "icon-button small",
         "aria-label": t("history-list.again_words", { words }),
         title: t("history-list.again"),
+        onclick: () => void this.session.say(words, "chip"),
       },
       icon("again"),
     );
-    again.addEventListener("click", () => void this.session.say(words, "chip"));
     return make(
       "li",
       { class: "record", "data-state": row.state },
@@ -129,7 +124,7 @@ class HistoryList extends Panel {
         row.state === "refused" ? this.#offers(words, newest) : null,
         make(
           "p",
-          { class: "note record-meta" },
+          { class: "note row record-meta" },
           timeOfDay(row.at_s),
           dot(),
           icon(row.source in SOURCES ? row.source : "rest"),
@@ -153,13 +148,16 @@ class HistoryList extends Panel {
   /** @param {string} words of a refused command @param {boolean} newest */
   #offers(words, newest) {
     const chips = (this.#meant.get(words) ?? []).map((text) => {
-      const chip = make("button", { type: "button", class: "chip" }, text);
-      chip.addEventListener("click", () => void this.session.say(text, "chip"));
+      const chip = make("button", { class: "chip", onclick: () => void this.session.say(text, "chip") }, text);
       return chip;
     });
     if (newest && couldCall() && goesToPerson(this.session, words)) chips.push(letCall(couldCall(), words));
     if (chips.length === 0) return null;
-    return make("div", { class: "suggested", role: "group", "aria-label": t("command-status.did_you_mean") }, ...chips);
+    return make(
+      "div",
+      { class: "row suggested", role: "group", "aria-label": t("command-status.did_you_mean") },
+      ...chips,
+    );
   }
 }
 

@@ -13,7 +13,7 @@ import { TroubleLine } from "../ui/trouble-line.js";
 class JoinCard extends Panel {
   #older = make("select", { class: "field-box", "aria-label": t("join-card.older_map") });
   #newer = make("select", { class: "field-box", "aria-label": t("join-card.newer_map") });
-  #look = make("button", { type: "button", class: "button" }, t("join-card.match"));
+  #look = make("button", { class: "button" }, t("join-card.match"));
   #trouble = new TroubleLine();
   #words = make("p", { role: "status" });
   #picture = make("img", { class: "join-picture", alt: t("join-card.both_maps_over_each_other") });
@@ -26,15 +26,15 @@ class JoinCard extends Panel {
     "aria-label": t("join-card.name_of_the_joined_map"),
   });
   #join = make("button", { type: "submit", class: "button primary" }, t("join-card.join"));
-  #leave = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
+  #leave = make("button", { class: "button" }, t("map-card.leave_it"));
   #question = make("form", { class: "join-question", hidden: true });
   #revision = -1;
   #match = "";
 
   /** @override */
   build() {
-    const row = make("div", { class: "nav2-form" }, this.#older, this.#newer, this.#look);
-    const acts = make("div", { class: "nav2-form" }, this.#name, this.#leave, this.#join);
+    const row = make("div", { class: "row nav2-form" }, this.#older, this.#newer, this.#look);
+    const acts = make("div", { class: "row nav2-form" }, this.#name, this.#leave, this.#join);
     this.#question.append(this.#words, this.#picture, acts);
     const about = make("p", { class: "note" }, t("join-card.two_maps_of_one_building"));
     this.append(make("h3", {}, t("join-card.join_two_maps")), about, row, this.#trouble.element, this.#question);

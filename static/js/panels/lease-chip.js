@@ -12,10 +12,10 @@ import { t } from "../ui/texts.js";
 class LeaseChip extends Panel {
   #icon = icon("wheel");
   #text = make("span", { class: "lease-text" });
-  #button = make("button", { type: "button", class: "bar-chip" }, this.#icon, this.#text);
+  #button = make("button", { class: "bar-chip" }, this.#icon, this.#text);
   #sentence = make("p", { class: "note" });
-  #act = make("button", { type: "button", class: "button primary wide" });
-  #take = make("button", { type: "button", class: "button wide" }, t("lease-chip.take_over"));
+  #act = make("button", { class: "button primary wide" });
+  #take = make("button", { class: "button wide" }, t("lease-chip.take_over"));
   #panel = make(
     "div",
     { role: "group", "aria-label": t("lease-chip.control") },
@@ -44,10 +44,7 @@ class LeaseChip extends Panel {
     this.hidden = true;
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     const { hello, state } = view;
     this.hidden = !state || !hello || onlyWatched(hello);
@@ -102,10 +99,7 @@ function describe(hello, { lease }) {
   };
 }
 
-/**
- * @param {import("../net/messages.js").LeaseState} lease
- * @param {string} me
- */
+/** @param {import("../net/messages.js").LeaseState} lease @param {string} me */
 function asking({ asked_by, asked_by_id, answer_within_s }, me) {
   if (!asked_by) return t("lease-chip.ask_for_control");
   return asked_by_id === me

@@ -23,10 +23,7 @@ const SENSORS = {
 };
 const STATES = { live: t("link-chip.delivers"), stale: t("link-chip.late"), lost: t("link-chip.lost") };
 
-/**
- * @param {import("../net/messages.js").SensorLine} sensor
- * @returns {[string, string]}
- */
+/** @param {import("../net/messages.js").SensorLine} sensor @returns {[string, string]} */
 function sensorRow({ kind, name, state, age_s, rate_hz }) {
   const own = name && name !== kind && kind !== "microphones" ? ` ${name}` : "";
   return [
@@ -39,12 +36,7 @@ class LinkChip extends Panel {
   #icon = icon("link");
   #text = make("span", { class: "link-text" });
   #viewers = make("span", { class: "viewers" });
-  #button = make(
-    "button",
-    { type: "button", class: "bar-chip", "aria-label": t("link-chip.link") },
-    this.#icon,
-    this.#text,
-  );
+  #button = make("button", { class: "bar-chip", "aria-label": t("link-chip.link") }, this.#icon, this.#text);
   #rows = make("dl", { class: "pairs" });
   #panel = make(
     "div",
@@ -59,10 +51,7 @@ class LinkChip extends Panel {
     popover(this.#button, this.#panel);
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     const { link, state } = view;
     const old = link.is === "up" && link.age_s > 0.5;

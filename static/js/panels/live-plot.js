@@ -124,11 +124,7 @@ export class LivePlot extends HTMLElement {
     );
   }
 
-  /**
-   * @param {number} width
-   * @param {readonly number[]} marks
-   * @param {{width: number, height: number}} inner
-   */
+  /** @param {number} width @param {readonly number[]} marks @param {{width: number, height: number}} inner */
   #drawAxes(width, marks, inner) {
     const axes = `${width} ${marks.join(" ")}`;
     if (axes === this.#axes) return;
@@ -159,10 +155,7 @@ export class LivePlot extends HTMLElement {
   }
 }
 
-/**
- * @param {string} words
- * @param {Record<string, string | number>} attributes
- */
+/** @param {string} words @param {Record<string, string | number>} attributes */
 function text(words, attributes) {
   const element = svg("text", attributes);
   element.textContent = words;
@@ -179,10 +172,7 @@ function place(rectangle, where) {
     mark(rectangle, name, value.toFixed(1));
 }
 
-/**
- * A number in three places or so: 0.04, 1.2, 35.
- * @param {number} value
- */
+/** A number in three places or so: 0.04, 1.2, 35. @param {number} value */
 export function figure(value) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);

@@ -1,7 +1,7 @@
 // Element <login-view>: sign-in with the token that Beckon prints when it starts.
 
 import { login, sentenceOf } from "../net/api.js";
-import { icon, make, write } from "../ui/element.js";
+import { icon, make, onSubmit, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
@@ -35,16 +35,11 @@ export class LoginView extends Panel {
       this.#says,
     );
     this.append(form);
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.enter(this.#box.value.trim().replace(/^.*#t=/, ""));
-    });
+    onSubmit(form, () => void this.enter(this.#box.value.trim().replace(/^.*#t=/, "")));
     this.session.on("signed-out", () => this.#open());
   }
 
-  /**
-   * @param {string} token
-   */
+  /** @param {string} token */
   async enter(token) {
     this.#enter.disabled = true;
     write(this.#says, "");

@@ -59,7 +59,7 @@ class MapCard extends Panel {
         make("span", { class: "note" }, says),
       ),
     );
-    const downloads = make("div", { class: "slam-head" }, make("h3", {}, t("map-card.downloads")));
+    const downloads = make("div", { class: "inline slam-head" }, make("h3", {}, t("map-card.downloads")));
     this.append(
       make(
         "section",
@@ -71,7 +71,7 @@ class MapCard extends Panel {
       make(
         "section",
         { class: "map-saved", "aria-label": t("map-card.saved_maps") },
-        make("div", { class: "slam-head" }, make("h3", {}, t("map-card.saved_maps"))),
+        make("div", { class: "inline slam-head" }, make("h3", {}, t("map-card.saved_maps"))),
         this.#empty,
         this.#list,
       ),
@@ -150,7 +150,7 @@ class MapCard extends Panel {
     const current = map.name === this.#current;
     const row = make(
       "li",
-      { class: "map", "data-current": current },
+      { class: "row map", "data-current": current },
       make("img", {
         class: "map-preview",
         src: maps.previewOf(map),
@@ -164,7 +164,7 @@ class MapCard extends Panel {
         { class: "map-body" },
         make(
           "p",
-          { class: "map-name" },
+          { class: "inline map-name" },
           map.name,
           current && make("span", { class: "map-badge" }, t("map-card.in_use")),
         ),
@@ -212,7 +212,7 @@ class MapCard extends Panel {
    * @param {() => void} then
    */
   #act(look, name, words, then) {
-    const button = make("button", { type: "button", class: `button small ${look}`, "aria-label": name }, words);
+    const button = make("button", { class: `button small ${look}`, "aria-label": name }, words);
     button.addEventListener("click", then);
     return button;
   }
@@ -226,11 +226,11 @@ class MapCard extends Panel {
    */
   #ask(row, sentence, act, then) {
     for (const other of this.#list.querySelectorAll(".map-question")) other.remove();
-    const yes = make("button", { type: "button", class: "button primary" }, act);
-    const no = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
+    const yes = make("button", { class: "button primary" }, act);
+    const no = make("button", { class: "button" }, t("map-card.leave_it"));
     const question = make(
       "div",
-      { class: "map-question", role: "group", "aria-label": sentence },
+      { class: "row map-question", role: "group", "aria-label": sentence },
       make("p", {}, sentence),
       yes,
       no,

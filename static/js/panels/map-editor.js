@@ -52,8 +52,8 @@ class MapEditor extends Panel {
   /** @type {Map<Tool, HTMLButtonElement>} */
   #tools = new Map();
   #brush = make("select", { class: "field-box map-edit-brush", "aria-label": t("map-editor.width_of_the_brush") });
-  #undo = make("button", { type: "button", class: "button" }, t("map-editor.undo"));
-  #redo = make("button", { type: "button", class: "button" }, t("map-editor.redo"));
+  #undo = make("button", { class: "button" }, t("map-editor.undo"));
+  #redo = make("button", { class: "button" }, t("map-editor.redo"));
   #degrees = make("input", {
     class: "field-box place-degrees",
     type: "number",
@@ -63,7 +63,7 @@ class MapEditor extends Panel {
     value: "1",
     "aria-label": t("map-editor.degrees"),
   });
-  #turn = make("button", { type: "button", class: "button" }, t("map-editor.turn"));
+  #turn = make("button", { class: "button" }, t("map-editor.turn"));
   #name = make("input", {
     class: "field-box",
     type: "text",
@@ -73,10 +73,10 @@ class MapEditor extends Panel {
     "aria-label": t("map-editor.name_of_the_room"),
   });
   #done = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
-  #cancel = make("button", { type: "button", class: "button" }, t("place-view.cancel"));
-  #room = make("form", { class: "map-edit-row", hidden: true }, this.#name, this.#cancel, this.#done);
+  #cancel = make("button", { class: "button" }, t("place-view.cancel"));
+  #room = make("form", { class: "row map-edit-row", hidden: true }, this.#name, this.#cancel, this.#done);
   #list = make("ol", { class: "places map-edit-list", reversed: true, "aria-label": t("map-editor.edits") });
-  #bar = make("div", { class: "map-edit-row", role: "toolbar", "aria-label": t("map-editor.edit_the_map") });
+  #bar = make("div", { class: "row map-edit-row", role: "toolbar", "aria-label": t("map-editor.edit_the_map") });
   /** @type {Tool} */
   #tool = "free";
   /** @type {api.MapPicture | null} */
@@ -98,16 +98,16 @@ class MapEditor extends Panel {
   /** @override */
   build() {
     for (const [tool, name, says] of TOOLS) {
-      const button = make("button", { type: "button", class: "button small", title: says }, name);
+      const button = make("button", { class: "button small", title: says }, name);
       button.addEventListener("click", () => this.#take(tool));
       this.#tools.set(tool, button);
     }
     this.#brush.append(
       ...BRUSHES_CM.map((cm) => make("option", { value: String(cm), selected: cm === 20 }, t("map-editor.cm", { cm }))),
     );
-    const near = make("button", { type: "button", class: "button small", "aria-label": t("map-editor.larger") }, "+");
-    const far = make("button", { type: "button", class: "button small", "aria-label": t("map-editor.smaller") }, "−");
-    const whole = make("button", { type: "button", class: "button small" }, t("map-editor.whole_map"));
+    const near = make("button", { class: "button small", "aria-label": t("map-editor.larger") }, "+");
+    const far = make("button", { class: "button small", "aria-label": t("map-editor.smaller") }, "−");
+    const whole = make("button", { class: "button small" }, t("map-editor.whole_map"));
     near.addEventListener("click", () => this.#zoom(ZOOM));
     far.addEventListener("click", () => this.#zoom(1 / ZOOM));
     whole.addEventListener("click", () => this.#whole());
@@ -119,7 +119,7 @@ class MapEditor extends Panel {
       this.#trouble.element,
       this.#room,
       make("div", { class: "map-edit-place" }, this.#canvas, make("div", { class: "map-edit-zoom" }, near, far, whole)),
-      make("div", { class: "map-edit-row" }, this.#degrees, "°", this.#turn),
+      make("div", { class: "row map-edit-row" }, this.#degrees, "°", this.#turn),
       this.#list,
       this.#said,
     );
@@ -192,12 +192,12 @@ class MapEditor extends Panel {
     act.addEventListener("click", () => void this.#try(() => api.takeBack(holds ? "undo" : "redo", id)));
     const back = make(
       "button",
-      { type: "button", class: "button small", "aria-label": t("map-editor.as_after_id", { id }) },
+      { class: "button small", "aria-label": t("map-editor.as_after_id", { id }) },
       t("map-editor.as_it_was_then"),
     );
     back.addEventListener("click", () => void this.#try(() => api.backTo(id)));
     const body = make("div", { class: "place-body" }, make("p", { class: holds ? "" : "note" }, words));
-    return make("li", { class: "place", "data-holds": String(holds), value: id }, body, holds && back, act);
+    return make("li", { class: "row place", "data-holds": String(holds), value: id }, body, holds && back, act);
   }
 
   /** @param {Tool} tool */

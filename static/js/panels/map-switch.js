@@ -15,11 +15,7 @@ class MapSwitch extends Panel {
     this.setAttribute("aria-label", t("map-switch.how_the_map_is_drawn"));
     const buttons = KINDS.map((kind) => {
       const absent = kind === "3-D" && !MAP_DRAWN;
-      const button = make(
-        "button",
-        { type: "button", disabled: absent },
-        kind === "flat" ? t("map-switch.flat") : kind,
-      );
+      const button = make("button", { disabled: absent }, kind === "flat" ? t("map-switch.flat") : kind);
       if (absent) button.title = NO_WEBGL;
       button.addEventListener("click", () => chooseMap(kind));
       return button;

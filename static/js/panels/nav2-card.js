@@ -34,7 +34,7 @@ class Nav2Card extends Panel {
     make("option", { value: "2 0 0.01" }, t("nav2-card.slow_zones_in_cm_s")),
   );
   #take = make("button", { type: "submit", class: "button primary" }, icon("upload"), t("nav2-card.take_in"));
-  #form = make("form", { class: "nav2-form" }, this.#as, this.#files, this.#name, this.#take);
+  #form = make("form", { class: "row nav2-form" }, this.#as, this.#files, this.#name, this.#take);
   #trouble = new TroubleLine();
 
   /** @override */

@@ -20,10 +20,7 @@ class NoticeList extends Panel {
     this.append(this.#list, this.#empty);
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state }) {
     const notices = state?.notices ?? [];
     if (this.offsetParent !== null) this.#seen = notices.at(-1)?.id ?? -1;

@@ -11,6 +11,7 @@ import { t } from "../ui/texts.js";
 const STAYS_MS = { info: 6000, warning: 15000, error: Infinity };
 const OFFER_STAYS_MS = 20000;
 const MOST = 3;
+const SAID = ["command-status", "banner-stack"]; // where a sentence stands already
 
 class NoticeToasts extends Panel {
   #newest = -1;
@@ -27,11 +28,7 @@ class NoticeToasts extends Panel {
     });
   }
 
-  /**
-   * Show each notice once; update or remove it while it is still shown.
-   * @override
-   * @param {View} view
-   */
+  /** Show each notice once; update or remove it while it is still shown. @override @param {View} view */
   show({ state, lostControl, mine }) {
     if (!state) return;
     const { notices } = state;
@@ -49,13 +46,13 @@ class NoticeToasts extends Panel {
       if (!toast.isConnected) this.#shown.delete(id);
       else if (!notices.some((notice) => notice.id === id)) toast.remove(); // a newer notice of the same cause replaced it
     }
+    for (const toast of this.querySelectorAll(".toast:not(:has(.button))")) {
+      const words = toast.textContent ?? "";
+      if (SAID.some((one) => document.querySelector(one)?.textContent?.includes(words))) toast.remove();
+    }
   }
 
-  /**
-   * @param {number} id
-   * @param {Level} level
-   * @param {string} text
-   */
+  /** @param {number} id @param {Level} level @param {string} text */
   #change(id, level, text) {
     const toast = this.#shown.get(id);
     const words = toast?.querySelector("p");
@@ -70,7 +67,7 @@ class NoticeToasts extends Panel {
 
   /** @param {import("../net/session.js").Offer} offer */
   #offer({ text, words, event }) {
-    const take = make("button", { type: "button", class: "button" }, words);
+    const take = make("button", { class: "button" }, words);
     const toast = this.#put("info", text, take);
     take.addEventListener("click", () => {
       this.dispatchEvent(new CustomEvent(event, { bubbles: true }));
@@ -102,7 +99,7 @@ class NoticeToasts extends Panel {
   #put(level, text, offer) {
     const away = make(
       "button",
-      { type: "button", class: "icon-button small", "aria-label": t("notice-toasts.dismiss") },
+      { class: "icon-button small", "aria-label": t("notice-toasts.dismiss") },
       icon("close"),
     );
     const toast = make(

@@ -1,7 +1,7 @@
 // Element <own-navigation-card>: the robot's own map and pose, and goals for its own navigation; hidden without one.
 
 import { call, post, sentenceOf } from "../net/api.js";
-import { make, mark, write } from "../ui/element.js";
+import { make, mark, onSubmit, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -28,7 +28,14 @@ const inWords = ({ x_m, y_m, heading_rad }) =>
 
 /** @param {string} name @param {string} unit */
 function field(name, unit) {
-  const input = make("input", { type: "number", step: "any", value: "0", required: true, "aria-label": name });
+  const input = make("input", {
+    type: "number",
+    class: "field-box",
+    step: "any",
+    value: "0",
+    required: true,
+    "aria-label": name,
+  });
   return { input, label: make("label", {}, `${name} `, input, ` ${unit}`) };
 }
 
@@ -37,11 +44,7 @@ class OwnNavigationCard extends Panel {
   #pose = make("p", { class: "note" });
   #goal = make("p", { role: "status", hidden: true });
   #trouble = make("p", { class: "note", role: "alert", hidden: true });
-  #layer = make(
-    "button",
-    { type: "button", class: "toggle", "aria-pressed": "true" },
-    t("own-navigation-card.on_the_map"),
-  );
+  #layer = make("button", { class: "toggle", "aria-pressed": "true" }, t("own-navigation-card.on_the_map"));
   #x = field("x", "m");
   #y = field("y", "m");
   #heading = field("heading", "°");
@@ -50,12 +53,8 @@ class OwnNavigationCard extends Panel {
     { type: "submit", class: "button small" },
     t("own-navigation-card.let_the_robot_s_own_navigation"),
   );
-  #cancel = make(
-    "button",
-    { type: "button", class: "button small", hidden: true },
-    t("own-navigation-card.end_its_way"),
-  );
-  #form = make("form", { class: "own-goal" }, this.#x.label, this.#y.label, this.#heading.label, this.#send);
+  #cancel = make("button", { class: "button small", hidden: true }, t("own-navigation-card.end_its_way"));
+  #form = make("form", { class: "row own-goal" }, this.#x.label, this.#y.label, this.#heading.label, this.#send);
   #operates = false;
   #there = false;
   /** @type {OwnNavigation | null} */
@@ -80,19 +79,13 @@ class OwnNavigationCard extends Panel {
       this.#cancel,
       this.#trouble,
     );
-    this.#form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#ask(() => post(`${PATH}/goal`, this.#wanted()));
-    });
+    onSubmit(this.#form, () => void this.#ask(() => post(`${PATH}/goal`, this.#wanted())));
     this.#cancel.addEventListener("click", () => void this.#ask(() => call(`${PATH}/goal`, { method: "DELETE" })));
     this.#layer.addEventListener("click", () => void this.#ask(() => this.#switch()));
     setInterval(() => this.#there && !document.hidden && void this.#ask(() => call(PATH), false), PERIOD_MS);
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ hello, up, permission }) {
     this.#there = up && (hello?.robot.capabilities.includes("navigate") ?? false);
     this.classList.toggle("is-old", !up);
@@ -111,10 +104,7 @@ class OwnNavigationCard extends Panel {
     return call(`${PATH}/layer`, { method: "PUT", body, headers: { "content-type": "application/json" } });
   }
 
-  /**
-   * @param {() => Promise<OwnNavigation>} request
-   * @param {boolean} aloud say what goes wrong
-   */
+  /** @param {() => Promise<OwnNavigation>} request @param {boolean} aloud say what goes wrong */
   async #ask(request, aloud = true) {
     try {
       this.#draw(await request());

@@ -17,19 +17,14 @@ export class PageMenu extends Panel {
   #name = make("span", { class: "pages-name" });
   #button = make(
     "button",
-    { type: "button", class: "bar-chip pages-button", "aria-label": t("page-menu.pages") },
+    { class: "bar-chip pages-button", "aria-label": t("page-menu.pages") },
     this.#icon,
     this.#name,
     icon("chevron"),
   );
   #links = new Map(PAGES.map((row) => [row.path, link(row)]));
   #list = make("ul", { class: "pages-list" }, ...[...this.#links.values()].map((one) => make("li", {}, one)));
-  #settings = make(
-    "button",
-    { type: "button", class: "pages-link" },
-    icon("settings"),
-    make("span", {}, t("app-menu.settings")),
-  );
+  #settings = make("button", { class: "pages-link" }, icon("settings"), make("span", {}, t("app-menu.settings")));
   #nav = make("nav", { class: "pages", "aria-label": t("page-menu.pages") }, this.#list);
 
   /** @override */
@@ -58,10 +53,7 @@ export class PageMenu extends Panel {
     mark(this.#button, "aria-label", t("page-menu.pages_name", { name: row.name }));
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ hello }) {
     for (const { path, drives } of PAGES)
       mark(item(this.#links, path), "hidden", drives === true && onlyWatched(hello));

@@ -12,20 +12,19 @@ const SHOWN_MS = 2500; // for which a command that has begun is shown
 
 class PendingCommandCard extends Panel {
   #icon = icon("command");
-  #title = make("p", { class: "pending-title" });
+  #title = make("p", { class: "heading pending-title" });
   #facts = make("p", { class: "pending-facts" });
   #when = make("span", { class: "pending-when", role: "timer" });
   #ring = make("div", { class: "pending-ring", "aria-hidden": "true" }, this.#icon);
   #go = make(
     "button",
-    { type: "button", class: "button primary", "aria-keyshortcuts": "Enter" },
+    { class: "button primary", "aria-keyshortcuts": "Enter" },
     t("pending-command-card.go_now"),
     make("kbd", { "aria-hidden": "true" }, t("pending-command-card.enter")),
   );
   #cancel = make(
     "button",
     {
-      type: "button",
       class: "button",
       "aria-label": t("pending-command-card.cancel_the_pending_command"),
       "aria-keyshortcuts": "Escape",
@@ -48,7 +47,7 @@ class PendingCommandCard extends Panel {
     this.append(
       this.#ring,
       make("div", { class: "pending-words" }, this.#title, this.#facts),
-      make("div", { class: "pending-ways" }, this.#when, this.#go, this.#cancel),
+      make("div", { class: "inline pending-ways" }, this.#when, this.#go, this.#cancel),
     );
     this.#go.addEventListener("click", () => this.#press(this.#go, this.session.beginPendingCommand(this.#waiting)));
     this.#cancel.addEventListener("click", () =>
@@ -56,10 +55,7 @@ class PendingCommandCard extends Panel {
     );
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     const { state, up } = view;
     const pending_command = (up && state?.pending_command) || null;
@@ -78,10 +74,7 @@ class PendingCommandCard extends Panel {
     if (!pending_command) this.#waiting = 0;
   }
 
-  /**
-   * @param {PendingCommandState} pending_command
-   * @param {View} view
-   */
+  /** @param {PendingCommandState} pending_command @param {View} view */
   #wait(pending_command, view) {
     const { state } = view;
     if (!state) return;

@@ -16,12 +16,7 @@ export const askName = (from, detail) =>
   from.dispatchEvent(new CustomEvent("name-place", { detail, bubbles: true, composed: true }));
 
 class PlaceList extends Panel {
-  #remember = make(
-    "button",
-    { type: "button", class: "button" },
-    icon("pin"),
-    make("span", {}, t("place-list.remember_this_place")),
-  );
+  #remember = make("button", { class: "button" }, icon("pin"), make("span", {}, t("place-list.remember_this_place")));
   #empty = make("p", { class: "note" }, t("place-list.none_yet"));
   #list = make("ul", { class: "places", "aria-label": t("place-list.places") });
   #noZone = make("p", { class: "note" }, t("place-list.no_zone_yet"));
@@ -34,10 +29,10 @@ class PlaceList extends Panel {
   build() {
     const head = make("h3", {}, t("place-list.places"));
     this.append(
-      make("div", { class: "slam-head" }, head, make("span", { class: "spring" }), this.#remember),
+      make("div", { class: "inline slam-head" }, head, make("span", { class: "spring" }), this.#remember),
       this.#empty,
       this.#list,
-      make("div", { class: "slam-head" }, make("h3", {}, t("place-list.zones"))),
+      make("div", { class: "inline slam-head" }, make("h3", {}, t("place-list.zones"))),
       this.#noZone,
       this.#zones,
     );
@@ -45,10 +40,7 @@ class PlaceList extends Panel {
     marksOf(this.session).addEventListener("change", () => this.#draw());
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ hello, up }) {
     this.#operates = hello !== null && hello.you.role !== "viewer";
     this.#drives = this.#operates && hello?.robot.drives === true;
@@ -72,7 +64,7 @@ class PlaceList extends Panel {
   #remover(name, remove) {
     const away = make(
       "button",
-      { type: "button", class: "button small", "aria-label": t("place-list.remove_name", { name }) },
+      { class: "button small", "aria-label": t("place-list.remove_name", { name }) },
       t("place-list.remove"),
     );
     away.addEventListener("click", () => {
@@ -91,7 +83,12 @@ class PlaceList extends Panel {
       make("p", { class: "place-name" }, name),
       make("p", { class: "note" }, says),
     );
-    return make("li", { class: "place", "data-kind": kind }, body, this.#operates && this.#remover(name, removeZone));
+    return make(
+      "li",
+      { class: "row place", "data-kind": kind },
+      body,
+      this.#operates && this.#remover(name, removeZone),
+    );
   }
 
   /** @param {Place} place */
@@ -100,21 +97,23 @@ class PlaceList extends Panel {
     const where = `${fixed(place.x_m, 2)}, ${fixed(place.y_m, 2)} m${turned}`;
     const go = make(
       "button",
-      { type: "button", class: "button place-go", "aria-label": t("place-list.go_to_name", { name: place.name }) },
+      {
+        class: "button place-go",
+        "aria-label": t("place-list.go_to_name", { name: place.name }),
+        onclick: () => void this.session.say(wordsTo(place), "click"),
+      },
       t("place-list.go"),
     );
-    go.addEventListener("click", () => void this.session.say(wordsTo(place), "click"));
     const edit = make(
       "button",
       {
-        type: "button",
         class: "icon-button small",
         "aria-label": t("place-list.change_name", { name: place.name }),
         title: t("place-list.change"),
+        onclick: () => askName(this, { place }),
       },
       icon("pencil"),
     );
-    edit.addEventListener("click", () => askName(this, { place }));
     const away = this.#remover(place.name, removePlace);
     const body = make(
       "div",
@@ -122,7 +121,7 @@ class PlaceList extends Panel {
       make("p", { class: "place-name" }, place.name),
       make("p", { class: "note" }, where),
     );
-    return make("li", { class: "place" }, body, this.#drives && go, this.#operates && edit, this.#operates && away);
+    return make("li", { class: "row place" }, body, this.#drives && go, this.#operates && edit, this.#operates && away);
   }
 }
 

@@ -29,10 +29,10 @@ class PlaceView extends Panel {
     icon("here"),
     make("span", {}, t("place-view.it_is_here")),
   );
-  #leave = make("button", { type: "button", class: "button" }, t("place-view.cancel"));
+  #leave = make("button", { class: "button" }, t("place-view.cancel"));
   #form = make(
     "form",
-    { class: "place-form" },
+    { class: "row place-form" },
     this.#fields.x.row,
     this.#fields.y.row,
     this.#fields.heading.row,

@@ -20,11 +20,7 @@ const SETTLE_MS = 600; // after a seek the slider waits for the recording to arr
 
 class PlaybackBar extends Panel {
   #icon = icon("pause");
-  #play = make(
-    "button",
-    { type: "button", class: "button primary play", "aria-label": t("playback-bar.pause") },
-    this.#icon,
-  );
+  #play = make("button", { class: "button primary play", "aria-label": t("playback-bar.pause") }, this.#icon);
   #seek = make("input", {
     type: "range",
     class: "seek",
@@ -43,9 +39,7 @@ class PlaybackBar extends Panel {
   #speeds = make(
     "div",
     { class: "presets", role: "group", "aria-label": t("playback-bar.playback_speed") },
-    ...SPEEDS.map((times) =>
-      make("button", { type: "button", class: "preset", "data-speed": String(times) }, `${times}×`),
-    ),
+    ...SPEEDS.map((times) => make("button", { class: "preset", "data-speed": String(times) }, `${times}×`)),
   );
   #movedAt = -Infinity;
   #length = 0;
@@ -107,10 +101,7 @@ class PlaybackBar extends Panel {
     }
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, up, hello }) {
     if (this.hidden || !state) return;
     this.#timeline.saw(state);
@@ -138,13 +129,7 @@ class PlaybackBar extends Panel {
     this.#drawn = this.#timeline.revision;
     const marks = this.#timeline.marks.map(({ at, kind, words }) => {
       const says = `${duration(at * this.#length)}: ${words}`;
-      const mark = make("button", {
-        type: "button",
-        class: "mark",
-        "data-kind": kind,
-        title: says,
-        "aria-label": says,
-      });
+      const mark = make("button", { class: "mark", "data-kind": kind, title: says, "aria-label": says });
       mark.style.setProperty("--at", String(at));
       mark.addEventListener("click", () => void this.session.scrub(at * this.#length));
       return mark;

@@ -8,11 +8,7 @@ import { showFinished } from "../ui/recorder.js";
 import { t } from "../ui/texts.js";
 
 class PlaybackPart extends Panel {
-  #button = make(
-    "button",
-    { type: "button", class: "preset", onclick: () => this.#toggle() },
-    t("playback-part.export"),
-  );
+  #button = make("button", { class: "preset", onclick: () => this.#toggle() }, t("playback-part.export"));
   /** @type {HTMLFormElement | null} */
   #form = null;
 

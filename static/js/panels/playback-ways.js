@@ -18,8 +18,11 @@ const SLOWER = 0.9; // of the speed that was asked for
 
 class PlaybackWays extends Panel {
   #ways = WAYS.map(([way, name, title]) => {
-    const button = make("button", { type: "button", class: "preset", "data-way": way, title }, name);
-    button.addEventListener("click", () => this.#choose(way, this.#compares));
+    const button = make(
+      "button",
+      { class: "preset", "data-way": way, title, onclick: () => this.#choose(way, this.#compares) },
+      name,
+    );
     return button;
   });
   #group = make(
@@ -41,10 +44,7 @@ class PlaybackWays extends Panel {
     this.#box.addEventListener("change", () => this.#choose(this.#way, this.#box.checked));
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, hello, up }) {
     const playback = state?.playback ?? null;
     this.hidden = !playback;

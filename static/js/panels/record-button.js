@@ -12,16 +12,9 @@ class RecordButton extends Panel {
   #words = make("span", { class: "recorder-words" });
   #time = make("span", { class: "recorder-time" });
   #size = make("span", { class: "recorder-size" });
-  #record = make(
-    "button",
-    { type: "button", class: "bar-chip recorder" },
-    this.#icon,
-    this.#words,
-    this.#time,
-    this.#size,
-  );
+  #record = make("button", { class: "bar-chip recorder" }, this.#icon, this.#words, this.#time, this.#size);
   #keepWords = make("span", { class: "recorder-words" }, t("record-button.keep"));
-  #keep = make("button", { type: "button", class: "bar-chip recorder-keep" }, icon("keep"), this.#keepWords);
+  #keep = make("button", { class: "bar-chip recorder-keep" }, icon("keep"), this.#keepWords);
   #busy = false;
 
   /** @override */
@@ -40,10 +33,7 @@ class RecordButton extends Panel {
     this.#busy = false;
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     const { runs, time, size, whyNot, holds, held, whyNotKept } = recorderOf(view);
     this.hidden = view.state === null;

@@ -20,10 +20,7 @@ class RobotBadge extends Panel {
   #badge = make("span", { class: "badge" }, this.#icon, this.#word);
   #printed = make(
     "span",
-    {
-      class: "badge badge-words",
-      title: t("robot-badge.the_chapter_s_own_equations_run"),
-    },
+    { class: "badge badge-words", title: t("robot-badge.the_chapter_s_own_equations_run") },
     make("span", { class: "badge-more" }, "AS\u00a0"),
     t("robot-badge.printed"),
   );
@@ -53,10 +50,7 @@ class RobotBadge extends Panel {
     });
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state }) {
     const pace = state?.robot.pace ?? 1;
     this.#pace.hidden = pace >= 1;

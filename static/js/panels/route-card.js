@@ -44,7 +44,7 @@ class RouteCard extends Panel {
   #under = make("div", { class: "route-under", hidden: true });
   #list = make("ul", { class: "places", "aria-label": t("route-card.routes") });
   #empty = make("p", { class: "note" }, t("route-card.none_yet"));
-  #new = make("button", { type: "button", class: "button" }, t("route-card.new_route"));
+  #new = make("button", { class: "button" }, t("route-card.new_route"));
   #name = make("input", {
     class: "field-box",
     type: "text",
@@ -68,7 +68,7 @@ class RouteCard extends Panel {
   });
   #hours = make(
     "div",
-    { class: "route-acts", hidden: true },
+    { class: "row route-acts", hidden: true },
     t("route-card.rounds_from"),
     this.#begins,
     t("route-card.rounds_until"),
@@ -90,24 +90,24 @@ class RouteCard extends Panel {
   /** @override */
   build() {
     const steers = STEERS.map((act) => {
-      const button = make("button", { type: "button", class: "button" }, STEER_WORDS[act] ?? act);
+      const button = make("button", { class: "button" }, STEER_WORDS[act] ?? act);
       button.addEventListener("click", () => void this.#try(() => steerRoute(act)));
       this.#steers.set(act, button);
       return button;
     });
-    this.#under.append(this.#now, this.#why, make("div", { class: "route-acts" }, ...steers));
+    this.#under.append(this.#now, this.#why, make("div", { class: "row route-acts" }, ...steers));
     this.#form.append(
       this.#name,
       this.#stops,
       this.#choice,
-      make("label", { class: "place-turns" }, this.#loop, t("route-card.round_and_round")),
+      make("label", { class: "inline place-turns" }, this.#loop, t("route-card.round_and_round")),
       this.#hours,
       this.#save,
     );
     this.append(
       make(
         "div",
-        { class: "slam-head" },
+        { class: "inline slam-head" },
         make("h3", {}, t("route-card.routes")),
         make("span", { class: "spring" }),
         this.#new,
@@ -183,13 +183,13 @@ class RouteCard extends Panel {
     const way = stops.map(({ place }) => place).join(" → ");
     const start = make(
       "button",
-      { type: "button", class: "button", "aria-label": t("route-card.start_name", { name }) },
+      { class: "button", "aria-label": t("route-card.start_name", { name }) },
       t("route-card.start"),
     );
     start.addEventListener("click", () => void this.#try(() => startRoute(name)));
     const away = make(
       "button",
-      { type: "button", class: "button small", "aria-label": t("place-list.remove_name", { name }) },
+      { class: "button small", "aria-label": t("place-list.remove_name", { name }) },
       t("place-list.remove"),
     );
     away.addEventListener("click", () => {
@@ -201,7 +201,7 @@ class RouteCard extends Panel {
       make("p", { class: "place-name" }, name),
       make("p", { class: "note" }, loop ? `${way} ↻` : way),
     );
-    return make("li", { class: "place" }, body, this.#operates && start, this.#operates && away);
+    return make("li", { class: "row place" }, body, this.#operates && start, this.#operates && away);
   }
 
   #drawForm() {
@@ -253,7 +253,7 @@ class RouteCard extends Panel {
     });
     const row = make(
       "li",
-      { class: "route-stop", draggable: "true" },
+      { class: "row route-stop", draggable: "true" },
       make("span", { class: "place-name" }, stop.place),
       wait,
       "s",
@@ -276,11 +276,7 @@ class RouteCard extends Panel {
 
   /** @param {string} drawing @param {string} says @param {() => void} then */
   #act(drawing, says, then) {
-    const button = make(
-      "button",
-      { type: "button", class: "icon-button small", "aria-label": says, title: says },
-      icon(drawing),
-    );
+    const button = make("button", { class: "icon-button small", "aria-label": says, title: says }, icon(drawing));
     mark(button, "data-act", drawing);
     button.addEventListener("click", then);
     return button;

@@ -92,10 +92,7 @@ export class SceneView extends Panel {
     this.#then = then;
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, hello, up, permission }) {
     if (this.hidden) return;
     this.#reveal("own", hello?.robot.capabilities.includes("navigate") ?? false);
@@ -110,11 +107,7 @@ export class SceneView extends Panel {
     if (state?.command?.source === "click") this.#hint.classList.add("is-known");
   }
 
-  /**
-   * Show a legend row only while its layer has content.
-   * @param {string} layer
-   * @param {boolean} there
-   */
+  /** Show a legend row only while its layer has content. @param {string} layer @param {boolean} there */
   #reveal(layer, there) {
     const row = /** @type {HTMLElement | null} */ (this.#legend.querySelector(`[data-row="${layer}"]`));
     if (row && row.hidden === there) row.hidden = !there;

@@ -2,7 +2,7 @@
 
 import * as api from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
-import { make, svg, write } from "../ui/element.js";
+import { make, onSubmit, svg, write } from "../ui/element.js";
 import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
 
@@ -30,7 +30,7 @@ const MAY = {
 export class SignInSheet extends Sheet {
   #name = make("input", {
     id: "link-name",
-    class: "field",
+    class: "field-box",
     type: "text",
     maxlength: "40",
     placeholder: t("sign-in-sheet.tablet"),
@@ -38,7 +38,7 @@ export class SignInSheet extends Sheet {
   });
   #drives = make("input", { type: "radio", name: "link-role", value: "operator" });
   #watches = make("input", { type: "radio", name: "link-role", value: "viewer", checked: true });
-  #made = make("div", { class: "link-made", hidden: true });
+  #made = make("div", { class: "row link-made", hidden: true });
   #sessions = make("ul", { class: "sign-ins", "aria-label": t("sign-in-sheet.signed_in") });
   #keys = make("ul", { class: "sign-ins", "aria-label": t("sign-in-sheet.links_and_keys") });
 
@@ -71,10 +71,7 @@ export class SignInSheet extends Sheet {
         this.#keys,
       ),
     );
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.session.attempt(() => this.#makeLink());
-    });
+    onSubmit(form, () => void this.session.attempt(() => this.#makeLink()));
   }
 
   /** @override */
@@ -88,14 +85,17 @@ export class SignInSheet extends Sheet {
     /** @type {NewLink} */
     const { address, qr, note } = await api.makeLink(role, this.#name.value.trim());
     const box = make("input", {
-      class: "field",
+      class: "field-box",
       readonly: true,
       value: address,
       "aria-label": t("sign-in-sheet.link"),
     });
     box.addEventListener("focus", () => box.select());
-    const copy = make("button", { type: "button", class: "button" }, t("sign-in-sheet.copy"));
-    copy.addEventListener("click", () => void this.#copy(box, copy));
+    const copy = make(
+      "button",
+      { class: "button", onclick: () => void this.#copy(box, copy) },
+      t("sign-in-sheet.copy"),
+    );
     this.#made.replaceChildren(
       drawn(qr),
       make(
@@ -164,7 +164,7 @@ export class SignInSheet extends Sheet {
    * @param {(() => Promise<unknown>) | null} end null: not from here
    */
   #row(one, about, does, end) {
-    const button = make("button", { type: "button", class: "button", "aria-label": `${does} ${one.name}` }, does);
+    const button = make("button", { class: "button", "aria-label": `${does} ${one.name}` }, does);
     button.addEventListener("click", () => {
       if (!sure(button, t("sign-in-sheet.really"))) return;
       void this.session.attempt(async () => {
@@ -182,10 +182,7 @@ export class SignInSheet extends Sheet {
   }
 }
 
-/**
- * Draw a QR code, dark on white in every theme.
- * @param {string[]} rows "1" dark
- */
+/** Draw a QR code, dark on white in every theme. @param {string[]} rows "1" dark */
 function drawn(rows) {
   const size = rows.length + 2 * MARGIN;
   const path = rows

@@ -44,12 +44,7 @@ class SlamCard extends Panel {
     }),
   };
   #facts = make("p", { class: "note slam-facts" });
-  #here = make(
-    "button",
-    { type: "button", class: "button small" },
-    icon("here"),
-    make("span", {}, t("slam-card.it_is_here")),
-  );
+  #here = make("button", { class: "button small" }, icon("here"), make("span", {}, t("slam-card.it_is_here")));
   #closures = new ClosureList();
   #landmarks = new LandmarkTable();
   #seq = -1;
@@ -57,20 +52,17 @@ class SlamCard extends Panel {
   /** @override */
   build() {
     this.append(
-      make("div", { class: "slam-top" }, this.#facts, make("span", { class: "spring" }), this.#here),
+      make("div", { class: "inline slam-top" }, this.#facts, make("span", { class: "spring" }), this.#here),
       ...Object.values(this.#plots),
       this.#closures,
-      make("div", { class: "slam-head" }, make("h3", {}, t("slam-card.landmarks"))),
+      make("div", { class: "inline slam-head" }, make("h3", {}, t("slam-card.landmarks"))),
       this.#landmarks,
     );
     this.#closures.join(this.session);
     this.#here.addEventListener("click", () => this.dispatchEvent(new CustomEvent("place-robot", { bubbles: true })));
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, hello, up }) {
     if (!state) return;
     const { slam, floor } = state;

@@ -22,7 +22,7 @@ class StopButton extends Panel {
   #note = make("span", { class: "stop-note" });
   #button = make(
     "button",
-    { type: "button", class: "stop", "aria-keyshortcuts": "Escape Space", title: STOPS },
+    { class: "stop", "aria-keyshortcuts": "Escape Space", title: STOPS },
     this.#icon,
     make("span", { class: "stop-words" }, this.#word, this.#note),
     make("kbd", { "aria-hidden": "true" }, "Esc"),
@@ -54,10 +54,7 @@ class StopButton extends Panel {
     });
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ hello, state, up }) {
     const recording = hello?.robot.capabilities.includes("replay") === true && !state?.command;
     const lost = !up && state !== null && !recording;

@@ -26,10 +26,7 @@ export class TabCard extends Panel {
     this.open(panels[0]?.dataset["tab"] ?? "");
   }
 
-  /**
-   * Hide tabs without content: a recording has no commands, a robot may lack microphones.
-   * @override
-   */
+  /** Hide tabs without content: a recording has no commands, a robot may lack microphones. @override */
   show() {
     for (const { panel, tab, count } of this.#tabs.values()) {
       const parts = /** @type {HTMLElement[]} */ ([...panel.children]);
@@ -64,7 +61,7 @@ export class TabCard extends Panel {
     const count = make("span", { class: "count", hidden: true });
     const tab = make(
       "button",
-      { type: "button", class: "tab", role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` },
+      { class: "tab", role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` },
       icon(panel.dataset["icon"] ?? name),
       make("span", { class: "tab-words" }, words),
       count,

@@ -20,7 +20,7 @@ class TourGuide extends Panel {
   #title = make("h2", { class: "card-title" });
   #text = make("p");
   #count = make("span", { class: "note" });
-  #end = make("button", { type: "button", class: "button" }, t("tour-guide.end_the_tour"));
+  #end = make("button", { class: "button" }, t("tour-guide.end_the_tour"));
   #card = make(
     "div",
     { class: "tour card", role: "region", "aria-label": t("tour-guide.tour"), hidden: true },
@@ -54,10 +54,7 @@ class TourGuide extends Panel {
     this.session.on("stopped", () => this.#ownStop || this.#tour?.end());
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ permission }) {
     if (this.#tour && permission.may === "no") this.#tour.end();
     if (!this.#card.hidden) this.#place();
@@ -162,11 +159,7 @@ class TourGuide extends Panel {
     ];
   }
 
-  /**
-   * @param {Tour} tour
-   * @param {string} words
-   * @param {"chip" | "click"} source
-   */
+  /** @param {Tour} tour @param {string} words @param {"chip" | "click"} source */
   async #tell(tour, words, source) {
     const answer = await this.session.say(words, source);
     const { id } = answer;
@@ -213,10 +206,7 @@ class TourGuide extends Panel {
     this.#ownStop = false;
   }
 
-  /**
-   * Make the caller known, and come to her alone.
-   * @param {Tour} tour
-   */
+  /** Make the caller known, and come to her alone. @param {Tour} tour */
   async #teach(tour) {
     /** @type {PeopleState} */
     const before = await call("api/people");

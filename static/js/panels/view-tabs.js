@@ -26,11 +26,10 @@ class ViewTabs extends Panel {
         ...VIEWS.map(([view, name]) => {
           const button = make(
             "button",
-            { type: "button", class: "view-tab", "data-to": view },
+            { class: "view-tab", "data-to": view, onclick: () => this.open(view) },
             icon(ICONS[view]),
             make("span", {}, name),
           );
-          button.addEventListener("click", () => this.open(view));
           return button;
         }),
       ),
@@ -48,10 +47,7 @@ class ViewTabs extends Panel {
     }
   }
 
-  /**
-   * A recording may lack pictures.
-   * @override
-   */
+  /** A recording may lack pictures. @override */
   show() {
     const blind = this.#place.querySelector("camera-view")?.hasAttribute("hidden") === true;
     if (blind && this.#place.dataset["view"] === "camera") this.open("map");

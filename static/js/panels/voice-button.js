@@ -30,15 +30,11 @@ export class VoiceButton extends Panel {
   #ring = make("span", { class: "voice-ring", "aria-hidden": "true" });
   #button = make(
     "button",
-    { type: "button", class: "button voice", "aria-label": t("voice-button.hold_to_talk"), "aria-keyshortcuts": "V" },
+    { class: "button voice", "aria-label": t("voice-button.hold_to_talk"), "aria-keyshortcuts": "V" },
     this.#ring,
     this.#icon,
   );
-  #more = make(
-    "button",
-    { type: "button", class: "voice-more", "aria-label": t("voice-button.microphone") },
-    icon("chevron"),
-  );
+  #more = make("button", { class: "voice-more", "aria-label": t("voice-button.microphone") }, icon("chevron"));
   #open = make("input", { type: "checkbox", class: "switch", id: "voice-open" });
   #facts = make("p", { class: "note" });
   #speaker = make("select", { class: "field-box", id: "voice-speaker" });
@@ -163,10 +159,7 @@ export class VoiceButton extends Panel {
     this.#draw();
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ hello, state, up }) {
     const starting = state?.ears?.starting === true && this.#people.length > 0;
     if (starting !== this.#starting) {
@@ -246,11 +239,7 @@ export class VoiceButton extends Panel {
     };
   }
 
-  /**
-   * @param {string} name
-   * @param {string} says
-   * @param {string} why
-   */
+  /** @param {string} name @param {string} says @param {string} why */
   #cleaner(name, says, why) {
     const box = make("input", { type: "checkbox", class: "switch", id: `voice-${name}` });
     box.checked = remembered(`voice.${name}`, "false") === "true";

@@ -2,6 +2,7 @@
 
 import { call, post } from "../net/api.js";
 import * as room from "../net/room-api.js";
+import { PageModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
@@ -53,15 +54,13 @@ const SPOKEN_MS = 2500; // until a call has been transcribed
 /** @param {string} id @param {number} number */
 export const pictureOf = (id, number) => `${ROOT}/${id}/pictures/${number}.jpg`;
 
-export class EnrollmentModel {
+export class EnrollmentModel extends PageModel {
   /** @type {PeopleState | null} null until it was read */
   state = null;
   busy = false;
   outcome = ""; // of the newest call
   /** @type {string[]} */
   inhabitants = []; // people in the simulated room who can show themselves
-  /** @type {Set<() => void>} */
-  #listeners = new Set();
   #asked = 0; // requests so far
   #answered = 0; // the newest request whose answer is shown
   #askedAt = -Infinity;
@@ -69,7 +68,7 @@ export class EnrollmentModel {
 
   /** @param {Session} session */
   constructor(session) {
-    this.session = session;
+    super(session);
     session.on("hello", () => void this.read());
     session.on("hello", () => void this.#readInhabitants());
     setInterval(() => this.#look(), ASK_MS);
@@ -86,16 +85,6 @@ export class EnrollmentModel {
     return this.enrollment !== null && this.enrollment.owner === this.session.hello?.you.id;
   }
 
-  /** True unless this user is a viewer. */
-  get may() {
-    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
-  }
-
-  /** @param {() => void} listener */
-  onChange(listener) {
-    this.#listeners.add(listener);
-  }
-
   async read() {
     const request = ++this.#asked;
     this.#askedAt = performance.now();
@@ -109,7 +98,7 @@ export class EnrollmentModel {
     const { enrollment } = this;
     if (enrollment?.newest && enrollment.newest.number !== before?.newest?.number)
       this.session.announce(`${enrollment.newest.words} ${enrollment.advice}`);
-    this.#notify();
+    this.tell();
   }
 
   get #visible() {
@@ -141,10 +130,7 @@ export class EnrollmentModel {
     return this.#tried(() => call(this.#path(), { method: "DELETE" }));
   }
 
-  /**
-   * @param {"background" | "picture"} what
-   * @param {Blob | null} picture null: the robot's own camera takes it
-   */
+  /** @param {"background" | "picture"} what @param {Blob | null} picture null: the robot's own camera takes it */
   take(what, picture) {
     if (!picture) return this.#tried(() => post(`${this.#path()}/capture`, { what }));
     const headers = { "content-type": picture.type };
@@ -205,7 +191,7 @@ export class EnrollmentModel {
       if (!row) return;
       state = row.state;
       this.outcome = row.remark || (state === "running" ? t("enrollment-model.the_robot_turns_to_the_voice") : state);
-      this.#notify();
+      this.tell();
       await new Promise((resolve) => setTimeout(resolve, ASK_MS));
     }
     this.session.announce(this.outcome);
@@ -218,14 +204,10 @@ export class EnrollmentModel {
   /** @param {() => Promise<unknown>} act */
   async #tried(act) {
     this.busy = true;
-    this.#notify();
+    this.tell();
     const done = await this.session.attempt(act);
     this.busy = false;
     await this.read();
     return done;
-  }
-
-  #notify() {
-    for (const listener of this.#listeners) listener();
   }
 }

@@ -1,10 +1,10 @@
 // Element <people-enrollment>: enrollment of a person: empty room, gestures, name.
 
 import { action, say } from "../calibration/action.js";
-import { takeDrops } from "../calibration/file-drop.js";
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, make, mark, onSubmit, write } from "../ui/element.js";
+import { takeDrops } from "../ui/file-drop.js";
 import { remember, remembered } from "../ui/local-storage.js";
-import { Panel } from "../ui/panel.js";
+import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { PeopleStage, prepared } from "./people-stage.js";
 import { sketched } from "./person-outline.js";
@@ -26,16 +26,15 @@ const DELAYS = /** @type {const} */ ([
 ]);
 const PRIVACY = t("people-enrollment.only_numbers_are_kept_how_tall");
 
-class PeopleEnrollment extends Panel {
-  /** @type {EnrollmentModel | null} */
-  #enrollments = null;
+/** @extends {PagePanel<EnrollmentModel>} */
+class PeopleEnrollment extends PagePanel {
   #stage = new PeopleStage();
   #sources = SOURCES.map(([value, drawing, name, note]) => choice(value, drawing, name, note));
-  #begin = make("button", { type: "button", class: "button primary large" }, t("people-enrollment.begin"));
+  #begin = make("button", { class: "button primary large" }, t("people-enrollment.begin"));
   #whyNot = make("p", { class: "note", role: "status" });
   #intro = make(
     "section",
-    { class: "card people-card", "aria-label": t("people-enrollment.enroll_a_person") },
+    { class: "card page-card", "aria-label": t("people-enrollment.enroll_a_person") },
     make("h2", {}, t("people-enrollment.teach_the_robot_who_you_are")),
     make("p", {}, t("people-enrollment.then_the_robot_can_come_to")),
     make(
@@ -44,18 +43,18 @@ class PeopleEnrollment extends Panel {
       make("legend", {}, t("people-enrollment.who_takes_the_pictures")),
       ...this.#sources,
     ),
-    make("div", { class: "people-buttons" }, this.#begin),
+    make("div", { class: "row people-buttons" }, this.#begin),
     this.#whyNot,
     make("p", { class: "note" }, PRIVACY),
   );
   #advice = make("h2", { class: "people-advice" });
   #steps = make("ol", { class: "people-steps", "aria-label": t("people-enrollment.what_is_asked_for") });
   #verdict = make("p", { class: "people-verdict", role: "alert" });
-  #waits = make("p", { class: "people-waits", role: "status" });
+  #waits = make("p", { class: "inline people-waits", role: "status" });
   #take = action("camera", t("people-enrollment.take_it"));
   #delay = make(
     "select",
-    { "aria-label": t("people-enrollment.when") },
+    { class: "field-box", "aria-label": t("people-enrollment.when") },
     ...DELAYS.map(([seconds, words]) => make("option", { value: String(seconds) }, words)),
   );
   #files = make("input", {
@@ -72,7 +71,7 @@ class PeopleEnrollment extends Panel {
     t("people-enrollment.choose_pictures"),
   );
   #show = action("demo", t("people-enrollment.show_me"));
-  #who = make("select", { "aria-label": t("people-enrollment.who_shows_themselves") });
+  #who = make("select", { class: "field-box", "aria-label": t("people-enrollment.who_shows_themselves") });
   #turnLeft = action("turn_left", t("people-enrollment.turn_left"));
   #turnRight = action("turn_right", t("people-enrollment.turn_right"));
   #retakeRoom = action("undo", t("people-enrollment.retake_the_empty_room"));
@@ -80,6 +79,7 @@ class PeopleEnrollment extends Panel {
   #strip = make("ul", { class: "people-strip", "aria-label": t("people-enrollment.pictures_taken") });
   #name = make("input", {
     type: "text",
+    class: "field-box",
     id: "people-name",
     maxlength: "40",
     autocomplete: "off",
@@ -88,14 +88,14 @@ class PeopleEnrollment extends Panel {
   #keep = make("button", { type: "submit", class: "button primary large" }, t("people-enrollment.that_is_me"));
   #naming = make(
     "form",
-    { class: "people-naming" },
+    { class: "row people-naming" },
     make("label", { for: "people-name" }, t("people-enrollment.who_are_you")),
     this.#name,
     this.#keep,
   );
   #enrollment = make(
     "section",
-    { class: "card people-card", "aria-label": t("people-enrollment.enrollment") },
+    { class: "card page-card", "aria-label": t("people-enrollment.enrollment") },
     this.#advice,
     this.#steps,
     this.#stage,
@@ -103,7 +103,7 @@ class PeopleEnrollment extends Panel {
     this.#naming,
     make(
       "div",
-      { class: "people-buttons" },
+      { class: "row people-buttons" },
       this.#take,
       this.#delay,
       this.#files,
@@ -122,19 +122,13 @@ class PeopleEnrollment extends Panel {
   #away = false; // another page is open: no camera
   #drawn = "";
 
-  /** @param {EnrollmentModel} enrollments */
-  watch(enrollments) {
-    this.#enrollments = enrollments;
-    enrollments.onChange(() => this.#draw());
-  }
-
   /** @override */
   build() {
     this.#take.classList.add("primary", "large");
     this.#delay.value = remembered("people.delay", "0");
     this.#delay.addEventListener("change", () => remember("people.delay", this.#delay.value));
     this.append(this.#intro, this.#enrollment);
-    this.#begin.addEventListener("click", () => void this.#enrollments?.begin());
+    this.#begin.addEventListener("click", () => void this.model.begin());
     this.#take.addEventListener("click", () => this.#press());
     this.#files.addEventListener("change", () => void this.#upload(this.#files.files ?? []));
     this.#show.addEventListener("click", () => this.#showMe());
@@ -143,20 +137,17 @@ class PeopleEnrollment extends Panel {
     this.#retakeRoom.addEventListener("click", () => this.#countDown("background"));
     this.#cancel.addEventListener("click", () => {
       this.#stop();
-      void this.#enrollments?.cancel();
+      void this.model.cancel();
     });
-    this.#naming.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#finish();
-    });
-    this.#name.addEventListener("input", () => this.#draw());
+    onSubmit(this.#naming, () => void this.#finish());
+    this.#name.addEventListener("input", () => this.draw());
     for (const radio of this.#radios) radio.addEventListener("change", () => remember("people.source", radio.value));
     takeDrops(
       this.#stage,
       () => this.#source === "upload",
       (files) => void this.#upload(files),
     );
-    this.#draw();
+    this.draw();
   }
 
   /** @override */
@@ -168,7 +159,7 @@ class PeopleEnrollment extends Panel {
   /** @override */
   pageOpened() {
     this.#away = false;
-    this.#draw();
+    this.draw();
   }
 
   /** @override */
@@ -188,11 +179,12 @@ class PeopleEnrollment extends Panel {
   }
 
   get #idle() {
-    return (this.#enrollments?.may ?? false) && !this.#enrollments?.busy && !this.#enrollments?.enrollment?.demo;
+    return this.model.may && !this.model.busy && !this.model.enrollment?.demo;
   }
 
-  #draw() {
-    const enrollments = this.#enrollments;
+  /** @override */
+  draw() {
+    const enrollments = this.model;
     if (!enrollments?.state) return;
     const { enrollment, state } = enrollments;
     const others = enrollment !== null && !enrollments.mine;
@@ -242,7 +234,7 @@ class PeopleEnrollment extends Panel {
       enrollment.waits ||
       (enrollment.demo
         ? t("people-enrollment.the_simulated_person_shows_the_gesture")
-        : this.#enrollments?.busy
+        : this.model.busy
           ? t("people-enrollment.one_moment")
           : "");
     write(this.#verdict, words);
@@ -258,7 +250,7 @@ class PeopleEnrollment extends Panel {
     this.#take.disabled = !this.#counting && (!this.#idle || !this.#stage.ready);
     this.#choose.hidden = !upload;
     this.#show.hidden = !simulated || this.#source !== "robot";
-    this.#show.disabled = this.#enrollments?.busy === true;
+    this.#show.disabled = this.model.busy;
     this.#who.hidden = this.#show.hidden || enrollment.demo || this.#offerInhabitants(enrollment.id) === 0;
     this.#turnLeft.hidden = this.#turnRight.hidden = this.#show.hidden || enrollment.demo || !enrollment.trouble;
     say(this.#show, enrollment.demo ? t("people-enrollment.enough_shown") : t("people-enrollment.show_me"), "demo");
@@ -299,11 +291,11 @@ class PeopleEnrollment extends Panel {
    * @returns {number} people in the simulated room who can show themselves
    */
   #offerInhabitants(id) {
-    const inhabitants = this.#enrollments?.inhabitants ?? [];
+    const inhabitants = this.model.inhabitants;
     const key = [id, ...inhabitants].join();
     if (this.#who.dataset["offered"] === key) return inhabitants.length;
     this.#who.dataset["offered"] = key;
-    const known = new Set(this.#enrollments?.state?.people.map(({ name }) => name));
+    const known = new Set(this.model.state?.people.map(({ name }) => name));
     this.#who.replaceChildren(
       ...inhabitants.map((name) => make("option", { value: name }, name)),
       make("option", { value: "" }, t("people-enrollment.someone_new")),
@@ -313,10 +305,10 @@ class PeopleEnrollment extends Panel {
   }
 
   #showMe() {
-    const on = !this.#enrollments?.enrollment?.demo;
+    const on = !this.model.enrollment?.demo;
     const inhabitant = this.#who.hidden ? "" : this.#who.value;
     if (on) this.#name.value = inhabitant;
-    void this.#enrollments?.showMe(on, inhabitant);
+    void this.model.showMe(on, inhabitant);
   }
 
   /** @param {Enrollment} enrollment @param {import("./enrollment-model.js").Judged} one */
@@ -325,20 +317,19 @@ class PeopleEnrollment extends Panel {
     const away = make(
       "button",
       {
-        type: "button",
         class: "icon-button",
         "aria-label": t("people-enrollment.leave_out_name", { name }),
         title: t("people-enrollment.leave_out"),
+        onclick: () => void this.model.drop(one.number),
       },
       icon("trash"),
     );
-    away.addEventListener("click", () => void this.#enrollments?.drop(one.number));
     return make("li", {}, sketched(enrollment.id, one, name), make("span", { class: "thumb-foot" }, name, away));
   }
 
   #press() {
     if (this.#counting) this.#stop();
-    else this.#countDown(this.#enrollments?.enrollment?.background ? "picture" : "background");
+    else this.#countDown(this.model.enrollment?.background ? "picture" : "background");
   }
 
   /** @param {"background" | "picture"} what */
@@ -348,7 +339,7 @@ class PeopleEnrollment extends Panel {
     const beat = () => {
       if (left <= 0) {
         this.#stop();
-        if (this.#stage.ready) void this.#enrollments?.take(what, this.#stage.snapshot());
+        if (this.#stage.ready) void this.model.take(what, this.#stage.snapshot());
         else this.session.complain(t("people-enrollment.there_was_no_picture_to_take"));
         return;
       }
@@ -372,8 +363,8 @@ class PeopleEnrollment extends Panel {
   async #upload(files) {
     for (const file of files) {
       const picture = await prepared(file).catch((/** @type {Error} */ wrong) => this.session.complain(wrong.message));
-      const what = this.#enrollments?.enrollment?.background ? "picture" : "background";
-      const taken = picture !== undefined && (await this.#enrollments?.take(what, picture));
+      const what = this.model.enrollment?.background ? "picture" : "background";
+      const taken = picture !== undefined && (await this.model.take(what, picture));
       if (!taken && what === "background") break; // otherwise a picture of a person would become the empty room
     }
     this.#files.value = "";
@@ -381,7 +372,7 @@ class PeopleEnrollment extends Panel {
 
   async #finish() {
     const name = this.#name.value.trim();
-    if (!(await this.#enrollments?.finish(name))) return;
+    if (!(await this.model.finish(name))) return;
     this.#name.value = "";
     this.session.announce(t("people-enrollment.name_is_enrolled", { name }));
   }

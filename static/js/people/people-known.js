@@ -3,17 +3,16 @@
 import { action } from "../calibration/action.js";
 import { since } from "../calibration/active-calibration.js";
 import { fetchLookingModel, looking } from "../net/api.js";
-import { icon, make, write } from "../ui/element.js";
+import { icon, make, onSubmit, write } from "../ui/element.js";
 import { ModelOffer } from "../ui/model-offer.js";
-import { Panel } from "../ui/panel.js";
+import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("./enrollment-model.js").EnrollmentModel} EnrollmentModel */
 /** @typedef {import("./enrollment-model.js").Known} Known */
 
-class PeopleKnown extends Panel {
-  /** @type {EnrollmentModel | null} */
-  #enrollments = null;
+/** @extends {PagePanel<EnrollmentModel>} */
+class PeopleKnown extends PagePanel {
   #rows = make("ul", { class: "known-rows" });
   #call = action("voice", t("people-known.try_it_let_them_call_come"));
   #leave = action("close", t("people-known.send_them_away"));
@@ -22,29 +21,28 @@ class PeopleKnown extends Panel {
     "div",
     { class: "known-trial", hidden: true },
     make("p", { class: "note" }, t("people-known.the_simulated_person_is_still_in")),
-    make("div", { class: "people-buttons" }, this.#call, this.#leave),
+    make("div", { class: "row people-buttons" }, this.#call, this.#leave),
     this.#outcome,
   );
-  #offer = new ModelOffer(looking, fetchLookingModel, async (act) => this.#enrollments?.session.attempt(act));
+  #offer = new ModelOffer(looking, fetchLookingModel, async (act) => this.model.session.attempt(act));
   /** @type {{id: string, what: "rename" | "forget"} | null} person whose row shows a question */
   #asked = null;
   #drawn = "";
 
-  /** @param {EnrollmentModel} enrollments */
-  watch(enrollments) {
-    this.#enrollments = enrollments;
-    enrollments.onChange(() => this.#draw());
-    enrollments.session.on("hello", () => void this.#offer.show());
+  /** @override @param {EnrollmentModel} model */
+  watch(model) {
+    super.watch(model);
+    model.session.on("hello", () => void this.#offer.show());
   }
 
   /** @override */
   build() {
-    this.#call.addEventListener("click", () => void this.#enrollments?.call());
-    this.#leave.addEventListener("click", () => void this.#enrollments?.sendAway());
+    this.#call.addEventListener("click", () => void this.model.call());
+    this.#leave.addEventListener("click", () => void this.model.sendAway());
     this.append(
       make(
         "section",
-        { class: "card people-card", "aria-label": t("people-known.whom_the_robot_comes_to") },
+        { class: "card page-card", "aria-label": t("people-known.whom_the_robot_comes_to") },
         make("h2", {}, t("people-known.whom_does_the_robot_come_to")),
         this.#rows,
         this.#trial,
@@ -55,8 +53,9 @@ class PeopleKnown extends Panel {
     );
   }
 
-  #draw() {
-    const enrollments = this.#enrollments;
+  /** @override */
+  draw() {
+    const enrollments = this.model;
     if (!enrollments?.state) return;
     this.#trial.hidden = !enrollments.state.stands || enrollments.enrollment !== null || !enrollments.may;
     this.#call.disabled = this.#leave.disabled = enrollments.busy;
@@ -87,19 +86,25 @@ class PeopleKnown extends Panel {
         one.colours,
       ),
     );
-    if (!this.#enrollments?.may) return row;
+    if (!this.model.may) return row;
     const other = make(
       "button",
-      { type: "button", class: "button small plain", "aria-label": t("people-known.rename_name", { name: one.name }) },
+      {
+        class: "button small plain",
+        "aria-label": t("people-known.rename_name", { name: one.name }),
+        onclick: () => this.#ask({ id: one.id, what: "rename" }),
+      },
       t("people-known.rename"),
     );
-    other.addEventListener("click", () => this.#ask({ id: one.id, what: "rename" }));
     const away = make(
       "button",
-      { type: "button", class: "button small plain", "aria-label": t("people-known.forget_name", { name: one.name }) },
+      {
+        class: "button small plain",
+        "aria-label": t("people-known.forget_name", { name: one.name }),
+        onclick: () => this.#ask({ id: one.id, what: "forget" }),
+      },
       t("people-known.forget"),
     );
-    away.addEventListener("click", () => this.#ask({ id: one.id, what: "forget" }));
     row.append(make("div", { class: "known-acts" }, other, away));
     return row;
   }
@@ -109,13 +114,12 @@ class PeopleKnown extends Panel {
    * @param {readonly (string | null)[]} [colours] of head, torso, legs
    */
   #choice(id, chosen, name, note, colours = [null, null, null]) {
-    const enrollments = this.#enrollments;
     const radio = make("input", {
       type: "radio",
       name: "chosen",
       value: id ?? "",
       checked: chosen,
-      disabled: !enrollments?.may,
+      disabled: !this.model.may,
     });
     radio.addEventListener("change", () => void this.#choose(id));
     return make(
@@ -129,22 +133,23 @@ class PeopleKnown extends Panel {
 
   /** @param {string | null} id */
   async #choose(id) {
-    const done = await this.#enrollments?.choose(id);
+    const done = await this.model.choose(id);
     if (done) return;
     this.#drawn = ""; // restore the former choice
-    this.#draw();
+    this.draw();
   }
 
   /** @param {{id: string, what: "rename" | "forget"} | null} asked */
   #ask(asked) {
     this.#asked = asked;
-    this.#draw();
+    this.draw();
     /** @type {HTMLElement | null} */ (this.querySelector(".known-asked :is(input, button)"))?.focus();
   }
 
   /** @param {Known} one */
   #rename(one) {
     const input = make("input", {
+      class: "field-box",
       type: "text",
       maxlength: "40",
       value: one.name,
@@ -154,7 +159,7 @@ class PeopleKnown extends Panel {
       [input],
       t("people-known.rename"),
       t("people-known.leave_the_name_as_it_is"),
-      () => void this.#enrollments?.rename(one.id, input.value),
+      () => void this.model.rename(one.id, input.value),
     );
   }
 
@@ -165,24 +170,23 @@ class PeopleKnown extends Panel {
       [words],
       t("people-known.forget"),
       t("people-known.keep_name", { name: one.name }),
-      () => void this.#enrollments?.forget(one.id),
+      () => void this.model.forget(one.id),
     );
   }
 
   /** @param {HTMLElement[]} what @param {string} yes @param {string} no @param {() => void} act */
   #question(what, yes, no, act) {
-    const away = make("button", { type: "button", class: "icon-button", "aria-label": no, title: no }, icon("close"));
+    const away = make("button", { class: "icon-button", "aria-label": no, title: no }, icon("close"));
     const form = make(
       "form",
-      { class: "known-asked" },
+      { class: "inline known-asked" },
       ...what,
       make("button", { type: "submit", class: "button primary" }, yes),
       away,
     );
     away.addEventListener("click", () => this.#ask(null));
     form.addEventListener("keydown", (event) => event.key === "Escape" && this.#ask(null));
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
+    onSubmit(form, () => {
       this.#asked = null;
       act();
     });

@@ -18,7 +18,7 @@ export class PeopleStage extends HTMLElement {
   #why = make("p", { class: "stage-why" });
   #count = make("p", { class: "stage-count", "aria-live": "assertive" });
   #seen = make("div", { class: "stage-seen", hidden: true });
-  #again = make("button", { type: "button", class: "button" }, icon("again"), t("people-stage.try_again"));
+  #again = make("button", { class: "button" }, icon("again"), t("people-stage.try_again"));
   /** @type {Source} */
   #source = "robot";
   /** @type {RobotCamera | null} */
@@ -73,10 +73,7 @@ export class PeopleStage extends HTMLElement {
     write(this.#count, words);
   }
 
-  /**
-   * @param {string} id of the enrollment
-   * @param {Judged | null} judged the newest
-   */
+  /** @param {string} id of the enrollment @param {Judged | null} judged the newest */
   judge(id, judged) {
     const key = judged ? `${id} ${judged.number}` : "";
     if (key === this.#shown) return;

@@ -15,7 +15,7 @@ export function create(session) {
     { class: "link", href: "help#how-to/record-a-drive.md" },
     t("recordings.how_to_record_a_drive"),
   );
-  const element = make("section", { class: "card recordings-card", "aria-label": t("pages.recordings") });
-  element.append(make("div", { class: "recordings-head" }, button, help), /** @type {Node} */ (list));
+  const element = make("section", { class: "card page-card", "aria-label": t("pages.recordings") });
+  element.append(make("div", { class: "row recordings-head" }, button, help), /** @type {Node} */ (list));
   return { element, model, opened: () => model.follow(true), left: () => model.follow(false) };
 }

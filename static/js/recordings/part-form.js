@@ -35,14 +35,14 @@ export function askForPart(form, { seconds, may, film, cut, leave, here, changed
   };
   /** @param {HTMLInputElement} box @param {string} words */
   const set = (box, words) => {
-    const button = make("button", { type: "button", class: "button" }, words);
+    const button = make("button", { class: "button" }, words);
     button.addEventListener("click", () => {
       box.value = (Math.round(10 * (here?.() ?? 0)) / 10).toFixed(1);
       aim();
     });
     return button;
   };
-  const quit = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
+  const quit = make("button", { class: "button" }, t("map-card.leave_it"));
   form.append(
     make("label", {}, t("part-form.from"), from),
     ...(here ? [set(from, t("part-form.from_here"))] : []),

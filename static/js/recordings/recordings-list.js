@@ -3,7 +3,7 @@
 import { askToOpen } from "../connect/opening.js";
 import { fileOf, filmOf, pictureOf } from "../net/recordings-api.js";
 import { icon, make, mark, write } from "../ui/element.js";
-import { Panel } from "../ui/panel.js";
+import { PagePanel } from "../ui/panel.js";
 import { recorderOf } from "../ui/recorder.js";
 import { t } from "../ui/texts.js";
 import { askForPart } from "./part-form.js";
@@ -15,9 +15,8 @@ import { about, stateOf, urlOf } from "./recordings-model.js";
 
 const DRAWINGS = { runs: "recording", whole: "tape", cut: "warning", unfinished: "warning" };
 
-class RecordingsList extends Panel {
-  /** @type {RecordingsModel | null} */
-  #model = null;
+/** @extends {PagePanel<RecordingsModel>} */
+class RecordingsList extends PagePanel {
   #status = make("p", { class: "map-trouble", role: "status", hidden: true });
   #list = make("ul", { class: "maps", "aria-label": t("recordings-list.recordings_newest_first") });
   #empty = make(
@@ -33,35 +32,27 @@ class RecordingsList extends Panel {
   #running = null;
   #may = false;
 
-  /** @param {RecordingsModel} model */
-  watch(model) {
-    this.#model = model;
-    model.onChange(() => this.#draw());
-  }
-
   /** @override */
   build() {
     this.append(this.#status, this.#empty, this.#list);
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
-    const may = view.up && this.#model?.may === true;
+    const may = view.up && this.model.may === true;
     const running = view.state?.recording?.name ?? null;
     if (may !== this.#may || running !== this.#running) {
       [this.#may, this.#running] = [may, running];
-      this.#draw();
+      this.draw();
     }
     const now = this.#list.querySelector("[data-state=runs] .recording-about");
     const { time, size } = recorderOf(view);
     if (now && running) write(now, [time, size].join(" · "));
   }
 
-  #draw() {
-    const { recordings, busy, trouble } = /** @type {RecordingsModel} */ (this.#model);
+  /** @override */
+  draw() {
+    const { recordings, busy, trouble } = this.model;
     write(this.#status, busy || trouble);
     mark(this.#status, "data-tone", busy ? "busy" : null);
     this.#status.hidden = !(busy || trouble);
@@ -89,14 +80,14 @@ class RecordingsList extends Panel {
     const acts = make("div", { class: "map-acts" });
     const row = make(
       "li",
-      { class: "map recording", "data-state": state, "data-recording": name },
+      { class: "row map recording", "data-state": state, "data-recording": name },
       picture && state === "whole"
         ? make("img", { class: "map-preview", src: picture, alt: "", width: "80", height: "60", loading: "lazy" })
         : icon(DRAWINGS[state]),
       make(
         "div",
         { class: "map-body" },
-        make("p", { class: "map-name" }, name),
+        make("p", { class: "inline map-name" }, name),
         make("p", { class: "note recording-about" }, about(one)),
         cause && make("p", { class: "recording-cause" }, cause),
         note && make("p", { class: "recording-note" }, note),
@@ -127,7 +118,7 @@ class RecordingsList extends Panel {
 
   /** @param {HTMLElement} row @param {string} name */
   #play(row, name) {
-    const model = /** @type {RecordingsModel} */ (this.#model);
+    const model = this.model;
     const question = this.#ask(row, "div", { role: "group", hidden: true });
     askToOpen(question, {
       url: urlOf(name),
@@ -144,7 +135,7 @@ class RecordingsList extends Panel {
       seconds,
       may: this.#may,
       film: (part, kind) => filmOf(name, part, kind),
-      cut: async (part) => (await this.#model?.cut(name, part)) && form.remove(),
+      cut: async (part) => (await this.model.cut(name, part)) && form.remove(),
       leave: () => close(form, row),
     });
   }
@@ -161,7 +152,7 @@ class RecordingsList extends Panel {
     });
     const noted = make("input", { class: "field-box", value: note, maxlength: "2000", autocomplete: "off" });
     const form = this.#ask(row, "form", { "aria-label": t("recordings-list.change_name", { name }) });
-    const leave = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
+    const leave = make("button", { class: "button" }, t("map-card.leave_it"));
     form.append(
       make("label", {}, t("recordings-list.name"), named),
       make("label", {}, t("recordings-list.note"), noted),
@@ -171,7 +162,7 @@ class RecordingsList extends Panel {
     form.addEventListener("submit", async (event) => {
       event.preventDefault();
       const fresh = { name: named.value.trim(), note: noted.value.trim() };
-      if (!(await this.#model?.change(name, fresh))) return;
+      if (!(await this.model.change(name, fresh))) return;
       form.remove();
       focusOn(this.#rows.get(fresh.name)?.row ?? null);
     });
@@ -186,12 +177,12 @@ class RecordingsList extends Panel {
   #remove(row, name) {
     const sentence = t("recordings-list.delete_this_recording_for_good");
     const question = this.#ask(row, "div", { role: "group", "aria-label": sentence });
-    const yes = make("button", { type: "button", class: "button primary" }, t("map-card.delete"));
-    const no = make("button", { type: "button", class: "button" }, t("map-card.leave_it"));
+    const yes = make("button", { class: "button primary" }, t("map-card.delete"));
+    const no = make("button", { class: "button" }, t("map-card.leave_it"));
     question.append(make("p", {}, sentence), yes, no);
     yes.addEventListener("click", () => {
       question.remove();
-      void this.#model?.remove(name);
+      void this.model.remove(name);
     });
     no.addEventListener("click", () => close(question, row));
     no.focus();
@@ -207,7 +198,7 @@ class RecordingsList extends Panel {
    */
   #ask(row, tag, more) {
     for (const other of this.#list.querySelectorAll(".map-question")) other.remove();
-    const question = make(tag, { class: "map-question", ...more });
+    const question = make(tag, { class: "row map-question", ...more });
     row.append(question);
     return question;
   }
@@ -230,7 +221,7 @@ const focusOn = (row) => row?.querySelector("button")?.focus();
  */
 function act(drawing, name, then, words = "") {
   const look = words ? { class: "button" } : { class: "icon-button small", title: name };
-  return make("button", { type: "button", "aria-label": name, onclick: then, ...look }, icon(drawing), words);
+  return make("button", { "aria-label": name, onclick: then, ...look }, icon(drawing), words);
 }
 
 customElements.define("recordings-list", RecordingsList);

@@ -4,12 +4,13 @@ import { openInstead, saveMap } from "../connect/opening.js";
 import { sentenceOf } from "../net/api.js";
 import * as recordings from "../net/recordings-api.js";
 import { day, duration, size } from "../ui/format.js";
+import { PageModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 /** @typedef {recordings.Recording} Recording */
 
-export class RecordingsModel {
+export class RecordingsModel extends PageModel {
   /** @type {Recording[] | null} newest first; null until they were read */
   recordings = null;
   /** A sentence on what is being done, or on what went wrong; "" for neither. */
@@ -17,31 +18,19 @@ export class RecordingsModel {
   trouble = "";
   #shown = false;
   #revision = -1;
-  /** @type {Set<() => void>} */
-  #listeners = new Set();
 
   /** @param {Session} session */
   constructor(session) {
-    this.session = session;
+    super(session);
     session.on("hello", () => {
       this.#revision = -1;
     });
     session.on("heard", () => this.#watch());
   }
 
-  /** True unless this user is a viewer. */
-  get may() {
-    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
-  }
-
   /** True where the map would be lost. */
   get unsaved() {
     return this.session.state?.map.unsaved === true;
-  }
-
-  /** @param {() => void} listener */
-  onChange(listener) {
-    this.#listeners.add(listener);
   }
 
   /** @param {boolean} shown true while the page is open */
@@ -66,7 +55,7 @@ export class RecordingsModel {
     } catch (refusal) {
       this.trouble = sentenceOf(refusal);
     }
-    this.#tell();
+    this.tell();
   }
 
   /** @param {string} name @param {{name: string, note: string}} fresh @returns {Promise<boolean>} whether it was done */
@@ -100,7 +89,7 @@ export class RecordingsModel {
   /** @param {string} doing @param {() => Promise<unknown>} act */
   async #tried(doing, act) {
     [this.busy, this.trouble] = [doing, ""];
-    this.#tell();
+    this.tell();
     try {
       await act();
       await this.read();
@@ -108,22 +97,15 @@ export class RecordingsModel {
       this.trouble = sentenceOf(refusal);
     }
     this.busy = "";
-    this.#tell();
+    this.tell();
     return this.trouble === "";
-  }
-
-  #tell() {
-    for (const listener of this.#listeners) listener();
   }
 }
 
 /** The URL that opens it. @param {string} name */
 export const urlOf = (name) => `log:${name}.mcap`;
 
-/**
- * What is said of a recording below its name: when, how long, how large, which robot.
- * @param {Recording} recording
- */
+/** What is said of a recording below its name: when, how long, how large, which robot. @param {Recording} recording */
 export const about = ({ started_s: started, seconds, bytes, robot }) =>
   [started > 0 && day(started), seconds > 0 && duration(seconds), size(bytes), robot].filter(Boolean).join(" · ");
 

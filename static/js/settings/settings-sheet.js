@@ -100,7 +100,7 @@ export class SettingsSheet extends Sheet {
     const says = make("span", { class: "settings-says note", id: `${id}-says` });
     const back = make(
       "button",
-      { type: "button", class: "button plain", hidden: true },
+      { class: "button plain", hidden: true },
       t("settings-sheet.back_to_inwords", { inwords: inWords(one.default, one.unit) }),
     );
     input.setAttribute("aria-describedby", says.id);

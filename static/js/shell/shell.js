@@ -76,10 +76,7 @@ export class Shell {
     this.#built.get(this.#current.path)?.page.moved?.();
   }
 
-  /**
-   * Follow links between the pages without loading a document.
-   * @param {MouseEvent} event
-   */
+  /** Follow links between the pages without loading a document. @param {MouseEvent} event */
   #follow(event) {
     const [target] = event.composedPath();
     const link = target instanceof Element ? target.closest("a[href]") : null;
@@ -126,10 +123,7 @@ export class Shell {
     this.#change(row, focus);
   }
 
-  /**
-   * @param {PageRow} row
-   * @param {NonNullable<PageRow["load"]>} load
-   */
+  /** @param {PageRow} row @param {NonNullable<PageRow["load"]>} load */
   async #build(row, load) {
     const [module] = await Promise.all([load(), ...(row.styles ?? []).map(styled)]);
     const known = this.#built.get(row.path);

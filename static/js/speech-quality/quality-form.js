@@ -1,7 +1,7 @@
 // Element <quality-form>: settings of a measurement: distances, noise levels, number of phrases.
 
-import { make, write } from "../ui/element.js";
-import { Panel } from "../ui/panel.js";
+import { make, onSubmit, write } from "../ui/element.js";
+import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {import("./runs.js").Runs} Runs */
@@ -27,18 +27,17 @@ const PHRASES = /** @type {const} */ ([
   [36, t("quality-form.36_thorough")],
 ]);
 
-class QualityForm extends Panel {
-  /** @type {Runs | null} */
-  #runs = null;
+/** @extends {PagePanel<Runs>} */
+class QualityForm extends PagePanel {
   #distances = DISTANCES.map((metres) => tick("distance", metres, `${metres} m`, metres >= 1 && metres <= 3));
   #noises = NOISES.map(([ratio, says]) => tick("noise", ratio, `${ratio} dB`, ratio === 30 || ratio === 10, says));
   #around = make(
     "select",
-    { id: "quality-around" },
+    { class: "field-box", id: "quality-around" },
     ...AROUND.map(([name, angle]) => make("option", { value: angle === null ? PLACE : String(angle) }, name)),
   );
-  #x = make("input", { type: "number", id: "quality-x", step: "0.1", value: "2" });
-  #y = make("input", { type: "number", id: "quality-y", step: "0.1", value: "1" });
+  #x = make("input", { type: "number", class: "field-box", id: "quality-x", step: "0.1", value: "2" });
+  #y = make("input", { type: "number", class: "field-box", id: "quality-y", step: "0.1", value: "1" });
   #place = make(
     "div",
     { class: "quality-row quality-place" },
@@ -55,24 +54,18 @@ class QualityForm extends Panel {
   );
   #phrases = make(
     "select",
-    { id: "quality-phrases" },
+    { class: "field-box", id: "quality-phrases" },
     ...PHRASES.map(([count, says]) => make("option", { value: String(count) }, says)),
   );
   #begin = make("button", { type: "submit", class: "button primary large" }, t("quality-form.measure"));
   #why = make("p", { class: "note", role: "status" });
-
-  /** @param {Runs} runs */
-  watch(runs) {
-    this.#runs = runs;
-    runs.onChange(() => this.#draw());
-  }
 
   /** @override */
   build() {
     this.#phrases.value = "18";
     const form = make(
       "form",
-      { class: "card quality-form" },
+      { class: "card page-card quality-form" },
       make("h2", {}, t("quality-form.how_well_does_the_robot_hear")),
       make("p", {}, t("quality-form.a_text_of_commands_is_spoken")),
       make(
@@ -98,9 +91,8 @@ class QualityForm extends Panel {
       this.#begin,
       this.#why,
     );
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#runs?.begin({
+    onSubmit(form, () => {
+      void this.model.begin({
         snr_db: ticked(this.#noises),
         phrases: Number(this.#phrases.value),
         ...(this.#placed
@@ -108,24 +100,24 @@ class QualityForm extends Panel {
           : { distances_m: ticked(this.#distances), azimuth_rad: Number(this.#around.value) }),
       });
     });
-    form.addEventListener("change", () => this.#draw());
+    form.addEventListener("change", () => this.draw());
     this.append(form);
-    this.#draw();
+    this.draw();
   }
 
   get #placed() {
     return this.#around.value === PLACE;
   }
 
-  #draw() {
-    const runs = this.#runs;
-    if (!runs) return;
+  /** @override */
+  draw() {
+    const runs = this.model;
     this.#place.hidden = !this.#placed;
     this.#far.hidden = this.#placed;
     const known = Number.isFinite(this.#x.valueAsNumber) && Number.isFinite(this.#y.valueAsNumber);
     const distances = this.#placed ? Number(known) : ticked(this.#distances).length;
     const count = distances * ticked(this.#noises).length;
-    const why = runs.whyNot || (runs.all && !runs.may ? t("quality-form.you_are_watching_only_an_operator") : "");
+    const why = runs.whyNot || (runs.runs && !runs.may ? t("quality-form.you_are_watching_only_an_operator") : "");
     this.#begin.disabled = Boolean(why) || count === 0 || runs.running !== null;
     const says =
       count === 0

@@ -2,7 +2,7 @@
 
 import { icon, make, mark, write } from "../ui/element.js";
 import { timeOfDay } from "../ui/format.js";
-import { Panel } from "../ui/panel.js";
+import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { report } from "./runs.js";
 
@@ -23,9 +23,8 @@ const HEADS = [
 
 const PROMISE = t("quality-result.for_every_place_you_will_see") + t("quality-result.the_robot_how_alike_the_two");
 
-class QualityResult extends Panel {
-  /** @type {Runs | null} */
-  #runs = null;
+/** @extends {PagePanel<Runs>} */
+class QualityResult extends PagePanel {
   #title = make("h2", {}, "");
   #summary = make("p", { class: "quality-summary" });
   #verdict = make("p", { class: "note" });
@@ -42,8 +41,8 @@ class QualityResult extends Panel {
     },
     this.#bar,
   );
-  #cancel = make("button", { type: "button", class: "button" }, icon("close"), t("quality-result.cancel"));
-  #going = make("div", { class: "quality-going" }, this.#doing, this.#progress, this.#cancel);
+  #cancel = make("button", { class: "button" }, icon("close"), t("quality-result.cancel"));
+  #going = make("div", { class: "row quality-going" }, this.#doing, this.#progress, this.#cancel);
   #body = make("tbody");
   #table = make(
     "div",
@@ -57,18 +56,12 @@ class QualityResult extends Panel {
   );
   #drawn = "";
 
-  /** @param {Runs} runs */
-  watch(runs) {
-    this.#runs = runs;
-    runs.onChange(() => this.#draw());
-  }
-
   /** @override */
   build() {
     this.append(
       make(
         "section",
-        { class: "card quality-result", "aria-label": t("quality-result.result") },
+        { class: "card page-card quality-result", "aria-label": t("quality-result.result") },
         this.#title,
         this.#summary,
         this.#going,
@@ -78,14 +71,15 @@ class QualityResult extends Panel {
       ),
     );
     this.#cancel.addEventListener("click", () => {
-      const run = this.#runs?.shown;
-      if (run) void this.#runs?.cancel(run.id);
+      const run = this.model.selected;
+      if (run) void this.model.cancel(run.id);
     });
-    this.#draw();
+    this.draw();
   }
 
-  #draw() {
-    const run = this.#runs?.shown ?? null;
+  /** @override */
+  draw() {
+    const run = this.model.selected;
     if (run === null) {
       write(this.#title, t("quality-result.nothing_was_measured_here_yet"));
       write(this.#summary, PROMISE);
@@ -102,7 +96,7 @@ class QualityResult extends Panel {
     write(this.#summary, run.state === "failed" ? run.reason : run.summary);
     this.#going.hidden = !running && run.state !== "cancelled";
     this.#cancel.hidden = this.#progress.hidden = !running;
-    this.#cancel.disabled = !this.#runs?.may;
+    this.#cancel.disabled = !this.model.may;
     write(this.#doing, run.doing);
     const percent = Math.round(100 * run.progress);
     this.#bar.style.width = `${percent}%`;
@@ -125,11 +119,7 @@ const place = ({ distance_m, snr_db }) =>
 /** @param {number} value */
 const signed = (value) => String(value).replace("-", "−");
 
-/**
- * @param {Run} run
- * @param {Row} row
- * @param {number} index
- */
+/** @param {Run} run @param {Row} row @param {number} index */
 function line(run, row, index) {
   const head = [
     make("th", { scope: "row" }, `${row.distance_m} m`),

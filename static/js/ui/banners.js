@@ -17,10 +17,7 @@ const STALE_S = 0.8;
 const PLAIN =
   "Plain HTTP: anyone on this network can read along and drive the robot. Start Beckon with --tls-cert and --tls-key.";
 
-/**
- * @param {View} view
- * @returns {Banner[]}
- */
+/** @param {View} view @returns {Banner[]} */
 export function banners(view) {
   const { state, hello, link } = view;
   if (link.is === "opening" && !state) return [];
@@ -113,11 +110,7 @@ function lostControl({ lostControl, state }) {
   return { id: "lost control", tone: "stale", icon: "wheel", text, offers };
 }
 
-/**
- * @param {import("../net/messages.js").LocalizationState} lost
- * @param {View} view
- * @returns {Banner}
- */
+/** @param {import("../net/messages.js").LocalizationState} lost @param {View} view @returns {Banner} */
 function localization({ phase, words }, { hello }) {
   const may = hello?.robot.drives === true && hello.you.role !== "viewer";
   const tone = phase === "asking" ? "stale" : "calm";

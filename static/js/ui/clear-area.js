@@ -21,11 +21,7 @@ export function watchClearArea(view, then) {
   addEventListener("views-swapped", () => requestAnimationFrame(look));
 }
 
-/**
- * @param {Insets} all of the window
- * @param {Insets} free of the window
- * @returns {Insets}
- */
+/** @param {Insets} all of the window @param {Insets} free of the window @returns {Insets} */
 export function insetsOf(all, free) {
   const inside = free.left >= all.left && free.top >= all.top && free.right <= all.right && free.bottom <= all.bottom;
   if (!inside) return { left: 0, top: 0, right: 0, bottom: 0 };

@@ -11,10 +11,7 @@ const STOPS = [
 
 export const FARTHEST = 5; // [m] where the ramp ends
 
-/**
- * @param {number} range [m]
- * @returns {string} a CSS colour
- */
+/** @param {number} range [m] @returns {string} a CSS colour */
 export function rangeColour(range) {
   const along = (Math.min(Math.max(range, 0), FARTHEST) / FARTHEST) * (STOPS.length - 1);
   const index = Math.min(Math.floor(along), STOPS.length - 2);

@@ -24,10 +24,7 @@ export function sure(button, question) {
   return false;
 }
 
-/**
- * @param {HTMLButtonElement} button
- * @param {string} words
- */
+/** @param {HTMLButtonElement} button @param {string} words */
 function settle(button, words) {
   write(button, words);
   if (button.dataset["name"]) button.setAttribute("aria-label", button.dataset["name"]);

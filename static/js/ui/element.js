@@ -4,6 +4,7 @@ const SVG = "http://www.w3.org/2000/svg";
 
 /**
  * An element with its attributes and children. `on…` are listeners; null, undefined and false leave an attribute out.
+ * A button sends no form unless it says `type: "submit"`.
  * @template {keyof HTMLElementTagNameMap} T
  * @param {T} tag
  * @param {Record<string, any>} [attributes]
@@ -12,6 +13,7 @@ const SVG = "http://www.w3.org/2000/svg";
  */
 export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
+  if (tag === "button") element.setAttribute("type", "button");
   for (const [name, value] of Object.entries(attributes)) {
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
     else if (value !== null && value !== undefined && value !== false)
@@ -50,20 +52,14 @@ export function icon(name) {
   return drawing;
 }
 
-/**
- * @param {SVGElement | null} drawing made by icon()
- * @param {string} name
- */
+/** @param {SVGElement | null} drawing made by icon() @param {string} name */
 export function redraw(drawing, name) {
   const use = drawing?.firstElementChild;
   const href = `${ICONS}#${name}`;
   if (use && use.getAttribute("href") !== href) use.setAttribute("href", href);
 }
 
-/**
- * @param {Element} element
- * @param {string} text
- */
+/** @param {Element} element @param {string} text */
 export function write(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
@@ -80,4 +76,12 @@ export function mark(element, name, value) {
     const text = value === true ? "" : value;
     if (element.getAttribute(name) !== text) element.setAttribute(name, text);
   }
+}
+
+/** Do it when the form is sent, instead of sending it. @param {HTMLFormElement} form @param {() => void} act */
+export function onSubmit(form, act) {
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    act();
+  });
 }

@@ -1,12 +1,12 @@
 // Drawing of the map from above: what is known of the floor, the robot in it, and where it goes.
 
+import { FloorView } from "./floor-view.js";
 import { fixed, metres } from "./format.js";
 import { colourOf, drawRobot, fresh } from "./place-drawing.js";
 import { t } from "./texts.js";
 
 /** @typedef {import("../net/messages.js").State} State */
 /** @typedef {import("./floor-view.js").Point} Point */
-/** @typedef {import("./floor-view.js").FloorView} FloorView */
 /** @typedef {"scan" | "trail" | "landmarks" | "way" | "voice" | "people" | "places" | "zones" | "ghost" | "grid"} Layer */
 /**
  * @typedef {object} FlatScene
@@ -21,20 +21,23 @@ import { t } from "./texts.js";
  * @property {readonly import("../net/room-api.js").PersonInRoom[]} room people in the simulated room
  * @property {{x: number, y: number, heading: number}} robot as it is shown now
  * @property {import("./sensed.js").Sensed | null} chain what the robot has of a person it comes to
- * @property {boolean} old nothing newer came for a while: the robot is drawn in grey
  * @property {readonly {x: number, y: number, fresh: number}[]} trail fresh 0..1
  * @property {import("./flat-ground.js").FlatGround} ground
  * @property {readonly import("../net/marks-api.js").Place[]} places
  * @property {readonly import("../net/marks-api.js").Zone[]} zones
  * @property {readonly Point[]} corners of the zone that is being drawn [m]
  * @property {import("./clear-area.js").Insets} covered by panels
- * @property {readonly [number, number] | null} sees edges of the camera's picture, right then left [rad]
  */
 
 const LABEL = "600 13px system-ui, sans-serif";
 const VOICE_M = 1.5;
 const VOICE_S = 12; // [s] after which a voice is no longer drawn
 const FAN_M = 2; // of the camera's fan
+const MAX_FAN_PX = 240; // of the same
+const TRAIL_LEVELS = 10; // of how fresh it is
+const ARROW_PX = 32; // by which the robot's arrow is longer than its radius
+const MAX_HALF_PX = 640; // of the robot's canvas
+const HALF_STEP_PX = 16; // its size changes rarely
 const RIPPLE_S = 1.2; // [s] that the ring of a voice runs
 const SIGMAS = 2;
 const BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
@@ -55,7 +58,6 @@ export function drawFlat(canvas, view, scene) {
   const colour = (name) => colourOf(canvas, name);
   const brush = new Brush(context, view, colour);
   const { state, layers, robot } = scene;
-  const { pose } = state;
   context.drawImage(
     scene.ground.picture(canvas, view, scene.plan, layers.has("grid"), colour),
     0,
@@ -84,15 +86,44 @@ export function drawFlat(canvas, view, scene) {
   }
   const other = state.playback?.comparison;
   if (other) brush.other(other, scene.radius);
-  const look = scene.old ? "faint" : "scene-pose";
-  if (scene.sees) brush.fan(robot, scene.sees, colour(look));
-  brush.halo(robot, pose.cov, colour(look));
-  brush.robot(robot, scene.radius, look, 1);
   brush.measured(scene.measured);
   brush.corners(scene.corners);
   if (scene.cursor) brush.cross(scene.cursor);
   brush.scale(scene.covered.left + SCALE_PX, canvas.clientHeight - scene.covered.bottom - SCALE_PX);
 }
+
+/**
+ * The robot on a canvas of its own that is as large as it must be: it moves with every frame, the map does not.
+ * @param {HTMLCanvasElement} canvas
+ * @param {FloorView} view
+ * @param {object} shown
+ * @param {{x: number, y: number, heading: number}} shown.robot
+ * @param {number} shown.radius [m]
+ * @param {boolean} shown.old nothing newer came for a while: it is drawn in grey
+ * @param {readonly [number, number] | null} shown.sees edges of the camera's picture, right then left [rad]
+ * @param {number[][]} shown.cov [m²]
+ */
+export function drawMoving(canvas, view, { robot, radius, old, sees, cov }) {
+  const at = view.drawn(robot);
+  const spread = SIGMAS * Math.sqrt(Math.max(cov[0]?.[0] ?? 0, cov[1]?.[1] ?? 0));
+  const reach = Math.max(view.scale * Math.max(radius, spread) + ARROW_PX, sees ? fanReach(view) : 0);
+  const half = Math.ceil(Math.min(reach, MAX_HALF_PX) / HALF_STEP_PX) * HALF_STEP_PX;
+  const [left, top] = [Math.round(at.x) - half, Math.round(at.y) - half];
+  canvas.style.translate = `${left}px ${top}px`;
+  if (canvas.clientWidth !== 2 * half) canvas.style.width = canvas.style.height = `${2 * half}px`;
+  const context = fresh(canvas, { width: 2 * half, height: 2 * half });
+  if (!context) return;
+  /** @param {string} name */
+  const colour = (name) => colourOf(canvas, name);
+  const brush = new Brush(context, new FloorView(view.scale, view.left - left, view.top - top), colour);
+  const look = old ? "faint" : "scene-pose";
+  if (sees) brush.fan(robot, sees, colour(look));
+  brush.halo(robot, cov, colour(look));
+  brush.robot(robot, radius, look, 1);
+}
+
+/** Of the camera's fan [px]. @param {FloorView} view */
+const fanReach = ({ scale }) => Math.min(FAN_M * scale, MAX_FAN_PX);
 
 class Brush {
   /** @param {CanvasRenderingContext2D} context @param {FloorView} view @param {(name: string) => string} colour */
@@ -127,16 +158,22 @@ class Brush {
     context.strokeStyle = this.colour("scene-pose");
     context.lineWidth = 3;
     context.lineCap = "round";
+    let level = -1;
     for (const [index, { x, y, fresh }] of passed.entries()) {
       const before = passed[index - 1];
       if (!before) continue;
-      const [from, to] = [view.drawn(before), view.drawn({ x, y })];
-      context.globalAlpha = 0.5 * fresh;
-      context.beginPath();
-      context.moveTo(from.x, from.y);
+      if (Math.ceil(TRAIL_LEVELS * fresh) !== level) {
+        if (level >= 0) context.stroke();
+        level = Math.ceil(TRAIL_LEVELS * fresh);
+        context.globalAlpha = (0.5 * level) / TRAIL_LEVELS;
+        const from = view.drawn(before);
+        context.beginPath();
+        context.moveTo(from.x, from.y);
+      }
+      const to = view.drawn({ x, y });
       context.lineTo(to.x, to.y);
-      context.stroke();
     }
+    if (level >= 0) context.stroke();
     context.globalAlpha = 1;
   }
 
@@ -188,10 +225,7 @@ class Brush {
     this.robot({ x: pose.x_m, y: pose.y_m, heading: pose.heading_rad }, radius, "scene-other", 0.7);
   }
 
-  /**
-   * @param {State["path"]} path @param {State["goal"]} goal
-   * @param {string} left in words
-   */
+  /** @param {State["path"]} path @param {State["goal"]} goal @param {string} left in words */
   way(path, goal, left) {
     const { context, view } = this;
     context.strokeStyle = context.fillStyle = this.colour("scene-plan");
@@ -377,7 +411,7 @@ class Brush {
   fan({ x, y, heading }, [right, left], colour) {
     const { context } = this;
     const at = this.view.drawn({ x, y });
-    const far = FAN_M * this.view.scale;
+    const far = fanReach(this.view);
     const fades = context.createRadialGradient(at.x, at.y, 0, at.x, at.y, far);
     fades.addColorStop(0, colour);
     fades.addColorStop(1, "transparent");

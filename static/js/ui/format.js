@@ -16,26 +16,17 @@ export function fixed(value, decimals) {
   return value < 0 && Number(text) !== 0 ? MINUS + text : text;
 }
 
-/**
- * @param {number} value [m]
- * @param {number} [decimals]
- */
+/** @param {number} value [m] @param {number} [decimals] */
 export function metres(value, decimals = 2) {
   return `${fixed(value, decimals)} m`;
 }
 
-/**
- * @param {number} angle [rad]
- * @param {number} [decimals]
- */
+/** @param {number} angle [rad] @param {number} [decimals] */
 export function degrees(angle, decimals = 0) {
   return Number.isFinite(angle) ? `${fixed((angle * 180) / Math.PI, decimals)}°` : "–";
 }
 
-/**
- * A turn in words: left is positive, as everywhere.
- * @param {number} angle [rad]
- */
+/** A turn in words: left is positive, as everywhere. @param {number} angle [rad] */
 export function turn(angle) {
   const text = degrees(Number.isFinite(angle) ? Math.abs(angle) : NaN);
   if (text === "0°" || text === "–") return text;
@@ -52,10 +43,7 @@ export function turnRate(value) {
   return `${degrees(value)}/s`;
 }
 
-/**
- * How old something is.
- * @param {number} seconds
- */
+/** How old something is. @param {number} seconds */
 export function age(seconds) {
   if (!Number.isFinite(seconds)) return "–";
   if (seconds < 10) return `${fixed(Math.max(seconds, 0), 1)} s`;
@@ -64,10 +52,7 @@ export function age(seconds) {
   return `${Math.round(seconds / 3600)} h`;
 }
 
-/**
- * A place on a recording's time line: "1:05", "1:02:03".
- * @param {number} seconds
- */
+/** A place on a recording's time line: "1:05", "1:02:03". @param {number} seconds */
 export function duration(seconds) {
   if (!Number.isFinite(seconds)) return "–";
   const whole = Math.max(0, Math.floor(seconds));
@@ -76,19 +61,13 @@ export function duration(seconds) {
   return h ? `${h}:${tail}` : tail;
 }
 
-/**
- * The size of a file: "340 kB", "1.2 MB", "3.4 GB".
- * @param {number} bytes
- */
+/** The size of a file: "340 kB", "1.2 MB", "3.4 GB". @param {number} bytes */
 export function size(bytes) {
   const [unit = "", one = 1] = bytes < 1e6 ? ["kB", 1e3] : bytes < 1e9 ? ["MB", 1e6] : ["GB", 1e9];
   return `${fixed(bytes / one, bytes < 1e6 || bytes / one >= 100 ? 0 : 1)} ${unit}`;
 }
 
-/**
- * The day and the minute of a Unix time: "today, 8:05".
- * @param {number} seconds
- */
+/** The day and the minute of a Unix time: "today, 8:05". @param {number} seconds */
 export function day(seconds) {
   const at = new Date(seconds * 1000);
   const clock = timeOfDay(seconds).slice(0, 5);
@@ -96,21 +75,14 @@ export function day(seconds) {
   return `${at.toLocaleDateString(undefined, { dateStyle: "medium" })} ${clock}`;
 }
 
-/**
- * Time of day of a Unix time.
- * @param {number} seconds
- */
+/** Time of day of a Unix time. @param {number} seconds */
 export function timeOfDay(seconds) {
   if (!Number.isFinite(seconds)) return "–";
   const at = new Date(seconds * 1000);
   return [at.getHours(), at.getMinutes(), at.getSeconds()].map((part) => String(part).padStart(2, "0")).join(":");
 }
 
-/**
- * A number whose key carries its unit: ("distance_m", 1.5) → "1.50 m".
- * @param {string} key
- * @param {number} value
- */
+/** A number whose key carries its unit: ("distance_m", 1.5) → "1.50 m". @param {string} key @param {number} value */
 export function quantity(key, value) {
   if (key.endsWith("_rad_s")) return turnRate(value);
   if (key.endsWith("_m_s")) return speed(value);
@@ -139,21 +111,14 @@ const WHERE = [
   ["format.behind", "format.behind"],
 ];
 
-/**
- * Where a point of the robot frame lies, in words.
- * @param {number} x forward [m]
- * @param {number} y left [m]
- */
+/** Where a point of the robot frame lies, in words. @param {number} x forward [m] @param {number} y left [m] */
 export function whereabouts(x, y) {
   const eighth = Math.round(Math.atan2(y, x) / (Math.PI / 4));
   const [left, right] = [WHERE.map(([one]) => one), WHERE.map(([, other]) => other)];
   return t((eighth < 0 ? right : left)[Math.abs(eighth)] ?? "format.near");
 }
 
-/**
- * A bearing as people say it: "31° to the right".
- * @param {number} bearing [rad] left positive
- */
+/** A bearing as people say it: "31° to the right". @param {number} bearing [rad] left positive */
 export function inWords(bearing) {
   if (Math.abs(bearing) < AHEAD) return t("format.straight_ahead");
   if (Math.abs(bearing) > Math.PI - AHEAD) return t("format.behind");
@@ -173,10 +138,7 @@ export function sigmas(covariance) {
   return { x: at(0), y: at(1), heading: at(2) };
 }
 
-/**
- * Uncertainty in the unit a person can picture: "± 3 mm", "± 1.2 cm", "± 0.35 m".
- * @param {number} sigma [m]
- */
+/** Uncertainty in the unit a person can picture: "± 3 mm", "± 1.2 cm", "± 0.35 m". @param {number} sigma [m] */
 export function spread(sigma) {
   if (!Number.isFinite(sigma)) return "± –";
   if (sigma < 0.01) return `± ${fixed(sigma * 1000, 0)} mm`;
@@ -184,11 +146,7 @@ export function spread(sigma) {
   return `± ${fixed(sigma, 2)} m`;
 }
 
-/**
- * The difference of two headings, −π < d ≤ π.
- * @param {number} a [rad]
- * @param {number} b [rad]
- */
+/** The difference of two headings, −π < d ≤ π. @param {number} a [rad] @param {number} b [rad] */
 export function headingBetween(a, b) {
   const turns = (a - b) / (2 * Math.PI);
   const left = (turns - Math.round(turns)) * 2 * Math.PI;

@@ -37,10 +37,7 @@ export class HeadUp {
     }
   }
 
-  /**
-   * @param {import("../net/messages.js").State} state
-   * @param {boolean} up
-   */
+  /** @param {import("../net/messages.js").State} state @param {boolean} up */
   show({ stamp_s: stamp, pose, velocity, camera }, up) {
     const heading = ((((pose.heading_rad * 180) / Math.PI) % TURN_DEG) + TURN_DEG) % TURN_DEG;
     write(this.#heading, degrees(pose.heading_rad, 0));

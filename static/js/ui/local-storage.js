@@ -1,9 +1,6 @@
 // Settings that this browser keeps between visits. Without storage the defaults apply.
 
-/**
- * @param {string} name
- * @param {string} otherwise
- */
+/** @param {string} name @param {string} otherwise */
 export function remembered(name, otherwise) {
   try {
     return localStorage.getItem(`beckon.${name}`) ?? otherwise;
@@ -12,10 +9,7 @@ export function remembered(name, otherwise) {
   }
 }
 
-/**
- * @param {string} name
- * @param {string} value
- */
+/** @param {string} name @param {string} value */
 export function remember(name, value) {
   try {
     localStorage.setItem(`beckon.${name}`, value);

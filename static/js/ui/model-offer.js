@@ -7,7 +7,7 @@ import { t } from "./texts.js";
 
 export class ModelOffer {
   #says = make("p", { class: "note" });
-  #button = make("button", { type: "button", class: "button primary", hidden: true });
+  #button = make("button", { class: "button primary", hidden: true });
   /** @type {() => Promise<Offered>} */
   #read;
   /** @type {() => Promise<unknown>} */

@@ -21,10 +21,7 @@ export class Near {
   /** @type {{x_m: number, y_m: number, heading_rad: number}} */
   #pose = { x_m: 0, y_m: 0, heading_rad: 0 };
 
-  /**
-   * @param {State} state
-   * @returns {Sighting[]} newest first
-   */
+  /** @param {State} state @returns {Sighting[]} newest first */
   saw({ stamp_s: now, pose, ears, person }) {
     this.#pose = pose;
     for (const voice of ears?.voices ?? []) {
@@ -47,10 +44,7 @@ export class Near {
       .slice(0, MOST);
   }
 
-  /**
-   * @param {string} id
-   * @returns {number | null} [rad] world, from where the robot is now; null: forgotten
-   */
+  /** @param {string} id @returns {number | null} [rad] world, from where the robot is now; null: forgotten */
   towards(id) {
     const one = this.#known.get(id);
     return one ? angle(this.#bearing(one)) : null;

@@ -1,4 +1,4 @@
-// Base class of the panels: a custom element that is built once and then shows views.
+// Base classes of the panels: custom elements that are built once and then show views, or the model of their page.
 
 /** @typedef {import("../net/session.js").Session} Session */
 /** @typedef {import("../net/session.js").View} View */
@@ -22,10 +22,7 @@ export class Panel extends HTMLElement {
   /** Draw what stays and listen. Called once. */
   build() {}
 
-  /**
-   * Called at most once per animation frame, and at least five times a second.
-   * @param {View} _view
-   */
+  /** Called at most once per animation frame, and at least five times a second. @param {View} _view */
   show(_view) {}
 
   /** The page of this panel is shown, again or for the first time. Panels of the console itself are not called. */
@@ -33,4 +30,31 @@ export class Panel extends HTMLElement {
 
   /** Another page is shown. */
   pageLeft() {}
+}
+
+/**
+ * A panel that is drawn whenever the model of its page changes.
+ * @template {import("./page-model.js").PageModel} Model
+ */
+export class PagePanel extends Panel {
+  /** @type {Model | null} */
+  #model = null;
+
+  /** @returns {Model} */
+  get model() {
+    if (!this.#model) throw new Error(`<${this.localName}> was used before it was given a model.`);
+    return this.#model;
+  }
+
+  /** @param {Model} model */
+  watch(model) {
+    this.#model = model;
+    model.onChange(() => this.changed());
+  }
+
+  changed() {
+    this.draw();
+  }
+
+  draw() {}
 }

@@ -48,10 +48,7 @@ export function whereTo({ target, goal, heading_rad, bearing_rad, bearing_sd_rad
   });
 }
 
-/**
- * Speaker, and the operator in whose name the command is executed.
- * @param {{source: string, who: string}} command
- */
+/** Speaker, and the operator in whose name the command is executed. @param {{source: string, who: string}} command */
 export const speaker = ({ source, who }) =>
   source === "ears"
     ? t("pending-command.a_voice_in_the_room_for", { who })
@@ -68,31 +65,17 @@ export const countdown = ({ begins_in_s }) =>
 const check = ({ uncertain, alternatives: [other] }) =>
   uncertain ? `${UNSURE}${other ? `. Did you mean “${other}”?` : ""}` : "";
 
-/**
- * Summary: low confidence, goal, speaker.
- * @param {PendingCommandState} pending_command
- * @param {Pose} pose
- */
+/** Summary: low confidence, goal, speaker. @param {PendingCommandState} pending_command @param {Pose} pose */
 export const facts = (pending_command, pose) =>
   [check(pending_command), whereTo(pending_command, pose), speaker(pending_command)].filter(Boolean).join(" · ");
 
-/**
- * Remaining part of the confirmation delay, 1 to 0.
- * @param {PendingCommandState} pending_command
- */
+/** Remaining part of the confirmation delay, 1 to 0. @param {PendingCommandState} pending_command */
 export const left = ({ begins_in_s, delay_s }) => Math.min(1, Math.max(0, begins_in_s / Math.max(delay_s, 1e-3)));
 
-/**
- * Pending command that this page may begin now; null for none.
- * @param {View} view
- */
+/** Pending command that this page may begin now; null for none. @param {View} view */
 export const mayBegin = ({ state, up, mine }) => (up && mine ? (state?.pending_command ?? null) : null);
 
-/**
- * Running command that was spoken.
- * @param {View} view
- * @returns {CommandState | null}
- */
+/** Running command that was spoken. @param {View} view @returns {CommandState | null} */
 export function begun({ state }) {
   const command = state?.command;
   return command?.state === "running" && SPOKEN.includes(command.source) ? command : null;

@@ -2,7 +2,7 @@
 
 import { post } from "../net/api.js";
 import * as room from "../net/room-api.js";
-import { icon, make, mark, write } from "./element.js";
+import { icon, make, mark, onSubmit, write } from "./element.js";
 import { inWords, metres } from "./format.js";
 import { Near } from "./near.js";
 import { t } from "./texts.js";
@@ -42,14 +42,16 @@ export class PeopleNear extends HTMLElement {
     this.#bubble.append(
       this.#says,
       ...SENTENCES.map((words) => {
-        const button = make("button", { type: "button", class: "chip", "data-says": words }, words);
-        button.addEventListener("click", () => void this.#speak(this.#who, words));
+        const button = make(
+          "button",
+          { class: "chip", "data-says": words, onclick: () => void this.#speak(this.#who, words) },
+          words,
+        );
         return button;
       }),
       make("span", { class: "people-own" }, this.#own, own),
     );
-    this.#bubble.addEventListener("submit", (event) => {
-      event.preventDefault();
+    onSubmit(this.#bubble, () => {
       const words = this.#own.value.trim();
       if (words) void this.#speak(this.#who, words);
       this.#own.value = "";
@@ -117,7 +119,7 @@ export class PeopleNear extends HTMLElement {
   #sighting(one) {
     const button = make(
       "button",
-      { type: "button", class: "person-chip", "data-near": one.id, title: t("people-near.come_to_this_one") },
+      { class: "person-chip", "data-near": one.id, title: t("people-near.come_to_this_one") },
       icon(one.seen ? "eye" : "voice"),
       make("span", { class: "person-name" }, one.seen ? t("people-near.seen") : t("people-near.voice")),
       make("span", { class: "note" }),
@@ -152,16 +154,15 @@ export class PeopleNear extends HTMLElement {
     const button = make(
       "button",
       {
-        type: "button",
         class: "person-chip",
         "data-person": id,
         title: t("people-near.let_id_speak_to_the_robot", { id }),
+        onclick: () => this.#open(this.#who === id ? "" : id),
       },
       icon("voice"),
       make("span", { class: "person-name" }, id),
       make("span", { class: "note" }),
     );
-    button.addEventListener("click", () => this.#open(this.#who === id ? "" : id));
     return button;
   }
 

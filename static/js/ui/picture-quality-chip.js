@@ -24,7 +24,7 @@ export class PictureChip {
   #wanted = "";
   #since = 0;
   /** The chip. */
-  button = make("button", { type: "button", class: "quality-chip", hidden: true }, this.#dot, this.#text);
+  button = make("button", { class: "quality-chip", hidden: true }, this.#dot, this.#text);
   /** The panel that it opens over the picture. */
   panel = make(
     "div",
@@ -37,10 +37,7 @@ export class PictureChip {
     popover(this.button, this.panel);
   }
 
-  /**
-   * @param {State | null} state
-   * @param {boolean} stale true for an old picture: its quality is not reported
-   */
+  /** @param {State | null} state @param {boolean} stale true for an old picture: its quality is not reported */
   show(state, stale) {
     const quality = state?.camera?.quality ?? null;
     this.button.hidden = !quality;

@@ -49,25 +49,13 @@ export function placed(target, size, space, never, rather = []) {
   return candidates.reduce((best, way) => (better(way, best) < 0 ? way : best));
 }
 
-/**
- * @param {number} value
- * @param {number} low
- * @param {number} high
- */
+/** @param {number} value @param {number} low @param {number} high */
 const clamp = (value, low, high) => Math.max(low, Math.min(value, high));
 
-/**
- * How far two boxes are apart [px], across or down; 0 or less: they touch.
- * @param {Box} a
- * @param {Box} b
- */
+/** How far two boxes are apart [px], across or down; 0 or less: they touch. @param {Box} a @param {Box} b */
 export const apart = (a, b) => Math.max(a.left - b.right, b.left - a.right, a.top - b.bottom, b.top - a.bottom);
 
-/**
- * Shared area [px²].
- * @param {Box} a
- * @param {Box} b
- */
+/** Shared area [px²]. @param {Box} a @param {Box} b */
 export function overlap(a, b) {
   const width = Math.min(a.right, b.right) - Math.max(a.left, b.left);
   const height = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);

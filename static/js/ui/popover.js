@@ -40,10 +40,7 @@ export function popover(button, panel, { opened, folds = () => true } = {}) {
   return { close: () => set(false) };
 }
 
-/**
- * Shift a panel sideways so that none of it lies outside the window.
- * @param {HTMLElement} panel
- */
+/** Shift a panel sideways so that none of it lies outside the window. @param {HTMLElement} panel */
 function keepInside(panel) {
   panel.style.translate = "";
   const { left, right } = panel.getBoundingClientRect();

@@ -41,10 +41,7 @@ export function recorderOf({ hello, state, up }) {
   };
 }
 
-/**
- * Start or stop; the answer leads to the list.
- * @param {Session} session
- */
+/** Start or stop; the answer leads to the list. @param {Session} session */
 export function toggle(session) {
   const { runs, whyNot } = recorderOf(session.view);
   if (whyNot) return refuse(session, whyNot);
@@ -52,10 +49,7 @@ export function toggle(session) {
   return session.attempt(async () => showFinished(session, "recorder.name_is_recorded", await recordings.stop()));
 }
 
-/**
- * Keep what just happened; the answer leads to the list.
- * @param {Session} session
- */
+/** Keep what just happened; the answer leads to the list. @param {Session} session */
 export function keep(session) {
   const { whyNotKept } = recorderOf(session.view);
   if (whyNotKept) return refuse(session, whyNotKept);

@@ -5,15 +5,11 @@ import { Panel } from "./panel.js";
 import { t } from "./texts.js";
 
 export class Sheet extends Panel {
-  #close = make("button", { type: "button", class: "icon-button", "aria-label": t("sheet.close") }, icon("close"));
+  #close = make("button", { class: "icon-button", "aria-label": t("sheet.close") }, icon("close"));
   /** @type {HTMLElement | null} */
   #cameFrom = null;
 
-  /**
-   * Build the dialog, closed.
-   * @param {string} title
-   * @param {...(Node | string)} content
-   */
+  /** Build the dialog, closed. @param {string} title @param {...(Node | string)} content */
   frame(title, ...content) {
     this.setAttribute("role", "dialog");
     this.setAttribute("aria-label", title);

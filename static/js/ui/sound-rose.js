@@ -67,10 +67,7 @@ export class SoundRose extends HTMLElement {
   }
 }
 
-/**
- * @param {VoiceHeard} voice
- * @param {number} index 0: heard last
- */
+/** @param {VoiceHeard} voice @param {number} index 0: heard last */
 function wedge(voice, index) {
   const half = Math.min(Math.PI, Math.max(NARROWEST, 2 * voice.sd_heard_rad));
   const [from, to] = [voice.azimuth_rad - half, voice.azimuth_rad + half];
@@ -84,10 +81,7 @@ function wedge(voice, index) {
   return path;
 }
 
-/**
- * @param {number} azimuth
- * @param {number} faded 0..1
- */
+/** @param {number} azimuth @param {number} faded 0..1 */
 function dot(azimuth, faded) {
   const [x, y] = at(azimuth, RADIUS + 6).split(" ");
   return svg("circle", {

@@ -8,10 +8,7 @@ const GUESSED = "speeds.type_guessed";
 
 /** @typedef {{code?: string | null | undefined, values?: Object<string, string> | null | undefined}} Said */
 
-/**
- * The type that a notice or a fault offers; "" for one of another kind.
- * @param {Said} said
- */
+/** The type that a notice or a fault offers; "" for one of another kind. @param {Said} said */
 export const offeredType = ({ code, values }) => (code === GUESSED ? (values?.["other"] ?? "") : "");
 
 /**
@@ -22,7 +19,7 @@ export const offeredType = ({ code, values }) => (code === GUESSED ? (values?.["
 export function speedsOffer(session, said) {
   const type = offeredType(said);
   if (!type || session.hello?.you.role === "viewer") return null;
-  const button = make("button", { type: "button", class: "button" }, t("speeds-offer.send", { type }));
+  const button = make("button", { class: "button" }, t("speeds-offer.send", { type }));
   button.addEventListener("click", () => {
     button.disabled = true;
     post("api/robot/speeds_type", { type }).then(

@@ -49,7 +49,7 @@ const line = (icon, words, remark, state, suggestions = []) => ({
 const STARTING = line("running", t("status.starting"), t("status.awaits_the_first_scans"), "starting");
 const LOST = line("unlinked", t("status.no_link"), t("status.commands_are_not_sent_until_it"), "lost");
 const STOPPED = line("stop", t("status.stopped"), "", "stopped");
-const UNSENT = line("unlinked", t("status.no_link"), t("status.stop_may_not_arrive_the_robot"), "lost");
+const UNSENT = line("unlinked", t("status.no_link"), t("status.stop_may_not_arrive_the_robot"), "failed");
 const HALTED = line("halt", t("status.halted"), t("status.nothing_moves_until_the_halt_is"), "halted");
 const RESET = line("done", t("status.reset_ready"), t("status.the_reset_moved_nothing"), "done");
 const UNHEARD = line("refused", t("status.not_understood"), t("status.say_it_again_or_type_it"), "refused");
@@ -72,11 +72,7 @@ export class StatusLog {
   /** @type {Map<number, string> | null} state of each history row; null until it was read, so that old results are not shown */
   #states = null;
 
-  /**
-   * Take a view: update ongoing states and detect what began or ended.
-   * @param {View} view
-   * @param {number} now [ms]
-   */
+  /** Take a view: update ongoing states and detect what began or ended. @param {View} view @param {number} now [ms] */
   saw({ hello, state, up }, now) {
     this.#me = hello?.you.name ?? this.#me;
     this.#goes("lost", !up && state !== null, now);
@@ -109,19 +105,12 @@ export class StatusLog {
     this.#goes("listening", words !== null, now);
   }
 
-  /**
-   * All that was said has been read: no words come any more.
-   * @param {number} now [ms]
-   */
+  /** All that was said has been read: no words come any more. @param {number} now [ms] */
   wasRead(now) {
     if (this.#since.delete("reading")) this.#happen(now, UNHEARD);
   }
 
-  /**
-   * STOP was pressed on this page.
-   * @param {boolean} sent
-   * @param {number} now [ms]
-   */
+  /** STOP was pressed on this page. @param {boolean} sent @param {number} now [ms] */
   stopped(sent, now) {
     this.#since.delete("reading"); // STOP discards it
     this.#order = null;
@@ -144,11 +133,7 @@ export class StatusLog {
     this.#soFar = words;
   }
 
-  /**
-   * Take the answer of the console to a command of this page.
-   * @param {Said} said
-   * @param {number} now [ms]
-   */
+  /** Take the answer of the console to a command of this page. @param {Said} said @param {number} now [ms] */
   answered({ text, answer, at }, now) {
     if (!answer.ok) {
       const row = answer.status > 0; // a command that was not sent has no history row
@@ -163,11 +148,7 @@ export class StatusLog {
     }
   }
 
-  /**
-   * Take a transcript of the microphone of this browser.
-   * @param {Transcript} transcript
-   * @param {number} now [ms]
-   */
+  /** Take a transcript of the microphone of this browser. @param {Transcript} transcript @param {number} now [ms] */
   heard({ final, accepted, heard_as, words, reason, suggestions, overtaken }, now) {
     if (accepted && heard_as === "stop moving") this.stopped(true, now);
     if (!final) return;
@@ -195,11 +176,7 @@ export class StatusLog {
     return over;
   }
 
-  /**
-   * @param {HistoryRow} row
-   * @param {number} at [ms]
-   * @param {number} now [ms]
-   */
+  /** @param {HistoryRow} row @param {number} at [ms] @param {number} now [ms] */
   #end(row, at, now) {
     if (row.id === this.#order?.id) {
       this.#order = null;
@@ -269,11 +246,7 @@ export class StatusLog {
     return line("running", this.#order?.words ?? "", remark, "running");
   }
 
-  /**
-   * @param {Ongoing} what
-   * @param {boolean} on
-   * @param {number} at [ms]
-   */
+  /** @param {Ongoing} what @param {boolean} on @param {number} at [ms] */
   #goes(what, on, at) {
     if (!on) this.#since.delete(what);
     else if (!this.#since.has(what)) {
@@ -282,21 +255,13 @@ export class StatusLog {
     }
   }
 
-  /**
-   * @param {number} at [ms] when it happened
-   * @param {StatusLine} what
-   * @param {number} [now] [ms]
-   */
+  /** @param {number} at [ms] when it happened @param {StatusLine} what @param {number} [now] [ms] */
   #happen(at, what, now = at) {
     if (this.#event && at < this.#event.at) return;
     this.#event = { at, until: now + (what.suggestions.length ? ASKS_MS : STAYS_MS), line: what };
   }
 
-  /**
-   * @param {Refusal} refusal
-   * @param {boolean} row true when a history row will repeat it
-   * @param {number} now [ms]
-   */
+  /** @param {Refusal} refusal @param {boolean} row true when a history row will repeat it @param {number} now [ms] */
   #refuse({ words, why, at, suggestions }, row, now) {
     const shown = this.#event;
     if (row && shown && at < shown.at && shown.line.state === "refused" && shown.line.words === words) {
@@ -308,10 +273,7 @@ export class StatusLog {
     this.#happen(at, line("refused", words, outcome("refused", why), "refused", suggestions), now);
   }
 
-  /**
-   * Take the refusal that this history row repeats.
-   * @param {HistoryRow} row
-   */
+  /** Take the refusal that this history row repeats. @param {HistoryRow} row */
   #takeRefusal({ words, source }) {
     const index = source === "ears" ? -1 : this.#refused.findIndex((each) => each.words === words);
     return index < 0 ? null : (this.#refused.splice(index, 1)[0] ?? null);
@@ -324,10 +286,7 @@ export class StatusLog {
     this.#event = { ...stop, line: { ...stop.line, remark: t("status.wordsof_cancelled", { wordsof: wordsOf(row) }) } };
   }
 
-  /**
-   * @param {number} id
-   * @param {number} at [ms]
-   */
+  /** @param {number} id @param {number} at [ms] */
   #remember(id, at) {
     if (this.#began.has(id)) return;
     this.#began.set(id, at);
@@ -341,8 +300,5 @@ const end = ({ at_s, duration_s }) => at_s + (duration_s ?? 0);
 /** @param {HistoryRow} row @returns {StatusLine} */
 const ending = (row) => line(row.state, wordsOf(row), outcome(row.state, row.remark), row.state);
 
-/**
- * @param {string} state
- * @param {string} remark
- */
+/** @param {string} state @param {string} remark */
 const outcome = (state, remark) => (remark ? `${t(`state.${state}`)}. ${remark}` : t(`state.${state}`));

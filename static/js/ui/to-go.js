@@ -41,10 +41,7 @@ export class ToGo {
     return first !== undefined && at - first.at >= LEAST_S;
   }
 
-  /**
-   * @param {number} left metres, or share of the whole
-   * @param {number} at [s]
-   */
+  /** @param {number} left metres, or share of the whole @param {number} at [s] */
   #seconds(left, at) {
     const [first] = this.#seen;
     if (!first) return null;

@@ -19,10 +19,7 @@ export class Tour {
   /** @type {Set<() => void>} */
   #waiting = new Set();
 
-  /**
-   * @param {Stop[]} steps
-   * @param {(step: Stop, index: number, count: number) => void} show
-   */
+  /** @param {Stop[]} steps @param {(step: Stop, index: number, count: number) => void} show */
   constructor(steps, show) {
     this.#steps = steps;
     this.#show = show;

@@ -16,10 +16,7 @@ export function crc32(bytes) {
   return (rest ^ 0xffffffff) >>> 0;
 }
 
-/**
- * Numbers as bytes, the lowest first.
- * @param {Array<[number, 2 | 4]>} fields value and number of bytes
- */
+/** Numbers as bytes, the lowest first. @param {Array<[number, 2 | 4]>} fields value and number of bytes */
 function packed(fields) {
   const bytes = new Uint8Array(fields.reduce((sum, [, size]) => sum + size, 0));
   const view = new DataView(bytes.buffer);

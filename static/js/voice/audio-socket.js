@@ -121,10 +121,7 @@ export class Talk {
     }
   }
 
-  /**
-   * @param {ArrayBuffer} pcm
-   * @param {number} at [ms]
-   */
+  /** @param {ArrayBuffer} pcm @param {number} at [ms] */
   #send(pcm, at) {
     const socket = this.#socket;
     if (!socket) return;

@@ -22,10 +22,7 @@ export function whyNot() {
   return "";
 }
 
-/**
- * Sentence for an error of the browser.
- * @param {unknown} trouble
- */
+/** Sentence for an error of the browser. @param {unknown} trouble */
 export function inWords(trouble) {
   const name = trouble instanceof DOMException ? trouble.name : "";
   if (name === "NotAllowedError") return t("microphone.the_microphone_was_refused_allow_it");

@@ -18,10 +18,7 @@ class SincWorklet extends AudioWorkletProcessor {
   #power = 0;
   #peak = 0;
 
-  /**
-   * @param {Float32Array[][]} inputs
-   * @returns {boolean}
-   */
+  /** @param {Float32Array[][]} inputs @returns {boolean} */
   process(inputs) {
     const channels = inputs[0] ?? [];
     const [first] = channels;

@@ -76,10 +76,7 @@ export class SpeechOutput {
     this.#tail = setTimeout(() => !this.#source && this.#set(false), TAIL_MS);
   }
 
-  /**
-   * @param {AudioContext} context
-   * @param {api.Spoken} said
-   */
+  /** @param {AudioContext} context @param {api.Spoken} said */
   #play(context, { pcm, rate_hz }) {
     const bytes = Uint8Array.from(atob(pcm), (letter) => letter.charCodeAt(0));
     const samples = Float32Array.from(new Int16Array(bytes.buffer), (sample) => sample / 32768);

@@ -6,10 +6,7 @@
 const LONGEST = 280; // characters; the rest is only written
 const STOPS = "stop moving";
 
-/**
- * Turn words into a sentence for speech output.
- * @param {string} words
- */
+/** Turn words into a sentence for speech output. @param {string} words */
 export function sentence(words) {
   const plain = words.trim().replace(/[“”]/g, "").replace(/−/g, "minus ").replace(/\s+/g, " ");
   if (!plain) return "";
@@ -24,20 +21,14 @@ export const accepted = (heardAs) => (heardAs === STOPS ? "Stopping." : sentence
 /** @param {string} reason */
 export const refused = (reason) => sentence(reason || "I did not understand that");
 
-/**
- * Sentence about the result of a command, or "".
- * @param {HistoryRow} row
- */
+/** Sentence about the result of a command, or "". @param {HistoryRow} row */
 export function ended({ state, name, remark }) {
   if (state === "done") return name === "stop_moving" ? "" : sentence(remark || "Done");
   if (state === "failed") return sentence(remark || "That did not work");
   return state === "refused" ? refused(remark) : "";
 }
 
-/**
- * Answer to a transcript; "" for speech that was not a command.
- * @param {Transcript} transcript
- */
+/** Answer to a transcript; "" for speech that was not a command. @param {Transcript} transcript */
 export function answer({ final, accepted: taken, heard_as, words, reason, held, overtaken }) {
   if (taken) return accepted(heard_as);
   if (overtaken) return "";

@@ -17,6 +17,7 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
+from console.access.roles import ANY_FILE
 from console.recording.service import RecordingService
 from console.recording.work import RecorderWorker, RecoverRecordings
 from core.errors import Refused, Unwritable
@@ -140,6 +141,19 @@ def test_recordings_are_listed_renamed_noted_taken_away_and_deleted(live: Live, 
     assert ask(live, "GET", "recordings/..%2Fsettings").status in (404, 422)
     assert ask(live, "POST", "recordings/stop").status == 409
     assert ask(live, "POST", "recordings/start", {"name": "../x"}).status == 422
+
+
+def test_a_recording_from_elsewhere_is_kept_as_it_came_and_can_be_opened(live: Live, recorded: Any) -> None:
+    def put(name: str, content: bytes) -> Any:
+        return live.ask("PUT", f"/api/recordings/{name}", raw=content, headers={"Content-Type": ANY_FILE})
+
+    content = recorded[1].read_bytes()
+    taken = put("of%20mine.log", content)
+    assert (taken.status, taken.json["url"]) == (201, "log:of mine.log"), taken.body
+    assert (live.home / "recordings" / "of mine.log").read_bytes() == content
+    assert "log:of mine.log" in ask(live, "GET", "robot/connection").json["opened_here"]
+    assert put("of%20mine.log", b"another").status == 409
+    assert put("..%2Fx.log", b"x").status in (404, 415, 422)
 
 
 def test_a_part_is_a_recording_of_its_own_with_what_held_at_its_beginning(live: Live, recorded: Any) -> None:

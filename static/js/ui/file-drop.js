@@ -1,6 +1,6 @@
 // Accept files dropped onto an element.
 
-import { mark } from "../ui/element.js";
+import { mark } from "./element.js";
 
 /**
  * @param {HTMLElement} place gets data-dropping while files are dragged over it

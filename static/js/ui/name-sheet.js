@@ -1,0 +1,57 @@
+// Base class of the dialogs that name something on the map and save it.
+
+import { make, onSubmit } from "./element.js";
+import { Sheet } from "./sheet.js";
+import { t } from "./texts.js";
+import { TroubleLine } from "./trouble-line.js";
+
+export class NameSheet extends Sheet {
+  #name = make("input", { class: "field-box", type: "text", maxlength: "40", autocomplete: "off" });
+  #trouble = new TroubleLine();
+  #keep = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
+
+  /**
+   * Build it, closed.
+   * @param {{id: string, title: string, label: string, example: string}} words `id` of the field
+   * @param {(Node | string)[]} above the name
+   * @param {(Node | string)[]} below
+   */
+  fill({ id, title, label, example }, above, below) {
+    [this.#name.id, this.#name.placeholder] = [id, example];
+    const named = make("label", { for: id }, label);
+    const form = make("form", { class: "place-sheet-form" }, ...above, named, this.#name, ...below);
+    form.append(this.#trouble.element, this.#keep);
+    this.frame(title, form);
+    onSubmit(form, () => void this.#save());
+    this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
+  }
+
+  /** @param {string} name that is offered */
+  ask(name) {
+    this.#name.value = name;
+    this.#trouble.say("");
+    if (this.hasAttribute("hidden")) this.toggle();
+    this.#name.focus();
+    this.#name.select();
+  }
+
+  /** @param {string} _name @returns {Promise<string>} what is announced */
+  async save(_name) {
+    return "";
+  }
+
+  async #save() {
+    const name = this.#name.value.trim();
+    if (!name) {
+      this.#trouble.say(t("place-sheet.a_name_is_missing"));
+      this.#name.focus();
+      return;
+    }
+    this.#keep.disabled = true;
+    await this.#trouble.attempt(async () => {
+      this.session.announce(await this.save(name));
+      this.shut();
+    });
+    this.#keep.disabled = false;
+  }
+}
