@@ -4,7 +4,7 @@ import { call, post } from "../net/api.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
 
-/** Client model of a page: its panels are told of every change. */
+/** Client model of a page: its panels hear of every change. */
 export class PageModel {
   /** @type {Set<() => void>} */
   #listeners = new Set();
