@@ -18,7 +18,7 @@ from core.perception.sound.direction import Direction
 from core.perception.sound.doa_stream import DoaStream, HeardDirections
 from core.perception.sound.locate import sure
 from core.perception.sound.settings import DirectionFindingSettings
-from core.perception.sound.tracking import Voice, VoiceTracker
+from core.perception.sound.tracking import MIN_APART_RAD, Voice, VoiceTracker
 from core.robots import Profile
 from core.sensors import Sound
 from core.sensors.microphones import MicrophoneArray, usable
@@ -160,7 +160,7 @@ class SoundPerception:
         found = [self._in_world(one) for one in self._heard]
         voices = self._tracker.update(found, stamp)
         for voice in voices:
-            near = [one for one in found if one.angle_to(voice.towards) < self._tracker.settings.apart]
+            near = [one for one in found if one.angle_to(voice.towards) < MIN_APART_RAD]
             if voice.heard == stamp and near:
                 self._newest[voice.id] = min(near, key=lambda one: one.angle_to(voice.towards))
                 self._places[voice.id] = np.array([estimate.pose.x, estimate.pose.y])
