@@ -28,12 +28,15 @@ export function startPage(begin) {
   /** @type {Panel[]} */
   const panels = [];
 
-  /** @param {ParentNode} root @param {unknown} [model] what its panels watch */
+  /** @param {Document | Element} root @param {unknown} [model] what its panels watch */
   function adopt(root, model) {
-    const found = [...root.querySelectorAll("*")].filter((element) => element instanceof Panel);
-    for (const panel of found) {
-      if ("watch" in panel && typeof panel.watch === "function") panel.watch(model);
-      panel.join(session);
+    /** @type {Panel[]} */
+    const found = [];
+    for (const element of root.getElementsByTagName("*")) {
+      if (!(element instanceof Panel)) continue; // the list is live: what a panel builds within itself comes next
+      if ("watch" in element && typeof element.watch === "function") element.watch(model);
+      element.join(session);
+      found.push(element);
     }
     panels.push(...found);
     return found;

@@ -82,7 +82,11 @@ CHANGES: dict[str, tuple[tuple[str, str, str], ...]] = {
     ),
     READINGS: (
         ("readings: two bases", "if self._base.take(odometry, self.now(), source):", "if False:"),
-        ("readings: two lasers", "self._scanners[name].take(sector_ranges(scan), self.now(), source)", "False"),
+        (
+            "readings: two lasers",
+            "if self._scanners[name].take(sector_ranges(scan, self._heading(scan.stamp)), self.now(), source):",
+            "if False:",
+        ),
         ("readings: not said", "trouble=self._mixture(stamp),", 'trouble="",'),
     ),
     PUBLISHERS: (

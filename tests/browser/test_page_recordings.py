@@ -153,6 +153,7 @@ def test_a_drive_is_recorded_kept_named_deleted_and_played(visit: Open, console:
     here.page.wait_for_url(console.url, timeout=LONG)
     expect(here.button("Play the recording")).to_be_visible(timeout=LONG)
     expect(here.find(".bar .recorder")).to_have_attribute("aria-disabled", "true")
+    expect(here.find("playback-ways").get_by_role("button", name="As computed now")).to_be_visible()
     here.button("Export…").click()
     here.button("From here").click()
     expect(here.page.get_by_label("From [s]")).to_have_value("0.0")

@@ -32,7 +32,7 @@ export class Shell {
 
   /**
    * @param {Session} session
-   * @param {(root: ParentNode, model: unknown) => Panel[]} adopt joins the panels of a new page to the session
+   * @param {(root: Document | Element, model: unknown) => Panel[]} adopt joins the panels of a new page to the session
    */
   constructor(session, adopt) {
     this.#session = session;
