@@ -152,6 +152,7 @@ def test_files_of_another_board_are_judged_again_with_the_board_that_is_seen(
     page.get_by_role("button", name="Begin", exact=True).first.click()
     begin(page, 7, 7, "Picture files")
     folder = shared_data / "chessboard-opencv-left"
+    expect(page.get_by_role("button", name="Choose pictures").first).to_be_visible(timeout=SOON)
     page.get_by_label("Pictures of the board").set_input_files([folder / "left01.jpg", folder / "left02.jpg"])
     expect(here.find(".attempt")).to_have_count(1, timeout=LONG)  # one sentence for both
     expect(here.find(".attempt-name")).to_contain_text("left02.jpg, left01.jpg", timeout=LONG)

@@ -24,6 +24,7 @@ def page(profiles: Profiles, fleet: LiveFleet) -> Iterator[Page]:
 
     page.on("console", note)
     page.on("pageerror", lambda error: complaints.append(str(error)))
+    fleet.reset()  # pages that were looked at before have halted it
     fleet.share_a_map("r1", "r2")
     page.goto(fleet.driving)
     expect(page.locator(".fleet-card")).to_have_count(4)

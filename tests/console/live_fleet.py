@@ -99,6 +99,12 @@ class LiveFleet(Served):
         self._thread.join(MORE)
         assert not self._thread.is_alive(), "the fleet did not end"
 
+    def reset(self) -> None:
+        """End a halt of all, and each robot's own."""
+        self.ask("POST", "/api/fleet/halt/reset", token=self.operator, headers={"content-length": "0"})
+        for robot in self.robots.values():
+            self.on_loop(robot.robot.reset)
+
     def share_a_map(self, *names: str) -> None:
         """These go on in one map."""
         for name in names:

@@ -64,7 +64,8 @@ def test_a_turn_becomes_a_scan_that_runs_counter_clockwise(lidar: LidarEmulator)
     errors = np.abs(scan.ranges - room(lidar, scan))[seen]
     assert seen.mean() > 0.85
     assert np.median(errors) < 0.06 and np.mean(errors < 0.25) > 0.9  # the noise of two turns
-    assert scan.time_step * len(scan.ranges) == pytest.approx(-1 / rate, rel=0.2)
+    turns = [one.time_step * len(one.ranges) for one in scans]  # as they arrive: on a busy machine one is late
+    assert np.median(turns) == pytest.approx(-1 / rate, rel=0.2)
 
 
 def test_the_lidar_sees_all_around() -> None:
