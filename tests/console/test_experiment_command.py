@@ -75,6 +75,7 @@ def test_what_an_experiment_does_not_take_is_wrong_usage(
     assert "Traceback" not in capsys.readouterr().err
 
 
+@pytest.mark.campaign
 def test_all_runs_what_is_named_and_stores_its_figures_with_what_made_them(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -33,6 +33,7 @@ def test_ours_is_better_than_as_printed_on_the_same_sounds(result: Any) -> None:
     assert ours["within_2_sd"] >= 0.85 and ours["declared"] > 0.9  # 0.90 to 0.99 takes 200 utterances, not 40
 
 
+@pytest.mark.campaign
 def test_each_difference_from_the_print_is_taken_away_alone() -> None:
     rng = np.random.default_rng(6)
     scene = make_scene(rng, 0.3, practice_voice(rng, 1.5, 16000), list(ARRAYS.values()))
