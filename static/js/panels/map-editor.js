@@ -312,7 +312,8 @@ class MapEditor extends Panel {
 
   async #finish() {
     const kind = /** @type {"free" | "occupied" | "unknown" | "crop"} */ (this.#tool);
-    const points = kind === "crop" ? rectangle(this.#points) : this.#points;
+    const drawn = this.#points;
+    const points = kind === "crop" ? rectangle(drawn) : drawn;
     if (kind === "crop" && points.length < 4) {
       this.#take("crop");
       return;
@@ -320,7 +321,7 @@ class MapEditor extends Panel {
     const at = thinned(points).map(({ x, y }) => /** @type {[number, number]} */ ([x, y]));
     const width = kind === "crop" ? 0 : Number(this.#brush.value) / 100;
     await this.#try(() => api.edit({ kind, points_m: at, width_m: width }));
-    this.#points = [];
+    if (this.#points === drawn) this.#points = []; // else the next stroke has begun meanwhile
     this.#draw();
   }
 
