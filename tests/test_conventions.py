@@ -100,8 +100,7 @@ STORED = (
     '= "bonds"',
     'TABLE = "deeds"',
     'name="wish"',
-    "orientation: portrait",
-)  # names on disk, of CSS, and what people say
+)  # names on disk, and what people say
 PRODUCT = [
     path
     for pattern in (

@@ -30,7 +30,7 @@ from core.library_threads import ONE_THREAD
 # One experiment in processes of its own: the command line itself, so that the files are the same.
 
 MOST_RESULT = 2**24  # [bytes] of JSON
-LONGEST = 2**16  # [bytes] of a line that it says
+MAX_LINE_BYTES = 2**16  # [bytes] of a line that it says
 COUNTED = re.compile(r"(\d+) of (\d+)")
 BROKE = "The experiment broke off; the log says more."
 
@@ -56,7 +56,7 @@ class ExperimentProcess:
             stderr=PIPE,
             env={**os.environ, **ONE_THREAD, "PYTHONPATH": path},
             start_new_session=True,
-            limit=LONGEST,
+            limit=MAX_LINE_BYTES,
         )
         try:
             result, _ = await asyncio.gather(self._result(), self._listen(tell))

@@ -69,7 +69,7 @@ LIES: dict[str, Callable[[float], float]] = {
 }
 
 
-STRANGERS = ("scan", "odometry", "both")  # what of another robot comes by the same name
+OTHER_ROBOT_TOPICS = ("scan", "odometry", "both")  # what of another robot comes by the same name
 WIRES_SHARED = ("py", "ros", "scip")  # drivers of robots that a wire leads to
 
 
@@ -189,7 +189,7 @@ def drive(
 ) -> Outcome:
     """Drive at the wall; `always`: late from the first scan on, stamps still from `LIE_S` on.
 
-    `stranger`: from then on readings of another robot, which stays where it is, come in between: see `STRANGERS`.
+    `stranger`: one of `OTHER_ROBOT_TOPICS`; from then on those of a robot that stays where it is come in between.
     """
     gate, field, rng = Gate(Limits(max_speed=0.5)), NearField((LASER,)), np.random.default_rng(1)
     gate.arm(1, "a stubborn hand", 0.0)

@@ -28,7 +28,7 @@ from tests.emulators.robot_process import RobotProcess, robot_process
 FROZEN, AFTER = 3.0, 3.0  # [s] of a loss or freeze, which is longer than any failsafe; and of watching after it
 GRACE = 0.4  # [s] after a thaw of the robot's side, whose wheels turned when it froze, in which it may come to rest
 STANDS = 0.002  # [m] or [rad] that are no motion
-PATIENCE = 60.0  # [s]
+PATIENCE_S = 60.0  # [s]
 
 
 class Trial:
@@ -78,7 +78,7 @@ class Trial:
 
 
 def until(true: Callable[[], object]) -> None:
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + PATIENCE_S
     while not true():
         if time.monotonic() > end:
             raise TimeoutError

@@ -41,9 +41,9 @@ NAMES = (
     *("stairs", "terrace", "mailbox", "room 12"),
 )
 UNNAMED = ("museum", "cinema", "bedroom", "chicken", "winter", "harbour", "pencil", "airport", "market", "river")
-ROUTES = ("round", "evening patrol", "night watch")
+ROUTE_NAMES = ("round", "evening patrol", "night watch")
 STEERING = {
-    **{f"start the route {name}": (START_ROUTE.name, name) for name in ROUTES},
+    **{f"start the route {name}": (START_ROUTE.name, name) for name in ROUTE_NAMES},
     **{words: (kind.name, "") for kind in (PAUSE_ROUTE, RESUME_ROUTE) for words in kind.words},
 }
 ROUTE_TALK = (
@@ -73,7 +73,7 @@ def places() -> tuple[NamedPlace, ...]:
     for number, name in enumerate(NAMES):
         check_name_apart(name, [one.name for one in known])
         known.append(NamedPlace(name=name, x_m=0.5 * number, y_m=-1.0))
-    return *known, *(NamedPlace(name=name, x_m=0.0, y_m=0.0, route=True) for name in ROUTES)
+    return *known, *(NamedPlace(name=name, x_m=0.0, y_m=0.0, route=True) for name in ROUTE_NAMES)
 
 
 def echoed(samples: Array, seed: int) -> Array:

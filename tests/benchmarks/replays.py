@@ -29,7 +29,7 @@ from core.recording.mcap_writing import NS_PER_S, McapRecording
 from core.recording.ros_writing import RosMessage
 from core.robots.requests import Play, Seek, SetSpeed
 
-SEEKS = 200
+SEEK_COUNT = 200
 MAX_SPEED = 20.0
 MEMORY_ROWS = 10  # of the whole way
 MORE_FORMS = (".clf", ".log", ".active", ".db", ".gz", ".txt", ".dat")
@@ -101,7 +101,7 @@ def long_drive(path: Path) -> dict[str, Any]:
     with closing(robot):
         robot.read()
         waits = list[float]()
-        for _ in range(SEEKS):
+        for _ in range(SEEK_COUNT):
             began = time.monotonic()
             robot.ask(Seek(value=chance.uniform(0.0, 0.999)))
             while robot.read().image is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.benchmarks.late_scans import DRIVERS, LIES, STRANGERS, WIRES_SHARED, drive, drive_wires
+from tests.benchmarks.late_scans import DRIVERS, LIES, OTHER_ROBOT_TOPICS, WIRES_SHARED, drive, drive_wires
 
 STANDS_S = 0.4  # [s] from the first lie to zero: the age at which scans end to count, and a tick or two
 
@@ -25,7 +25,7 @@ def test_a_punctual_robot_comes_to_its_wall_and_stands_at_its_margin(driver: str
     assert 0.02 < found.gap < 0.06 and found.reason == "something is in the way"
 
 
-@pytest.mark.parametrize(("driver", "what"), tuple(zip(WIRES_SHARED, STRANGERS, strict=True)))
+@pytest.mark.parametrize(("driver", "what"), tuple(zip(WIRES_SHARED, OTHER_ROBOT_TOPICS, strict=True)))
 def test_readings_of_another_robot_under_the_same_name_stop_it_before_it_touches_anything(
     driver: str, what: str
 ) -> None:

@@ -17,7 +17,7 @@ from core.perception.people.vertical_plane import VerticalPlanes
 
 # The embedded detector behind the protocol: it was taught with drawn figures, and knows nothing else.
 
-SAYS = (
+DRAWN_DETECTOR_SENTENCE = (
     "The embedded detector looks for people: it was taught with drawn figures and knows those of the simulator only. "
     "For real people run: beckon models get people"
 )
@@ -28,7 +28,7 @@ class DrawnDetector:
     """Part models of general.npz on vertical planes."""
 
     name = "drawn"
-    says = SAYS
+    says = DRAWN_DETECTOR_SENTENCE
 
     def __init__(self, settings: PeopleSettings | None = None) -> None:
         self._settings = settings or PeopleSettings()
@@ -72,7 +72,11 @@ def engine_of(settings: PeopleSettings) -> str:
 
 def says(settings: PeopleSettings) -> str:
     """Return a sentence on the detector that looks for people now."""
-    return "Pose networks look for people, real ones and drawn ones." if sees_people(settings) else SAYS
+    return (
+        "Pose networks look for people, real ones and drawn ones."
+        if sees_people(settings)
+        else DRAWN_DETECTOR_SENTENCE
+    )
 
 
 def how_to_get() -> str:

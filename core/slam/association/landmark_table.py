@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, fields
 from typing import Annotated, Any
 
 import numpy as np
@@ -67,23 +67,11 @@ class LandmarkRecord:
 
 
 NO_IDENTITY = np.iinfo(np.int64).min
+COLUMN_TYPES = {"int": np.int64, "str": np.int64, "float": np.float64, "bool": np.bool_}
 COLUMNS = np.dtype(
-    [
-        ("id", np.int64),
-        ("kind", np.int64),
-        ("opening", np.float64),
-        ("sector", np.float64),
-        ("farthest", np.float64),
-        ("hits", np.int64),
-        ("misses", np.int64),
-        ("unseen", np.int64),
-        ("born", np.float64),
-        ("seen", np.float64),
-        ("met_again", np.bool_),
-        ("tentative", np.bool_),
-        ("identity", np.int64),
-    ]
-)  # a record's fields: the kind by its number, NaN for no opening, NO_IDENTITY for none
+    [(one.name, COLUMN_TYPES[str(one.type).removesuffix(" | None")]) for one in fields(LandmarkRecord)]
+)
+"""A record's fields: the kind by its number, NaN for no opening, NO_IDENTITY for none."""
 
 
 class LandmarkTable:

@@ -61,8 +61,8 @@ def ways_in(app: FastAPI) -> Iterator[tuple[str, str, str]]:
                 yield method, address(route), need.role
 
 
-PAGES = ("calibrate", "hearing", "people", "maps", "recordings", "experiments", "connect", "help")
-PAGE_PATHS = [f"{page}{end}" for page in PAGES for end in ("", ".html")]
+PAGE_PATHS = ("calibrate", "hearing", "people", "maps", "recordings", "experiments", "connect", "help")
+PAGE_PATHS = [f"{page}{end}" for page in PAGE_PATHS for end in ("", ".html")]
 PUBLIC = {("GET", "/"), ("GET", "/static/docs/{path:path}"), ("GET", "/static/main.js"), ("POST", "/api/login")}
 PUBLIC_OF = {
     "Live": {

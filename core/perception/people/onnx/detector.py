@@ -118,7 +118,8 @@ def _whole(shape: list[int]) -> tuple[int, int, int, int]:
 
 # A detection of a model → head, torso and feet.
 
-FACE, SHOULDERS, HIPS, LEGS, ANKLES = (0, 1, 2, 3, 4), (5, 6), (11, 12), (13, 14, 15, 16), (15, 16)
+FACE_ROWS, SHOULDER_ROWS, HIP_ROWS = (0, 1, 2, 3, 4), (5, 6), (11, 12)
+LEG_ROWS, ANKLE_ROWS = (13, 14, 15, 16), (15, 16)
 HEAD_SHARE, TORSO_SHARE = 0.16, 0.5  # of the box's height, where there are no landmarks
 TORSO_LENGTH = 0.29  # statures
 
@@ -144,13 +145,13 @@ def body_of_box(box: Box, score: float) -> SeenBody:
 
 def body_of_points(box: Box, score: float, points: Array) -> SeenBody:
     """A person with COCO's 17 landmarks (17, 3): x, y [pixel] and visibility 0..1."""
-    shoulders, hips = points[list(SHOULDERS), :2].mean(axis=0), points[list(HIPS), :2].mean(axis=0)
+    shoulders, hips = points[list(SHOULDER_ROWS), :2].mean(axis=0), points[list(HIP_ROWS), :2].mean(axis=0)
     length = max(float(np.hypot(*(shoulders - hips))), 1e-3)
-    face = points[list(FACE), :2].mean(axis=0)
+    face = points[list(FACE_ROWS), :2].mean(axis=0)
     x, y = face.tolist()
     head = (x - 0.24 * length, y - 0.34 * length, x + 0.24 * length, y + 0.28 * length)
     middle = float(shoulders[0] + hips[0]) / 2
-    trunk, legs = points[[*SHOULDERS, *HIPS], :2], points[[*HIPS, *LEGS], :2]
+    trunk, legs = points[[*SHOULDER_ROWS, *HIP_ROWS], :2], points[[*HIP_ROWS, *LEG_ROWS], :2]
     torso = (
         min(float(trunk[:, 0].min()) - 0.14 * length, middle - 0.26 * length),
         float(trunk[:, 1].min()) - 0.12 * length,
@@ -164,7 +165,8 @@ def body_of_points(box: Box, score: float, points: Array) -> SeenBody:
         max(float(legs[:, 1].max()) + 0.15 * length, float(hips[1]) + 1.0),
     )
     seen = [
-        score * float(np.clip(points[list(group), 2], 0, 1).mean()) for group in (FACE, (*SHOULDERS, *HIPS), LEGS)
+        score * float(np.clip(points[list(group), 2], 0, 1).mean())
+        for group in (FACE_ROWS, (*SHOULDER_ROWS, *HIP_ROWS), LEG_ROWS)
     ]
     return SeenBody(
         parts=(head, torso, feet),
@@ -174,7 +176,7 @@ def body_of_points(box: Box, score: float, points: Array) -> SeenBody:
         foretold_head=float(shoulders[1] + 0.42 * (shoulders[1] - hips[1])),
         hips_row=float(hips[1]),
         torso_length=length,
-        legs_length=float(points[list(ANKLES), 1].mean() - hips[1]),
+        legs_length=float(points[list(ANKLE_ROWS), 1].mean() - hips[1]),
         confidence=score,
     )
 
