@@ -20,11 +20,9 @@ from core.gate.trace import Event, TraceWriter
 from core.gate.twist import ZERO, Twist
 from core.sentences import Statement
 
-# Nonces: numbers that give the age of a setpoint by the gate's clock alone.
-
 
 class Nonces:
-    """Gives out rising numbers and knows for a while when each was given out."""
+    """Rising numbers that give the age of a setpoint, for a while after each was given out, by the gate's clock."""
 
     def __init__(self, first: int, lifetime: float) -> None:
         self.newest = first
