@@ -30,8 +30,8 @@ class Deadman:
         return min(arrived + self._limits.deadman, self._beat + self._limits.heartbeat)
 
     def console_silent(self, now: float) -> bool:
-        """Return whether the console's heartbeat is missing."""
-        return now >= self._beat + self._limits.heartbeat
+        """Return whether the console's heartbeat is missing; one of the future (a clock was set back) is none."""
+        return not self._beat <= now < self._beat + self._limits.heartbeat
 
     def trouble(self, arrived: float, now: float) -> str:
         """Return why a setpoint that arrived then must end, "" if it need not."""

@@ -279,9 +279,11 @@ def test_a_tick_is_due_when_an_order_expires() -> None:
     gate.arm(1, "ann", 1.0)
     gate.accept(Setpoint(1, 1, "goal", 1, 0.2, 0.0, gate.status().nonce), 1.01)
     assert gate.expires == 1.0 + 0.15
+    for n in range(1, 8):
+        gate.tick(1.0 + 0.02 * n)
     gate.heartbeat(1.15)
     assert gate.expires == 1.01 + 0.25
-    for n in range(1, 13):
+    for n in range(8, 13):
         gate.tick(1.0 + 0.02 * n)
     gate.heartbeat(1.25)
     assert gate.tick(1.259).moves
