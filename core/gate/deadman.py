@@ -31,7 +31,7 @@ class Deadman:
 
     def console_silent(self, now: float) -> bool:
         """Return whether the console's heartbeat is missing; one of the future (a clock was set back) is none."""
-        return not self._beat <= now < self._beat + self._limits.heartbeat
+        return not abs(now - self._beat) < self._limits.heartbeat
 
     def trouble(self, arrived: float, now: float) -> str:
         """Return why a setpoint that arrived then must end, "" if it need not."""
