@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from core.message import Array
 from core.recording.read_report import ReadReport
@@ -19,6 +20,7 @@ MAX_PAUSE_S = 600.0  # of a recording that was paused; after more its clock was 
 MAX_CLOCK_DIFFERENCE_S = 1.0  # between the clocks of two devices
 MAX_LATENCY_SPREAD_S = 0.5  # (median deviation) of the way to a recorder whose times can be compared
 MAX_OUTLIER_S = 30.0  # of a single stamp from what the others suggest
+OUTLIER_WINDOW_ROWS = 51  # that suggest it: over a whole recording a clock may run slower, as a simulator's does
 MIN_JUMP_S = 1.0  # of a device's clock that was set, beyond the time that passed for the recorder
 MAX_REPEATED = 3  # stamps that repeat the one before in a short log
 MAX_REPEATED_SHARE = 0.1  # of stamps that repeat the one before: beyond it they are rounded or have no value
@@ -93,8 +95,9 @@ def settled_stamps(stream: StampedStream, report: ReadReport) -> tuple[StampedSt
         own[rows[1:]] -= np.cumsum(np.where(jumped, stepped - passed, 0.0))
         largest = float(stepped[jumped][np.argmax(np.abs(stepped[jumped]))])
         report.fault("clock.set", stream.name, used=True, jump=f"{largest:+.0f}")
-    late = own - logged
-    good = stamped & (np.abs(late - np.median(late[stamped])) < MAX_OUTLIER_S)
+    late = (own - logged)[rows]
+    good = np.zeros(len(own), bool)
+    good[rows] = np.abs(late - median_filter(late, OUTLIER_WINDOW_ROWS, mode="nearest")) < MAX_OUTLIER_S
     return StampedStream(stream.name, own, logged), good
 
 

@@ -40,6 +40,15 @@ def test_a_device_whose_clock_was_set_goes_on_as_it_was_recorded():
     assert good.all() and np.abs(settled.own - TIMES).max() < 0.03 and codes(report) == ["clock.set"]
 
 
+@pytest.mark.parametrize("rate", [0.4, 1.0, 3.0])
+def test_of_a_clock_that_runs_slower_or_faster_only_single_wrong_stamps_are_left_out(rate):
+    report, times = ReadReport(Path("x")), 1.7e9 + 0.1 * np.arange(3000)
+    own = 5000.0 + rate * (times - times[0])
+    own[[70, 1500]] += 400.0
+    settled, good = settled_stamps(StampedStream("/scan", own, times), report)
+    assert np.flatnonzero(~good).tolist() == [70, 1500] and (settled.own == own).all() and codes(report) == []
+
+
 def test_a_burst_on_the_way_to_the_recorder_is_no_set_clock():
     report = ReadReport(Path("x"))
     logged = TIMES.copy()
