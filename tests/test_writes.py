@@ -18,6 +18,7 @@ OWN = {
     "console/reference.py": "writes pages for developers",
     "core/models.py": "a download in a temporary folder, which is checked and copied from there",
     "core/recording/mcap_writing.py": "a recording that grows for minutes; it has its name when it is finished",
+    "core/recording/mcap_recovery.py": "finishes one in place: a full disk has no room for two",
     "core/recording/source.py": "a recording unpacked into a temporary folder",
     "console/serve.py": "only looks whether --gate-trace can be written",
 }

@@ -15,6 +15,7 @@ from console.http.problems import Problem
 from console.part import Part
 from console.robot.link import RobotLink
 from core.pilot.replayed_drive import ReplayFrame
+from core.recording.drive import NO_OWN_RECORDING
 from core.robots.requests import (
     Pause,
     Play,
@@ -35,7 +36,6 @@ PlaybackWay = Literal["recorded", "computed"]
 
 REACHED_SHARE = 0.95  # of the speed that was asked for, from which on it counts as reached
 NO_RECORDING = "Only a recording can be played, paused and sought."
-NO_OWN_RECORDING = "Only of a recording that Beckon made can a part be exported."
 
 
 class PlaybackOrder(msgspec.Struct, frozen=True):

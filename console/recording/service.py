@@ -91,6 +91,7 @@ UNKNOWN = Statement("recording.unknown")
 BAD_NAME = Statement("recording.bad_name")
 LOST = Statement("recording.lost")
 LEFT_OUT = Statement("recording.left_out")
+NOT_BEGUN = Statement("recording.not_begun")
 LOW_DISK = Statement("recording.low_disk")
 OLD_GOES = Statement("recording.old_goes")
 UNRECOVERED = Statement("recording.unrecovered")
@@ -141,6 +142,7 @@ class RecordingService(Part):
         self._moments: list[RecordedMoment] = []
         self._left_out = 0
         self._unfinished = False  # a file waits to be recovered
+        self._keeps = ""  # name of the part of the drive that is being kept
         self._events = DriveEvents(robot.status())
         self._running: FinishedRecording | None = None
         self._base, self._number = "", 1  # name of the recording that runs, and of its file
@@ -170,6 +172,11 @@ class RecordingService(Part):
         if await asyncio.to_thread(self._parts):
             await self._recover()
             self._worker.kill()
+        if self._settings.from_start and not self._replays:
+            try:
+                await self._begin_first_of("", "")
+            except (BeckonError, Problem) as trouble:
+                self._notifications.tell("error", NOT_BEGUN(trouble=trouble), "recorder")
 
     async def _recover(self) -> None:
         """Finish what a lost process left behind, unless another recording runs already."""
@@ -301,11 +308,15 @@ class RecordingService(Part):
             raise Problem(409, Statement("recording.replay"))
         if self._running is not None:
             raise Problem(409, RUNS)
-        base = self._fresh_name(checked_name(name) if name else "")
+        await self._begin_first_of(checked_name(name) if name else "", note)
+        self._history.add("record", who, words=self._base)
+        return self.state
+
+    async def _begin_first_of(self, name: str, note: str) -> None:
+        """Begin the first file of a recording; "": its name is the date."""
+        base = self._fresh_name(name)
         await self._begin(base, note)
         self._base, self._number = base, 1
-        self._history.add("record", who, words=base)
-        return self.state
 
     async def _begin(self, name: str, note: str = "") -> None:
         await asyncio.to_thread(self._make_folder)
@@ -332,8 +343,13 @@ class RecordingService(Part):
             raise Problem(409, NOTHING_RUNS)
         await self._send()
         running, self._running = self._running, None
-        async with self._turn:
-            done = await self._worker.ask(FinishRecording(), budget=FILE_BUDGET_S)
+        try:
+            async with self._turn:
+                done = await self._worker.ask(FinishRecording(), budget=FILE_BUDGET_S)
+        except BeckonError:
+            self._unfinished = True
+            self._wake.set()
+            raise
         self.revision += 1
         if who is not None:
             self._history.add("stop_recording", who, words=done.name)
@@ -345,9 +361,9 @@ class RecordingService(Part):
             raise Problem(409, NOTHING_YET if self.ring_limit_s > 0 else NOTHING_HELD)
         await self._send()
         await asyncio.to_thread(self._make_folder)
-        name = self._fresh_name("")
         async with self._turn:
             await self._ready()
+            self._keeps = name = self._fresh_name("")
             described = self._description(cause, "")
             job = KeepRing(str(self._path(name)), seconds, described, await self._files())
             kept = await self._worker.ask(job, budget=FILE_BUDGET_S)
@@ -469,7 +485,7 @@ class RecordingService(Part):
             found.append(msgspec.structs.replace(one, note=note, **({} if one.complete else with_cause(CUT))))
         running = self._running
         for name, changed, size in await asyncio.to_thread(self._parts):
-            if running is None or name != running.name:
+            if name not in (running and running.name, self._keeps):
                 left = FinishedRecording(name, 0.0, size, {}, changed, complete=False)
                 found.append(msgspec.structs.replace(left, **with_cause(RECOVERING)))
         if running is not None:

@@ -31,7 +31,8 @@ from core.recording.drive import CAMERA_TOPIC
 from core.recording.excerpt import write_excerpt
 from core.recording.foxglove_server import FoxgloveServer
 from core.recording.frame_record import ROBOT, RobotRecord
-from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, PART, McapRecording, RecordedFile, recovered
+from core.recording.mcap_recovery import recovered
+from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, PART, McapRecording, RecordedFile
 from core.recording.ros import Envelope, decode
 from core.recording.ros_writing import RosEncoder, RosMessage
 from core.robots import Profile
@@ -300,7 +301,8 @@ class RecorderWorker:
             with path.open("rb") as file:
                 reader = make_reader(file)
                 summary = reader.get_summary()
-                described = next((one.metadata for one in reader.iter_metadata() if one.name == DESCRIPTION), {})
+                for one in reader.iter_metadata():  # of a recovered one the last says so
+                    described |= one.metadata if one.name == DESCRIPTION else {}
                 said = msgspec.json.decode(described.get("said", "[null,null]"), type=SentenceCode)
         except (OSError, msgspec.MsgspecError, *BROKEN_RECORD):
             summary = None

@@ -14,7 +14,7 @@ from core.install import install_packages
 from core.message import Array
 from core.pilot.recorded_drive import AsRecorded, ComputedNow, robot_of
 from core.pipelines.nav2_map import map_pixels
-from core.recording.drive import DriveRecording
+from core.recording.drive import NO_OWN_RECORDING, DriveRecording, is_drive
 from core.settings import Settings
 from core.slam.map.occupancy import OccupancyGrid
 from core.snapshot import Snapshot
@@ -32,6 +32,8 @@ def film_of(path: Path, begin_s: float, end_s: float, form: FilmForm) -> bytes:
     """The part from `begin_s` to `end_s` [s] after the start → an animated picture. Raises BadInput, Unavailable."""
     if not hasattr(cv2, "imencodeanimation"):
         raise Unavailable(f"Films need a newer OpenCV: {install_packages('opencv-python-headless>=4.12')}")
+    if not is_drive(path):
+        raise BadInput(NO_OWN_RECORDING)
     drive = DriveRecording(path)
     try:
         if not 0 <= begin_s < min(end_s, drive.duration):

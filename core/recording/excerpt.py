@@ -10,8 +10,9 @@ from mcap.records import Channel, Message, Schema
 
 from core.errors import BadInput
 from core.files import reason
+from core.recording.drive import NO_OWN_RECORDING, is_drive
 from core.recording.frame_record import ROBOT
-from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, REBUILT, McapRecording, RecordedFile
+from core.recording.mcap_writing import BROKEN_RECORD, COPIED, NS_PER_S, McapRecording, RecordedFile
 from core.recording.ros_writing import LATCHED_TOPICS, RosMessage
 
 MIN_PART_S = 0.1
@@ -24,6 +25,8 @@ def write_excerpt(source: Path, target: Path, begin_s: float, end_s: float) -> R
     The map, the mountings and the robot's description are those that held at its beginning; attachments and the
     description of the recording go along. Raises BadInput, Unwritable.
     """
+    if not is_drive(source):
+        raise BadInput(NO_OWN_RECORDING)
     try:
         with source.open("rb") as file:
             return _copied(make_reader(cast(IO[bytes], file)), source, target, begin_s, end_s)
@@ -43,7 +46,7 @@ def _copied(reader: McapReader, source: Path, target: Path, begin_s: float, end_
     if end - begin < MIN_PART_S * NS_PER_S:
         length = (last - first) / NS_PER_S
         raise BadInput(f"A part begins before it ends, and lies between 0 and {length:.1f} s.")
-    other = McapRecording(target, REBUILT)
+    other = McapRecording(target, COPIED)
     try:
         _copy(reader, other, begin, end)
         return other.finish()

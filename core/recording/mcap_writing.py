@@ -11,14 +11,11 @@ import os
 import struct
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import IO
 
 import zstandard
 from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
 from core.errors import Unwritable
@@ -26,7 +23,7 @@ from core.files import reason
 from core.message import message
 from core.recording.ros_writing import LATCHED_QOS, LATCHED_TOPICS, RosMessage, definition, type_hash
 
-PART, REBUILT = ".part", ".rebuilt"  # behind the name of a recording that grows, or is recovered
+PART, COPIED = ".part", ".copied"  # behind the name of a recording that grows, or is cut out of another
 CHUNK_BYTES = 262_144  # of messages, packed together: a seek unpacks few of them
 FLUSH_PERIOD_S = 0.4  # [s] of messages that may be lost with the process
 NS_PER_S = 1_000_000_000
@@ -137,6 +134,8 @@ class McapRecording:
                 self._part.rename(self.path)
                 self._ended = True
         except OSError as trouble:
+            with contextlib.suppress(OSError):
+                self._file.close()  # what is held back must not come behind a recovered end
             raise self._unwritable(trouble) from None
         return self.written
 
@@ -160,72 +159,6 @@ class McapRecording:
             return 0
 
 
-def recovered(part: Path, more: Mapping[str, str]) -> RecordedFile | None:
-    """A recording whose process ended before its file was finished → the finished file; None: nothing was in it.
-
-    `more` is added to its description. Chunks are read until one is cut; `part` is removed when the whole file is
-    there. Raises Unwritable; then nothing but `part` is left.
-    """
-    whole = _free(part.with_name(part.name.removesuffix(PART)))
-    rebuilt = whole.with_name(whole.name + REBUILT)
-    rebuilt.unlink(missing_ok=True)  # of an attempt that was ended
-    try:
-        return _rebuilt(part, whole, more)
-    except Unwritable:
-        rebuilt.unlink(missing_ok=True)
-        raise
-
-
-def _rebuilt(part: Path, whole: Path, more: Mapping[str, str]) -> RecordedFile | None:
-    other = McapRecording(whole, REBUILT)
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
-    try:
-        with part.open("rb") as file:
-            for record in _records(file):
-                match record:
-                    case Schema():
-                        schemas[record.id] = record
-                    case Channel():
-                        channels[record.id] = record
-                    case Message() if record.channel_id in channels:
-                        channel = channels[record.channel_id]
-                        kind = schemas[channel.schema_id].name
-                        stamp = record.publish_time / NS_PER_S
-                        other.add([RosMessage(channel.topic, kind, stamp, record.data)], record.log_time / NS_PER_S)
-                    case Attachment():
-                        other.attach(record.name, record.media_type, record.data)
-                    case Metadata():
-                        other.describe(record.name, {**record.metadata, **more})
-                    case _:
-                        pass
-    except OSError as trouble:
-        raise Unwritable(f"{part.name} cannot be read: {reason(trouble)}") from None
-    written = other.finish()
-    part.unlink(missing_ok=True)
-    if not written.messages:
-        whole.unlink(missing_ok=True)
-        return None
-    return written
-
-
-def _records(file: IO[bytes]) -> Iterator[object]:
-    """Every record up to where the file is cut."""
-    reader = iter(StreamReader(file).records)
-    with contextlib.suppress(StopIteration, *BROKEN_RECORD):
-        while True:
-            yield next(reader)
-
-
 def private(name: str, flags: int) -> int:
     """Open a file that is its owner's alone."""
     return os.open(name, flags, 0o600)
-
-
-def _free(path: Path) -> Path:
-    """The path, or one like it where something stands already."""
-    number, free = 1, path
-    while free.exists():
-        number += 1
-        free = path.with_stem(f"{path.stem}-{number}")
-    return free

@@ -13,6 +13,7 @@ class RecordingSettings(Section):
     """Settings of recordings: how long, how large, and what is kept in memory.
 
     Watch:
+        from_start: size of the data folder
         ring_s: size of the data folder
         file_minutes: number of files of a long drive
         file_mb: number of files of a long drive
@@ -20,6 +21,9 @@ class RecordingSettings(Section):
         free_mb: recordings that ended by themselves
     """
 
+    from_start: Annotated[
+        bool, Meta(meaning="every session is recorded from its first frame on, which Record comes too late for")
+    ] = False
     ring_s: Annotated[
         float, Meta("s", 0, 600, "the last part of every drive that can still be kept; 0: none", common=True)
     ] = 120.0

@@ -81,6 +81,7 @@ def filled(home: Path, free_mb: float) -> dict[str, Any]:
         told = [one["text"] for one in console.get("/api/state")["notices"] if one["level"] != "info"]
         turned = is_turned(console)
         alive = console.get("/api/health").get("status", "answers")
+        whole = sorted(path.name for path in (home / "recordings").iterdir())
         (home / "filler").unlink()
         faults = console.faults()
     finally:
@@ -98,6 +99,7 @@ def filled(home: Path, free_mb: float) -> dict[str, Any]:
         "told": told,
         "turned": turned,
         "health": alive,
+        "files_while_it_is_full": whole,
         "recorded_s": round(seconds[0], 1),
         "recovered_s": round(max(row["seconds"] for row in rows), 1),
         "cause": rows[0]["cause"],

@@ -28,7 +28,7 @@ def kept(console: Console, count: int) -> list[dict[str, Any]]:
     """Wait for so many kept recordings → the list, the newest first."""
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
-        rows = [row for row in console.get("/api/recordings")["recordings"] if row["cause"]]
+        rows = [row for row in console.get("/api/recordings")["recordings"] if row["cause"] and row["complete"]]
         if len(rows) >= count:
             return rows
         time.sleep(1.0)

@@ -45,6 +45,8 @@ def test_a_recording_waits_and_is_steered_by_keys_and_marks(visit: Open, console
         .split(",")[:3]
     )
     assert abs(red - green) < 40, "neutral, not red"
+    here.button("Export…").click(force=True)  # it says why not
+    expect(here.find(".toast")).to_contain_text("only of a recording that Beckon made")
     mark = here.find(".mark[data-kind=gap]")
     expect(mark).to_have_attribute("title", "0:10: No scans for 4.0 s")
     here.page.keyboard.press("Space")

@@ -165,9 +165,13 @@ class Live(Served):
         tls: tuple[Path, Path] | None = None,
         pace: float = 1.0,
         ring_s: float = 0.0,
+        from_start: bool = False,
         foxglove_port: int = 0,
     ) -> None:
-        """`ring_s`: of the recorder, whose process starts with the first motion; `foxglove_port`: it serves there."""
+        """`ring_s`: of the recorder, whose process starts with the first motion; `from_start`: at once.
+
+        `foxglove_port`: it serves there.
+        """
         self.home = folder
         self.robot = InProcessRobot(url, pace=pace)
         logins = Logins()
@@ -182,7 +186,7 @@ class Live(Served):
             home=folder,
             access=access,
         )
-        self.runtime.parts[RecordingService]._settings = RecordingSettings(ring_s=ring_s)
+        self.runtime.parts[RecordingService]._settings = RecordingSettings(ring_s=ring_s, from_start=from_start)
         self.runtime.parts[RecordingService].foxglove_port = foxglove_port
         self.app = create_app(self.runtime)
         self.server = Server(configured(self.app, *(tls or ())), self.runtime, lambda: None)

@@ -23,13 +23,17 @@ class PlaybackPart extends Panel {
    * @override
    * @param {import("../net/session.js").View} view
    */
-  show({ state }) {
-    this.hidden = !state?.playback;
+  show({ state, hello }) {
+    this.hidden = !state || !hello?.robot.capabilities.includes("replay");
+    const whyNot = state?.playback ? null : t("playback-part.only_beckons_own");
+    mark(this.#button, "aria-disabled", whyNot ? "true" : null);
+    mark(this.#button, "title", whyNot);
   }
 
   #toggle() {
     if (this.#form) return this.#close();
     const session = this.session;
+    if (!session.state?.playback) return session.complain(t("playback-part.only_beckons_own"));
     const seconds = session.hello?.robot.duration_s ?? 0;
     this.#form = make("form", { class: "row map-question", "aria-label": t("playback-part.export_a_part") });
     this.append(this.#form);

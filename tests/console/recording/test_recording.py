@@ -25,8 +25,10 @@ from core.geometry import Pose, wrap
 from core.pipelines.slam import slam_log
 from core.recording import mcap_writing, open_log
 from core.recording.drive import DriveRecording
+from core.recording.mcap_recovery import recovered
 from core.robots import Profile
 from core.sensors import SensorFrame, Wheels
+from tests.benchmarks.recorded_drive import by_mcap, doctor
 from tests.benchmarks.recorder_kills import killed_recorder
 from tests.console.live import Live, full_disk
 from tests.console.recording.drives import RecordedPilot
@@ -133,6 +135,8 @@ def test_recordings_are_listed_renamed_noted_taken_away_and_deleted(live: Live, 
     rows = {row["name"]: row for row in ask(live, "GET", "recordings").json["recordings"]}
     assert (rows["a turn"]["robot"], rows["a turn"]["cause"]) == (live.robot.profile.name, "")
     assert ask(live, "GET", "recordings/other/picture").status == 404
+    of_others = ask(live, "POST", "recordings/other/export", {"from_s": 0, "to_s": 1})
+    assert of_others.status == 422 and "that Beckon made" in of_others.json["detail"]
     assert (rows["other"]["note"], rows["other"]["code"]) == ("", "recording.cut")
     assert (rows["left"]["complete"], rows["left"]["code"]) == (False, "recording.recovering")
     (live.home / "recordings" / "left.mcap.part").unlink()
@@ -226,9 +230,35 @@ def test_on_a_full_disk_a_recording_ends_with_its_reason_and_is_recovered(
             recorded.step(replace(frame, stamp=written / 40))
     with pytest.raises(Refused):
         recorded.finish()
-    [whole] = RecorderWorker().recover(RecoverRecordings(str(tmp_path)))
-    assert 0.5 * written < whole.messages["/beckon/frame"] <= written
+    with full_disk(most=(tmp_path / "drive.mcap.part").stat().st_size):
+        [whole] = RecorderWorker().recover(RecoverRecordings(str(tmp_path)))
+    assert 0.2 * written < whole.messages["/beckon/frame"] <= written  # the schemas are half of so short a file
     assert [path.name for path in tmp_path.iterdir()] == ["drive.mcap"]
+    assert by_mcap(tmp_path / "drive.mcap") == whole.messages and doctor(tmp_path / "drive.mcap") == []
+
+
+def test_wherever_a_recording_is_cut_its_whole_chunks_are_recovered_again_and_again(tmp_path: Path) -> None:
+    recorded = RecordedPilot(tmp_path / "drive.mcap", Profile(name="a robot", url=""))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mcap_writing, "FLUSH_PERIOD_S", 0.0)
+        for number in range(60):
+            recorded.step(SensorFrame(stamp=number / 40))
+    recorded.finish()
+    whole = (tmp_path / "drive.mcap").read_bytes()
+    part, counts = tmp_path / "cut.mcap.part", []
+    for cut in sorted(random.Random(4).sample(range(len(whole)), 12)):
+        part.write_bytes(whole[:cut])
+        found = recovered(part, {"cause": "cut"})
+        counts.append(0 if found is None else found.messages["/beckon/frame"])
+        if found is None:
+            continue
+        assert by_mcap(found.path) == found.messages and doctor(found.path) == []
+        part.write_bytes(found.path.read_bytes()[: -random.Random(cut).randrange(1, 400)])  # killed meanwhile
+        found.path.unlink()
+        again = recovered(part, {"cause": "cut"})
+        assert again is not None and again.messages == found.messages and doctor(again.path) == []
+        again.path.unlink()
+    assert counts == sorted(counts) and 0 <= counts[0] < counts[-1] <= 60
 
 
 @pytest.mark.campaign

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from console.recording.service import RecordingService
 from core.commands.command import Command
 from core.gate import ZERO
 from core.pilot.recorded_drive import AsRecorded, Comparer, ComputedNow, robot_of
@@ -18,10 +19,13 @@ from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
 from core.robots.requests import CarryRobot, Seek, SetListening, Speak
 from core.sensors import SensorFrame
+from core.sensors.recordable import recordable
 from core.settings import Settings
 from core.simulation.faulty_robot import open_robot
 from core.snapshot import Snapshot
 from core.speech.understanding.grammar import understand
+from tests.console.in_process import InProcessRobot
+from tests.console.live import Live
 from tests.console.recording.drives import RecordedPilot, drive, fingerprint
 from tests.emulators.rosbridge import RosbridgeEmulator
 from tests.emulators.world import World
@@ -140,6 +144,21 @@ def test_the_same_settings_compute_the_same_to_the_last_bit(acts: Callable[[Robo
     assert computed.whole and len(snapshots) == len(live)
     assert fingerprint(snapshots) == fingerprint(live)
     assert comparer.same and comparer.frames == len(live) and comparer.worst == 0.0
+
+
+def test_a_session_that_is_recorded_from_its_start_is_computed_again_to_the_last_bit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken = InProcessRobot.next_frame
+    monkeypatch.setattr(  # pictures are packed where a robot is read, which is a process of its own elsewhere
+        InProcessRobot, "next_frame", lambda robot, timeout: (one := taken(robot, timeout)) and recordable(one)
+    )
+    with Live(tmp_path, no_auth=True, from_start=True) as live:
+        recorder = live.runtime.parts[RecordingService]
+        live.until(lambda: recorder.state.seconds > 1.0, seconds=60.0)
+    [path] = (tmp_path / "recordings").iterdir()
+    snapshots, comparer, computed = again(path)
+    assert path.suffix == ".mcap" and len(snapshots) > 10 and computed.whole and comparer.same
 
 
 def test_where_no_picture_has_come_for_long_the_last_one_is_shown(tmp_path: Path) -> None:
