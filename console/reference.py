@@ -9,17 +9,19 @@ import argparse
 import inspect
 import json
 from collections.abc import Iterator
-from typing import Any, cast, get_args
+from typing import cast, get_args, get_type_hints
 
 import msgspec
 from fastapi.routing import APIRoute
 
 from console import messages
 from console.access.roles import declared
+from console.api.typed_route import TypedRoute
 from console.app import described_app
 from console.cli import build_parser
 from console.cli.settings import rows, section_kinds
-from console.messages.generate_js import js_type
+from console.fleet_server.api import FleetState
+from console.messages.generate_js import HEADER, Shape, collect, declarations, js_type
 from console.messages.json_schema import socket_schema
 from console.published import filled_pages
 from core.commands import VOCABULARY
@@ -38,6 +40,7 @@ def reference_pages() -> dict[str, str]:
         "settings.md": settings_page(),
         "robot-file.md": robot_file_page(),
         "rest.md": rest_page(),
+        "../../js/net/rest.d.ts": rest_types(),
         "socket.md": socket_page(),
         "socket.schema.json": json.dumps(socket_schema(), indent=1, ensure_ascii=False) + "\n",
         "commands.md": commands_page(),
@@ -219,6 +222,17 @@ def rest_page() -> str:
     return page("REST", intro, *parts)
 
 
+def rest_types() -> str:
+    """Declare the answers of REST, this console's and the fleet's, for the browser's scripts."""
+    routes = [route for route in described_app().routes if isinstance(route, TypedRoute)]
+    answers = [get_type_hints(route.endpoint).get("return") for route in routes]
+    known: dict[str, Shape] = {}
+    collect(messages.Down, known)
+    text = declarations([FleetState, *answers, *(kind for route in routes for kind in route.structs)], known=known)
+    borrowed = ", ".join(name for name in known if f" {name}" in text)
+    return f'{HEADER.format(source="console.reference")}\nimport type {{ {borrowed} }} from "./messages.js";\n{text}'
+
+
 # the socket
 
 
@@ -242,28 +256,12 @@ def socket_page() -> str:
     )
     unions = (("Up", "From the browser"), ("Down", "To the browser"))
     parts = [f"## {title}\n\n" + "\n\n".join(map(shape, get_args(getattr(messages, name)))) for name, title in unions]
-    used: dict[str, type[msgspec.Struct]] = {}
+    used: dict[str, Shape] = {}
     for name, _ in unions:
-        for kind in get_args(getattr(messages, name)):
-            collect(kind, used)
-    return page("Socket messages", intro, *parts, "## Their parts\n\n" + "\n\n".join(map(shape, used.values())))
-
-
-def collect(kind: type[msgspec.Struct], used: dict[str, type[msgspec.Struct]]) -> None:
-    """The structs within a struct, each once."""
-    for each in msgspec.structs.fields(kind):
-        for part in structs_in(each.type):
-            if part.__name__ not in used:
-                used[part.__name__] = part
-                collect(part, used)
-
-
-def structs_in(hint: Any) -> Iterator[type[msgspec.Struct]]:
-    """The structs that a type names."""
-    if isinstance(hint, type) and issubclass(hint, msgspec.Struct):
-        yield hint
-    for part in get_args(hint):
-        yield from structs_in(part)
+        collect(getattr(messages, name), used)
+    kinds = {kind.__name__ for name, _ in unions for kind in get_args(getattr(messages, name))}
+    parts_used = [shape(kind) for name, kind in used.items() if name not in kinds]
+    return page("Socket messages", intro, *parts, "## Their parts\n\n" + "\n\n".join(parts_used))
 
 
 def shape(kind: type[msgspec.Struct]) -> str:

@@ -61,6 +61,7 @@ def test_every_command_is_understood_by_the_command_line(page: str, line: str) -
         "settings.md",
         "robot-file.md",
         "rest.md",
+        "../../js/net/rest.d.ts",
         "socket.md",
         "socket.schema.json",
         "commands.md",

@@ -1,119 +1,114 @@
-"""The socket's types as JSDoc, for editors and `tsc --checkJs`: `python -m console.messages.generate_js`."""
+"""Python's types as TypeScript's, for editors and `tsc --checkJs`: those of the socket; `console.reference` writes
+those of REST's answers.
+"""
 
 from __future__ import annotations
 
-import re
 import types
 from collections.abc import Iterable, Iterator
+from dataclasses import is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, NotRequired, Union, get_args, get_origin, get_type_hints, is_typeddict
 
 import msgspec
 
 from console import messages
-from console.messages import state
+from console.messages import audio
 
-HEADER = (
-    "// Written by `python -m console.messages.generate_js` from console/messages/{source}.py; a test keeps the two"
-    " equal. Do not edit.\n"
-)
+HEADER = "// Written by `python -m {source}`; a test keeps it equal to the code. Do not edit.\n"
+PLAIN = {
+    bytes: "string",
+    float: "number",
+    int: "number",
+    str: "string",
+    bool: "boolean",
+    type(None): "null",
+    Any: "any",
+}
 
-CAMERA = """/**
- * The camera arrives as binary: u8 kind = 1, 3 bytes of padding, u32 sequence number, f64 stamp [s], all little
- * endian, then the JPEG.
- */
-export const CAMERA_HEADER_BYTES = 16;
-"""
-
-PLAIN = {float: "number", int: "number", str: "string", bool: "boolean", type(None): "null", Any: "any"}
-
-Shape = type[msgspec.Struct]
+Shape = type[Any]  # with named fields: a struct, a dataclass or a TypedDict
 
 
-def generate_js() -> dict[str, str]:
-    """Names in static/js/net → their texts: a file for each of Python's; messages.js knows the names of all."""
-    texts: dict[str, str] = {}
-    for module in dict.fromkeys([*(shape.__module__ for shape in shapes()), state.__name__]):
-        own = [shape for shape in shapes() if shape.__module__ == module]
-        whole = module == state.__name__
-        foreign = [shape for shape in (shapes() if whole else parts_of(own)) if shape.__module__ != module]
-        rest = [CAMERA, union("Up"), union("Down")] if whole else ["export {};\n"]
-        parts = [HEADER.format(source=module.rpartition(".")[2])]
-        parts += ["\n".join(borrowed(shape) for shape in foreign) + "\n"] if foreign else []
-        texts[file_of(module)] = "\n".join([*parts, *(typedef(shape) for shape in own), *rest])
-    return texts
+def socket_types() -> str:
+    """Declare all that goes over the sockets; from what goes up a field with a default may be absent."""
+    up, down = (
+        f"\n/** All that {says}. */\nexport type {name} = {js_type(getattr(messages, name))};\n"
+        for name, says in (("Up", "goes up to the console"), ("Down", "comes down to the browser"))
+    )
+    heading = HEADER.format(source="console.messages.generate_js")
+    sent = declarations((messages.Up, audio.AudioUp), absent=True)
+    return heading + sent + up + declarations((messages.Down, audio.AudioDown)) + down
 
 
-def shapes() -> Iterator[Shape]:
-    """Every message and its parts, in the order of console/messages/state.py."""
-    for shape in vars(messages).values():
-        ours = (
-            isinstance(shape, type)
-            and issubclass(shape, msgspec.Struct)
-            and shape.__module__.startswith(messages.__name__)
-        )
-        if ours and shape is not messages.InboundMessage:
-            yield shape
+def declarations(roots: Iterable[Any], *, absent: bool = False, known: Iterable[str] = ()) -> str:
+    """Declare the shapes in some types and in their fields but the known ones; `absent`: defaults may be absent."""
+    found: dict[str, Shape] = {}
+    for root in roots:
+        collect(root, found)
+    return "".join(declaration(found[name], absent) for name in sorted(found.keys() - set(known)))
 
 
-def parts_of(own: Iterable[Shape]) -> list[Shape]:
-    """The shapes that some others name in their fields."""
-    named = " ".join(typedef(shape) for shape in own)
-    return [shape for shape in shapes() if re.search(rf"\b{shape.__name__}\b", named)]
+def collect(hint: Any, found: dict[str, Shape]) -> None:
+    """Add the shapes in a type and in their fields by their names."""
+    if is_shape(hint) and hint.__name__ not in found:
+        found[hint.__name__] = hint
+        for _, inner, _ in fields_of(hint):
+            collect(inner, found)
+    for part in get_args(hint):
+        collect(part, found)
 
 
-def file_of(module: str) -> str:
-    """The module of Python → the file of the browser."""
-    name = module.rpartition(".")[2].replace("_", "-")
-    return "messages.js" if module == state.__name__ else f"messages-{name}.js"
+def is_shape(kind: Any) -> bool:
+    """Return whether a type has fields that go by name."""
+    is_struct = isinstance(kind, type) and issubclass(kind, msgspec.Struct) and kind is not msgspec.Struct
+    return is_struct or is_typeddict(kind) or (isinstance(kind, type) and is_dataclass(kind))
 
 
-def borrowed(shape: Shape) -> str:
-    """A shape that another file has."""
-    return f'/** @typedef {{import("./{file_of(shape.__module__)}").{shape.__name__}}} {shape.__name__} */'
+def fields_of(kind: Shape) -> Iterator[tuple[str, Any, bool]]:
+    """Name and type of every field, and whether it has a default."""
+    hints = get_type_hints(kind, include_extras=True)
+    if not issubclass(kind, msgspec.Struct):
+        for name, hint in hints.items():
+            yield name, hint, get_origin(hint) is NotRequired
+        return
+    for field in msgspec.structs.fields(kind):
+        yield field.encode_name, hints[field.name], not field.required
 
 
-def typedef(shape: Shape) -> str:
-    """One struct as an object type."""
-    hints = get_type_hints(shape, include_extras=True)
-    lines = ["/**", f" * {(shape.__doc__ or '').strip()}", f" * @typedef {{object}} {shape.__name__}"]
-    if isinstance(shape.__struct_config__.tag, str):
-        lines.append(f" * @property {{'{shape.__struct_config__.tag}'}} {shape.__struct_config__.tag_field}")
-    for field in msgspec.structs.fields(shape):
-        absent = not field.required
-        name = f"[{field.name}]" if absent else field.name
-        lines.append(f" * @property {{{js_type(hints[field.name])}}} {name}")
-    return "\n".join([*lines, " */", ""])
-
-
-def union(name: str) -> str:
-    """One of the unions of all messages in a direction."""
-    direction = "goes up to the console" if name == "Up" else "comes down to the browser"
-    members = " | ".join(shape.__name__ for shape in get_args(getattr(messages, name)))
-    return f"/**\n * All that {direction}.\n * @typedef {{{members}}} {name}\n */\n"
+def declaration(kind: Shape, absent: bool) -> str:
+    """One shape. Fields with defaults are absent only where the struct leaves them out, or `absent` says so."""
+    about = " ".join((kind.__doc__ or "").split())
+    lines = ["", f"/** {about} */", f"export interface {kind.__name__} {{"]
+    struct = getattr(kind, "__struct_config__", None)
+    if struct is not None and isinstance(struct.tag, str):
+        lines.append(f'  {struct.tag_field}: "{struct.tag}";')
+    leaves_out = struct is None or absent or struct.omit_defaults
+    for name, hint, has_default in fields_of(kind):
+        mark = "?" if has_default and (leaves_out or msgspec.UnsetType in get_args(hint)) else ""
+        lines.append(f"  {name}{mark}: {js_type(hint)};")
+    return "\n".join([*lines, "}", ""])
 
 
 def js_type(hint: Any) -> str:
-    """A Python type → its JSDoc name."""
+    """A Python type → TypeScript's."""
     origin, inner = get_origin(hint), get_args(hint)
     if hint in PLAIN:
         return PLAIN[hint]
-    if origin is Annotated:
+    if origin in (Annotated, NotRequired):
         return js_type(inner[0])
     if origin is Literal:
-        return " | ".join(f"'{word}'" for word in inner)
+        return " | ".join(f'"{word}"' for word in inner)
     if origin in (Union, types.UnionType):
         return " | ".join(js_type(part) for part in inner if part is not msgspec.UnsetType)
-    if origin is list:
+    if origin is list or (origin is tuple and inner[-1] is Ellipsis):
         part = js_type(inner[0])
         return f"({part})[]" if "|" in part else f"{part}[]"
     if origin is tuple:
         return "[" + ", ".join(js_type(part) for part in inner) + "]"
     if origin is dict:
-        return f"Object<string, {js_type(inner[1])}>"
+        return f"Record<string, {js_type(inner[1])}>"
     return str(hint.__name__)
 
 
 if __name__ == "__main__":
-    for name, text in generate_js().items():
-        Path(__file__).parents[2].joinpath("static/js/net", name).write_text(text)
+    Path(__file__).parents[2].joinpath("static/js/net/messages.d.ts").write_text(socket_types())

@@ -51,7 +51,7 @@ class JudgedPictureState(msgspec.Struct, frozen=True, kw_only=True):
     gesture: str  # that was asked for; "" for the background
     good: bool
     words: str  # what to do better, where it is not
-    size: list[int]  # width, height [pixel]
+    size: tuple[int, int]  # width, height [pixel]
     outline: list[list[float]]  # x, y [pixel]
     parts: list[PersonPart]
 
@@ -97,7 +97,7 @@ class JudgedPicture:
             gesture=self.gesture,
             good=not self.wrong,
             words=words,
-            size=self.size,
+            size=(self.size[0], self.size[1]),
             outline=self.outline,
             parts=[PersonPart(name, box) for name, box in zip(PARTS, boxes, strict=False)],
         )

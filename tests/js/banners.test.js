@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { banners } from "../../static/js/ui/banners.js";
 import { HELLO, STATE, VIEW } from "./view.js";
 
-/** @typedef {import("../../static/js/net/session.js").View} View */
+/** @import { View } from "../../static/js/net/session.js" */
 
 /** @param {Partial<View>} change */
 const told = (change) => banners({ ...VIEW, ...change });

@@ -11,9 +11,7 @@ import { webcamRefusal } from "../../static/js/calibration/webcam.js";
 import { mirrored, Pace, quietWords } from "../../static/js/calibration/words.js";
 import { sure } from "../../static/js/ui/confirm-button.js";
 
-/** @typedef {import("../../static/js/calibration/types.js").Verdict} Verdict */
-/** @typedef {import("../../static/js/calibration/types.js").Calibration} Calibration */
-/** @typedef {import("../../static/js/calibration/types.js").Pixel} Pixel */
+/** @import { Calibration, Pixel, Verdict } from "../../static/js/calibration/types.js" */
 
 /** @param {Partial<Verdict>} told @returns {Verdict} */
 const verdict = (told) => ({
@@ -181,7 +179,7 @@ test("the heat map gets warmer with doubt and says in words where it is least su
 });
 
 test("a session in the list says whether its calibration is in use, or was", () => {
-  /** @type {import("../../static/js/calibration/types.js").Row} */
+  /** @type {import("../../static/js/net/rest.js").SessionRow} */
   const row = {
     id: "a",
     kind: "camera",

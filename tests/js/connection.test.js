@@ -4,13 +4,12 @@ import { confirmedTopics, fileOf, isBare } from "../../static/js/connect/connect
 import { mapName } from "../../static/js/connect/opening.js";
 import { nameTrouble } from "../../static/js/net/maps-api.js";
 
-/** @typedef {import("../../static/js/connect/connection-model.js").TopicRole} TopicRole */
-/** @typedef {import("../../static/js/connect/connection-model.js").Connection} Connection */
+/** @import { FoundRobot as Connection, TopicRole } from "../../static/js/net/rest.js" */
 
 /** @param {TopicRole["role"]} role @param {string[]} used @param {string[]} others @param {string} [type] @returns {TopicRole} */
 const role = (role, used, others, type = "a/msg/B") => ({
   role,
-  used: used.map((topic) => ({ topic, type, frame: "", rate_hz: null, age_s: null })),
+  used: used.map((topic) => ({ topic, type, frame: "", rate_hz: null, age_s: null, guessed: false })),
   candidates: [...used, ...others].map((topic) => ({ topic, type })),
   most: 1,
   remark: "",
@@ -31,7 +30,7 @@ const found = (...roles) => ({
   parts: [
     {
       ...{ name: "foxglove://a", up: true, drives: true, lasers: [], cameras: [], microphones: [] },
-      findings: { base_frame: "", roles, clocks: [], faults: [], remarks: [] },
+      findings: { base_frame: "", roles, placed: [], clocks: [], faults: [], remarks: [] },
     },
   ],
 });

@@ -2,8 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { ASK_MS, Drive, LATE_MS, NEUTRAL_MS, PERIOD_MS, PRESETS, SLOW, ZEROS } from "../../static/js/drive/drive.js";
 
-/** @typedef {import("../../static/js/drive/drive.js").DriveFrame} DriveFrame */
-/** @typedef {import("../../static/js/drive/drive.js").Permission} Permission */
+/** @import { DriveFrame, Permission } from "../../static/js/drive/drive.js" */
 
 const FORWARD = { v: 1, w: 0 };
 const NOTHING = { v: 0, w: 0 };

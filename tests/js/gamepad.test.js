@@ -16,8 +16,7 @@ import { inputName, padName } from "../../static/js/drive/gamepad-names.js";
 import { FROZEN_MS, FROZEN_ON_CHANGE_MS, GamepadReader, SETTLE_MS } from "../../static/js/drive/gamepad-reader.js";
 import { response } from "../../static/js/drive/response.js";
 
-/** @typedef {import("../../static/js/drive/gamepad-mapping.js").Pad} Pad */
-/** @typedef {import("../../static/js/drive/gamepad-mapping.js").Mapping} Mapping */
+/** @import { Mapping, Pad } from "../../static/js/drive/gamepad-mapping.js" */
 
 const XBOX = "Xbox 360 Controller (STANDARD GAMEPAD Vendor: 045e Product: 028e)";
 const [LB, B, RB, UP, DOWN] = [4, 1, 5, 12, 13];

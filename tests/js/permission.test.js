@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { permission } from "../../static/js/drive/permission.js";
 import { HELLO, STATE } from "./view.js";
 
-/** @typedef {import("../../static/js/net/messages.js").State} State */
+/** @import { State } from "../../static/js/net/messages.js" */
 
 /**
  * @param {{[K in keyof State]?: object}} change

@@ -4,8 +4,15 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { accepted, answer, ended, saidAtStops, sentence, unlessStopped } from "../../static/js/voice/spoken-answers.js";
 
-const row = { id: 1, at_s: 0, duration_s: 1, source: "typed", words: "", heard_as: "", numbers: {}, who: "me" };
-const heard = { kind: /** @type {const} */ ("transcript"), id: 1, suggestions: [], seconds: 1, delay_s: 0 };
+const unset = { code: null, values: null };
+const row = {
+  ...{ id: 1, what: "", at_s: 0, ended_s: null, duration_s: 1, source: "typed", words: "", heard_as: "", numbers: {} },
+  ...{ who: "me", role: "operator", ...unset },
+};
+const heard = {
+  ...{ kind: /** @type {const} */ ("transcript"), id: 1, suggestions: [], seconds: 1, delay_s: 0 },
+  ...{ entry: null, pending_command: null, ...unset },
+};
 
 test("words become a sentence", () => {
   assert.equal(sentence(" continue 2.5  meters "), "Continue 2.5 meters.");

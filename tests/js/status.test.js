@@ -5,8 +5,8 @@ import { test } from "node:test";
 import { ASKS_MS, RESULT_MS, SLOW_MS, STAYS_MS, StatusLog } from "../../static/js/ui/status.js";
 import { STATE, VIEW } from "./view.js";
 
-/** @typedef {import("../../static/js/net/session.js").View} View */
-/** @typedef {import("../../static/js/net/api.js").HistoryRow} HistoryRow */
+/** @import { HistoryRow } from "../../static/js/net/rest.js" */
+/** @import { View } from "../../static/js/net/session.js" */
 
 /** @type {import("../../static/js/ui/status.js").StatusLine} */
 const READY = { icon: "command", words: "Ready", remark: "Type.", state: "", suggestions: [] };
@@ -29,7 +29,18 @@ const LOST = { ...IDLE, up: false, mine: false, link: { ...VIEW.link, is: "down"
 /** @param {number} id @param {string} state @param {Partial<HistoryRow>} [more] @returns {HistoryRow} */
 const row = (id, state, more = {}) => ({
   ...{ id, at_s: 0, duration_s: 1, source: "typed", words: "turn left", heard_as: "turn left", name: "turn_left" },
-  ...{ numbers: {}, who: "Ada", state, remark: "", ...more },
+  ...{
+    numbers: {},
+    what: "",
+    who: "Ada",
+    role: "operator",
+    state,
+    remark: "",
+    ended_s: null,
+    code: null,
+    values: null,
+  },
+  ...more,
 });
 
 /** @param {string} text @param {boolean} ok @param {number} at @param {object} [more] */
@@ -44,6 +55,7 @@ const said = (text, ok, at, more = {}) => ({
 const REFUSED = {
   ...{ kind: "transcript", id: 1, words: "start", final: true, accepted: false, heard_as: "" },
   ...{ reason: "I am not sure.", suggestions: ["start"], seconds: 1, delay_s: 0.1 },
+  ...{ entry: null, pending_command: null, code: null, values: null },
 };
 
 /** A log that has seen an idle robot and an old history. */

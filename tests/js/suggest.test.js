@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { exampleNumbers, filled, holes, Recall, readable, suggest } from "../../static/js/drive/suggest.js";
 
-/** @typedef {import("../../static/js/drive/suggest.js").Kind} Kind */
+/** @import { Kind } from "../../static/js/drive/suggest.js" */
 
 /** @param {string} name @param {string} says */
 const metres = (name, says) => ({ name, says, unit: "m", low: -20, high: 20, default: null });

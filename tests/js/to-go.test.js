@@ -5,7 +5,7 @@ import test from "node:test";
 import { ToGo } from "../../static/js/ui/to-go.js";
 import { STATE } from "./view.js";
 
-/** @typedef {import("../../static/js/net/messages.js").State} State */
+/** @import { State } from "../../static/js/net/messages.js" */
 
 /** @param {number} at [s] @param {number} x [m] @param {object} [change] */
 const driving = (at, x, change = {}) =>

@@ -1,8 +1,7 @@
 // A view as the server would make it, for tests: an operator at a simulated robot that stands in a known room.
 
-/** @typedef {import("../../static/js/net/session.js").View} View */
-/** @typedef {import("../../static/js/net/messages.js").State} State */
-/** @typedef {import("../../static/js/net/messages.js").HelloMessage} Hello */
+/** @import { HelloMessage as Hello, State } from "../../static/js/net/messages.js" */
+/** @import { View } from "../../static/js/net/session.js" */
 
 /** @type {Hello} */
 export const HELLO = {
@@ -122,6 +121,7 @@ export const STATE = {
   notices: [],
   history_revision: 0,
   truth: null,
+  chapter: "ours",
 };
 
 /** @type {View} */

@@ -3,7 +3,7 @@
 import { age, fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./types.js").Kind} Kind */
+/** @import { Kind } from "./types.js" */
 
 const SAVING_S = 30; // that saving a calibration may take
 
@@ -27,7 +27,7 @@ export function inWords(kind, report) {
 
 /**
  * What became of a session, in words.
- * @param {import("./types.js").Row} row
+ * @param {import("../net/rest.js").SessionRow} row
  * @param {Record<string, any> | null | undefined} used the calibration of its kind that is in use; undefined: not known
  */
 export function standing({ accepted, accepted_s, ready }, used) {

@@ -4,7 +4,7 @@ import { icon, make, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { mirrored as inMirror } from "./words.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 export class AdviceLine extends HTMLElement {
   #words = make("p", { class: "advice-words" });

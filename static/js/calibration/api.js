@@ -2,12 +2,8 @@
 
 import { address, call, post } from "../net/api.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
-/** @typedef {import("./types.js").Verdict} Verdict */
-/** @typedef {import("./types.js").Row} Row */
-/** @typedef {import("./types.js").Kind} Kind */
-/** @typedef {import("./types.js").Board} Board */
-/** @typedef {import("./types.js").Source} Source */
+/** @import { Board, Calibration, Kind, Source, Verdict } from "./types.js" */
+/** @import { SessionRow as Row } from "../net/rest.js" */
 /** @typedef {{kind: Kind, board: Board, source: Source, height_m: number | null}} SessionRequest */
 
 const ROOT = "api/calibration";

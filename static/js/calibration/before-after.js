@@ -4,7 +4,7 @@ import { make, mark, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 export class BeforeAfter extends HTMLElement {
   #before = make("img", { alt: t("before-after.as_the_camera_took_it"), draggable: "false" });

@@ -2,7 +2,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./types.js").Pixel} Pixel */
+/** @import { Pixel } from "./types.js" */
 /**
  * @typedef {object} Hint
  * @property {Pixel} from middle of the board

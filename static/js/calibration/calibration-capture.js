@@ -25,7 +25,7 @@ import { Webcam } from "./webcam.js";
 import { WizardStep } from "./wizard-step.js";
 import { quietWords } from "./words.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 class CalibrationCapture extends WizardStep {
   #stage = new PictureStage();

@@ -9,8 +9,8 @@ import * as api from "./api.js";
 import { orientationInWords, read as readMicrophones } from "./microphones-api.js";
 import { WizardStep } from "./wizard-step.js";
 
-/** @typedef {import("./types.js").Kind} Kind */
-/** @typedef {import("./types.js").Row} Row */
+/** @import { Kind } from "./types.js" */
+/** @import { SessionRow as Row } from "../net/rest.js" */
 
 const SOURCES = {
   robot: t("calibration-home.robot_s_camera"),

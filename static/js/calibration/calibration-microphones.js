@@ -8,7 +8,7 @@ import { ClapCompass } from "./clap-compass.js";
 import * as api from "./microphones-api.js";
 import { WizardStep } from "./wizard-step.js";
 
-/** @typedef {import("./microphones-api.js").MicrophoneCalibration} MicrophoneCalibration */
+/** @import { MicrophonesState as MicrophoneCalibration } from "../net/rest.js" */
 
 class CalibrationMicrophones extends WizardStep {
   /** @type {MicrophoneCalibration | null} */
@@ -144,7 +144,7 @@ class CalibrationMicrophones extends WizardStep {
     write(this.#used, api.orientationInWords(used));
   }
 
-  /** @param {import("./microphones-api.js").Clap} clap @param {number} index */
+  /** @param {import("../net/rest.js").ClapRow} clap @param {number} index */
   #row({ asked_rad, heard_rad, sd_rad, gap_rad }, index) {
     const away = make(
       "button",

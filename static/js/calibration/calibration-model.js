@@ -5,11 +5,10 @@ import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 import { hashOf } from "./router.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {import("./types.js").Calibration} Calibration */
-/** @typedef {import("./types.js").Row} Row */
-/** @typedef {import("./types.js").Verdict} Verdict */
-/** @typedef {import("./router.js").Place} Place */
+/** @import { Place } from "./router.js" */
+/** @import { Calibration, Verdict } from "./types.js" */
+/** @import { SessionRow as Row } from "../net/rest.js" */
+/** @import { Session } from "../net/session.js" */
 
 const ASK_MS = 2000; // polling interval while the socket is silent
 

@@ -15,8 +15,6 @@ import { ValuesCard } from "./values-card.js";
 import { ViewsCard } from "./views-card.js";
 import { WizardStep } from "./wizard-step.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
-
 class CalibrationReview extends WizardStep {
   #sign = icon("done");
   #title = make("h2", { class: "heading review-title", tabindex: "-1" });

@@ -11,8 +11,7 @@ import { box, option, source, stepper } from "./fields.js";
 import { webcamRefusal } from "./webcam.js";
 import { WizardStep } from "./wizard-step.js";
 
-/** @typedef {import("./types.js").Source} Source */
-/** @typedef {import("./types.js").Board} Board */
+/** @import { Board, Source } from "./types.js" */
 
 /** Landscape pages [mm]; margins as in the printable board of the console. */
 const PAGES = /** @type {Readonly<Record<string, readonly [number, number]>>} */ ({

@@ -4,7 +4,7 @@ import { make } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./webcam.js").Webcam} Webcam */
+/** @import { Webcam } from "./webcam.js" */
 
 export class CameraChoice extends HTMLElement {
   #select = make("select", { class: "words small", "aria-label": t("camera-choice.which_camera") });

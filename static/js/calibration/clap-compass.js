@@ -3,7 +3,7 @@
 import { svg } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./microphones-api.js").MicrophoneCalibration} MicrophoneCalibration */
+/** @import { MicrophonesState as MicrophoneCalibration } from "../net/rest.js" */
 
 const RING = 78;
 const HEARD = 60;

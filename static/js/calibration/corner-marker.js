@@ -3,8 +3,8 @@
 import { make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./robot-camera-source.js").Frame} Frame */
-/** @typedef {import("./types.js").Pixel} Pixel */
+/** @import { Frame } from "./robot-camera-source.js" */
+/** @import { Pixel } from "./types.js" */
 
 /** @type {Pixel[]} shares of the picture at which the corners lie at first, clockwise */
 const FIRST_PLACES = [

@@ -5,8 +5,7 @@ import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 import { heatPicture, heatWords, SPAN } from "./uncertainty-map.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
-/** @typedef {import("./types.js").Uncertainty} Uncertainty */
+/** @import { Calibration, Uncertainty } from "./types.js" */
 
 const ENOUGH = 12; // corners in a cell until it is drawn full
 

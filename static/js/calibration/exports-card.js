@@ -4,7 +4,7 @@ import { icon, make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 const FORMS = {
   camera: [

@@ -7,7 +7,7 @@ import { isDark } from "../ui/theme.js";
 import { paint } from "./coverage-card.js";
 import { heatWords } from "./uncertainty-map.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 const ACROSS = 640; // canvas pixels
 const TYPICAL = 16; // canvas pixels that a typical miss is drawn long

@@ -3,7 +3,7 @@
 import { icon, make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./types.js").Source} Source */
+/** @import { Source } from "./types.js" */
 
 /**
  * @param {Source} value

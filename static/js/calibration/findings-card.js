@@ -4,7 +4,7 @@ import { icon, make, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 export class FindingsCard extends HTMLElement {
   #offsets = make("tbody");

@@ -11,7 +11,7 @@ import { make } from "../ui/element.js";
 import { CalibrationModel } from "./calibration-model.js";
 import { placeOf } from "./router.js";
 
-/** @typedef {import("./wizard-step.js").WizardStep} WizardStep */
+/** @import { WizardStep } from "./wizard-step.js" */
 
 const SHOW_MS = 200;
 const NAMES = {

@@ -5,23 +5,7 @@ import { degrees } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 import { since } from "./active-calibration.js";
 
-/** @typedef {{asked_rad: number, heard_rad: number, sd_rad: number, gap_rad: number | null}} Clap */
-/** @typedef {{yaw_rad: number, sd_yaw_rad: number, mirrored: boolean, residual_rad: number}} Orientation */
-/**
- * @typedef {object} MicrophoneCalibration
- * @property {boolean} microphones
- * @property {boolean} simulated
- * @property {boolean} busy
- * @property {number} listens_s duration of a recording
- * @property {number[]} asked_rad directions of the requested claps, in order
- * @property {Clap[]} claps
- * @property {string} advice
- * @property {string} verdict why the newest clap was not taken; "" when it was
- * @property {string} trouble why the newest could not be listened to; "" when it could
- * @property {string} missing why there is no solution; "" when there is
- * @property {Orientation | null} solution
- * @property {(Orientation & {claps: number, accepted_s: number, who: string}) | null} active
- */
+/** @import { MicrophonesState as MicrophoneCalibration } from "../net/rest.js" */
 
 const ROOT = "api/calibration/microphones";
 
@@ -40,7 +24,11 @@ export function orientationInWords(used) {
     turned: turned(used.yaw_rad),
     degrees: degrees(2 * used.sd_yaw_rad, 1),
   });
-  return t("microphones-api.in_use_sure_from_claps_claps", { sure, claps: used.claps, since: since(used.accepted_s) });
+  return t("microphones-api.in_use_sure_from_claps_claps", {
+    sure,
+    claps: used.claps,
+    since: used.accepted_s === null ? "–" : since(used.accepted_s),
+  });
 }
 
 /** @returns {Promise<MicrophoneCalibration>} */

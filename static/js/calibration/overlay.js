@@ -2,9 +2,8 @@
 
 import { rangeColour } from "../ui/colormap.js";
 
-/** @typedef {import("./types.js").Pixel} Pixel */
-/** @typedef {import("./types.js").Advice} Advice */
-/** @typedef {import("./board-hint.js").Hint} Hint */
+/** @import { Hint } from "./board-hint.js" */
+/** @import { Advice, Pixel } from "./types.js" */
 /**
  * @typedef {object} Sheet a canvas over a picture
  * @property {CanvasRenderingContext2D} brush

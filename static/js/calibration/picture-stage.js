@@ -6,10 +6,8 @@ import { hint } from "./board-hint.js";
 import { drawCorners, drawGhost, drawLaser, drawWay } from "./overlay.js";
 import { mirrored as inMirror } from "./words.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
-/** @typedef {import("./types.js").Pixel} Pixel */
-/** @typedef {import("./types.js").Verdict} Verdict */
-/** @typedef {import("./robot-camera-source.js").Frame} Frame */
+/** @import { Frame } from "./robot-camera-source.js" */
+/** @import { Calibration, Pixel, Verdict } from "./types.js" */
 
 const FLASH_MS = 700;
 const APART_S = 0.5; // a verdict on an older picture is not drawn on a newer one

@@ -4,7 +4,7 @@ import { make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { poseRows } from "./figures.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 export class PosesCard extends HTMLElement {
   #body = make("tbody");

@@ -5,7 +5,7 @@ import { t } from "../ui/texts.js";
 import { DIRECTIONS } from "./figures.js";
 import { known } from "./progress.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 const WORDS = { known: "known", weak: t("precision-card.not_quite"), open: "open" };
 

@@ -4,7 +4,7 @@ import { icon, make, mark, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { figures, share } from "./progress.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 export class ProgressCard extends HTMLElement {
   #figure = make("span", { class: "progress-figure" });

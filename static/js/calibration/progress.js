@@ -3,7 +3,7 @@
 import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 const SOLVES_FROM = 4; // views
 const LEAST_TARGET = 0.5; // [px]

@@ -1,6 +1,6 @@
 // Map the hash of the address to a step of the wizards and back, so that a reload keeps the step.
 
-/** @typedef {import("./types.js").Kind} Kind */
+/** @import { Kind } from "./types.js" */
 /** @typedef {{at: "home"}} Home */
 /** @typedef {{at: "new", kind: Kind}} New */
 /** @typedef {{at: "capture" | "review", id: string}} Within */

@@ -4,7 +4,7 @@ import { make, mark } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { isDark } from "../ui/theme.js";
 
-/** @typedef {import("./types.js").ScanPicture} ScanPicture */
+/** @import { ScanPicture } from "./types.js" */
 
 const LEAST = 1.6; // [m] that are shown at least
 const MOST = 5; // [m]

@@ -2,7 +2,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./types.js").Uncertainty} Uncertainty */
+/** @import { Uncertainty } from "./types.js" */
 
 /** From well known to unknown; the steps double, and the goal lies between the third and the fourth. */
 export const STEPS = /** @type {const} */ ([

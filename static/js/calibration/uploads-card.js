@@ -4,7 +4,7 @@ import { icon, make, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { grouped } from "./uploads.js";
 
-/** @typedef {import("./uploads.js").Uploads} Uploads */
+/** @import { Uploads } from "./uploads.js" */
 
 const NAMED_FILES = 3; // of a row; more are counted
 

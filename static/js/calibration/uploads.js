@@ -2,8 +2,8 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./robot-camera-source.js").Frame} Frame */
-/** @typedef {import("./types.js").Verdict} Verdict */
+/** @import { Frame } from "./robot-camera-source.js" */
+/** @import { Verdict } from "./types.js" */
 /** @typedef {{name: string, kind: string, words: string}} Attempt */
 
 const KINDS = new Set(["image/jpeg", "image/png"]);

@@ -4,7 +4,7 @@ import { make, mark, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { cameraRows, mountRows } from "./figures.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 export class ValuesCard extends HTMLElement {
   #title = make("h2", { class: "card-title" });

@@ -3,7 +3,7 @@
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { mirrored as inMirror, Pace } from "./words.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
+/** @import { Calibration } from "./types.js" */
 
 const ICONS = /** @type {Readonly<Record<string, string>>} */ ({
   counted: "done",

@@ -5,9 +5,8 @@ import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 
-/** @typedef {import("./types.js").Calibration} Calibration */
-/** @typedef {import("./types.js").ViewRow} ViewRow */
-/** @typedef {import("./calibration-model.js").CalibrationModel} CalibrationModel */
+/** @import { CalibrationModel } from "./calibration-model.js" */
+/** @import { Calibration, ViewRow } from "./types.js" */
 
 export class ViewsCard extends HTMLElement {
   #title = make("h2", { class: "card-title" });

@@ -3,7 +3,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./robot-camera-source.js").Frame} Frame */
+/** @import { Frame } from "./robot-camera-source.js" */
 
 const PERIOD_MS = 125;
 const WIDEST = 1280; // [px] that a frame is sent at

@@ -2,7 +2,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./types.js").Verdict} Verdict */
+/** @import { Verdict } from "./types.js" */
 
 const CALM = new Set(["nothing", "moving", "gathering", "same", "background"]);
 const STAYS_MS = 1400; // a judgement stays that long before "hold still" may take its place

@@ -5,8 +5,8 @@ import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { fileOf } from "./connection-model.js";
 
-/** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
-/** @typedef {import("./connect-sensors.js").ConnectSensors} ConnectSensors */
+/** @import { ConnectSensors } from "./connect-sensors.js" */
+/** @import { ConnectionModel } from "./connection-model.js" */
 
 const COPIED_MS = 2000;
 

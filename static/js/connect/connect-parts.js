@@ -7,11 +7,8 @@ import { speedsOffer } from "../ui/speeds-offer.js";
 import { t } from "../ui/texts.js";
 import { isBare, shortType } from "./connection-model.js";
 
-/** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
-/** @typedef {import("./connection-model.js").Part} Part */
-/** @typedef {import("./connection-model.js").Role} Role */
-/** @typedef {import("./connection-model.js").TopicRole} TopicRole */
-/** @typedef {import("./connection-model.js").Used} Used */
+/** @import { ConnectionModel, Role } from "./connection-model.js" */
+/** @import { FoundPart as Part, TopicRole, UsedTopic as Used } from "../net/rest.js" */
 
 /** @type {Record<Role, string>} */
 const NAMES = {

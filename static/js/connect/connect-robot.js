@@ -8,7 +8,7 @@ import { equipment } from "./connect-parts.js";
 import { isBare, isRecording } from "./connection-model.js";
 import { askToOpen } from "./opening.js";
 
-/** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
+/** @import { ConnectionModel } from "./connection-model.js" */
 
 const SERIAL = "serial:///dev/ttyUSB0+scip:///dev/ttyACM0";
 /** Kinds of robots, what their URL begins with, and what is opened instead of looked at. */

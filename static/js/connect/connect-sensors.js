@@ -5,10 +5,8 @@ import { fixed } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./connection-model.js").Connection} Connection */
-/** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
-/** @typedef {import("./connection-model.js").Limit} Limit */
-/** @typedef {import("./connection-model.js").Origin} Origin */
+/** @import { ConnectionModel, Origin } from "./connection-model.js" */
+/** @import { FoundLimit as Limit } from "../net/rest.js" */
 /** @typedef {{key: string, name: string, unit: "m" | "°" | "ms" | "m/s" | "°/s", value: number, known: boolean}} Field a value in the unit of the wire */
 /** @typedef {{kind: "lasers" | "cameras" | "microphones" | "limits", name: string, field: Field, input: HTMLInputElement}} Entry */
 
@@ -249,7 +247,7 @@ function flat(one) {
   ];
 }
 
-/** @param {import("./connection-model.js").FoundCamera} one @returns {Field[]} */
+/** @param {import("../net/rest.js").FoundCamera} one @returns {Field[]} */
 function camera(one) {
   const known = one.mounting !== "assumed";
   return [

@@ -6,12 +6,10 @@ import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { isRecording } from "./connection-model.js";
 
-/** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
-/** @typedef {import("./connection-model.js").Clock} Clock */
-/** @typedef {import("../net/messages.js").LaserTiming} LaserTiming */
-/** @typedef {import("../net/messages.js").MoveAgreementState} MoveAgreementState */
-/** @typedef {import("../net/messages.js").SensorLine} SensorLine */
-/** @typedef {import("../net/session.js").View} View */
+/** @import { ConnectionModel } from "./connection-model.js" */
+/** @import { LaserTiming, MoveAgreementState, SensorLine } from "../net/messages.js" */
+/** @import { ClockOffset as Clock } from "../net/rest.js" */
+/** @import { View } from "../net/session.js" */
 /** @typedef {{name: string, value: string, note: string, tone: string | null}} Row */
 
 const KINDS = {

@@ -6,42 +6,11 @@ import { PageModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 import { openInstead, saveMap } from "./opening.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
+/** @import { FoundPart as Part, FoundRobot as Connection, WrittenFile as Written } from "../net/rest.js" */
+/** @import { Session } from "../net/session.js" */
 /** @typedef {"odometry" | "scan" | "image" | "camera_info" | "sound" | "cmd_vel" | "cmd_vel_type" | "battery" | "map" | "pose" | "frames" | "description"} Role */
 /** @typedef {"robot" | "file" | "assumed"} Origin */
-/** @typedef {{topic: string, type: string}} Candidate */
-/** @typedef {Candidate & {frame: string, rate_hz: number | null, age_s: number | null}} Used */
-/** @typedef {{role: Role, used: Used[], candidates: Candidate[], most: number, remark: string}} TopicRole */
-/** @typedef {{clock: string, offset_s: number, ahead_s: number | null}} Clock */
-/**
- * @typedef {object} Part a device of the robot
- * @property {string} name
- * @property {boolean} up
- * @property {boolean} drives
- * @property {string[]} lasers
- * @property {string[]} cameras
- * @property {string[]} microphones
- * @property {{base_frame: string, roles: TopicRole[], clocks: Clock[], remarks: string[],
- *   faults: {code: string, sensor: string, sentence: string}[]}} findings
- */
-/** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number, height_m: number, mounting: Origin, beams: number, range_max_m: number, rate_hz: number, time_offset_s: number}} FoundLaser */
-/** @typedef {{name: string, x_m: number, y_m: number, z_m: number, yaw_rad: number, pitch_rad: number, roll_rad: number, mounting: Origin, width: number, height: number, rate_hz: number}} FoundCamera */
-/** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number, height_m: number, mounting: Origin, microphones: number}} FoundMicrophones */
-/** @typedef {{name: "radius" | "wheelbase" | "cruise" | "max_speed" | "max_turn_rate", value: number, origin: Origin}} Limit */
-/**
- * @typedef {object} Connection
- * @property {string} url
- * @property {string} name
- * @property {string} failsafe
- * @property {boolean} odometry
- * @property {Limit[]} limits
- * @property {Part[]} parts
- * @property {FoundLaser[]} lasers
- * @property {FoundCamera[]} cameras
- * @property {FoundMicrophones[]} microphones
- */
 /** @typedef {{part: number, role: Role, topics: string[]}} Choice */
-/** @typedef {{name: string, path: string, command: string, text: string}} Written */
 
 /** @param {string} url */
 export const isRecording = (url) => url.startsWith("log:");

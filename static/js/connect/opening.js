@@ -5,7 +5,7 @@ import * as maps from "../net/maps-api.js";
 import { make, mark } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
+/** @import { Session } from "../net/session.js" */
 
 /** A name for a map that has none. @param {Date} now */
 export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).replace(":", "-")}`;

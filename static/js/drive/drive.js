@@ -2,7 +2,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./keys.js").Velocity} Velocity */
+/** @import { Velocity } from "./keys.js" */
 /** @typedef {{v: number, w: number, press: number, seq: number, nonce: number, epoch: number}} DriveFrame */
 /**
  * @typedef {object} Permission to drive, with the reason if not

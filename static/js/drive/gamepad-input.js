@@ -8,12 +8,10 @@ import { assign, defaultMapping, isComplete, NEEDED, parseMapping } from "./game
 import { inputName, padName } from "./gamepad-names.js";
 import { GamepadReader } from "./gamepad-reader.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {import("./drive.js").Drive} Drive */
-/** @typedef {import("./keys.js").Velocity} Velocity */
-/** @typedef {import("./gamepad-mapping.js").Pad} Pad */
-/** @typedef {import("./gamepad-mapping.js").Mapping} Mapping */
-/** @typedef {import("./gamepad-mapping.js").PadAction} PadAction */
+/** @import { Drive } from "./drive.js" */
+/** @import { Mapping, Pad, PadAction } from "./gamepad-mapping.js" */
+/** @import { Velocity } from "./keys.js" */
+/** @import { Session } from "../net/session.js" */
 
 const READ_MS = 20; // on a timer: a page that draws slowly must still see the deadman go
 const STILL = { v: 0, w: 0 };

@@ -3,10 +3,7 @@
 import { t } from "../ui/texts.js";
 import { STICKS } from "./gamepad-mapping.js";
 
-/** @typedef {import("./gamepad-mapping.js").Pad} Pad */
-/** @typedef {import("./gamepad-mapping.js").PadAction} PadAction */
-/** @typedef {import("./gamepad-mapping.js").PadInput} PadInput */
-/** @typedef {import("./gamepad-mapping.js").AxisInput} AxisInput */
+/** @import { AxisInput, Pad, PadAction, PadInput } from "./gamepad-mapping.js" */
 
 const MOVED = 0.6; // of an axis, away from where it was
 const BACK = 0.3; // an axis that is closer than this to where it was is let go

@@ -3,7 +3,7 @@
 import { t } from "../ui/texts.js";
 import { response } from "./response.js";
 
-/** @typedef {import("./keys.js").Velocity} Velocity */
+/** @import { Velocity } from "./keys.js" */
 /** @typedef {Pick<Gamepad, "index" | "id" | "mapping" | "connected" | "timestamp" | "axes" | "buttons">} Pad */
 /** @typedef {-1 | 1} Sign */
 /** @typedef {{button: number}} ButtonInput */

@@ -2,8 +2,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./gamepad-mapping.js").Pad} Pad */
-/** @typedef {import("./gamepad-mapping.js").PadInput} PadInput */
+/** @import { Pad, PadInput } from "./gamepad-mapping.js" */
 
 const PAD = [
   t("gamepad-names.d_pad_up"),

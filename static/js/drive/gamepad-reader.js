@@ -4,9 +4,8 @@ import { t } from "../ui/texts.js";
 import { isComplete, isPressed, stickVelocity } from "./gamepad-mapping.js";
 import { inputName } from "./gamepad-names.js";
 
-/** @typedef {import("./keys.js").Velocity} Velocity */
-/** @typedef {import("./gamepad-mapping.js").Pad} Pad */
-/** @typedef {import("./gamepad-mapping.js").Mapping} Mapping */
+/** @import { Mapping, Pad } from "./gamepad-mapping.js" */
+/** @import { Velocity } from "./keys.js" */
 /**
  * @typedef {object} Reading
  * @property {Velocity} velocity zero unless a deadman is held

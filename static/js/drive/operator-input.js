@@ -7,9 +7,8 @@ import { Drive, PERIOD_MS } from "./drive.js";
 import { GamepadInput } from "./gamepad-input.js";
 import { HeldKeys, intentionOf, scrolls, TALK, takesEnter, takesText } from "./keys.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("./keys.js").Velocity} Velocity */
+/** @import { Velocity } from "./keys.js" */
+/** @import { Session, View } from "../net/session.js" */
 
 const ANYWHERE = new Set(["stop", "help", "begin"]); // act on every page
 

@@ -2,9 +2,8 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/messages.js").HelloMessage} Hello */
-/** @typedef {import("../net/messages.js").State} State */
-/** @typedef {import("./drive.js").Permission} Permission */
+/** @import { Permission } from "./drive.js" */
+/** @import { HelloMessage as Hello, State } from "../net/messages.js" */
 
 /**
  * A recording or a sensor that takes no commands: nothing drives, and no camera looks for people.

@@ -2,7 +2,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {{name: string, says: string, unit: string, low: number, high: number, default: number | null}} NumberRow */
+/** @import { ParameterRow as NumberRow } from "../net/rest.js" */
 /** @typedef {{name: string, words: string[], numbers: NumberRow[], example: string, summary: string, icon?: string, target?: string}} Kind */
 /**
  * @typedef {object} Suggestion

@@ -5,8 +5,8 @@ import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { costOf, figure, inWords, secondsOf } from "./runs-model.js";
 
-/** @typedef {import("./runs-model.js").ExperimentRuns} ExperimentRuns */
-/** @typedef {import("./runs-model.js").Experiment} Experiment */
+/** @import { ExperimentRuns } from "./runs-model.js" */
+/** @import { ExperimentEntry as Experiment } from "../net/rest.js" */
 
 const MOST_RUNS = 10_000;
 const SKELETONS = 4; // rows without words, until the experiments were read
@@ -131,7 +131,7 @@ class ExperimentList extends PagePanel {
   }
 }
 
-/** The newest run of an experiment. @param {import("./runs-model.js").ExperimentRun | undefined} run */
+/** The newest run of an experiment. @param {import("../net/rest.js").ExperimentRunState | undefined} run */
 function lastOf(run) {
   if (!run) return ["–"];
   const first = run.compared.find(({ ours }) => ours !== null);

@@ -8,8 +8,8 @@ import { runRow } from "../ui/run-row.js";
 import { t } from "../ui/texts.js";
 import { figure, fileOf, inWords } from "./runs-model.js";
 
-/** @typedef {import("./runs-model.js").ExperimentRuns} ExperimentRuns */
-/** @typedef {import("./runs-model.js").ExperimentRun} ExperimentRun */
+/** @import { ExperimentRuns } from "./runs-model.js" */
+/** @import { ExperimentRunState as ExperimentRun } from "../net/rest.js" */
 
 const NOTHING = t("experiment-result.run_one_its_progress_appears_here");
 

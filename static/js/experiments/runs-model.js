@@ -4,39 +4,8 @@ import { address, call } from "../net/api.js";
 import { RunsModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {{name: string, value: number, unit: string, ours: string}} PrintedFigure */
-/**
- * @typedef {object} Experiment
- * @property {string} name
- * @property {string} title
- * @property {string} reproduces
- * @property {number} runs
- * @property {string} counts
- * @property {number} base_s [s] of processor time
- * @property {number} run_s [s] for each run; both 0: not known
- * @property {PrintedFigure[]} chapter
- */
-/** @typedef {{name: string, unit: string, chapter: number, ours: number | null}} Compared */
-/** @typedef {{name: string, bytes: number, figure: boolean}} ResultFile */
-/**
- * @typedef {object} ExperimentRun
- * @property {string} id
- * @property {string} experiment
- * @property {string} title
- * @property {string} who
- * @property {number} at_s Unix time
- * @property {number} runs
- * @property {number} seed
- * @property {"running" | "done" | "cancelled" | "failed"} state
- * @property {string} doing
- * @property {string} reason
- * @property {number | null} progress 0..1; null: it does not count
- * @property {number} took_s
- * @property {Compared[]} compared
- * @property {string} text
- * @property {ResultFile[]} files
- */
+/** @import { ExperimentEntry as Experiment, ExperimentRunState as ExperimentRun } from "../net/rest.js" */
+/** @import { Session } from "../net/session.js" */
 
 const ROOT = "api/experiments";
 const ASK_MS = 1000;

@@ -4,8 +4,8 @@ import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./fleet-session.js").FleetSession} FleetSession */
-/** @typedef {import("./fleet-session.js").Stop} Stop */
+/** @import { FleetSession } from "./fleet-session.js" */
+/** @import { FleetStopState as Stop } from "../net/rest.js" */
 
 /** @type {Readonly<Record<string, string>>} */
 const LINKS = { live: t("fleet.link_live"), stale: t("fleet.link_stale"), gone: t("fleet.link_gone") };

@@ -5,7 +5,7 @@ import { age } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 import { GROUPS, groupOf } from "./words.js";
 
-/** @typedef {import("./fleet-session.js").FleetSession} FleetSession */
+/** @import { FleetSession } from "./fleet-session.js" */
 
 const TOUCH_MS = 600; // the click that follows a touch is the same press
 const MANY = 8; // robots, from which on one may search

@@ -6,8 +6,8 @@ import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 import { activityOf, groupOf, isOpen, linkOf, needOf, noticeOf } from "./words.js";
 
-/** @typedef {import("./fleet-session.js").FleetSession} FleetSession */
-/** @typedef {import("./fleet-session.js").Robot} Robot */
+/** @import { FleetSession } from "./fleet-session.js" */
+/** @import { FleetRow as Robot } from "../net/rest.js" */
 
 const PICTURE_MS = 500; // between two pictures of a robot
 const SHARED_MS = 125; // of one picture among all that are seen

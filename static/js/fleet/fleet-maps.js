@@ -9,8 +9,8 @@ import { colourOf, drawPlan, drawRobot, fresh } from "../ui/place-drawing.js";
 import { t } from "../ui/texts.js";
 import { groupOf, isOpen } from "./words.js";
 
-/** @typedef {import("./fleet-session.js").FleetSession} FleetSession */
-/** @typedef {import("./fleet-session.js").Robot} Robot */
+/** @import { FleetSession } from "./fleet-session.js" */
+/** @import { FleetRow as Robot } from "../net/rest.js" */
 
 const PLAN_MS = 10_000; // between two looks at the walls
 const MARGIN_PX = 28;

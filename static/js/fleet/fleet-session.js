@@ -4,38 +4,7 @@ import * as api from "../net/api.js";
 
 /** @typedef {{name: string, heard_as: string, who: string, progress: number | null}} CommandUnderWay */
 /** @typedef {{level: string, text: string, code: string | null, values: import("../ui/texts.js").Values | null}} Notice */
-/**
- * @typedef {object} Robot
- * @property {string} name
- * @property {"live" | "stale" | "gone"} link
- * @property {number | null} age_s of its newest report
- * @property {number} since_s for which the link has been so
- * @property {string} need why it needs help; "" when it does not
- * @property {string | null} role of who looks, at this robot
- * @property {string} url of its console
- * @property {{x_m: number, y_m: number, heading_rad: number} | null} pose
- * @property {number | null} battery
- * @property {string | null} operator
- * @property {CommandUnderWay | null} command
- * @property {string} robot
- * @property {boolean} simulated
- * @property {number} speed_m_s
- * @property {{name: string | null, id: string} | null} map
- * @property {string} gate
- * @property {string} gate_reason
- * @property {Notice | null} notice
- * @property {boolean} picture
- */
-/** @typedef {{name: string, acknowledged: boolean, ms: number | null, gate_ms: number | null, link: string}} Answer */
-/** @typedef {{robots: Answer[], all: boolean, kind: "stop" | "halt", by: string, at_s: number, asking: boolean}} Stop */
-/**
- * @typedef {object} Fleet
- * @property {Robot[]} robots who needs help first
- * @property {Stop | null} stop
- * @property {{by: string, since_s: number} | null} halt
- * @property {string} trouble
- * @property {number} time_s
- */
+/** @import { FleetRow as Robot, FleetState as Fleet } from "../net/rest.js" */
 
 const ASK_MS = 500;
 const HIDDEN_ASK_MS = 3000;

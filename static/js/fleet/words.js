@@ -3,7 +3,7 @@
 import { age } from "../ui/format.js";
 import { said, t } from "../ui/texts.js";
 
-/** @typedef {import("./fleet-session.js").Robot} Robot */
+/** @import { FleetRow as Robot } from "../net/rest.js" */
 
 /** @type {Readonly<Record<string, string>>} */
 const NEEDS = {

@@ -2,24 +2,9 @@
 
 import { said, t, translate } from "../ui/texts.js";
 
-/** @typedef {import("../drive/suggest.js").Kind} Kind */
+/** @import { Kind } from "../drive/suggest.js" */
+/** @import { ArrayCheck, HistoryRow, SpokenAnswer as Spoken } from "./rest.js" */
 /** @typedef {{name: string, role: "viewer" | "operator" | "admin", id: string}} Me */
-/**
- * @typedef {object} HistoryRow a command and its result
- * @property {number} id
- * @property {number} at_s Unix time
- * @property {number | null} duration_s null while it runs
- * @property {string} source typed, chip, click, voice, ears, rest
- * @property {string} words as they arrived
- * @property {string} heard_as as they were understood, "" when they were not
- * @property {string} name of the command, "" when the words were not understood
- * @property {Record<string, number>} numbers
- * @property {string} who
- * @property {string} state running, done, refused, cancelled, pre-empted, failed
- * @property {string} remark
- * @property {string | null} [code] of the remark
- * @property {import("../ui/texts.js").Values | null} [values] in the remark
- */
 
 const BUSY_MS = 300; // polling interval
 const HISTORY_ROWS = 60; // more than a person reads
@@ -75,12 +60,6 @@ export const listen = (on) => post("api/hearing", { listen: on });
 
 /** @param {boolean} on true: commands of voices in the room are executed; only the operator in control may ask for it */
 export const obeyVoices = (on) => post("api/hearing", { listen: true, obey: on });
-
-/** @typedef {{id: number, seconds: number, rate_hz: number, pcm: string}} Spoken 16-bit samples in base64 */
-
-/** @typedef {{kind: string, channels: number[], sentence: string, serious: boolean}} ArrayFault */
-
-/** @typedef {{busy: boolean, well: boolean | null, faults: ArrayFault[], trouble: string}} ArrayCheck */
 
 /**
  * Check the robot's microphones for faults.

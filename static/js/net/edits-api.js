@@ -5,8 +5,7 @@ import { zipOf } from "../ui/zip.js";
 import { address, call, post, Refusal } from "./api.js";
 
 /** @typedef {"free" | "occupied" | "unknown" | "crop" | "turn"} EditKind */
-/** @typedef {{id: number, kind: EditKind, by: string, at_s: number, holds: boolean}} EditRow */
-/** @typedef {{edits: EditRow[], version: number}} EditList */
+/** @import { EditList } from "./rest.js" */
 /** @typedef {{image: ImageBitmap, cell: number, left: number, bottom: number}} MapPicture cell and corner [m] */
 
 const EDITS = "api/map/edits";

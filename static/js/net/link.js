@@ -1,12 +1,9 @@
 // WebSocket link to the console: reconnects, measures round trip and rate.
 
-import { CAMERA_HEADER_BYTES } from "./messages.js";
-
-/** @typedef {import("./messages.js").Up} Up */
-/** @typedef {import("./messages.js").Down} Down */
-/** @typedef {import("./messages.js").JogMessage} DriveMessage */
+/** @import { Down, Up } from "./messages.js" */
 
 export const QUIET_MS = 3000; // without a message for that long the socket counts as dead
+const CAMERA_HEADER_BYTES = 16; // u8 kind = 1, 3 bytes of padding, u32 sequence number, f64 stamp [s], little endian
 const ECHO_MS = 1000;
 const WATCH_MS = 200;
 const WAITING_BYTES = 4096; // more than this unsent: a drive frame would only arrive too late

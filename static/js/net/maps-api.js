@@ -3,19 +3,8 @@
 import { t } from "../ui/texts.js";
 import { address, call, post } from "./api.js";
 
-/** @typedef {import("./messages.js").ClosureRow} ClosureRow */
-/**
- * @typedef {object} SavedMap
- * @property {string} name
- * @property {number} saved_s Unix time
- * @property {string} by
- * @property {string} robot
- * @property {number} width_m
- * @property {number} height_m
- * @property {number} submaps
- * @property {number} landmarks
- * @property {number} closures
- */
+/** @import { ClosureRow } from "./messages.js" */
+/** @import { MapMatchRow as MapMatch, SavedMapRow as SavedMap } from "./rest.js" */
 /**
  * @typedef {object} Plan outline of the map in metres, and the extent of its walls
  * @property {Path2D} walls
@@ -45,8 +34,6 @@ export const load = (name) => post(`${one(name)}/load`);
 
 /** @param {string} name */
 export const remove = (name) => call(one(name), { method: "DELETE" });
-
-/** @typedef {{id: string, older: string, newer: string, x_m: number, y_m: number, heading_rad: number, agree: number, of: number, overlap: number, conflict: number}} MapMatch */
 
 /** @param {string} older @param {string} newer names of saved maps @returns {Promise<MapMatch>} where it lies */
 export const match = (older, newer) => post(`${ROOT}/match`, { older, newer });

@@ -3,29 +3,14 @@
 import { t } from "../ui/texts.js";
 import { call, post } from "./api.js";
 
-/** @typedef {import("../drive/suggest.js").Kind} Kind */
-/** @typedef {import("./session.js").Session} Session */
+/** @import { Kind } from "../drive/suggest.js" */
+/** @import { RouteProgress, ZoneRow as Zone } from "./rest.js" */
+/** @import { Session } from "./session.js" */
 /** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number | null, outline_m?: Array<[number, number]>}} Place */
-/**
- * @typedef {object} Zone
- * @property {string} name
- * @property {"keep_out" | "slow"} kind
- * @property {Array<[number, number]>} points_m
- * @property {number | null} max_speed_m_s
- */
 
 /** @typedef {"wait_for_continue" | "come_here" | "say" | "take_a_picture" | "record"} StopAction */
 /** @typedef {{place: string, wait_s: number, action: StopAction | null, text?: string}} Stop */
 /** @typedef {{name: string, stops: Stop[], loop: boolean, begins?: string, ends?: string, every_min?: number}} Route */
-/**
- * @typedef {object} RouteProgress the route under way, or the last one
- * @property {string | null} name
- * @property {number} stop counted from 1
- * @property {number} of
- * @property {"idle" | "driving" | "waiting" | "paused" | "ended"} state
- * @property {string} reason
- * @property {string} place
- */
 
 const PLACES = "api/places";
 const ZONES = "api/zones";

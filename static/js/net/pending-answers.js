@@ -2,7 +2,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./messages.js").AnswerMessage} Answer */
+/** @import { AnswerMessage as Answer } from "./messages.js" */
 
 const ANSWER_MS = 5000;
 

@@ -2,16 +2,15 @@
 
 import { address, call, post } from "./api.js";
 
-/** @typedef {{t_s: number, kind: string, text: string}} PlaybackMark `t_s` from the start */
+/** @import { Part } from "./recordings-api.js" */
+/** @import { PlaybackMark } from "./rest.js" */
 
 /** @returns {Promise<PlaybackMark[]>} in order of time */
 export async function marks() {
   return (await call("api/playback")).marks;
 }
 
-/** @typedef {import("./recordings-api.js").Part} Part */
-
-/** A part as a recording of its own. @param {Part} part @returns {Promise<import("./recordings-api.js").Recording>} */
+/** A part as a recording of its own. @param {Part} part @returns {Promise<import("./rest.js").FinishedRecording>} */
 export const exportPart = async ({ from, to }) =>
   (await post("api/playback", { action: "export", from_s: from, to_s: to })).recording;
 

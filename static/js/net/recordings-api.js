@@ -3,20 +3,7 @@
 import { translate } from "../ui/texts.js";
 import { address, call, post } from "./api.js";
 
-/**
- * @typedef {object} Recording
- * @property {string} name
- * @property {number} seconds
- * @property {number} bytes
- * @property {number} started_s Unix time
- * @property {boolean} complete
- * @property {string} note
- * @property {string} cause a sentence, or ""
- * @property {string} robot
- * @property {Record<string, number>} messages by topic
- * @property {string | null} code of the cause
- * @property {import("../ui/texts.js").Values | null} values in the cause
- */
+/** @import { FinishedRecording as Recording } from "./rest.js" */
 
 /** @typedef {{from: number, to: number}} Part [s] from the start */
 

@@ -2,13 +2,7 @@
 
 import { call, obeyVoices, post } from "./api.js";
 
-/**
- * @typedef {object} PersonInRoom
- * @property {string} id
- * @property {number} x_m world
- * @property {number} y_m
- * @property {string} clothes
- */
+/** @import { PersonInRoom } from "./rest.js" */
 
 /** @returns {Promise<PersonInRoom[]>} */
 export const people = async () => (await call("api/sim/people")).people.sort(byName);

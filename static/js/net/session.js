@@ -7,16 +7,15 @@ import * as api from "./api.js";
 import { Link } from "./link.js";
 import { Asking } from "./pending-answers.js";
 
-/** @typedef {import("./messages.js").HelloMessage} Hello */
-/** @typedef {import("./messages.js").State} State */
-/** @typedef {import("./messages.js").AnswerMessage} Answer */
-/** @typedef {import("./link.js").LinkHealth} LinkHealth */
-/** @typedef {import("../drive/drive.js").Permission} Permission */
-/** @typedef {import("../drive/drive.js").DriveFrame} DriveFrame */
+/** @import { Calibration } from "../calibration/types.js" */
+/** @import { DriveFrame, Permission } from "../drive/drive.js" */
+/** @import { LinkHealth } from "./link.js" */
+/** @import { Kind } from "../drive/suggest.js" */
+/** @import { HistoryRow } from "./rest.js" */
+/** @import { AnswerMessage as Answer, HelloMessage as Hello, PlaybackMessage, State } from "./messages.js" */
 /** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click", at: number}} Said `at`: sent [ms] */
 /** @typedef {{seq: number, stamp: number, jpeg: Uint8Array<ArrayBuffer>}} Picture */
-/** @typedef {import("../calibration/types.js").Calibration} Calibration */
-/** @typedef {Partial<Omit<import("./messages-inbound.js").PlaybackMessage, "kind" | "ref">> & {action: "play" | "pause" | "seek" | "speed" | "way"}} PlaybackOrder */
+/** @typedef {Partial<Omit<PlaybackMessage, "kind" | "ref">> & {action: "play" | "pause" | "seek" | "speed" | "way"}} PlaybackOrder */
 /** @typedef {{to: string | null}} LostControl control of this page went to another operator, or to nobody (null) */
 /**
  * @typedef {object} View snapshot for the panels
@@ -49,8 +48,8 @@ const SETTLE_MS = 600; // after a seek the recording takes that long to arrive
  * @property {Picture} picture
  * @property {Calibration} calibration new state of the requested session
  * @property {Said} said
- * @property {api.HistoryRow[]} history
- * @property {api.Kind[]} kinds
+ * @property {HistoryRow[]} history
+ * @property {Kind[]} kinds
  * @property {boolean} stopped STOP was pressed on this page; true when it was sent
  * @property {number} stop-answered [ms] until the console answered STOP
  * @property {string} trouble a sentence
@@ -72,9 +71,9 @@ export class Session {
   hello = null;
   /** @type {State | null} */
   state = null;
-  /** @type {api.Kind[]} */
+  /** @type {Kind[]} */
   kinds = [];
-  /** @type {api.HistoryRow[]} */
+  /** @type {HistoryRow[]} */
   history = [];
   historyAt = 0; // [ms] when the page learned of new rows
   #events = new EventTarget();

@@ -8,7 +8,7 @@ import { t } from "../ui/texts.js";
 import { SpeechOutput } from "../voice/speech-output.js";
 import { accepted, answer, ended, refused, saidAtStops } from "../voice/spoken-answers.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 const MOST_ENTRIES = 20; // commands of this page whose end is awaited
 
@@ -90,7 +90,7 @@ class AnswerButton extends Panel {
 
   /**
    * Answer a command of a voice in the room, or a pending command that has begun.
-   * @param {import("../net/api.js").HistoryRow} row
+   * @param {import("../net/rest.js").HistoryRow} row
    */
   #answerSpoken({ id, source, state, heard_as, remark }) {
     if (!heard_as) return;

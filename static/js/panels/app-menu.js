@@ -7,7 +7,7 @@ import { popover } from "../ui/popover.js";
 import { keep, recorderOf } from "../ui/recorder.js";
 import { chooseLanguage, LANGUAGES, language, t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 class AppMenu extends Panel {
   #button = make(

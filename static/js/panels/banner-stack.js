@@ -6,10 +6,8 @@ import { icon, make, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../ui/banners.js").Banner} Banner */
-
-/** @typedef {import("../net/session.js").Session} Session */
+/** @import { Session, View } from "../net/session.js" */
+/** @import { Banner } from "../ui/banners.js" */
 
 /** @type {Record<Banner["offers"], Array<[string, (session: Session, from: HTMLElement) => void]>>} */
 const OFFERS = {

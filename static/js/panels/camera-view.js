@@ -10,9 +10,8 @@ import { Panel } from "../ui/panel.js";
 import { PictureChip } from "../ui/picture-quality-chip.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/session.js").Picture} Picture */
-/** @typedef {import("../net/messages.js").CameraOverlay} CameraOverlay */
+/** @import { CameraOverlay } from "../net/messages.js" */
+/** @import { Picture, View } from "../net/session.js" */
 
 const STALE_S = 0.5;
 /** Pairs of MediaPipe's landmarks between which a limb is drawn. @type {[number, number][]} */

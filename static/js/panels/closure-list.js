@@ -5,9 +5,8 @@ import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {import("../net/messages.js").SubmapsState} FloorState */
-/** @typedef {import("../net/messages.js").ClosureRow} ClosureRow */
+/** @import { ClosureRow, SubmapsState as FloorState } from "../net/messages.js" */
+/** @import { Session } from "../net/session.js" */
 /** @typedef {{row: HTMLLIElement, rooms: Element, words: Element, button: HTMLButtonElement}} Line */
 
 const STATES = {

@@ -6,8 +6,8 @@ import { Panel } from "../ui/panel.js";
 import { apart, placed } from "../ui/placement.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
+/** @import { HistoryRow } from "../net/rest.js" */
+/** @import { View } from "../net/session.js" */
 /**
  * @typedef {object} Hint
  * @property {string} at selector of its target

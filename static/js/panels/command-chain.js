@@ -6,7 +6,7 @@ import { Panel } from "../ui/panel.js";
 import { chainOf, LastVoice } from "../ui/sensed.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 const STEPS = /** @type {const} */ (["heard", "seen", "laser", "coming"]);
 

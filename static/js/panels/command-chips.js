@@ -7,9 +7,9 @@ import { Panel } from "../ui/panel.js";
 import { LastVoice } from "../ui/sensed.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../drive/suggest.js").Kind} Kind */
-/** @typedef {import("../drive/suggest.js").NumberRow} NumberRow */
+/** @import { Kind } from "../drive/suggest.js" */
+/** @import { ParameterRow as NumberRow } from "../net/rest.js" */
+/** @import { View } from "../net/session.js" */
 
 /** STOP has a button of its own; what a robot that hears is for stands before what is rarely wanted. */
 const ORDER = [

@@ -8,12 +8,11 @@ import { Panel } from "../ui/panel.js";
 import { mayBegin } from "../ui/pending-command.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../drive/suggest.js").Suggestion} Suggestion */
+/** @import { Suggestion } from "../drive/suggest.js" */
+/** @import { View } from "../net/session.js" */
+/** @import { Transcript } from "../voice/audio-socket.js" */
 
 const HEARD_MS = 6000; // for which words that were heard stay in the box
-
-/** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
 
 const ASK = t("command-line.tell_it_what_to_do");
 const ASK_SHORT = t("command-line.short_hint");

@@ -9,10 +9,9 @@ import { StatusLog } from "../ui/status.js";
 import { t } from "../ui/texts.js";
 import { ToGo } from "../ui/to-go.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/session.js").Said} Said */
-/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
-/** @typedef {import("../ui/status.js").StatusLine} StatusLine */
+/** @import { HistoryRow } from "../net/rest.js" */
+/** @import { Said, View } from "../net/session.js" */
+/** @import { StatusLine } from "../ui/status.js" */
 
 const POINT = matchMedia("(pointer: coarse)").matches ? t("command-status.tap") : t("command-status.click");
 /** @type {StatusLine} */

@@ -7,8 +7,8 @@ import { speed, turnRate } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../drive/operator-input.js").OperatorInput} OperatorInput */
+/** @import { OperatorInput } from "../drive/operator-input.js" */
+/** @import { View } from "../net/session.js" */
 
 const DEAD = 0.12; // of the radius: dead zone of a resting thumb
 const KNOB = 26; // [px] of the radius that the knob needs

@@ -5,8 +5,7 @@ import { degrees, fixed, headingBetween, metres, sigmas, spread } from "../ui/fo
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/messages.js").State} State */
+/** @import { View } from "../net/session.js" */
 
 /** @type {Readonly<Record<string, string>>} */
 const MODES = {

@@ -5,7 +5,7 @@ import { degrees, metres, sigmas, spread } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 class EstimateLine extends Panel {
   #values = [0, 1, 2].map(() => ({

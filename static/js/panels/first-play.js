@@ -5,7 +5,7 @@ import { duration } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 const BEGUN = 0.02; // of the recording; some begin before their first scan
 

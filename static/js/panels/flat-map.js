@@ -21,10 +21,10 @@ import { onTheme } from "../ui/theme.js";
 import { ToGo } from "../ui/to-go.js";
 import { askName } from "./place-list.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../ui/floor-view.js").Point} Point */
-/** @typedef {import("../ui/flat-drawing.js").Layer} Layer */
-/** @typedef {import("../net/messages.js").State} State */
+/** @import { State } from "../net/messages.js" */
+/** @import { View } from "../net/session.js" */
+/** @import { Layer } from "../ui/flat-drawing.js" */
+/** @import { Point } from "../ui/floor-view.js" */
 
 const SAID_MS = 20_000; // for which it is said why the map is flat; the switch beside stays
 const MARGIN = 36; // [px] around the whole map
@@ -122,7 +122,7 @@ class FlatMap extends Panel {
   #glides = 0; // number of the frame that is asked for; 0: none
   #cost = 0; // [ms] of the newest drawing
   #revision = -1; // of the pose graph when the plan was asked for
-  /** @type {readonly import("../net/room-api.js").PersonInRoom[]} */
+  /** @type {readonly import("../net/rest.js").PersonInRoom[]} */
   #room = [];
   /** @type {View | null} */
   #shown = null;

@@ -18,11 +18,9 @@ import { fixed } from "../ui/format.js";
 import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../drive/gamepad-input.js").GamepadInput} GamepadInput */
-/** @typedef {import("../drive/gamepad-mapping.js").Pad} Pad */
-/** @typedef {import("../drive/gamepad-mapping.js").Mapping} Mapping */
-/** @typedef {import("../drive/gamepad-mapping.js").PadAction} PadAction */
+/** @import { GamepadInput } from "../drive/gamepad-input.js" */
+/** @import { Mapping, Pad, PadAction } from "../drive/gamepad-mapping.js" */
+/** @import { View } from "../net/session.js" */
 
 const ABSENT = t("gamepad-sheet.no_gamepad_connect_one_and_press");
 const WITHHELD = t("gamepad-sheet.this_browser_gives_gamepads_only_to");

@@ -9,8 +9,8 @@ import { PeopleNear } from "../ui/people-near.js";
 import { SoundRose } from "../ui/sound-rose.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
+/** @import { View } from "../net/session.js" */
+/** @import { Transcript } from "../voice/audio-socket.js" */
 
 const MOST_LINES = 6;
 const CHECK = t("hearing-card.check_the_microphones");

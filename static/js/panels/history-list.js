@@ -8,8 +8,8 @@ import { couldCall, goesToPerson, letCall } from "../ui/let-call.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
+/** @import { HistoryRow } from "../net/rest.js" */
+/** @import { View } from "../net/session.js" */
 
 const [MOST, OFFERED] = [60, 3];
 const [THROUGH, MOUTH] = [", through ", "'s mouth"];

@@ -8,7 +8,7 @@ import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 class JoinCard extends Panel {
   #older = make("select", { class: "field-box", "aria-label": t("join-card.older_map") });

@@ -4,7 +4,7 @@ import { make, write } from "../ui/element.js";
 import { fixed, largestSigma } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/messages.js").LandmarkRow} LandmarkRow */
+/** @import { LandmarkRow } from "../net/messages.js" */
 
 const EVERY_MS = 400;
 const COLUMNS = ["No.", "x m", "y m", "± cm", t("landmark-table.hits"), t("landmark-table.missed")];

@@ -6,7 +6,7 @@ import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 const WORDS = {
   connecting: t("link-chip.starting_up"),

@@ -8,8 +8,8 @@ import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {maps.SavedMap} SavedMap */
+/** @import { View } from "../net/session.js" */
+/** @import { SavedMapRow as SavedMap } from "../net/rest.js" */
 
 const FILES = /** @type {const} */ ([
   ["api/map", t("map-card.map"), t("map-card.nav2_yaml_and_pgm")],

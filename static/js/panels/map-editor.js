@@ -9,8 +9,9 @@ import { t } from "../ui/texts.js";
 import { onTheme } from "../ui/theme.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../ui/floor-view.js").Point} Point */
+/** @import { EditList, EditRow } from "../net/rest.js" */
+/** @import { View } from "../net/session.js" */
+/** @import { Point } from "../ui/floor-view.js" */
 /** @typedef {"free" | "occupied" | "unknown" | "crop" | "room"} Tool */
 
 const MARGIN = 16; // [px]
@@ -170,14 +171,14 @@ class MapEditor extends Panel {
     this.#draw();
   }
 
-  /** @param {api.EditList} list */
+  /** @param {EditList} list */
   #show({ edits }) {
     this.#undo.hidden = !edits.some(({ holds }) => holds);
     this.#redo.hidden = edits.every(({ holds }) => holds);
     this.#list.replaceChildren(...[...edits].reverse().map((row) => this.#row(row)));
   }
 
-  /** @param {api.EditRow} row */
+  /** @param {EditRow} row */
   #row({ id, kind, by, at_s: at, holds }) {
     const words = t("map-editor.what_by_at", { what: DONE[kind], by, at: new Date(1000 * at).toLocaleTimeString() });
     const act = make(

@@ -7,7 +7,7 @@ import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 class Nav2Card extends Panel {
   #files = make("input", {

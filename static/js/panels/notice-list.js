@@ -6,8 +6,8 @@ import { Panel } from "../ui/panel.js";
 import { speedsOffer } from "../ui/speeds-offer.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/messages.js").NoticeLine} NoticeLine */
+/** @import { NoticeLine } from "../net/messages.js" */
+/** @import { View } from "../net/session.js" */
 
 class NoticeList extends Panel {
   #list = make("ol", { class: "record-list", "aria-label": t("notice-list.notices_newest_first") });

@@ -5,7 +5,7 @@ import { Panel } from "../ui/panel.js";
 import { speedsOffer } from "../ui/speeds-offer.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 /** @typedef {"info" | "warning" | "error"} Level */
 
 const STAYS_MS = { info: 6000, warning: 15000, error: Infinity };

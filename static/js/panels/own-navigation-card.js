@@ -6,17 +6,8 @@ import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {{x_m: number, y_m: number, heading_rad: number}} Pose */
-/**
- * @typedef {object} OwnNavigation
- * @property {{width_m: number, height_m: number} | null} map
- * @property {string} sentence
- * @property {boolean} shown
- * @property {Pose | null} pose
- * @property {string} takes_goals
- * @property {Pose | null} goal
- */
+/** @import { OwnNavigationState as OwnNavigation, PlanarPose as Pose } from "../net/rest.js" */
+/** @import { View } from "../net/session.js" */
 
 const PATH = "api/robot/navigation";
 const PERIOD_MS = 1000; // between two looks

@@ -7,8 +7,8 @@ import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../shell/pages.js").PageRow} PageRow */
+/** @import { View } from "../net/session.js" */
+/** @import { PageRow } from "../shell/pages.js" */
 
 const NARROW = matchMedia("(max-width: 1199px), (max-height: 539px)"); // as in css/shell.css
 

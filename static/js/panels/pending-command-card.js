@@ -5,8 +5,8 @@ import { Panel } from "../ui/panel.js";
 import { begun, countdown, facts, left, mayBegin, speaker, title } from "../ui/pending-command.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/messages.js").PendingCommandState} PendingCommandState */
+/** @import { PendingCommandState } from "../net/messages.js" */
+/** @import { View } from "../net/session.js" */
 
 const SHOWN_MS = 2500; // for which a command that has begun is shown
 

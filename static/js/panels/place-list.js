@@ -7,9 +7,9 @@ import { degrees, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/marks-api.js").Place} Place */
-/** @typedef {import("../net/marks-api.js").Zone} Zone */
+/** @import { Place } from "../net/marks-api.js" */
+/** @import { ZoneRow as Zone } from "../net/rest.js" */
+/** @import { View } from "../net/session.js" */
 
 /** @param {Element} from @param {{place?: Place, at?: {x: number, y: number}}} detail asks for a name */
 export const askName = (from, detail) =>

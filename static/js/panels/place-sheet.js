@@ -6,7 +6,7 @@ import { fixed } from "../ui/format.js";
 import { NameSheet } from "../ui/name-sheet.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/marks-api.js").Place} Place */
+/** @import { Place } from "../net/marks-api.js" */
 
 const DEGREE = Math.PI / 180;
 

@@ -9,9 +9,9 @@ import { drawPlace } from "../ui/place-drawing.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../ui/floor-view.js").Point} Point */
-/** @typedef {import("../ui/place-drawing.js").Placed} Placed */
+/** @import { View } from "../net/session.js" */
+/** @import { Point } from "../ui/floor-view.js" */
+/** @import { Placed } from "../ui/place-drawing.js" */
 
 const MARGIN = 34; // [px] around the map
 const DRAG = 14; // [px] from which a drag says a heading

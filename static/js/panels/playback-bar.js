@@ -9,7 +9,7 @@ import { ruler, Timeline } from "../ui/timeline.js";
 import "./playback-part.js";
 import "./playback-ways.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 const SPEEDS = [0.1, 0.5, 1, 2, 5, 10, 20];
 const STEPS = 10_000;

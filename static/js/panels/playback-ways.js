@@ -5,8 +5,8 @@ import { degrees, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/messages.js").ComparisonState} Comparison */
+/** @import { ComparisonState as Comparison } from "../net/messages.js" */
+/** @import { View } from "../net/session.js" */
 /** @typedef {"recorded" | "computed"} Way */
 
 /** @type {ReadonlyArray<readonly [Way, string, string]>} */

@@ -5,7 +5,7 @@ import { Panel } from "../ui/panel.js";
 import { keep, recorderOf, toggle } from "../ui/recorder.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 class RecordButton extends Panel {
   #icon = icon("recorder");

@@ -5,7 +5,7 @@ import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 const KINDS = {
   SIM: { icon: "cube", says: t("robot-badge.simulated_robot") },

@@ -7,10 +7,9 @@ import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/marks-api.js").Route} Route */
-/** @typedef {import("../net/marks-api.js").Stop} Stop */
-/** @typedef {import("../net/marks-api.js").RouteProgress} RouteProgress */
+/** @import { Route, Stop } from "../net/marks-api.js" */
+/** @import { RouteProgress } from "../net/rest.js" */
+/** @import { View } from "../net/session.js" */
 
 const ASK_MS = 1000; // between two looks at the route under way
 const STEERS = /** @type {const} */ (["pause", "resume", "skip", "stop"]);

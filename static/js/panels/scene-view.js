@@ -8,7 +8,7 @@ import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { isDark, onTheme } from "../ui/theme.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 const DRAWN_MS = 15_000; // after which the frame is shown in any case where it was chosen
 const SLOW_HZ = 8; // pictures a second below which the flat map serves better

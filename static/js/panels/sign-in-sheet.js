@@ -6,9 +6,7 @@ import { make, onSubmit, svg, write } from "../ui/element.js";
 import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {{id: string, name: string, role: string, end_s: number, present: boolean, yours: boolean}} SignedIn */
-/** @typedef {{id: string, name: string, role: string, kind: string, end_s: number | null}} Key */
-/** @typedef {{address: string, qr: string[], note: string | null}} NewLink */
+/** @import { KeyRow as Key, NewLink, SignedIn } from "../net/rest.js" */
 
 const MARGIN = 4; // modules around a QR code, without which cameras miss it
 /** @type {Record<string, string>} */

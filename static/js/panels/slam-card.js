@@ -8,7 +8,7 @@ import { ClosureList } from "./closure-list.js";
 import { LandmarkTable } from "./landmark-table.js";
 import { LivePlot } from "./live-plot.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 
 /** @param {number} high [m] */
 const length = (high) => (high < 1 ? { unit: " cm", times: 100 } : { unit: " m", times: 1 });

@@ -8,9 +8,8 @@ import { placed } from "../ui/placement.js";
 import { t } from "../ui/texts.js";
 import { Tour } from "../ui/tour.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
-/** @typedef {import("../people/enrollment-model.js").PeopleState} PeopleState */
+/** @import { HistoryRow, PeopleState } from "../net/rest.js" */
+/** @import { View } from "../net/session.js" */
 
 const [CALLER, OTHER] = ["Ann", "Bob"];
 const DRIVES_MS = 1800; // for which the key is held

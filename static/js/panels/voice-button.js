@@ -11,8 +11,7 @@ import { t } from "../ui/texts.js";
 import { Talk } from "../voice/audio-socket.js";
 import { Microphone } from "../voice/microphone.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
+/** @import { View } from "../net/session.js" */
 
 const AFTER_MS = 180; // sound still on its way when the button is released belongs to the sentence
 const OPEN_MS = 10 * 60 * 1000; // an open microphone closes by itself
@@ -140,7 +139,7 @@ export class VoiceButton extends Panel {
       this.#draw();
     });
     addEventListener("room-people", (event) =>
-      this.#offerSpeakers(/** @type {CustomEvent<import("../net/room-api.js").PersonInRoom[]>} */ (event).detail),
+      this.#offerSpeakers(/** @type {CustomEvent<import("../net/rest.js").PersonInRoom[]>} */ (event).detail),
     );
     this.#speaker.addEventListener("change", () => remember("voice.speaker", this.#speaker.value));
     setInterval(() => this.#expire(performance.now()), 1000);
@@ -189,7 +188,7 @@ export class VoiceButton extends Panel {
     this.#draw();
   }
 
-  /** @param {import("../net/room-api.js").PersonInRoom[]} people in the simulated room */
+  /** @param {import("../net/rest.js").PersonInRoom[]} people in the simulated room */
   #offerSpeakers(people) {
     const ids = people.map(({ id }) => id);
     if (ids.join("|") === this.#people.join("|")) return;

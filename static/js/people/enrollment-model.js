@@ -5,45 +5,9 @@ import * as room from "../net/room-api.js";
 import { PageModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
+/** @import { EnrollmentState as Enrollment, PeopleState } from "../net/rest.js" */
+/** @import { Session } from "../net/session.js" */
 /** @typedef {[number, number]} Pixel */
-/**
- * @typedef {object} Judged a picture and what came of it
- * @property {number} number
- * @property {string} gesture "" for the background
- * @property {boolean} good
- * @property {string} words
- * @property {[number, number]} size
- * @property {Pixel[]} outline
- * @property {{name: string, box_px: [number, number, number, number]}[]} parts
- */
-/**
- * @typedef {object} Enrollment
- * @property {string} id
- * @property {string} who runs it
- * @property {string} owner the same person, by an id that is unique even when two people share a name
- * @property {boolean} background
- * @property {string} next gesture; "" when there is enough
- * @property {string} advice
- * @property {string[]} gestures
- * @property {Judged[]} pictures
- * @property {Judged | null} newest
- * @property {number} fewest
- * @property {boolean} ready
- * @property {boolean} demo
- * @property {string} trouble
- * @property {string} waits what it waits for; "" for nothing
- */
-/** @typedef {{id: string, name: string, learnt_s: number, by: string, pictures: number, colours: (string | null)[]}} Known */
-/**
- * @typedef {object} PeopleState
- * @property {Known[]} people
- * @property {string | null} chosen
- * @property {Enrollment | null} enrollment
- * @property {boolean} camera
- * @property {boolean} simulated
- * @property {boolean} stands true while the simulated person is in the room
- */
 
 const ROOT = "api/people";
 const ASK_MS = 400;

@@ -9,9 +9,9 @@ import { t } from "../ui/texts.js";
 import { PeopleStage, prepared } from "./people-stage.js";
 import { sketched } from "./person-outline.js";
 
-/** @typedef {import("./enrollment-model.js").EnrollmentModel} EnrollmentModel */
-/** @typedef {import("./enrollment-model.js").Enrollment} Enrollment */
-/** @typedef {import("./people-stage.js").Source} Source */
+/** @import { EnrollmentState as Enrollment } from "../net/rest.js" */
+/** @import { EnrollmentModel } from "./enrollment-model.js" */
+/** @import { Source } from "./people-stage.js" */
 
 const SOURCES = /** @type {const} */ ([
   ["robot", "camera", t("people-enrollment.the_robot_s_camera"), t("people-enrollment.it_looks_up_from_the_floor")],
@@ -311,7 +311,7 @@ class PeopleEnrollment extends PagePanel {
     void this.model.showMe(on, inhabitant);
   }
 
-  /** @param {Enrollment} enrollment @param {import("./enrollment-model.js").Judged} one */
+  /** @param {Enrollment} enrollment @param {import("../net/rest.js").JudgedPictureState} one */
   #thumb(enrollment, one) {
     const name = NAMES[one.gesture] ?? t("people-enrollment.more");
     const away = make(

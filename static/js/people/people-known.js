@@ -8,8 +8,8 @@ import { ModelOffer } from "../ui/model-offer.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./enrollment-model.js").EnrollmentModel} EnrollmentModel */
-/** @typedef {import("./enrollment-model.js").Known} Known */
+/** @import { KnownPerson as Known } from "../net/rest.js" */
+/** @import { EnrollmentModel } from "./enrollment-model.js" */
 
 /** @extends {PagePanel<EnrollmentModel>} */
 class PeopleKnown extends PagePanel {

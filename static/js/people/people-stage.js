@@ -7,7 +7,7 @@ import { t } from "../ui/texts.js";
 import { sketched } from "./person-outline.js";
 
 /** @typedef {"robot" | "webcam" | "upload"} Source */
-/** @typedef {import("./enrollment-model.js").Judged} Judged */
+/** @import { JudgedPictureState as Judged } from "../net/rest.js" */
 
 const LOOK_MS = 3500;
 const LARGEST = 1280; // [px] side of an uploaded picture

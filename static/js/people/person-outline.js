@@ -3,7 +3,7 @@
 import { make, svg } from "../ui/element.js";
 import { pictureOf } from "./enrollment-model.js";
 
-/** @typedef {import("./enrollment-model.js").Judged} Judged */
+/** @import { JudgedPictureState as Judged } from "../net/rest.js" */
 
 /**
  * The picture with everything drawn on it.

@@ -3,7 +3,7 @@
 import { make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/recordings-api.js").Part} Part */
+/** @import { Part } from "../net/recordings-api.js" */
 /**
  * @typedef {object} PartRequest
  * @property {number} seconds length of the recording

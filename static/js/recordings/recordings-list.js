@@ -9,9 +9,9 @@ import { t } from "../ui/texts.js";
 import { askForPart } from "./part-form.js";
 import { about, stateOf, urlOf } from "./recordings-model.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("./recordings-model.js").RecordingsModel} RecordingsModel */
-/** @typedef {import("./recordings-model.js").Recording} Recording */
+/** @import { View } from "../net/session.js" */
+/** @import { FinishedRecording as Recording } from "../net/rest.js" */
+/** @import { RecordingsModel } from "./recordings-model.js" */
 
 const DRAWINGS = { runs: "recording", whole: "tape", cut: "warning", unfinished: "warning" };
 

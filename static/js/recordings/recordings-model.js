@@ -7,8 +7,8 @@ import { day, duration, size } from "../ui/format.js";
 import { PageModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {recordings.Recording} Recording */
+/** @import { Session } from "../net/session.js" */
+/** @import { FinishedRecording as Recording } from "../net/rest.js" */
 
 export class RecordingsModel extends PageModel {
   /** @type {Recording[] | null} newest first; null until they were read */

@@ -5,22 +5,7 @@ import { make, mark, write } from "../ui/element.js";
 import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
 
-/**
- * @typedef {object} Setting
- * @property {string} section
- * @property {string} name
- * @property {"switch" | "whole" | "number" | "text"} kind
- * @property {string} unit
- * @property {number | null} low
- * @property {number | null} high
- * @property {string[]} choices
- * @property {string} meaning
- * @property {string} watch what to look at after a change
- * @property {Value} default
- * @property {Value} value that holds now
- * @property {Value} saved that holds from the next start on
- * @property {boolean} live
- */
+/** @import { SettingState as Setting } from "../net/rest.js" */
 /** @typedef {boolean | number | string} Value */
 /** @typedef {{row: HTMLElement, input: HTMLInputElement | HTMLSelectElement, says: HTMLElement, back: HTMLButtonElement}} Field */
 

@@ -2,7 +2,7 @@
 
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
+/** @import { Session } from "../net/session.js" */
 /**
  * @typedef {object} OpenPage a page that was built
  * @property {HTMLElement} element with the page's own panels

@@ -5,9 +5,8 @@ import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { PAGES, pageAt } from "./pages.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {import("./pages.js").PageRow} PageRow */
-/** @typedef {import("./pages.js").OpenPage} OpenPage */
+/** @import { Session } from "../net/session.js" */
+/** @import { OpenPage, PageRow } from "./pages.js" */
 
 /** Roles of the console while it is the page, a dock beside one, or no more than the status over one. */
 const ROLES = /** @type {const} */ ({

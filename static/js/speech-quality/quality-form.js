@@ -4,7 +4,7 @@ import { make, onSubmit, write } from "../ui/element.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./runs.js").Runs} Runs */
+/** @import { Runs } from "./runs.js" */
 
 const PLACE = "place";
 const DISTANCES = [0.5, 1, 2, 3, 4];

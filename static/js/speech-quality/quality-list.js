@@ -6,8 +6,8 @@ import { PagePanel } from "../ui/panel.js";
 import { runRow } from "../ui/run-row.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("./runs.js").Runs} Runs */
-/** @typedef {import("./runs.js").Run} Run */
+/** @import { QualityRunState as Run } from "../net/rest.js" */
+/** @import { Runs } from "./runs.js" */
 
 /** @extends {PagePanel<Runs>} */
 class QualityList extends PagePanel {

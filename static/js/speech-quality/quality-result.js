@@ -6,9 +6,8 @@ import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { report } from "./runs.js";
 
-/** @typedef {import("./runs.js").Runs} Runs */
-/** @typedef {import("./runs.js").Row} Row */
-/** @typedef {import("./runs.js").Run} Run */
+/** @import { QualityRow as Row, QualityRunState as Run } from "../net/rest.js" */
+/** @import { Runs } from "./runs.js" */
 
 const HEADS = [
   t("quality-result.distance"),

@@ -4,37 +4,8 @@ import { address, call } from "../net/api.js";
 import { RunsModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
-/**
- * @typedef {object} Row one place
- * @property {number} distance_m
- * @property {number} snr_db
- * @property {string} refused why the place cannot be used; "" otherwise
- * @property {number} [commands]
- * @property {number} [commands_exact]
- * @property {number} [words]
- * @property {number} [erroneous_words_person]
- * @property {number} [erroneous_words_robot]
- * @property {number} [osqe_d]
- * @property {number | null} [osqe_r]
- * @property {string} [reason]
- * @property {string} [verdict]
- * @property {number} [stoi]
- */
-/**
- * @typedef {object} Run
- * @property {string} id
- * @property {string} who
- * @property {number} at_s Unix time
- * @property {"running" | "done" | "cancelled" | "failed"} state
- * @property {string} doing
- * @property {string} reason
- * @property {number} progress 0..1
- * @property {string} summary "" before anything was measured
- * @property {Row[]} rows
- * @property {boolean[]} reports which rows have a page
- * @property {{phrases: number, distances_m: number[], snr_db: number[]}} setup
- */
+/** @import { QualityRunState as Run } from "../net/rest.js" */
+/** @import { Session } from "../net/session.js" */
 
 const ROOT = "api/speech-quality";
 const ASK_MS = 700;

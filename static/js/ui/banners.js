@@ -3,7 +3,7 @@
 import { age, metres, speed, whereabouts } from "./format.js";
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
+/** @import { View } from "../net/session.js" */
 /**
  * @typedef {object} Banner
  * @property {string} id stays the same while the banner says the same thing

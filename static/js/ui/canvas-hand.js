@@ -2,7 +2,7 @@
 
 import { apart } from "./flat-drawing.js";
 
-/** @typedef {import("./floor-view.js").Point} Point */
+/** @import { Point } from "./floor-view.js" */
 
 const LINE = 40; // [px] that a wheel scrolls by one line
 const DRAG = 7; // [px] from which a press is a drag

@@ -5,8 +5,8 @@ import { fixed, metres } from "./format.js";
 import { colourOf, drawRobot, fresh } from "./place-drawing.js";
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/messages.js").State} State */
-/** @typedef {import("./floor-view.js").Point} Point */
+/** @import { State } from "../net/messages.js" */
+/** @import { Point } from "./floor-view.js" */
 /** @typedef {"scan" | "trail" | "landmarks" | "way" | "voice" | "people" | "places" | "zones" | "ghost" | "grid"} Layer */
 /**
  * @typedef {object} FlatScene
@@ -18,13 +18,13 @@ import { t } from "./texts.js";
  * @property {readonly Point[]} measured none, one or two points [m]
  * @property {number} radius [m] of the robot
  * @property {string} left of the way, in words
- * @property {readonly import("../net/room-api.js").PersonInRoom[]} room people in the simulated room
+ * @property {readonly import("../net/rest.js").PersonInRoom[]} room people in the simulated room
  * @property {{x: number, y: number, heading: number}} robot as it is shown now
  * @property {import("./sensed.js").Sensed | null} chain what the robot has of a person it comes to
  * @property {readonly {x: number, y: number, fresh: number}[]} trail fresh 0..1
  * @property {import("./flat-ground.js").FlatGround} ground
  * @property {readonly import("../net/marks-api.js").Place[]} places
- * @property {readonly import("../net/marks-api.js").Zone[]} zones
+ * @property {readonly import("../net/rest.js").ZoneRow[]} zones
  * @property {readonly Point[]} corners of the zone that is being drawn [m]
  * @property {import("./clear-area.js").Insets} covered by panels
  */
@@ -333,7 +333,7 @@ class Brush {
     this.label(at, state === "seen" ? name : t("flat-drawing.name_hidden_now", { name }));
   }
 
-  /** @param {import("../net/marks-api.js").Zone} zone */
+  /** @param {import("../net/rest.js").ZoneRow} zone */
   zone({ name, kind, points_m: points, max_speed_m_s: speed }) {
     const { context } = this;
     const corners = points.map(([x, y]) => this.view.drawn({ x, y }));

@@ -2,8 +2,8 @@
 
 import { drawPlan, fresh } from "./place-drawing.js";
 
-/** @typedef {import("./floor-view.js").Point} Point */
-/** @typedef {import("../net/maps-api.js").Plan} Plan */
+/** @import { Plan } from "../net/maps-api.js" */
+/** @import { Point } from "./floor-view.js" */
 
 const NEAR_M = 0.15; // of a wall: what the laser sees there is the wall
 const CELL_M = 0.05;

@@ -7,11 +7,11 @@ const AHEAD = 0.15; // [rad] to either side of straight ahead, or behind, that c
 
 /**
  * A number with a fixed count of decimals and a true minus sign; never "−0.00".
- * @param {number} value
+ * @param {number | null} value
  * @param {number} decimals
  */
 export function fixed(value, decimals) {
-  if (!Number.isFinite(value)) return "–";
+  if (value === null || !Number.isFinite(value)) return "–";
   const text = Math.abs(value).toFixed(decimals);
   return value < 0 && Number(text) !== 0 ? MINUS + text : text;
 }

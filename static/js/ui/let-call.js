@@ -3,10 +3,10 @@
 import { icon, make } from "./element.js";
 import { t } from "./texts.js";
 
-/** @type {readonly import("../net/room-api.js").PersonInRoom[] | null} null: there is no simulated room, or it was not read */
+/** @type {readonly import("../net/rest.js").PersonInRoom[] | null} null: there is no simulated room, or it was not read */
 let people = null;
 addEventListener("room-people", (event) => {
-  people = /** @type {CustomEvent<import("../net/room-api.js").PersonInRoom[]>} */ (event).detail;
+  people = /** @type {CustomEvent<import("../net/rest.js").PersonInRoom[]>} */ (event).detail;
 });
 
 /** @returns {string} who in the simulated room could call; "": nobody */

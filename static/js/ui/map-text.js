@@ -3,8 +3,8 @@
 import { degrees, inWords, metres, whereabouts } from "./format.js";
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/messages.js").State} State */
-/** @typedef {import("./floor-view.js").Extent} Extent */
+/** @import { State } from "../net/messages.js" */
+/** @import { Extent } from "./floor-view.js" */
 
 /**
  * Nearest of the laser's points.

@@ -1,6 +1,6 @@
 // Who was near the robot in the last minute: voices by their direction, people by where they were seen.
 
-/** @typedef {import("../net/messages.js").State} State */
+/** @import { State } from "../net/messages.js" */
 /**
  * @typedef {object} Sighting
  * @property {string} id

@@ -2,7 +2,7 @@
 
 import { call, post } from "../net/api.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
+/** @import { Session } from "../net/session.js" */
 
 /** Client model of a page: its panels hear of every change. */
 export class PageModel {

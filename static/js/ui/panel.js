@@ -1,7 +1,6 @@
 // Base classes of the panels: custom elements that are built once and then show views, or the model of their page.
 
-/** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {import("../net/session.js").View} View */
+/** @import { Session, View } from "../net/session.js" */
 
 export class Panel extends HTMLElement {
   /** @type {Session | null} */

@@ -3,10 +3,8 @@
 import { degrees, fixed, headingBetween, inWords, metres, quantities, whereabouts } from "./format.js";
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/messages.js").PendingCommandState} PendingCommandState */
-/** @typedef {import("../net/messages.js").CommandState} CommandState */
-/** @typedef {import("../net/messages.js").PoseState} Pose */
-/** @typedef {import("../net/session.js").View} View */
+/** @import { CommandState, PendingCommandState, PoseState as Pose } from "../net/messages.js" */
+/** @import { View } from "../net/session.js" */
 
 const SPOKEN = ["voice", "ears"];
 const UNSURE = t("pending-command.heard_with_low_confidence_check_the");

@@ -7,9 +7,8 @@ import { inWords, metres } from "./format.js";
 import { Near } from "./near.js";
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {room.PersonInRoom} PersonInRoom */
+/** @import { Session, View } from "../net/session.js" */
+/** @import { PersonInRoom } from "../net/rest.js" */
 
 const ASK_MS = 2000;
 const SENTENCES = ["come here", "follow me", "stop"];

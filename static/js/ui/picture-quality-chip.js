@@ -5,8 +5,7 @@ import { figures } from "./picture-quality-figures.js";
 import { popover } from "./popover.js";
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/messages.js").State} State */
-/** @typedef {import("../net/messages.js").PictureQualityState} PictureQuality */
+/** @import { PictureQualityState as PictureQuality, State } from "../net/messages.js" */
 
 const STEADY_MS = 600; // a verdict that changes with every picture is not read
 const WORDS = /** @type {const} */ ({

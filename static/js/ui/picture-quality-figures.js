@@ -3,8 +3,7 @@
 import { degrees, fixed } from "./format.js";
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/messages.js").PictureQualityState} PictureQuality */
-/** @typedef {import("../net/messages.js").CalibrationDriftState} CalibrationDrift */
+/** @import { CalibrationDriftState as CalibrationDrift, PictureQualityState as PictureQuality } from "../net/messages.js" */
 
 /**
  * Rows of the panel.

@@ -4,8 +4,8 @@ import * as recordings from "../net/recordings-api.js";
 import { duration, size } from "./format.js";
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {import("../net/session.js").View} View */
+/** @import { FinishedRecording } from "../net/rest.js" */
+/** @import { Session, View } from "../net/session.js" */
 /**
  * @typedef {object} RecorderView
  * @property {boolean} runs
@@ -63,7 +63,7 @@ function refuse(session, why) {
   return Promise.resolve(false);
 }
 
-/** @param {Session} session @param {string} key of the sentence @param {recordings.Recording} recording */
+/** @param {Session} session @param {string} key of the sentence @param {FinishedRecording} recording */
 export function showFinished(session, key, { name, seconds, bytes }) {
   const text = t(key, { name, time: duration(seconds), size: size(bytes) });
   if (document.body.dataset["page"] === "recordings") return session.announce(text); // the list shows it

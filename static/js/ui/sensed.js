@@ -1,7 +1,7 @@
 // What the robot has of a person by each sense, from the state message.
 
-/** @typedef {import("../drive/suggest.js").Kind} Kind */
-/** @typedef {import("../net/messages.js").State} State */
+/** @import { Kind } from "../drive/suggest.js" */
+/** @import { State } from "../net/messages.js" */
 /**
  * @typedef {object} Sensed
  * @property {{azimuth: number, sd: number} | null} heard [rad] robot frame

@@ -3,8 +3,7 @@
 import { mark, svg } from "./element.js";
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/messages.js").HearingState} Ears */
-/** @typedef {import("../net/messages.js").VoiceHeard} VoiceHeard */
+/** @import { HearingState as Ears, VoiceHeard } from "../net/messages.js" */
 
 const RADIUS = 46;
 const INNER = 13;

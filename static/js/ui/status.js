@@ -4,10 +4,9 @@ import { wordsOf } from "../net/api.js";
 import { fixed, speed, turnRate } from "./format.js";
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/session.js").View} View */
-/** @typedef {import("../net/session.js").Said} Said */
-/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
-/** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
+/** @import { HistoryRow } from "../net/rest.js" */
+/** @import { Said, View } from "../net/session.js" */
+/** @import { Transcript } from "../voice/audio-socket.js" */
 /**
  * @typedef {object} StatusLine
  * @property {string} icon

@@ -2,7 +2,7 @@
 
 import { t } from "./texts.js";
 
-/** @typedef {import("../net/messages.js").State} State */
+/** @import { State } from "../net/messages.js" */
 /** @typedef {"gap" | "closure" | "lost" | "notice" | "command" | "speech" | "contact" | "trip" | "halt"} MarkKind */
 /** @typedef {{at: number, kind: MarkKind, words: string}} Mark `at`: 0..1 of the recording */
 
@@ -51,7 +51,7 @@ export class Timeline {
 
   /**
    * Marks that the recording itself knows; its gaps are known from the robot's card.
-   * @param {readonly import("../net/playback-api.js").PlaybackMark[]} marks
+   * @param {readonly import("../net/rest.js").PlaybackMark[]} marks
    * @param {number} duration [s]
    */
   add(marks, duration) {

@@ -3,7 +3,7 @@
 import { fixed, metres } from "./format.js";
 import { wayLeft } from "./map-text.js";
 
-/** @typedef {import("../net/messages.js").State} State */
+/** @import { State } from "../net/messages.js" */
 
 const WINDOW_S = 4; // over which the pace is measured
 const LEAST_S = 1; // of motion before which the seconds are those at the speed that is set

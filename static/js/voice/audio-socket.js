@@ -3,29 +3,13 @@
 import { socketAddress } from "../net/api.js";
 import { t, translate } from "../ui/texts.js";
 
-/** @typedef {import("./microphone.js").Piece} Piece */
+/** @import { AllRead, ListeningMessage as Listening, PartialTranscript as Partial } from "../net/messages.js" */
+/** @import { Piece } from "./microphone.js" */
 /**
- * @typedef {object} Transcript
- * @property {"transcript"} kind
- * @property {number} id
- * @property {string} words
- * @property {boolean} final
- * @property {boolean} accepted
- * @property {string} heard_as
- * @property {string} reason
- * @property {string[]} suggestions
- * @property {number} seconds
- * @property {number} delay_s
- * @property {number | null} [entry]
- * @property {number | null} [pending_command] id of the pending command
- * @property {boolean} [held] the button was held: it was surely meant for the robot
- * @property {string | null} [code] of the reason
- * @property {import("../ui/texts.js").Values | null} [values] in the reason
- * @property {boolean} [overtaken] a STOP came after these words began: nothing of them is offered
+ * A transcript, and what the page adds: `held`: the button was held, so it was surely meant for the robot; `overtaken`: a
+ * STOP came after these words began, and nothing of them is offered.
+ * @typedef {import("../net/messages.js").Transcript & {held?: boolean, overtaken?: boolean}} Transcript
  */
-/** @typedef {{kind: "listening", on: boolean, why: string}} Listening */
-/** @typedef {{kind: "read"}} AllRead no words of a turn come any more */
-/** @typedef {{kind: "partial", words: string}} Partial words so far of a sentence under way */
 
 const HEADER_BYTES = 16;
 const AUDIO_KIND = 2;

@@ -3,6 +3,8 @@
 import * as api from "../net/api.js";
 import { t } from "../ui/texts.js";
 
+/** @import { SpokenAnswer } from "../net/rest.js" */
+
 const TAIL_MS = 300; // the room still sounds, and sound is on its way
 
 export class SpeechOutput {
@@ -76,7 +78,7 @@ export class SpeechOutput {
     this.#tail = setTimeout(() => !this.#source && this.#set(false), TAIL_MS);
   }
 
-  /** @param {AudioContext} context @param {api.Spoken} said */
+  /** @param {AudioContext} context @param {SpokenAnswer} said */
   #play(context, { pcm, rate_hz }) {
     const bytes = Uint8Array.from(atob(pcm), (letter) => letter.charCodeAt(0));
     const samples = Float32Array.from(new Int16Array(bytes.buffer), (sample) => sample / 32768);

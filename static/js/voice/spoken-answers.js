@@ -1,7 +1,7 @@
 // Spoken answers to a command: confirmation, refusal, result.
 
-/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
-/** @typedef {import("./audio-socket.js").Transcript} Transcript */
+/** @import { HistoryRow } from "../net/rest.js" */
+/** @import { Transcript } from "./audio-socket.js" */
 
 const LONGEST = 280; // characters; the rest is only written
 const STOPS = "stop moving";
