@@ -48,7 +48,7 @@ from core.snapshot import Snapshot
 
 REPORT_PERIOD_S = 0.5
 MIN_REPORT_GAP_S = 0.1  # between reports of changes
-RETRY_S = (0.25, 0.5, 1.0, 2.0)  # between attempts to reach the fleet
+RETRY_S = (0.25, 0.5, 1.0)  # between attempts to reach the fleet
 STAND_TIMEOUT_S = 0.9  # within which the gate must show zero
 LOOK_PERIOD_S = 0.002
 STILL_M_S, STILL_RAD_S = 0.001, 0.001  # of the gate's setpoint

@@ -121,6 +121,10 @@ class FleetRouter:
         """Let go of all."""
         await asyncio.to_thread(self._close_session)
 
+    def renew(self) -> None:
+        """Listen anew at the next look: zenoh takes 0.1 s for every connection that its robot has given up."""
+        self._known = -1.0
+
     async def _restart(self) -> None:
         """zenoh reads rights at its start alone: every robot is cut off, and back within a second."""
         known = self._authority.changed

@@ -169,6 +169,7 @@ class FleetRuntime:
             now = time.monotonic()
             if now - self._ticked_at > MAX_HOLD_UP_S:
                 self._hold_up, self._back_at = now - self._ticked_at, now
+                self.router.renew()
             self._ticked_at = now
             for person in self.access.logins.expire(now):
                 self.sign_out(person, "Your login has expired; sign in again.")
