@@ -26,6 +26,7 @@ from console.control.durable_answers import URGENT
 from console.fleet.bus import FleetKeyAnswer, trusting
 from console.fleet_server.runtime import FleetRuntime
 from console.http.problems import Problem
+from console.serve import LOOPBACK, in_address
 from core.sentences import Statement
 
 CONNECT_TIMEOUT_S = 3.0
@@ -67,10 +68,15 @@ class RobotConsoles:
             raise Problem(404, Statement("fleet.unknown_name", name=name[:40]))
         if self._runtime.role_at(who, name) is None:
             raise Problem(403, Statement("fleet.not_let_in", name=name))
-        key = await self._runtime.key_of(who, name, renew=renew) if robot.report is not None else None
-        if robot.report is None or key is None:
+        if robot.report is None:
             raise Problem(503, Statement("fleet.robot_away", name=name))
-        return urlsplit(robot.report.address), key
+        address = urlsplit(robot.report.address)
+        if address.scheme != "https" and in_address(address.hostname or "") not in LOOPBACK:
+            raise Problem(503, Statement("fleet.console_in_clear", name=name, address=address.netloc))
+        key = await self._runtime.key_of(who, name, renew=renew)
+        if key is None:
+            raise Problem(503, Statement("fleet.robot_away", name=name))
+        return address, key
 
     async def _request(self, name: str, path: str, scope: Scope, receive: Receive, send: Send) -> None:
         who: Person = scope["person"]

@@ -127,6 +127,26 @@ async def check_certificate(
     member._certificate = right
 
 
+async def check_plain_http(
+    asked: Callable[..., Awaitable[Reply]], console: LightConsole, runtime: FleetRuntime, port: int, key: str
+) -> None:
+    """A console on another computer that speaks plain HTTP is sent nothing, and gives no key."""
+    member, robot = console.member, runtime.router.table.robots["r1"]
+    right, member._address = member._address, "http://192.0.2.7:8420/"
+    async with asyncio.timeout(60):
+        while robot.report is None or robot.report.address != member._address:
+            await asyncio.sleep(0.01)
+    runtime._keys.clear()
+    status, _, body = await asked("POST", "/robots/r1/api/stop", "operator")
+    assert status == 503 and "192.0.2.7:8420 speaks plain HTTP" in json.loads(body)["detail"]
+    with pytest.raises(InvalidStatus, match="403"):
+        await connect(
+            f"ws://127.0.0.1:{port}/robots/r1/ws", additional_headers={"Authorization": f"Bearer {key}"}, proxy=None
+        )
+    assert runtime._keys == {}
+    member._address = right
+
+
 async def check_socket(port: int, key: str) -> None:
     """Texts and bytes go both ways, and how it ended is said."""
     told = {"Authorization": f"Bearer {key}"}
@@ -180,15 +200,19 @@ def test_each_role_does_what_it_may_and_a_console_is_opened_with_ones_own_role_a
 
             await check_requests(asked, console, runtime, robot)
             runtime._ticked_at -= 30.0  # as a process that stood still for so long
+            stale = runtime.router._session
             assert (
                 "30 s on its way"
                 in json.loads((await asked("POST", "/robots/r1/api/commands", "operator"))[2])["detail"]
             )
             assert (await asked("POST", "/robots/r1/api/stop", "operator"))[0] == 201, "a stop never comes too late"
+            while runtime.router._session in (stale, None) or runtime.router.table.robots["r1"].link != "live":
+                await asyncio.sleep(0.01)  # it listens anew: connections that were given up meanwhile wait no more
             runtime._ticked_at, runtime._back_at = time.monotonic(), 0.0
             await check_socket(port, keys["viewer"])
             others = shown_certificate(another.certificate)
             await check_certificate(asked, console, runtime, port, keys["operator"], others)
+            await check_plain_http(asked, console, runtime, port, keys["operator"])
             runtime.roles.set("viewer", "r1", None)
             for path in ("/robots/r1/api/state", "/api/fleet/robots/r1/picture"):
                 assert (await asked("GET", path))[0] == 403, path
