@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from console import messages
 from console.broadcast import Broadcaster
+from console.messages import state as messages
 from core.message import Array
 from core.sensors import Image
 

@@ -14,13 +14,14 @@ from typing import cast, get_args, get_type_hints
 import msgspec
 from fastapi.routing import APIRoute
 
-from console import messages
 from console.access.roles import declared
 from console.api.typed_route import TypedRoute
 from console.app import described_app
 from console.cli import build_parser
 from console.cli.settings import rows, section_kinds
 from console.fleet_server.api import FleetState
+from console.messages import inbound
+from console.messages import state as messages
 from console.messages.generate_js import HEADER, Shape, collect, declarations, js_type
 from console.messages.json_schema import socket_schema
 from console.published import filled_pages
@@ -254,12 +255,12 @@ def socket_page() -> str:
         "which words that were held up are refused. `ref` comes back in the `answer`. Who drives sends something "
         "at least every five seconds, such as `echo`."
     )
-    unions = (("Up", "From the browser"), ("Down", "To the browser"))
-    parts = [f"## {title}\n\n" + "\n\n".join(map(shape, get_args(getattr(messages, name)))) for name, title in unions]
+    unions = ((inbound.Up, "From the browser"), (messages.Down, "To the browser"))
+    parts = [f"## {title}\n\n" + "\n\n".join(map(shape, get_args(union))) for union, title in unions]
     used: dict[str, Shape] = {}
-    for name, _ in unions:
-        collect(getattr(messages, name), used)
-    kinds = {kind.__name__ for name, _ in unions for kind in get_args(getattr(messages, name))}
+    for union, _ in unions:
+        collect(union, used)
+    kinds = {kind.__name__ for union, _ in unions for kind in get_args(union)}
     parts_used = [shape(kind) for name, kind in used.items() if name not in kinds]
     return page("Socket messages", intro, *parts, "## Their parts\n\n" + "\n\n".join(parts_used))
 

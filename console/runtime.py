@@ -17,7 +17,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from console import messages
 from console.access.guard import Access
 from console.access.login_keeper import LoginKeeper
 from console.access.logins import Person
@@ -37,6 +36,7 @@ from console.control.state_times import StateTimes
 from console.data_folder import DataFolder
 from console.maps.places import PlaceService
 from console.maps.zones import ZoneService
+from console.messages import state as messages
 from console.rest import StatePace
 from console.robot.link import RobotLink
 from console.robot.pilot_thread import PilotPace, PilotThread

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from console import messages
 from console.access.open_sockets import OpenSockets
 from console.control.command_preview import caller, preview
 from console.control.history import History
@@ -18,7 +17,9 @@ from console.control.pilot_supervisor import PilotSupervisor
 from console.control.playback import PlaybackController
 from console.maps.service import MapService
 from console.messages import hearing, person, picture
+from console.messages import state as messages
 from console.messages.map import accuracy, floor
+from console.messages.pending_command import LateCommandState, PendingCommandState
 from console.part import Parts
 from console.people.service import EnrollmentService
 from console.recording.service import RecordingService
@@ -353,14 +354,14 @@ DECIMAL_DIGITS = 3
 MAX_TRAIL_POINTS = 200  # of the other way of a recording
 
 
-def late_command(late: LateCommand | None) -> messages.LateCommandState | None:
+def late_command(late: LateCommand | None) -> LateCommandState | None:
     """The command that a person may confirm."""
-    return None if late is None else messages.LateCommandState(late.id, late.command.heard_as)
+    return None if late is None else LateCommandState(late.id, late.command.heard_as)
 
 
 def pending_command(
     waiting: PendingCommand | None, snapshot: Snapshot, radius: float, now: float
-) -> messages.PendingCommandState | None:
+) -> PendingCommandState | None:
     """The pending command and its preview as the robot stands; `radius` [m] of the robot, `now` [s] monotonic."""
     if waiting is None:
         return None
@@ -368,7 +369,7 @@ def pending_command(
     seen, call = preview(command, snapshot, radius), caller(command, snapshot)
     heading = snapshot.estimate.pose.heading
     bearing = None if call is None else math.remainder(call.azimuth - heading, math.tau)
-    return messages.PendingCommandState(
+    return PendingCommandState(
         id=waiting.id,
         name=command.name,
         numbers=dict(command.numbers),

@@ -9,7 +9,6 @@ import msgspec
 from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
-from console import messages
 from console.access.roles import PICTURE, needs
 from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody, Who, router
 from console.api.typed_route import JsonAnswer, sends
@@ -25,6 +24,7 @@ from console.calibration.jobs import (
 from console.calibration.service import CalibrationService, SessionList, listed
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
 from console.http.problems import Problem
+from console.messages import state as messages
 from console.messages.calibration import (
     CalibrationBoard,
     CalibrationKind,

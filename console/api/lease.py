@@ -7,7 +7,7 @@ import time
 from console.access.roles import needs
 from console.api import Dispatcher, OperatorLease, RequestBody, Who, router
 from console.control.dispatcher import LeaseAction
-from console.messages import LeaseState
+from console.messages.state import LeaseState
 from console.state_view import lease as lease_state
 
 lease = router("lease", 409)

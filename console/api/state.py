@@ -5,12 +5,12 @@ from __future__ import annotations
 import msgspec
 from fastapi import Response
 
-from console import messages
 from console.access.roles import needs
 from console.api import Behind, router
 from console.api.typed_route import sends
 from console.control.link_monitor import HANGS
 from console.http.problems import Problem
+from console.messages import state as messages
 from console.runtime import Runtime
 
 state = router("state", 503)

@@ -16,7 +16,7 @@ from typing import Any
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from console import beckon_version, messages
+from console import beckon_version
 from console.access.logins import Person
 from console.access.open_sockets import TooMany
 from console.access.strict_json import read_json
@@ -28,6 +28,8 @@ from console.control.playback import PlaybackController, PlaybackOrder
 from console.control.stop import latched
 from console.http.problems import Problem, refused
 from console.http.rate_counter import RateCounter
+from console.messages import inbound
+from console.messages import state as messages
 from console.runtime import Runtime
 from console.state_view import card
 from console.workers.tasks import end
@@ -157,7 +159,7 @@ class StateSocket:
                 self._bound(heard, FLOOD)
             elif self._bound(heard, MOST_PER_SECOND):
                 ref = message["ref"] if isinstance(message, dict) and type(message.get("ref")) is int else 0
-                answer = self._act(msgspec.convert(message, messages.Up))
+                answer = self._act(msgspec.convert(message, inbound.Up))
                 if isinstance(answer, messages.AnswerMessage):
                     self._answer(answer)
                 elif answer is not None:
@@ -191,35 +193,35 @@ class StateSocket:
             self._viewer.close(1008, f"More than {most} messages a second.")
         return self._viewer.closing is None
 
-    def _act(self, message: messages.Up) -> messages.Down | None:
+    def _act(self, message: inbound.Up) -> messages.Down | None:
         """Do what one message asks for → the answer, if it wants one."""
         dispatcher, person = self._runtime.dispatcher, self._person
         match message:
-            case messages.JogMessage():
+            case inbound.JogMessage():
                 dispatcher.drive(message, person)
                 self._press = message.press if message.v or message.w else None
-            case messages.EchoMessage():
+            case inbound.EchoMessage():
                 return messages.EchoBack(message.t)
-            case messages.SayMessage():
+            case inbound.SayMessage():
                 now = time.monotonic()
                 given = self._runtime.state_times.oldest(message.seen, now)
                 entry = dispatcher.submit(message.text, message.source, person, said=Spoken(now, given))
                 return messages.AnswerMessage(message.ref, True, 202, entry.heard_as, id=entry.id)
-            case messages.LeaseMessage():
+            case inbound.LeaseMessage():
                 dispatcher.change_lease(message.do, person)
                 return messages.AnswerMessage(message.ref, True, 200)
-            case messages.HaltResetMessage():
+            case inbound.HaltResetMessage():
                 dispatcher.reset(person, "page")
                 return messages.AnswerMessage(message.ref, True, 200)
-            case messages.PlaybackMessage():
+            case inbound.PlaybackMessage():
                 self._runtime.keep(asyncio.create_task(self._play(message)))
-            case messages.SubscriptionMessage():
+            case inbound.SubscriptionMessage():
                 self._want(message)
-            case messages.StopMessage() | messages.HaltMessage():
+            case inbound.StopMessage() | inbound.HaltMessage():
                 self._stop_controller(message)
         return None
 
-    def _want(self, asked: messages.SubscriptionMessage) -> None:
+    def _want(self, asked: inbound.SubscriptionMessage) -> None:
         """Camera on or off; another calibration session, or none."""
         if isinstance(asked.camera, bool):
             self._runtime.broadcaster.want(self._viewer, "camera", wanted=asked.camera)
@@ -230,8 +232,8 @@ class StateSocket:
             self._runtime.broadcaster.want(self._viewer, f"calibration:{self._session}", wanted=True)
             self._runtime.parts[CalibrationService].show(asked.calibration)
 
-    def _stop_controller(self, message: messages.StopMessage | messages.HaltMessage) -> None:
-        if isinstance(message, messages.HaltMessage):
+    def _stop_controller(self, message: inbound.StopMessage | inbound.HaltMessage) -> None:
+        if isinstance(message, inbound.HaltMessage):
             self._runtime.dispatcher.halt(self._person, "page", message.press)
             self._runtime.keep(asyncio.create_task(self._latched()))
         else:
@@ -242,7 +244,7 @@ class StateSocket:
         if why_not := await latched(self._runtime.robot, self._runtime.notifications):
             self._tell(messages.AnswerMessage(0, False, 507, why_not))
 
-    async def _play(self, message: messages.PlaybackMessage) -> None:
+    async def _play(self, message: inbound.PlaybackMessage) -> None:
         """The recording's driver is asked without keeping this socket waiting."""
         answer = messages.AnswerMessage(message.ref, True, 200)
         try:
@@ -253,13 +255,13 @@ class StateSocket:
         self._tell(answer)
 
 
-def stop_of(message: Any) -> messages.StopMessage | messages.HaltMessage | None:
+def stop_of(message: Any) -> inbound.StopMessage | inbound.HaltMessage | None:
     """A stop or a halt, however carelessly it is written."""
     if not isinstance(message, dict):
         return None
-    kinds: dict[Any, type[messages.StopMessage | messages.HaltMessage]] = {
-        "stop": messages.StopMessage,
-        "halt": messages.HaltMessage,
+    kinds: dict[Any, type[inbound.StopMessage | inbound.HaltMessage]] = {
+        "stop": inbound.StopMessage,
+        "halt": inbound.HaltMessage,
     }
     kind = kinds.get(message.get("kind")) if isinstance(message.get("kind"), str) else None
     press = message.get("press")

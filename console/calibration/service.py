@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from console import messages
 from console.broadcast import Broadcaster
 from console.calibration.apply import calibrated, laser_start
 from console.calibration.calibration_store import NAMES, CalibrationStore
@@ -39,7 +38,14 @@ from console.calibration.session_store import (
     kept_sessions,
 )
 from console.http.problems import Problem
-from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSessionState, CalibrationSource
+from console.messages import state as messages
+from console.messages.calibration import (
+    CalibrationBoard,
+    CalibrationKind,
+    CalibrationNews,
+    CalibrationSessionState,
+    CalibrationSource,
+)
 from console.part import Part
 from console.robot.link import RobotLink
 from console.workers.demo_runner import DemoRunner
@@ -84,7 +90,7 @@ class SessionUpdates:
         if (waiting := self._later.pop(session.id, None)) is not None:
             waiting.cancel()
         self._published_at[session.id] = time.monotonic()
-        self._broadcaster.publish(topic_of(session.id), messages.encode(messages.CalibrationNews(session)).decode())
+        self._broadcaster.publish(topic_of(session.id), messages.encode(CalibrationNews(session)).decode())
 
     def forget(self, session_id: str) -> None:
         """The session was deleted."""

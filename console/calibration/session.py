@@ -10,7 +10,6 @@ from contextlib import asynccontextmanager
 
 import msgspec
 
-from console import messages
 from console.calibration.codec import camera_in
 from console.calibration.jobs import (
     AcceptCamera,
@@ -35,7 +34,7 @@ from console.calibration.jobs import (
 )
 from console.calibration.session_store import FORM_VERSION, SessionStore, StoredSession
 from console.http.problems import Problem
-from console.messages.calibration import CalibrationVerdict, VerdictKind
+from console.messages.calibration import CalibrationSolving, CalibrationVerdict, VerdictKind
 from console.workers.job import Answer, Job, plain
 from console.workers.tasks import to_the_end
 from console.workers.worker import Worker, WorkerLost
@@ -329,7 +328,7 @@ class CalibrationSession(ABC):
         try:
             while self._stale and self._names != self._given_up:
                 names = list(self._names)
-                self.shown.solving = messages.CalibrationSolving(time.time(), f"Solving with {len(names)} views.")
+                self.shown.solving = CalibrationSolving(time.time(), f"Solving with {len(names)} views.")
                 self._shown(self, True)
                 await self._solve_once(names)
         finally:

@@ -14,7 +14,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Literal
 
-from console import messages
 from console.access.logins import Person
 from console.control import lease as leases
 from console.control.active_commands import ActiveCommand, ActiveCommands, ActiveJog
@@ -25,6 +24,7 @@ from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.control.stop import StopController
 from console.http.problems import Problem, problem_of
+from console.messages import inbound
 from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
 from core.commands import spec_of
@@ -64,7 +64,7 @@ class CommandDispatcher:
         """`own`: phrases of the user's that may be typed, too."""
         self.own_phrases = own
         self._places: OwnPhrases = ()
-        self.hand_warning: Callable[[messages.JogMessage], str] = lambda _: ""
+        self.hand_warning: Callable[[inbound.JogMessage], str] = lambda _: ""
         """Asked before a hand moves the robot: why that press must not, "" for no reason."""
         self.handlers: dict[str, Callable[[Command, Person], object]] = {}
         """Commands that a part of the console carries out, by their names."""
@@ -177,7 +177,7 @@ class CommandDispatcher:
             self._history.add("command", who, state="refused", remark=problem.detail, **fields)
             raise
 
-    def drive(self, message: messages.JogMessage, who: Person) -> None:
+    def drive(self, message: inbound.JogMessage, who: Person) -> None:
         """A hand on the keys. Raises Problem 403, 409, 503."""
         moving = message.v != 0.0 or message.w != 0.0
         if not self._lease.held_by(who):

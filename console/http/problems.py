@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from console import messages
+from console.messages import state as messages
 from core.errors import BadInput, BeckonError, Refused, Unavailable, Unwritable
 from core.sentences import code_of, plain
 

@@ -25,7 +25,7 @@ from console.maps.join_worker import JoinMaps, MatchMaps
 from console.maps.marks import MapMarks, put_together, read_marks, write_marks
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, checked_name
 from console.maps.trajectory import Trajectory, laid_out
-from console.messages import MapState
+from console.messages.map import MapState
 from console.part import Part
 from console.robot.link import RobotLink
 from console.workers.job import Answer, Job

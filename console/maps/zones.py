@@ -20,7 +20,7 @@ from console.http.problems import Problem
 from console.maps.marks import MapMarks, ZoneMark, anchor_at
 from console.maps.service import MapService
 from console.maps.store import checked_name, key_of
-from console.messages import JogMessage
+from console.messages.inbound import JogMessage
 from console.part import Part
 from console.robot.link import RobotLink
 from core.errors import BadInput

@@ -12,8 +12,7 @@ from typing import Annotated, Any, Literal, NotRequired, Union, get_args, get_or
 
 import msgspec
 
-from console import messages
-from console.messages import audio
+from console.messages import audio, inbound, state
 
 HEADER = "// Written by `python -m {source}`; a test keeps it equal to the code. Do not edit.\n"
 PLAIN = {
@@ -31,13 +30,11 @@ Shape = type[Any]  # with named fields: a struct, a dataclass or a TypedDict
 
 def socket_types() -> str:
     """Declare all that goes over the sockets; from what goes up a field with a default may be absent."""
-    up, down = (
-        f"\n/** All that {says}. */\nexport type {name} = {js_type(getattr(messages, name))};\n"
-        for name, says in (("Up", "goes up to the console"), ("Down", "comes down to the browser"))
-    )
+    up = f"\n/** All that goes up to the console. */\nexport type Up = {js_type(inbound.Up)};\n"
+    down = f"\n/** All that comes down to the browser. */\nexport type Down = {js_type(state.Down)};\n"
     heading = HEADER.format(source="console.messages.generate_js")
-    sent = declarations((messages.Up, audio.AudioUp), absent=True)
-    return heading + sent + up + declarations((messages.Down, audio.AudioDown)) + down
+    sent = declarations((inbound.Up, audio.AudioUp), absent=True)
+    return heading + sent + up + declarations((state.Down, audio.AudioDown)) + down
 
 
 def declarations(roots: Iterable[Any], *, absent: bool = False, known: Iterable[str] = ()) -> str:

@@ -6,13 +6,12 @@ from typing import Any, get_args
 
 import msgspec
 
-from console import messages
-from console.messages import audio
+from console.messages import audio, inbound, state
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 UNIONS = {
-    "Up": (messages.Up, "From the browser on /ws"),
-    "Down": (messages.Down, "To the browser on /ws; the camera comes as binary beside it"),
+    "Up": (inbound.Up, "From the browser on /ws"),
+    "Down": (state.Down, "To the browser on /ws; the camera comes as binary beside it"),
     "AudioUp": (audio.AudioUp, "From the browser on /ws/audio; the sound goes as binary beside it"),
     "AudioDown": (audio.AudioDown, "To the browser on /ws/audio"),
 }

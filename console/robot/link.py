@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from console.messages import Link
+from console.messages.state import Link
 from core.gate.requests import ReachingPart
 from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from console.messages import JogMessage
+from console.messages.inbound import JogMessage
 from console.robot.link import RobotLink
 from core.gate.setpoint import Setpoint
 from core.gate.twist import ZERO, Twist

@@ -14,11 +14,11 @@ from typing import Protocol
 from starlette.websockets import WebSocket
 from viser import SceneApi
 
-from console import messages
 from console.access.logins import Person
 from console.access.open_sockets import OpenSockets, TooMany
 from console.control.dispatcher import CommandDispatcher
 from console.control.own_navigation import OwnMapView
+from console.messages import state as messages
 from console.robot.link import RobotLink
 from console.scene.click_to_go import ClickToGo
 from console.scene.overlays.associations import Associations

@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping
 
 from viser import SceneClickEvent
 
-from console import messages
 from console.access.logins import Person
 from console.control.dispatcher import CommandDispatcher
 from console.http.problems import Problem, refused
+from console.messages import state as messages
 from console.scene.viser_host.mount import QuietViser, websocket_server
 from core.commands.command import Command
 from core.commands.stop_at import STOP_AT

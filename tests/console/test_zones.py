@@ -14,7 +14,7 @@ import pytest
 from console.access.logins import Person
 from console.http.problems import Problem
 from console.maps.zones import ZoneService
-from console.messages import JogMessage
+from console.messages.inbound import JogMessage
 from core.pipelines.nav2_map import read_nav2_map
 from tests.console.live import Live
 

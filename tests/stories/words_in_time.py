@@ -20,7 +20,6 @@ from unittest.mock import patch
 
 import numpy as np
 
-from console import messages
 from console.access.logins import Person
 from console.access.open_sockets import OpenSockets
 from console.api.audio_socket import AudioSocket
@@ -33,6 +32,7 @@ from console.control.state_times import StateTimes
 from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileCommand
 from console.http.problems import Problem
+from console.messages import inbound
 from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
 from console.part import Parts
 from console.speech.browser_microphone import BrowserMicrophone
@@ -377,7 +377,7 @@ class Story:
         for seq in range(self.chance.randrange(1, 8)):
             self._try(
                 lambda seq=seq: self.dispatcher.drive(
-                    messages.JogMessage(0.1, 0.0, press, seq, 1, self.lease.epoch), who
+                    inbound.JogMessage(0.1, 0.0, press, seq, 1, self.lease.epoch), who
                 )
             )
             await asyncio.sleep(0.05)

@@ -11,10 +11,10 @@ import jsonschema_rs
 import msgspec
 import pytest
 
-from console import messages
 from console.__main__ import main
 from console.api.documentation import ADDRESS, DescribedApp, add_schemas, markdown
 from console.app import ROUTERS
+from console.messages import inbound
 from console.messages.json_schema import UNIONS, socket_schema
 from tests.console.live import Live, hear
 
@@ -138,4 +138,4 @@ def test_the_messages_of_the_socket_keep_to_their_schema(live: Live) -> None:
     assert not down.is_valid({"kind": "hello"}) and not up.is_valid({"kind": "stop", "press": -1})
     up.validate({"kind": "stop", "press": 7})
     named = {kind.__name__ for union, _ in UNIONS.values() for kind in get_args(union)}
-    assert {kind.__name__ for kind in get_args(messages.Up)} <= named <= set(served.json["$defs"])
+    assert {kind.__name__ for kind in get_args(inbound.Up)} <= named <= set(served.json["$defs"])

@@ -8,7 +8,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from console import messages
+from console.messages import inbound
+from console.messages import state as messages
 from console.messages.generate_js import socket_types
 
 SCRIPTS = Path(__file__).parents[3] / "static" / "js" / "net"
@@ -45,7 +46,7 @@ def test_the_browsers_types_are_those_of_python() -> None:
 )
 def test_what_has_not_the_form_is_refused(told: object) -> None:
     with pytest.raises(msgspec.ValidationError):
-        msgspec.convert(told, messages.Up)
+        msgspec.convert(told, inbound.Up)
 
 
 def test_what_is_not_finite_leaves_as_null() -> None:

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from console import messages
+from console.messages import state as messages
 from console.messages.picture import drift, quality
 from core.calibration.laser.drift import Drift
 from core.perception.image_quality.quality import judge

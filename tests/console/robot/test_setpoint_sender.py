@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from console.messages import JogMessage
+from console.messages.inbound import JogMessage
 from console.robot.setpoint_sender import SetpointSender
 from core.gate import Twist
 from core.gate.setpoint import Setpoint
