@@ -12,15 +12,7 @@ from pydantic import Field
 from console.access.roles import PICTURE, needs
 from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody, Who, router
 from console.api.typed_route import JsonAnswer, sends
-from console.calibration.jobs import (
-    DropView,
-    ForgetRoom,
-    LookAtWebcam,
-    RestoreView,
-    SessionAnswer,
-    SkipAdvice,
-    TakeUpload,
-)
+from console.calibration import jobs
 from console.calibration.service import CalibrationService, SessionList, listed
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
 from console.http.problems import Problem
@@ -165,7 +157,7 @@ async def picture(
     if live == "1":
         if len(content) > LARGEST_FRAME:
             raise Problem(413, f"A webcam's picture may have {LARGEST_FRAME} bytes; send it smaller.")
-        await session.act(LookAtWebcam(content, stamp_s), budget=PICTURE_BUDGET, stamp=stamp_s)
+        await session.act(jobs.LookAtWebcam(content, stamp_s), budget=PICTURE_BUDGET, stamp=stamp_s)
     else:
         marked = corners or []
         pairs = list(zip(marked[::2], marked[1::2], strict=True))
@@ -176,7 +168,7 @@ async def picture(
 async def take(session: CalibrationSession, content: bytes, name: str, corners: list[tuple[float, float]]) -> None:
     """Raises BadInput with the fault of the picture, which the session shows as well."""
     try:
-        await session.act(TakeUpload(content, name, corners), budget=PICTURE_BUDGET)
+        await session.act(jobs.TakeUpload(content, name, corners), budget=PICTURE_BUDGET)
     except BeckonError as wrong:
         session.trouble(f"{name}: {wrong}", "refused")
         raise
@@ -197,7 +189,7 @@ async def capture(id: Id, calibration_service: CalibrationSessions) -> Response:
 @sends(CalibrationSessionState)
 async def drop(id: Id, name: Name, calibration_service: CalibrationSessions) -> Response:
     """Leave a view out; the rest is solved again."""
-    return await acted(calibration_service, id, DropView(name))
+    return await acted(calibration_service, id, jobs.DropView(name))
 
 
 @calibration.post("/calibration/sessions/{id}/views/{name}/restore")
@@ -205,7 +197,7 @@ async def drop(id: Id, name: Name, calibration_service: CalibrationSessions) -> 
 @sends(CalibrationSessionState)
 async def restore(id: Id, name: Name, calibration_service: CalibrationSessions) -> Response:
     """Take a view back in."""
-    return await acted(calibration_service, id, RestoreView(name))
+    return await acted(calibration_service, id, jobs.RestoreView(name))
 
 
 @calibration.post("/calibration/sessions/{id}/skip")
@@ -213,7 +205,7 @@ async def restore(id: Id, name: Name, calibration_service: CalibrationSessions) 
 @sends(CalibrationSessionState)
 async def skip(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Another suggestion, for one who cannot reach the present one."""
-    return await acted(calibration_service, id, SkipAdvice())
+    return await acted(calibration_service, id, jobs.SkipAdvice())
 
 
 @calibration.post("/calibration/sessions/{id}/background")
@@ -223,7 +215,7 @@ async def background(id: Id, calibration_service: CalibrationSessions) -> Respon
     """Look at the empty room again."""
     if calibration_service.find(id).card.kind != "laser":
         raise Problem(409, "Only the laser's session looks at the empty room.")
-    return await acted(calibration_service, id, ForgetRoom())
+    return await acted(calibration_service, id, jobs.ForgetRoom())
 
 
 @calibration.post("/calibration/sessions/{id}/solve", status_code=202)
@@ -248,7 +240,7 @@ async def accept(
     return JsonAnswer(report)
 
 
-async def acted(sessions: CalibrationService, id: str, job: Job[SessionAnswer]) -> Response:
+async def acted(sessions: CalibrationService, id: str, job: Job[jobs.SessionAnswer]) -> Response:
     """Do a job of the worker and show the session as it is then."""
     session = sessions.find(id)
     await session.act(job)

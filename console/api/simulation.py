@@ -14,22 +14,7 @@ from console.access.roles import SOUND, needs
 from console.api import Behind, HistoryInUse, OperatorLease, RequestBody, SimulatedRoom, Who, router
 from console.speech.voice_commands import VoiceCommands
 from core.errors import BadInput
-from core.robots.requests import (
-    Ask,
-    CarryRobot,
-    FloorPlan,
-    GroundTruth,
-    PlaceBoard,
-    PlacedBoard,
-    PlacedThing,
-    PlaceThing,
-    ReadPlan,
-    ReadTruth,
-    RemovedThing,
-    RemoveThing,
-    Speak,
-    SpokenSound,
-)
+from core.robots import requests
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, pcm, speak
 
 MAX_PCM_CHARACTERS = 900_000  # characters of base64, 21 s at 16 kHz
@@ -60,11 +45,11 @@ class PlaceRequest(RequestBody):
     speed_m_s: float | None = Field(default=None, ge=0, le=10)
     again: bool | None = None
 
-    def request(self) -> PlaceThing | CarryRobot:
+    def request(self) -> requests.PlaceThing | requests.CarryRobot:
         """The request to the driver."""
         if self.what == "robot":
-            return CarryRobot(x_m=self.x_m, y_m=self.y_m, heading_rad=self.heading_rad)
-        return msgspec.convert(self.model_dump(), PlaceThing)
+            return requests.CarryRobot(x_m=self.x_m, y_m=self.y_m, heading_rad=self.heading_rad)
+        return msgspec.convert(self.model_dump(), requests.PlaceThing)
 
 
 Number = Annotated[float, Field(ge=-1000, le=1000)]  # [m] or a part of a rotation
@@ -96,9 +81,9 @@ class PlaceBoardRequest(RequestBody):
     seconds: float = Field(default=0.0, ge=0, le=10)
     holder: bool = False
 
-    def request(self) -> PlaceBoard:
+    def request(self) -> requests.PlaceBoard:
         """Return the request that goes to the driver."""
-        return msgspec.convert(self.model_dump(exclude={"what"}), PlaceBoard)
+        return msgspec.convert(self.model_dump(exclude={"what"}), requests.PlaceBoard)
 
 
 class SayRequest(RequestBody):
@@ -118,10 +103,10 @@ class SayRequest(RequestBody):
     speed: int = Field(default=150, ge=80, le=400)  # words a minute
     more: bool = False
 
-    def request(self) -> Speak:
+    def request(self) -> requests.Speak:
         """The request to the driver, apart from the text. Raises BadInput for samples that are not in base64."""
         samples = None if self.pcm is None else samples_in(self.pcm)
-        return Speak(
+        return requests.Speak(
             id=self.id,
             x_m=self.x_m,
             y_m=self.y_m,
@@ -140,16 +125,16 @@ class RemoveRequest(RequestBody):
 
 @simulation.get("/sim/truth")
 @needs("viewer")
-async def truth(room: SimulatedRoom) -> GroundTruth:
+async def truth(room: SimulatedRoom) -> requests.GroundTruth:
     """The true pose in the world frame. For scoring; no estimator sees it."""
-    return await room(ReadTruth())
+    return await room(requests.ReadTruth())
 
 
 @simulation.get("/sim/plan")
 @needs("viewer")
-async def plan(room: SimulatedRoom) -> FloorPlan:
+async def plan(room: SimulatedRoom) -> requests.FloorPlan:
     """The true floor plan: walls as segments, and the things in the room."""
-    return await room(ReadPlan())
+    return await room(requests.ReadPlan())
 
 
 class PersonInRoom(msgspec.Struct, frozen=True):
@@ -173,8 +158,8 @@ async def people_in_room(room: SimulatedRoom) -> PeopleInRoom:
     """List the people in the room and their places. For the page, on which they can be asked to speak; no estimator
     sees the list.
     """
-    things = (await room(ReadPlan())).things
-    people = [thing for thing in things if isinstance(thing, PlacedThing) and thing.what == "person"]
+    things = (await room(requests.ReadPlan())).things
+    people = [thing for thing in things if isinstance(thing, requests.PlacedThing) and thing.what == "person"]
     return PeopleInRoom([PersonInRoom(one.id, one.x_m, one.y_m, one.clothes or "") for one in people])
 
 
@@ -186,7 +171,7 @@ async def place(
     lease: OperatorLease,
     history: HistoryInUse,
     who: Who,
-) -> PlacedThing | PlacedBoard | GroundTruth:
+) -> requests.PlacedThing | requests.PlacedBoard | requests.GroundTruth:
     """Put a person or a box into the room, hold up a chessboard, or carry the robot."""
     if asked.what == "robot":
         lease.check_not_anothers(who)
@@ -223,7 +208,7 @@ async def say(
     return SpokenInRoom(answer.id, answer.seconds, answer.x_m, answer.y_m, obeyed, "" if obeyed else NOT_OBEYED)
 
 
-async def speak_in_pieces(room: Ask, request: Speak) -> SpokenSound:
+async def speak_in_pieces(room: requests.Ask, request: requests.Speak) -> requests.SpokenSound:
     """Let it sound, in pieces that go through the driver's pipe. Raises BadInput, Refused, Unavailable."""
     first, *rest = pieces(request)
     answer = await room(first)
@@ -232,7 +217,7 @@ async def speak_in_pieces(room: Ask, request: Speak) -> SpokenSound:
     return answer
 
 
-def pieces(request: Speak) -> list[Speak]:
+def pieces(request: requests.Speak) -> list[requests.Speak]:
     """Speech in pieces of samples; as it is where it has none."""
     samples = request.pcm
     if samples is None:
@@ -248,9 +233,9 @@ def pieces(request: Speak) -> list[Speak]:
 
 @simulation.post("/sim/remove")
 @needs("operator")
-async def remove(asked: RemoveRequest, room: SimulatedRoom, history: HistoryInUse, who: Who) -> RemovedThing:
+async def remove(asked: RemoveRequest, room: SimulatedRoom, history: HistoryInUse, who: Who) -> requests.RemovedThing:
     """Take it away again."""
-    answer = await room(RemoveThing(id=asked.id))
+    answer = await room(requests.RemoveThing(id=asked.id))
     history.add("place", who, words="remove")
     return answer
 

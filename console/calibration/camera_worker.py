@@ -8,22 +8,8 @@ import cv2
 import msgspec
 import numpy as np
 
+from console.calibration import jobs
 from console.calibration.codec import THUMBNAIL_PX, advised_view, board_of, jpeg, png, points
-from console.calibration.jobs import (
-    AcceptCamera,
-    AcceptedCamera,
-    AdoptSolution,
-    CountedPicture,
-    LookAtPicture,
-    LookAtWebcam,
-    OpenCamera,
-    RefreshSession,
-    SessionAnswer,
-    SessionChange,
-    SolvedCamera,
-    TakePicture,
-    TakeUpload,
-)
 from console.calibration.session_worker import SessionWorker
 from console.messages.calibration import (
     CalibrationBars,
@@ -58,12 +44,12 @@ class CameraWorker(SessionWorker):
         """Every job it knows."""
         return (
             *self.shared_handlers,
-            OpenCamera.handled_by(self.open),
-            LookAtPicture.handled_by(self.look),
-            LookAtWebcam.handled_by(self.look_at_webcam),
-            TakeUpload.handled_by(self.take_upload),
-            TakePicture.handled_by(self.take_picture),
-            AcceptCamera.handled_by(self.accept),
+            jobs.OpenCamera.handled_by(self.open),
+            jobs.LookAtPicture.handled_by(self.look),
+            jobs.LookAtWebcam.handled_by(self.look_at_webcam),
+            jobs.TakeUpload.handled_by(self.take_upload),
+            jobs.TakePicture.handled_by(self.take_picture),
+            jobs.AcceptCamera.handled_by(self.accept),
         )
 
     @property
@@ -74,23 +60,23 @@ class CameraWorker(SessionWorker):
     def _names(self) -> list[str]:
         return [view.name for view in self._session.views]
 
-    def open(self, job: OpenCamera) -> SessionAnswer:
+    def open(self, job: jobs.OpenCamera) -> jobs.SessionAnswer:
         """Begin, or go on."""
         state = msgspec.json.decode(job.state, type=CameraState | None)
         self._session = CameraSession(board_of(job.board)) if state is None else CameraSession.resumed(state)
         self._session.board = board_of(job.board)
-        return self.refresh() if job.solved is None else self.adopt(AdoptSolution(job.solved))
+        return self.refresh() if job.solved is None else self.adopt(jobs.AdoptSolution(job.solved))
 
-    def look(self, job: LookAtPicture) -> SessionAnswer:
+    def look(self, job: jobs.LookAtPicture) -> jobs.SessionAnswer:
         """Take a live picture of the robot when it is sharp, still and new."""
         return self._looked(self._session.look(job.grey, job.stamp), job.grey, original=False)
 
-    def look_at_webcam(self, job: LookAtWebcam) -> SessionAnswer:
+    def look_at_webcam(self, job: jobs.LookAtWebcam) -> jobs.SessionAnswer:
         """Take a live picture of the webcam when it is sharp, still and new."""
         grey, _ = read_grey(job.content)
         return self._looked(self._session.look(grey, job.stamp), grey, original=True)
 
-    def take_upload(self, job: TakeUpload) -> SessionAnswer:
+    def take_upload(self, job: jobs.TakeUpload) -> jobs.SessionAnswer:
         """Take an uploaded picture unless it is unfit or known."""
         grey, remark = read_grey(job.content)
         verdict = self._session.capture(grey, job.name, np.array(job.corners) if job.corners else None)
@@ -98,18 +84,18 @@ class CameraWorker(SessionWorker):
             verdict = replace(verdict, words=f"{verdict.words} Note: {remark}.")
         return self._looked(verdict, grey, original=True)
 
-    def take_picture(self, job: TakePicture) -> SessionAnswer:
+    def take_picture(self, job: jobs.TakePicture) -> jobs.SessionAnswer:
         """Take the robot's picture unless it is unfit or known."""
         name = f"view {len(self._session.taken) + 1}"
         return self._looked(self._session.capture(job.grey, name), job.grey, original=False)
 
-    def refresh(self, _: RefreshSession | None = None) -> SessionAnswer:
+    def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
         """All of it, as it is."""
-        return SessionAnswer(size=self._session.size, change=self._change())
+        return jobs.SessionAnswer(size=self._session.size, change=self._change())
 
-    def adopt(self, job: AdoptSolution) -> SessionAnswer:
+    def adopt(self, job: jobs.AdoptSolution) -> jobs.SessionAnswer:
         """Take over a solution of the solver worker."""
-        assert isinstance(job.solved, SolvedCamera)
+        assert isinstance(job.solved, jobs.SolvedCamera)
         views = tuple(
             ViewCorners(name=each.name, corners=each.corners)
             for each in self._session.taken
@@ -119,7 +105,7 @@ class CameraWorker(SessionWorker):
         self._solved = tuple(view.name for view in views)
         return self.refresh()
 
-    def accept(self, job: AcceptCamera) -> AcceptedCamera:
+    def accept(self, job: jobs.AcceptCamera) -> jobs.AcceptedCamera:
         """The camera as it is stored."""
         session, found = self._session, self._session.calibration
         self.check_acceptable(solved=found is not None, force=job.force)
@@ -127,23 +113,23 @@ class CameraWorker(SessionWorker):
         if found.sds["fx"] > UNKNOWN_SD_SHARE * found.model.fx:
             raise Refused("The focal length is not known from these views; tilt the board by 20 to 50 degrees.")
         report = camera_report(found)
-        return AcceptedCamera(kept(found.model, board=session.board, camera=report), report)
+        return jobs.AcceptedCamera(kept(found.model, board=session.board, camera=report), report)
 
-    def _looked(self, verdict: PictureVerdict, grey: Array, *, original: bool) -> SessionAnswer:
+    def _looked(self, verdict: PictureVerdict, grey: Array, *, original: bool) -> jobs.SessionAnswer:
         """`original`: the console has the picture itself, as it came."""
         size, is_counted = self._session.size, verdict.kind == "counted"
         corners = None if verdict.corners is None else points(verdict.corners)
-        counted: CountedPicture | None = None
+        counted: jobs.CountedPicture | None = None
         if is_counted:
-            counted = CountedPicture(verdict.name, None if original else png(grey), jpeg(grey, THUMBNAIL_PX))
-        return SessionAnswer(
+            counted = jobs.CountedPicture(verdict.name, None if original else png(grey), jpeg(grey, THUMBNAIL_PX))
+        return jobs.SessionAnswer(
             size=size,
             verdict=CalibrationVerdict(verdict.kind, verdict.words, verdict.name, corners=corners),
             counted=counted,
             change=self._change() if is_counted or self._sized != size else None,
         )
 
-    def _change(self) -> SessionChange:
+    def _change(self) -> jobs.SessionChange:
         session = self._session
         self._sized = session.size
         progress, known = session.progress(), session.uncertainty()
@@ -151,7 +137,7 @@ class CameraWorker(SessionWorker):
         if known is not None:
             rows, columns = known.sd.shape
             uncertainty = CalibrationUncertainty(columns, rows, np.round(known.sd, 3).tolist())
-        return SessionChange(
+        return jobs.SessionChange(
             advice=advised_view(session.advice()),
             progress=CalibrationProgress(
                 views=progress.views,

@@ -5,21 +5,8 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
+from console.calibration import jobs
 from console.calibration.codec import THUMBNAIL_PX, advised_view, jpeg, png, points
-from console.calibration.jobs import (
-    AcceptedMount,
-    AcceptMount,
-    AdoptSolution,
-    CountedPicture,
-    ForgetRoom,
-    LookAtPicture,
-    OpenLaser,
-    RefreshSession,
-    SessionAnswer,
-    SessionChange,
-    SolvedMount,
-    SweepScan,
-)
 from console.calibration.laser_state import LaserState, resumed
 from console.calibration.session_worker import SessionWorker
 from console.messages.calibration import (
@@ -62,11 +49,11 @@ class LaserWorker(SessionWorker):
         """Every job it knows."""
         return (
             *self.shared_handlers,
-            OpenLaser.handled_by(self.open),
-            LookAtPicture.handled_by(self.look),
-            SweepScan.handled_by(self.sweep),
-            ForgetRoom.handled_by(self.forget_room),
-            AcceptMount.handled_by(self.accept),
+            jobs.OpenLaser.handled_by(self.open),
+            jobs.LookAtPicture.handled_by(self.look),
+            jobs.SweepScan.handled_by(self.sweep),
+            jobs.ForgetRoom.handled_by(self.forget_room),
+            jobs.AcceptMount.handled_by(self.accept),
         )
 
     @property
@@ -77,12 +64,12 @@ class LaserWorker(SessionWorker):
     def _names(self) -> list[str]:
         return [pose.name for pose in self._session.poses]
 
-    def open(self, job: OpenLaser) -> SessionAnswer:
+    def open(self, job: jobs.OpenLaser) -> jobs.SessionAnswer:
         """Begin, or go on."""
         self._session = resumed(job.board, job.camera, job.mount, job.state)
-        return self.refresh() if job.solved is None else self.adopt(AdoptSolution(job.solved))
+        return self.refresh() if job.solved is None else self.adopt(jobs.AdoptSolution(job.solved))
 
-    def look(self, job: LookAtPicture) -> SessionAnswer:
+    def look(self, job: jobs.LookAtPicture) -> jobs.SessionAnswer:
         """Look for the still board in a live picture of the robot."""
         grey, model = job.grey, self._session.model
         if grey.shape != (model.height, model.width):
@@ -93,7 +80,7 @@ class LaserWorker(SessionWorker):
         self._grey = grey
         return self._answer(verdict=self._session.look(grey, job.stamp))
 
-    def sweep(self, job: SweepScan) -> SessionAnswer:
+    def sweep(self, job: jobs.SweepScan) -> jobs.SessionAnswer:
         """Look at a scan: first of the empty room, then of the still board."""
         scan = job.scan
         empty, first = self._session.background is None, self._scan is None
@@ -105,28 +92,28 @@ class LaserWorker(SessionWorker):
         answer = msgspec.structs.replace(answer, scan=self._shown(scan), room_known=room_known)
         if verdict is None or not is_counted or self._grey is None:
             return answer
-        counted = CountedPicture(verdict.name, png(self._grey), jpeg(self._grey, THUMBNAIL_PX))
+        counted = jobs.CountedPicture(verdict.name, png(self._grey), jpeg(self._grey, THUMBNAIL_PX))
         return msgspec.structs.replace(answer, counted=counted, check=self._check())
 
-    def forget_room(self, _: ForgetRoom) -> SessionAnswer:
+    def forget_room(self, _: jobs.ForgetRoom) -> jobs.SessionAnswer:
         """Look at the empty room again."""
         self._session.forget_room()
         words = "The empty room is looked at again: step out of the laser's view."
         return self._answer(changed=True, verdict=LaserVerdict(kind="background", words=words))
 
-    def refresh(self, _: RefreshSession | None = None) -> SessionAnswer:
+    def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
         """All of it, as it is."""
         return self._answer(changed=True)
 
-    def adopt(self, job: AdoptSolution) -> SessionAnswer:
+    def adopt(self, job: jobs.AdoptSolution) -> jobs.SessionAnswer:
         """Take over a solution of the solver worker."""
-        assert isinstance(job.solved, SolvedMount)
+        assert isinstance(job.solved, jobs.SolvedMount)
         poses = tuple(each.pose for each in self._session.taken if each.pose.name in job.solved.names)
         self._session.adopt(job.solved.calibration, poses)
         self._solved = tuple(pose.name for pose in poses)
         return self.refresh()
 
-    def accept(self, job: AcceptMount) -> AcceptedMount:
+    def accept(self, job: jobs.AcceptMount) -> jobs.AcceptedMount:
         """The mount as it is stored."""
         session, found = self._session, self._session.calibration
         self.check_acceptable(solved=found is not None, force=job.force)
@@ -134,11 +121,11 @@ class LaserWorker(SessionWorker):
         if found.extrinsics.unknown:
             raise Refused(weak_words(found.extrinsics)[0])
         document = kept(session.model, board=session.board, laser=found)
-        return AcceptedMount(document, laser_report(found, self._names, session.board, session.model))
+        return jobs.AcceptedMount(document, laser_report(found, self._names, session.board, session.model))
 
-    def _answer(self, *, changed: bool = False, verdict: LaserVerdict | None = None) -> SessionAnswer:
+    def _answer(self, *, changed: bool = False, verdict: LaserVerdict | None = None) -> jobs.SessionAnswer:
         model = self._session.model
-        return SessionAnswer(
+        return jobs.SessionAnswer(
             size=(model.width, model.height),
             verdict=None if verdict is None else self._verdict(verdict),
             change=self._change() if changed else None,
@@ -154,9 +141,9 @@ class LaserWorker(SessionWorker):
             beams=None if verdict.beams is None else verdict.beams.tolist(),
         )
 
-    def _change(self) -> SessionChange:
+    def _change(self) -> jobs.SessionChange:
         session, progress = self._session, self._session.progress()
-        return SessionChange(
+        return jobs.SessionChange(
             advice=advised_view(session.advice()),
             progress=CalibrationProgress(
                 views=progress.poses,

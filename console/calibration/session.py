@@ -10,28 +10,8 @@ from contextlib import asynccontextmanager
 
 import msgspec
 
+from console.calibration import jobs
 from console.calibration.codec import camera_in
-from console.calibration.jobs import (
-    AcceptCamera,
-    AcceptedCamera,
-    AcceptedMount,
-    AcceptMount,
-    AdoptSolution,
-    CameraSolution,
-    CountedPicture,
-    LaserSolution,
-    LookAtWebcam,
-    MeasureCorrection,
-    OpenCamera,
-    OpenLaser,
-    RefreshSession,
-    SessionAnswer,
-    SessionChange,
-    SolveCamera,
-    SolvedViews,
-    SolveLaser,
-    TakeUpload,
-)
 from console.calibration.session_store import FORM_VERSION, SessionStore, StoredSession
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationSolving, CalibrationVerdict, VerdictKind
@@ -105,7 +85,7 @@ class CalibrationSession(ABC):
         self._names: list[str] = []  # of the views that take part
         self._stale = False
         self._given_up: list[str] | None = None  # views that could not be solved
-        self._solved: SolvedViews | None = None
+        self._solved: jobs.SolvedViews | None = None
         self._solver, self._shown, self._tell, self._worker = solver, shown, tell, Worker(kept.card.kind)
         self._opened = 0  # the worker's start at which the session was laid on it
         self._turn = asyncio.Lock()
@@ -125,43 +105,45 @@ class CalibrationSession(ABC):
         return self._waiting > 0 or self.solver is not None
 
     @abstractmethod
-    def _opening(self) -> Job[SessionAnswer]:
+    def _opening(self) -> Job[jobs.SessionAnswer]:
         """The job that lays the session before its worker."""
 
     @abstractmethod
-    async def _solution(self) -> CameraSolution | LaserSolution:
+    async def _solution(self) -> jobs.CameraSolution | jobs.LaserSolution:
         """Have the session solved. Raises BeckonError."""
 
     @abstractmethod
-    async def _acceptance(self, *, force: bool) -> AcceptedCamera | AcceptedMount:
+    async def _acceptance(self, *, force: bool) -> jobs.AcceptedCamera | jobs.AcceptedMount:
         """Have the solution accepted. Raises Refused with the reason."""
 
     async def act(
         self,
-        job: Job[SessionAnswer],
+        job: Job[jobs.SessionAnswer],
         *,
         budget: float = BUDGET_S,
         stamp: float | None = None,
         patient: bool = False,
-    ) -> SessionAnswer:
+    ) -> jobs.SessionAnswer:
         """One job at the worker → its answer, shown and saved already. Raises Problem, BadInput, Refused.
 
         `patient`: this caller may wait behind however many others.
         """
         async with self._queued(patient=patient):
             answer = await self._asked(job, budget)
-            await self._took(answer, job.content if isinstance(job, LookAtWebcam | TakeUpload) else None, stamp)
+            await self._took(
+                answer, job.content if isinstance(job, jobs.LookAtWebcam | jobs.TakeUpload) else None, stamp
+            )
         self.solve_soon()
         return answer
 
-    async def accept(self, *, force: bool) -> AcceptedCamera | AcceptedMount:
+    async def accept(self, *, force: bool) -> jobs.AcceptedCamera | jobs.AcceptedMount:
         """The document and the report of the solution. Raises Refused with the reason, Problem 503.
 
         What is being solved is waited for. A restart costs the solution all but what is shown of it; then it is
         solved again first, of the same views.
         """
         if self._solved is None and self.shown.solution is not None:
-            await self.act(RefreshSession())
+            await self.act(jobs.RefreshSession())
         try:
             async with asyncio.timeout(SOLVE_PATIENCE):
                 await self._settled.wait()
@@ -200,7 +182,7 @@ class CalibrationSession(ABC):
 
     async def solve_now(self) -> None:
         """Solve, even what could not be solved before. Raises Refused with too few views, or with nothing new."""
-        await self.act(RefreshSession())
+        await self.act(jobs.RefreshSession())
         if not self._stale:
             covered = self._solved is not None and self._solved.names == self._names
             raise Refused(COVERED if covered else self.shown.progress.words)
@@ -270,7 +252,7 @@ class CalibrationSession(ABC):
         self._opened = self._worker.starts
         self._learn(answer)
 
-    async def _took(self, answer: SessionAnswer, content: bytes | None, stamp: float | None) -> None:
+    async def _took(self, answer: jobs.SessionAnswer, content: bytes | None, stamp: float | None) -> None:
         if answer.counted is not None:
             await self._keep(answer.counted, content)
         self._learn(answer, stamp)
@@ -278,7 +260,7 @@ class CalibrationSession(ABC):
             await self.save()
         self._shown(self, answer.counted is not None)
 
-    def _learn(self, answer: SessionAnswer, stamp: float | None = None) -> None:
+    def _learn(self, answer: jobs.SessionAnswer, stamp: float | None = None) -> None:
         """Update what the page is shown."""
         shown = self.shown
         shown.size = answer.size
@@ -290,7 +272,7 @@ class CalibrationSession(ABC):
         if answer.verdict is not None:
             self._show_verdict(answer.verdict, stamp)
 
-    def _learn_change(self, change: SessionChange) -> None:
+    def _learn_change(self, change: jobs.SessionChange) -> None:
         shown = self.shown
         shown.progress, shown.uncertainty, shown.views = change.progress, change.uncertainty, change.views
         shown.advice = None if change.advice is None else change.advice.shown
@@ -311,7 +293,7 @@ class CalibrationSession(ABC):
             self.last_counted = self._number
             self._counted_until = time.monotonic() + DWELL_S
 
-    async def _keep(self, counted: CountedPicture, content: bytes | None) -> None:
+    async def _keep(self, counted: jobs.CountedPicture, content: bytes | None) -> None:
         """The picture of a view that was counted."""
         picture = counted.picture or content
         if not picture:
@@ -345,7 +327,7 @@ class CalibrationSession(ABC):
             self.shown.solution = dict(result.report)
             self.shown.active_compare = self.compare()
             self.exports = result.exports
-            await self.act(AdoptSolution(result.solved), patient=True)
+            await self.act(jobs.AdoptSolution(result.solved), patient=True)
         except (BeckonError, Problem) as wrong:
             self._given_up = names
             self.trouble(f"Not solved: {wrong}")
@@ -357,7 +339,7 @@ class CalibrationSession(ABC):
             return
         solution = self.shown.solution
         try:
-            solution["correction"] = await self._solver.ask(MeasureCorrection(camera), budget=BUDGET_S)
+            solution["correction"] = await self._solver.ask(jobs.MeasureCorrection(camera), budget=BUDGET_S)
         except BeckonError:
             return
         await self.save()
@@ -367,29 +349,31 @@ class CalibrationSession(ABC):
 class CameraCalibrationSession(CalibrationSession):
     """A session that finds the camera's own parameters."""
 
-    def _opening(self) -> OpenCamera:
-        return OpenCamera(self.card.board, self._state, self._solved)
+    def _opening(self) -> jobs.OpenCamera:
+        return jobs.OpenCamera(self.card.board, self._state, self._solved)
 
-    async def _solution(self) -> CameraSolution:
-        return await self._solver.ask(SolveCamera(self.card.board, self._state, self.printed), budget=SOLVE_BUDGET)
+    async def _solution(self) -> jobs.CameraSolution:
+        return await self._solver.ask(
+            jobs.SolveCamera(self.card.board, self._state, self.printed), budget=SOLVE_BUDGET
+        )
 
-    async def _acceptance(self, *, force: bool) -> AcceptedCamera:
-        return await self._asked(AcceptCamera(force))
+    async def _acceptance(self, *, force: bool) -> jobs.AcceptedCamera:
+        return await self._asked(jobs.AcceptCamera(force))
 
 
 class LaserCalibrationSession(CalibrationSession):
     """A session that finds how a calibrated camera is mounted on the laser."""
 
-    def _opening(self) -> OpenLaser:
+    def _opening(self) -> jobs.OpenLaser:
         camera, mount = self.card.camera, self.card.mount
         assert camera is not None and mount is not None
-        return OpenLaser(self.card.board, self._state, self._solved, camera, mount.mount)
+        return jobs.OpenLaser(self.card.board, self._state, self._solved, camera, mount.mount)
 
-    async def _solution(self) -> LaserSolution:
+    async def _solution(self) -> jobs.LaserSolution:
         camera, mount = self.card.camera, self.card.mount
         assert camera is not None and mount is not None
-        job = SolveLaser(self.card.board, self._state, camera, mount.mount, self.printed)
+        job = jobs.SolveLaser(self.card.board, self._state, camera, mount.mount, self.printed)
         return await self._solver.ask(job, budget=SOLVE_BUDGET)
 
-    async def _acceptance(self, *, force: bool) -> AcceptedMount:
-        return await self._asked(AcceptMount(force))
+    async def _acceptance(self, *, force: bool) -> jobs.AcceptedMount:
+        return await self._asked(jobs.AcceptMount(force))

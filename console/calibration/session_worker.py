@@ -5,14 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Protocol
 
-from console.calibration.jobs import (
-    AdoptSolution,
-    DropView,
-    RefreshSession,
-    RestoreView,
-    SessionAnswer,
-    SkipAdvice,
-)
+from console.calibration import jobs
 from console.workers.job import Handler
 from core.errors import Refused
 
@@ -73,35 +66,35 @@ class SessionWorker(ABC):
         """Names of the views that take part."""
 
     @abstractmethod
-    def adopt(self, job: AdoptSolution) -> SessionAnswer:
+    def adopt(self, job: jobs.AdoptSolution) -> jobs.SessionAnswer:
         """Take over a solution of the solver worker."""
 
     @abstractmethod
-    def refresh(self, _: RefreshSession | None = None) -> SessionAnswer:
+    def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
         """All of it, as it is."""
 
     @property
     def shared_handlers(self) -> tuple[Handler, ...]:
         """The jobs of both."""
         return (
-            RefreshSession.handled_by(self.refresh),
-            DropView.handled_by(self.drop),
-            RestoreView.handled_by(self.restore),
-            SkipAdvice.handled_by(self.skip),
-            AdoptSolution.handled_by(self.adopt),
+            jobs.RefreshSession.handled_by(self.refresh),
+            jobs.DropView.handled_by(self.drop),
+            jobs.RestoreView.handled_by(self.restore),
+            jobs.SkipAdvice.handled_by(self.skip),
+            jobs.AdoptSolution.handled_by(self.adopt),
         )
 
-    def drop(self, job: DropView) -> SessionAnswer:
+    def drop(self, job: jobs.DropView) -> jobs.SessionAnswer:
         """Leave a view out."""
         self._wizard.drop(job.name)
         return self.refresh()
 
-    def restore(self, job: RestoreView) -> SessionAnswer:
+    def restore(self, job: jobs.RestoreView) -> jobs.SessionAnswer:
         """Take it back in."""
         self._wizard.restore(job.name)
         return self.refresh()
 
-    def skip(self, _: SkipAdvice) -> SessionAnswer:
+    def skip(self, _: jobs.SkipAdvice) -> jobs.SessionAnswer:
         """Another suggestion."""
         self._wizard.skip()
         return self.refresh()

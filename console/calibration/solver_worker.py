@@ -7,23 +7,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from console.calibration import jobs
 from console.calibration.camera_worker import read_grey
 from console.calibration.codec import board_of, jpeg
-from console.calibration.jobs import (
-    CameraSolution,
-    CameraSolutionReport,
-    ImportedCamera,
-    ImportedCameraReport,
-    ImportedMount,
-    LaserSolution,
-    MeasureCorrection,
-    ReadCalibrationFile,
-    SolveCamera,
-    SolvedCamera,
-    SolvedMount,
-    SolveLaser,
-    StraightenPicture,
-)
 from console.calibration.laser_state import resumed
 from console.workers.job import Handler
 from core.calibration.camera.facts import known_facts
@@ -56,21 +42,21 @@ class SolverWorker:
     def handlers(self) -> tuple[Handler, ...]:
         """Every job it knows."""
         return (
-            SolveCamera.handled_by(self.solve_camera),
-            SolveLaser.handled_by(self.solve_laser),
-            MeasureCorrection.handled_by(self.correction),
-            StraightenPicture.handled_by(self.picture),
-            ReadCalibrationFile.handled_by(self.read_file),
+            jobs.SolveCamera.handled_by(self.solve_camera),
+            jobs.SolveLaser.handled_by(self.solve_laser),
+            jobs.MeasureCorrection.handled_by(self.correction),
+            jobs.StraightenPicture.handled_by(self.picture),
+            jobs.ReadCalibrationFile.handled_by(self.read_file),
         )
 
-    def solve_camera(self, job: SolveCamera) -> CameraSolution:
+    def solve_camera(self, job: jobs.SolveCamera) -> jobs.CameraSolution:
         """Solve a camera's session."""
         session = CameraSession.resumed(msgspec.json.decode(job.state, type=CameraState))
         session.board = board_of(job.board)
         names = [view.name for view in session.views]
         found = session.solve()
         report = camera_report(found)
-        shown: CameraSolutionReport = {
+        shown: jobs.CameraSolutionReport = {
             **report,
             "views_refused": [
                 {"image": each.name, "reason": each.reason} for each in found.verdicts if not each.used
@@ -79,22 +65,22 @@ class SolverWorker:
         }
         if job.printed:
             shown["eq_44"] = equation_44(found.model)
-        return CameraSolution(SolvedCamera(found, names), shown, camera_exports(found, report))
+        return jobs.CameraSolution(jobs.SolvedCamera(found, names), shown, camera_exports(found, report))
 
-    def solve_laser(self, job: SolveLaser) -> LaserSolution:
+    def solve_laser(self, job: jobs.SolveLaser) -> jobs.LaserSolution:
         """Solve a laser's session."""
         session = resumed(job.board, job.camera, job.mount, job.state)
         names = [pose.name for pose in session.poses]
         found = session.solve(printed=job.printed)
         report = laser_report(found, names, session.board, session.model)
         exports = laser_exports(found, session.board, session.model)
-        return LaserSolution(SolvedMount(found, names), report, exports)
+        return jobs.LaserSolution(jobs.SolvedMount(found, names), report, exports)
 
-    def correction(self, job: MeasureCorrection) -> CorrectionReport:
+    def correction(self, job: jobs.MeasureCorrection) -> CorrectionReport:
         """Measure the errors of Table 1's inverse and of the exact one."""
         return correction_report(job.camera)
 
-    def picture(self, job: StraightenPicture) -> bytes:
+    def picture(self, job: jobs.StraightenPicture) -> bytes:
         """Show a stored picture."""
         grey, _ = read_grey(job.content)
         if job.camera is not None:
@@ -104,7 +90,7 @@ class SolverWorker:
             grey = straighten(grey, exact_map(model))
         return jpeg(grey)
 
-    def read_file(self, job: ReadCalibrationFile) -> ImportedCamera | ImportedMount:
+    def read_file(self, job: jobs.ReadCalibrationFile) -> jobs.ImportedCamera | jobs.ImportedMount:
         """Read a file of any form."""
         text = job.text
         if not holds_mount(text):
@@ -120,7 +106,7 @@ class SolverWorker:
         entry: Any = own.get("extrinsics", {**both_ways(mount)})
         if not isinstance(entry, dict):
             raise BadInput("It holds no mount.")
-        return ImportedMount(
+        return jobs.ImportedMount(
             kept(model),
             entry,
             {
@@ -131,18 +117,18 @@ class SolverWorker:
         )
 
 
-def imported_camera(text: str) -> ImportedCamera:
+def imported_camera(text: str) -> jobs.ImportedCamera:
     """The text of a camera's file → the camera and what is known about it. Raises BadInput."""
     model = parse_camera(text)
     document = kept(model)
-    report: ImportedCameraReport = {**camera_numbers(model), "warnings": [FROM_FILE]}
+    report: jobs.ImportedCameraReport = {**camera_numbers(model), "warnings": [FROM_FILE]}
     known, board = known_facts(text)
     document["camera"] = {**document["camera"], **known}
     if board is not None:
         document["board"] = board
     if "free" in known and "sd" in known:
         report["sd"] = dict(zip(known["free"], known["sd"], strict=True))
-    return ImportedCamera(document, report)
+    return jobs.ImportedCamera(document, report)
 
 
 def residuals(found: Calibration) -> list[list[float]]:

@@ -23,15 +23,7 @@ from console.robot.link import RobotLink
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
 from core.message import Array
-from core.robots.requests import (
-    AnswerT,
-    CancelGoal,
-    OwnNavigation,
-    PlanarPose,
-    ReadNavigation,
-    RobotRequest,
-    SendGoal,
-)
+from core.robots import requests
 from core.sensors import SensorFrame
 from core.snapshot import Ending, Snapshot
 
@@ -81,7 +73,7 @@ class OwnNavigationService(Part):
         self, robot: RobotLink, dispatcher: CommandDispatcher, history: History, notifications: Notifications
     ) -> None:
         self.shown = True  # in the scene
-        self.newest: OwnNavigation | None = None  # its map apart
+        self.newest: requests.OwnNavigation | None = None  # its map apart
         self.map: DecodedMap | None = None
         self.map_view: OwnMapView | None = None  # for the scene; None: nothing is shown
         self.own_from_map: Pose | None = None  # where the robot's map lies on Beckon's; None: not known
@@ -131,7 +123,7 @@ class OwnNavigationService(Part):
                 raise Refused(UNALIGNED)
             goal = self.own_from_map.inverse() @ goal
         self._dispatcher.admit_own_navigation(who)
-        request = SendGoal(x_m=goal.x, y_m=goal.y, heading_rad=goal.heading)
+        request = requests.SendGoal(x_m=goal.x, y_m=goal.y, heading_rad=goal.heading)
         words = f"goal ({goal.x:.2f}, {goal.y:.2f}) on the robot's own map"
         async with self._one_at_a_time:
             self._end("pre-empted", "Another goal came after it.")
@@ -148,7 +140,7 @@ class OwnNavigationService(Part):
         """Let the robot's own navigation stand, if it drives for Beckon. Raises Refused, Unavailable."""
         if self.there:
             async with self._one_at_a_time:
-                answer = await self._ask(CancelGoal())
+                answer = await self._ask(requests.CancelGoal())
                 self._end("cancelled", CANCELLED)
                 self._take(answer)
 
@@ -174,12 +166,12 @@ class OwnNavigationService(Part):
     async def _look(self) -> None:
         known = self.map.number if self.map is not None else 0
         async with self._one_at_a_time:
-            self._take(await self._ask(ReadNavigation(known_map=known)))
+            self._take(await self._ask(requests.ReadNavigation(known_map=known)))
 
-    async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+    async def _ask(self, request: requests.RobotRequest[requests.AnswerT]) -> requests.AnswerT:
         return await asyncio.to_thread(self._robot.ask, request)
 
-    def _take(self, answer: OwnNavigation) -> None:
+    def _take(self, answer: requests.OwnNavigation) -> None:
         if answer.map is not None:
             try:
                 self.map = decoded(answer)
@@ -198,7 +190,7 @@ class OwnNavigationService(Part):
             if state in ("done", "cancelled"):
                 self._notifications.tell("info", remark)
 
-    def _align(self, answer: OwnNavigation) -> None:
+    def _align(self, answer: requests.OwnNavigation) -> None:
         """Update the place of the robot's map on Beckon's, from both poses at one time."""
         if answer.pose is None or not self._poses:
             return
@@ -224,7 +216,7 @@ class OwnNavigationService(Part):
         )
 
 
-def decoded(answer: OwnNavigation) -> DecodedMap:
+def decoded(answer: requests.OwnNavigation) -> DecodedMap:
     """The map in an answer. Raises BadInput."""
     assert answer.map is not None
     cells = cv2.imdecode(np.frombuffer(answer.map.png, np.uint8), cv2.IMREAD_GRAYSCALE)
@@ -233,6 +225,6 @@ def decoded(answer: OwnNavigation) -> DecodedMap:
     return DecodedMap(answer.map_number, cells, answer.map.width_m, answer.map.height_m, as_pose(answer.map.origin))
 
 
-def as_pose(said: PlanarPose) -> Pose:
+def as_pose(said: requests.PlanarPose) -> Pose:
     """A pose as it was handed on → a pose."""
     return Pose(said.x_m, said.y_m, said.heading_rad)

@@ -16,18 +16,7 @@ from console.part import Part
 from console.robot.link import RobotLink
 from core.pilot.replayed_drive import ReplayFrame
 from core.recording.drive import NO_OWN_RECORDING
-from core.robots.requests import (
-    Pause,
-    Play,
-    PlaybackMark,
-    PlaybackState,
-    ReadMarks,
-    ReadPlayback,
-    RobotRequest,
-    Seek,
-    SetSpeed,
-    ShowWay,
-)
+from core.robots import requests
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
 
@@ -53,11 +42,13 @@ class PlaybackController(Part):
 
     def __init__(self, robot: RobotLink, history: History, notifications: Notifications) -> None:
         self.speed = 1.0  # of the playback, times real time
-        self.state: PlaybackState | None = None  # newest of a recording that says how it plays with every frame
+        self.state: requests.PlaybackState | None = (
+            None  # newest of a recording that says how it plays with every frame
+        )
         self._robot = robot
         self._history = history
         self._notifications = notifications
-        self._marks: tuple[PlaybackMark, ...] | None = None
+        self._marks: tuple[requests.PlaybackMark, ...] | None = None
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """Take how it plays."""
@@ -77,12 +68,12 @@ class PlaybackController(Part):
             )
         self._history.add("playback", who, words=order.action)
 
-    async def read(self) -> tuple[PlaybackState, tuple[PlaybackMark, ...]]:
+    async def read(self) -> tuple[requests.PlaybackState, tuple[requests.PlaybackMark, ...]]:
         """How it plays, and what happened in it. Raises Problem 404 where none plays."""
         self._check(404)
         if self._marks is None:
-            self._marks = (await asyncio.to_thread(self._robot.ask, ReadMarks())).marks
-        return await asyncio.to_thread(self._robot.ask, ReadPlayback()), self._marks
+            self._marks = (await asyncio.to_thread(self._robot.ask, requests.ReadMarks())).marks
+        return await asyncio.to_thread(self._robot.ask, requests.ReadPlayback()), self._marks
 
     def file(self, status: int) -> Path:
         """The recording that plays. Raises Problem where none of Beckon's own does."""
@@ -95,22 +86,22 @@ class PlaybackController(Part):
         if "replay" not in self._robot.profile.capabilities:
             raise Problem(status, NO_RECORDING)
 
-    def _request(self, order: PlaybackOrder) -> RobotRequest[PlaybackState]:
+    def _request(self, order: PlaybackOrder) -> requests.RobotRequest[requests.PlaybackState]:
         """Request to the recording's driver. Raises Problem 422 where a value is missing."""
         match order.action:
             case "play":
-                return Play()
+                return requests.Play()
             case "pause":
-                return Pause()
+                return requests.Pause()
             case "speed":
                 if order.speed is None:
                     raise Problem(422, "A speed needs a value: speed.")
-                return SetSpeed(value=order.speed)
+                return requests.SetSpeed(value=order.speed)
             case "seek":
                 if order.t_s is None:
                     raise Problem(422, "To seek needs a time: t_s.")
-                return Seek(value=order.t_s / (self._robot.profile.duration or 1.0))
+                return requests.Seek(value=order.t_s / (self._robot.profile.duration or 1.0))
             case "way":
                 if order.way is None:
                     raise Problem(422, "To show another way needs its name: way.")
-                return ShowWay(way=order.way, compare=order.compare)
+                return requests.ShowWay(way=order.way, compare=order.compare)

@@ -20,16 +20,7 @@ from console.robot.link import RobotLink
 from console.workers.demo_runner import Demo, DemoRunner
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
-from core.robots.requests import (
-    AnswerT,
-    Ask,
-    PlacedThing,
-    PlaceThing,
-    ReadPlan,
-    ReadTruth,
-    RemoveThing,
-    RobotRequest,
-)
+from core.robots import requests
 from core.sensors import Camera, Image
 
 log = logging.getLogger(__name__)
@@ -50,17 +41,17 @@ RETURN_SIDES = 8  # in which they look for a place there
 class DemoPerson:
     """Owned by one task. `ask(request)` awaits the driver's answer and raises BadInput where one cannot stand."""
 
-    def __init__(self, ask: Ask, camera: Camera | None, look: int, person: str = "") -> None:
+    def __init__(self, ask: requests.Ask, camera: Camera | None, look: int, person: str = "") -> None:
         """`person`: the one in the room who shows themselves; "": one comes in, in the clothes of that number."""
         self._ask, self._camera = ask, camera
         self._look = LOOKS[look % len(LOOKS)]
         self._id, self._inhabitant = person or ID, bool(person)
-        self._out: list[PlacedThing] = []  # people who left the room, as they were before
+        self._out: list[requests.PlacedThing] = []  # people who left the room, as they were before
         self._shown = False  # someone stands before the camera
 
     async def sit(self, enrollment: EnrollmentSession, capture: Capture) -> None:
         """Show every gesture of the enrollment; then who came in stays, to be come to. Raises Refused, BadInput."""
-        robot = await self._ask(ReadTruth())
+        robot = await self._ask(requests.ReadTruth())
         here = Pose(robot.x_m, robot.y_m, robot.heading_rad)
         await self._empty(here)
         places = [here @ Pose(far * math.cos(angle), far * math.sin(angle), 0.0) for far, angle in self._towards()]
@@ -84,15 +75,15 @@ class DemoPerson:
         """Out of the room, unless everything was shown; and everybody else is back where they were."""
         if self._shown:
             with contextlib.suppress(BeckonError):  # was taken away
-                await self._ask(RemoveThing(id=self._id))
+                await self._ask(requests.RemoveThing(id=self._id))
         for one in self._out:
             with contextlib.suppress(BeckonError):
                 await self._return(one)
 
     async def _empty(self, here: Pose) -> None:
         """Let all people whom the camera sees leave the room, and who shows themselves. Raises Refused."""
-        things = (await self._ask(ReadPlan())).things
-        people = [one for one in things if isinstance(one, PlacedThing) and one.what == "person"]
+        things = (await self._ask(requests.ReadPlan())).things
+        people = [one for one in things if isinstance(one, requests.PlacedThing) and one.what == "person"]
         if self._inhabitant:
             shows = next((one for one in people if one.id == self._id), None)
             if shows is None:
@@ -102,9 +93,9 @@ class DemoPerson:
             if one.id == self._id or self._sees(here, one):
                 if self._inhabitant or one.id != ID:  # that one is left over from an earlier demonstration
                     self._out.append(one)  # first: it may be stopped at any request
-                await self._ask(RemoveThing(id=one.id))
+                await self._ask(requests.RemoveThing(id=one.id))
 
-    def _sees(self, here: Pose, one: PlacedThing) -> bool:
+    def _sees(self, here: Pose, one: requests.PlacedThing) -> bool:
         """Return whether a robot `here` has them, or a part of them, in its picture."""
         if self._camera is None:
             return False
@@ -112,7 +103,7 @@ class DemoPerson:
         bearing = math.remainder(here.bearing_to(one.x_m, one.y_m) - self._axis, math.tau)
         return abs(bearing) < half
 
-    async def _return(self, one: PlacedThing) -> None:
+    async def _return(self, one: requests.PlacedThing) -> None:
         """Let a person come back to where they were, or near to it where the robot or a thing is now."""
         for away in RETURN_DISTANCES_M:
             for side in range(RETURN_SIDES if away else 1):
@@ -120,7 +111,7 @@ class DemoPerson:
                 y = one.y_m + away * math.sin(side * math.tau / RETURN_SIDES)
                 with contextlib.suppress(BadInput):
                     await self._ask(
-                        PlaceThing(
+                        requests.PlaceThing(
                             "person",
                             x,
                             y,
@@ -142,7 +133,7 @@ class DemoPerson:
         for place in places:
             with contextlib.suppress(BadInput):
                 await self._stand(place, None)
-                await self._ask(RemoveThing(id=self._id))
+                await self._ask(requests.RemoveThing(id=self._id))
                 self._shown = False
                 return
         raise Refused(NO_ROOM)
@@ -169,10 +160,10 @@ class DemoPerson:
 
     async def _stand(self, place: Pose, gesture: Gesture | None) -> None:
         """Face the robot, or turn aside."""
-        robot = await self._ask(ReadTruth())
+        robot = await self._ask(requests.ReadTruth())
         facing = math.atan2(robot.y_m - place.y, robot.x_m - place.x)
         turned = math.pi / 2 if gesture is not None and gesture.name == "side" else 0.0
-        person = PlaceThing(
+        person = requests.PlaceThing(
             what="person",
             id=self._id,
             x_m=place.x,
@@ -234,13 +225,13 @@ class EnrollmentDemo:
         """Nobody who showed something is in the room any more. Raises Unavailable."""
         await self.stop()
         with contextlib.suppress(BadInput):  # nobody is there
-            await self._ask(RemoveThing(id=ID))
+            await self._ask(requests.RemoveThing(id=ID))
         self.stands = False
 
     async def _capture(self, enrollment: EnrollmentSession, what: str) -> None:
         """Take a picture of how the room is now: none that was on its way already. Raises Problem, BeckonError."""
         enrollment.waits = WAITS
-        now = (await self._ask(ReadTruth())).stamp_s
+        now = (await self._ask(requests.ReadTruth())).stamp_s
         until = time.monotonic() + PICTURE_TIMEOUT_S
         while (image := self._newest()) is None or image.stamp <= now:
             if time.monotonic() > until:
@@ -248,5 +239,5 @@ class EnrollmentDemo:
             await asyncio.sleep(LOOK_PERIOD_S)
         await self._take(enrollment, what, image)
 
-    async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+    async def _ask(self, request: requests.RobotRequest[requests.AnswerT]) -> requests.AnswerT:
         return await asyncio.to_thread(self._robot.ask, request, ANSWER_TIMEOUT_S)

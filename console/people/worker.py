@@ -7,15 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from console.people.jobs import (
-    JudgePicture,
-    LearnPerson,
-    PersonPicture,
-    ReadBackground,
-    SeenBackground,
-    SeenPerson,
-    UploadedPicture,
-)
+from console.people import jobs
 from console.workers.job import Handler
 from console.workers.pictures import decode_upload, in_colour
 from core.errors import BadInput
@@ -42,29 +34,29 @@ class PeopleWorker:
     def handlers(self) -> tuple[Handler, ...]:
         """Every job it knows."""
         return (
-            ReadBackground.handled_by(self.background),
-            JudgePicture.handled_by(self.judge),
-            LearnPerson.handled_by(self.learn),
+            jobs.ReadBackground.handled_by(self.background),
+            jobs.JudgePicture.handled_by(self.judge),
+            jobs.LearnPerson.handled_by(self.learn),
         )
 
-    def background(self, job: ReadBackground) -> SeenBackground:
+    def background(self, job: jobs.ReadBackground) -> jobs.SeenBackground:
         """Look at a picture without anybody."""
         pixels = pixels_of(job.picture)
         check_light(pixels)
-        return SeenBackground(size_of(pixels), jpeg(pixels), pixels)
+        return jobs.SeenBackground(size_of(pixels), jpeg(pixels), pixels)
 
-    def judge(self, job: JudgePicture) -> SeenPerson:
+    def judge(self, job: jobs.JudgePicture) -> jobs.SeenPerson:
         """Look at a picture of a person."""
         pixels, empty = pixels_of(job.picture), job.background
         size, picture = size_of(pixels), jpeg(pixels)
         try:
             found = person_image(pixels, empty, self._landmarks, gauge_of(job, pixels))
         except BadInput as wrong:
-            return SeenPerson(size, picture, str(wrong), outline_of(pixels, empty), None)
+            return jobs.SeenPerson(size, picture, str(wrong), outline_of(pixels, empty), None)
         outline = found.outline.tolist()
         if any(too_like(found, each) for each in job.taken):
-            return SeenPerson(size, picture, TOO_LIKE, outline, None)
-        return SeenPerson(size, picture, "", outline, found)
+            return jobs.SeenPerson(size, picture, TOO_LIKE, outline, None)
+        return jobs.SeenPerson(size, picture, "", outline, found)
 
     def _landmarks(self, pixels: Array, box: Box) -> Appearance | None:
         """The looks by the pose networks; None where these are not here, or see nobody."""
@@ -73,14 +65,14 @@ class PeopleWorker:
             self._networks = open_pose(checked_folder(found, MODEL))
         return None if self._networks is None else self._networks.looks_in(pixels, box)
 
-    def learn(self, job: LearnPerson) -> PersonProfile:
+    def learn(self, job: jobs.LearnPerson) -> PersonProfile:
         """Learn a person."""
         return learn(job.name, job.taken)
 
 
-def pixels_of(picture: PersonPicture) -> Array:
+def pixels_of(picture: jobs.PersonPicture) -> Array:
     """The robot's own picture, or a stranger's JPEG or PNG → (H, W, 3) uint8, not too large. Raises BadInput."""
-    if isinstance(picture, UploadedPicture):
+    if isinstance(picture, jobs.UploadedPicture):
         pixels = decode_upload(picture.content, cv2.IMREAD_COLOR)[0]
     else:
         pixels = in_colour(picture.pixels)
@@ -88,7 +80,7 @@ def pixels_of(picture: PersonPicture) -> Array:
     return pixels if factor >= 1 else cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
 
 
-def gauge_of(job: JudgePicture, pixels: Array) -> HeightGauge | None:
+def gauge_of(job: jobs.JudgePicture, pixels: Array) -> HeightGauge | None:
     """Return the gauge for the height in a robot's picture (H, W, 3); None: another camera took it."""
     if job.camera is None:
         return None

@@ -19,17 +19,7 @@ from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import ROOM, VoiceCommands
 from core.errors import BeckonError, Refused
 from core.message import Array
-from core.robots.requests import (
-    Ask,
-    FloorPlan,
-    GroundTruth,
-    Hush,
-    PlacedThing,
-    ReadPlan,
-    ReadTruth,
-    SetListening,
-    Speak,
-)
+from core.robots import requests
 
 NEAREST = "nearest"  # the speaker: the nearest person whom no wall hides
 PIECE_BYTES = 4096  # of sound that are handed on at once, 0.13 s
@@ -47,7 +37,7 @@ class RoomMouth:
     def __init__(
         self,
         wanted: str,
-        ask: Ask,
+        ask: requests.Ask,
         transcriber: RoomTranscriber,
         voice_commands: VoiceCommands,
         trouble: Callable[[str], None],
@@ -102,16 +92,18 @@ class RoomMouth:
             name = await speaker_in_room(self._ask, self._wanted)
             if (who := self._voice_commands.operator) is not None:
                 self._voice_commands.speaker = replace(who, name=f"{who.name}, through {name}'s mouth")
-            await self._ask(SetListening(on=True))
+            await self._ask(requests.SetListening(on=True))
             while True:
                 await self._news.wait()
                 self._news.clear()
                 if self._hushed:
-                    await self._ask(Hush(id=name))
+                    await self._ask(requests.Hush(id=name))
                     return
                 sound, self._waiting = bytes(self._waiting[:MAX_REQUEST_BYTES]), self._waiting[MAX_REQUEST_BYTES:]
                 over = self.over and not self._waiting
-                said = await self._ask(Speak(id=name, pcm=sound or SILENCE, rate_hz=AUDIO_RATE, more=not over))
+                said = await self._ask(
+                    requests.Speak(id=name, pcm=sound or SILENCE, rate_hz=AUDIO_RATE, more=not over)
+                )
                 if over:
                     await self._read_out(self._transcriber.stamp + said.seconds)
                     return
@@ -129,10 +121,10 @@ class RoomMouth:
             self._trouble("")
 
 
-async def speaker_in_room(ask: Ask, wanted: str) -> str:
+async def speaker_in_room(ask: requests.Ask, wanted: str) -> str:
     """The person of that name, or the nearest. Raises Refused where there is nobody, Unavailable."""
-    plan, truth = await ask(ReadPlan()), await ask(ReadTruth())
-    people = [thing for thing in plan.things if isinstance(thing, PlacedThing) and thing.what == "person"]
+    plan, truth = await ask(requests.ReadPlan()), await ask(requests.ReadTruth())
+    people = [thing for thing in plan.things if isinstance(thing, requests.PlacedThing) and thing.what == "person"]
     near = sorted(
         people, key=lambda one: (hidden(plan, truth, one), math.hypot(one.x_m - truth.x_m, one.y_m - truth.y_m))
     )
@@ -142,7 +134,7 @@ async def speaker_in_room(ask: Ask, wanted: str) -> str:
     return found.id
 
 
-def hidden(plan: FloorPlan, robot: GroundTruth, person: PlacedThing) -> bool:
+def hidden(plan: requests.FloorPlan, robot: requests.GroundTruth, person: requests.PlacedThing) -> bool:
     """Return whether a wall stands between the robot and a person."""
     here, there = (robot.x_m, robot.y_m), (person.x_m, person.y_m)
     reach = max(person.length_m, person.depth_m)  # the laser's walls hold the legs of the person, too

@@ -21,24 +21,11 @@ from pathlib import Path
 from typing import NoReturn
 
 from core.errors import BadInput
+from core.gate import requests
 from core.gate.gate import TICK_S, Gate
 from core.gate.latch import Latch
 from core.gate.limits import Limits, is_count
 from core.gate.packets import packet_socket, send_packet, take_packets
-from core.gate.requests import (
-    GateArm,
-    GateCap,
-    GateDisarm,
-    GateHalt,
-    GateHeartbeat,
-    GateLeave,
-    GateReach,
-    GateRequest,
-    GateReset,
-    GateStop,
-    read_report,
-    read_request,
-)
 from core.gate.scheduling import GATE_RANK, stay_first
 from core.gate.setpoint import Setpoint
 from core.gate.simulated_clock import SimulatedClock
@@ -129,7 +116,7 @@ class GateLoop:
     def _hear_console(self) -> None:
         packets, there = take_packets(self._console)
         for packet in packets:
-            if (request := read_request(packet)) is not None:
+            if (request := requests.read_request(packet)) is not None:
                 self._answer(request, self._now)
             if self._gate.twist != self._sent_twist and not self._gate.twist.moves:
                 self._tell_driver()
@@ -141,7 +128,7 @@ class GateLoop:
         packets, there = take_packets(self._driver)
         now = self._now
         for packet in packets:
-            report = read_report(packet)
+            report = requests.read_report(packet)
             if self._simulated is not None and report.stamp is not None:
                 self._simulated.report(report.stamp, time.monotonic())
             if report.points is not None:
@@ -159,30 +146,30 @@ class GateLoop:
             self._tell_driver()
         self._tell_console(always=False)
 
-    def _answer(self, request: GateRequest, now: float) -> None:
+    def _answer(self, request: requests.GateRequest, now: float) -> None:
         match request:
             case Setpoint():
                 self._gate.accept(request, now)
-            case GateHeartbeat() | GateReach():
+            case requests.GateHeartbeat() | requests.GateReach():
                 self._hear_sign(request, now)
-            case GateStop():
+            case requests.GateStop():
                 self._gate.stop(now)
-            case GateHalt(number):
+            case requests.GateHalt(number):
                 self._halt(number, now)
-            case GateReset():
+            case requests.GateReset():
                 self._reset(now)
-            case GateArm(epoch, owner):
+            case requests.GateArm(epoch, owner):
                 self._gate.arm(epoch, owner, now)
-            case GateDisarm():
+            case requests.GateDisarm():
                 self._gate.disarm(now)
-            case GateCap(speed):
+            case requests.GateCap(speed):
                 self._gate.cap(speed)
-            case GateLeave():
+            case requests.GateLeave():
                 self._leave(now)
 
-    def _hear_sign(self, sign: GateHeartbeat | GateReach, now: float) -> None:
+    def _hear_sign(self, sign: requests.GateHeartbeat | requests.GateReach, now: float) -> None:
         """The console is alive, or its pilot has come so far."""
-        if isinstance(sign, GateHeartbeat):
+        if isinstance(sign, requests.GateHeartbeat):
             self._gate.heartbeat(now)
         if self._simulated is not None:
             self._simulated.hear(sign)
