@@ -20,11 +20,9 @@ def test_every_code_names_its_subject_and_stands_once():
 
 
 @pytest.mark.parametrize("code", CHECKS)
-def test_the_page_has_the_same_sentence_and_a_translation_with_the_same_values(code):
-    english, german = (json.loads((I18N / name).read_text()) for name in ("en.json", "de.json"))
-    key = f"console.{code}"
-    assert english[key] == CHECKS[code].sentence
-    assert _values(german[key]) == _values(CHECKS[code].sentence)
+def test_the_page_has_a_translation_of_the_sentence_with_the_same_values(code):
+    german = json.loads((I18N / "de.json").read_text())
+    assert _values(german[f"console.{code}"]) == _values(CHECKS[code].sentence)
 
 
 def test_a_fault_says_its_sentence_with_the_values_and_only_the_newest_of_a_kind_is_kept():
