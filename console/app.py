@@ -30,7 +30,6 @@ from console.api.hearing import hearing
 from console.api.help import help_pages
 from console.api.lease import lease
 from console.api.login import login
-from console.api.looking import looking
 from console.api.maps import maps
 from console.api.metrics import metrics
 from console.api.microphones import microphones
@@ -41,7 +40,7 @@ from console.api.pending_command import pending_command
 from console.api.people import people
 from console.api.places import places
 from console.api.playback import playback
-from console.api.recognizer import recognizer
+from console.api.recognizer import looking, recognizer
 from console.api.recordings import recordings
 from console.api.reports import reports
 from console.api.routes import routes

@@ -11,6 +11,7 @@ export interface ActiveCalibrations {
 /** The detector that looks for people, and the model with which real people are seen. */
 export interface ActiveDetector {
   active: string;
+  model: string;
   installed: boolean;
   megabytes: number;
   gives: string;
