@@ -4,59 +4,37 @@ from __future__ import annotations
 
 import argparse
 import sys
+from importlib import import_module
 from typing import NoReturn
 
 from console import beckon_version
-from console.cli import (
-    backup,
-    calibrate,
-    completion,
-    correct,
-    doctor,
-    experiment,
-    fleet,
-    hear,
-    link,
-    listen,
-    look,
-    models,
-    openapi,
-    record,
-    robot,
-    robots,
-    run,
-    settings,
-    slam,
-    speech_quality,
-    token,
-    understand,
-)
 from core.errors import BadSettings
 
-SUBCOMMANDS = (
-    run,
-    fleet,
-    robots,
-    robot,
-    calibrate,
-    correct,
-    record,
-    slam,
-    hear,
-    listen,
-    look,
-    understand,
-    speech_quality,
-    experiment,
-    models,
-    settings,
-    link,
-    token,
-    backup,
-    openapi,
-    doctor,
-    completion,
-)
+SUBCOMMANDS = [
+    "run",
+    "fleet",
+    "robots",
+    "robot",
+    "calibrate",
+    "correct",
+    "record",
+    "slam",
+    "hear",
+    "listen",
+    "look",
+    "understand",
+    "speech_quality",
+    "experiment",
+    "models",
+    "settings",
+    "link",
+    "token",
+    "backup",
+    "openapi",
+    "doctor",
+    "completion",
+]
+"""Modules of this folder, in the order of the help."""
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -77,6 +55,6 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"beckon {beckon_version()}")
     places = parser.add_subparsers(dest="subcommand", metavar="COMMAND")
-    for subcommand in SUBCOMMANDS:
-        subcommand.add(places)
+    for name in SUBCOMMANDS:
+        import_module(f"console.cli.{name}").add(places)
     return parser

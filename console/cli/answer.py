@@ -9,7 +9,7 @@ import shutil
 import signal
 import sys
 import time
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -79,6 +79,20 @@ def write_json(value: Mapping[str, object]) -> None:
     """Print one JSON object."""
     JSON_BEGUN.set(True)
     sys.stdout.write(_json(value) + "\n")
+
+
+def answer(
+    chosen: argparse.Namespace, report: Mapping[str, object], *lines: str, warnings: Iterable[str] = ()
+) -> int:
+    """Print a report as JSON, its warnings on standard error, or in lines for people; return exit code 0."""
+    if chosen.json:
+        for warning in warnings:
+            tell(warning)
+        write_json(report)
+    else:
+        for line in lines:
+            write(line)
+    return 0
 
 
 def refusal_of(error: Exception) -> dict[str, object]:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, tell, write, write_json
+from console.cli.answer import add_json, answer, tell
 
 if TYPE_CHECKING:
     from console.backup import BackupReport
@@ -55,14 +55,10 @@ def restore(chosen: argparse.Namespace) -> int:
 
     home = home_folder(chosen.data)
     report = restore_backup(chosen.file, home, replace=chosen.replace)
-    show(chosen, report, f"{report.files} files of {report.file} are in {home}.")
-    return 0
+    return show(chosen, report, f"{report.files} files of {report.file} are in {home}.")
 
 
-def show(chosen: argparse.Namespace, report: BackupReport, sentence: str) -> None:
+def show(chosen: argparse.Namespace, report: BackupReport, sentence: str) -> int:
     """Print a report in either form."""
-    if chosen.json:
-        row = {"file": str(report.file), "files": report.files, "bytes": report.bytes}
-        write_json({**row, "left_out": list(report.left_out)})
-    else:
-        write(sentence)
+    row = {"file": str(report.file), "files": report.files, "bytes": report.bytes}
+    return answer(chosen, {**row, "left_out": list(report.left_out)}, sentence)

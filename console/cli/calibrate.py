@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 import math
 import re
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, add_out, add_out_file, progress, tell, write, write_json
+from console.cli.answer import add_json, add_out, add_out_file, answer, progress, write, write_json
 from core.calibration.board.board import Board
 from core.errors import BadInput, BadSettings
 
@@ -49,7 +48,7 @@ def run_camera(chosen: argparse.Namespace) -> int:
             report = calibrate_camera(
                 chosen.images, board, chosen.out, shown, printed=is_printed(chosen), corners=chosen.corners
             )
-    return _answer(chosen, report, report["warnings"], camera_lines(report, board))
+    return answer(chosen, report, *camera_lines(report, board), warnings=report["warnings"])
 
 
 def run_laser(chosen: argparse.Namespace) -> int:
@@ -72,7 +71,7 @@ def run_laser(chosen: argparse.Namespace) -> int:
             progress=shown,
             printed=is_printed(chosen),
         )
-    return _answer(chosen, report, report["warnings"], laser_lines(report, board))
+    return answer(chosen, report, *laser_lines(report, board), warnings=report["warnings"])
 
 
 def is_printed(chosen: argparse.Namespace) -> bool:
@@ -100,18 +99,6 @@ def run_board_page(chosen: argparse.Namespace) -> int:
         write("Print it at 100 %, check its rulers, glue it on something stiff and flat.")
         if page != "A4":
             write(f"For A4, {int(largest_square(board, 'A4'))} mm squares fit.")
-    return 0
-
-
-def _answer(
-    chosen: argparse.Namespace, report: Mapping[str, object], warnings: Sequence[str], lines: list[str]
-) -> int:
-    if chosen.json:
-        for warning in warnings:
-            tell(warning)
-        write_json(report)
-    else:
-        write("\n".join(lines))
     return 0
 
 
@@ -220,7 +207,7 @@ def run_array(chosen: argparse.Namespace) -> int:
     azimuths = [math.radians(angle) for angle in chosen.azimuths]
     with progress() as shown:
         report = calibrate_array(chosen.sounds, azimuths, load_array(chosen.array), chosen.out, progress=shown)
-    return _answer(chosen, report, report["warnings"], array_lines(report))
+    return answer(chosen, report, *array_lines(report), warnings=report["warnings"])
 
 
 def array_lines(report: OrientationFigures) -> list[str]:

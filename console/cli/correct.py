@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, add_out, progress, write, write_json
+from console.cli.answer import add_json, add_out, answer, progress
 
 
 def add(places: Any) -> None:
@@ -32,8 +32,4 @@ def run(chosen: argparse.Namespace) -> int:
 
     with progress() as shown:
         report = correct(chosen.images, chosen.camera, chosen.out, chosen.method, shown)
-    if chosen.json:
-        write_json(report)
-    else:
-        write("\n".join(correction_lines(report)))
-    return 0
+    return answer(chosen, report, *correction_lines(report))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from console.cli import course_options
-from console.cli.answer import ShownProgress, add_json, add_out, progress, tell, write, write_json
+from console.cli.answer import ShownProgress, add_json, add_out, answer, progress, tell, write, write_json
 from core.calibration.files.written import write as store
 from core.errors import BadSettings, Unavailable
 from core.experiments import EXPERIMENTS
@@ -69,11 +69,7 @@ def run(chosen: argparse.Namespace) -> int:
     name = chosen.named[0] if chosen.name == SWEEP else chosen.name
     with progress() as say:
         result = carried_out(chosen, name, chosen.seed or 0, chosen.out, say)
-    if chosen.json:
-        write_json(result)
-    else:
-        write(as_text(result))
-    return 0
+    return answer(chosen, result, as_text(result))
 
 
 def carried_out(

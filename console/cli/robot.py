@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, add_out, progress, tell, write, write_json
+from console.cli.answer import add_json, add_out, answer, progress, tell, write, write_json
 from core.errors import BadInput, Refused
 from core.files import write_atomic
 
@@ -118,13 +118,13 @@ def run_new(chosen: argparse.Namespace) -> int:
     for path, text in files.items():
         write_atomic(path, text)
     driver, test = files
-    if chosen.json:
-        write_json({"files": {"driver": str(driver), "test": str(test)}, "url": f"py:{driver}:"})
-        return 0
-    write(f"{driver} and {test} are written. The robot simulates itself until you have done the TODOs.")
-    write(f"Try it with    beckon robot check py:{driver}:")
-    write(f"Drive it with  beckon run --robot py:{driver}:")
-    return 0
+    return answer(
+        chosen,
+        {"files": {"driver": str(driver), "test": str(test)}, "url": f"py:{driver}:"},
+        f"{driver} and {test} are written. The robot simulates itself until you have done the TODOs.",
+        f"Try it with    beckon robot check py:{driver}:",
+        f"Drive it with  beckon run --robot py:{driver}:",
+    )
 
 
 def asked(question: str) -> str:

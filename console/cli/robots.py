@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any, NamedTuple
 
-from console.cli.answer import add_json, write, write_json
+from console.cli.answer import add_json, answer
 from console.cli.doctor import missing_packages
 from core.install import install_extra
 from core.robots.connect import OWN, SCHEMES, brought
@@ -56,16 +56,10 @@ def add(places: Any) -> None:
 def run(chosen: argparse.Namespace) -> int:
     """Print the table."""
     rows = scheme_rows()
-    if chosen.json:
-        write_json({"schemes": [row.fields for row in rows]})
-        return 0
     lines = [HEAD, *((row.example, row.what, row.has, row.needs) for row in rows)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(HEAD))]
-    for line in lines:
-        write("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
-    for line in ("", *MORE):
-        write(line)
-    return 0
+    aligned = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in lines]
+    return answer(chosen, {"schemes": [row.fields for row in rows]}, *aligned, "", *MORE)
 
 
 def scheme_rows() -> list[SchemeRow]:

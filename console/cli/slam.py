@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, add_out, progress, tell, write, write_json
+from console.cli.answer import add_json, add_out, answer, progress
 
 
 def add(places: Any) -> None:
@@ -41,16 +41,10 @@ def run(chosen: argparse.Namespace) -> int:
         result = slam_log(chosen.log, load(chosen.settings), chosen.ids, chosen.still, chosen.out, shown)
     report, took = result.json(), round(time.perf_counter() - began, 3)
     report["processing_s"] = took
-    if chosen.json:
-        for warning in report["warnings"]:
-            tell(warning)
-        write_json(report)
-        return 0
-    write(f"{report['form']}: {report['frames']} readings over {report['duration_s']:.1f} s in {took:.1f} s")
-    write(f"path {report['path_m']:.2f} m, {len(report['landmarks'])} landmarks, {report['skipped']} records skipped")
-    for warning in report["warnings"]:
-        write(f"note: {warning}")
-    for name, path in report["files"].items():
-        if path:
-            write(f"{name}: {path}")
-    return 0
+    lines = [
+        f"{report['form']}: {report['frames']} readings over {report['duration_s']:.1f} s in {took:.1f} s",
+        f"path {report['path_m']:.2f} m, {len(report['landmarks'])} landmarks, {report['skipped']} records skipped",
+        *(f"note: {warning}" for warning in report["warnings"]),
+        *(f"{name}: {path}" for name, path in report["files"].items() if path),
+    ]
+    return answer(chosen, report, *lines, warnings=report["warnings"])

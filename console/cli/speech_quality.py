@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, add_out, plain, tell, write, write_json
+from console.cli.answer import add_json, add_out, answer, plain, tell
 from console.cli.experiment import seed
 from core.errors import BadInput, BeckonError
 
@@ -62,12 +62,7 @@ def run(chosen: argparse.Namespace) -> int:
     """Compare, save, report."""
     way = lived if chosen.live else marked if chosen.marked else compared
     report = way(chosen)
-    if chosen.json:
-        write_json({**report.to_dict(), "files": report.files})
-        return 0
-    for line in sentences(report):
-        write(line)
-    return 0
+    return answer(chosen, {**report.to_dict(), "files": report.files}, *sentences(report))
 
 
 def marked(chosen: argparse.Namespace) -> SpeechReport:

@@ -8,7 +8,7 @@ import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, tell, write, write_json
+from console.cli.answer import add_json, answer, tell, write, write_json
 from core.errors import BadInput
 
 if TYPE_CHECKING:
@@ -84,11 +84,7 @@ def revoke(chosen: argparse.Namespace) -> int:
     file = AccessFile(home_folder(chosen.data))
     digest, name = named(file.read(), chosen.which)
     file.change([Change(revoked=frozenset({digest}))])
-    if chosen.json:
-        write_json({"revoked": name})
-    else:
-        write(f"{name} is revoked; a running console signs it out within a second.")
-    return 0
+    return answer(chosen, {"revoked": name}, f"{name} is revoked; a running console signs it out within a second.")
 
 
 def named(found: Records, which: str) -> tuple[str, str]:
