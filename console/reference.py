@@ -340,10 +340,11 @@ def faults_page() -> str:
     rows = [
         (
             f"`{one.name}:{one.value:g}`",
-            f"{one.meaning}; {one.low:g} to {one.high:g}{f' {one.unit}' if one.unit else ''}",
+            f"{meta.meaning}; {meta.low:g} to {meta.high:g} {meta.unit}".rstrip(),
             one.seen,
         )
         for one in INJECTABLE_FAULTS
+        for meta in (one.number,)
     ]
     return page("What happens when …", intro, example, table(("fault", "meaning", "what happens"), rows))
 

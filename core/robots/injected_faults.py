@@ -14,6 +14,7 @@ from urllib.parse import parse_qsl
 
 from core.errors import BadInput
 from core.sensors.checks import are_finite
+from core.setting import Meta
 
 ItemT = TypeVar("ItemT")
 QUERY = "faults"
@@ -24,150 +25,105 @@ class InjectableFault:
     """A fault of a simulated robot."""
 
     name: str
-    unit: str
-    low: float
-    high: float
     value: float  # where none is given
-    meaning: str
+    number: Meta  # what it says, and its bounds
     seen: str  # what the operator sees, and what the robot does
 
 
 INJECTABLE_FAULTS = (
     InjectableFault(
         "late_scan",
-        "s",
-        0.0,
-        10.0,
         1.5,
-        "scans arrive so much later than they were measured",
+        Meta("s", 0, 10, "scans arrive so much later than they were measured"),
         "The robot stands 0.3 s after scans begin to be late, and a notice says by how much: *Scans of laser "
         "are 1.5 s late*. After a second what is under way has failed. Up to 0.3 s late it drives on, and "
         "slows down farther from a wall.",
     ),
     InjectableFault(
         "early_scan",
-        "s",
-        0.0,
-        3600.0,
         60.0,
-        "stamps of scans lie so far ahead",
+        Meta("s", 0, 3600, "stamps of scans lie so far ahead"),
         "The robot stands within 0.3 s, and a notice says by how much the clock of the laser is ahead. Such scans "
         "are not used at all: the map stays as it is, and the pose goes on by the wheels.",
     ),
     InjectableFault(
         "lost_scan",
-        "",
-        0.0,
         1.0,
-        1.0,
-        "share of the scans that never arrive",
+        Meta("", 0, 1, "share of the scans that never arrive"),
         "A few are not noticed. Without one the robot stands within 0.3 s, a notice says *No scan comes from "
         "the laser*, and after a second what is under way has failed.",
     ),
     InjectableFault(
         "frozen_scan",
-        "",
-        0.0,
         1.0,
-        1.0,
-        "1: the laser shows the same scan again and again",
+        Meta("", 0, 1, "1: the laser shows the same scan again and again"),
         "A robot that drives stands within half a second, and a notice says that the laser repeats one scan. "
         "It drives again when scans change again.",
     ),
     InjectableFault(
         "blind_scan",
-        "",
-        0.0,
         1.0,
-        1.0,
-        "share of the beams that measure nothing",
+        Meta("", 0, 1, "share of the beams that measure nothing"),
         "Up to nine tenths it drives on by what is left. With a laser that is blind altogether the robot "
         "stands within 0.3 s, and what is under way fails.",
     ),
     InjectableFault(
         "slip",
-        "",
-        0.0,
-        0.9,
         0.2,
-        "share of each way that the wheels turn in vain",
+        Meta("", 0, 0.9, "share of each way that the wheels turn in vain"),
         "The line of the wheels leaves that of the estimate, which sees the walls. Where the two differ too "
         "much, the robot says that it has lost its place, stands, and looks for it.",
     ),
     InjectableFault(
         "odometry_jump",
-        "m",
-        0.0,
-        100.0,
         1.0,
-        "the odometry steps aside by so much every 5 s",
+        Meta("m", 0, 100, "the odometry steps aside by so much every 5 s"),
         "The robot says that it has lost its place and stands, turns for another look, and says when it knows "
         "its place again. The command has to be given once more.",
     ),
     InjectableFault(
         "late_picture",
-        "s",
-        0.0,
-        10.0,
         1.5,
-        "pictures arrive so much later than they were taken",
+        Meta("s", 0, 10, "pictures arrive so much later than they were taken"),
         "A notice says how late the camera is. Commands without the camera go on; nobody is followed by such "
         "pictures.",
     ),
     InjectableFault(
         "black_picture",
-        "",
-        0.0,
         1.0,
-        1.0,
-        "1: pictures are black",
+        Meta("", 0, 1, "1: pictures are black"),
         "A notice says that the camera repeats one picture; it is not used. FOLLOW ME finds nobody.",
     ),
     InjectableFault(
         "frozen_picture",
-        "",
-        0.0,
         1.0,
-        1.0,
-        "1: the camera shows the same picture again and again",
+        Meta("", 0, 1, "1: the camera shows the same picture again and again"),
         "A notice says that the camera repeats one picture while the robot moves; it is not used until "
         "another one comes.",
     ),
     InjectableFault(
         "no_sound",
-        "",
-        0.0,
         1.0,
-        1.0,
-        "1: nothing comes from the microphones",
+        Meta("", 0, 1, "1: nothing comes from the microphones"),
         "Nothing is heard: words that are spoken in the room do nothing. STOP is on the page.",
     ),
     InjectableFault(
         "bumper",
-        "",
-        0.0,
         1.0,
-        1.0,
-        "1: the bumper stays pressed",
+        Meta("", 0, 1, "1: the bumper stays pressed"),
         "The robot stands at once, says *The robot touches something*, and what is under way has failed. Only "
         "the way back is open.",
     ),
     InjectableFault(
         "battery",
-        "",
-        0.0,
-        1.0,
         0.05,
-        "how full the battery says it is",
+        Meta("", 0, 1, "how full the battery says it is"),
         "The battery's sign shows it; a route ends at its next stop when it is low.",
     ),
     InjectableFault(
         "after",
-        "s",
-        0.0,
-        3600.0,
         10.0,
-        "no fault of its own: the others begin so long after the start",
+        Meta("s", 0, 3600, "no fault of its own: the others begin so long after the start"),
         "Until then the robot is well.",
     ),
 )
@@ -195,9 +151,9 @@ def read_faults(text: str) -> dict[str, float]:
             value = float(number) if number else row.value
         except ValueError:
             value = float("nan")
-        if not are_finite(value) or not row.low <= value <= row.high:
-            unit = f" {row.unit}" if row.unit else ""
-            raise BadInput(f"The fault {name} takes a number from {row.low:g} to {row.high:g}{unit}: {row.meaning}.")
+        low, high, unit = row.number.low, row.number.high, f" {row.number.unit}" if row.number.unit else ""
+        if not are_finite(value) or not low <= value <= high:
+            raise BadInput(f"The fault {name} takes a number from {low:g} to {high:g}{unit}: {row.number.meaning}.")
         given[name] = value
     return given
 

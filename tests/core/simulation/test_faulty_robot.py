@@ -66,7 +66,7 @@ def test_a_robot_whose_fault_is_small_or_elsewhere_drives_on(fault: str) -> None
 
 @pytest.mark.parametrize("row", INJECTABLE_FAULTS, ids=lambda row: row.name)
 def test_a_fault_has_bounds_and_a_sentence_beyond_them(row: object) -> None:
-    name, low, high, value = row.name, row.low, row.high, row.value  # type: ignore[attr-defined]
+    name, low, high, value = row.name, row.number.low, row.number.high, row.value  # type: ignore[attr-defined]
     assert read_faults(name) == {name: value} and low <= value <= high
     for beyond in (low - 0.1, high + 0.1, math.nan, math.inf):
         with pytest.raises(BadInput, match=f"The fault {name} takes a number from"):
