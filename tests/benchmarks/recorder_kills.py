@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -107,6 +107,15 @@ def kept_until(console: Console, name: str) -> float:
     return 0.0
 
 
+def shown(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """All rows, each of which is shown when it is there: the whole takes long."""
+    found = list[dict[str, Any]]()
+    for row in rows:
+        found.append(row)
+        sys.stderr.write(f"{row}\n")
+    return found
+
+
 def main() -> None:
     """Kill them all."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -118,11 +127,8 @@ def main() -> None:
     if chosen.write is not None:
         write_until_killed(chosen.write)
     chance = random.Random(chosen.seed)
-    recorders = [killed_recorder(chance) for _ in range(chosen.recorder)]
-    consoles = list[dict[str, Any]]()
-    for row in killed_consoles(chance, chosen.console):
-        consoles.append(row)
-        sys.stderr.write(f"{row}\n")
+    recorders = shown(killed_recorder(chance) for _ in range(chosen.recorder))
+    consoles = shown(killed_consoles(chance, chosen.console))
     report = {
         name: {
             "kills": len(rows),

@@ -107,7 +107,7 @@ class RecordingsList extends PagePanel {
     };
     acts.append(make("a", { class: "icon-button small", ...link }, icon("download")));
     if (state === "whole")
-      acts.append(act("mark", t("recordings-list.part_name", { name }), () => this.#part(row, one)));
+      acts.append(act("cut", t("recordings-list.part_name", { name }), () => this.#part(row, one)));
     if (!this.#may) return row;
     acts.append(
       act("pencil", t("recordings-list.change_name", { name }), () => this.#change(row, one)),

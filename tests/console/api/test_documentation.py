@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, get_args
 
 import jsonschema_rs
@@ -17,6 +19,7 @@ from console.app import ROUTERS
 from console.messages import inbound
 from console.messages.json_schema import UNIONS, socket_schema
 from tests.console.live import Live, hear
+from tests.test_docs import FENCE, PAGES
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +58,35 @@ def test_every_call_says_who_may_make_it(description: Any) -> None:
     for _, each in operations(description):
         assert {name for one in each["security"] for name in one} in (set(), set(schemes))
         assert each["x-role"] in ("public", "viewer", "operator", "admin")
+
+
+def curls() -> list[list[str]]:
+    """The words of every `curl` line of the guides."""
+    fences = (fence for page in PAGES for fence in FENCE.findall(page.read_text()))
+    lines = (line for fence in fences for line in fence.replace("\\\n", " ").splitlines())
+    return [shlex.split(line) for line in lines if line.strip().startswith("curl ")]
+
+
+@pytest.mark.parametrize("words", curls(), ids=" ".join)
+def test_every_call_of_the_guides_is_one_of_the_interface(description: Any, words: list[str]) -> None:
+    given = {flag: value for flag, value in pairwise(words) if flag.startswith("-")}
+    path, _, query = "/api/{}".format(
+        next(word for word in words if "/api/" in word).partition("/api/")[2]
+    ).partition("?")
+    posts = {"-d", "--data-binary", "--data"} & given.keys()
+    method = given.get("-X", "POST" if posts else "GET").lower()
+    found = [
+        each
+        for call, each in operations(description)
+        if re.fullmatch(re.sub(r"\\{\w+\\}", "[^/]+", re.escape(call)), f"{method} {path}")
+    ]
+    assert found, f"{method} {path}"
+    named = {one["name"] for one in found[0].get("parameters", [])}
+    assert {part.partition("=")[0] for part in query.split("&") if part} <= named
+    if "-d" in given and (body := json.loads(given["-d"])):
+        shape = found[0]["requestBody"]["content"]["application/json"]["schema"]
+        schema = {**shape, "components": description["components"]}
+        assert jsonschema_rs.is_valid(schema, body)
 
 
 def test_every_call_has_a_name_in_words_and_the_refusals_that_occur(description: Any) -> None:
