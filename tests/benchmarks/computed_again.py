@@ -81,7 +81,7 @@ def recorded(url: str, act: Act, seconds: float, out: Path) -> dict[str, Any]:
     """One session → its recording at `out`, and how the robot's clock went."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "settings.toml").write_text("[recording]\nfrom_start = true\nring_s = 0\n")
-        console = Console(Path(folder), robot=url)
+        console = Console(Path(folder), robot=url, auth=not url.startswith("sim:"))
         try:
             time.sleep(SETTLE_S)
             end = time.monotonic() + seconds
@@ -165,6 +165,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--files", type=Path, nargs="*", default=[], help="recordings that are there already")
+    parser.add_argument("--drives", nargs="*", help="some of the five, by their names")
     chosen = parser.parse_args()
     report: dict[str, Any] = {path.name: computed_again(path) for path in chosen.files}
     drives: dict[str, tuple[tuple[str, ...], str, Act]] = {
@@ -175,7 +176,9 @@ def main() -> None:
         "serial and scip": (("serial", "scip"), "", commanded),
     }
     with tempfile.TemporaryDirectory() as folder:
-        for name, (wires, url, act) in ({} if chosen.files else drives).items():
+        for name, (wires, url, act) in drives.items():
+            if chosen.files or (chosen.drives and name not in chosen.drives):
+                continue
             path = Path(folder) / f"{name}.mcap"
             with contextlib.ExitStack() as stack:
                 there = stack.enter_context(robot_process(*wires)).url if wires else url
