@@ -64,10 +64,12 @@ SAME_SOUND = {
     **dict.fromkeys(("to", "too"), "continue(2)"),
     **dict.fromkeys(("for", "fore"), "continue(4)"),
     "won": "continue(1)",
-    "tree": "continue(3)",
+    **dict.fromkeys(("tree", "free"), "continue(3)"),
     "fife": "continue(5)",
 }
-"""Words that nobody can tell from a number by their sound, and those for one over the radio → what they may be."""
+"""Words that nobody can tell from a number by their sound → what they may be: those that a dictionary gives the same
+phones, those for one over the radio, and those with f or t for its th, as accents of London and Dublin have it.
+"""
 ODD_LENGTHS = ("second meter", "third meter", "two feet", "two miles", "two meters back", "two meters three")
 ODD_VOICES = 4  # for each of them
 DRAWN_SEED = 900

@@ -27,6 +27,11 @@ VALUES = {word: value for value, word in enumerate(DIGITS + TEENS)} | {
     word: 10 * (place + 2) for place, word in enumerate(TENS)
 }
 
+WHOLE_WORDS = {str(value): word for word, value in VALUES.items()} | {
+    str(VALUES[tens] + value): f"{tens} {DIGITS[value]}" for tens in TENS for value in range(1, 10)
+}
+"""A number up to 99 in digits → the same in words."""
+
 _DIGIT = "(?:" + "|".join(DIGITS) + ")"
 _ONE_TO_NINE = "(?:" + "|".join(DIGITS[1:]) + ")"
 _BELOW_100 = f"(?:(?:{'|'.join(TENS)})(?:[ -]{_ONE_TO_NINE})?|{'|'.join(TEENS)}|{_DIGIT})"
@@ -66,6 +71,14 @@ def write_number(value: float) -> str:
     """Value → the shortest digits that NUMBER reads back: 1.5 → "1.5", 2.0 → "2"."""
     text = f"{value:.9f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
+
+
+def number_words(value: float) -> list[str]:
+    """Value → the words in which it is said: -0.25 → minus, point, two, five. No zero is said before the point."""
+    whole, _, decimals = write_number(abs(value)).partition(".")
+    said = WHOLE_WORDS.get(whole, " ".join(DIGITS[int(digit)] for digit in whole)).split()
+    behind = ["point", *(DIGITS[int(digit)] for digit in decimals)] if decimals else []
+    return ["minus"] * (value < 0) + said * (value == 0 or abs(value) >= 1) + behind
 
 
 def _read_spoken(words: str) -> float:

@@ -14,7 +14,7 @@ from core.errors import BadInput
 from core.navigation.places import NamedPlace
 from core.sentences import Statement
 from core.speech.understanding.grammar import OTHER_WORDS, OwnPhrase, OwnPhrases, compiled, says_stop, slips
-from core.speech.understanding.numbers import VALUES
+from core.speech.understanding.numbers import VALUES, WHOLE_WORDS
 from core.speech.understanding.own_phrases import sound_key, too_close
 
 MIN_NAME_LETTERS, MAX_NAME_LETTERS = 3, 40
@@ -23,14 +23,6 @@ NEAR_SOUNDS, NEAR_LETTERS = 0.25, 0.5  # shares of two names that differ, up to 
 SAME_LETTERS = 0.2  # share of the letters that differ, up to which they alone are
 NAME = re.compile(r"[A-Za-z0-9]+(?:['-][A-Za-z0-9]+)*(?: [A-Za-z0-9]+(?:['-][A-Za-z0-9]+)*)*")
 ARTICLE = "the "
-NUMBER_WORDS = {str(value): word for word, value in VALUES.items()} | {
-    str(VALUES[tens] + VALUES[ones]): f"{tens} {ones}"
-    for tens in VALUES
-    if VALUES[tens] >= 20
-    for ones in VALUES
-    if 0 < VALUES[ones] < 10
-}
-"""A number up to 99 in digits → the same in words."""
 
 
 def tidy_name(name: str) -> str:
@@ -109,7 +101,7 @@ def _read(pattern: str, name: str) -> re.Pattern[str]:
 
 def _said(name: str) -> tuple[str, ...]:
     """The ways to write a name in small letters: as it is, and with its numbers in words."""
-    ways = [(word, NUMBER_WORDS[word]) if word in NUMBER_WORDS else (word,) for word in name.lower().split()]
+    ways = [(word, WHOLE_WORDS[word]) if word in WHOLE_WORDS else (word,) for word in name.lower().split()]
     return tuple(dict.fromkeys(" ".join(words) for words in itertools.product(*ways)))
 
 

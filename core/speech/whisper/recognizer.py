@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -48,9 +48,11 @@ from core.speech.understanding.grammar import (
     faithful,
     parse,
     says_stop,
+    slips,
 )
+from core.speech.understanding.numbers import number_words
 from core.speech.whisper.chance import by_chance
-from core.speech.whisper.joint_search import Columns, Found, JointSearch
+from core.speech.whisper.joint_search import Columns, Found, JointSearch, ScoredText
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.model_file import ModelFile
 from core.speech.whisper.spellings import (
@@ -61,6 +63,7 @@ from core.speech.whisper.spellings import (
     misheard,
     misspelt,
     seldom_said,
+    sound_of,
 )
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder, Encoder
@@ -72,16 +75,14 @@ RIVALS = 4  # meanings of which the best is chosen
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
 UNREAD = 1.0  # [nats] below the last of the second reading, for those that it lacks
 NUMBER_ODDS = 1.35  # [nats] of log odds that a number is right, per nat of its lead (`tests.benchmarks.voices`)
-LEAST_RIGHT = 0.9  # probability that a number is right, below which it is rejected
+LEAST_RIGHT = 0.8  # probability that a number is right, below which it is rejected
 MOST_LEAD = 4.0  # [nats] beyond which a lead says no more: one number in 300 is wrong however far it is ahead
 NUMBER_THRESHOLDS = Thresholds(reject=log_odds(LEAST_RIGHT) / NUMBER_ODDS, accept=2.0, scale=1 / NUMBER_ODDS)
 SLOWER = 1.1  # times as long the sound lasts in the second reading of what is doubtful
 REJECTED_BEFORE = 4.0  # [nats] by which a command is less likely that was rejected just before
 OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
 BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
-DOUBTED = 4.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written where the whole part was not heard …
-UNHEARD = 2.0  # [nats] … and by which "2.4" is likelier beside "0.4"
-DECIMAL_DOUBTED = 2.0  # [nats] by which "1.2" and "1.5" are less likely beside "1.25": a digit may be unheard
+UNHEARD_WORDS = 1.5  # [nats] by which a number is likelier beside one without some of its words: they get lost
 NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits makes it doubtful
 DOUBTED_NAME = 1.5  # [nats] behind a named place, down to which free text that goes elsewhere makes it doubtful
 GOES_ELSEWHERE = re.compile(r"(?i)\s*(?:go|stop) (?:to|at) (?:the )?[a-z]{3,}")
@@ -124,6 +125,8 @@ class Bounds:
     behind_free: float  # [nats] behind the best free text that means something else, at most
 
 
+SOUNDS_ALIKE = 2  # letters of a sound that differ between words that may be the same
+OTHERWISE_BEHIND_FREE = 2.0  # [nats] behind the best free text that sounds otherwise, for numbers
 PLACE_BEHIND_FREE = 1.0  # [nats] behind the best free text, for a name: other words are nearly as likely to be meant
 NUMBERS, COMMON, RARE, STOP = (
     Bounds(score=-8, behind_free=4),
@@ -146,14 +149,13 @@ class Meaning:
 
     def ahead_of(self, other: Meaning) -> float:
         """Return by how much [nats] this is likelier than the other one."""
-        doubted = DOUBTED * _differs_only(self.key, other.key, _lacks_whole_part)
-        doubted += DECIMAL_DOUBTED * _differs_only(self.key, other.key, _lacks_decimal)
-        unheard = UNHEARD * _differs_only(other.key, self.key, _lacks_whole_part)
+        unheard = UNHEARD_WORDS * (_lacks_words(other.key, self.key) - _lacks_words(self.key, other.key))
         by_chance = self.by_chance - other.by_chance if _shape(self.key) == _shape(other.key) else 0.0
         ahead = self.nats - other.nats
         if self.again is not None and other.again is not None:
-            ahead = 0.5 * (ahead + self.again - other.again)
-        return ahead - by_chance - doubted + unheard
+            again = self.again - other.again
+            ahead = min(ahead, again) if self.key[1] else 0.5 * (ahead + again)
+        return ahead - by_chance + unheard
 
 
 class WhisperRecognizer:
@@ -240,7 +242,7 @@ class WhisperRecognizer:
         """The meanings, after a second reading where it is hard to tell the best; False: the two do not agree."""
         meanings = self.meanings(found, rejected)
         best, lead = _best(meanings) if meanings else (None, 0.0)
-        if best is None or lead >= (NUMBER_THRESHOLDS.accept if best.key[1] else THRESHOLDS.reject):
+        if best is None or (lead >= THRESHOLDS.reject and not best.key[1]) or self._fits(best, found) <= 0:
             return meanings, True
         again = self._again(samples, rejected)
         both = _read_twice(meanings, again)
@@ -296,12 +298,12 @@ class WhisperRecognizer:
             return _not_understood(found.free_text, (), 0.0)
         best, lead = _best(meanings)
         bounds, free = self._bounds(best), found.free[0].nats if found.free else -math.inf
-        other = max((one.nats for one in found.free if key_of(one.text, self._own) != best.key), default=-math.inf)
-        fits = min(best.nats - bounds.score, best.nats - other + bounds.behind_free)
+        other = max((one.nats for one in self._other_texts(best, found)), default=-math.inf)
+        fits = self._fits(best, found)
         if fits <= 0:
             return _not_understood(found.free_text, map(self._sentence, self._near(meanings, free)), fits)
-        if best.again is not None or (
-            bounds is not NUMBERS and (other - best.nats > COMMON.behind_free or misspelt(best.spelling))
+        if bounds is not NUMBERS and (
+            best.again is not None or other - best.nats > COMMON.behind_free or misspelt(best.spelling)
         ):
             lead = min(lead, THRESHOLDS.accept)  # confirmed first
         sentences = [self._sentence(one) for one in (best, *(one for one in meanings[:3] if one is not best))]
@@ -310,6 +312,21 @@ class WhisperRecognizer:
             scores, thresholds = Scores(sentence=best.nats, over_second_best=min(lead, MOST_LEAD)), NUMBER_THRESHOLDS
         objection = objection or self._objection(best, found)
         return decide(sentences[0], scores, thresholds, objection=objection, others=sentences[1:])
+
+    def _other_texts(self, meaning: Meaning, found: Found) -> list[ScoredText]:
+        """The free texts that mean something else."""
+        return [one for one in found.free if key_of(one.text, self._own) != meaning.key]
+
+    def _fits(self, meaning: Meaning, found: Found) -> float:
+        """By how much [nats] a meaning keeps its bounds. Free text that sounds otherwise is against numbers."""
+        bounds = self._bounds(meaning)
+        sound = sound_of(meaning.spelling) if bounds is NUMBERS else ""
+        fits = meaning.nats - bounds.score
+        for one in self._other_texts(meaning, found):
+            alike = bounds is not NUMBERS or slips(sound, sound_of(one.text)) <= SOUNDS_ALIKE
+            behind = bounds.behind_free if alike else OTHERWISE_BEHIND_FREE
+            fits = min(fits, meaning.nats - one.nats + behind)
+        return fits
 
     def _objection(self, best: Meaning, found: Found) -> str:
         """Why these numbers must not move the robot; "": they may."""
@@ -389,24 +406,19 @@ def _names_place(decision: Decision) -> bool:
     return decision.command is not None and decision.command.place != ""
 
 
-def _differs_only(one: Key, other: Key, *ways: Callable[[float, float], bool]) -> bool:
-    """Return whether the commands are the same, and the numbers that differ do so in one of the ways."""
+def _lacks_words(one: Key, other: Key) -> bool:
+    """Return whether the commands are the same, and each number of the first that differs is the other's without some
+    of its words: 0.4 or 2, and 2.4.
+    """
     pairs = [(a, b) for (_, a), (_, b) in zip(one[1], other[1], strict=False) if a != b]
     same = one[0] == other[0] and len(one[1]) == len(other[1])
-    return same and bool(pairs) and all(a * b > 0 and any(way(a, b) for way in ways) for a, b in pairs)
+    return same and bool(pairs) and all(_within(number_words(a), number_words(b)) for a, b in pairs)
 
 
-def _lacks_whole_part(a: float, b: float) -> bool:
-    """Return whether a is b without what stands before its point: 0.4 and 2.4."""
-    return abs(a) < 1 and _decimals(a) == _decimals(b)
-
-
-def _lacks_decimal(a: float, b: float) -> bool:
-    """Return whether a is b without one of two decimals: 1.2 or 1.5, and 1.25; not 0.7 and 0.77 or 0.07 (SELDOM)."""
-    if (_places(a), _places(b)) != (1, 2) or math.trunc(a) != math.trunc(b):
-        return False
-    first, second = divmod(_decimals(b), 10)
-    return first not in (0, second) and _decimals(a) // 10 in (first, second)
+def _within(few: list[str], many: list[str]) -> bool:
+    """Return whether all of the few words are among the many, in their order."""
+    left = iter(many)
+    return all(word in left for word in few)
 
 
 def _decimals(value: float) -> int:
@@ -425,16 +437,17 @@ def _shape(key: Key) -> tuple[object, ...]:
 
 
 def _read_twice(meanings: list[Meaning], again: list[Meaning]) -> list[Meaning]:
-    """Meanings with what the second reading says of them."""
-    nats = {one.key: one.nats for one in again}
-    least = min(nats.values(), default=0.0) - UNREAD
-    return [replace(one, again=nats.get(one.key, least)) for one in meanings]
+    """The meanings of two readings; one that a reading lacks is less likely there than all that it has."""
+    first, second = ({one.key: one for one in read} for read in (meanings, again))
+    least, lowest = (min((one.nats for one in read), default=0.0) - UNREAD for read in (meanings, again))
+    both = [replace(one, again=second[one.key].nats if one.key in second else lowest) for one in meanings]
+    return both + [replace(one, nats=least, again=one.nats) for one in again if one.key not in first]
 
 
 def _best(meanings: list[Meaning]) -> tuple[Meaning, float]:
     """The meaning that is furthest ahead of all others, and how far [nats]; ∞: there is no other."""
     few = meanings[:RIVALS]
-    leads = [min((one.ahead_of(other) for other in few if other is not one), default=math.inf) for one in few]
+    leads = [min((one.ahead_of(other) for other in meanings if other is not one), default=math.inf) for one in few]
     lead = max(leads)
     return few[leads.index(lead)], lead
 

@@ -17,7 +17,18 @@ from core.commands import VOCABULARY
 from core.commands.stop_moving import SOUGHT_STOP_PHRASES
 from core.message import Array
 from core.speech.understanding.grammar import HUNDREDTHS, UNITS
-from core.speech.understanding.numbers import AND_A_HALF, DIGITS, HALF, NUMBER, TEENS, TENS, read_number, write_number
+from core.speech.understanding.numbers import (
+    AND_A_HALF,
+    DIGITS,
+    HALF,
+    NUMBER,
+    TEENS,
+    TENS,
+    number_words,
+    read_number,
+    write_number,
+)
+from core.speech.understanding.own_phrases import sound_key
 
 HIGHEST = 100  # numbers beyond the bounds of speech compete too: else "seven" would be read as the nearest below
 DECIMALS = 2  # behind the point
@@ -205,6 +216,12 @@ def as_understood(spelling: str) -> str:
     """A spelling as the grammar reads it: small, without its end, and "2 point 5" is "2.5"."""
     words = POINT_BETWEEN_DIGITS.sub(".", _plain(spelling))
     return MISSPELT.get(words, words)
+
+
+def sound_of(text: str) -> str:
+    """How any text sounds, as letters: "to" and "two" differ in one of them."""
+    said = ANY_NUMBER.sub(lambda found: f" {' '.join(number_words(read_number(found[0])))} ", as_understood(text))
+    return sound_key(" ".join(re.findall(r"[a-z]+", said)))
 
 
 def misspelt(spelling: str) -> bool:

@@ -108,7 +108,7 @@ def test_what_is_refused_is_said_back_and_what_resembles_it_is_offered():
 
 @pytest.mark.parametrize(
     ("lead", "verdict"),
-    [(0.5, "reject"), (1.5, "reject"), (1.8, "confirm"), (2.5, "accept")],
+    [(0.5, "reject"), (1.0, "reject"), (1.1, "confirm"), (2.5, "accept")],
 )
 def test_a_small_lead_over_other_numbers_is_rejected_or_confirmed(lead, verdict):
     assert decided({"continue 2 meters": -1.0, "continue 3 meters": -1.0 - lead}, {}).verdict == verdict
@@ -117,17 +117,18 @@ def test_a_small_lead_over_other_numbers_is_rejected_or_confirmed(lead, verdict)
 @pytest.mark.parametrize(
     ("slower", "verdict"),
     [
-        ({"continue 2.5 meters": -1.0, "continue 1.5 meters": -4.4}, "confirm"),
-        ({"continue 2.5 meters": -1.0, "continue 1.5 meters": -2.4}, "reject"),
+        ({"continue 2.5 meters": -1.0, "continue 1.5 meters": -4.4}, "accept"),
+        ({"continue 2.5 meters": -1.0, "continue 1.5 meters": -2.3}, "confirm"),
+        ({"continue 2.5 meters": -1.0, "continue 1.5 meters": -1.9}, "reject"),
         ({"continue 2.5 meters": -1.0}, "reject"),
-        ({"continue 2.5 meters": -1.0, "continue 1.5 meters": -9.0}, "confirm"),
-        ({"continue 2.5 meters": -1.0, "turn left": -4.0}, "confirm"),
+        ({"continue 2.5 meters": -1.0, "turn left": -4.0}, "accept"),
+        ({"continue 1.5 meters": -1.0, "continue 2.5 meters": -4.4}, "reject"),
         ({}, "reject"),
     ],
 )
-def test_a_number_that_would_be_rejected_is_read_once_more_in_slower_speech_and_confirmed(slower, verdict):
+def test_a_number_is_read_twice_and_believed_as_far_as_the_slower_speech_agrees(slower, verdict):
     heard = utterance(np.ones(RATE_HZ))
-    spellings = {"continue 2.5 meters": -1.0, "continue 1.5 meters": -1.2}
+    spellings = {"continue 2.5 meters": -1.0, "continue 1.5 meters": -5.0}
     told = Searched(spellings, {}, slower).decide(heard)
     assert told.verdict == verdict
     assert told.command is None or told.echo == "continue 2.5 meters"
@@ -157,9 +158,9 @@ def test_one_word_that_moves_the_robot_must_be_heard_in_slower_speech_too(slower
 
 
 def test_the_confidence_in_a_number_is_the_probability_that_it_is_right():
-    """0.86 at a lead that is refused, 0.97 at 2.6 nats, and no more than 0.995 whatever the lead is."""
-    told = [decided({"continue 2 meters": -1.0, "continue 3 meters": -1.0 - lead}, {}) for lead in (1.35, 2.6, 9.0)]
-    assert [one.confidence for one in told] == pytest.approx([0.861, 0.971, 0.9955], abs=1e-3)
+    """0.77 at a lead that is refused, 0.97 at 2.6 nats, and no more than 0.995 whatever the lead is."""
+    told = [decided({"continue 2 meters": -1.0, "continue 3 meters": -1.0 - lead}, {}) for lead in (0.9, 2.6, 9.0)]
+    assert [one.confidence for one in told] == pytest.approx([0.771, 0.971, 0.9955], abs=1e-3)
     assert [one.command is None for one in told] == [one.confidence < LEAST_RIGHT for one in told]
 
 
@@ -170,7 +171,7 @@ def test_what_is_clear_is_read_only_once():
             return super().search(samples)
 
     heard = utterance(np.ones(RATE_HZ))
-    assert Once({"continue 2 meters": -1.0, "continue 3 meters": -3.1}, {}).decide(heard).verdict == "accept"
+    assert Once({"turn left": -1.0, "turn right": -3.1}, {}).decide(heard).verdict == "accept"
 
 
 def test_numbers_beyond_the_bounds_of_speech_win_and_are_refused():
@@ -187,20 +188,19 @@ def test_a_number_without_its_whole_part_never_moves_the_robot():
     ("spellings", "echo", "verdict"),
     [
         ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -3.1}, "stop at 0.8 and 2.4", "confirm"),
-        ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -8.7}, "stop at 0.8 and 0.4", "confirm"),
-        ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -9.1}, "stop at 0.8 and 0.4", "accept"),
-        ({"continue 2.4 meters": -2.9, "continue 0.4 meters": -3.0}, "continue 2.4 meters", "accept"),
-        ({"continue 0.4 meters": -2.9, "continue 0.5 meters": -6.0}, "continue 0.4 meters", "accept"),
+        ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -5.3}, "stop moving", "accept"),
+        ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -5.6}, "stop at 0.8 and 0.4", "confirm"),
+        ({"continue 2.4 meters": -2.9, "continue 0.4 meters": -3.0}, "continue 2.4 meters", "confirm"),
+        ({"continue 2 meters": -2.9, "continue 22 meters": -5.3}, "", "reject"),
+        ({"continue 2 meters": -2.9, "continue 12 meters": -5.3}, "continue 2 meters", "accept"),
         ({"continue 1.5 meters": -2.9, "continue 1.25 meters": -4.0}, "", "reject"),
-        ({"continue 1.2 meters": -2.9, "continue 1.25 meters": -6.8}, "continue 1.2 meters", "confirm"),
-        ({"continue 1.2 meters": -2.9, "continue 1.25 meters": -7.1}, "continue 1.2 meters", "accept"),
-        ({"continue 1.25 meters": -2.9, "continue 1.5 meters": -4.8}, "continue 1.25 meters", "confirm"),
-        ({"continue 0.7 meters": -2.9, "continue 0.77 meters": -4.2}, "continue 0.7 meters", "accept"),
-        ({"continue 0.7 meters": -2.9, "continue 0.07 meters": -4.2}, "continue 0.7 meters", "accept"),
-        ({"continue 1.3 meters": -2.9, "continue 1.25 meters": -5.0}, "continue 1.3 meters", "accept"),
+        ({"continue 1.2 meters": -2.9, "continue 1.25 meters": -5.6}, "continue 1.2 meters", "confirm"),
+        ({"continue 1.25 meters": -2.9, "continue 1.5 meters": -4.8}, "continue 1.25 meters", "accept"),
+        ({"continue 0.7 meters": -2.9, "continue 0.07 meters": -4.2}, "", "reject"),
+        ({"continue 1.3 meters": -2.9, "continue 1.25 meters": -4.2}, "continue 1.3 meters", "confirm"),
     ],
 )
-def test_a_number_is_doubted_where_its_whole_part_or_a_decimal_may_not_have_been_heard(spellings, echo, verdict):
+def test_a_number_is_doubted_where_words_of_another_may_not_have_been_heard(spellings, echo, verdict):
     told = decided(spellings, {})
     assert (told.command.heard_as if told.command else "", told.verdict) == (echo, verdict)
 
@@ -235,8 +235,15 @@ def test_a_number_without_the_rest_of_the_length_in_the_free_text_moves_nothing(
 @pytest.mark.parametrize("free", ["Continue second meter.", "Continue the 2nd meter", "Continue to 2 meters."])
 def test_a_number_beside_another_kind_of_number_in_the_free_text_moves_nothing(free):
     told = decided({"Continue 2 meters.": -5.0}, {free: -2.5})
-    assert told.command is None and "missed a part" in told.reason
+    assert told.command is None
     assert decided({"Continue 2 meters.": -5.0}, {"Continue to meters.": -2.5}).command is not None
+
+
+def test_free_text_that_sounds_otherwise_than_a_number_is_against_it():
+    heard = {"Continue 2 meters.": -5.0}
+    assert decided(heard, {"Continue to meters.": -1.5}).command is not None
+    assert decided(heard, {"Continue after meters.": -2.5}).command is None
+    assert decided({"Continue half a meter.": -6.0}, {"Continue half a meter and half.": -3.0}).command is None
 
 
 @pytest.mark.parametrize(
@@ -248,7 +255,7 @@ def test_a_length_too_short_to_be_meant_moves_nothing(words, moves):
 
 def test_a_number_below_one_that_is_little_likelier_than_one_above_only_stops():
     """As a voice from the West Midlands says "stop at 0.8 and 2.4"."""
-    assert decided({"stop at 0.8 and 0.4": -4.4, "stop at 0.8 and 2.4": -8.8}, {}).stops
+    assert decided({"stop at 0.8 and 0.4": -4.4, "stop at 0.8 and 2.4": -6.8}, {}).stops
 
 
 def test_digits_that_are_written_often_are_no_likelier_for_it():
@@ -261,7 +268,7 @@ def test_digits_that_are_written_often_are_no_likelier_for_it():
 
 
 def test_zeros_behind_the_point_and_repeated_decimals_are_doubted():
-    assert decided({"continue 3.2 meters": -2.4, "continue 3.0 meters": -3.3}, {}).verdict == "confirm"
+    assert decided({"continue 3.2 meters": -2.4, "continue 3.0 meters": -2.4}, {}).echo == "continue 3.2 meters"
     assert decided({"continue 3.0 meters": -2.4, "continue 3.2 meters": -6.0}, {}).echo == "continue 3 meters"
     assert decided({"continue 0.77 meters": -2.4, "continue 0.7 meters": -2.9}, {}).verdict == "reject"
     assert decided({"continue 0.77 meters": -2.4, "continue 0.7 meters": -6.0}, {}).echo == "continue 0.77 meters"
