@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -25,7 +26,7 @@ class Solid:
     top: float  # [m]
     look: str = ""  # how it is painted; "" = drawn otherwise
 
-    @property
+    @cached_property
     def faces(self) -> Array:
         """(K, 4): x0 y0 x1 y1 [m], the outside on the left."""
         return np.hstack((np.roll(self.corners, -1, axis=0), self.corners))
@@ -50,7 +51,7 @@ class Thing:
     gesture: str = ""  # what a person does with the arms; one of GESTURES
     stride: float = 0.0  # [rad] where in a step a person who walks is; 0: stands
 
-    @property
+    @cached_property
     def solids(self) -> tuple[Solid, ...]:
         """The solids that it is made of."""
         return BUILDERS[self.what](self)
