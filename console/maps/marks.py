@@ -11,7 +11,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -181,6 +181,17 @@ def put_together(older: MapMarks, newer: MapMarks, submaps: int) -> MapMarks:
             *(msgspec.structs.replace(one, id=first + k, anchor=behind(one.anchor)) for k, one in enumerate(kept)),
         ),
     )
+
+
+def taken_again(theirs: MapMarks, own: MapMarks) -> MapMarks:
+    """The marks of a map that is taken from another robot again, and a robot's own of other names."""
+
+    def both(kind: str) -> tuple[Any, ...]:
+        new = getattr(theirs, kind)
+        names = {one.name.casefold() for one in new}
+        return (*new, *(one for one in getattr(own, kind) if one.name.casefold() not in names))
+
+    return MapMarks(both("places"), both("zones"), both("routes"), theirs.edits)
 
 
 def _renamed(route: RouteMark, name: str, places: Mapping[str, str]) -> RouteMark:

@@ -22,7 +22,7 @@ from console.control.lease import Lease
 from console.http.problems import Problem
 from console.maps.export import FLOOR, PREVIEW, known_part, write_map
 from console.maps.join_worker import JoinMaps, MatchMaps
-from console.maps.marks import MapMarks, put_together, read_marks, write_marks
+from console.maps.marks import MapMarks, put_together, read_marks, taken_again, write_marks
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, checked_name
 from console.maps.trajectory import Trajectory, laid_out
 from console.messages.map import MapState
@@ -228,20 +228,31 @@ class MapService(Part):
     async def _take_over(
         self, name: str, other: MapInfo, files: dict[str, bytes], who: Person, *, replace: bool
     ) -> MapInfo:
-        """Keep another robot's saved map as one of this robot. Raises as `take_in`."""
+        """Keep another robot's saved map as one of this robot. Raises as `take_in`.
+
+        Taken again, it brings the marks that are new; in a map that is in use they hold at once.
+        """
         self._check_fits(other)
         card = msgspec.structs.replace(
             other, name=name, saved_s=time.time(), by=who.name, robot=self._robot.profile.name
         )
+
+        marks: list[MapMarks] = []
 
         def fill(folder: Path) -> None:
             (folder / FLOOR).mkdir()
             for each, content in files.items():
                 write_atomic(folder / each, content)
             SavedMap.from_files(folder / FLOOR)
-            read_marks(folder)
+            marks.append(read_marks(folder))
+            former = self._store.find(name)
+            if former is not None and former.card.frame == card.frame != "":
+                marks.append(taken_again(marks.pop(), read_marks(former.folder)))
+                write_marks(folder, marks[0])
 
         await self._on_disk(self._taking_turns(lambda: self._store.keep(card, fill, replace=replace)))
+        if self._name == card.name and self.frame == card.frame != "":
+            self._set_marks(marks[0])
         self._changed("import", card.name, who)
         return card
 

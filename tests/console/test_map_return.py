@@ -56,6 +56,17 @@ def of_card(**values: Any) -> Callable[[dict[str, bytes]], None]:
     return change
 
 
+def with_place(name: str) -> Callable[[dict[str, bytes]], None]:
+    """One place more, named by the other robot since."""
+
+    def change(files: dict[str, bytes]) -> None:
+        marks = json.loads(files["marks.json"])
+        marks["places"].append({**marks["places"][0], "name": name})
+        files["marks.json"] = json.dumps(sealed(marks)).encode()
+
+    return change
+
+
 def check_taking(live: Live, packed: bytes) -> None:
     """A map of another robot is taken where it fits; else there is a sentence, and nothing is kept."""
     rows: list[tuple[Callable[[dict[str, bytes]], Any], int, str]] = [
@@ -96,6 +107,10 @@ def test_a_saved_map_survives_the_console_and_is_gone_on_in(tmp_path: Path) -> N
         for path, body in MARKS.items():
             (one,) = after.ask("GET", path, token=after.viewer).json[path.rpartition("/")[2]]
             assert one["name"] == body["name"]
+        assert post(after, "/api/places", {"name": "window", "x_m": 0.4, "y_m": 0.0}) == 201
+        assert take(after, "taken&replace=true", changed(packed, with_place("desk"))).status == 201
+        known = after.ask("GET", "/api/places", token=after.viewer).json["places"]
+        assert {one["name"] for one in known} == {"dock", "desk", "window"}, "taken again, it brings what is new"
         assert post(after, "/api/slam/here", {"x_m": 0.05, "y_m": -0.05, "heading_rad": 0.05}) == 202
         after.until(lambda: after.runtime.state().floor.lost is None, LONG)
         after.until(lambda: len(after.runtime.snapshot.landmarks) > 2, LONG)
