@@ -39,7 +39,7 @@ class MapCard extends Panel {
   #trouble = new TroubleLine(this.#name);
   #list = make("ul", { class: "maps", "aria-label": t("map-card.saved_maps_newest_first") });
   #empty = make("p", { class: "note map-empty" }, t("map-card.no_map_is_saved_yet"));
-  #sheet = make("img", { class: "map-sheet", alt: t("map-card.the_present_map_as_a_plan") });
+  #sheet = make("img", { class: "map-sheet", alt: t("map-card.the_present_map_as_a_plan"), hidden: true });
   /** @type {SavedMap[]} */
   #maps = [];
   #revision = -1;

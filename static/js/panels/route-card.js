@@ -304,6 +304,7 @@ class RouteCard extends Panel {
     this.#name.value = "";
     this.#form.hidden = true;
     this.#drawForm();
+    this.#new.scrollIntoView({ block: "nearest" }); // the form was long: the new route is above it
   }
 
   /** @param {() => Promise<unknown>} act @returns {Promise<boolean>} whether it was done */

@@ -42,6 +42,7 @@ const RIPPLE_S = 1.2; // [s] that the ring of a voice runs
 const SIGMAS = 2;
 const BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
 const [ABOVE, BELOW] = [-9, 19]; // [px] of words beside a point
+const LINE_PX = 15; // by which lines of words are apart
 const SAME_M = 0.6; // [m] within which the person who is followed is someone in the room
 const BAR_PX = 60; // [px] that the scale has at least
 const SCALE_PX = 14; // from the edges of what no panel covers
@@ -71,7 +72,6 @@ export function drawFlat(canvas, view, scene) {
   if (layers.has("landmarks")) brush.landmarks(state.landmarks);
   if (layers.has("scan")) brush.scan(scene.scan, (point) => scene.ground.explains(point));
   if (layers.has("voice") && state.direction && state.direction.age_s < VOICE_S) brush.voice(state.direction);
-  if (layers.has("places")) for (const place of scene.places) brush.place(place);
   if (layers.has("people")) {
     const { person } = state;
     /** @param {{x_m: number, y_m: number}} one */
@@ -80,6 +80,7 @@ export function drawFlat(canvas, view, scene) {
     if (person && scene.chain) brush.beads(robot, { x: person.x_m, y: person.y_m }, scene.chain);
     if (person) brush.person(person, robot, person.name || (scene.room.find(same)?.id ?? t("flat-drawing.person")));
   }
+  if (layers.has("places")) for (const place of scene.places) brush.place(place);
   if (layers.has("ghost")) {
     const { x_m: x, y_m: y, heading_rad: heading } = state.dead_reckoning;
     brush.robot({ x, y, heading }, scene.radius, "scene-ghost", 0.6);
@@ -125,7 +126,12 @@ export function drawMoving(canvas, view, { robot, radius, old, sees, cov }) {
 /** Of the camera's fan [px]. @param {FloorView} view */
 const fanReach = ({ scale }) => Math.min(FAN_M * scale, MAX_FAN_PX);
 
+/** @typedef {{left: number, low: number, wide: number}} Line words that are drawn: where they begin and stand [px] */
+
 class Brush {
+  /** @type {Line[]} */
+  #written = [];
+
   /** @param {CanvasRenderingContext2D} context @param {FloorView} view @param {(name: string) => string} colour */
   constructor(context, view, colour) {
     this.context = context;
@@ -499,7 +505,7 @@ class Brush {
   }
 
   /**
-   * Words beside a point, readable on whatever is drawn there.
+   * Words beside a point, readable on whatever is drawn there, and left out where others stand on all sides of it.
    * @param {Point} at [px]
    * @param {string} words
    * @param {number} [down] [px]
@@ -507,14 +513,24 @@ class Brush {
   label({ x, y }, words, down = ABOVE) {
     const { context } = this;
     context.font = LABEL;
+    const wide = context.measureText(words).width;
+    const sides = [down, ABOVE + BELOW - down].flatMap((dy) => [x + 13, x - 13 - wide].map((left) => [left, y + dy]));
+    const free = sides.find(([left = 0, low = 0]) => !this.#written.some((one) => meet(one, { left, low, wide })));
+    if (!free) return;
+    const [left = 0, low = 0] = free;
+    this.#written.push({ left, low, wide });
     context.lineJoin = "round";
     context.lineWidth = 4;
     context.strokeStyle = this.colour("surface");
-    context.strokeText(words, x + 13, y + down);
+    context.strokeText(words, left, low);
     context.fillStyle = this.colour("text");
-    context.fillText(words, x + 13, y + down);
+    context.fillText(words, left, low);
   }
 }
+
+/** Whether two lines of words lie on each other. @param {Line} one @param {Line} other */
+const meet = (one, other) =>
+  Math.abs(one.low - other.low) < LINE_PX && one.left < other.left + other.wide && other.left < one.left + one.wide;
 
 /** @param {readonly number[]} values */
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
