@@ -174,3 +174,54 @@ class InProcessRobot:
         """What the trace checker has to say; empty when everything was in order."""
         with self._lock:
             return check(self.writer.rows, self.gate.limits)
+
+
+class SteppedClock:
+    """Seconds that pass only when a robot is stepped: `time.monotonic` of a console faster than real time."""
+
+    def __init__(self) -> None:
+        self.now = time.monotonic()
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class SteppedRobot(InProcessRobot):
+    """The same in lock step with its console: each frame comes when the pilot asks, once the event loop is done with
+    the frame before. As fast as the processor can; nothing depends on how fast that is.
+    """
+
+    def __init__(self, url: str, *, clock: SteppedClock, share: float = 1.0, **options: Any) -> None:
+        """`clock`: moved on with each frame; `share`: of a processor that all may take."""
+        super().__init__(url, **options)
+        self._threads = []
+        self._clock, self._share = clock, share
+        self._worked = time.process_time(), time.perf_counter()
+        self.loop_done: Callable[[], None] = lambda: None  # waits until the console has done what it has to do
+
+    def next_frame(self, timeout: float) -> SensorFrame | None:
+        """The next frame, or none while the link is cut; time passes all the same."""
+        self.loop_done()
+        self._keep_to_share()
+        with self._lock:
+            self.robot.drive(self.gate.twist)
+            frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
+            show(self.gate, self._near_field, frame, self._now)
+            end = self._now + 1 / self.profile.rate
+            while self._now < end - 1e-9:
+                passed = min(TICK_S, end - self._now)
+                self._now += passed
+                self._clock.now += passed
+                self.gate.tick(self._now)
+        if self.cut:
+            return None
+        self._frame_at = self._clock.now
+        return frame
+
+    def _keep_to_share(self) -> None:
+        """Leave the rest of the processor to others."""
+        work, real = time.process_time() - self._worked[0], time.perf_counter() - self._worked[1]
+        if work / self._share > real:
+            time.sleep(min(0.1, work / self._share - real))
+        if real > 10.0:
+            self._worked = time.process_time(), time.perf_counter()
