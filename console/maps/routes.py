@@ -244,7 +244,7 @@ class RouteService(Part):
         elif run.state == "paused":
             if self._is_low:
                 raise Problem(409, LOW)
-            before, run.owner, run.tries, run.acts = run.owner, who, 0, False
+            before, run.owner, run.tries, run.acts, run.rests = run.owner, who, 0, False, False
             try:
                 self._drive(run)
             except Problem:
