@@ -277,6 +277,7 @@ class Mapper:
                 self._global_grid.rest(left)
             if len(self.graph.views) > known:
                 self._loop_closer.look_at(known, stamp)
+            if len(self.graph.views) > known or submaps.has_moved_on:
                 self._tracker.around(submaps.points_around())
         pose = submaps.active.pose
         self._points = pose.apply(beams.points)

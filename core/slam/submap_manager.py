@@ -59,6 +59,7 @@ class SubmapManager:
         self._parts, self._laser, self._graph = parts, laser, graph
         self._driven: Increment | None = Increment()  # since the newest view; None: the robot was carried
         self.spread = np.zeros((3, 3))  # of the active submap in the world
+        self._looked_from = Pose()  # where the views around were chosen, in the submap that was active then
         if graph.submaps:
             self.active, self._driven = graph.submaps[0], None
         else:
@@ -146,6 +147,7 @@ class SubmapManager:
     def points_around(self) -> list[Array]:
         """Points (K, 2) [m] of the newest views and of the nearest ones, in the active submap's frame."""
         settings, graph, here = self._parts.floor, self._graph, self.active.pose
+        self._looked_from = here
         newest = [] if self._driven is None else graph.views[-settings.lately :]
         near = sorted(self.active.views, key=lambda view: view.local.distance_to(here.x, here.y))
         chosen = {view.id: view for view in (*newest, *near[: settings.nearby])}
@@ -154,6 +156,12 @@ class SubmapManager:
             (view.local if view.submap == self.active.id else back @ graph.poses[view.id]).apply(view.points)
             for view in chosen.values()
         ]
+
+    @property
+    def has_moved_on(self) -> bool:
+        """True if other views are around than those that were chosen, also where the map needs no new one."""
+        here = self.active.pose
+        return here.distance_to(self._looked_from.x, self._looked_from.y) > self._parts.floor.view_distance
 
     def respread(self) -> None:
         """Update the covariance of the active submap's place after a change of the graph."""

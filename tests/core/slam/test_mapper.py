@@ -12,7 +12,9 @@ import pytest
 from core.errors import BadInput
 from core.simulation.world import world_named
 from core.slam.map.map_file import ARRAYS, WORDS, SavedMap
+from core.slam.map.settings import SubmapSettings
 from core.slam.mapper import Mapper
+from core.slam.submap_manager import MapperSettings
 from tests.core.slam.ring import LASER, RING, Moment, drive, told
 
 
@@ -50,6 +52,17 @@ def work(floor: Mapper, last: Moment) -> None:
     for _ in range(60):
         told(floor, last)
     floor.finish()
+
+
+def test_on_ground_that_needs_no_new_view_scans_are_matched_on_the_views_around_the_robot() -> None:
+    floor = Mapper(MapperSettings(floor=SubmapSettings(alike=1, crowd=1)), LASER)
+    moments = list(drive(1, ((4.0, 0.0), (0.0, 0.0), (4.0, 0.0))))
+    scores: list[float] = []
+    for moment in moments:
+        told(floor, moment)
+        scores.append(floor.health.match_score or 0.0)
+    again = len(moments) - 20  # the second way out
+    assert min(scores[again:]) > 0.7 and floor.lost is None
 
 
 @pytest.mark.campaign
