@@ -56,11 +56,9 @@ STOPS, PLACES, SLOW_M_S = 6, 10, 0.1
 ROUTE_S, BRAKING_S, STILL_S = 900.0, 0.5, 10.0  # of the robot's clock
 PEOPLE_WAYS_M = (((2.0, 7.5), (10.0, 7.5)), ((11.7, 1.0), (11.7, 6.5)))  # [m] ways to and fro, in the corridors
 WALK_M_S = 0.4
-FOUND_M, KIDNAP_M, BLOCK_M = (
-    0.3,
-    3.0,
-    1.5,
-)  # off its place at most; carried at least; before a box on the stop at least
+FOUND_M, KIDNAP_M = 0.3, 3.0  # off its place at most; carried at least
+STOOD_M = 0.001  # that a robot which stands is moved at most
+BLOCK_M = 1.5  # before the stop on which a box appears, at least
 AT_THE_LAST_STOP = (plain(Statement("routes.done")), plain(Statement("routes.over")))
 NEAR_M = 1.0  # beside the zone to keep out of
 WALL_Y_M = -0.75  # the side of the corridor at the zone
@@ -407,7 +405,7 @@ def main() -> None:
                         break
                     row = inject(drive, fault, number)
                     print_row(**row)
-                    good = row["state"] in ("paused", "ended") and row["reason"] and row["moved_after_m"] == 0.0
+                    good = row["state"] in ("paused", "ended") and row["reason"] and row["moved_after_m"] < STOOD_M
                     sums[f"{fault}: as stated"] += bool(good and row["was_moving"] and row["still_stands"])
                     sums[f"{fault}: injected"] += 1
             seen = drive.sums
@@ -430,7 +428,7 @@ def main() -> None:
             (home / "route.json").write_bytes(kept)
             row = restarted(home, chosen.seed + number, clock, chosen.share)
             print_row(
-                **row, as_stated=row["state"] == "ended" and bool(row["reason"]) and row["moved_after_m"] == 0.0
+                **row, as_stated=row["state"] == "ended" and bool(row["reason"]) and row["moved_after_m"] < STOOD_M
             )
 
 
