@@ -3,50 +3,20 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from console.calibration import jobs
 from console.workers.job import Handler
 from core.errors import Refused
 
+if TYPE_CHECKING:  # a worker loads its own kind alone
+    from core.calibration.camera.session import CameraSession
+    from core.calibration.laser.session import LaserSession
+
 OTHER_VIEWS = (
     "The solution is of other views than those that take part now. Take the views back that it was made of, or show "
     "more until it is solved again."
 )
-
-
-class WizardProgress(Protocol):
-    """How far a wizard is."""
-
-    @property
-    def words(self) -> str:
-        """A sentence."""
-        ...
-
-
-class WizardSession(Protocol):
-    """A session of core: the camera's or the laser's."""
-
-    @property
-    def stale(self) -> bool:
-        """True when the solution does not cover the views."""
-        ...
-
-    def drop(self, name: str) -> None:
-        """Leave a view out. Raises BadInput."""
-
-    def restore(self, name: str) -> None:
-        """Take it back in. Raises BadInput."""
-
-    def skip(self) -> object:
-        """Another suggestion."""
-
-    def accept(self) -> object:
-        """Raises Refused where the solution is not good enough."""
-
-    def progress(self) -> WizardProgress:
-        """How far it is."""
-        ...
 
 
 class SessionWorker(ABC):
@@ -57,7 +27,7 @@ class SessionWorker(ABC):
 
     @property
     @abstractmethod
-    def _wizard(self) -> WizardSession:
+    def _wizard(self) -> CameraSession | LaserSession:
         """The session."""
 
     @property

@@ -21,10 +21,10 @@ from core.calibration.files.written import write_all
 from core.errors import BadInput, Unavailable
 from core.experiments.about import About, ChapterValue
 from core.experiments.course_draws import Field, frozen
-from core.experiments.drawn_drives import drawn_drives
-from core.experiments.drives import Drives, DriveSetup
+from core.experiments.drawn_drives import DrawnDrives, drawn_drives
+from core.experiments.drives import DriveSetup
 from core.experiments.figures.figure_16 import Panel, figure_16
-from core.experiments.lab_drives import lab_drives
+from core.experiments.lab_drives import LabDrives, lab_drives
 from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
 from core.message import Array, message
@@ -32,6 +32,7 @@ from core.recording import Ids
 from core.settings import Settings
 
 Through = Literal["drawn", "sensors"]
+Drives = DrawnDrives | LabDrives  # by their number; the same number is always the same drive
 DEFAULT_RUNS = 40
 MOST_RUNS = 100_000  # of a seed: beyond, the next seed begins
 MAX_DRAWN_RUNS = 40  # runs drawn faintly behind the worst
