@@ -30,7 +30,7 @@ from console.part import Part, Parts
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
 from console.recording.service import RecordingService
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.speech.browser_microphone import BrowserMicrophone
 from console.speech.listener import SpokenOutcome
 from console.speech.quality_runs import QualityRuns
@@ -50,7 +50,7 @@ class ConsoleBase:
     home: Path
     settings: Settings
     settings_file: Path | None  # None: in the data folder
-    robot: RobotLink
+    robot: RobotSupervisor
     lease: Lease
     history: History
     dispatcher: CommandDispatcher

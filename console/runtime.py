@@ -38,8 +38,8 @@ from console.maps.places import PlaceService
 from console.maps.zones import ZoneService
 from console.messages import state as messages
 from console.rest import StatePace
-from console.robot.link import RobotLink
 from console.robot.pilot_thread import PilotPace, PilotThread
+from console.robot.supervisor import RobotSupervisor
 from console.scene import Scene
 from console.speech.robot_voice import RobotVoice
 from console.state_view import StateContext, state_message
@@ -63,7 +63,7 @@ class Runtime:
 
     def __init__(
         self,
-        robot: RobotLink,
+        robot: RobotSupervisor,
         make_pilot: Callable[[], Pilot],
         *,
         home: Path,

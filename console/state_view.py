@@ -23,7 +23,7 @@ from console.messages.pending_command import LateCommandState, PendingCommandSta
 from console.part import Parts
 from console.people.service import EnrollmentService
 from console.recording.service import RecordingService
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.speech.robot_voice import RobotVoice
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import VoiceCommands
@@ -48,7 +48,7 @@ NIS_BAND = faded_band(NIS_FADE)
 class StateContext:
     """The console's part of the state, besides the snapshot."""
 
-    robot: RobotLink
+    robot: RobotSupervisor
     lease: Lease
     history: History
     notifications: Notifications

@@ -21,7 +21,7 @@ from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.maps.service import MapService
 from console.part import Part
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.runtime import Runtime
 from core.robots.requests import Ask
 from core.sentences import Statement
@@ -136,7 +136,7 @@ HistoryInUse = Annotated[History, base(lambda runtime: runtime.history)]
 Dispatcher = Annotated[CommandDispatcher, base(lambda runtime: runtime.dispatcher)]
 OperatorLease = Annotated[Lease, base(lambda runtime: runtime.lease)]
 NotificationsInUse = Annotated[Notifications, base(lambda runtime: runtime.notifications)]
-RobotInUse = Annotated[RobotLink, base(lambda runtime: runtime.robot)]
+RobotInUse = Annotated[RobotSupervisor, base(lambda runtime: runtime.robot)]
 SavedMaps = Annotated[MapService, part(MapService)]
 Sockets = Annotated[OpenSockets, base(lambda runtime: runtime.sockets)]
 

@@ -17,7 +17,7 @@ import msgspec
 from console.calibration.microphone_recorder import MicrophoneRecorder
 from console.http.problems import Problem
 from console.part import Part
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.workers.array_worker import CheckArray, FindClap
 from console.workers.job import Answer, Job
 from console.workers.tasks import end
@@ -162,7 +162,7 @@ class MicrophonesState:
 class MicrophoneCalibration(Part):
     """Lives on the event loop."""
 
-    def __init__(self, home: Path, robot: RobotLink, changed: Callable[[], None]) -> None:
+    def __init__(self, home: Path, robot: RobotSupervisor, changed: Callable[[], None]) -> None:
         """`changed`: another orientation is in use."""
         self.wizard = OrientationWizard()
         self.active: AcceptedOrientation | None = None

@@ -40,7 +40,7 @@ from console.messages.calibration import (
     CalibrationSource,
 )
 from console.part import Part
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.workers.demo_runner import DemoRunner
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import end
@@ -111,7 +111,7 @@ class CalibrationService(Part):
     def __init__(
         self,
         home: Path,
-        robot: RobotLink,
+        robot: RobotSupervisor,
         broadcaster: Broadcaster,
         tell: Callable[[Level, str], None],
         recalibrated: Callable[[], None],

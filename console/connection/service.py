@@ -18,7 +18,7 @@ from console.http.problems import Problem
 from console.maps.service import MapService
 from console.maps.store import slug
 from console.part import Part
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, Refused, Unavailable
 from core.files import saving, write_atomic
@@ -60,7 +60,9 @@ class WrittenFile(msgspec.Struct, frozen=True):
 class ConnectionService(Part):
     """Lives on the event loop; one robot is looked at, or one recording read, at a time."""
 
-    def __init__(self, home: Path, robot: RobotLink, maps: MapService, settings: LogSettings | None = None) -> None:
+    def __init__(
+        self, home: Path, robot: RobotSupervisor, maps: MapService, settings: LogSettings | None = None
+    ) -> None:
         self._folder, self._recordings = home / FOLDER, home / RECORDINGS
         self._robot, self._maps = robot, maps
         self._settings = settings or LogSettings()

@@ -25,8 +25,8 @@ from console.control.notices import Notifications
 from console.control.stop import StopController
 from console.http.problems import Problem, problem_of
 from console.messages import inbound
-from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
+from console.robot.supervisor import RobotSupervisor
 from core.commands import spec_of
 from core.commands.command import Command
 from core.commands.stop_moving import STOP_MOVING
@@ -59,7 +59,12 @@ class CommandDispatcher:
     """Takes commands and records how they end."""
 
     def __init__(
-        self, robot: RobotLink, lease: Lease, history: History, notifications: Notifications, own: OwnPhrases = ()
+        self,
+        robot: RobotSupervisor,
+        lease: Lease,
+        history: History,
+        notifications: Notifications,
+        own: OwnPhrases = (),
     ) -> None:
         """`own`: phrases of the user's that may be typed, too."""
         self.own_phrases = own

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from console.control.dispatcher import CommandDispatcher
 from console.control.notices import Notifications
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from core.sentences import Statement
 
 HANGS = Statement("pilot.hangs")
@@ -13,7 +13,7 @@ HANGS = Statement("pilot.hangs")
 class LinkMonitor:
     """Tells the dispatcher and the notice board, once each time."""
 
-    def __init__(self, robot: RobotLink, dispatcher: CommandDispatcher, notifications: Notifications) -> None:
+    def __init__(self, robot: RobotSupervisor, dispatcher: CommandDispatcher, notifications: Notifications) -> None:
         self._robot = robot
         self._dispatcher = dispatcher
         self._notifications = notifications

@@ -19,7 +19,7 @@ from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.notices import Notifications
 from console.part import Part
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
 from core.message import Array
@@ -70,7 +70,7 @@ class OwnNavigationService(Part):
     """Asks the robot twice a second; its methods run on the event loop."""
 
     def __init__(
-        self, robot: RobotLink, dispatcher: CommandDispatcher, history: History, notifications: Notifications
+        self, robot: RobotSupervisor, dispatcher: CommandDispatcher, history: History, notifications: Notifications
     ) -> None:
         self.shown = True  # in the scene
         self.newest: requests.OwnNavigation | None = None  # its map apart

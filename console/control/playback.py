@@ -13,7 +13,7 @@ from console.control.history import History
 from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.part import Part
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from core.pilot.replayed_drive import ReplayFrame
 from core.recording.drive import NO_OWN_RECORDING
 from core.robots import requests
@@ -40,7 +40,7 @@ class PlaybackOrder(msgspec.Struct, frozen=True):
 class PlaybackController(Part):
     """Asks the recording's driver, outside the event loop."""
 
-    def __init__(self, robot: RobotLink, history: History, notifications: Notifications) -> None:
+    def __init__(self, robot: RobotSupervisor, history: History, notifications: Notifications) -> None:
         self.speed = 1.0  # of the playback, times real time
         self.state: requests.PlaybackState | None = (
             None  # newest of a recording that says how it plays with every frame

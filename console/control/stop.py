@@ -17,8 +17,8 @@ from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.http.rate_counter import RateCounter
-from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
+from console.robot.supervisor import RobotSupervisor
 from core.errors import Unavailable
 from core.gate.status import GateStatus
 from core.sentences import Statement
@@ -50,7 +50,7 @@ class StopController:
 
     def __init__(
         self,
-        robot: RobotLink,
+        robot: RobotSupervisor,
         setpoint_sender: SetpointSender,
         lease: Lease,
         history: History,
@@ -126,7 +126,7 @@ class StopController:
         return self._tallies.setdefault(who.id, RateCounter()).add(now) <= MAX_RECORDED_STOPS
 
 
-async def latched(robot: RobotLink, notifications: Notifications) -> str:
+async def latched(robot: RobotSupervisor, notifications: Notifications) -> str:
     """Wait until the newest halt is on disk → "", or why a restart may forget it."""
     ends = time.monotonic() + MAX_LATCHING_S
     while not robot.halt_is_latched() and time.monotonic() < ends:

@@ -39,7 +39,7 @@ from console.fleet.bus import (
 )
 from console.maps.service import MapService
 from console.part import Part
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from core.errors import BadInput, Unavailable
 from core.robots.ros.zenoh_session import load_zenoh
 from core.sensors import Image, SensorFrame
@@ -83,7 +83,7 @@ class FleetMember(Part):
         console_address: str,
         certificate: str = "",
         *,
-        robot: RobotLink,
+        robot: RobotSupervisor,
         dispatcher: CommandDispatcher,
         lease: Lease,
         notifications: Notifications,

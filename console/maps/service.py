@@ -27,7 +27,7 @@ from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, c
 from console.maps.trajectory import Trajectory, laid_out
 from console.messages.map import MapState
 from console.part import Part
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.workers.job import Answer, Job
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import to_the_end
@@ -84,7 +84,7 @@ class MapService(Part):
         self,
         home: Path,
         settings: Settings,
-        robot: RobotLink,
+        robot: RobotSupervisor,
         dispatcher: CommandDispatcher,
         lease: Lease,
         history: History,

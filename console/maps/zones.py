@@ -22,7 +22,7 @@ from console.maps.service import MapService
 from console.maps.store import checked_name, key_of
 from console.messages.inbound import JogMessage
 from console.part import Part
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from core.errors import BadInput
 from core.gate import Twist
 from core.message import Array
@@ -55,7 +55,7 @@ class MaskReading:
 class ZoneService(Part):
     """Lives on the event loop."""
 
-    def __init__(self, maps: MapService, robot: RobotLink, dispatcher: CommandDispatcher, lease: Lease) -> None:
+    def __init__(self, maps: MapService, robot: RobotSupervisor, dispatcher: CommandDispatcher, lease: Lease) -> None:
         self.zones: tuple[MapZone, ...] = ()  # where they are now
         self._maps, self._robot, self._dispatcher, self._lease = maps, robot, dispatcher, lease
         self._keep_outs = KeepOuts()

@@ -16,7 +16,7 @@ from itertools import product
 
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentSession, Gesture
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.workers.demo_runner import Demo, DemoRunner
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
@@ -188,7 +188,7 @@ Take = Callable[[EnrollmentSession, str, Image], Awaitable[None]]
 class EnrollmentDemo:
     """One at a time. Lives on the event loop."""
 
-    def __init__(self, robot: RobotLink, newest: Callable[[], Image | None], take: Take) -> None:
+    def __init__(self, robot: RobotSupervisor, newest: Callable[[], Image | None], take: Take) -> None:
         """`newest` picture of the robot; `take(enrollment, what, picture)` has it judged."""
         self.stands = False  # who showed everything is in the simulated room still
         self._robot, self._newest, self._take = robot, newest, take

@@ -22,7 +22,7 @@ from console.people.demo import EnrollmentDemo
 from console.people.enrollment import MOST_PICTURES, EnrollmentSession, EnrollmentState
 from console.people.jobs import JudgePicture, LearnPerson, PersonPicture, PixelPicture, ReadBackground
 from console.people.store import CARD_VERSION, MOST_PEOPLE, PersonFile, PersonStore, StoredLooks, name_of
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.workers.job import Answer, Job
 from console.workers.queue_limit import QueueLimit
 from console.workers.worker import Worker, WorkerLost
@@ -84,7 +84,7 @@ class EnrollmentService(Part):
     def __init__(
         self,
         home: Path,
-        robot: RobotLink,
+        robot: RobotSupervisor,
         dispatcher: CommandDispatcher,
         tell: Callable[[Level, str], None],
         newest: Callable[[], Image | None],

@@ -43,7 +43,7 @@ from console.recording.work import (
     cause_facts,
     with_cause,
 )
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.workers.worker import Worker
 from core.errors import BadInput, BeckonError
 from core.files import saving, write_atomic
@@ -126,7 +126,7 @@ class RecordingService(Part):
         self,
         home: Path,
         settings: RecordingSettings,
-        robot: RobotLink,
+        robot: RobotSupervisor,
         history: History,
         notifications: Notifications,
         lease: Lease,

@@ -8,8 +8,8 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 
-from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
+from console.robot.supervisor import RobotSupervisor
 from core.gate.scheduling import PILOT_RANK, stay_first
 from core.pilot.pilot import Pilot
 from core.pilot.replayed_drive import ReplayFrame
@@ -80,7 +80,7 @@ class PilotThread:
 
     def __init__(
         self,
-        robot: RobotLink,
+        robot: RobotSupervisor,
         pilot: Pilot,
         setpoint_sender: SetpointSender,
         publish: Callable[[Snapshot, SensorFrame], None],

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 
 from console.messages.inbound import JogMessage
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from core.gate.setpoint import Setpoint
 from core.gate.twist import ZERO, Twist
 from core.snapshot import Snapshot
@@ -22,7 +22,7 @@ class SetpointSender:
     The lock makes a stop final: whatever the pilot computed before it is not sent after it.
     """
 
-    def __init__(self, robot: RobotLink) -> None:
+    def __init__(self, robot: RobotSupervisor) -> None:
         self._robot = robot
         self._lock = threading.Lock()
         self._authorized: dict[int, int] = {}  # active command → epoch of its lease

@@ -19,7 +19,7 @@ from console.access.open_sockets import OpenSockets, TooMany
 from console.control.dispatcher import CommandDispatcher
 from console.control.own_navigation import OwnMapView
 from console.messages import state as messages
-from console.robot.link import RobotLink
+from console.robot.supervisor import RobotSupervisor
 from console.scene.click_to_go import ClickToGo
 from console.scene.overlays.associations import Associations
 from console.scene.overlays.candidates import CandidatePoses
@@ -92,7 +92,7 @@ class Scene:
 
     def __init__(
         self,
-        robot: RobotLink,
+        robot: RobotSupervisor,
         complain: Callable[[str], None],
         waiting: Callable[[], Command | None],
         own_map: Callable[[], OwnMapView | None],

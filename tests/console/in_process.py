@@ -32,7 +32,7 @@ HEARTBEAT = 0.6  # [s] that the gate waits for the console: here one interpreter
 
 
 class InProcessRobot:
-    """The console's RobotLink without processes, for tests that need a robot behind the console."""
+    """The console's RobotSupervisor without processes, for tests that need a robot behind the console."""
 
     def __init__(
         self, url: str = "sim:lab", *, seed: int = 0, settings: Settings | None = None, pace: float = 1.0

@@ -50,7 +50,7 @@ def recorded() -> tuple[Profile, Snapshot, SensorFrame]:
 
 
 class GateAlone:
-    """The console's RobotLink with a real gate, and a robot that stands still in its one frame."""
+    """The console's RobotSupervisor with a real gate, and a robot that stands still in its one frame."""
 
     def __init__(self, profile: Profile) -> None:
         self.profile, self.trouble = profile, ""
