@@ -17,7 +17,7 @@ import sys
 import tempfile
 import time
 import urllib.error
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -77,11 +77,11 @@ def on_a_map(console: Console, number: int) -> None:
             commanded(console, number)
 
 
-def recorded(url: str, act: Act, seconds: float, out: Path) -> dict[str, Any]:
-    """One session → its recording at `out`, and how the robot's clock went."""
+def recorded(url: str, act: Act, seconds: float, out: Path, environment: Mapping[str, str]) -> dict[str, Any]:
+    """One session → its recording at `out`, how long it is, and the tracebacks in the log."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "settings.toml").write_text("[recording]\nfrom_start = true\nring_s = 0\n")
-        console = Console(Path(folder), robot=url, auth=not url.startswith("sim:"))
+        console = Console(Path(folder), robot=url, auth=not url.startswith("sim:"), environment=environment)
         try:
             time.sleep(SETTLE_S)
             end = time.monotonic() + seconds
@@ -181,8 +181,9 @@ def main() -> None:
                 continue
             path = Path(folder) / f"{name}.mcap"
             with contextlib.ExitStack() as stack:
-                there = stack.enter_context(robot_process(*wires)).url if wires else url
-                report[name] = recorded(there, act, chosen.seconds, path)
+                robot = stack.enter_context(robot_process(*wires)) if wires else None
+                there, environment = (url, {}) if robot is None else (robot.url, robot.environment)
+                report[name] = recorded(there, act, chosen.seconds, path, environment)
             report[name] |= computed_again(path)
             sys.stderr.write(f"{name}: {json.dumps(report[name])}\n")  # what is done stays where a later one fails
     sys.stdout.write(json.dumps(report, indent=2) + "\n")
