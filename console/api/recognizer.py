@@ -1,4 +1,4 @@
-"""What recognizes words, and what looks for people: which of each is active, and the models that do it better."""
+"""The recognizer of words and the detector of people: which of each is active, and the models that do it better."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ fetching = {MODEL: asyncio.Lock(), PEOPLE_MODEL: asyncio.Lock()}
 
 
 class OfferedModel(msgspec.Struct, frozen=True, kw_only=True):
-    """What is active, and the model with which it is done best."""
+    """The active one, and the model with which its work is done best."""
 
     active: str  # it and what it knows, in a sentence; or why there is none
     model: str

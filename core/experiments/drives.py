@@ -1,4 +1,4 @@
-"""What drives for experiments have in common, whatever their source."""
+"""Set-up and surroundings of drives for experiments, whatever their source."""
 
 from __future__ import annotations
 
