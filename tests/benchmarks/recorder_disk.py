@@ -40,8 +40,9 @@ def until(true: Callable[[], Any], what: str) -> Any:
     """Wait for something to be the case → what it then is."""
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
-        if found := true():
-            return found
+        with contextlib.suppress(TimeoutError):  # a busy computer answers late
+            if found := true():
+                return found
         time.sleep(0.3)
     raise TimeoutError(what)
 
