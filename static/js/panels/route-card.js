@@ -254,15 +254,15 @@ class RouteCard extends Panel {
       "li",
       { class: "row route-stop", draggable: "true" },
       make("span", { class: "place-name" }, stop.place),
-      wait,
-      "s",
-      action,
-      text,
       this.#act("chevron", t("route-card.place_earlier", { place: stop.place }), () => this.#move(index, index - 1)),
       this.#act("close", t("place-list.remove_name", { name: stop.place }), () => {
         this.#made.splice(index, 1);
         this.#drawForm();
       }),
+      wait,
+      "s",
+      action,
+      text,
     );
     row.addEventListener("dragstart", () => (this.#dragged = index));
     row.addEventListener("dragover", (event) => event.preventDefault());
