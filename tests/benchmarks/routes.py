@@ -57,6 +57,7 @@ ROUTE_S, BRAKING_S, STILL_S = 900.0, 0.5, 10.0  # of the robot's clock
 PEOPLE_WAYS_M = (((2.0, 7.5), (10.0, 7.5)), ((11.7, 1.0), (11.7, 6.5)))  # [m] ways to and fro, in the corridors
 WALK_M_S = 0.4
 FOUND_M, KIDNAP_M = 0.3, 3.0  # off its place at most; carried at least
+FINDING_S = 5.0  # that a robot may look for its place before a person helps
 STOOD_M = 0.001  # that a robot which stands is moved at most
 BLOCK_M = 1.5  # before the stop on which a box appears, at least
 AT_THE_LAST_STOP = (plain(Statement("routes.done")), plain(Statement("routes.over")))
@@ -204,16 +205,25 @@ class Drive:
         return ordered
 
     def put_right(self) -> None:
-        """A person says where the robot is, where it has not found its place by itself."""
+        """A person says where the robot is, where it has not found its place by itself, and carries it if need be."""
+        self.comes_to(lambda: self.is_right, FINDING_S)
+        for spot in [None, *self.places.values()]:
+            if self.is_right:
+                return
+            if spot is not None:
+                self.ask("POST", "/api/sim/place", {"what": "robot", "x_m": spot[0], "y_m": spot[1]}, 201)
+                self.comes_to(lambda: False, 1.0)
+            true = self.live.runtime.snapshot.truth
+            here = {"x_m": true.x, "y_m": true.y, "heading_rad": math.remainder(true.heading, math.tau)}
+            self.live.ask("POST", "/api/slam/here", {**here, "force": True}, token=self.live.operator)
+            self.comes_to(lambda: self.is_right, 2 * FINDING_S)
+
+    @property
+    def is_right(self) -> bool:
+        """True where the robot knows its place, by truth."""
         snapshot = self.live.runtime.snapshot
-        self.comes_to(lambda: self.live.runtime.snapshot.floor.lost is None, 5.0)
         off = snapshot.estimate.pose.distance_to(snapshot.truth.x, snapshot.truth.y)
-        if self.live.runtime.snapshot.floor.lost is None and off < FOUND_M:
-            return
-        true = self.live.runtime.snapshot.truth
-        here = {"x_m": true.x, "y_m": true.y, "heading_rad": math.remainder(true.heading, math.tau), "force": True}
-        self.live.ask("POST", "/api/slam/here", here, token=self.live.operator)
-        self.comes_to(lambda: self.live.runtime.snapshot.floor.lost is None, 60.0)
+        return snapshot.floor.lost is None and off < FOUND_M
 
     def end(self) -> None:
         """Whatever runs ends."""
@@ -380,6 +390,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--routes", type=int, default=50)
     parser.add_argument("--faults", type=int, default=10)
+    parser.add_argument("--kinds", nargs="+", choices=list(FAULTS), default=list(FAULTS), help="of faults")
     parser.add_argument("--restarts", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=3600.0, help="after which no further one is begun")
@@ -400,7 +411,7 @@ def main() -> None:
                 sums.update(one_route(drive, number))
             drive.watch(False)
             for number in range(chosen.faults):
-                for fault in FAULTS:
+                for fault in chosen.kinds:
                     if time.perf_counter() > end:
                         break
                     row = inject(drive, fault, number)
