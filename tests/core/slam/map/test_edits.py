@@ -120,7 +120,7 @@ def test_edits_outlast_the_mapping_that_goes_on_and_undo_returns_every_bit(
 @pytest.mark.campaign
 def test_edits_outlast_thirty_minutes_of_mapping() -> None:
     robot = connect("sim:lab", seed=3, settings=BLIND)
-    map_twice(robot.profile, itertools.islice(driven(robot, 1800.0), None, None, 2), edited_at=2.0)
+    map_twice(robot.profile, itertools.islice(driven(robot, 1800.0), None, None, 4), edited_at=2.0)
     robot.close()
 
 
