@@ -85,8 +85,7 @@ class AsRecorded:
     def begin(self, grid: Envelope | None, landmarks: tuple[Landmark, ...], trail: Array = NO_POINTS) -> None:
         """Go on from another place in the recording, with what was known there."""
         self._trail, self._drifted = Trail(), Trail()
-        for x, y in trail.tolist():
-            self._trail.add(x, y)
+        self._trail.follow(trail)
         self._points, self._landmarks, self._view = NO_POINTS, landmarks, None
         self._grid = EMPTY_GRID if grid is None else self._decoded(grid)
 

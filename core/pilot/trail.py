@@ -27,6 +27,12 @@ class Trail:
         self._points: list[tuple[float, float]] = []
         self._array = NO_POINTS
 
+    def follow(self, way: Array) -> None:
+        """Begin with a way (N, 2) [m] whose points are far enough apart already."""
+        while len(way) > self._most:
+            way, self._step = way[::2], 2 * self._step
+        self._points, self._array = [(x, y) for x, y in way.tolist()], frozen(way.copy())
+
     def add(self, x: float, y: float) -> Array:
         """Go on to (x, y) [m] → the trail (K, 2) [m], read-only."""
         if self._points and np.hypot(x - self._points[-1][0], y - self._points[-1][1]) < self._step:
