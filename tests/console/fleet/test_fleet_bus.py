@@ -25,6 +25,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 ROBOTS = ("r1", "r2", "r3")
+FORGED = b"{}"
 
 
 class Site:
@@ -264,20 +265,61 @@ def test_the_loss_of_the_fleet_changes_nothing_at_a_robot_but_is_said_and_it_joi
     run(work())
 
 
-def test_a_new_certificate_is_let_in_and_a_withdrawn_one_is_not_while_the_fleet_runs(site: Site) -> None:
+def test_a_new_certificate_is_let_in_and_a_withdrawn_one_says_and_reads_nothing_while_the_fleet_runs(
+    site: Site,
+) -> None:
     async def work() -> None:
         async with site.running("r1") as (router, address, _):
             site.authority.issue("r9", site.folder / "r9", kind="robot")
+            site.authority.issue("reader", site.folder / "reader", kind="viewer")
             await until(lambda: "r9" in router.table.robots)
             console = LightConsole("r9", address, site.folder / "r9", site.folder / "r9-home")
             console.open()
             await until(lambda: router.table.robots["r9"].link == "live" and router.table.robots["r1"].link == "live")
-            site.authority.withdraw("r9")
+            reader = await asyncio.to_thread(open_session, client_settings(address, site.files("reader")), "refused")
+            heard: list[str] = []
+            kept = listening(reader, heard)
+            await until(lambda: {key_of("r1", "state"), key_of("r1", "alive")} <= set(heard))
+            for name in ("r9", "reader"):
+                site.authority.withdraw(name)
             await until(lambda: "r9" not in router.table.robots)
             await until(lambda: router.table.robots["r1"].link == "live")
             await console.close()
+            again = await asyncio.to_thread(open_session, client_settings(address, site.files("r9")), "refused")
+            heard.clear()
+            kept += listening(again, heard)
+            for key in (key_of("r1", "state"), key_of("r9", "state")):
+                again.put(key, FORGED)
+            at = router.table.robots["r1"].heard_at
+            await until(lambda: router.table.robots["r1"].heard_at > at + 1.0)
+            asked = await asyncio.to_thread(
+                lambda: [
+                    reply.ok
+                    for one in (again, reader)
+                    for found in (one.get("**", timeout=0.2), one.liveliness().get("**", timeout=0.2))
+                    for reply in found
+                ]
+            )
+            assert heard == [] and not any(asked) and set(router.table.robots) == set(ROBOTS)
+            del kept
+            for one in (again, reader):
+                await asyncio.to_thread(one.close)
 
     run(work())
+
+
+def listening(session: Any, heard: list[str]) -> list[Any]:
+    """Write down the keys of all that a session can read, but what it says itself."""
+
+    def hear(sample: Any) -> None:
+        if sample.payload.to_bytes() != FORGED:
+            heard.append(str(sample.key_expr))
+
+    return [
+        session.declare_subscriber("**", hear),
+        session.declare_subscriber(key_of("*", "state"), hear),
+        session.liveliness().declare_subscriber(key_of("*", "alive"), hear, history=True),
+    ]
 
 
 def test_without_openssl_the_command_that_installs_it_is_said(
