@@ -66,6 +66,8 @@ def test_robots_of_one_map_are_shown_on_it_and_a_saved_map_is_taken_to_another(p
     expect(page.locator(".fleet-map h2")).to_have_text("On one map: lab")
     expect(page.locator(".fleet-spot")).to_have_text(["r1", "r2"])
     assert page.locator(".fleet-spot").first.get_attribute("href") == "/robots/r1/"
+    page.get_by_role("button", name="Share places, zones and routes").click()
+    expect(page.locator(".fleet-map [role=status]")).to_have_text("Added at robots that lacked them: 0.")
     page.locator(".fleet-take summary").click()
     page.get_by_label("To", exact=True).select_option("r3")
     expect(page.get_by_label("Map", exact=True)).to_have_value("lab")

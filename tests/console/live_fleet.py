@@ -22,7 +22,11 @@ from tests.emulators.zenoh_robot import free_port
 
 ROOM_CM = [-290, -190, 290, -190, 290, 190, -290, 190]
 OUTLINE = {"walls_cm": [[-300, -200, 300, -200, 300, 200, -300, 200], ROOM_CM], "floor_cm": [ROOM_CM]}
-ANSWERS = {"/api/map/outline": OUTLINE, "/api/maps": {"current": "lab", "maps": [{"name": "lab"}]}}
+ANSWERS = {
+    "/api/map/outline": OUTLINE,
+    "/api/maps": {"current": "lab", "maps": [{"name": "lab"}]},
+    **{f"/api/{kind}": {kind: [{"name": kind}]} for kind in ("places", "zones", "routes")},
+}
 
 
 class ConsolesOfAll(ThreadingHTTPServer):

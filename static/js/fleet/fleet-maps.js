@@ -3,6 +3,7 @@
 import { address, call, Refusal, sentenceOf } from "../net/api.js";
 import { send } from "../net/edits-api.js";
 import { plan } from "../net/maps-api.js";
+import { shareMarks } from "../net/marks-api.js";
 import { make, mark, write } from "../ui/element.js";
 import { FloorView } from "../ui/floor-view.js";
 import { colourOf, drawPlan, drawRobot, fresh } from "../ui/place-drawing.js";
@@ -26,19 +27,44 @@ class SharedMap {
   #head = make("h2");
   #canvas = make("canvas", { class: "fleet-floor", role: "img" });
   #spots = make("div", { class: "fleet-spots" });
-  element = make("section", { class: "card fleet-map" }, this.#head, this.#canvas, this.#spots);
+  #share = make("button", { type: "button", class: "button" }, t("fleet.share"));
+  #says = make("p", { role: "status" });
+  #foot = make("div", { class: "fleet-map-foot" }, this.#share, this.#says);
+  element = make("section", { class: "card fleet-map" }, this.#head, this.#canvas, this.#spots, this.#foot);
+  /** @type {Robot[]} */
+  #robots = [];
   /** @type {import("../net/maps-api.js").Plan | null} */
   #plan = null;
   #askedAt = -Infinity;
   /** @type {Map<string, HTMLAnchorElement>} the names beside the robots, by these */
   #spotOf = new Map();
 
+  constructor() {
+    this.#share.addEventListener("click", () => void this.#carry());
+  }
+
+  /** What people marked at one of these robots, for the others too. */
+  async #carry() {
+    const open = new Map(this.#robots.map((robot) => [rootOf(robot), robot]));
+    this.#share.disabled = true;
+    try {
+      const { added, refused } = await shareMarks([...open.keys()], (root) => open.get(root)?.role !== "viewer");
+      write(this.#says, [t("fleet.shared", { added }), ...refused].join(" "));
+    } catch (refusal) {
+      write(this.#says, sentenceOf(refusal));
+    } finally {
+      this.#share.disabled = false;
+    }
+  }
+
   /** @param {Robot[]} robots */
   show(robots) {
+    this.#robots = robots.filter((robot) => robot.link === "live" && isOpen(robot));
+    this.#foot.hidden = this.#robots.length < 2 || this.#robots.every(({ role }) => role === "viewer");
     const name = robots.find((robot) => robot.map?.name)?.map?.name ?? "";
     write(this.#head, t("fleet.on_one_map", { name }));
     this.#canvas.setAttribute("aria-label", t("fleet.map_from_above", { name }));
-    void this.#look(robots.find((robot) => robot.link === "live" && isOpen(robot)));
+    void this.#look(this.#robots[0]);
     this.#draw(robots);
   }
 

@@ -1,7 +1,7 @@
 // HTTP client for what people marked on the map: named places, zones and routes. Read again whenever the console says that they changed.
 
 import { t } from "../ui/texts.js";
-import { call, post } from "./api.js";
+import { call, post, sentenceOf } from "./api.js";
 
 /** @import { Kind } from "../drive/suggest.js" */
 /** @import { RouteProgress, ZoneRow as Zone } from "./rest.js" */
@@ -56,6 +56,33 @@ export const steerRoute = (act) => post(`api/route/${act}`);
 
 /** @returns {Promise<RouteProgress>} */
 export const routeNow = () => call("api/route");
+
+/**
+ * Give every robot of one map the places, zones and routes that only others have; what it has under a name stays.
+ * @param {string[]} roots of the consoles, "robots/r1/" @param {(root: string) => boolean} mayWrite
+ * @returns {Promise<{added: number, refused: string[]}>} sentences of the consoles that took one not
+ */
+export async function shareMarks(roots, mayWrite) {
+  const done = { added: 0, refused: /** @type {string[]} */ ([]) };
+  for (const path of [PLACES, ZONES, ROUTES]) {
+    // routes last: their stops are places
+    const kind = path.replace("api/", "");
+    /** @type {Array<Array<{name: string}>>} */
+    const had = await Promise.all(roots.map(async (root) => (await call(root + path))[kind]));
+    for (const [n, root] of roots.entries()) {
+      const names = new Set(had[n]?.map(({ name }) => name.toLowerCase()));
+      for (const mark of mayWrite(root) ? had.flat() : []) {
+        if (names.has(mark.name.toLowerCase())) continue;
+        names.add(mark.name.toLowerCase());
+        await post(root + path, mark).then(
+          () => (done.added += 1),
+          (refusal) => done.refused.push(`${mark.name}: ${sentenceOf(refusal)}`),
+        );
+      }
+    }
+  }
+  return done;
+}
 
 /** @param {Place} place the words that send the robot there */
 export const wordsTo = ({ name }) => `go to ${name.toLowerCase()}`;

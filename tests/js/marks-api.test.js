@@ -1,0 +1,45 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+/** @typedef {Record<string, Array<{name: string, of: string}>>} Marks */
+
+test("robots of one map get the marks that they lack, keep their own, and nothing is written where one may not", async () => {
+  /** @type {Record<string, Marks>} */
+  const kept = {
+    r1: { places: [{ name: "dock", of: "r1" }], zones: [{ name: "stairs", of: "r1" }], routes: [] },
+    r2: { places: [{ name: "Dock", of: "r2" }], zones: [], routes: [{ name: "round", of: "r2" }] },
+    r3: { places: [{ name: "lift", of: "r3" }], zones: [], routes: [] },
+  };
+  /** @type {string[]} */
+  const order = [];
+  Object.assign(globalThis, {
+    document: { baseURI: "http://fleet/" },
+    fetch: async (/** @type {URL} */ url, /** @type {RequestInit} */ { method, body }) => {
+      const [, , robot = "", , kind = ""] = url.pathname.split("/");
+      const own = kept[robot]?.[kind] ?? [];
+      if (method !== "POST") return Response.json({ [kind]: own });
+      const mark = JSON.parse(String(body));
+      if (mark.name === "lift") return Response.json({ detail: "It sounds like left." }, { status: 422 });
+      order.push(kind);
+      own.push(mark);
+      return Response.json(mark, { status: 201 });
+    },
+  });
+  const { shareMarks } = await import("../../static/js/net/marks-api.js");
+  const done = await shareMarks(["robots/r1/", "robots/r2/", "robots/r3/"], (root) => root !== "robots/r3/");
+  assert.deepEqual(done, { added: 2, refused: ["lift: It sounds like left.", "lift: It sounds like left."] });
+  assert.deepEqual(order, ["zones", "routes"]);
+  assert.deepEqual(kept, {
+    r1: {
+      places: [{ name: "dock", of: "r1" }],
+      zones: [{ name: "stairs", of: "r1" }],
+      routes: [{ name: "round", of: "r2" }],
+    },
+    r2: {
+      places: [{ name: "Dock", of: "r2" }],
+      zones: [{ name: "stairs", of: "r1" }],
+      routes: [{ name: "round", of: "r2" }],
+    },
+    r3: { places: [{ name: "lift", of: "r3" }], zones: [], routes: [] },
+  });
+});
