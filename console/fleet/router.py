@@ -122,7 +122,7 @@ class FleetRouter:
         await asyncio.to_thread(self._close_session)
 
     def renew(self) -> None:
-        """Listen anew at the next look: zenoh takes 0.1 s for every connection that its robot has given up."""
+        """Open the port again at the next look: zenoh takes 0.1 s for each connection that was given up."""
         self._known = -1.0
 
     async def _restart(self) -> None:
