@@ -201,7 +201,7 @@ class RecordingService(Part):
                     await self._wake.wait()
             await asyncio.sleep(FOXGLOVE_PERIOD_S if self.foxglove_port else BATCH_PERIOD_S)
             self._wake.clear()
-            await self._send()
+            await asyncio.shield(self._send())  # a console that ends meanwhile would end the recorder
             if self._unfinished:
                 await self._recover()
             await self._after_batch(time.monotonic())

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from core.message import Array
 from core.recording.read_report import ReadReport
@@ -82,6 +81,8 @@ def settled_stamps(stream: StampedStream, report: ReadReport) -> tuple[StampedSt
     The records' own are used unless most are missing (NaN, zero) or repeat; where their clock was set, they go on as
     the recorder's time did.
     """
+    from scipy.ndimage import median_filter  # late: drivers do without scipy
+
     own, logged = stream.own, stream.logged
     stamped = np.isfinite(own) & (own > 0)
     if not stamped.any() or len(np.unique(own[stamped])) * 2 < len(own):

@@ -138,13 +138,25 @@ class Drive:
         assert snapshot.truth is not None
         at = snapshot.truth.x, snapshot.truth.y
         self.sums["frames"] += 1
-        self.sums["contacts"] += snapshot.contact and not self._touching
+        if snapshot.contact and not self._touching:
+            self.sums["contacts"] += 1
+            self.print_contact(snapshot.truth)
         self._touching = snapshot.contact
         self.sums["near_keep_out"] += within(KEEP_OUT_ZONE_M, *at, NEAR_M)
         self.sums["in_keep_out"] += within(KEEP_OUT_ZONE_M, *at)
         in_slow = within(SLOW_ZONE_M, *at)
         self.sums["in_slow"] += in_slow
         self.sums["too_fast_in_slow"] += in_slow and abs(self.live.robot.status().v) > SLOW_M_S + 1e-6
+
+    def print_contact(self, true: Pose) -> None:
+        """Where the robot touched something, its setpoint, and where the people were."""
+        people = [one.pose for one in self.live.robot.robot._world.things if one.what == "person"]  # type: ignore[attr-defined]
+        print_row(
+            contact_at=round(self.live.robot.now, 2),
+            robot=[round(value, 2) for value in (true.x, true.y, true.heading)],
+            gate_m_s=round(self.live.robot.status().v, 3),
+            people=[[round(one.x, 2), round(one.y, 2), round(one.heading, 2)] for one in people],
+        )
 
     def keep_owner(self, _: Snapshot) -> None:
         """Whoever drives is there, where somebody is to be."""

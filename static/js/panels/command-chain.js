@@ -3,6 +3,7 @@
 import { make, mark, write } from "../ui/element.js";
 import { degrees, inWords, metres } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { SPOKEN } from "../ui/pending-command.js";
 import { chainOf, LastVoice } from "../ui/sensed.js";
 import { t } from "../ui/texts.js";
 
@@ -32,8 +33,11 @@ class CommandChain extends Panel {
     const chain = state ? chainOf(state, voice, this.session.kinds) : null;
     this.hidden = chain === null;
     if (!chain) return;
+    const command = state?.command;
+    const said = command && SPOKEN.includes(command.source) ? `“${command.heard_as}”` : "";
+    const from = chain.heard ? `${inWords(chain.heard.azimuth)} ± ${degrees(chain.heard.sd)}` : "";
     const says = [
-      chain.heard ? `${inWords(chain.heard.azimuth)} ± ${degrees(chain.heard.sd)}` : t("command-chain.no_voice"),
+      [said, from].filter(Boolean).join(" · ") || t("command-chain.no_voice"),
       chain.seen === null
         ? t("command-chain.not_in_the_picture")
         : `${chain.seen.name} ${chain.seen.value === null ? t("command-chain.yes") : chain.seen.value.toFixed(2)}`.trim(),

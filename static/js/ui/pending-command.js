@@ -6,7 +6,7 @@ import { t } from "./texts.js";
 /** @import { CommandState, PendingCommandState, PoseState as Pose } from "../net/messages.js" */
 /** @import { View } from "../net/session.js" */
 
-const SPOKEN = ["voice", "ears"];
+export const SPOKEN = ["voice", "ears"];
 const UNSURE = t("pending-command.heard_with_low_confidence_check_the");
 
 /**
