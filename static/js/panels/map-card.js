@@ -106,7 +106,10 @@ class MapCard extends Panel {
     }
     if (revision === this.#revision || this.offsetParent === null) return;
     this.#revision = revision;
-    if (this.closest(".page")) this.#sheet.src = address(`api/map.svg?of=${Math.round(performance.now())}`).href;
+    if (this.closest(".page")) {
+      this.#sheet.hidden = false; // its room is kept before it is there: what is drawn beside it must not move
+      this.#sheet.src = address(`api/map.svg?of=${Math.round(performance.now())}`).href;
+    }
     void this.#fetch();
   }
 
