@@ -16,7 +16,7 @@ from typing import IO
 
 from core.errors import Unwritable
 
-UNFINISHED = ".new"  # how the name of a file ends that is being written; it begins with a dot
+UNFINISHED = ".new"  # ends the name of a file while it is written; a dot begins it
 SEAL = "sha256"  # the key of a checksum
 ABANDONED_S = 60.0  # after its last change nobody writes an unfinished file any more
 TRIAL_BYTES = 4096  # that are written to find out whether a folder can be written to
@@ -84,7 +84,7 @@ def sync(path: Path, mode: int = os.O_RDWR) -> None:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what a crash left half-written; what is a minute old nobody writes any more."""
+    """Remove what a crash left half-written: unfinished files that have not changed for ABANDONED_S."""
     for left in folder.rglob(f".*{UNFINISHED}"):
         with contextlib.suppress(OSError):
             found = left.lstat()
@@ -94,7 +94,7 @@ def remove_unfinished(folder: Path) -> None:
 
 @contextlib.contextmanager
 def saving(failure: str) -> Generator[None]:
-    """Turns the OSError of a write into Unwritable, which begins with `failure` ("The map could not be saved")."""
+    """Turn the OSError of a write into Unwritable, which begins with `failure` ("The map could not be saved")."""
     try:
         yield
     except OSError as trouble:
@@ -116,8 +116,8 @@ def check_folder(folder: Path) -> None:
         there = _first_existing(folder)
         try_writing(there)
     except OSError as trouble:
-        missing = "made" if not os.path.lexists(folder) else "written to"
-        raise Unwritable(f"The folder {folder} cannot be {missing}: {reason(trouble)}") from None
+        failed = "made" if not os.path.lexists(folder) else "written to"
+        raise Unwritable(f"The folder {folder} cannot be {failed}: {reason(trouble)}") from None
 
 
 def check_file(path: Path) -> None:

@@ -29,8 +29,8 @@ PAGE = """<!doctype html>
 
 
 def browse(address: str, folder: Path, lasting: float) -> None:
-    """Open a browser at `address`, which holds a key that is good for `lasting` seconds; the browser has time."""
-    stand_back()
+    """Open a browser at `address`, which holds a key that is good for `lasting` seconds; its file is removed then."""
+    stand_back()  # so that the browser runs like every other program
     try:
         page = written(address, folder)
     except OSError:  # a folder that cannot be written: the address that was printed is left

@@ -40,8 +40,8 @@ class PageFiles(StaticFiles):
         """Return a document, the one of all pages, which names the files as they are now."""
         self._version = version_of(self._folder)
         text = (self._folder / name).read_text()
-        for name in VERSIONED:
-            text = text.replace(f'="static/{name}/', f'="static/{MARK}{self._version}/{name}/')
+        for part in VERSIONED:
+            text = text.replace(f'="static/{part}/', f'="static/{MARK}{self._version}/{part}/')
         return text
 
     async def get_response(self, path: str, scope: Any) -> Response:
@@ -57,11 +57,11 @@ class PageFiles(StaticFiles):
     def file_response(
         self, full_path: Any, stat_result: os.stat_result, scope: Any, status_code: int = 200
     ) -> Response:
-        """A file, not kept without asking."""
+        """A file that the browser may keep, but asks for each time; a text is packed where the browser takes that."""
         response = super().file_response(full_path, stat_result, scope, status_code)
         response.headers.update(NO_CACHE)
-        taken = "gzip" in Headers(scope=scope).get("accept-encoding", "")
-        if not taken or response.status_code != 200 or not str(full_path).endswith(TEXTS):
+        takes_gzip = "gzip" in Headers(scope=scope).get("accept-encoding", "")
+        if not takes_gzip or response.status_code != 200 or not str(full_path).endswith(TEXTS):
             return response
         headers = {name: response.headers[name] for name in ("etag", "last-modified")}
         headers |= {**NO_CACHE, "content-encoding": "gzip", "vary": "Accept-Encoding"}

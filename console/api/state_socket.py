@@ -39,10 +39,9 @@ GONE = CloseSocket(1000, "The browser left.")
 SEND_TIME = 10.0  # [s] for one message; a browser that takes longer is disconnected
 MOST_PER_SECOND = 200  # messages; a stop is heard nevertheless
 FLOOD = 5 * MOST_PER_SECOND  # messages a second, stops among them, that end the socket
-STALLED_S = (
-    0.5  # [s] without a message after which those that come now may have waited: the console stood, or the link …
-)
-MAX_STALL_S = 10.0  # [s] … for which they are excused, at most
+# Silence after which a crowd of messages may have waited: the console stood, or the link.
+STALLED_S = 0.5
+MAX_STALL_S = 10.0  # of such a silence, at most, whose messages are excused
 MOST_BYTES = 65536  # a second; a hand and its echoes take 5,000
 MAX_STOP_MESSAGE = 512  # characters of a stop or a halt
 

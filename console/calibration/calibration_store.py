@@ -1,11 +1,11 @@
 """The calibrations in use: `camera.json` and `mount.json`, each with its former versions next to it.
 
-They hold the form of `core.calibration.reports.kept`, who accepted them when, and a checksum; one that someone
-wrote by hand may do without, and counts as not verified. Nothing that was accepted is ever
-deleted: another one keeps it beside itself under its date, and undoing takes that back. At every moment of both, and
-on a full disk, the file in use is whole.
+Each has the form of `core.calibration.reports.kept`, and besides that who accepted it, when, and a checksum. A file
+that was written by hand may lack the checksum, and counts as not verified. Nothing that was accepted is ever deleted:
+when another calibration is accepted, the former one stays beside it under a name with the date, and undoing takes it
+back. The file in use is whole at every moment, also when the power fails or the disk is full.
 
-The pilot looks through them at once, and from every later start on: `apply.calibrated` puts the camera's
+A calibration that was accepted is used at once, and after every later start: `apply.calibrated` puts the camera's
 model and the mount into the robot's profile, from which perception takes both.
 """
 

@@ -1,4 +1,4 @@
-"""The fleet's own small authority: a certificate for its router, one for each robot, one for each who only watches.
+"""The fleet's own small authority: a certificate for its router, one for each robot, one for each viewer.
 
 `openssl` makes them; what was made is listed in `certificates.json`, from which the router knows whom to let in.
 """
@@ -54,12 +54,12 @@ class CertificateFiles:
 
     @property
     def certificate(self) -> Path:
-        """Their own certificate."""
+        """The certificate of this side."""
         return self.folder / "certificate.pem"
 
     @property
     def key(self) -> Path:
-        """The key of their own certificate."""
+        """The key of that certificate."""
         return self.folder / "key.pem"
 
     def check(self) -> None:

@@ -57,7 +57,7 @@ class JobResult(msgspec.Struct, Generic[Content], frozen=True, tag="result"):
 
 
 class JobFailure(msgspec.Struct, frozen=True, tag="failure"):
-    """The sentence that says why there is no answer, and for the log where Beckon itself failed."""
+    """The sentence that says why there is no answer; where Beckon itself failed, `details` for the log."""
 
     error: ErrorName
     sentence: str

@@ -26,7 +26,8 @@ from core.sensors.checks import Fault
 
 FORMAT_NAME, FORMAT_VERSION = "beckon-calibration", 1
 Method = Literal["exact", "table-1"]
-TARGET_SHARE, TARGET_LEAST = 1 / 1000, 0.5  # of the picture's width, [pixel]: the 95 % uncertainty to be reached
+# The 95 % uncertainty to be reached: a share of the picture's width, and no less than so much [pixel].
+TARGET_SHARE, TARGET_LEAST = 1 / 1000, 0.5
 
 
 class FoundFault(TypedDict):
@@ -93,7 +94,7 @@ class CorrectedPictures(TypedDict):
     method: Method
     pictures: list[StraightPicture]
     pictures_refused: list[RefusedPicture]
-    faults: list[FoundFault]  # of those
+    faults: list[FoundFault]  # of the pictures that were refused
     error: CorrectionReport
 
 

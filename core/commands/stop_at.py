@@ -50,7 +50,7 @@ class StopAt(CommandSpec):
 
 
 class Going:
-    """A way under way."""
+    """The drive to a goal, until the robot stands there."""
 
     def __init__(self, goal: tuple[float, float], ctx: ControlContext, heading: float | None = None) -> None:
         """`goal` (x, y) [m], world; `heading` [rad] to look there, None: as it comes. Raises Refused."""
@@ -78,11 +78,11 @@ STOP_AT = StopAt()
 
 TO_PLACE = ("go to {name}", "go to the {name}", "stop at {name}", "stop at the {name}")
 """Words of STOP AT with the name of a place; the first is the canonical one."""
-SAID_OF_PLACES = TO_PLACE[1]  # by most people
+SAID_OF_PLACES = TO_PLACE[1]  # as most people say it
 
 
 def command_to(place: NamedPlace) -> Command:
-    """Build STOP AT for a named place: the bounds of spoken numbers do not concern it. A route is started."""
+    """Build STOP AT for a named place, which may lie beyond `spoken_high`, or the start of a route of that name."""
     if place.route:
         words = START_ROUTE.words[0].format(name=place.name.lower())
         return Command(name=START_ROUTE.name, numbers={}, heard_as=words, place=place.name)

@@ -14,7 +14,7 @@ class BoardPoseFigures(TypedDict):
 
 
 class SpeedUp(TypedDict, total=False):
-    """How a campaign went, as JSON; without these the result is the same on any workers."""
+    """Keys that tell how a campaign went; all other keys of its result are the same on any number of workers."""
 
     workers: int
     seconds: float  # from the start of the workers to the last run
@@ -24,7 +24,7 @@ class SpeedUp(TypedDict, total=False):
 
 
 class ExperimentResult(SpeedUp, total=True):
-    """Keys that all results have in common; those of the campaign come at its end."""
+    """Keys that all results have in common; those of SpeedUp are added when a campaign has ended."""
 
     seed: int
     files: dict[str, str]  # paths by what they hold; empty without a folder
@@ -33,8 +33,9 @@ class ExperimentResult(SpeedUp, total=True):
     boards: NotRequired[list[BoardPoseFigures]]  # to be drawn as a scene
 
 
-SPEED = tuple(SpeedUp.__annotations__)  # keys of how the campaign went
-SET_OUT = ("text", "table", "boards", "said", "points", *SPEED)  # a result's own layout, and what it lays out
+SPEED = tuple(SpeedUp.__annotations__)
+# Keys that are not listed by name: the result's own text, what that text or a figure shows, and the speed.
+SET_OUT = ("text", "table", "boards", "said", "points", *SPEED)
 
 
 def as_text(result: Mapping[str, object]) -> str:

@@ -1,1 +1,1 @@
-"""From readings to things: corners, edges, landmarks."""
+"""From readings to things: landmarks, people, directions of sounds, and how good pictures are."""

@@ -17,13 +17,13 @@ from core.perception.landmarks.deskew import deskew
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 from core.sensors.checks import MAX_AGE_S, MAX_LEAD_S
 
-SECTOR = math.radians(2.0)  # one point each
+SECTOR = math.radians(2.0)  # [rad] of which one point is kept, the nearest
 MIN_READABLE_SHARE = 0.1  # share of beams that must say something, even if it is "nothing there"
-MIN_REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs …
-MAX_OTHER_SCAN_AGE_S = 0.2  # for which what another laser saw counts
-PUNCTUAL_S = 0.05  # [s] of age until which the wheels' present twist says how far the robot went since a scan
-FORGOTTEN_S = 2.0  # [s] after which a laser that was late and is silent holds up the others no longer
-RESTED_SCANS = 20  # … until another one comes, or it has stood for so many: the gate has given up by then
+MIN_REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs, until another scan comes …
+RESTED_SCANS = 20  # … or so many equal ones have come while the robot stands: the gate has given up by then
+MAX_OTHER_SCAN_AGE_S = 0.2  # up to which another laser's scan counts too
+PUNCTUAL_S = 0.05  # of a scan's age, up to which the wheels' present twist says how far the robot went since then
+FORGOTTEN_S = 2.0  # after which a laser that was late and is silent holds up the others no longer
 
 
 class NearScan(NamedTuple):
@@ -114,7 +114,7 @@ class NearField:
         return NearScan(points, field_of(*(self._lasers[name] for name in recent)), age)
 
     def _is_timely(self, scan: Scan, name: str, now: float) -> bool:
-        """Return whether a scan is neither older than a robot is driven by nor stamped ahead; NaN is neither."""
+        """Return whether a scan is young enough to drive by and not stamped ahead; False for a stamp that is NaN."""
         self._untimely.pop(name, None)
         if scan.oldest - now <= MAX_LEAD_S and now - scan.newest <= MAX_AGE_S:
             return True

@@ -37,15 +37,15 @@ def measures(corners: Array, board: Board, size: tuple[int, int]) -> Measures:
     """Corners (N, 2) [pixel] in a picture of this width and height → its four measures."""
     grid = corners.reshape(board.rows, board.columns, 2)
     up_left, up_right, down_right, down_left = grid[0, 0], grid[0, -1], grid[-1, -1], grid[-1, 0]
-    one, other = down_right - up_left, down_left - up_right
-    area = abs(float(one[0] * other[1] - one[1] * other[0])) / 2
-    border = np.sqrt(area)
-    place = (corners.mean(axis=0) - border / 2) / np.maximum(np.array(size) - border, 1.0)
+    falling, rising = down_right - up_left, down_left - up_right  # the diagonals
+    area = abs(float(falling[0] * rising[1] - falling[1] * rising[0])) / 2
+    side = np.sqrt(area)  # of a square as large
+    place = (corners.mean(axis=0) - side / 2) / np.maximum(np.array(size) - side, 1.0)
     along, down = up_left - up_right, down_right - up_right
     cosine = float(along @ down / (np.linalg.norm(along) * np.linalg.norm(down)))
     skew = min(1.0, 2 * abs(np.pi / 2 - float(np.arccos(np.clip(cosine, -1, 1)))))
     x, y = np.clip(place, 0, 1)
-    return Measures(float(x), float(y), float(border / np.sqrt(size[0] * size[1])), skew)
+    return Measures(float(x), float(y), float(side / np.sqrt(size[0] * size[1])), skew)
 
 
 def bars(seen: list[Measures]) -> Measures:
@@ -73,7 +73,7 @@ STILL_TIME_S = 0.25  # [s]
 NEW_VIEW_SHARE = 0.05  # share of the width that the corners have moved, on average, from every view taken
 NEW_FILE_SHARE = 0.001  # the same for a picture from a file, which cannot be shown again
 MIN_VIEW_COUNT = 6  # before the camera can count as calibrated
-MIN_SOLVED_VIEWS = 4  # views
+MIN_SOLVED_VIEWS = 4  # before a solution is tried
 MAX_VIEW_COUNT = 400
 
 
@@ -139,7 +139,7 @@ class CameraSession:
         self._watcher = Watcher(board)
         self._still_since: float | None = None
         self._explainer = Explainer(board)
-        self._asked = 0
+        self._asked = 0  # how often another suggestion was asked for
 
     def look(self, grey: Array, stamp: float) -> PictureVerdict:
         """A live picture (H, W) uint8 of time `stamp` [s] → its verdict; it is taken when sharp, still and new."""
@@ -297,7 +297,7 @@ class CameraSession:
         return None
 
     def _same(self, corners: Array, new: float) -> str:
-        """The name of the view that this one repeats but for the share `new` of the width, or ''."""
+        """The name of a view from which the corners have moved by less than the share `new` of the width, or ''."""
         width = self.size[0] if self.size else 1
         for each in self.taken:
             if not each.dropped and np.linalg.norm(each.corners - corners, axis=1).mean() < new * width:

@@ -33,7 +33,7 @@ EXTRA_BAND_M = 0.003  # [m] added to the band about the prediction
 RECTANGLE_SLACK_M = 0.02  # [m] about the predicted rectangle, besides twice the mount's uncertainty …
 MAX_SIDE_SLACK_M = 0.03  # [m] … but at most so much to the sides
 MAX_HEIGHT_SLACK_M = 0.05  # [m] … and so much above and below
-MAX_LINE_COUNT = 8  # lines kept per pose when there is no background
+MAX_LINE_COUNT = 8  # lines that are looked for in one scan: without a background, walls are among them
 
 
 @message
@@ -87,7 +87,7 @@ def foreground(scan: MeanScan, background: Array | None) -> Array:
 
 
 def find_lines(scan: MeanScan, candidates: Array, board: Board) -> tuple[BeamRun, ...]:
-    """Candidate beams (B,) bool → straight runs as long as the panel may be, the longest first."""
+    """Candidate beams (B,) bool → straight runs no longer than the panel may be, those of most beams first."""
     rng = np.random.default_rng(DRAW_SEED)
     open_beams, found = candidates.copy(), []
     for _ in range(MAX_LINE_COUNT):

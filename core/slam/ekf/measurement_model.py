@@ -15,8 +15,8 @@ MIN_RANGE_M = 1e-6  # closer, a bearing means nothing
 def expected(pose: Pose, places: Array) -> tuple[Array, Array]:
     """Landmarks (N, 2) [m] seen from a pose → range and bearing (N, 2), and their change with the landmark (N, 2, 2).
 
-    δ = landmark - robot and atan2, where the print has the opposite sign and arctan (eq. 24, 26): only so is eq. 27
-    its derivative. The change with the robot's place is the opposite one.
+    The print has δ = robot - landmark and arctan (eq. 24, 26). Here δ = landmark - robot and atan2: eq. 27 is
+    the derivative of this form. The change with the robot's place is the negative of that with the landmark.
     """
     dx, dy = places[:, 0] - pose.x, places[:, 1] - pose.y
     reach = np.maximum(np.hypot(dx, dy), MIN_RANGE_M)
@@ -56,7 +56,7 @@ def residual(sightings: Array, expectations: Array) -> Array:
 
 
 def squared_distance(residuals: Array, spreads: Array) -> tuple[Array, Array]:
-    """Surprises (..., 2), covariances (..., 2, 2) → squared Mahalanobis distance (...) and log determinant (...)."""
+    """Residuals (..., 2), covariances (..., 2, 2) → squared Mahalanobis distance (...) and log determinant (...)."""
     a, b, c = spreads[..., 0, 0], spreads[..., 0, 1], spreads[..., 1, 1]
     determinant = np.maximum(a * c - b * b, 1e-300)
     u, v = residuals[..., 0], residuals[..., 1]

@@ -18,8 +18,10 @@ from core.slam.map.pose_graph import EdgeTable, Equations, GraphEdge, Marginals,
 from core.slam.map.submap import Submap
 from core.slam.motion import Increment
 
-ADDED_SD = np.diag([0.06, 0.06, math.radians(1.3)])  # [m], [rad] sd from fine edges for which as much doubt is added
-MAX_VARIANCE = 1.0  # [m²], [rad²]: what is less certain than that says nothing that could give way
+# [m], [rad]: where the fine edges leave this sd between two views, a coarse edge is given this sd more; where they
+# leave half of it, twice as much.
+ADDED_SD = np.diag([0.06, 0.06, math.radians(1.3)])
+MAX_VARIANCE = 1.0  # [m²], [rad²] of a coarse edge; one that is less certain stays as it is
 
 
 def reweighted(coarse: EdgeTable, fine: EdgeTable, headings: Array) -> EdgeTable:
@@ -63,8 +65,8 @@ def _information(fine: EdgeTable, headings: Array) -> Array:
 
 def _turns(headings: Array) -> Array:
     """Headings (K,) [rad] → what turns x, y and leaves the heading (K, 3, 3)."""
-    c, s, none, one = np.cos(headings), np.sin(headings), np.zeros_like(headings), np.ones_like(headings)
-    return np.array([[c, -s, none], [s, c, none], [none, none, one]]).transpose(2, 0, 1)
+    c, s, zero, one = np.cos(headings), np.sin(headings), np.zeros_like(headings), np.ones_like(headings)
+    return np.array([[c, -s, zero], [s, c, zero], [zero, zero, one]]).transpose(2, 0, 1)
 
 
 class GrowingTable:
@@ -88,9 +90,9 @@ class GrowingTable:
         return self._rows[: self.count].copy()
 
 
-UNSURE_WAY, UNSURE_FROM = 20.0, 0.2  # [m per m], [m]: sd of an edge beyond which it counts as a longer way
-MIN_EDGE_M = 0.01  # that an edge counts at least
-BENT_MOVE = 0.1  # [m], [rad] that a view must have moved for that
+UNSURE_WAY, UNSURE_FROM = 20.0, 0.2  # [m per m], [m]: way that is added for every metre of an edge's sd above 0.2 m
+MIN_EDGE_M = 0.01  # length of the shortest edge
+BENT_MOVE = 0.1  # [m], [rad]: a revision that moves a view farther counts among the `bends`
 
 
 class MapGraph:
@@ -100,7 +102,7 @@ class MapGraph:
         self.submaps: list[Submap] = []
         self.views: list[Keyframe] = []
         self.poses: list[Pose] = []  # world, one per view
-        self._rows = GrowingTable(3)  # the same as an array
+        self._rows = GrowingTable(3)  # the poses again: x, y [m], heading [rad]
         self.driven: list[Increment] = []  # from every view to the next one
         self._reckoned: list[tuple[float, float, float]] = []  # the views by the driven ways alone
         self.tied: list[GraphEdge] = []  # from submaps' anchors to their views, as the filters have it
@@ -112,7 +114,7 @@ class MapGraph:
         self.aligned: dict[tuple[int, int], GraphEdge] = {}  # views laid on each other
         self.loop_closures: list[LoopClosure] = []
         self.revision = 0
-        self.bends = 0  # revisions that have moved anything so far that a second look is worth it
+        self.bends = 0  # revisions that have moved a view by more than BENT_MOVE
 
     def add(self, view: Keyframe, driven: Increment | None, tie: GraphEdge | None, pose: Pose) -> None:
         """A new view at a world pose; `driven` from the newest one, `tie` from an anchor."""

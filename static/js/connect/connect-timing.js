@@ -19,7 +19,7 @@ const KINDS = {
   microphones: t("connect-timing.microphones"),
 };
 const DAY_S = 86400;
-const SURE_SDS = 2; // standard deviations from which an offset is one
+const SURE_SDS = 2; // an offset below so many of its standard deviations counts as none
 
 /** @extends {PagePanel<ConnectionModel>} */
 class ConnectTiming extends PagePanel {

@@ -10,7 +10,10 @@ import { t } from "../ui/texts.js";
 /** A name for a map that has none. @param {Date} now */
 export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).replace(":", "-")}`;
 
-/** The console starts again with it. @param {Session} session @param {string} url */
+/**
+ * Open a URL: the console starts again with it, and so does the page. Throws with the reason where it did not open.
+ * @param {Session} session @param {string} url
+ */
 export async function openInstead(session, url) {
   const opened = await post("api/robot/open", { url });
   let again = false;
@@ -36,12 +39,12 @@ export async function saveMap(session) {
  */
 export function askToOpen(question, { url, unsaved, open, stay }) {
   if (!unsaved) return open(false);
-  /** @param {string} words @param {() => void} then */
-  const choice = (words, then) => {
+  /** @param {string} words @param {() => void} act */
+  const choice = (words, act) => {
     const button = make("button", { class: "button" }, words);
     button.addEventListener("click", () => {
       question.hidden = true;
-      then();
+      act();
     });
     return button;
   };

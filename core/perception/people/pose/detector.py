@@ -29,10 +29,11 @@ from core.perception.people.pose.view import HIPS_HEIGHT_M, STATURE_M, Viewpoint
 
 GUESSED_DISTANCES_M = (1.2, 1.8, 2.7, 4.0)  # without a laser
 ASIDE_SDS = 1.5  # sd of the direction that are added to a square's side
-# statures from the picture's middle down to the hips, where the camera's height is unknown
+# Statures from the picture's middle down to the hips, where the camera's height is unknown.
 HIP_HEIGHT_SHARES = (0.15, 0.45, -0.15)
 FEW_HEIGHTS = (0.25, -0.1)  # the same where many squares are looked at
-LOW_STATURES, HIGH_SHARE = 0.45, 0.1  # how far hips may lie under the picture; share of its height above which not
+# Rows in which hips may be: from this share of the picture's height down to so many statures under the picture.
+LOW_STATURES, HIGH_SHARE = 0.45, 0.1
 STATURE_SHARES = (1.1, 0.75, 0.5, 0.33)  # statures in heights of the picture, where the distance is unknown as well
 WINDOW_SHARES = (1.0, 0.6)  # sides of the detector's windows, in heights of the picture
 WINDOW_STATURES = 2.5  # statures: side of the one window in which the detector looks after all squares failed
@@ -168,7 +169,7 @@ def _windows_of(picture: ImagePyramid, column: float, side: float) -> Iterator[S
         yield Square(x=column, y=row, side=side)
 
 
-MIN_JOINT_CONFIDENCE = 0.55  # of the first look times K after the second; less is not worth a second look
+MIN_JOINT_CONFIDENCE = 0.55  # of the first look, of it times K after the second, and of a look in a mirror
 SURE_CONFIDENCE = 0.9  # K from which nobody surer is looked for in a direction
 SAME_OVERLAP = 0.45  # overlap of two boxes from which they are one person
 MOST_PEOPLE = 12
@@ -260,7 +261,7 @@ def _seen_already(square: Square, found: list[tuple[WeighedBody, BodyLandmarks, 
 def _apart(
     found: list[tuple[WeighedBody, BodyLandmarks, Candidate]],
 ) -> list[tuple[WeighedBody, BodyLandmarks, Candidate]]:
-    """The best of those who are one person."""
+    """Each person once: of overlapping bodies the first, which is the best."""
     kept: list[tuple[WeighedBody, BodyLandmarks, Candidate]] = []
     for one in found:
         if all(overlap(one[0].body.box, other[0].body.box) < SAME_OVERLAP for other in kept):
