@@ -36,7 +36,8 @@ class SpokenTextFiles(Part):
         """Write, one after the other, and give signs of life."""
         while True:
             try:
-                words, voice, ended = await asyncio.wait_for(self._waiting.get(), RENEWAL_S)
+                async with asyncio.timeout(RENEWAL_S):
+                    words, voice, ended = await self._waiting.get()
             except TimeoutError:
                 await asyncio.to_thread(self._files.renew)
                 continue

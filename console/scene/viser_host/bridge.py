@@ -57,7 +57,8 @@ class Bridge:
             await end(pump, over)
             self._on_viser(self._connection.eof)
             with contextlib.suppress(Exception):
-                await asyncio.wait_for(asyncio.shield(conversation), PARTING_S)
+                async with asyncio.timeout(PARTING_S):
+                    await asyncio.shield(conversation)
         if not gone:
             with contextlib.suppress(TimeoutError, WebSocketDisconnect, RuntimeError):
                 async with asyncio.timeout(1.0):

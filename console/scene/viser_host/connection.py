@@ -85,7 +85,8 @@ class Connection:
         if self._closed:
             raise ConnectionClosedOK(None, None)
         try:
-            await asyncio.wait_for(self._send(frame), SEND_TIME)
+            async with asyncio.timeout(SEND_TIME):
+                await self._send(frame)
         except Exception:
             self.eof()
             raise ConnectionClosedOK(None, None) from None

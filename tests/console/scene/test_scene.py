@@ -191,6 +191,30 @@ def test_one_who_floods_is_let_go_before_memory_is() -> None:
     asyncio.run(story())
 
 
+@pytest.mark.parametrize("turns", range(8))
+def test_an_end_that_comes_with_the_last_bytes_of_a_frame_ends_the_sending(turns: int) -> None:
+    """viser cancels what sends to a browser that left; an end that got lost kept that browser for ever."""
+    import asyncio
+
+    async def story() -> None:
+        through = asyncio.get_running_loop().create_future()
+
+        async def send(_: bytes) -> None:
+            await through
+
+        sending = asyncio.create_task(Connection(SUBPROTOCOL, send).send(b"frame"))
+        await asyncio.sleep(0.01)
+        through.set_result(None)
+        for _ in range(turns):
+            await asyncio.sleep(0)
+        before = sending.done()
+        sending.cancel()
+        await asyncio.wait({sending})
+        assert before or sending.cancelled()
+
+    asyncio.run(story())
+
+
 def test_the_tunnel_to_the_outside_is_gone(live: Live) -> None:
     server = live.runtime.scene._server
     handlers = {kind.__name__ for kind in mount.websocket_server(server)._incoming_handlers}
