@@ -29,9 +29,12 @@ from tests.emulators.zenoh_robot import free_port
 
 WAIT_TIMEOUT_S = 1400.0
 LOOK_PERIOD_S = 0.1
-NAMES = ("direction-of-arrival", "table-2", "dead-reckoning-vs-slam")
+EXPERIMENT_NAMES = ("direction-of-arrival", "table-2", "dead-reckoning-vs-slam")
 TIME_KEYS = ("real_time_factor",)  # of a result, which differ from run to run
-RUNS = {"table-2": 2, "dead-reckoning-vs-slam": 40}  # where another number than the experiment's own is asked for
+ASKED_RUNS = {
+    "table-2": 2,
+    "dead-reckoning-vs-slam": 40,
+}  # where another number than the experiment's own is asked for
 
 
 class CampaignProcess:
@@ -204,14 +207,14 @@ def say(name: str, way: str, row: dict[str, Any]) -> None:
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.campaigns", description=__doc__)
-    parser.add_argument("names", nargs="*", default=NAMES, metavar="NAME")
+    parser.add_argument("names", nargs="*", default=EXPERIMENT_NAMES, metavar="NAME")
     parser.add_argument("--runs", type=int, default=None)
     parser.add_argument("--kills", action="store_true")
     chosen = parser.parse_args()
     found: dict[str, Any] = {}
     for name in chosen.names:
         with tempfile.TemporaryDirectory() as folder:
-            found[name] = measure(name, chosen.runs or RUNS.get(name), Path(folder), chosen.kills)
+            found[name] = measure(name, chosen.runs or ASKED_RUNS.get(name), Path(folder), chosen.kills)
     sys.stdout.write(json.dumps(found, indent=2) + "\n")
 
 

@@ -33,8 +33,8 @@ from core.snapshot import Snapshot
 from tests.benchmarks.running_console import Console
 from tests.emulators.robot_process import robot_process
 
-COMMANDS = ("turn left", "continue 0.4 meters", "turn right", "continue 0.3 meters")
-WORDS = ("turn left", "come here", "hello there")
+TYPED_COMMANDS = ("turn left", "continue 0.4 meters", "turn right", "continue 0.3 meters")
+SPOKEN_WORDS = ("turn left", "come here", "hello there")
 PERIOD_S = 4.0  # between two acts
 SETTLE_S = 3.0
 HASH_LETTERS = 16
@@ -50,7 +50,7 @@ def ask(console: Console, path: str, **body: object) -> None:
 
 def commanded(console: Console, number: int) -> None:
     """A turn, a way."""
-    ask(console, "/api/commands", text=COMMANDS[number % len(COMMANDS)])
+    ask(console, "/api/commands", text=TYPED_COMMANDS[number % len(TYPED_COMMANDS)])
 
 
 def spoken_to(console: Console, number: int) -> None:
@@ -58,7 +58,7 @@ def spoken_to(console: Console, number: int) -> None:
     ask(
         console,
         "/api/sim/say",
-        text=("turn left", "come here", "hello there")[number % 3],
+        text=SPOKEN_WORDS[number % len(SPOKEN_WORDS)],
         x_m=1.2,
         y_m=0.8 - number / 8,
     )

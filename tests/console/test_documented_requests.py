@@ -17,7 +17,7 @@ from tests.console.live import Live, Reply
 HOW_TO = Path(__file__).resolve().parents[2] / "static" / "docs" / "how-to"
 FENCE = re.compile(r"```sh\n(.*?)```", re.DOTALL)
 SETTLED_S = 60.0
-JOINING = ("/api/maps/match", "/api/maps/join")  # two maps of two drives: benchmarks.join_maps
+JOINING_PATHS = ("/api/maps/match", "/api/maps/join")  # two maps of two drives: benchmarks.join_maps
 
 
 def printed(page: str) -> Iterator[list[str]]:
@@ -72,7 +72,7 @@ def test_every_printed_request_is_answered(tmp_path: Path) -> None:
             assert live.ask("POST", "/api/zones", zone, token=live.operator).status == 201
         files["office.zip"] = live.ask("GET", "/api/map", token=live.operator).body
         for page in ("save-and-reload-a-map", "name-places-and-zones", "edit-a-map"):
-            for arguments in (one for one in printed(page) if not one[-1].endswith(JOINING)):
+            for arguments in (one for one in printed(page) if not one[-1].endswith(JOINING_PATHS)):
                 answer = sent(live, arguments, files)
                 assert answer.status in (200, 201, 202), (page, arguments, answer.body[:300])
                 count += 1
