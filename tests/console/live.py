@@ -36,6 +36,14 @@ from tests.console.in_process import InProcessRobot
 MORE = 100.0  # [s] that a busy machine may take
 
 
+async def until(true: Callable[[], Any], seconds: float = MORE) -> Any:
+    """Wait on the running loop for something to be the case → what it then is. Raises TimeoutError."""
+    async with asyncio.timeout(seconds):
+        while not (value := true()):
+            await asyncio.sleep(0.01)
+        return value
+
+
 @dataclass
 class Reply:
     """What came back over HTTP."""

@@ -15,7 +15,7 @@ from console.control.lease import Lease
 from console.speech.browser_microphone import BUSY, TAKEN, BrowserMicrophone, TalkTurn
 from core.errors import Refused
 from tests.console.access.test_access_guard import BODYLESS, signed_in
-from tests.console.live import Live
+from tests.console.live import Live, until
 
 DRIVER = Person("driver", "Ann", "operator")
 OPERATOR = Person("operator", "Bea", "operator")
@@ -120,8 +120,8 @@ def test_a_drivers_turn_takes_the_microphone_from_a_viewers() -> None:
         with pytest.raises(Refused, match=BUSY):
             microphone.begin(turns["operator"])
         turns["driver"].add([0.3] * 2000, 0.0)
-        await asyncio.sleep(0.05)
-        assert reader.fed == [pytest.approx(0.3)] and reader.speakers[-1] == 3
+        await until(lambda: reader.fed and reader.speakers[-1] == 3)
+        assert reader.fed == [pytest.approx(0.3)]
         turns["driver"].rest()
         await asyncio.sleep(0.05)
         microphone.begin(turn(4, lambda: 0, []))

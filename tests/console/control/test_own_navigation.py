@@ -19,6 +19,7 @@ from console.http.problems import Problem
 from core.geometry import Pose
 from core.robots import Profile
 from core.robots.requests import CancelGoal, OwnNavigation, PlanarPose, SendGoal
+from tests.console.live import until
 
 OPERATOR, VIEWER = Person("ada-1", "Ada", "operator"), Person("bob-1", "Bob", "viewer")
 
@@ -74,7 +75,7 @@ def test_a_goal_needs_the_lease_and_ends_with_any_stop(tmp_path: Path, end: str)
             dispatcher.forget(OPERATOR)
         else:
             getattr(dispatcher, end)(VIEWER, "rest")
-        await asyncio.sleep(0.05)
-        assert isinstance(robot.asked[-1], CancelGoal) and robot.goal is None
+        await until(lambda: robot.goal is None)
+        assert isinstance(robot.asked[-1], CancelGoal)
 
     asyncio.run(run())

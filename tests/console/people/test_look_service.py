@@ -22,6 +22,7 @@ from core.perception.people.looking import LookAnswer, LookQuestion
 from core.perception.people.parts import PeopleSettings
 from core.sensors import SensorFrame
 from core.snapshot import Hearing, Snapshot, VoiceDirection
+from tests.console.live import until
 from tests.console.robot.test_setpoint_sender import wanting
 from tests.core.perception.onnx_files import onnx_file
 from tests.core.perception.stick_figures import white_body
@@ -38,12 +39,6 @@ async def answered(service: LookService, seconds: float = 20.0) -> LookAnswer:
         while (answer := service.answer()) is None:
             await asyncio.sleep(0.01)
     return answer
-
-
-async def until(done: Callable[[], bool], seconds: float = 100.0) -> None:
-    async with asyncio.timeout(seconds):
-        while not done():
-            await asyncio.sleep(0.01)
 
 
 def runs() -> bool:

@@ -15,6 +15,7 @@ from console.speech.room_mouth import NEAREST, NOBODY, RoomMouth, hidden, speake
 from core.errors import Refused
 from core.robots.requests import FloorPlan, GroundTruth, PlacedThing, PlaceThing, Speak
 from core.simulation.robot import SimulatedRobot
+from tests.console.live import until
 
 TONE = np.sin(np.arange(16_000) / 5)
 
@@ -75,8 +76,7 @@ def test_after_a_stop_nothing_more_of_it_sounds() -> None:
 
     async def act(mouth: RoomMouth) -> None:
         mouth.add(TONE)
-        await asyncio.sleep(0.05)
-        assert room.robot._voices._microphones is not None and room.robot._voices._microphones.talking
+        await until(lambda: room.robot._voices._microphones and room.robot._voices._microphones.talking)
         mouth.hush()
 
     troubles, commands = spoken(room, act)
