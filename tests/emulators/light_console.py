@@ -35,7 +35,6 @@ from core.snapshot import Snapshot
 
 BEAT_S = 0.05
 SPEED_M_S = 0.2
-PRESS = 1
 
 
 @cache
@@ -50,50 +49,56 @@ def recorded() -> tuple[Profile, Snapshot, SensorFrame]:
 
 
 class GateAlone:
-    """The console's RobotSupervisor with a real gate, and a robot that stands still in its one frame."""
+    """The console's RobotSupervisor with a real gate, and a robot that stands still in its one frame.
+
+    The gate has a clock of its own, which a tick advances: it trips when a tick is late, as it has to, but in its own
+    process, which no loop of a console and no busy machine delays.
+    """
 
     def __init__(self, profile: Profile) -> None:
         self.profile, self.trouble = profile, ""
         self.gate = Gate(Limits(heartbeat=1.0, deadman=1.0, guard=False))
         self.driven = False  # a hand drives, until the gate takes it no more
         self.frozen: GateStatus | None = None  # as it answers while nothing reaches its gate
+        self._now, self._press = 0.0, 0  # [s]; of the hand
         self._numbers = itertools.count(1)
         self._lock = threading.RLock()
 
-    def tick(self, now: float) -> None:
+    def tick(self) -> None:
         with self._lock:
+            self._now = now = self._now + TICK_S
             self.gate.heartbeat(now)
             self.gate.touch(False, now)
             self.gate.tick(now)
             if self.driven:
                 nonce = self.gate.status().nonce
-                self.gate.accept(Setpoint(1, next(self._numbers), "jog", PRESS, SPEED_M_S, 0.0, nonce), now)
+                self.gate.accept(Setpoint(1, next(self._numbers), "jog", self._press, SPEED_M_S, 0.0, nonce), now)
 
     def stop(self) -> None:
         if self.frozen is not None:
             return
         with self._lock:
-            self.gate.stop(time.monotonic())
+            self.gate.stop(self._now)
 
     def halt(self) -> None:
         with self._lock:
-            self.gate.halt(time.monotonic())
+            self.gate.halt(self._now)
 
     def disarm(self) -> None:
         with self._lock:
-            self.gate.disarm(time.monotonic())
+            self.gate.disarm(self._now)
 
     def arm(self, epoch: int, owner: str) -> None:
         with self._lock:
-            self.gate.arm(epoch, owner, time.monotonic())
+            self.gate.arm(epoch, owner, self._now)
 
     def send(self, setpoint: Setpoint) -> None:
         with self._lock:
-            self.gate.accept(setpoint, time.monotonic())
+            self.gate.accept(setpoint, self._now)
 
     def reset(self) -> bool:
         with self._lock:
-            self.gate.reset(time.monotonic())
+            self.gate.reset(self._now)
         return True
 
     def status(self) -> GateStatus:
@@ -104,15 +109,14 @@ class GateAlone:
         return "live", 0.05
 
     def drive(self) -> None:
-        """Move as under a hand that holds on, whatever the gate says."""
+        """Move as under a hand that presses anew and holds on, whatever the gate says."""
         self.disarm()
         self.arm(1, "test")
         with self._lock:
-            self.gate.accept(
-                Setpoint(1, next(self._numbers), "jog", PRESS, 0.0, 0.0, self.gate.status().nonce),
-                now := time.monotonic(),
-            )
-            self.gate.tick(now)
+            self._press += 1
+            nonce = self.gate.status().nonce
+            self.gate.accept(Setpoint(1, next(self._numbers), "jog", self._press, 0.0, 0.0, nonce), self._now)
+            self.gate.tick(self._now)
             self.driven = True
 
 
@@ -166,7 +170,7 @@ class LightConsole:
         beat = 0.0
         while True:
             now = time.monotonic()
-            self.robot.tick(now)
+            self.robot.tick()
             if now - beat >= BEAT_S:
                 beat = now
                 self.member.on_snapshot(self._snapshot, self._frame)
