@@ -21,11 +21,8 @@ from console.maps.marks import EditKind, EditMark, MapMarks, anchor_at
 from console.maps.service import MapService
 from console.part import Part
 from core.errors import BadInput
-from core.pilot.pilot import Pilot
-from core.sensors import SensorFrame
 from core.sentences import Statement
 from core.slam.map.edits import MapEdits
-from core.snapshot import Snapshot
 
 MAX_EDITS, MAX_EDIT_POINTS = 2000, 1000
 MAX_BRUSH_M, MAX_REACH_M = 5.0, 500.0
@@ -40,21 +37,13 @@ class EditService(Part):
 
     def __init__(self, maps: MapService, dispatcher: CommandDispatcher, lease: Lease) -> None:
         self._maps, self._dispatcher, self._lease = maps, dispatcher, lease
-        self._revision = -1
         self._turn = asyncio.Lock()  # one change at a time
+        maps.when_marked.append(self._refresh)
 
     @property
     def edits(self) -> tuple[EditMark, ...]:
         """All that were made on the map in use, also those that were taken back."""
         return self._maps.marks.edits
-
-    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """Keep the edits where the map is."""
-        self._refresh(self._dispatcher.pilot)
-
-    def equip(self, pilot: Pilot) -> None:
-        """Have the pilot edit the map that it is given."""
-        self._revision = -1
 
     async def add(
         self, kind: EditKind, points: list[tuple[float, float]], width: float, angle: float, who: Person
@@ -121,7 +110,6 @@ class EditService(Part):
             if angle:
                 await self._turn_by(-angle)
             raise
-        self._refresh(self._dispatcher.pilot)
 
     async def _turn_by(self, angle: float) -> None:
         """Have the pilot turn the map, and wait for it. Raises Problem 409, 503."""
@@ -139,12 +127,11 @@ class EditService(Part):
                 raise Problem(503, Statement("pilot.not_running"))
             await asyncio.sleep(TURN_LOOK_S)
 
-    def _refresh(self, pilot: Pilot | None) -> None:
-        if pilot is None or self._revision == self._maps.marks_revision:
-            return
-        self._revision = self._maps.marks_revision
-        submaps = self._maps.snapshot.floor.submaps
-        pilot.edit_map(MapEdits(tuple(edit for one in self.edits if (edit := one.now(submaps)) is not None)))
+    def _refresh(self) -> None:
+        """Have the pilot edit the map as it is now."""
+        if self._dispatcher.pilot is not None:
+            now = (one.now(self._maps.submaps) for one in self.edits)
+            self._dispatcher.pilot.edit_map(MapEdits(tuple(edit for edit in now if edit is not None)))
 
     def _checked(
         self, kind: EditKind, points: list[tuple[float, float]], width: float, angle: float, who: Person

@@ -19,9 +19,7 @@ from core.errors import BadInput
 from core.geometry import wrap
 from core.navigation.places import NamedPlace
 from core.navigation.zones import roomiest_spot
-from core.sensors import SensorFrame
 from core.sentences import Statement
-from core.snapshot import Snapshot
 from core.speech.understanding.place_names import (
     MAX_PLACES,
     check_name_apart,
@@ -45,11 +43,7 @@ class PlaceService(Part):
         self.places: tuple[NamedPlace, ...] = ()  # where they are now
         self.when_changed: list[Callable[[tuple[NamedPlace, ...]], None]] = []
         self._maps, self._dispatcher = maps, dispatcher
-        self._revision = -1
-
-    def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """Notice another map, and a map that has moved."""
-        self._refresh()
+        maps.when_marked.append(self._refresh)
 
     def find(self, name: str) -> NamedPlace:
         """The place of this name, however it is written. Raises Problem 404."""
@@ -81,7 +75,6 @@ class PlaceService(Part):
             return msgspec.structs.replace(marks, places=(*marks.places, mark))
 
         await self._maps.mark(change, f"place {mark.name}", who)
-        self._refresh()
         return self.find(mark.name)
 
     async def change(
@@ -109,7 +102,6 @@ class PlaceService(Part):
             )
 
         await self._maps.mark(change, f"place {old.name}: {mark.name}", who)
-        self._refresh()
         return self.find(mark.name)
 
     async def remove(self, name: str, who: Person) -> None:
@@ -120,17 +112,12 @@ class PlaceService(Part):
             return msgspec.structs.replace(marks, places=tuple(one for one in marks.places if one.name != old.name))
 
         await self._maps.mark(change, f"place {old.name} removed", who)
-        self._refresh()
 
     # steps of the above
 
     def _refresh(self) -> None:
         """Have everybody know the places as they are now."""
-        if self._revision == self._maps.marks_revision:
-            return
-        self._revision = self._maps.marks_revision
-        submaps = self._maps.snapshot.floor.submaps
-        self.places = tuple(one.now(submaps) for one in self._maps.marks.places)
+        self.places = tuple(one.now(self._maps.submaps) for one in self._maps.marks.places)
         known = (*self.places, *_spoken_routes(self._maps.marks))
         self._dispatcher.know_places(place_phrases(known))
         for tell in self.when_changed:

@@ -46,7 +46,7 @@ from core.slam.map.drawn_map import drawn_map
 from core.slam.map.map_file import SavedMap, checked
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.outline import MapOutline, trace_outline
-from core.slam.map.status import ClosureStatus
+from core.slam.map.status import ClosureStatus, SubmapView
 from core.slam.map_join import MapMatch
 from core.snapshot import Snapshot
 
@@ -109,6 +109,7 @@ class MapService(Part):
         self._earlier_kept = False  # the last map of the console before this one has its own name
         self.marks = MapMarks()  # of the map in use
         self.marks_revision = 0
+        self.when_marked: list[Callable[[], None]] = []  # the marks are others, or lie elsewhere
         self._proposal: JoinProposal | None = None  # that was shown last
         self._worker = Worker("maps")
         self._redrawn = False  # edits were made since the saved map in use was written
@@ -117,14 +118,14 @@ class MapService(Part):
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """The newest snapshot. Another pilot knows nothing of the former's map."""
+        former, self._newest = self._newest, snapshot
         if self._dispatcher.pilot is not self._pilot:
             self._pilot, self._name, self.frame = self._dispatcher.pilot, None, ""
             self.trajectory.forget()
             self._stands_kept()
             self._set_marks(MapMarks())
-        if self._newest is not None and self._newest.floor.graph_revision != snapshot.floor.graph_revision:
+        if former is not None and _layout(former) != _layout(snapshot):
             self._set_marks(self.marks)
-        self._newest = snapshot
         if self._kept_at is None:
             self._kept_at = snapshot.estimate.pose
         self._unsaved |= self._robot.profile.drives and self._moved_since(self._kept_at)
@@ -141,6 +142,11 @@ class MapService(Part):
         if self._newest is None:
             raise Problem(503, "No frame of the robot has arrived yet.")
         return self._newest
+
+    @property
+    def submaps(self) -> tuple[SubmapView, ...]:
+        """Where the submaps are now; none while there is no snapshot."""
+        return () if self._newest is None else self._newest.floor.submaps
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -480,9 +486,11 @@ class MapService(Part):
         self._redrawn = False
 
     def _set_marks(self, marks: MapMarks) -> None:
-        """These hold from now on, where the map is now."""
+        """These hold from now on, where the map is now: whoever uses them has them at once."""
         self.marks = marks
         self.marks_revision += 1
+        for tell in self.when_marked:
+            tell()
 
     # the map that is in use
 
@@ -577,3 +585,8 @@ class MapService(Part):
     def _changed(self, what: str, name: str, who: Person) -> None:
         self._revision += 1
         self._history.add("map", who, words=f"{what} {name}")
+
+
+def _layout(snapshot: Snapshot) -> list[tuple[int, Pose]]:
+    """The submaps, and where they lie."""
+    return [(one.id, one.pose) for one in snapshot.floor.submaps]

@@ -59,15 +59,14 @@ class ZoneService(Part):
         self.zones: tuple[MapZone, ...] = ()  # where they are now
         self._maps, self._robot, self._dispatcher, self._lease = maps, robot, dispatcher, lease
         self._keep_outs = KeepOuts()
-        self._revision = -1
         self._cap: float | None = None
         self._capped_at = -math.inf  # [s]
         self._warned: tuple[str, int, float] | None = None  # of which zone, by which press, when [s]
         dispatcher.hand_warning = self._hand_warning
+        maps.when_marked.append(self._refresh)
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """Keep the zones where the map is, and the gate's cap where the robot is."""
-        self._refresh()
+        """Keep the gate's cap where the robot is."""
         cap = self._cap_at(snapshot)
         now = time.monotonic()
         if cap == self._cap and (not self._slow or now - self._capped_at < CAP_PERIOD_S):
@@ -85,7 +84,6 @@ class ZoneService(Part):
         drawn = self._checked(mark, who)
 
         await self._maps.mark(lambda marks: _with_zones(marks, [drawn]), f"zone {drawn.name}", who)
-        self._refresh()
         self._stop_inside(drawn.name)
         return next(zone for zone in self.zones if zone.name == drawn.name)
 
@@ -110,7 +108,6 @@ class ZoneService(Part):
         ]
         before = {zone.name for zone in self.zones}
         await self._maps.mark(lambda kept: _with_zones(kept, marks), f"zones {name}: {len(marks)} of a mask", who)
-        self._refresh()
         drawn = [zone for zone in self.zones if zone.name not in before]
         self._stop_inside(*(zone.name for zone in drawn))
         return drawn, left_out
@@ -140,7 +137,6 @@ class ZoneService(Part):
             return msgspec.structs.replace(marks, zones=left)
 
         await self._maps.mark(change, f"zone {name} removed", who)
-        self._refresh()
 
     # steps of the above
 
@@ -150,11 +146,7 @@ class ZoneService(Part):
 
     def _refresh(self) -> None:
         """Have the pilot know the zones as they are now."""
-        if self._revision == self._maps.marks_revision:
-            return
-        self._revision = self._maps.marks_revision
-        submaps = self._maps.snapshot.floor.submaps
-        self.zones = tuple(one.now(submaps) for one in self._maps.marks.zones)
+        self.zones = tuple(one.now(self._maps.submaps) for one in self._maps.marks.zones)
         self._keep_outs = KeepOuts(tuple(zone for zone in self.zones if zone.kind == "keep_out"))
         if self._dispatcher.pilot is not None:
             self._dispatcher.pilot.keep_out_of(self._keep_outs)
