@@ -145,7 +145,7 @@ class MapService(Part):
 
     @property
     def submaps(self) -> tuple[SubmapView, ...]:
-        """Where the submaps are now; none while there is no snapshot."""
+        """The submaps, where they are now; none while there is no snapshot."""
         return () if self._newest is None else self._newest.floor.submaps
 
     @property
@@ -486,7 +486,7 @@ class MapService(Part):
         self._redrawn = False
 
     def _set_marks(self, marks: MapMarks) -> None:
-        """These hold from now on, where the map is now: whoever uses them has them at once."""
+        """These hold from now on, where the map is now: all parts know them at once."""
         self.marks = marks
         self.marks_revision += 1
         for tell in self.when_marked:

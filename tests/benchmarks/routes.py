@@ -21,7 +21,7 @@ import sys
 import tempfile
 import time
 import zipfile
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -61,6 +61,7 @@ FINDING_S = 5.0  # that a robot may look for its place before a person helps
 STOOD_M = 0.001  # that a robot which stands is moved at most
 BLOCK_M = 1.5  # before the stop on which a box appears, at least
 AT_THE_LAST_STOP = (plain(Statement("routes.done")), plain(Statement("routes.over")))
+BEFORE_FRAMES = 40  # that are printed with a contact
 NEAR_M = 1.0  # beside the zone to keep out of
 WALL_Y_M = -0.75  # the side of the corridor at the zone
 KEEP_OUT_ZONE_M = ((5.0, -0.6), (6.0, -0.6), (6.0, -0.1), (5.0, -0.1))
@@ -91,6 +92,7 @@ class Drive:
         self.sums: Counter[str] = Counter()
         self.attended = False  # its owner gives a sign of life with every frame
         self._touching = False
+        self._before: deque[dict[str, object]] = deque(maxlen=BEFORE_FRAMES)  # a contact
         self._names = iter(NAMES)
         self.places: dict[str, tuple[float, float]] = {}
 
@@ -138,9 +140,10 @@ class Drive:
         assert snapshot.truth is not None
         at = snapshot.truth.x, snapshot.truth.y
         self.sums["frames"] += 1
+        self.note(snapshot.truth)
         if snapshot.contact and not self._touching:
             self.sums["contacts"] += 1
-            self.print_contact(snapshot.truth)
+            self.print_contact()
         self._touching = snapshot.contact
         self.sums["near_keep_out"] += within(KEEP_OUT_ZONE_M, *at, NEAR_M)
         self.sums["in_keep_out"] += within(KEEP_OUT_ZONE_M, *at)
@@ -148,14 +151,25 @@ class Drive:
         self.sums["in_slow"] += in_slow
         self.sums["too_fast_in_slow"] += in_slow and abs(self.live.robot.status().v) > SLOW_M_S + 1e-6
 
-    def print_contact(self, true: Pose) -> None:
-        """Where the robot touched something, its setpoint, and where the people were."""
-        people = [one.pose for one in self.live.robot.robot._world.things if one.what == "person"]  # type: ignore[attr-defined]
-        print_row(
-            contact_at=round(self.live.robot.now, 2),
-            robot=[round(value, 2) for value in (true.x, true.y, true.heading)],
-            gate_m_s=round(self.live.robot.status().v, 3),
-            people=[[round(one.x, 2), round(one.y, 2), round(one.heading, 2)] for one in people],
+    def print_contact(self) -> None:
+        """What led to a contact: the last seconds of the robot, its setpoint, the people and the nearest thing."""
+        print_row(contact_at=round(self.live.robot.now, 2), before=list(self._before))
+
+    def note(self, true: Pose) -> None:
+        """Remember a frame."""
+        robot = self.live.robot.robot
+        world, status = robot._world, self.live.robot.status()  # type: ignore[attr-defined]
+        people = [one.pose for one in world.things if one.what == "person"]
+        self._before.append(
+            {
+                "s": round(self.live.robot.now, 2),
+                "robot": [round(value, 3) for value in (true.x, true.y, true.heading)],
+                "gate": [round(status.v, 3), round(status.w, 3)],
+                "limit": status.limit_v,
+                "blocked_by": status.blocked_by,
+                "gap_m": round(world.distance(true.x, true.y) - self.live.robot.profile.radius, 3),
+                "people": [[round(one.x, 3), round(one.y, 3), round(one.heading, 2)] for one in people],
+            }
         )
 
     def keep_owner(self, _: Snapshot) -> None:
