@@ -127,6 +127,7 @@ class NearField:
         if frame.stamp < self._stamp:
             self._rolled.clear()
             self._taken.clear()
+            self._seen.clear()
         self._stamp = frame.stamp
         if frame.wheels is not None:
             self._rolled.append((frame.stamp, frame.wheels.odometry))

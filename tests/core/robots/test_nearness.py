@@ -145,6 +145,10 @@ def test_what_the_other_laser_saw_counts_for_a_moment_and_is_carried_along() -> 
     assert sorted(x for x, _ in points) == [pytest.approx(-0.62, abs=0.002), pytest.approx(0.9, abs=0.002)]
     points, field = seen(FRONT, 0.8, 0.3, 0.02)
     assert len(points) == 1 and field == pytest.approx(math.pi / 2, abs=0.01)
+    seen(BACK, 0.5, 0.4, 0.02)
+    seen(FRONT, 0.8, 0.2, 0.02)  # the clock was reset: what the other laser saw is of no known age
+    points, field = seen(FRONT, 0.9, 0.45, 0.02)
+    assert len(points) == 1 and field == pytest.approx(math.pi / 2, abs=0.01)
 
 
 AHEAD = Laser(beams=3, angle_min=-0.001, angle_step=0.001)
