@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import os
 import threading
 from collections import deque
@@ -25,9 +26,37 @@ KEYS = ("array", "channels", "rate", "first")
 BLOCK_S = 0.02  # of sound that are handed on at once
 MAX_WAITING_BLOCKS = 100  # blocks that may wait
 MAX_SILENCE_S = 2.0  # without a block after which the device is lost
+CLOCK_WINDOW_S = 10.0  # of whose blocks the quickest says how far the stamps have left the robot's clock …
+MAX_CLOCK_ERROR_S = 0.05  # … and by how much they may, before they step
 RESPEAKER = {"channels": 6, "rate": 16_000, "first": 1}  # 6-channel firmware: processed, four raw, playback
 NEEDS = f"Microphones of this computer need the extra hardware: {install_extra('hardware')}"
 LIBRARY = "sounddevice finds no PortAudio; on Debian: sudo apt install libportaudio2."
+
+
+class SampleClock:
+    """Stamps of blocks that follow each other: what was recorded says when, not when it came.
+
+    A card's clock leaves the robot's by some 50 ms in a quarter of an hour, or at once where blocks were lost. Then
+    the stamps step, which ends what is being heard, instead of dating all that follows wrongly.
+    """
+
+    def __init__(self) -> None:
+        self._next = -math.inf  # [s] when the next block begins
+        self._quickest, self._since = math.inf, 0.0  # [s] least delay of the blocks since then
+
+    def stamp(self, length: float, now: float) -> float:
+        """A block of `length` [s] that came at `now` → when it began [s]."""
+        came, begin = now - length, self._next
+        self._quickest = min(self._quickest, came - self._next)
+        is_over = now - self._since > CLOCK_WINDOW_S
+        if abs(came - self._next) >= MAX_SILENCE_S:
+            begin, is_over = came, True
+        elif is_over and abs(self._quickest) > MAX_CLOCK_ERROR_S:
+            begin += self._quickest
+        if is_over:
+            self._quickest, self._since = math.inf, now
+        self._next = begin + length
+        return begin
 
 
 class SoundDevice(Device):
@@ -77,19 +106,16 @@ class SoundDevice(Device):
         return Equipment(name="microphones", microphones=arrays(self._profile, self._numbers.get("first", 0)))
 
     def run(self, readings: Readings) -> None:
-        """Hand on block by block; their stamps follow each other, whenever they come."""
-        stamp: float | None = None
+        """Hand on block by block; their stamps follow each other, whenever they come (`SampleClock`)."""
+        clock = SampleClock()
         while not self._over.is_set():
             if not self._came.wait(MAX_SILENCE_S):
                 return
             self._came.clear()
             while self._blocks and not self._over.is_set():
                 samples = self._blocks.popleft().astype(np.float32) / 32768
-                length, now = len(samples) / self._rate, readings.now()
-                follows = stamp is not None and abs(now - length - stamp) < MAX_SILENCE_S
-                stamp = stamp if stamp is not None and follows else now - length
+                stamp = clock.stamp(len(samples) / self._rate, readings.now())
                 readings.sound(Sound(stamp=stamp, rate=self._rate, samples=samples))
-                stamp += length
 
     def close(self) -> None:
         """Stop recording."""

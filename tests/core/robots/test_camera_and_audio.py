@@ -18,7 +18,7 @@ from core.errors import BadInput, Unavailable
 from core.recording.sound_file import write_wav
 from core.robots.live import LiveRobot
 from core.robots.readings import Readings
-from core.robots.usb_audio import SoundDevice, open_device, play_and_record
+from core.robots.usb_audio import MAX_CLOCK_ERROR_S, SampleClock, SoundDevice, open_device, play_and_record
 from core.robots.usb_camera import VideoCamera, parse_address
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound
@@ -132,6 +132,22 @@ def test_a_respeaker_has_its_raw_channels_and_its_geometry(monkeypatch: pytest.M
     sound = readings.frame().sound
     assert not running.is_alive() and sound is not None and sound.channels == 6
     assert array.heard(sound).shape[1] == 4 and 0.1 < sound.duration < 0.5
+
+
+@pytest.mark.parametrize("drift", [-1e-3, 0.0, 5e-5, 1e-3])
+def test_stamps_follow_each_other_and_never_leave_the_clock(drift: float) -> None:
+    """A card that runs fast or slow, blocks that come up to 0.1 s late, a second that is lost."""
+    rng, clock, length, stamps, errors = np.random.default_rng(3), SampleClock(), 0.1, list[float](), list[float]()
+    for number in range(3000):
+        lost = 1.0 if number > 1500 else 0.0
+        begin = 5.0 + number * length * (1 + drift) + lost
+        delay = 0.01 if number % 20 == 0 else float(rng.uniform(0.01, 0.1))
+        stamps.append(clock.stamp(length, begin + length + delay))
+        errors.append(abs(stamps[-1] - begin))
+    steps = [number for number, (one, other) in enumerate(pairwise(stamps)) if abs(other - one - length) > 1e-9]
+    assert max(errors[:1500] + errors[1700:]) < MAX_CLOCK_ERROR_S + 0.12
+    assert np.median(errors) < MAX_CLOCK_ERROR_S + 0.01
+    assert len(steps) == (1 if abs(drift) < 1e-4 else pytest.approx(1 + 300 * abs(drift) / MAX_CLOCK_ERROR_S, abs=2))
 
 
 def test_a_missing_package_and_a_missing_library_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
