@@ -18,7 +18,6 @@ from console.messages.calibration import (
     CalibrationVerdict,
     CalibrationView,
 )
-from console.workers.job import Handler
 from console.workers.pictures import decode_upload
 from core.calibration.board.board import Board
 from core.calibration.camera.intrinsics import ViewCorners
@@ -38,19 +37,6 @@ class CameraWorker(SessionWorker):
         super().__init__()
         self._session = CameraSession(Board(columns=9, rows=6, square=0.03))
         self._sized: tuple[int, int] | None = None  # of the pictures, as the page knows it
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return (
-            *self.shared_handlers,
-            jobs.OpenCamera.handled_by(self.open),
-            jobs.LookAtPicture.handled_by(self.look),
-            jobs.LookAtWebcam.handled_by(self.look_at_webcam),
-            jobs.TakeUpload.handled_by(self.take_upload),
-            jobs.TakePicture.handled_by(self.take_picture),
-            jobs.AcceptCamera.handled_by(self.accept),
-        )
 
     @property
     def _wizard(self) -> CameraSession:

@@ -16,7 +16,6 @@ from console.messages.calibration import (
     CalibrationVerdict,
     CalibrationView,
 )
-from console.workers.job import Handler
 from core.calibration.board.board import Board
 from core.calibration.files.pictures import size_words
 from core.calibration.laser.board_line import MeanScan, find_lines, foreground
@@ -43,18 +42,6 @@ class LaserWorker(SessionWorker):
         self._grey: Array | None = None
         self._scan: Scan | None = None
         self._beams = np.empty(0, int)  # of the newest scan that end on the board
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return (
-            *self.shared_handlers,
-            jobs.OpenLaser.handled_by(self.open),
-            jobs.LookAtPicture.handled_by(self.look),
-            jobs.SweepScan.handled_by(self.sweep),
-            jobs.ForgetRoom.handled_by(self.forget_room),
-            jobs.AcceptMount.handled_by(self.accept),
-        )
 
     @property
     def _wizard(self) -> LaserSession:

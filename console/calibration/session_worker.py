@@ -6,7 +6,6 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
 from console.calibration import jobs
-from console.workers.job import Handler
 from core.errors import Refused
 
 if TYPE_CHECKING:  # a worker loads its own kind alone
@@ -42,17 +41,6 @@ class SessionWorker(ABC):
     @abstractmethod
     def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
         """All of it, as it is."""
-
-    @property
-    def shared_handlers(self) -> tuple[Handler, ...]:
-        """The jobs of both."""
-        return (
-            jobs.RefreshSession.handled_by(self.refresh),
-            jobs.DropView.handled_by(self.drop),
-            jobs.RestoreView.handled_by(self.restore),
-            jobs.SkipAdvice.handled_by(self.skip),
-            jobs.AdoptSolution.handled_by(self.adopt),
-        )
 
     def drop(self, job: jobs.DropView) -> jobs.SessionAnswer:
         """Leave a view out."""

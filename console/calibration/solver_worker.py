@@ -11,7 +11,6 @@ from console.calibration import jobs
 from console.calibration.camera_worker import read_grey
 from console.calibration.codec import board_of, jpeg
 from console.calibration.laser_state import resumed
-from console.workers.job import Handler
 from core.calibration.camera.facts import known_facts
 from core.calibration.camera.intrinsics import Calibration
 from core.calibration.camera.session import CameraSession, CameraState
@@ -37,17 +36,6 @@ FROM_FILE = "Read from a file; how exact it is stands only in the file it came f
 
 class SolverWorker:
     """Remembers nothing from job to job."""
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return (
-            jobs.SolveCamera.handled_by(self.solve_camera),
-            jobs.SolveLaser.handled_by(self.solve_laser),
-            jobs.MeasureCorrection.handled_by(self.correction),
-            jobs.StraightenPicture.handled_by(self.picture),
-            jobs.ReadCalibrationFile.handled_by(self.read_file),
-        )
 
     def solve_camera(self, job: jobs.SolveCamera) -> jobs.CameraSolution:
         """Solve a camera's session."""

@@ -13,7 +13,6 @@ from console.connection.probe_jobs import (
     OpenedRecording,
     ProbeRobot,
 )
-from console.workers.job import Handler
 from core.errors import Unavailable
 from core.robots.connect import devices_of, live, parts_of
 from core.robots.connection import FoundRobot, ReadConnection
@@ -31,15 +30,6 @@ NO_PICTURES = "{host} sends no pictures ({kind}); a camera sends images, a video
 
 class ProbeWorker:
     """Remembers nothing from job to job."""
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return (
-            ProbeRobot.handled_by(self.probe),
-            CheckRobotFile.handled_by(self.check),
-            CheckRecording.handled_by(self.read),
-        )
 
     def probe(self, job: ProbeRobot) -> FoundRobot:
         """Return the findings on the robot. Raises BadInput, Unavailable."""

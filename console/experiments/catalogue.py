@@ -6,7 +6,7 @@ import asyncio
 
 import msgspec
 
-from console.workers.job import Handler, Job
+from console.workers.job import Job
 from console.workers.tasks import end
 from console.workers.worker import Worker
 from core.experiments import EXPERIMENTS
@@ -42,11 +42,6 @@ class ListExperiments(Job[list[ExperimentEntry]], frozen=True):
 
 class ExperimentsWorker:
     """Imports every experiment, which the console itself does not."""
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return (ListExperiments.handled_by(self.every),)
 
     def every(self, _: ListExperiments) -> list[ExperimentEntry]:
         """Read all declarations."""

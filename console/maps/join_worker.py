@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 
 from console.maps.export import overlay
-from console.workers.job import Handler, Job
+from console.workers.job import Job
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map_join import MapMatch, grid_of, join_maps, match_maps
@@ -46,11 +46,6 @@ class JoinMaps(Job[JoinedMap], frozen=True):
 
 class JoinWorker:
     """Remembers nothing from one job to the next."""
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return MatchMaps.handled_by(self.match), JoinMaps.handled_by(self.join)
 
     def match(self, job: MatchMaps) -> DrawnMatch:
         """Find the newer map in the older one and draw both."""

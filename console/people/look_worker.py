@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import msgspec
 
-from console.workers.job import Handler, Job
+from console.workers.job import Job
 from console.workers.pictures import in_colour
 from core.errors import Unavailable
 from core.perception.people.detector import Rectangle
@@ -40,11 +40,6 @@ class LookWorker:
 
     def __init__(self) -> None:
         self._detector: PersonDetector | None = None
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return OpenDetector.handled_by(self.open), LookForPeople.handled_by(self.look)
 
     def open(self, job: OpenDetector) -> str:
         """Open a detector."""

@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 
 from console.people import jobs
-from console.workers.job import Handler
 from console.workers.pictures import decode_upload, in_colour
 from core.errors import BadInput
 from core.message import Array
@@ -29,15 +28,6 @@ class PeopleWorker:
 
     def __init__(self) -> None:
         self._networks: PoseDetector | None = None
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return (
-            jobs.ReadBackground.handled_by(self.background),
-            jobs.JudgePicture.handled_by(self.judge),
-            jobs.LearnPerson.handled_by(self.learn),
-        )
 
     def background(self, job: jobs.ReadBackground) -> jobs.SeenBackground:
         """Look at a picture without anybody."""

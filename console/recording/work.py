@@ -21,7 +21,7 @@ import msgspec
 import numpy as np
 from mcap.reader import make_reader
 
-from console.workers.job import Handler, Job
+from console.workers.job import Job
 from core.errors import Refused, Unwritable
 from core.gate.status import GateStatus
 from core.message import Array
@@ -181,23 +181,6 @@ class RecorderWorker:
         self._ring_s = 0.0
         self._foxglove: FoxgloveServer | None = None
         atexit.register(self._end)
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return (
-            DescribeRobot.handled_by(self.describe),
-            ServeFoxglove.handled_by(self.serve),
-            BeginRecording.handled_by(self.begin),
-            RecordMoments.handled_by(self.record),
-            FinishRecording.handled_by(self.finish),
-            KeepRing.handled_by(self.keep),
-            RecoverRecordings.handled_by(self.recover),
-            ReadRecording.handled_by(self.read),
-            PictureRecording.handled_by(self.picture),
-            CutRecording.handled_by(self.cut),
-            FilmRecording.handled_by(self.film),
-        )
 
     def describe(self, job: DescribeRobot) -> None:
         """Another robot, or the first."""

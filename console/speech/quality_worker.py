@@ -12,7 +12,6 @@ from console.speech.quality_jobs import (
     MeasureQuality,
     QualityRow,
 )
-from console.workers.job import Handler
 from core.experiments.speech_quality_here import SpeechQualityHere
 from core.geometry import Pose
 
@@ -22,15 +21,6 @@ class QualityWorker:
 
     def __init__(self) -> None:
         self._run: SpeechQualityHere | None = None
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return (
-            BeginQuality.handled_by(self.begin),
-            ListenClose.handled_by(self.listen_close),
-            MeasureQuality.handled_by(self.measure),
-        )
 
     def begin(self, job: BeginQuality) -> BegunQuality:
         """Prepare a run → the places, and why nobody can speak from some."""

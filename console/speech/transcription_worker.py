@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar, ReadUtterance
-from console.workers.job import Handler
 from core.navigation.places import NamedPlace
 from core.sensors.microphones import Sound
 from core.sentences import code_of
@@ -35,16 +34,6 @@ class TranscriptionWorker:
         self._places: tuple[NamedPlace, ...] = ()  # that the recognizer hears by their names
         self._speaker = 0
         self._rejected = RejectedCommands()  # of this speaker's, by whichever transcriber heard it
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return (
-            BeginListening.handled_by(self.begin),
-            HearSound.handled_by(self.hear),
-            ReadSoFar.handled_by(self.read_so_far),
-            FinishListening.handled_by(self.finish),
-        )
 
     def begin(self, job: BeginListening) -> str:
         """Listen again."""

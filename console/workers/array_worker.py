@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from console.workers.job import Handler, Job
+from console.workers.job import Job
 from core.perception.sound.array_diagnostics import ArrayFault, check
 from core.perception.sound.array_orientation import Clap, heard_from
 from core.sensors.microphones import MicrophoneArray, Sound
@@ -25,11 +25,6 @@ class FindClap(Job[Clap], frozen=True):
 
 class ArrayWorker:
     """Remembers nothing from one recording to the next."""
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        return CheckArray.handled_by(self.check), FindClap.handled_by(self.find_clap)
 
     def check(self, job: CheckArray) -> tuple[ArrayFault, ...]:
         """Look for channels that are identical, dead, faint, swapped or clipped."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
-from typing import Annotated, Any, Generic, Literal, Protocol, Self, TypeVar, get_args, get_origin
+from inspect import getmembers, isfunction
+from typing import Annotated, Any, Generic, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
 import numpy as np
@@ -27,20 +28,6 @@ Handler = tuple[type["Job[Any]"], Callable[[Any], object]]
 
 class Job(msgspec.Struct, Generic[Answer], frozen=True, tag=True):
     """Base of all jobs: `class FindBoard(Job[FoundBoard], frozen=True)` is answered by a FoundBoard."""
-
-    @classmethod
-    def handled_by(cls, work: Callable[[Self], Answer]) -> Handler:
-        """Return a row of a worker's table of handlers."""
-        return cls, work
-
-
-class JobWorker(Protocol):
-    """A worker: its table says which function does which job."""
-
-    @property
-    def handlers(self) -> tuple[Handler, ...]:
-        """Every job it knows."""
-        ...
 
 
 class JobRequest(msgspec.Struct, Generic[Content], frozen=True):
@@ -65,12 +52,27 @@ class JobFailure(msgspec.Struct, frozen=True, tag="failure"):
     said: SentenceCode = SentenceCode()
 
 
+def handlers_of(worker: object) -> Iterator[Handler]:
+    """A worker's table: each public method whose argument is annotated with a kind of job does that job."""
+    for name, work in getmembers(type(worker), isfunction):
+        if name.startswith("_"):
+            continue
+        for argument, given in get_type_hints(work).items():
+            for kind in get_args(given) or (given,):
+                if argument != "return" and isinstance(kind, type) and issubclass(kind, Job):
+                    yield kind, getattr(worker, name)
+
+
+def answer_type(kind: type[Job[Any]]) -> Any:
+    """Return the type of the answer to jobs of this kind."""
+    bases = (base for each in kind.__mro__ for base in each.__dict__.get("__orig_bases__", ()))
+    return get_args(next(base for base in bases if get_origin(base) is Job))[0]
+
+
 @cache
 def answer_decoder(kind: type[Job[Answer]]) -> msgspec.msgpack.Decoder[JobResult[Answer] | JobFailure]:
     """Return the decoder of what comes back for jobs of this kind."""
-    bases = (base for each in kind.__mro__ for base in each.__dict__.get("__orig_bases__", ()))
-    answer = get_args(next(base for base in bases if get_origin(base) is Job))[0]
-    return decoder(JobResult[answer] | JobFailure)
+    return decoder(JobResult[answer_type(kind)] | JobFailure)
 
 
 def error_name(error: BeckonError) -> ErrorName:

@@ -20,7 +20,17 @@ from typing import Any, Union
 
 import msgspec
 
-from console.workers.job import LENGTH, Job, JobFailure, JobRequest, JobResult, JobWorker, decoder, error_name, packed
+from console.workers.job import (
+    LENGTH,
+    Job,
+    JobFailure,
+    JobRequest,
+    JobResult,
+    decoder,
+    error_name,
+    handlers_of,
+    packed,
+)
 from core.errors import BeckonError
 from core.gate.scheduling import stand_back
 from core.sentences import code_of
@@ -77,8 +87,8 @@ def restrain() -> None:
 class JobTable:
     """The jobs of a worker, and the functions that do them."""
 
-    def __init__(self, worker: JobWorker) -> None:
-        self._handlers = dict(worker.handlers)
+    def __init__(self, worker: object) -> None:
+        self._handlers = dict(handlers_of(worker))
         every: Any = Union[tuple(self._handlers)]  # noqa: UP007
         self._decoder: msgspec.msgpack.Decoder[JobRequest[Job[Any]]] = decoder(JobRequest[every])
 

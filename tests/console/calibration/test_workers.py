@@ -10,7 +10,7 @@ import time
 from collections.abc import Awaitable, Callable
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import msgspec
 import numpy as np
@@ -19,7 +19,7 @@ import pytest
 from console.calibration.jobs import StraightenPicture
 from console.people.jobs import LearnPerson
 from console.workers.child_process import ChildProcess
-from console.workers.job import Job, answer_decoder, decoder, plain
+from console.workers.job import Job, answer_decoder, answer_type, decoder, handlers_of, plain
 from console.workers.process import WORKERS, JobTable
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, Unavailable
@@ -194,8 +194,9 @@ def test_every_job_has_a_worker_that_does_it_and_an_answer_that_can_be_decoded()
     done: set[type[Job[Any]]] = set()
     for place in WORKERS.values():
         module, _, name = place.partition(":")
-        handlers = getattr(import_module(module), name)().handlers
+        handlers = list(handlers_of(getattr(import_module(module), name)()))
         kinds = [kind for kind, _ in handlers]
+        assert all(get_type_hints(work)["return"] == answer_type(kind) for kind, work in handlers), place
         assert kinds and len(set(kinds)) == len(kinds), place
         JobTable(getattr(import_module(module), name)())
         done |= set(kinds)
