@@ -11,7 +11,9 @@ from pydantic import Field
 from console.access.roles import needs
 from console.api import RequestBody, Who, part, router
 from console.maps.places import MAX_ROOM_CORNERS, PlaceService
+from core.errors import BadInput
 from core.navigation.places import NamedPlace
+from core.sentences import Statement
 from core.speech.understanding.place_names import MAX_NAME_LETTERS
 
 places = router("places", 409, 503, 507)
@@ -106,4 +108,9 @@ async def remove(name: PlaceName, service: Places, who: Who) -> Response:
 
 
 def _at(asked: NamePlaceRequest | PlaceChange) -> tuple[float, float] | None:
-    return None if asked.x_m is None or asked.y_m is None else (asked.x_m, asked.y_m)
+    """The spot that was asked for; None where no coordinate was. Raises BadInput where one was."""
+    if asked.x_m is None and asked.y_m is None:
+        return None
+    if asked.x_m is None or asked.y_m is None:
+        raise BadInput(Statement("places.half"))
+    return asked.x_m, asked.y_m

@@ -34,6 +34,13 @@ def test_a_place_is_named_moved_gone_to_and_kept_with_its_map(live: Live) -> Non
 
     far = call(live, "POST", "/api/places", {"name": "moon", "x_m": 400.0, "y_m": 0.1}, status=422)
     assert "outside the map" in far["detail"]
+    for method, path, half in (
+        ("POST", "/api/places", {"name": "shelf", "x_m": 0.3}),
+        ("POST", "/api/places", {"name": "shelf", "y_m": 0.3, "x_m": None}),
+        ("PATCH", "/api/places/desk", {"y_m": 0.3}),
+    ):
+        wrong = call(live, method, path, half, status=422)
+        assert "both x_m and y_m" in wrong["detail"] and wrong["code"] == "places.half"
     alike = call(live, "POST", "/api/places", {"name": "windows", "x_m": 0.1, "y_m": 0.1}, status=422)
     assert "“windows” and “Window” sound too much alike" in alike["detail"]
     call(live, "POST", "/api/places", {"name": "WINDOW", "x_m": 0.1, "y_m": 0.1}, status=409)
