@@ -3,12 +3,13 @@
 The console with its robot, gate and pilot in this process and in lock step, as fast as the processor can (`--share`
 of it at most), camera and ears off, 0.5 m/s at most; see `stepped.py`. The map is the true floor plan, read as one of
 Nav2. Each route has six random stops, always the nearest one next; a zone to keep out of and a slow one lie on the
-way. Printed: the stops reached, or how the route ended; contacts; and, by truth, frames with its middle in the
-keep-out zone (of those near it), and with a faster setpoint of the gate in the slow one than it allows (of those in
-it): null where no route led there. With `--faults N` each fault is injected N times into a patrol, while the robot
-moves: its state and reason, the gate's speed when it ended, and how far the robot went in the half second in which it
-brakes and in the ten after it. First the robot is put into the zone to keep out of and against a wall: a check that
-does not see that ends the benchmark.
+way. Printed: the stops reached, or how the route ended; contacts, by the bumper and by truth, with what led to each
+and how many came to a robot that stood; and, by truth, frames with its middle in the keep-out zone (of those near
+it), and with a faster setpoint of the gate in the slow one than it allows (of those in it): null where no route led
+there. With `--faults N` each fault is injected N times into a patrol, while the robot moves: its state and reason,
+the gate's speed when it ended, and how far the robot went in the half second in which it brakes and in the ten
+after it. First the robot is put into the zone to keep out of and against a wall: a check that does not see that
+ends the benchmark.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from core.sensors import SensorFrame
 from core.sentences import Statement, plain
 from core.settings import Settings
 from core.simulation.settings import SimulationSettings
-from core.simulation.world import world_named
+from core.simulation.world import Thing, world_named
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.settings import SubmapSettings
 from core.snapshot import Snapshot
@@ -61,7 +62,7 @@ FINDING_S = 5.0  # that a robot may look for its place before a person helps
 STOOD_M = 0.001  # that a robot which stands is moved at most
 BLOCK_M = 1.5  # before the stop on which a box appears, at least
 AT_THE_LAST_STOP = (plain(Statement("routes.done")), plain(Statement("routes.over")))
-BEFORE_FRAMES = 40  # that are printed with a contact
+BEFORE_FRAMES, STOOD_FRAMES = 40, 5  # that are printed with a contact; in which a robot has not moved that stood
 NEAR_M = 1.0  # beside the zone to keep out of
 WALL_Y_M = -0.75  # the side of the corridor at the zone
 KEEP_OUT_ZONE_M = ((5.0, -0.6), (6.0, -0.6), (6.0, -0.1), (5.0, -0.1))
@@ -92,7 +93,7 @@ class Drive:
         self.sums: Counter[str] = Counter()
         self.attended = False  # its owner gives a sign of life with every frame
         self._touching = False
-        self._before: deque[dict[str, object]] = deque(maxlen=BEFORE_FRAMES)  # a contact
+        self._before: deque[dict[str, Any]] = deque(maxlen=BEFORE_FRAMES)  # a contact
         self._names = iter(NAMES)
         self.places: dict[str, tuple[float, float]] = {}
 
@@ -141,10 +142,12 @@ class Drive:
         at = snapshot.truth.x, snapshot.truth.y
         self.sums["frames"] += 1
         self.note(snapshot.truth)
-        if snapshot.contact and not self._touching:
+        touching = snapshot.contact or self._before[-1]["gap_m"] < 0.0
+        if touching and not self._touching:
             self.sums["contacts"] += 1
+            self.sums["contacts_standing"] += self.stood
             self.print_contact()
-        self._touching = snapshot.contact
+        self._touching = touching
         self.sums["near_keep_out"] += within(KEEP_OUT_ZONE_M, *at, NEAR_M)
         self.sums["in_keep_out"] += within(KEEP_OUT_ZONE_M, *at)
         in_slow = within(SLOW_ZONE_M, *at)
@@ -153,13 +156,20 @@ class Drive:
 
     def print_contact(self) -> None:
         """What led to a contact: the last seconds of the robot, its setpoint, the people and the nearest thing."""
-        print_row(contact_at=round(self.live.robot.now, 2), before=list(self._before))
+        print_row(contact_at=round(self.live.robot.now, 2), robot_stood=self.stood, before=list(self._before))
+
+    @property
+    def stood(self) -> bool:
+        """True where the robot has not moved for a while: whatever touches it came to it."""
+        last = list(self._before)[-STOOD_FRAMES:]
+        ways = [math.dist(one["robot"][:2], last[-1]["robot"][:2]) for one in last]
+        return max(ways) <= STOOD_M and all(one["gate"] == [0.0, 0.0] for one in last)
 
     def note(self, true: Pose) -> None:
         """Remember a frame."""
         robot = self.live.robot.robot
         world, status = robot._world, self.live.robot.status()  # type: ignore[attr-defined]
-        people = [one.pose for one in world.things if one.what == "person"]
+        people = [one.pose for one in self.people]
         self._before.append(
             {
                 "s": round(self.live.robot.now, 2),
@@ -254,6 +264,26 @@ class Drive:
     def end(self) -> None:
         """Whatever runs ends."""
         self.live.ask("POST", "/api/route/stop", {}, token=self.live.operator)
+
+    def under_way(self) -> dict[str, object]:
+        """What a route does that has not ended."""
+        snapshot, run = self.live.runtime.snapshot, self.run
+        under, true, to = snapshot.active_command, snapshot.truth, self.places[run.here.place]
+        return {
+            "tries": run.tries,
+            "robot": [round(value, 2) for value in (true.x, true.y, true.heading)],
+            "to": to,
+            "command_s": None if under is None else round(snapshot.stamp - under.stamp),
+            "remark": None if under is None else under.remark,
+            "path_m": [[round(x, 2), round(y, 2)] for x, y in snapshot.path[::10].tolist()],
+            "people": [[round(one.pose.x, 2), round(one.pose.y, 2)] for one in self.people],
+        }
+
+    @property
+    def people(self) -> list[Thing]:
+        """Those who walk."""
+        world = self.live.robot.robot._world  # type: ignore[attr-defined]
+        return [one for one in world.things if one.what == "person"]
 
     def moved_after(self) -> dict[str, float]:
         """How far [m] the robot goes while it brakes from now on, and how far after that, by truth."""
@@ -370,6 +400,8 @@ def inject(drive: Drive, fault: str, number: int) -> dict[str, object]:
     drive.comes_to(lambda: run.state not in ("driving", "waiting"), patience)
     state, reason, took = run.state, run.reason, drive.live.robot.now - begun
     result = {"fault": fault, "was_moving": moving, "state": state, "reason": reason, "after_s": round(took, 1)}
+    if state in ("driving", "waiting"):
+        result |= drive.under_way()
     result |= drive.moved_after()
     result["still_stands"] = drive.run is run and run.state == state
     drive.live.robot.cut = False
@@ -450,6 +482,7 @@ def main() -> None:
                 **dict(sums),
                 frames=seen["frames"],
                 contacts=seen["contacts"] if seen["frames"] else None,
+                contacts_standing=seen["contacts_standing"],
                 near_keep_out=seen["near_keep_out"],
                 in_keep_out=seen["in_keep_out"] if seen["near_keep_out"] else None,
                 in_slow=seen["in_slow"],

@@ -14,14 +14,14 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.robots.requests import PlacedThing, PlaceThing, Point, finite
 from core.simulation.actors.requests import describe
-from core.simulation.world import FOOT_SWING_M, Thing, World
+from core.simulation.world import FOOT_REACH_M, Thing, World
 
 DEFAULT_SPEED_M_S = 0.5  # where a request names none
 SPEED_BOUNDS_M_S = (0.05, 2.0)
 MOST_POINTS = 100
 WALKER_RADIUS_M = 0.2  # that a walker needs around
 MIN_HEADROOM_M = 1.8  # [m] and above
-BERTH = FOOT_SWING_M + 0.055 + 0.03  # [m] that a walker keeps from the robot's body
+BERTH = FOOT_REACH_M + 0.03  # [m] that a walker keeps from the robot's body
 STEP_LENGTH_M = 1.2  # of a whole step, left and right
 TURN_RATE_RAD_S = 4.0
 SAMPLE_STEP_M = 0.1  # between the places of a path that are checked

@@ -6,7 +6,16 @@ from core.errors import BadInput
 from core.simulation.world.floor import FLOOR
 from core.simulation.world.held_board import HeldBoard
 from core.simulation.world.lab import LAB
-from core.simulation.world.objects import COLOURS, FOOT_SWING_M, GESTURES, SIZES, Solid, Thing, furniture
+from core.simulation.world.objects import (
+    COLOURS,
+    FOOT_REACH_M,
+    FOOT_SWING_M,
+    GESTURES,
+    SIZES,
+    Solid,
+    Thing,
+    furniture,
+)
 from core.simulation.world.outline import Rect, outline
 from core.simulation.world.plan import Dressing, World, Zone
 from core.simulation.world.ray_casting import Hits, Surfaces, cast, distances
@@ -25,6 +34,7 @@ def world_named(name: str) -> World:
 __all__ = [
     "COLOURS",
     "FLOOR",
+    "FOOT_REACH_M",
     "FOOT_SWING_M",
     "GESTURES",
     "LAB",

@@ -102,10 +102,13 @@ def _stool(thing: Thing) -> tuple[Solid, ...]:
 def _person(thing: Thing) -> tuple[Solid, ...]:
     """Two legs, which is what a laser at ankle height sees; the figure itself is drawn by the camera."""
     swing = FOOT_SWING_M * math.sin(thing.stride)
-    return tuple(_post(thing, side * swing, side * 0.10, 0.055, 0.0, thing.height / 2, "") for side in (1, -1))
+    return tuple(
+        _post(thing, side * swing, side * FOOT_ASIDE_M, FOOT_RADIUS_M, 0.0, thing.height / 2, "") for side in (1, -1)
+    )
 
 
-FOOT_SWING_M = 0.15  # by which the feet of a person who walks are before and behind the body
+FOOT_SWING_M, FOOT_ASIDE_M, FOOT_RADIUS_M = 0.15, 0.10, 0.055  # the first: before and behind the body, of who walks
+FOOT_REACH_M = math.hypot(FOOT_SWING_M, FOOT_ASIDE_M) + FOOT_RADIUS_M  # from a walker's middle, in any direction
 COLOURS = ("red", "blue", "green", "white", "grey", "black", "yellow", "brown")
 """Of shirts and trousers."""
 GESTURES = ("", "wave", "up", "wide", "point", "hips", "crossed")
