@@ -30,18 +30,18 @@ REMEDIES = {
 }
 
 
-def write_atomic(path: Path, content: bytes | str) -> None:
+def write_atomic(path: Path, content: bytes | str, mode: int = 0o666) -> None:
     """Replace a file: a crash or a power cut leaves the former content or the new one. Makes its folder.
 
     It is on the disk, and so is its name, when this returns. A device or a pipe is written to as it is. Raises
-    OSError; what was written of the new file is removed then.
+    OSError; what was written of the new file is removed then. `mode`: of the file from its first byte on.
     """
-    with replacing(path) as file:
+    with replacing(path, mode=mode) as file:
         file.write(content.encode() if isinstance(content, str) else content)
 
 
 @contextlib.contextmanager
-def replacing(path: Path, before: Callable[[], None] | None = None) -> Generator[IO[bytes]]:
+def replacing(path: Path, before: Callable[[], None] | None = None, mode: int = 0o666) -> Generator[IO[bytes]]:
     """A file to write to, which takes the place of `path` when all is written: as `write_atomic`, piece by piece.
 
     `before`: done when the new file is safe on the disk and the former one is still in its place.
@@ -54,7 +54,7 @@ def replacing(path: Path, before: Callable[[], None] | None = None) -> Generator
         return
     fresh = path.with_name(f".{path.name[-100:]}.{secrets.token_hex(4)}{UNFINISHED}")
     try:
-        with fresh.open("xb") as file:
+        with open(fresh, "xb", opener=lambda name, flags: os.open(name, flags, mode)) as file:
             yield file
             file.flush()
             os.fsync(file.fileno())

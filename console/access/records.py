@@ -119,8 +119,7 @@ class AccessFile:
                 change.apply(records)
             if records != before:
                 document = sealed(msgspec.to_builtins(records))
-                write_atomic(self.path, msgspec.json.format(msgspec.json.encode(document)) + b"\n")
-                self.path.chmod(0o600)
+                write_atomic(self.path, msgspec.json.format(msgspec.json.encode(document)) + b"\n", 0o600)
             self._seen = self._stamp()
         return records
 

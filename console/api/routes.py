@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from typing import Annotated, Literal
 
 import msgspec
@@ -169,10 +170,15 @@ class PictureList(msgspec.Struct, frozen=True):
 @needs("viewer")
 async def pictures(service: Routes) -> PictureList:
     """The pictures that were taken at stops; each has route, stop, pose and time in its comment."""
-    found = await asyncio.to_thread(
-        lambda: sorted(service.pictures.glob("*.jpg"), key=lambda one: -one.stat().st_mtime)
-    )
-    return PictureList([one.name for one in found])
+
+    def newest_first() -> list[str]:
+        dated: list[tuple[float, str]] = []
+        for path in service.pictures.glob("*.jpg"):
+            with contextlib.suppress(FileNotFoundError):  # it was removed meanwhile
+                dated.append((path.stat().st_mtime, path.name))
+        return [name for _, name in sorted(dated, reverse=True)]
+
+    return PictureList(await asyncio.to_thread(newest_first))
 
 
 @routes.get(

@@ -35,10 +35,16 @@ CertificateKind = Literal["robot", "viewer"]
 class FleetCertificate(msgspec.Struct, frozen=True):
     """A certificate that was made, without its key."""
 
-    name: str  # its common name
+    name: str
     kind: CertificateKind
     made_s: float  # Unix time
     end_s: float  # Unix time
+    number: int = 0  # no other of this name has it; 0: of an earlier version
+
+    @property
+    def common_name(self) -> str:
+        """The name that the certificate bears: by it, only the newest one of a name is let in."""
+        return f"{self.name}.{self.number}" if self.number else self.name
 
 
 @dataclass(frozen=True)
@@ -83,7 +89,7 @@ class Authority:
         noted = self.router.folder / "hosts"
         wanted = " ".join(sorted({"localhost", "127.0.0.1", *hosts}))
         made_for = noted.read_text() if noted.is_file() else ""
-        if made_for == wanted and _lasts(self.router.certificate, MIN_DAYS_LEFT):
+        if made_for == wanted and self._signed_router() and _lasts(self.router.certificate, MIN_DAYS_LEFT):
             return
         names = ",".join(f"{'IP' if _is_address(host) else 'DNS'}:{host}" for host in wanted.split())
         self._sign(ROUTER_NAME, names, self.router, CERTIFICATE_DAYS)
@@ -97,14 +103,14 @@ class Authority:
         if sum(one.kind == "robot" for one in others) >= MAX_ROBOTS and kind == "robot":
             raise BadInput(Statement("fleet.full", most=MAX_ROBOTS))
         self._prepare_authority()
-        self._sign(name, f"DNS:{name}", CertificateFiles(out), days)
         now = time.time()
-        made = FleetCertificate(name, kind, now, now + days * DAY_S)
+        made = FleetCertificate(name, kind, now, now + days * DAY_S, round(1000 * now))
+        self._sign(made.common_name, f"DNS:{name}", CertificateFiles(out), days)
         self._list([*others, made])
         return made
 
     def withdraw(self, name: str) -> None:
-        """Let this certificate in no more. Raises BadInput where there is none."""
+        """Let the certificate of this name in no more. Raises BadInput where there is none."""
         listed = self.certificates()
         if all(one.name != name for one in listed):
             raise BadInput(Statement("fleet.unknown_name", name=name[:60]))
@@ -127,6 +133,11 @@ class Authority:
             return (self.folder / ISSUED_FILE).stat().st_mtime
         except FileNotFoundError:
             return 0.0
+
+    def _signed_router(self) -> bool:
+        """Return whether the router's certificate is of this authority, not of one that was here before."""
+        there = self.router.authority
+        return there.is_file() and there.read_bytes() == self._own.certificate.read_bytes()
 
     def _list(self, listed: list[FleetCertificate]) -> None:
         with saving("The certificate could not be listed"):
@@ -162,13 +173,13 @@ class Authority:
                 (made, files.certificate),
                 (self._own.certificate, files.authority),
             ):
-                write_atomic(target, source.read_bytes())
-                target.chmod(0o600)
+                write_atomic(target, source.read_bytes(), 0o600)
 
 
 def _make_key(path: Path) -> None:
+    path.unlink(missing_ok=True)
+    path.touch(0o600, exist_ok=False)
     _openssl("genpkey", "-algorithm", "EC", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-out", str(path))
-    path.chmod(0o600)
 
 
 def _lasts(certificate: Path, days: float) -> bool:

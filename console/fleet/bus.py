@@ -190,7 +190,7 @@ def router_settings(
     for one in certificates:
         own = robot_rules(one.name) if one.kind == "robot" else viewer_rules(one.name)
         rules += own
-        subjects.append({"id": one.name, "cert_common_names": [one.name]})
+        subjects.append({"id": one.name, "cert_common_names": [one.common_name]})
         policies.append({"rules": [rule["id"] for rule in own], "subjects": [one.name]})
     if not rules:  # zenoh takes no empty list; nobody has this name
         return router_settings(listen, files, [FleetCertificate("-", "viewer", 0.0, 0.0)])
@@ -203,35 +203,27 @@ def router_settings(
 
 
 def robot_rules(name: str) -> list[dict[str, Any]]:
-    """A robot says and is asked what is under its own name, and hears nothing of others."""
-    keys = [key_of(name, "**")]
+    """A robot says and is asked what is under its name, asks whether it is let in, and hears nothing of others."""
+    own, admission = [key_of(name, "**")], [key_of(name, "admission")]
     return [
-        {
-            "id": f"{name}-says",
-            "permission": "allow",
-            "flows": ["ingress"],
-            "messages": list(ROBOT_MESSAGE_KINDS),
-            "key_exprs": keys,
-        },
-        {
-            "id": f"{name}-is-asked",
-            "permission": "allow",
-            "flows": ["egress"],
-            "messages": ["query"],
-            "key_exprs": keys,
-        },
+        _rule(f"{name}-says", "ingress", ROBOT_MESSAGE_KINDS, own),
+        _rule(f"{name}-is-asked", "egress", ("query",), own),
+        _rule(f"{name}-asks", "ingress", ("query",), admission),
+        _rule(f"{name}-is-answered", "egress", ("reply",), admission),
     ]
 
 
 def viewer_rules(name: str) -> list[dict[str, Any]]:
     """A viewer reads states and presence of all, and says nothing."""
     keys = [key_of("*", what) for what in VIEWER_KEYS]
-    asks = ["declare_subscriber", "declare_liveliness_subscriber", "liveliness_query"]
-    hears = ["put", "liveliness_token", "liveliness_query"]
-    return [
-        {"id": f"{name}-asks", "permission": "allow", "flows": ["ingress"], "messages": asks, "key_exprs": keys},
-        {"id": f"{name}-hears", "permission": "allow", "flows": ["egress"], "messages": hears, "key_exprs": keys},
-    ]
+    asks = ("declare_subscriber", "declare_liveliness_subscriber", "liveliness_query")
+    hears = ("put", "liveliness_token", "liveliness_query")
+    return [_rule(f"{name}-asks", "ingress", asks, keys), _rule(f"{name}-hears", "egress", hears, keys)]
+
+
+def _rule(name: str, flow: str, messages: Iterable[str], keys: list[str]) -> dict[str, Any]:
+    """Messages of these kinds may go this way on these keys."""
+    return {"id": name, "permission": "allow", "flows": [flow], "messages": list(messages), "key_exprs": keys}
 
 
 def client_settings(address: FleetAddress, files: CertificateFiles) -> Mapping[str, Any]:

@@ -22,6 +22,7 @@ from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.fleet.authority import CERTIFICATE_NAME, CertificateFiles
 from console.fleet.bus import (
+    CONNECT_TIMEOUT_S,
     CommandReport,
     FleetAddress,
     FleetKeyAnswer,
@@ -56,6 +57,7 @@ KEY_LIFE_S = 12 * 3600.0
 PICTURE_WIDTH_PX = 320
 PICTURE_QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 70]
 FAREWELL_S = 0.3
+ADMISSION_PAUSE_S = 0.3  # before the router is asked once more
 NOTICE_CAUSE = "fleet"  # of the notices
 
 
@@ -283,6 +285,7 @@ class FleetSession:
         self._state_key, self._drop = key_of(name, "state"), zenoh.CongestionControl.DROP
         try:
             self._kept = [session.info.declare_transport_events_listener(self._transport_changed)]
+            self._check_admission(options, refused)
             for what, act in (
                 ("stop", member.asked_to_stand),
                 ("picture", member.asked_for_picture),
@@ -295,6 +298,17 @@ class FleetSession:
         except BaseException:
             self.close()
             raise
+
+    def _check_admission(self, options: MemberOptions, refused: Statement) -> None:
+        """Ask whether we are let in: TLS takes a withdrawn certificate, too, and the router then hears nothing."""
+        for pause in (0.0, ADMISSION_PAUSE_S):  # a router that has just begun to listen may not answer yet
+            time.sleep(pause)
+            replies = list(self._session.get(key_of(options.name, "admission"), timeout=CONNECT_TIMEOUT_S))
+            if replies and replies[0].ok is not None:
+                return
+            if replies:  # it did not answer in time
+                raise Unavailable(refused)
+        raise Unavailable(Statement("fleet.certificate_refused", address=options.address.name))
 
     def report(self, payload: bytes) -> None:
         """Send a report without waiting. A declared publisher would wait to hear who listens, which it may not."""

@@ -135,10 +135,15 @@ class FleetRouter:
         self.table.restarted(now)
         settings = router_settings(self._listen, self._authority.router, certificates)
         refused = Statement("fleet.cannot_listen", address=self._listen.name)
-        session = await asyncio.to_thread(open_session, settings, refused)
-        self._session, self._known = session, known
-        alive = session.liveliness().declare_subscriber(key_of("*", "alive"), self._token_changed, history=True)
-        self._kept = [alive, session.declare_subscriber(key_of("*", "state"), self._reported)]
+
+        def listen() -> None:
+            session = self._session = open_session(settings, refused)
+            admits = session.declare_queryable(key_of("*", "admission"), lambda one: one.reply(one.key_expr, b""))
+            alive = session.liveliness().declare_subscriber(key_of("*", "alive"), self._token_changed, history=True)
+            self._kept = [admits, alive, session.declare_subscriber(key_of("*", "state"), self._reported)]
+
+        await asyncio.to_thread(listen)
+        self._known = known
 
     def _close_session(self) -> None:
         session, self._session, self._kept = self._session, None, []

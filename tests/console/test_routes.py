@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -274,6 +275,19 @@ def test_actions_at_stops_say_record_and_take_pictures_and_stand_in_the_history(
 
     live.until(lambda: "Good morning" in remarks() and name in remarks() and "has begun" in remarks())
     live.until(lambda: any("acts" in one["note"] for one in call(live, "GET", "/api/recordings")["recordings"]), 60)
+
+
+def test_pictures_are_listed_newest_first_and_one_that_is_gone_meanwhile_is_left_out(live: Live) -> None:
+    folder = live.runtime.parts[RouteService].pictures
+    folder.mkdir(parents=True, exist_ok=True)
+    names = ("zz-old.jpg", "aa-new.jpg")
+    for second, name in enumerate(names):
+        (folder / name).write_bytes(b"")
+        os.utime(folder / name, (second, second))
+    (folder / "gone.jpg").symlink_to(folder / "removed")  # listed, but no more there when it is looked at
+    assert call(live, "GET", "/api/route/pictures")["pictures"] == [*reversed(names)]
+    for name in (*names, "gone.jpg"):
+        (folder / name).unlink()
 
 
 def test_it_is_started_paused_and_resumed_by_words(live: Live) -> None:

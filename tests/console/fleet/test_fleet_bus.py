@@ -4,17 +4,29 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import shutil
 import ssl
+import subprocess
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
+import console.fleet.authority as authority_module
 from console.fleet.authority import Authority, CertificateFiles
-from console.fleet.bus import FleetAddress, check_handshake, client_settings, key_of, open_session, trusting
+from console.fleet.bus import (
+    FleetAddress,
+    RobotReport,
+    check_handshake,
+    client_settings,
+    key_of,
+    open_session,
+    trusting,
+)
 from console.fleet.router import FleetRouter
 from core.errors import BadInput, BeckonError
 from tests.emulators.light_console import LightConsole
@@ -25,7 +37,9 @@ pytestmark = pytest.mark.skipif(
 )
 
 ROBOTS = ("r1", "r2", "r3")
-FORGED = b"{}"
+FORGED = msgspec.json.encode(
+    RobotReport(address="forged", robot="r", simulated=True, robot_link="live", robot_age_s=0.1)
+)
 
 
 class Site:
@@ -255,7 +269,7 @@ def test_the_loss_of_the_fleet_changes_nothing_at_a_robot_but_is_said_and_it_joi
             assert {router.table.robots[name].link for name in ROBOTS} <= {"stale", "live"}
             await until(lambda: all(router.table.robots[name].link == "live" for name in ROBOTS))
             assert drive()
-            assert [one.text[:6] for one in console.notifications.shown] == ["Joined"]
+            await until(lambda: [one.text[:6] for one in console.notifications.shown] == ["Joined"])
             assert len(await router.picture("r1") or b"") > 1000
             assert await router.picture("r9") is None
             key = await router.console_key("r1", "Ann", "operator")
@@ -265,51 +279,86 @@ def test_the_loss_of_the_fleet_changes_nothing_at_a_robot_but_is_said_and_it_joi
     run(work())
 
 
-def test_a_new_certificate_is_let_in_and_a_withdrawn_one_says_and_reads_nothing_while_the_fleet_runs(
-    site: Site,
-) -> None:
+def test_a_new_certificate_is_let_in_and_a_withdrawn_or_older_one_is_nobody_while_the_fleet_runs(site: Site) -> None:
     async def work() -> None:
         async with site.running("r1") as (router, address, _):
+            robots = {
+                name: LightConsole("r9", address, site.folder / name, site.folder / "home") for name in ("r9", "new")
+            }
             site.authority.issue("r9", site.folder / "r9", kind="robot")
             site.authority.issue("reader", site.folder / "reader", kind="viewer")
-            await until(lambda: "r9" in router.table.robots)
-            console = LightConsole("r9", address, site.folder / "r9", site.folder / "r9-home")
-            console.open()
-            await until(lambda: router.table.robots["r9"].link == "live" and router.table.robots["r1"].link == "live")
+            await taken_in(site, router)
+            robots["r9"].open()
+            await until(lambda: router.table.robots["r9"].link == "live")
             reader = await asyncio.to_thread(open_session, client_settings(address, site.files("reader")), "refused")
             heard: list[str] = []
             kept = listening(reader, heard)
             await until(lambda: {key_of("r1", "state"), key_of("r1", "alive")} <= set(heard))
+            await asyncio.to_thread(reader.close)
             for name in ("r9", "reader"):
                 site.authority.withdraw(name)
-            await until(lambda: "r9" not in router.table.robots)
-            await until(lambda: router.table.robots["r1"].link == "live")
-            await console.close()
-            again = await asyncio.to_thread(open_session, client_settings(address, site.files("r9")), "refused")
-            heard.clear()
-            kept += listening(again, heard)
-            for key in (key_of("r1", "state"), key_of("r9", "state")):
-                again.put(key, FORGED)
-            at = router.table.robots["r1"].heard_at
-            await until(lambda: router.table.robots["r1"].heard_at > at + 1.0)
-            asked = await asyncio.to_thread(
-                lambda: [
-                    reply.ok
-                    for one in (again, reader)
-                    for found in (one.get("**", timeout=0.2), one.liveliness().get("**", timeout=0.2))
-                    for reply in found
-                ]
-            )
-            assert heard == [] and not any(asked) and set(router.table.robots) == set(ROBOTS)
+            await taken_in(site, router)
+            await are_nobody(router, address, site.files("r9"), site.files("reader"))
+            for name in ("older", "new"):
+                site.authority.issue("r9", site.folder / name, kind="robot")
+            await taken_in(site, router)
+            await are_nobody(router, address, site.files("r9"), site.files("older"))
+            said_last = robots["r9"].notifications.shown
+            await until(lambda: "does not take this robot's certificate" in said_last[-1].text)
+            assert router.table.robots["r9"].report is None
+            robots["new"].open()
+            await until(lambda: router.table.robots["r9"].link == "live")
+            site.authority.withdraw("r9")
+            for robot in robots.values():
+                await robot.close()
             del kept
-            for one in (again, reader):
-                await asyncio.to_thread(one.close)
 
     run(work())
 
 
+async def taken_in(site: Site, router: FleetRouter) -> None:
+    """Until the router goes by the list of certificates as it is now, and its robot is back."""
+    await until(lambda: router._known == site.authority.changed and router.table.robots["r1"].link == "live")
+
+
+async def are_nobody(router: FleetRouter, address: FleetAddress, *certificates: CertificateFiles) -> None:
+    """Whoever has one of these is not shown as r9, hears nothing of others, and is neither asked nor answered.
+
+    A session that is let in nowhere still hears what it says itself: what counts is what the router hears.
+    """
+    heard, reached, asked = list[str](), list[bytes](), list[str]()
+    settings = [client_settings(address, files) for files in certificates]
+    sessions = [await asyncio.to_thread(open_session, each, "refused") for each in settings]
+    kept = [router._session.declare_subscriber("**", lambda one: reached.append(said(one)[1]))]
+    for session in sessions:
+        kept += listening(session, heard)
+        kept.append(session.declare_queryable(key_of("r9", "stop"), lambda _: asked.append("stop")))
+        kept.append(session.liveliness().declare_token(key_of("r9", "alive")))
+        session.put(key_of("r1", "state"), FORGED)
+        session.put(key_of("r9", "state"), FORGED)
+    at = router.table.robots["r1"].heard_at
+    await until(lambda: router.table.robots["r1"].heard_at > at + 1.0)
+    await router.stop_all("stop", "test")
+    assert not asked
+    answers = await asyncio.to_thread(
+        lambda: [
+            reply.ok
+            for session in sessions
+            for found in (session.get("**", timeout=0.2), session.liveliness().get("**", timeout=0.2))
+            for reply in found
+            if reply.ok is None or "r9" not in str(reply.ok.key_expr)
+        ]
+    )
+    row = router.table.robots.get("r9")
+    assert (row is None or row.link == "gone") and set(heard) <= {key_of("r9", "alive")}
+    assert FORGED not in reached and not any(answers)
+    del kept
+    for session in sessions:
+        await asyncio.to_thread(session.close)
+
+
 def listening(session: Any, heard: list[str]) -> list[Any]:
-    """Write down the keys of all that a session can read, but what it says itself."""
+    """Write down the keys of all that a session can read, but the state that it says itself."""
 
     def hear(sample: Any) -> None:
         if sample.payload.to_bytes() != FORGED:
@@ -320,6 +369,46 @@ def listening(session: Any, heard: list[str]) -> list[Any]:
         session.declare_subscriber(key_of("*", "state"), hear),
         session.liveliness().declare_subscriber(key_of("*", "alive"), hear, history=True),
     ]
+
+
+def test_an_authority_that_was_made_anew_makes_its_routers_certificate_anew(tmp_path: Path) -> None:
+    authority = Authority(tmp_path)
+    authority.prepare(("127.0.0.1",))
+    kept, robot = authority.router.certificate.read_bytes(), CertificateFiles(tmp_path / "r1")
+    authority.prepare(("127.0.0.1",))
+    assert authority.router.certificate.read_bytes() == kept
+    shutil.rmtree(tmp_path / "authority")
+    authority.issue("r1", robot.folder, kind="robot")
+    authority.prepare(("127.0.0.1",))
+    assert authority.router.authority.read_bytes() == robot.authority.read_bytes()
+    check = ["openssl", "verify", "-CAfile", robot.authority, authority.router.certificate]
+    assert subprocess.run(check, capture_output=True).returncode == 0
+
+
+def test_a_key_is_its_owners_alone_before_anything_is_written_into_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    modes: dict[str, int] = {}
+
+    def openssl(*arguments: str) -> None:
+        if arguments[0] == "genpkey":
+            modes["made"] = Path(arguments[-1]).stat().st_mode & 0o777
+        made_by(*arguments)
+
+    def fsync(file: int) -> None:
+        name = os.readlink(f"/proc/self/fd/{file}")
+        modes[name.rpartition("/")[2].split(".pem")[0]] = os.fstat(file).st_mode & 0o777
+        synced(file)
+
+    made_by, synced = authority_module._openssl, os.fsync
+    monkeypatch.setattr(authority_module, "_openssl", openssl)
+    monkeypatch.setattr(os, "fsync", fsync)
+    before = os.umask(0o000)
+    try:
+        Authority(tmp_path / "fleet").issue("r1", tmp_path / "r1", kind="robot")
+    finally:
+        os.umask(before)
+    assert modes["made"] == 0o600 and modes[".key"] == 0o600
 
 
 def test_without_openssl_the_command_that_installs_it_is_said(
