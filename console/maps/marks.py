@@ -175,7 +175,7 @@ def put_together(older: MapMarks, newer: MapMarks, submaps: int) -> MapMarks:
                 for one in newer.zones
             ),
         ),
-        (*older.routes, *(_renamed(one, named("routes", one.name), called) for one in newer.routes)),
+        (*older.routes, *(renamed(one, named("routes", one.name), called) for one in newer.routes)),
         (
             *older.edits,
             *(msgspec.structs.replace(one, id=first + k, anchor=behind(one.anchor)) for k, one in enumerate(kept)),
@@ -194,7 +194,8 @@ def taken_again(theirs: MapMarks, own: MapMarks) -> MapMarks:
     return MapMarks(both("places"), both("zones"), both("routes"), theirs.edits)
 
 
-def _renamed(route: RouteMark, name: str, places: Mapping[str, str]) -> RouteMark:
+def renamed(route: RouteMark, name: str, places: Mapping[str, str]) -> RouteMark:
+    """The route under that name; `places`: the new names of those that got one."""
     stops = tuple(msgspec.structs.replace(stop, place=places.get(stop.place, stop.place)) for stop in route.stops)
     return msgspec.structs.replace(route, name=name, stops=stops)
 

@@ -12,7 +12,7 @@ import numpy as np
 from console.access.logins import Person
 from console.control.dispatcher import CommandDispatcher
 from console.http.problems import Problem
-from console.maps.marks import MapMarks, PlaceMark, anchor_at
+from console.maps.marks import MapMarks, PlaceMark, anchor_at, renamed
 from console.maps.service import MapService
 from console.part import Part
 from core.errors import BadInput
@@ -97,9 +97,9 @@ class PlaceService(Part):
         def change(marks: MapMarks) -> MapMarks:
             if wanted != old.name:
                 self._check_name(wanted, [one for one in marks.places if one.name != old.name])
-            return msgspec.structs.replace(
-                marks, places=tuple(mark if one.name == old.name else one for one in marks.places)
-            )
+            places = tuple(mark if one.name == old.name else one for one in marks.places)
+            routes = tuple(renamed(one, one.name, {old.name: wanted}) for one in marks.routes)
+            return msgspec.structs.replace(marks, places=places, routes=routes)
 
         await self._maps.mark(change, f"place {old.name}: {mark.name}", who)
         return self.find(mark.name)

@@ -209,7 +209,10 @@ class RouteService(Part):
             raise Problem(409, BUSY)
         route = self.find(name)
         for stop in route.stops:
-            self._places.find(stop.place)
+            try:
+                self._places.find(stop.place)
+            except Problem:
+                raise Problem(404, Statement("routes.no_place", name=stop.place)) from None
         if self._is_low:
             raise Problem(409, LOW)
         run = RouteRun(route, who, unattended)

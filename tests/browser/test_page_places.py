@@ -178,6 +178,13 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
     shown(here, "route-paused")
     card.get_by_role("button", name="End").click()
     expect(card.locator(".route-now")).to_contain_text("ended at sofa")
+    card.get_by_role("button", name="Change round").click()
+    expect(card.get_by_label("Seconds at sofa")).to_have_value("25.5")
+    card.get_by_role("button", name="Remove desk").click()
+    card.get_by_role("button", name="Save").click()
+    expect(card.locator("li.place")).not_to_contain_text("desk")
+    (route,) = console.ask("api/routes")["routes"]
+    assert [one["place"] for one in route["stops"]] == ["sofa"] and route["every_min"] == 5.0
     card.get_by_role("button", name="Remove round").click()
     card.get_by_role("button", name="Remove it?").click()
     expect(card.locator("li.place")).to_have_count(0)

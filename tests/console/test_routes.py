@@ -220,6 +220,19 @@ def test_a_route_of_unknown_places_or_names_is_refused(live: Live) -> None:
     call(live, "POST", "/api/routes/round/start", {}, status=403, token=live.viewer)
 
 
+def test_a_renamed_place_stays_in_its_routes_and_a_removed_one_is_named(live: Live) -> None:
+    call(live, "PATCH", "/api/places/door", {"name": "garden"})
+    (row,) = [one for one in call(live, "GET", "/api/routes")["routes"] if one["name"] == "round"]
+    assert [one["place"] for one in row["stops"]] == ["desk", "sofa", "garden"]
+    call(live, "DELETE", "/api/places/garden", status=204)
+    refused = call(live, "POST", "/api/routes/round/start", {}, status=404)
+    assert "“garden”" in refused["detail"] and refused["code"] == "routes.no_place"
+    call(live, "POST", "/api/places", {"name": "garden", "x_m": 0.18, "y_m": 0.0}, status=201)
+    call(live, "PATCH", "/api/places/garden", {"name": "door"})
+    call(live, "POST", "/api/routes/round/start", {}, status=202)
+    call(live, "POST", "/api/route/stop", {})
+
+
 def test_after_a_restart_it_stands_as_interrupted(live: Live) -> None:
     service = live.runtime.parts[RouteService]
     run = RouteRun(RouteMark("round", (RouteStop("desk"), RouteStop("sofa"))), Person("1", "Ada"), True, stop=1)

@@ -35,6 +35,9 @@ const MAY = {
   paused: STEERS.slice(1),
 };
 
+/** @type {Route} */
+const NEW = { name: "", stops: [], loop: false };
+
 class RouteCard extends Panel {
   #now = make("p", { class: "route-now", role: "status" });
   #why = make("p", { class: "note" });
@@ -84,6 +87,7 @@ class RouteCard extends Panel {
   #operates = false;
   #drawn = "";
   #askedAt = -Infinity; // [ms]
+  #changes = ""; // name of the route that is changed; "": a new one is made
   #dragged = -1; // index of the stop that is dragged
 
   /** @override */
@@ -119,7 +123,8 @@ class RouteCard extends Panel {
     );
     this.#loop.addEventListener("change", () => (this.#hours.hidden = !this.#loop.checked));
     this.#new.addEventListener("click", () => {
-      this.#form.hidden = !this.#form.hidden;
+      this.#form.hidden = !this.#form.hidden && !this.#changes;
+      if (this.#changes) this.#lay(NEW);
       if (!this.#form.hidden) this.#name.focus();
     });
     this.#choice.addEventListener("change", () => {
@@ -177,8 +182,18 @@ class RouteCard extends Panel {
     this.#drawForm();
   }
 
+  /** @param {Route} route that is laid into the form */
+  #lay({ name, stops, loop, begins = "", ends = "", every_min: every = 0 }) {
+    [this.#changes, this.#name.value, this.#loop.checked] = [name, name, loop];
+    [this.#begins.value, this.#ends.value, this.#every.value] = [begins, ends, String(every)];
+    this.#made = stops.map((stop) => ({ ...stop }));
+    this.#hours.hidden = !loop;
+    this.#drawForm();
+  }
+
   /** @param {Route} route */
-  #row({ name, stops, loop }) {
+  #row(route) {
+    const { name, stops, loop } = route;
     const way = stops.map(({ place }) => place).join(" → ");
     const start = make(
       "button",
@@ -200,7 +215,21 @@ class RouteCard extends Panel {
       make("p", { class: "place-name" }, name),
       make("p", { class: "note" }, loop ? `${way} ↻` : way),
     );
-    return make("li", { class: "row place" }, body, this.#operates && start, this.#operates && away);
+    const edit = make(
+      "button",
+      {
+        class: "icon-button small",
+        "aria-label": t("route-card.change_name", { name }),
+        title: t("place-list.change"),
+      },
+      icon("pencil"),
+    );
+    edit.addEventListener("click", () => {
+      this.#lay(route);
+      this.#form.hidden = false;
+      this.#name.focus();
+    });
+    return make("li", { class: "row place" }, body, ...(this.#operates ? [start, edit, away] : []));
   }
 
   #drawForm() {
@@ -298,12 +327,11 @@ class RouteCard extends Panel {
     const loop = this.#loop.checked;
     const [begins, ends] = loop ? [this.#begins.value, this.#ends.value] : ["", ""];
     const every = loop ? this.#every.valueAsNumber || 0 : 0;
-    const kept = await this.#try(() => addRoute({ name, stops: this.#made, loop, begins, ends, every_min: every }));
-    if (!kept) return;
-    this.#made = [];
-    this.#name.value = "";
+    const replace = name === this.#changes;
+    const made = { name, stops: this.#made, loop, begins, ends, every_min: every, replace };
+    if (!(await this.#try(() => addRoute(made)))) return;
+    this.#lay(NEW);
     this.#form.hidden = true;
-    this.#drawForm();
     this.#new.scrollIntoView({ block: "nearest" }); // the form was long: the new route is above it
   }
 
