@@ -179,25 +179,29 @@ class RecordingService(Part):
                 self._notifications.tell("error", NOT_BEGUN(trouble=trouble), "recorder")
 
     async def _recover(self) -> None:
-        """Finish what a lost process left behind, unless another recording runs already."""
-        self._unfinished = False
+        """Finish what a lost process left behind, once nothing is recorded and no process writes it."""
         try:
             async with self._turn:
                 if self._running is not None:
                     return
+                self._unfinished = False
                 found = await self._worker.ask(RecoverRecordings(str(self._folder)), budget=FILE_BUDGET_S)
         except BeckonError as trouble:
             self._notifications.tell("warning", UNRECOVERED(trouble=trouble), "recovery")
             return
         self.revision += 1
         for one in found:
-            self._notifications.tell("info", RECOVERED(name=one.name, seconds=f"{one.seconds:.0f}"), "recovery")
+            if one.complete:
+                self._notifications.tell("info", RECOVERED(name=one.name, seconds=f"{one.seconds:.0f}"), "recovery")
+            else:
+                self._unfinished = True
 
     async def run(self) -> None:
         """Send what came to the recorder's process, and look at the disk."""
         while True:
             with contextlib.suppress(TimeoutError):  # where nothing comes, what came last is written all the same
-                async with asyncio.timeout(None if self._running is None else IDLE_PERIOD_S):
+                rests = self._running is None and not self._unfinished
+                async with asyncio.timeout(None if rests else IDLE_PERIOD_S):
                     await self._wake.wait()
             await asyncio.sleep(FOXGLOVE_PERIOD_S if self.foxglove_port else BATCH_PERIOD_S)
             self._wake.clear()
@@ -336,6 +340,7 @@ class RecordingService(Part):
         self._began = time.monotonic()
         if note:
             await self._set_note(name, note)
+        await self._send()  # what came while the process started is in its hands before it is said that it records
 
     async def stop(self, who: Person | None = None) -> FinishedRecording:
         """End the recording → the finished file. Raises Problem 409, Unwritable, WorkerLost."""

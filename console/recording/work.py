@@ -1,7 +1,8 @@
 """The recorder's process: readings and results → one MCAP that grows, and the last minutes in memory.
 
 It gets what it writes through the pipe of a worker, so that neither the pilot nor the event loop waits for a disk,
-or for a picture to be packed. When the console hangs up the file is finished.
+or for a picture to be packed. What has come is written by a thread: it is safe from the end of the console at once,
+however busy the computer is. When the console hangs up the file is finished.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from __future__ import annotations
 import atexit
 import contextlib
 import pickle
+import queue
+import threading
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping
@@ -44,6 +47,7 @@ from core.snapshot import PilotInputs, Snapshot
 PICTURE_WIDTH = 240  # [pixel] of the one in the list
 DESCRIPTION = "beckon"  # name of the metadata record
 RECOVERED = Statement("recording.recovered")
+MAX_WAITING_BATCHES = 8  # that have come and are not yet written; then the console waits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +119,7 @@ class BeginRecording(Job[None], frozen=True):
 
 
 class RecordMoments(Job[FinishedRecording | None], frozen=True):
-    """Take these; answered with the file as far as it is written, None where none is."""
+    """Take these; answered at once with the file as far as it is written by then, None where none is."""
 
     moments: bytes  # pickled list of RecordedMoment; it comes from our own console
 
@@ -134,7 +138,7 @@ class KeepRing(Job[FinishedRecording], frozen=True):
 
 
 class RecoverRecordings(Job[list[FinishedRecording]], frozen=True):
-    """Finish the files that a process left behind."""
+    """Finish the files that a process left behind; one that a process still writes is answered as not complete."""
 
     folder: str
 
@@ -180,7 +184,11 @@ class RecorderWorker:
         self._latched: dict[str, tuple[float, RosMessage]] = {}  # newest of each topic that a file begins with
         self._ring_s = 0.0
         self._foxglove: FoxgloveServer | None = None
-        atexit.register(self._end)
+        self._waiting: queue.Queue[bytes] = queue.Queue(MAX_WAITING_BATCHES)
+        self._written: FinishedRecording | None = None  # the file after the newest batch
+        self._trouble: Exception | None = None  # with what came, not yet answered
+        threading.Thread(target=self._write, name="recorder", daemon=True).start()
+        atexit.register(self._leave)
 
     def describe(self, job: DescribeRobot) -> None:
         """Another robot, or the first."""
@@ -198,20 +206,40 @@ class RecorderWorker:
 
     def begin(self, job: BeginRecording) -> None:
         """Open a file. Raises Unwritable."""
+        self._settle()
         self._recording = described(McapRecording(Path(job.path)), job.described, job.attached)
 
     def record(self, job: RecordMoments) -> FinishedRecording | None:
-        """Write what came. Raises Unwritable; then the file is finished as far as it goes."""
-        try:
-            for moment in pickle.loads(job.moments):
-                self._record(moment)
-            if self._recording is None:
-                return None
-            self._recording.flush_when_due()
-        except Unwritable:
-            self._end()
-            raise
-        return FinishedRecording.of(self._recording.written)
+        """Take what came. Raises Unwritable for what came before; then the file is finished as far as it goes."""
+        self._waiting.put(job.moments)
+        self._complain()
+        return self._written
+
+    def _write(self) -> None:
+        """Write what has come, for as long as the process lives."""
+        while True:
+            moments = self._waiting.get()
+            try:
+                for moment in pickle.loads(moments):
+                    self._record(moment)
+                if self._recording is not None:
+                    self._recording.flush_when_due()
+                    self._written = FinishedRecording.of(self._recording.written)
+            except Exception as trouble:  # said with the next answer
+                self._trouble = trouble
+                self._end()
+            finally:
+                self._waiting.task_done()
+
+    def _settle(self) -> None:
+        """Wait until all that has come is written. Raises what went wrong with it."""
+        self._waiting.join()
+        self._complain()
+
+    def _complain(self) -> None:
+        trouble, self._trouble = self._trouble, None
+        if trouble is not None:
+            raise trouble
 
     def _record(self, moment: RecordedMoment) -> None:
         messages = list(self._messages(moment))
@@ -249,13 +277,15 @@ class RecorderWorker:
 
     def finish(self, job: FinishRecording) -> FinishedRecording:
         """Close the file. Raises Refused, Unwritable."""
-        recording, self._recording = self._recording, None
+        self._settle()
+        recording, self._recording, self._written = self._recording, None, None
         if recording is None:
             raise Refused(Statement("recording.nothing_runs"))
         return FinishedRecording.of(recording.finish())
 
     def keep(self, job: KeepRing) -> FinishedRecording:
         """Write the ring. Raises Refused, Unwritable."""
+        self._waiting.join()
         if not self._ring:
             raise Refused("There is nothing to keep yet: the recorder has just begun to listen.")
         since = self._ring[-1][0] - job.seconds
@@ -272,8 +302,15 @@ class RecorderWorker:
 
     def recover(self, job: RecoverRecordings) -> list[FinishedRecording]:
         """Finish what was left behind. Raises Unwritable."""
-        whole = (recovered(part, cause_facts(RECOVERED)) for part in sorted(Path(job.folder).glob(f"*.mcap{PART}")))
-        return [FinishedRecording.of(one, RECOVERED) for one in whole if one is not None]
+        found: list[FinishedRecording] = []
+        for part in sorted(Path(job.folder).glob(f"*.mcap{PART}")):
+            try:
+                whole = recovered(part, cause_facts(RECOVERED))
+            except Refused:  # still written
+                found.append(FinishedRecording(part.name.removesuffix(f".mcap{PART}"), 0.0, 0, {}, complete=False))
+            else:
+                found += [] if whole is None else [FinishedRecording.of(whole, RECOVERED)]
+        return found
 
     def read(self, job: ReadRecording) -> FinishedRecording:
         """Look at a file's summary; one that has none is shown as not complete."""
@@ -327,8 +364,13 @@ class RecorderWorker:
         """The map and the camera of a part, as an animated picture. Raises BadInput, Unavailable."""
         return film_of(Path(job.path), job.begin_s, job.end_s, job.form)
 
+    def _leave(self) -> None:
+        """The console is gone: write what has come until now."""
+        self._waiting.join()
+        self._end()
+
     def _end(self) -> None:
-        recording, self._recording = self._recording, None
+        recording, self._recording, self._written = self._recording, None, None
         if recording is not None:
             with contextlib.suppress(Unwritable):  # said already; what is there is recovered
                 recording.finish()

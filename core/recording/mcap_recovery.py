@@ -34,10 +34,10 @@ from mcap.records import (
 )
 from mcap.stream_reader import StreamReader, breakup_chunk
 
-from core.errors import Unwritable
+from core.errors import Refused, Unwritable
 from core.files import reason
 from core.recording.mcap_file import MAGIC
-from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, PART, RecordedFile
+from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, PART, RecordedFile, locked
 
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -52,13 +52,16 @@ class _Block:
 
 
 def recovered(part: Path, more: Mapping[str, str]) -> RecordedFile | None:
-    """Finish a recording whose process has ended → the finished file; None: nothing was in it, and it is removed.
+    """Finish a recording whose process has ended → the finished file; None: nothing is left to do.
 
     `more` is added to its description. What follows the last whole chunk is overwritten by the index; where the disk
-    has no room for that, the last chunks give way to it. Raises Unwritable; then `part` can be recovered again.
+    has no room for that, the last chunks give way to it. Raises Unwritable, and Refused while a process writes it;
+    then `part` can be recovered again.
     """
     try:
         with part.open("r+b") as file:
+            if not locked(file):
+                raise Refused(f"{part.name} is still being written.")
             remains = _Remains(file)
             if remains.chunks:
                 remains.finish(more)
@@ -67,6 +70,8 @@ def recovered(part: Path, more: Mapping[str, str]) -> RecordedFile | None:
             return None
         whole = _free(part.with_name(part.name.removesuffix(PART)))
         part.rename(whole)
+    except FileNotFoundError:
+        return None  # its process has just finished it
     except OSError as trouble:
         raise Unwritable(f"{part.name} cannot be recovered: {reason(trouble)}") from None
     return remains.written(whole)

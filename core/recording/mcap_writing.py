@@ -7,12 +7,14 @@ with the process; the disk is synchronized at the same time.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import struct
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import IO
 
 import zstandard
 from mcap.exceptions import McapError
@@ -55,6 +57,7 @@ class McapRecording:
         self._ended = False
         try:
             self._file = open(self._part, "xb", opener=private)  # noqa: SIM115
+            locked(self._file)
             self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
             self._writer.start(profile="ros2", library="beckon")
         except OSError as trouble:
@@ -130,8 +133,8 @@ class McapRecording:
                 self._writer.finish()
                 self._file.flush()
                 os.fsync(self._file.fileno())
-                self._file.close()
                 self._part.rename(self.path)
+                self._file.close()  # held until here: nobody recovers what is finished
                 self._ended = True
         except OSError as trouble:
             with contextlib.suppress(OSError):
@@ -157,6 +160,17 @@ class McapRecording:
             return path.stat().st_size
         except OSError:
             return 0
+
+
+def locked(file: IO[bytes]) -> bool:
+    """Lock a file for as long as it is open; False: it is locked already. A disk that knows no locks holds none."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def private(name: str, flags: int) -> int:

@@ -40,6 +40,7 @@ class RecordedPilot:
         self.profile = profile
         self.snapshots: list[Snapshot] = []
         self.gate = GateStatus()
+        self.hurries = False  # goes on while the recorder still writes
         self._recorder, self._waiting = RecorderWorker(), list[RecordedMoment]()
         card = profile_to_json(profile)
         self._recorder.describe(DescribeRobot(card, card, 0.0))
@@ -74,9 +75,15 @@ class RecordedPilot:
         self._send()
         self._recorder.finish(FinishRecording())
 
+    def leave(self) -> None:
+        """The recorder's process ends, as it does when the console is gone."""
+        self._recorder._leave()
+
     def _send(self) -> None:
         moments, self._waiting = self._waiting, []
         self._recorder.record(RecordMoments(pickle.dumps(moments)))
+        if not self.hurries:
+            self._recorder._waiting.join()
 
 
 def drive(
