@@ -7,7 +7,6 @@ chosen before there were results; all of them are printed.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,12 +16,11 @@ from typing import TypedDict
 
 import numpy as np
 
-from core.calibration.files.written import write_all
 from core.errors import Unavailable
 from core.experiments.about import About
 from core.experiments.figures.audio_visual import audio_visual_figure
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, stored
 from core.gate import Twist
 from core.geometry import Pose
 from core.message import message
@@ -272,16 +270,13 @@ def _result(
         "text": table(figures, count, seed),
         "files": {},
     }
+    drawn: dict[str, tuple[str, str | bytes]] = {}
     if out is not None:
-        files: dict[str, tuple[str, str | bytes]] = {
-            "json": ("audio_visual.json", json.dumps({"runs": count, "seed": seed, "places": figures}, indent=1))
-        }
         try:
-            files["figure"] = ("audio_visual.svg", audio_visual_figure(figures, count))
+            drawn["figure"] = ("audio_visual.svg", audio_visual_figure(figures, count))
         except Unavailable as missing:
             result["not_drawn"] = str(missing)
-        result["files"] = write_all(out, files)
-    return result
+    return stored(result, out, "audio_visual", drawn)
 
 
 def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> AudioVisualPlace:

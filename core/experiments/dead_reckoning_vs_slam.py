@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -17,7 +16,6 @@ from typing import Literal, NotRequired, TypedDict
 
 import numpy as np
 
-from core.calibration.files.written import write_all
 from core.errors import BadInput, Unavailable
 from core.experiments.about import About, ChapterValue
 from core.experiments.course_draws import Field, frozen
@@ -26,7 +24,7 @@ from core.experiments.drives import DriveSetup
 from core.experiments.figures.figure_16 import Panel, figure_16
 from core.experiments.lab_drives import LabDrives, lab_drives
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, FileContents, stored
 from core.message import Array, message
 from core.recording import Ids
 from core.settings import Settings
@@ -156,9 +154,8 @@ def _compared(drives: Drives, seed: int, out: Path | None, done: list[DriveOutco
         "text": "\n".join(layout(rows, len(done))),
         "files": {},
     }
-    if out is not None:
-        result["files"] = save(out, result, done, drives)
-    return result
+    more = {} if out is None else _figure_and_table(result, done, drives)
+    return stored(result, out, "dead_reckoning_vs_slam", more)
 
 
 def drive_rows(drives: Drives, done: list[DriveOutcome]) -> dict[str, EstimatorFigures]:
@@ -188,8 +185,8 @@ TITLES = {
 }
 
 
-def save(out: Path, result: DriveComparison, done: list[DriveOutcome], drives: Drives) -> dict[str, str]:
-    """Figure 16, every run's errors, and the result itself → what lies where. Raises Unwritable.
+def _figure_and_table(result: DriveComparison, done: list[DriveOutcome], drives: Drives) -> FileContents:
+    """Figure 16, and every run's errors.
 
     Without matplotlib there is no figure, and the result says so under `not_drawn`.
     """
@@ -205,16 +202,12 @@ def save(out: Path, result: DriveComparison, done: list[DriveOutcome], drives: D
         )
         for name, title in (("dead_reckoning", "Dead reckoning"), ("ekf_slam", "EKF-SLAM"))
     ]
-    files: dict[str, tuple[str, str | bytes]] = {}
+    files: dict[str, tuple[str, str | bytes]] = {"csv": ("dead_reckoning_vs_slam.csv", _table(done))}
     try:
         files["figure_16"] = ("figure_16.svg", figure_16(panels, drives.room, drives.words))
     except Unavailable as missing:
         result["not_drawn"] = str(missing)
-    files |= {
-        "csv": ("dead_reckoning_vs_slam.csv", _table(done)),
-        "json": ("dead_reckoning_vs_slam.json", json.dumps(_plain(result), indent=1)),
-    }
-    return write_all(out, files)
+    return files
 
 
 def _row(name: str, done: list[DriveOutcome]) -> EstimatorFigures:
@@ -246,8 +239,3 @@ def _table(done: list[DriveOutcome]) -> str:
             figures = (one.average_error_m[name], one.final_error_m[name], one.nees[name])
             rows.writerow((number, name, *(f"{figure:.6g}" for figure in figures)))
     return text.getvalue()
-
-
-def _plain(result: DriveComparison) -> dict[str, object]:
-    """The result without its layout."""
-    return {name: value for name, value in result.items() if name not in ("text", "files")}

@@ -6,7 +6,6 @@ with and without tracking.
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from functools import partial
@@ -14,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from core.calibration.files.written import write_all
 from core.experiments.about import About
 from core.experiments.direction_of_arrival import (
     CONDITIONS,
@@ -31,7 +29,7 @@ from core.experiments.direction_of_arrival import (
     without_cells,
 )
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, stored
 from core.experiments.talk_in_rooms import PRE_ROLL
 from core.perception.sound.doa_stream import DoaStream
 from core.perception.sound.locate import direction_of
@@ -115,6 +113,4 @@ def _result(seed: int, out: Path | None, rooms: list[RoomTrials]) -> AblationRes
         "estimators": totals,
         "files": {},
     }
-    if out is not None:
-        result["files"] = write_all(out, {"json": ("direction_ablation.json", json.dumps(result, indent=1))})
-    return result
+    return stored(result, out, "direction_ablation")

@@ -6,19 +6,17 @@ edges required, names hidden, moving at once, and the control noise with which d
 
 from __future__ import annotations
 
-import json
 from functools import partial
 from pathlib import Path
 from typing import TypedDict
 
 import numpy as np
 
-from core.calibration.files.written import write_all
 from core.experiments.about import About, ChapterValue
 from core.experiments.course_traces import mapped
 from core.experiments.figure_16_conditions import FAIR_CONDITIONS, FORM, PAPER_ERROR_M, ROOM, Condition, limit
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, stored
 from core.message import message
 
 DEFAULT_ROOMS = 50
@@ -110,10 +108,7 @@ def _result(seed: int, out: Path | None, *done: list[RoomErrors]) -> DrawnRooms:
         "text": table(rows, len(done[0])),
         "files": {},
     }
-    if out is not None:
-        whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
-        result["files"] = write_all(out, {"json": ("drawn_rooms.json", whole)})
-    return result
+    return stored(result, out, "drawn_rooms")
 
 
 def _row(one: Condition, rooms: list[RoomErrors]) -> RoomFigures:

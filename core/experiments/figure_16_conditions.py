@@ -16,7 +16,6 @@ control noise times 0.743, with which it errs 0.2 m. The print does not say wher
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from functools import partial
@@ -26,13 +25,12 @@ from typing import TypedDict
 import numpy as np
 from scipy.special import ellipe
 
-from core.calibration.files.written import write_all
 from core.errors import BadInput
 from core.experiments.about import About, ChapterValue
 from core.experiments.course_draws import MAX_RANGE_M, Draws, Field, Run, frozen
 from core.experiments.course_traces import followed, mapped, reckoned
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, stored
 from core.message import Array, message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording import Ids
@@ -197,10 +195,7 @@ def _result(
         "text": table(rows, count, source),
         "files": {},
     }
-    if out is not None:
-        whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
-        result["files"] = write_all(out, {"json": ("figure_16_conditions.json", whole)})
-    return result
+    return stored(result, out, "figure_16_conditions")
 
 
 def errors(draws: Draws, still: bool, number: int) -> DriveErrors:

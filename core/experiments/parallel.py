@@ -26,7 +26,6 @@ import numpy as np
 
 from core.calibration.board.chessboard import find_board
 from core.calibration.camera.intrinsics import ViewCorners, calibrate
-from core.calibration.files.written import write_all
 from core.calibration.practice import held, picture
 from core.experiments.about import About
 from core.experiments.camera_table import BOARD
@@ -34,7 +33,7 @@ from core.experiments.course_draws import Draws, Run
 from core.experiments.course_traces import mapped
 from core.experiments.direction_of_arrival import ARRAYS
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, stored
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, make_scene
 from core.experiments.workers import Workers
 from core.message import Array
@@ -308,10 +307,7 @@ def _result(seed: int, out: Path | None, done: list[Measurement]) -> ParallelRes
         "files": {},
     }
     result["text"] = "\n".join(table(result))
-    if out is not None:
-        whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
-        result["files"] = write_all(out, {"json": ("parallel.json", whole)})
-    return result
+    return stored(result, out, "parallel")
 
 
 def serial_share(gains: dict[str, float]) -> float | None:

@@ -7,20 +7,18 @@ spoken and obeyed. Reading words has no printed form: who is not located is unde
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypedDict
 
-from core.calibration.files.written import write_all
 from core.errors import Unavailable
 from core.experiments.about import About
 from core.experiments.dead_reckoning_vs_slam import DriveOutcome, drive_rows, outcome
 from core.experiments.drives import FIGURED, PLAIN
 from core.experiments.lab_drives import lab_drives
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, stored
 from core.experiments.table_2 import TrialRow, trial
 from core.experiments.table_2_trials import TRIALS
 from core.settings import Settings, as_printed
@@ -134,10 +132,7 @@ def _result(seed: int, out: Path | None, *done: list[Any]) -> PrintedAndOurs:
         "text": table(columns, commands, contacts, count),
         "files": {},
     }
-    if out is not None:
-        whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
-        result["files"] = write_all(out, {"json": ("printed_and_ours.json", whole)})
-    return result
+    return stored(result, out, "printed_and_ours")
 
 
 def table(

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from typing import Any, NotRequired, TypedDict, cast
+from pathlib import Path
+from typing import Any, NotRequired, TypedDict, TypeVar, cast
+
+from core.calibration.files.written import write_all
 
 
 class BoardPoseFigures(TypedDict):
@@ -33,9 +37,19 @@ class ExperimentResult(SpeedUp, total=True):
     boards: NotRequired[list[BoardPoseFigures]]  # to be drawn as a scene
 
 
+ResultT = TypeVar("ResultT", bound=ExperimentResult)
+FileContents = Mapping[str, tuple[str, str | bytes]]  # name and content of a file, by what it holds
 SPEED = tuple(SpeedUp.__annotations__)
 # Keys that are not listed by name: the result's own text, what that text or a figure shows, and the speed.
 SET_OUT = ("text", "table", "boards", "said", "points", *SPEED)
+
+
+def stored(result: ResultT, out: Path | None, name: str, more: FileContents | None = None) -> ResultT:
+    """The result with its files, if there is a folder: itself as `name`.json, and `more`. Raises Unwritable."""
+    if out is not None:
+        whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
+        result["files"] = write_all(out, {"json": (f"{name}.json", whole), **(more or {})})
+    return result
 
 
 def as_text(result: Mapping[str, object]) -> str:

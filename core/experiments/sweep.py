@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import itertools
-import json
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -13,12 +12,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypedDict
 
-from core.calibration.files.written import write_all
 from core.errors import BadSettings
 from core.experiments import EXPERIMENTS
 from core.experiments.about import figure_at
 from core.experiments.plan import ExperimentPlan
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, stored
 from core.settings import Settings, changed
 
 MAX_POINTS = 1000
@@ -105,10 +103,7 @@ def _result(
         "text": "\n".join(table(rows)),
         "files": {},
     }
-    if out is not None:
-        whole = json.dumps({key: value for key, value in result.items() if key not in ("text", "files")}, indent=1)
-        result["files"] = write_all(out, {"json": ("sweep.json", whole), "csv": ("sweep.csv", _csv(rows))})
-    return result
+    return stored(result, out, "sweep", {"csv": ("sweep.csv", _csv(rows))})
 
 
 def table(rows: Sequence[SweepPoint]) -> list[str]:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
@@ -19,13 +18,12 @@ from typing import Literal, TypedDict
 
 import numpy as np
 
-from core.calibration.files.written import write_all
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused, Unavailable
 from core.experiments.about import About
 from core.experiments.drawn_voices import best_and_worst, by_voice
 from core.experiments.plan import ExperimentPlan, RunBatch
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, stored
 from core.experiments.spoken_room import SENSES, SentenceOutcome, SpokenRoom
 from core.experiments.table_2_trials import MAX_TRIES, PRECONDITIONS, TRIALS, TrialOutcome
 from core.settings import Settings
@@ -271,9 +269,7 @@ def _result(seed: int, count: int, out: Path | None, rows: list[TrialRow]) -> Ta
         "files": {},
     }
     result["text"] = "\n".join((table(commands), *remarks(result)))
-    if out is not None:
-        result["files"] = _save(out, result, rows)
-    return result
+    return stored(result, out, "table_2", {"csv": ("table_2.csv", _csv(rows))})
 
 
 def voice_figures(rows: Sequence[TrialRow]) -> dict[str, VoiceFigures]:
@@ -328,11 +324,10 @@ def _spread(values: Sequence[float | None]) -> SpreadFigures | None:
     return {"p50": float(np.median(known)), "p95": float(np.quantile(known, 0.95))}
 
 
-def _save(out: Path, result: Table2, rows: Sequence[TrialRow]) -> dict[str, str]:
-    """Everything, and a line for every run → what lies where."""
+def _csv(rows: Sequence[TrialRow]) -> str:
+    """A line for every run."""
     table = io.StringIO(newline="")
     writer = csv.DictWriter(table, [key for key in rows[0] if key != "errors"], extrasaction="ignore")
     writer.writeheader()
     writer.writerows(rows)
-    whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
-    return write_all(out, {"json": ("table_2.json", whole), "csv": ("table_2.csv", table.getvalue())})
+    return table.getvalue()

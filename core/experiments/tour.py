@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -10,11 +9,10 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
-from core.calibration.files.written import write
 from core.experiments.about import About
 from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.rehearsal import Rehearsal
-from core.experiments.result import ExperimentResult
+from core.experiments.result import ExperimentResult, stored
 from core.geometry import Pose, wrap
 from core.message import Array
 from core.settings import Settings
@@ -212,8 +210,4 @@ def _result(seed: int, out: Path | None, tours: list[TourFigures]) -> TourResult
         "tours": tours,
         "files": {},
     }
-    if out is not None:
-        path = out / "tour.json"
-        result["files"] = {"json": str(path)}
-        write(path, json.dumps(result, indent=1))
-    return result
+    return stored(result, out, "tour")

@@ -26,7 +26,6 @@ import cv2
 import numpy as np
 
 from core.errors import BadInput
-from core.experiments.drawn_people import ROBOTS, VIEW_HALF_RAD, WEBCAM, DrawnPerson, DrawnScene, Stage
 from core.geometry import Pose
 from core.message import Array
 from core.perception.people.appearance import PersonProfile
@@ -38,6 +37,7 @@ from core.perception.people.vertical_plane import VerticalPlanes
 from core.sensors import Camera
 from core.simulation.camera import SimulatedCamera
 from core.simulation.world import LAB, Thing
+from tests.drawn_people import ROBOTS, VIEW_HALF_RAD, WEBCAM, DrawnPerson, DrawnScene, Stage
 
 SOUND_SD = 0.05  # [rad] of the direction of the voice
 WIDE = 0.5  # [rad] to either side: the whole picture

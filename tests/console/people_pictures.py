@@ -8,13 +8,13 @@ from functools import cache
 import cv2
 import numpy as np
 
-from core.experiments.drawn_people import WEBCAM
 from core.geometry import Pose
 from core.message import Array
 from core.optics import CameraModel
 from core.sensors import Camera
 from core.simulation.camera import SimulatedCamera
 from core.simulation.world import LAB, Thing
+from tests.drawn_people import WEBCAM
 
 SMALL = Camera(
     model=CameraModel(

@@ -1,6 +1,6 @@
 """General appearance of a person: for each part the usual cells and the weight of each as evidence.
 
-The numbers are learnt from drawn figures by `python -m core.experiments.teach_people`: no real person is in it.
+The numbers are learnt from drawn figures by `python -m tests.benchmarks.teach_people`: no real person is in it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.files import replacing
 from core.message import Array
 from core.perception.people.parts import PARTS, BodySegment
 
@@ -28,9 +27,9 @@ class PartModel(NamedTuple):
 
 
 @cache
-def general_model(path: Path = FILE) -> tuple[PartModel, ...]:
+def general_model() -> tuple[PartModel, ...]:
     """The model of any person, in the order of PARTS."""
-    with np.load(path) as stored:
+    with np.load(FILE) as stored:
         return tuple(
             PartModel(
                 part,
@@ -40,17 +39,6 @@ def general_model(path: Path = FILE) -> tuple[PartModel, ...]:
             )
             for part in PARTS
         )
-
-
-def keep_model(models: tuple[PartModel, ...], path: Path = FILE) -> None:
-    """Write the model as a small file."""
-    numbers: dict[str, Array] = {}
-    for model in models:
-        numbers[f"{model.part.name}_usual"] = model.usual.astype(np.float16)
-        numbers[f"{model.part.name}_weights"] = model.weights.astype(np.float16)
-        numbers[f"{model.part.name}_offset"] = np.array(model.offset, np.float32)
-    with replacing(path) as file:
-        np.savez_compressed(file, allow_pickle=False, **numbers)
 
 
 def likelihoods(model: PartModel, cells: Array, valid: Array, rises: range) -> tuple[Array, Array]:

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from core.experiments.drawn_people import ROBOTS
 from core.message import Array
 from core.perception.people.appearance import (
     NO_LIMBS,
@@ -20,6 +19,7 @@ from core.perception.people.appearance import (
 from core.perception.people.enrollment import HeightGauge
 from core.perception.people.legs import stander_at
 from core.perception.people.pose.view import Viewpoint
+from tests.drawn_people import ROBOTS
 
 RNG = np.random.default_rng(3)
 WHOLE = np.ones((40, 30), bool)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.experiments.drawn_people import ROBOTS, WEBCAM, Stage
 from core.geometry import Pose
 from core.message import Array
 from core.perception.people.brightness import levelled
@@ -25,6 +24,7 @@ from core.sensors import Laser
 from core.simulation.camera import SimulatedCamera
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import LAB, Rect, Thing, World, outline
+from tests.drawn_people import ROBOTS, WEBCAM, Stage
 
 SETTINGS = PeopleSettings()
 HALL = World(name="hall", walls=outline([Rect(-4.0, -4.0, 6.0, 4.0)], []))

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.experiments.drawn_people import ROBOTS, WEBCAM, Stage
 from core.geometry import OPTICAL, Transform
 from core.models import find
 from core.optics import CameraModel
@@ -29,6 +28,7 @@ from core.perception.people.pose.view import Viewpoint
 from core.sensors import Camera
 from core.simulation.world import LAB
 from tests.core.perception.stick_figures import StickNetworks, white_body
+from tests.drawn_people import ROBOTS, WEBCAM, Stage
 
 PHOTO = Camera(
     model=CameraModel(width=640, height=480, fx=550.0, fy=550.0, cx=319.5, cy=239.5),

@@ -1,4 +1,4 @@
-"""Teaches the general model of a person from drawn figures: `python -m core.experiments.teach_people`.
+"""Teaches the general model of a person from drawn figures: `python -m tests.benchmarks.teach_people`.
 
 Pictures are made of the simulated storey (never of the laboratory, where the model is measured), with things and
 people set down at random; each part is a logistic regression, taught again on what it first took for people.
@@ -18,12 +18,11 @@ import numpy as np
 from scipy.optimize import minimize
 
 from core.errors import Unwritable
-from core.experiments.drawn_people import DrawnScene, Stage
-from core.files import check_file
+from core.files import check_file, replacing
 from core.message import Array
 from core.perception.people.brightness import levelled
 from core.perception.people.edge_orientation import edge_cells
-from core.perception.people.part_model import FILE, PartModel, keep_model, likelihoods
+from core.perception.people.part_model import FILE, PartModel, likelihoods
 from core.perception.people.parts import (
     CELLS_PER_METRE,
     HIGHEST_SHIFT,
@@ -34,6 +33,7 @@ from core.perception.people.parts import (
 )
 from core.perception.people.vertical_plane import VerticalPlanes
 from core.simulation.world import FLOOR
+from tests.drawn_people import DrawnScene, Stage
 
 log = logging.getLogger(__name__)
 
@@ -160,6 +160,17 @@ def _fitted(part: BodySegment, samples: TrainingSamples, regularity: float) -> P
     log.info("%s: %d samples, %d of people", part.name, len(truth), int(truth.sum()))
     weights = numbers[:-1].reshape(usual.shape)
     return PartModel(part, usual.astype(np.float32), weights.astype(np.float32), float(numbers[-1]))
+
+
+def keep_model(models: tuple[PartModel, ...], path: Path) -> None:
+    """Write the model as a small file."""
+    numbers: dict[str, Array] = {}
+    for model in models:
+        numbers[f"{model.part.name}_usual"] = model.usual.astype(np.float16)
+        numbers[f"{model.part.name}_weights"] = model.weights.astype(np.float16)
+        numbers[f"{model.part.name}_offset"] = np.array(model.offset, np.float32)
+    with replacing(path) as file:
+        np.savez_compressed(file, allow_pickle=False, **numbers)
 
 
 def main() -> None:
