@@ -1,24 +1,22 @@
 """Text to speech: the robot's voice, and the voices of simulated people.
 
-espeak-ng speaks, either its library from the package espeakng-loader (the extra `voice`) or the system's program. It
-is under the GPL, so Beckon neither carries nor needs it: without it there is a sentence instead of a voice.
+espeak-ng speaks, either the library of the package espeakng-loader (the extra `voice`) or the system's program, each
+in a process of its own. It is under the GPL, so Beckon neither carries, loads nor needs it: without it there is a
+sentence instead of a voice.
 """
 
 from __future__ import annotations
 
-import _ctypes
-import ctypes
 import shutil
 import struct
 import subprocess
 import sys
-import threading
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -48,11 +46,6 @@ NO_VOICE = (
     f"Text cannot be spoken here: install the extra voice ({install_extra('voice')}) "
     "or the program espeak-ng (Debian: apt install espeak-ng)."
 )
-
-SYNCHRONOUS_MODE, NO_EXIT = 2, 0x8000  # of espeak_Initialize
-BY_CHARACTER, UTF_8 = 1, 1  # of espeak_Synth
-SPEED_PARAMETER, PITCH_PARAMETER = 1, 3  # of espeak_SetParameter
-HISS_SEED = 1  # of its hiss
 
 
 @dataclass(frozen=True)
@@ -111,15 +104,15 @@ def pcm(sound: Sound) -> bytes:
 
 def can_speak() -> bool:
     """Return whether this machine can speak text."""
-    return _library() is not None or shutil.which("espeak-ng") is not None
+    return bool(_bundled()) or shutil.which("espeak-ng") is not None
 
 
 def by_library(text: str, settings: VoiceSettings) -> Sound:
-    """The library of the package espeakng-loader, in this process: some milliseconds for a sentence."""
-    library = _library()
-    if library is None:
+    """The library of the package espeakng-loader, in a program of its own: some 30 ms for a sentence."""
+    command = _bundled()
+    if not command:
         raise Unavailable(NO_VOICE)
-    return library.speak(text, settings)
+    return _said([*command, settings.voice, str(settings.speed), str(settings.pitch)], text)
 
 
 def by_program(text: str, settings: VoiceSettings) -> Sound:
@@ -128,13 +121,13 @@ def by_program(text: str, settings: VoiceSettings) -> Sound:
     if program is None:
         raise Unavailable(NO_VOICE)
     chosen = ["-v", settings.voice, "-s", str(settings.speed), "-p", str(settings.pitch)]
+    return _said([program, "--stdin", "--stdout", *chosen], text)
+
+
+def _said(command: list[str], text: str) -> Sound:
+    """What a program makes of a text: a WAV file, whose length may be missing. Raises Unavailable."""
     try:
-        done = subprocess.run(
-            [program, "--stdin", "--stdout", *chosen],
-            input=text.encode(),
-            capture_output=True,
-            timeout=PROGRAM_TIMEOUT_S,
-        )
+        done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=PROGRAM_TIMEOUT_S)
     except (OSError, subprocess.TimeoutExpired):
         raise Unavailable("The program espeak-ng does not answer.") from None
     begin = done.stdout.find(b"data")
@@ -142,80 +135,21 @@ def by_program(text: str, settings: VoiceSettings) -> Sound:
         raise Unavailable("The program espeak-ng could not speak this text.")
     (rate,) = struct.unpack_from("<I", done.stdout, 24)
     body = done.stdout[begin + 8 :]
-    return _sound(np.frombuffer(body[: len(body) // 2 * 2], "<i2"), rate)
-
-
-class SpeechLibrary:
-    """espeak-ng in this process. It speaks one text at a time.
-
-    The library is loaded for every text and unloaded after it: its pitch flutters on, and its hiss is drawn on, from
-    text to text, so what a text sounds like would depend on all that was said before. Loading takes a millisecond.
-    """
-
-    def __init__(self, path: str, data: str) -> None:
-        """Raises OSError when it cannot be loaded."""
-        self._path, self._data = path, data.encode()
-        self._turn = threading.Lock()
-        self._pieces: list[bytes] = []
-        kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)
-        self._callback = kind(self._take)  # kept: the library calls it as long as it is loaded
-        with self._loaded():
-            pass
-
-    def _take(self, samples: int | None, count: int, _events: int | None) -> int:
-        if samples and count > 0:
-            self._pieces.append(ctypes.string_at(samples, 2 * count))
-        return 0
-
-    @contextmanager
-    def _loaded(self) -> Generator[tuple[Any, int]]:
-        """The library as after its start, and the rate [Hz] of its sound. Raises OSError."""
-        calls: Any = ctypes.CDLL(self._path)
-        try:
-            rate = int(calls.espeak_Initialize(SYNCHRONOUS_MODE, 0, self._data, NO_EXIT))
-            if rate <= 0:
-                raise OSError("espeak-ng found no data")
-            calls.espeak_ng_SetRandSeed(ctypes.c_long(HISS_SEED))
-            calls.espeak_SetSynthCallback(self._callback)
-            yield calls, rate
-            calls.espeak_Terminate()
-        finally:
-            _unload(calls)
-
-    def speak(self, text: str, settings: VoiceSettings) -> Sound:
-        """A text → its sound. Raises Unavailable when the library refuses."""
-        raw = text.encode()
-        with self._turn, self._loaded() as (calls, rate):
-            self._pieces.clear()
-            calls.espeak_SetVoiceByName(settings.voice.encode())
-            calls.espeak_SetParameter(SPEED_PARAMETER, settings.speed, 0)
-            calls.espeak_SetParameter(PITCH_PARAMETER, settings.pitch, 0)
-            trouble = calls.espeak_Synth(raw, ctypes.c_size_t(len(raw) + 1), 0, BY_CHARACTER, 0, UTF_8, None, None)
-            whole = b"".join(self._pieces)
-        if trouble:
-            raise Unavailable("The library espeak-ng could not speak this text.")
-        return _sound(np.frombuffer(whole, np.int16), rate)
-
-
-def _unload(library: Any) -> None:
-    """Let go of a library, so that the next one to load it finds nothing of what it did."""
-    if sys.platform == "win32":
-        _ctypes.FreeLibrary(library._handle)
-    else:
-        _ctypes.dlclose(library._handle)
+    samples = np.frombuffer(body[: len(body) // 2 * 2], "<i2")
+    return Sound(stamp=0.0, rate=rate, samples=samples[:, None] / 32768)
 
 
 @cache
-def _library() -> SpeechLibrary | None:
+def _bundled() -> list[str]:
+    """The command that speaks with the package's library; empty where there is none, or one too old to be seeded."""
     try:
         loader = import_module("espeakng_loader")
-    except ImportError:
-        return None
+        found = [str(loader.get_library_path()), str(loader.get_data_path())]
+    except (ImportError, OSError, RuntimeError, AttributeError):
+        return []
+    command = [sys.executable, "-I", "-S", str(Path(__file__).with_name("espeak.py")), *found]
     try:
-        return SpeechLibrary(str(loader.get_library_path()), str(loader.get_data_path()))
-    except (OSError, RuntimeError, AttributeError):  # an old one cannot be seeded; the program speaks then
-        return None
-
-
-def _sound(whole: np.ndarray[Any, np.dtype[np.int16]], rate: int) -> Sound:
-    return Sound(stamp=0.0, rate=rate, samples=whole[:, None] / 32768)
+        _said([*command, "en-us", "150", "50"], "a")
+    except Unavailable:
+        return []
+    return command

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +76,20 @@ def test_the_same_words_are_the_same_sound_whatever_was_said_before() -> None:
     first = speak("come here please", voice).samples
     speak("where did you put my keys", VoiceSettings(voice="en-gb"))
     np.testing.assert_array_equal(first, speak("come here please", voice).samples)
+
+
+@speaking
+def test_the_library_speaks_in_no_process_but_its_own() -> None:
+    asked = """
+import sys
+loaded = []
+sys.addaudithook(lambda event, of: loaded.append(of[0]) if event == "ctypes.dlopen" else None)
+from core.speech.synthesis import by_library, VoiceSettings
+by_library("turn left", VoiceSettings())
+print(loaded)"""
+    opened = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True).stdout
+    assert "[" in opened
+    assert "espeak" not in opened
 
 
 @speaking
