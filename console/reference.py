@@ -41,6 +41,7 @@ def reference_pages() -> dict[str, str]:
         "settings.md": settings_page(),
         "robot-file.md": robot_file_page(),
         "rest.md": rest_page(),
+        "roles.md": roles_page(),
         "../../js/net/rest.d.ts": rest_types(),
         "socket.md": socket_page(),
         "socket.schema.json": json.dumps(socket_schema(), indent=1, ensure_ascii=False) + "\n",
@@ -221,6 +222,32 @@ def rest_page() -> str:
     )
     parts = [f"## {topic}\n\n{table(('call', 'role', 'does'), rows)}" for topic, rows in topics.items()]
     return page("REST", intro, *parts)
+
+
+ROLES = {
+    "public": "Whoever reaches the console. Nothing of the robot is told but whether it is well.",
+    "viewer": "Watches, and stops: `stop` and `halt` are everybody's who is signed in.",
+    "operator": "Drives while holding control, calibrates, changes what is kept.",
+    "admin": "Makes links, ends logins, revokes keys. On *Connect* an administrator alone names other robots, files "
+    "and devices; an operator what `--connect` allows ([table](../how-to/open-it-to-the-network.md)).",
+}
+
+
+def roles_page() -> str:
+    """Who may use which way in, from the declarations that the guard enforces."""
+    ways: dict[str, list[str]] = {role: [] for role in ROLES}
+    for route in described_app().routes:
+        need = declared(route)
+        if need is None:
+            raise LookupError(route)
+        methods = sorted(set(getattr(route, "methods", None) or ()) - {"HEAD"})
+        ways[need.role].append(f"`{' '.join((*methods, getattr(route, 'path', '')))}`")
+    intro = (
+        "Every way into the console declares its role; without one the console does not start. A higher role may all "
+        "that those above it in this page may. What each call does: [REST](rest.md)."
+    )
+    parts = [f"## {role}\n\n{about}\n\n{', '.join(sorted(ways[role]))}" for role, about in ROLES.items()]
+    return page("Roles", intro, *parts)
 
 
 def rest_types() -> str:

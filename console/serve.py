@@ -95,7 +95,7 @@ class Options:
     log_json: bool = False  # a JSON object a line, on the terminal too
     tls_cert: Path | None = None  # PEM; with it and its key it is HTTPS, which microphones of phones want
     tls_key: Path | None = None
-    connect: tuple[str, ...] = ()  # what operators may connect to, instead of private networks
+    connect: tuple[str, ...] = ()  # what operators may connect to
     token_file: Path | None = None  # holds the operator's key; None: a new one with every start
     text_files: Path | None = None  # the folder of speech.txt and source.txt
     precedence: bool = False  # run before other programs with a simulated robot, too

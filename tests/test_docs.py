@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import tomllib
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from console.published import MARK, filled, filled_pages, results
 from console.reference import reference_pages
 from core.experiments import EXPERIMENTS
 from core.models import MODELS
+from tests.campaign.rows import ROWS
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "static/docs"
@@ -106,6 +108,63 @@ def test_every_package_and_model_stands_among_the_licences() -> None:
     listed = set(re.findall(r"^\| ([a-z0-9-]+) \|", (DOCS / "reference/licences.md").read_text(), re.M))
     assert packages <= listed and listed - packages == {"package", "model"} & listed
     assert all(f"models get {name}`" in (DOCS / "reference/licences.md").read_text() for name in MODELS)
+
+
+def licence_words(package: str) -> str:
+    """What an installed package says of its licence, as one line; "" where it is not installed or says nothing."""
+    try:
+        said = metadata.metadata(package)
+    except metadata.PackageNotFoundError:
+        return ""
+    classes = [one for one in said.get_all("Classifier") or [] if one.startswith("License")]
+    return " ".join([said.get("License-Expression") or "", (said.get("License") or "")[:100], *classes])
+
+
+def test_licences_are_those_that_the_installed_packages_declare() -> None:
+    page = (DOCS / "reference/licences.md").read_text()
+    rows = re.findall(r"^\| ([a-z0-9-]+) \|.*\| ([^|]+) \|$", page, re.M)
+    said = {package: words for package, _ in rows if (words := licence_words(package)).strip()}
+    assert len(said) > 20
+    families = re.compile(r"MIT|BSD|Apache|MPL|EPL|PSF|Python Software")
+    stated = {package: families.search(text) for package, text in rows if package in said}
+    short = {"PSF": "Python Software"}
+    wrong = [
+        name for name, one in stated.items() if one is None or short.get(one.group(), one.group()) not in said[name]
+    ]
+    assert wrong == []
+
+
+def needed_packages() -> set[str]:
+    """Whatever Beckon without its tests brings along here, packages of packages, too."""
+    waiting, found = ["beckon-console"], set[str]()
+    while waiting:
+        name = waiting.pop()
+        found.add(name)
+        try:
+            lines = metadata.requires(name) or []
+        except metadata.PackageNotFoundError:
+            continue
+        own = "extra ==" if name != "beckon-console" else "extra == 'test'"
+        lines = [line for line in lines if own not in line.replace('"', "'")]
+        named = {re.split(r"[^A-Za-z0-9._-]", line)[0].lower() for line in lines}
+        waiting += named - found
+    return found
+
+
+def test_no_package_that_is_loaded_is_under_the_gpl() -> None:
+    """The library of eSpeak NG, which espeakng-loader brings, runs in a program of its own."""
+    found = needed_packages()
+    assert len(found) > 40
+    assert [name for name in found if re.search(r"(?<![L])GPL|General Public", licence_words(name))] == []
+
+
+def test_the_threat_model_names_every_row_and_no_other() -> None:
+    page = (DOCS / "explanation/threat-model.md").read_text()
+    named = {f"R{number}" for number in re.findall(r"\bR(\d+)\b", page)}
+    rows = {row.row for row in ROWS}
+    of_machines = {"R13", "R37", "R40", "R41", "R42", "R43", "R44", "R46", "R49", "R50"}  # of no one who attacks
+    assert named <= rows
+    assert rows - named == of_machines
 
 
 @pytest.mark.parametrize("room", ["README.md", "CONTRIBUTING.md", "core", "console", "static"])

@@ -147,7 +147,7 @@ async def found(robot: RobotConnection) -> FoundConnection:
 async def probe(asked: ProbeRequest, robot: RobotConnection, who: Operator, history: HistoryInUse) -> FoundRobot:
     """Connect to a robot, which may be another one, listen for two seconds and let go. Nothing is driven.
 
-    Operators name addresses in private networks, or those of `--connect`; administrators any.
+    Administrators name any robot; operators the one that is driven, and what `--connect` allows them.
     """
     with recorded(history, "look at robot", who, asked.url):
         return await robot.look(asked.url, choices(asked), who)

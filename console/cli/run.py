@@ -44,8 +44,8 @@ def add(places: Any) -> None:
         action="append",
         default=[],
         metavar="ADDRESS",
-        help="what operators may look at on the page Connect: an address, a network or a name, with or without "
-        ":PORT, or a folder of recordings; may stand several times (default: private networks, never this computer)",
+        help="what operators may look at on the page Connect beside the robot they drive: an address, a network or "
+        "a name, with or without :PORT, or a folder of recordings; may stand several times (default: nothing)",
     )
     parser.add_argument("--seed", type=int, default=0, help="the simulator's chance")
     parser.add_argument("--data", type=Path, default=None, metavar="DIR", help="where history and maps are kept")

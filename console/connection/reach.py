@@ -22,7 +22,6 @@ from core.sentences import Statement
 Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
-PRIVATE_NETWORKS = ("10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "fc00::/7")
 CAMERA_KINDS = ("rtsp", "http")  # ways to a camera that an operator may name
 CERTIFIED_LINKS = ("foxglove", "rosbridge")  # whose robot may be asked for a certificate with another name
 FILE_OPTIONS = ("ca", "cert", "key")  # options that name a file
@@ -57,10 +56,9 @@ class Reach:
     """The rule for everybody below the role admin."""
 
     def __init__(self, listed: Sequence[str] = ()) -> None:
-        """`listed`: what the start names instead of the private networks. Raises BadSettings."""
+        """`listed`: what the administrator names at the start; nothing else is reached. Raises BadSettings."""
         self.folders = [Path(one) for one in listed if one.startswith("/")]
-        places = [one for one in listed if not one.startswith("/")]
-        self._entries = [read_entry(one) for one in places or PRIVATE_NETWORKS]
+        self._entries = [read_entry(one) for one in listed if not one.startswith("/")]
 
     def pinned(self, url: str) -> str:
         """Check a robot's URL → the same with addresses in the place of names, so that no name is resolved twice.

@@ -18,7 +18,7 @@ class Door:
 
     def __init__(self, live: Live) -> None:
         self.live = live
-        self.driving = f"http://127.0.0.1:{live.port}/#t={live.operator}"
+        self.driving = f"http://127.0.0.1:{live.port}/#t={live.admin}"
 
 
 @pytest.fixture(scope="module")

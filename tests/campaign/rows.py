@@ -348,7 +348,7 @@ ROWS = (
         "refused",
         _in(
             "console/connection/test_reach.py",
-            "every_kind_of_link_reaches_private_networks_by_their_digits_and_nothing_else",
+            "every_kind_of_link_reaches_the_networks_that_were_named_by_their_digits_and_nothing_else",
             "files_devices_and_addresses_in_disguise_are_the_administrators",
         )
         + _in("console/maps/test_maps.py", "names_that_could_be_something_else_are_refused")

@@ -120,7 +120,7 @@ class AppMenu extends Panel {
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
     this.#tour.hidden = this.#hints.hidden || !hello?.robot.capabilities.includes("simulate");
     this.#switch.hidden = this.#gamepad.hidden = !drives;
-    this.#signIns.hidden = hello?.you.role === "viewer" || hello?.you.id === "local";
+    this.#signIns.hidden = hello?.you.role !== "admin" || hello.you.id === "local";
     this.#leave.hidden = hello?.you.id === "local"; // no sign-in on this machine
   }
 }

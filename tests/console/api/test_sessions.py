@@ -5,17 +5,19 @@ from __future__ import annotations
 import time
 from typing import Any
 
+import pytest
+
 from tests.console.live import Live
 
 HOST = {"Content-Type": "application/json"}
 
 
-def as_operator(live: Live, method: str, path: str, body: Any = None) -> Any:
-    return live.ask(method, path, token=live.operator, body=body)
+def as_admin(live: Live, method: str, path: str, body: Any = None) -> Any:
+    return live.ask(method, path, token=live.admin, body=body)
 
 
 def test_a_link_signs_in_who_opens_it_and_its_end_signs_out(live: Live) -> None:
-    made = as_operator(live, "POST", "/api/links", {"role": "viewer", "name": "tablet"})
+    made = as_admin(live, "POST", "/api/links", {"role": "viewer", "name": "tablet"})
     assert made.status == 201
     address = made.json["address"]
     assert address.startswith(f"http://127.0.0.1:{live.port}/#t=") and "--host" in made.json["note"]
@@ -24,29 +26,30 @@ def test_a_link_signs_in_who_opens_it_and_its_end_signs_out(live: Live) -> None:
     token = address.partition("#t=")[2]
     opened = live.ask("POST", "/api/login", body={"token": token}, headers={"Sec-Fetch-Site": "same-origin"})
     assert opened.json["name"] == "tablet" and opened.json["role"] == "viewer"
-    listed = as_operator(live, "GET", "/api/sessions").json
+    listed = as_admin(live, "GET", "/api/sessions").json
     assert opened.json["id"] in {row["id"] for row in listed["sessions"]}
     assert token not in str(listed)
     began = time.monotonic()
-    assert as_operator(live, "DELETE", f"/api/keys/{made.json['id']}").status == 204
+    assert as_admin(live, "DELETE", f"/api/keys/{made.json['id']}").status == 204
     assert live.ask("GET", "/api/me", token=token).status == 401
     assert time.monotonic() - began < 1.0
-    assert as_operator(live, "DELETE", f"/api/keys/{made.json['id']}").status == 404
-    assert as_operator(live, "DELETE", f"/api/sessions/{opened.json['id']}").status == 404, "it went with its key"
+    assert as_admin(live, "DELETE", f"/api/keys/{made.json['id']}").status == 404
+    assert as_admin(live, "DELETE", f"/api/sessions/{opened.json['id']}").status == 404, "it went with its key"
 
 
 def test_a_login_is_ended_from_elsewhere(live: Live) -> None:
     opened = live.ask("POST", "/api/login", body={"token": live.viewer}, headers={"Sec-Fetch-Site": "same-origin"})
-    assert as_operator(live, "DELETE", f"/api/sessions/{opened.json['id']}").status == 204
+    assert as_admin(live, "DELETE", f"/api/sessions/{opened.json['id']}").status == 204
     cookie = opened.headers["set-cookie"].partition(";")[0]
     assert live.ask("GET", "/api/me", headers={"Cookie": cookie}).status == 401
 
 
-def test_viewers_manage_nobody(live: Live) -> None:
+@pytest.mark.parametrize("role", ["viewer", "operator"])
+def test_only_the_administrator_makes_links_and_ends_logins(live: Live, role: str) -> None:
     for method, path, body in (
         ("GET", "/api/sessions", None),
         ("POST", "/api/links", {"role": "viewer"}),
         ("DELETE", "/api/keys/00000000", None),
         ("DELETE", "/api/sessions/000000000000", None),
     ):
-        assert live.ask(method, path, token=live.viewer, body=body).status == 403
+        assert live.ask(method, path, token=getattr(live, role), body=body).status == 403

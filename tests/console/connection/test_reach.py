@@ -32,6 +32,9 @@ def name_service(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reach, "is_own", lambda address: address.is_loopback or str(address) == "192.168.7.1")
 
 
+PRIVATE = ("10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "fc00::/7")
+
+
 def outcome(rule: Reach, url: str) -> str:
     """Return the URL that is handed on, or the status of the refusal."""
     try:
@@ -43,8 +46,8 @@ def outcome(rule: Reach, url: str) -> str:
 
 
 @pytest.mark.parametrize("url", SCHEMES)
-def test_every_kind_of_link_reaches_private_networks_by_their_digits_and_nothing_else(url: str) -> None:
-    rule = Reach()
+def test_every_kind_of_link_reaches_the_networks_that_were_named_by_their_digits_and_nothing_else(url: str) -> None:
+    rule = Reach(PRIVATE)
     for host, address in {"10.1.2.3": "10.1.2.3", "robot.lan": "192.168.7.7", "[fd00::7]": "[fd00::7]"}.items():
         assert rule.pinned(url.format(host)) == url.format(address)
     assert rule.pinned(url.format("twice.lan")) == url.format("10.1.2.3"), "the address that was checked is used"
@@ -55,7 +58,7 @@ def test_every_kind_of_link_reaches_private_networks_by_their_digits_and_nothing
 
 
 def test_the_certificate_of_an_encrypted_link_is_still_that_of_the_name() -> None:
-    rule, pinned = Reach(), "192.168.7.7:5?tls=1"
+    rule, pinned = Reach(PRIVATE), "192.168.7.7:5?tls=1"
     for kind in ("foxglove", "rosbridge"):
         assert rule.pinned(f"{kind}://robot.lan:5?tls=1") == f"{kind}://{pinned}&tls_name=robot.lan"
         assert parse_address(f"//{pinned}&tls_name=robot.lan", 1).certified_name == "robot.lan:5"
@@ -106,7 +109,8 @@ def test_what_the_start_names_is_reached_and_nothing_else() -> None:
     assert inside(Path("/srv/recordings/a.mcap"), rule.folders) and not inside(Path("/srv/a.mcap"), rule.folders)
     with pytest.raises(BadInput):
         inside(Path("/srv/recordings/../a.mcap"), rule.folders)
-    assert outcome(Reach(["/srv"]), "foxglove://10.1.2.3") == "foxglove://10.1.2.3", "a folder takes nothing away"
+    for start in ([], ["/srv"]):
+        assert outcome(Reach(start), "foxglove://10.1.2.3") == "403", "only the administrator connects robots"
     for wrong in ("", "10.0.0.0/99", "http://a", "a b", "robot:port"):
         with pytest.raises(BadSettings, match="--connect takes"):
             read_entry(wrong)
