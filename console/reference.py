@@ -225,7 +225,7 @@ def rest_page() -> str:
 
 
 ROLES = {
-    "public": "Whoever reaches the console. Nothing of the robot is told but whether it is well.",
+    "public": "Anybody who reaches the console: the page to sign in, and whether the robot is well.",
     "viewer": "Watches, and stops: `stop` and `halt` are everybody's who is signed in.",
     "operator": "Drives while holding control, calibrates, changes what is kept.",
     "admin": "Makes links, ends logins, revokes keys. On *Connect* an administrator alone names other robots, files "
@@ -234,7 +234,7 @@ ROLES = {
 
 
 def roles_page() -> str:
-    """Who may use which way in, from the declarations that the guard enforces."""
+    """Write every route under the role that it needs, from the declarations that the guard enforces."""
     ways: dict[str, list[str]] = {role: [] for role in ROLES}
     for route in described_app().routes:
         need = declared(route)

@@ -125,7 +125,7 @@ def by_program(text: str, settings: VoiceSettings) -> Sound:
 
 
 def _said(command: list[str], text: str) -> Sound:
-    """What a program makes of a text: a WAV file, whose length may be missing. Raises Unavailable."""
+    """Run a program that makes a WAV file of a text; its length may be missing. Raises Unavailable."""
     try:
         done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=PROGRAM_TIMEOUT_S)
     except (OSError, subprocess.TimeoutExpired):
