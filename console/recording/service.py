@@ -45,8 +45,10 @@ from console.recording.work import (
 )
 from console.robot.supervisor import RobotSupervisor
 from console.workers.worker import Worker
-from core.errors import BadInput, BeckonError
+from core.errors import BadInput, BeckonError, Refused
 from core.files import saving, write_atomic
+from core.pilot.pilot import Pilot
+from core.pilot.recorded_drive import MAP_FILE
 from core.pilot.trail import NO_POINTS
 from core.pipelines.drive_film import FilmForm
 from core.recording.mcap_writing import PART
@@ -63,6 +65,7 @@ log = logging.getLogger(__name__)
 NO_GRID = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
 FOLDER, NOTES = "recordings", "recordings.json"  # in the data folder
 ENDING = ".mcap"
+MAP_TYPE = "application/octet-stream"
 MAX_NAME_LETTERS, MAX_NOTE_LETTERS = 80, 2000
 NAME = re.compile(r"[\w][\w .-]*")
 NO_NAME = re.compile(r"^[^\w]|[^\w .-]")  # letters of a file of elsewhere that a name cannot have
@@ -144,6 +147,7 @@ class RecordingService(Part):
         self._unfinished = False  # a file waits to be recovered
         self._keeps = ""  # name of the part of the drive that is being kept
         self._events = DriveEvents(robot.status())
+        self._pilot: Pilot | None = None
         self._running: FinishedRecording | None = None
         self._base, self._number = "", 1  # name of the recording that runs, and of its file
         self._began = 0.0  # [s] monotonic, of its file
@@ -235,6 +239,10 @@ class RecordingService(Part):
             return
         self._moments.append(self._moment(snapshot, frame))
         self._wake.set()
+
+    def equip(self, pilot: Pilot) -> None:
+        """Its map goes into what is recorded."""
+        self._pilot = pilot
 
     def _begin_ring(self, now: float, *, moves: bool) -> None:
         """Listen for the ring: some time after the start, but never with the first motion."""
@@ -329,7 +337,7 @@ class RecordingService(Part):
             if self._running is not None:  # another one has begun while this one waited
                 raise Problem(409, RUNS)
             await self._ready()
-            job = BeginRecording(str(self._path(name)), self._description("", note), await self._files())
+            job = BeginRecording(str(self._path(name)), self._description("", note), await self._files(with_map=True))
             await self._worker.ask(job, budget=FILE_BUDGET_S)
             self._writes = self._worker.starts
             self._running = FinishedRecording(
@@ -608,8 +616,8 @@ class RecordingService(Part):
         facts = {"version": beckon_version(), "robot": profile.name, "url": profile.url}
         return {**facts, **cause_facts(cause), "note": note}
 
-    async def _files(self) -> list[tuple[str, str, bytes]]:
-        """The files that go into a recording."""
+    async def _files(self, *, with_map: bool = False) -> list[tuple[str, str, bytes]]:
+        """The files that go into a recording; the map for one that begins now."""
 
         def read() -> list[tuple[str, str, bytes]]:
             paths = [
@@ -617,9 +625,12 @@ class RecordingService(Part):
             ]
             return [(path.name, media_type(path), path.read_bytes()) for path in paths if path.is_file()]
 
-        profile = self._robot.profile
+        profile, pilot = self._robot.profile, self._pilot
         card = {"name": profile.name, "url": profile.url, "radius_m": profile.radius, "kind": profile.kind}
         facts = [("robot.json", "application/json", json.dumps(card).encode())]
+        if with_map and pilot is not None:
+            with contextlib.suppress(Refused):  # there is none yet
+                facts.append((MAP_FILE, MAP_TYPE, await asyncio.to_thread(lambda: pilot.keep_map().to_bytes())))
         return facts + await asyncio.to_thread(read)
 
     def _read_notes(self) -> dict[str, RecordingNote]:

@@ -6,7 +6,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from core.commands.command import Command
 from core.errors import Refused
 from core.gate import ZERO, Twist
 from core.geometry import Pose
+from core.message import Array, message
 from core.navigation.control_context import ControlContext, SteeredBody
 from core.navigation.zones import KeepOuts
 from core.perception.people.appearance import PersonProfile
@@ -52,6 +53,16 @@ BLIND = Statement("pilot.blind")
 NO_ODOMETRY = Statement("pilot.no_odometry")
 MAX_WAIT_S = 2.0  # [s] that a command waits for odometry
 NOTHING_YET = Statement("pilot.no_map_yet")
+
+
+@message
+class BegunDrive:
+    """State of a pilot in the middle of a drive, where a recording of it begins."""
+
+    used: Profile  # as calibrated
+    saved: SavedMap | None = None  # its map
+    pose: Pose = Pose()  # in that map
+    covariance: Array = field(default_factory=lambda: np.zeros((3, 3)))
 
 
 class Inbox:
@@ -239,13 +250,19 @@ class Pilot:
             name = "" if doing is None else doing.name
             return self._take(PilotInputs(frame=frame, deaf=deaf, doing=name, acts=acts, first=first))
 
-    def repeat(self, inputs: PilotInputs) -> Snapshot:
+    def repeat(self, inputs: PilotInputs, begun: BegunDrive | None = None) -> Snapshot:
         """Take a recorded frame with all that the pilot of that day took with it → its snapshot.
 
-        Nothing is obeyed again: which command was under way stands in the inputs.
+        Nothing is obeyed again: which command was under way stands in the inputs. `begun`: what a pilot that was
+        under way then held before this frame. Raises BadInput where its map does not suit the settings.
         """
         with self._inbox.between_frames:
             self._begin_again_after_a_seek(inputs.frame.stamp)
+            if begun is not None:
+                self._adopt(begun.used)
+                if begun.saved is not None:
+                    self._enter(begun.saved)
+                    self._mapper.resume_at(begun.pose, begun.covariance)
             for act in inputs.acts:
                 self._perform(act)
             return self._take(inputs)

@@ -19,6 +19,7 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.perception.landmarks.deskew import beam_ends
 from core.pilot.drive_record import (
+    MAP_NAME,
     command_of,
     digest_of,
     edges_of,
@@ -29,7 +30,7 @@ from core.pilot.drive_record import (
     twist_of,
     voices_of,
 )
-from core.pilot.pilot import Pilot
+from core.pilot.pilot import BegunDrive, Pilot
 from core.pilot.trail import NO_POINTS, Trail, frozen
 from core.recording.drive import DriveMoment, DriveRecording, decoded, text_of
 from core.recording.frame_record import ROBOT, ResultRecord, RobotRecord, TakenRecord
@@ -39,11 +40,14 @@ from core.robots.profile_json import profile_from_json
 from core.sensors import Laser, SensorFrame
 from core.settings import Settings
 from core.slam.estimate import Estimate, Landmark, SlamHealth
+from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.motion import Increment
-from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Hearing, Snapshot
+from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Hearing, PilotInputs, Snapshot
 
 MAP = "/map"  # topic
+MAP_FILE = "map.npz"  # attached: the map at the beginning
+MAP_AGE_S = 2.0  # [s] after the beginning, in which that map holds
 MAX_ODDS = 8.0  # log odds of a cell that is held to be sure
 AS_RECORDED = SlamHealth(mode="recorded")
 EMPTY_GRID = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
@@ -179,29 +183,60 @@ class ComputedNow:
         self._drawn = Pose()  # recorded_from_computed
         self.since = 0.0  # [s] from the start of the recording
         self.whole = False  # it began with the first frame of a pilot, as that day
+        self.resumed = False  # it began in the map that was there
 
     def take(self, moment: DriveMoment) -> Snapshot:
         """One moment → what is computed of it. Raises BadInput where the recording does not describe its robot."""
         taken = TakenRecord() if moment.record is None else moment.record.taken or TakenRecord()
         inputs = inputs_of(moment.frame, taken)
         begins = self._pilot is None
-        if begins or taken.first:
+        if self._pilot is None or taken.first:
             self.since = moment.logged - self._drive.start
             self.whole = taken.first and (begins or self.whole)
-            robot = robot_of(self._drive, self.since)
-            self._pilot = Pilot(robot.built, self._settings)
-            if not taken.first:
-                inputs = replace(inputs, acts=(robot.used, *inputs.acts))
-        assert self._pilot is not None
-        snapshot = self._pilot.repeat(inputs)
+            snapshot = self._begin(inputs, None if taken.first else moment)
+        else:
+            snapshot = self._pilot.repeat(inputs)
         if begins:
             self._drawn = self._found(moment, snapshot.estimate.pose)
         return snapshot
 
+    def _begin(self, inputs: PilotInputs, moment: DriveMoment | None) -> Snapshot:
+        """Begin with a new pilot; `moment`: one was under way then."""
+        robot = robot_of(self._drive, self.since)
+        self._pilot = Pilot(robot.built, self._settings)
+        if moment is None:
+            return self._pilot.repeat(inputs)
+        try:
+            begun = self._held(moment, robot.used)
+            snapshot = self._pilot.repeat(inputs, begun)
+            self.resumed = begun.saved is not None
+        except BadInput:  # the map is damaged, or does not suit these settings
+            self._pilot = Pilot(robot.built, self._settings)
+            snapshot = self._pilot.repeat(inputs, BegunDrive(used=robot.used))
+        return snapshot
+
+    def _held(self, moment: DriveMoment, used: Profile) -> BegunDrive:
+        """Return what the pilot of that day held; of its map only that of the recording's beginning is known.
+
+        Raises BadInput where that is damaged.
+        """
+        results = None if moment.record is None else moment.record.results
+        content = self._drive.attached(MAP_FILE) if self.since < MAP_AGE_S else None
+        if content is None or results is None:
+            return BegunDrive(used=used)
+        return BegunDrive(
+            used=used,
+            saved=SavedMap.from_bytes(content, MAP_NAME),
+            pose=pose_of(results.pose),
+            covariance=np.array(results.covariance).reshape(3, 3),
+        )
+
     def _found(self, moment: DriveMoment, pose: Pose) -> Pose:
         """Return where the computed world lies in the recorded one: the robot stood at one place."""
         results = None if moment.record is None else moment.record.results
-        return Pose() if results is None or self.whole else pose_of(results.pose) @ pose.inverse()
+        if results is None or self.whole or self.resumed:
+            return Pose()
+        return pose_of(results.pose) @ pose.inverse()
 
     @property
     def recorded_from_computed(self) -> Pose:

@@ -6,6 +6,7 @@ chunks, so a recording may be as long as the disk.
 
 from __future__ import annotations
 
+import contextlib
 import struct
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,6 +16,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from mcap.reader import make_reader
 
 from core.errors import BadInput
 from core.geometry import Pose
@@ -23,6 +25,7 @@ from core.recording import frame_record
 from core.recording.frame_record import FRAME, FrameRecord
 from core.recording.mcap_chunks import McapChunks
 from core.recording.mcap_file import HEAD, MAGIC
+from core.recording.mcap_writing import BROKEN_RECORD
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import ReadReport
 from core.recording.recording import LogSettings, RecordingReport
@@ -154,6 +157,12 @@ class DriveRecording:
         """Every message of a topic; only the chunks that hold some are read."""
         for number in self._chunks.numbers_with(topic):
             yield from (one for one in self._chunks.messages(number) if one.topic == topic)
+
+    def attached(self, name: str) -> bytes | None:
+        """The content of an attached file; None where there is none, or it cannot be read."""
+        with contextlib.suppress(OSError, *BROKEN_RECORD), self.path.open("rb") as file:
+            return next((one.data for one in make_reader(file).iter_attachments() if one.name == name), None)
+        return None
 
     @property
     def has_results(self) -> bool:

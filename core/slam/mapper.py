@@ -199,6 +199,12 @@ class Mapper:
         """Search at the place that the operator clicked: world [m], [rad]."""
         self._monitor.clicked(self._stamp or 0.0, Click(x, y, heading), self.grid, self.estimate.pose)
 
+    def resume_at(self, pose: Pose, covariance: Array) -> None:
+        """Go on in the map that was given, at this world pose with its covariance (3, 3), without a search."""
+        self._enters = False
+        self.submaps.reset_pose(pose, covariance)
+        self._tracker.around(self.submaps.points_around())
+
     @property
     def found(self) -> str:
         """A sentence on how the robot was found last; "" if it never was lost."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from console.recording.service import slimmed
+from console.recording.service import MAP_TYPE, slimmed
 from console.recording.work import (
     BeginRecording,
     DescribeRobot,
@@ -20,6 +20,7 @@ from console.recording.work import (
 from core.gate.status import GateStatus
 from core.pilot import Pilot
 from core.pilot.drive_record import digest_of
+from core.pilot.recorded_drive import MAP_FILE
 from core.robots import Profile, Robot
 from core.robots.profile_json import profile_to_json
 from core.sensors import SensorFrame
@@ -35,8 +36,11 @@ BATCH = 40  # moments that go to the recorder at once
 class RecordedPilot:
     """A pilot whose every frame is recorded."""
 
-    def __init__(self, path: Path, profile: Profile, settings: Settings | None = None) -> None:
-        self.pilot = Pilot(profile, settings)
+    def __init__(
+        self, path: Path, profile: Profile, settings: Settings | None = None, pilot: Pilot | None = None
+    ) -> None:
+        """`pilot`: one that is under way; its map goes into the recording."""
+        self.pilot = pilot or Pilot(profile, settings)
         self.profile = profile
         self.snapshots: list[Snapshot] = []
         self.gate = GateStatus()
@@ -44,7 +48,8 @@ class RecordedPilot:
         self._recorder, self._waiting = RecorderWorker(), list[RecordedMoment]()
         card = profile_to_json(profile)
         self._recorder.describe(DescribeRobot(card, card, 0.0))
-        self._recorder.begin(BeginRecording(str(path), {"robot": profile.name}, []))
+        attached = [] if pilot is None else [(MAP_FILE, MAP_TYPE, pilot.keep_map().to_bytes())]
+        self._recorder.begin(BeginRecording(str(path), {"robot": profile.name}, attached))
         self._map = self._view = -1.0
 
     def step(self, frame: SensorFrame, *, deaf: bool = False) -> Snapshot:

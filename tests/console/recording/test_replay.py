@@ -22,6 +22,7 @@ from core.sensors import SensorFrame
 from core.sensors.recordable import recordable
 from core.settings import Settings
 from core.simulation.faulty_robot import open_robot
+from core.slam.map.occupancy import OccupancySettings
 from core.snapshot import Snapshot
 from core.speech.understanding.grammar import understand
 from tests.console.in_process import InProcessRobot
@@ -144,6 +145,27 @@ def test_the_same_settings_compute_the_same_to_the_last_bit(acts: Callable[[Robo
     assert computed.whole and len(snapshots) == len(live)
     assert fingerprint(snapshots) == fingerprint(live)
     assert comparer.same and comparer.frames == len(live) and comparer.worst == 0.0
+
+
+def test_what_is_computed_of_the_middle_of_a_drive_begins_in_the_map_that_was_there(tmp_path: Path) -> None:
+    robot = open_robot("lab", seed=3, settings=None)
+    before = drive(robot, tmp_path / "before.mcap", 330, by_commands(robot))
+    recorded = RecordedPilot(tmp_path / "middle.mcap", robot.profile, pilot=before.pilot)
+    for number in range(60):
+        if number == 10:
+            tell(recorded, "turn right")
+        robot.drive(recorded.step(robot.read()).setpoint)
+    recorded.finish()
+    snapshots, comparer, computed = again(tmp_path / "middle.mcap")
+    anew, apart, without = again(tmp_path / "middle.mcap", Settings(occupancy=OccupancySettings(resolution=0.1)))
+    known = (recorded.snapshots[-1].grid.log_odds != 0).sum()
+    assert computed.resumed and not computed.whole and comparer.worst < 0.02
+    assert (snapshots[0].grid.log_odds != 0).sum() > 0.9 * known and _hits(snapshots[0]) > 5
+    assert not without.resumed and _hits(anew[0]) == 1 and apart.worst < 0.1  # cells of another size: no map
+
+
+def _hits(snapshot: Snapshot) -> int:
+    return max(one.hits for one in snapshot.landmarks)
 
 
 def test_a_session_that_is_recorded_from_its_start_is_computed_again_to_the_last_bit(
