@@ -101,6 +101,26 @@ def saving(failure: str) -> Generator[None]:
         raise Unwritable(f"{failure}: {reason(trouble)}") from None
 
 
+def folder_at(out: Path) -> Path:
+    """A folder to write to, made where it is missing. Raises Unwritable."""
+    with saving(f"The folder {out} cannot be made"):
+        out.mkdir(parents=True, exist_ok=True)
+    return out
+
+
+def save(path: Path, content: str | bytes) -> str:
+    """Content into a file → where it lies. Raises Unwritable."""
+    with saving(f"{path} cannot be written"):
+        write_atomic(path, content)
+    return str(path)
+
+
+def save_all(out: Path, contents: Mapping[str, tuple[str, str | bytes]]) -> dict[str, str]:
+    """Name and content of a file by its form → files in a folder; which is which, by form. Raises Unwritable."""
+    folder = folder_at(out)
+    return {form: save(folder / name, content) for form, (name, content) in contents.items()}
+
+
 def reason(trouble: OSError) -> str:
     """Return why a write failed and what to do, to stand after a colon."""
     remedy = REMEDIES.get(trouble.errno or 0, "Check the folder and who may write to it.")

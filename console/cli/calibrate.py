@@ -84,12 +84,12 @@ def is_printed(chosen: argparse.Namespace) -> bool:
 def run_board_page(chosen: argparse.Namespace) -> int:
     """A page to print; the smallest that holds the board unless one was chosen."""
     from core.calibration.board.printing import board_svg, fitting_page, largest_square
-    from core.calibration.files import written
+    from core.files import save
 
     board = board_from(chosen)
     page = chosen.page or fitting_page(board)
     svg = board_svg(board, page)
-    files = {} if chosen.out is None else {"svg": written.write(chosen.out, svg)}
+    files = {} if chosen.out is None else {"svg": save(chosen.out, svg)}
     if chosen.json:
         write_json({"board": board.name, "square_m": board.square, "page": page, "svg": svg, "files": files})
     elif chosen.out is None:

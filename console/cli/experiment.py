@@ -8,17 +8,18 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from console.cli import course_options
 from console.cli.answer import ShownProgress, add_json, add_out, answer, progress, tell, write, write_json
-from core.calibration.files.written import write as store
 from core.errors import BadSettings, Unavailable
 from core.experiments import EXPERIMENTS
 from core.experiments.campaign import REPORT_EVERY_S, Campaign
 from core.experiments.result import BoardPoseFigures, ExperimentResult, as_text
+from core.files import save
 
 MOST_RUNS = 100_000
 MAX_WORKERS = 1024
 SWEEP, ALL = "sweep", "all"
+COURSE_OPTIONS = ("data", "noise", "field", "still", "ids", "through", "settings")
+LEAST_NOISE, MOST_NOISE = 0.05, 20.0
 TERMINAL_EVERY_S = 0.2  # of a progress that changes in its line
 
 
@@ -53,9 +54,48 @@ def add(places: Any) -> None:
     )
     parser.add_argument("--cluster", default="", metavar="tcp://HOST:8786", help="scheduler of a dask cluster")
     parser.add_argument("--resume", action="store_true", help="go on with the runs that lack in --out")
-    course_options.add(parser)
+    _add_course_options(parser)
     add_json(parser)
     parser.set_defaults(run=run)
+
+
+def _add_course_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of some experiments beyond runs, seed and folder: above all `dead-reckoning-vs-slam`."""
+    own = parser.add_argument_group("dead-reckoning-vs-slam")
+    own.add_argument("--data", type=Path, metavar="FILE.npz", help="frozen draws instead of the simulator")
+    own.add_argument("--noise", type=noise, metavar="X", help="all of eq. 43 X times as large")
+    own.add_argument("--field", choices=("laser", "camera"), help="what is seen: 240 degrees (default), or 56")
+    own.add_argument("--still", action="store_true", default=None, help="ten frames at rest before the first move")
+    own.add_argument(
+        "--ids", choices=("given", "hidden"), help="given: the filter knows the corners' names; hidden: it does not"
+    )
+    own.add_argument(
+        "--through",
+        choices=("drawn", "sensors"),
+        help="sightings drawn about the true corners (default), or made out by the whole robot in sim:lab",
+    )
+    own.add_argument(
+        "--settings",
+        type=Path,
+        metavar="FILE.toml",
+        help="noise, gates and the filter's form, [ekf] mode; without it the paper's form (others take it too)",
+    )
+    parser.set_defaults(wrong=parser.error)
+
+
+def chosen_options(chosen: argparse.Namespace, name: str) -> dict[str, object]:
+    """Return the options beyond the usual; exit with wrong usage where the experiment does not know them."""
+    asked: dict[str, object] = {
+        key: getattr(chosen, key) for key in COURSE_OPTIONS if getattr(chosen, key) is not None
+    }
+    strange = [f"--{key}" for key in asked if key not in EXPERIMENTS[name].options]
+    if strange:
+        chosen.wrong(f"{name} does not take {', '.join(strange)}")
+    if "settings" in asked:
+        from core.settings import load  # scipy and OpenCV take a moment: only where they are needed
+
+        asked["settings"] = load(chosen.settings)
+    return asked
 
 
 def run(chosen: argparse.Namespace) -> int:
@@ -76,7 +116,7 @@ def carried_out(
     chosen: argparse.Namespace, name: str, seed: int, out: Path | None, say: ShownProgress
 ) -> ExperimentResult:
     """One experiment, or its sweep, with its files in `out`."""
-    options = {"runs": chosen.runs, **course_options.chosen_options(chosen, name)}
+    options = {"runs": chosen.runs, **chosen_options(chosen, name)}
     campaign = Campaign(
         name if chosen.name != SWEEP else f"{SWEEP}-{name}",
         seed,
@@ -122,7 +162,7 @@ def run_all(chosen: argparse.Namespace) -> int:
         done[name] = {
             "seed": seed,
             "seconds": result.get("seconds", 0.0),
-            "file": store(chosen.out / f"{name}.json", kept),
+            "file": save(chosen.out / f"{name}.json", kept),
         }
     if chosen.json:
         write_json({"made_by": made_by, "experiments": done, "missing": missing})
@@ -139,7 +179,7 @@ def board_scene(boards: list[BoardPoseFigures], out: Path) -> str:
 
     angle = 2 * math.atan(TABLE_3.height / 2 / TABLE_3.fy)
     page = boards_html(boards, BOARD, angle, TABLE_3.width / TABLE_3.height)
-    return store(out / "figure_15.html", page.encode())
+    return save(out / "figure_15.html", page.encode())
 
 
 def experiment(text: str) -> str:
@@ -172,3 +212,14 @@ def seed(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 18):
         raise argparse.ArgumentTypeError("A seed is a whole number from 0 on, of at most 18 digits.")
     return int(text)
+
+
+def noise(text: str) -> float:
+    """'2' → a factor."""
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not LEAST_NOISE <= factor <= MOST_NOISE:
+        raise argparse.ArgumentTypeError(f"Give a number between {LEAST_NOISE:g} and {MOST_NOISE:g}.")
+    return factor

@@ -169,10 +169,10 @@ def save(out: Path | None, report: SpeechReport, html: str | None) -> dict[str, 
     """Figures and page into a folder → what lies where."""
     if out is None:
         return {}
-    from core.calibration.files.written import write_all
+    from core.files import save_all
 
     texts = {"json": ("speech_quality.json", json.dumps(plain(report.to_dict()), indent=1, ensure_ascii=False))}
-    return write_all(out, texts if html is None else texts | {"page": ("speech_quality.html", html)})
+    return save_all(out, texts if html is None else texts | {"page": ("speech_quality.html", html)})
 
 
 def sentences(report: SpeechReport) -> list[str]:

@@ -16,7 +16,6 @@ from core.calibration.board.board import Board
 from core.calibration.board.chessboard import find_board
 from core.calibration.board.quality import judge
 from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
-from core.calibration.files.written import write_all
 from core.calibration.practice import held, picture
 from core.calibration.projection import PARAMETERS
 from core.errors import Unavailable
@@ -25,6 +24,7 @@ from core.experiments.figures.figure_15 import figure_15
 from core.experiments.figures.figures_13_14 import figure_13, figure_14
 from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import BoardPoseFigures, ExperimentResult
+from core.files import save_all
 from core.message import Array
 from core.optics import TABLE_3
 
@@ -217,7 +217,7 @@ def save(out: Path, result: Table3, calibration: Calibration, captured: Captured
     except Unavailable as missing:
         result["not_drawn"] = str(missing)
         return {}
-    return write_all(out, figures)
+    return save_all(out, figures)
 
 
 def _within(off: Array, sds: Array) -> Array:

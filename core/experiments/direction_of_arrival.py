@@ -17,11 +17,11 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
-from core.calibration.files.written import write_all
 from core.experiments.about import About
 from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE_HZ, AcousticScene, make_scene
+from core.files import save_all
 from core.geometry import wrap
 from core.message import Array, message
 from core.perception.sound.locate import locate, sure
@@ -324,4 +324,4 @@ def save(out: Path, result: Mapping[str, object], done: Sequence[DirectionTrial]
         fields = one.estimator, one.array, one.rt60, one.noise, one.ratio, error, sd, int(one.declared)
         rows.writerow((*fields, f"{one.took:.3g}"))
     whole = json.dumps(result, indent=1)
-    return write_all(out, {"json": ("direction.json", whole), "csv": ("direction.csv", table.getvalue())})
+    return save_all(out, {"json": ("direction.json", whole), "csv": ("direction.csv", table.getvalue())})

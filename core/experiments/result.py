@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict, TypeVar, cast
 
-from core.calibration.files.written import write_all
+from core.files import save_all
 
 
 class BoardPoseFigures(TypedDict):
@@ -48,7 +48,7 @@ def stored(result: ResultT, out: Path | None, name: str, more: FileContents | No
     """The result with its files, if there is a folder: itself as `name`.json, and `more`. Raises Unwritable."""
     if out is not None:
         whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
-        result["files"] = write_all(out, {"json": (f"{name}.json", whole), **(more or {})})
+        result["files"] = save_all(out, {"json": (f"{name}.json", whole), **(more or {})})
     return result
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.calibration.files.written import folder_at, write_all
+from core.files import folder_at, save_all
 from core.message import Array, message
 from core.recording.sound_file import write_wav
 from core.sensors.microphones import Sound
@@ -112,4 +112,4 @@ def save_loop(out: Path, result: LoopResult) -> dict[str, str]:
         write_wav(folder / f"{name}.wav", sound)
         files[name] = str(folder / f"{name}.wav")
     texts = {"original": result.original, "stt": result.person, "rev_stt": result.robot}
-    return files | write_all(folder, {name: (f"{name}.txt", f"{text}\n") for name, text in texts.items()})
+    return files | save_all(folder, {name: (f"{name}.txt", f"{text}\n") for name, text in texts.items()})

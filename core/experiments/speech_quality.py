@@ -19,13 +19,13 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
-from core.calibration.files.written import write_all
 from core.errors import Unavailable
 from core.experiments.about import About
 from core.experiments.drawn_voices import best_and_worst, by_voice
 from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.result import ExperimentResult
 from core.experiments.speech_loop import LoopResult, padded, read, run_loop, save_loop, track_of
+from core.files import save_all
 from core.install import install_extra
 from core.message import Array, message
 from core.sensors.microphones import Sound
@@ -429,4 +429,4 @@ def save(out: Path, result: SpeechQualityResult, shown: str) -> dict[str, str]:
         "csv": table.getvalue(),
         "page": shown,
     }
-    return write_all(out, {name: (f"speech_quality.{ENDINGS[name]}", texts[name]) for name in texts if texts[name]})
+    return save_all(out, {name: (f"speech_quality.{ENDINGS[name]}", texts[name]) for name in texts if texts[name]})

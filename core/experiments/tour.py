@@ -13,9 +13,10 @@ from core.experiments.about import About
 from core.experiments.plan import ExperimentPlan, RunBatch
 from core.experiments.rehearsal import Rehearsal
 from core.experiments.result import ExperimentResult, stored
-from core.geometry import Pose, wrap
+from core.geometry import Pose
 from core.message import Array
 from core.settings import Settings
+from core.slam.consistency import nees
 from core.slam.estimate import Estimate
 from core.snapshot import Snapshot
 
@@ -151,18 +152,10 @@ class TourScore:
         return {
             "path_m": self._path,
             "estimators": {
-                "ekf_slam": {**_errors(errors[:, 0]), "nees_mean": float(np.mean(self._nees))},
+                "ekf_slam": {**_errors(errors[:, 0]), "nees_mean": float(np.nanmean(self._nees))},
                 "dead_reckoning": _errors(errors[:, 1]),
             },
         }
-
-
-def nees(estimate: Estimate, truth: Pose) -> float:
-    """Normalised estimation error squared of x, y, heading."""
-    pose = estimate.pose
-    error = np.array([truth.x - pose.x, truth.y - pose.y, wrap(truth.heading - pose.heading)])
-    spread = estimate.covariance + np.diag([1e-12] * 3)
-    return float(error @ np.linalg.solve(spread, error))
 
 
 def _gap(estimate: Estimate, truth: Pose) -> float:

@@ -19,7 +19,6 @@ from core.calibration.exports import camera_exports, laser_exports
 from core.calibration.files.camera_files import read_camera, read_json
 from core.calibration.files.pictures import own_names, read_grey, size_words
 from core.calibration.files.scan_files import read_scans
-from core.calibration.files.written import write_all
 from core.calibration.laser import solve, suspicion
 from core.calibration.laser.board_line import MeanScan, average
 from core.calibration.laser.planes import BoardPose, board_pose
@@ -38,6 +37,7 @@ from core.calibration.reports import (
     laser_report,
 )
 from core.errors import BadInput
+from core.files import save_all
 from core.message import Array
 from core.optics import CameraModel
 from core.progress import UNSEEN, WorkProgress
@@ -110,7 +110,7 @@ def camera_from(
         "warnings": looked.warnings + report["warnings"],
         "views_refused": refused + dropped,
         "correction": correction_report(calibration.model),
-        "files": {} if out is None else write_all(out, camera_exports(calibration, report)),
+        "files": {} if out is None else save_all(out, camera_exports(calibration, report)),
     }
     if printed:
         answer["eq_44"] = equation_44(calibration.model)
@@ -250,7 +250,7 @@ def mount_from(
         **report,
         "poses_refused": [*refused, *report["poses_refused"]],
         "faults": found_faults(faults),
-        "files": {} if out is None else write_all(out, laser_exports(found, board, model)),
+        "files": {} if out is None else save_all(out, laser_exports(found, board, model)),
     }
 
 

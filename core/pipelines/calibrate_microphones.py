@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from core.errors import BadInput, Refused
-from core.files import saving, write_atomic
+from core.files import save
 from core.geometry import rotation
 from core.message import Array
 from core.perception.sound.array_diagnostics import check
@@ -97,12 +97,12 @@ def calibrate_array(
         "claps": claps,
         "claps_refused": refused,
         "warnings": warnings,
-        "files": {} if out is None else {"profile": str(write_profile(out, array, found))},
+        "files": {} if out is None else {"profile": write_profile(out, array, found)},
     }
 
 
-def write_profile(out: Path, array: MicrophoneArray, found: Orientation) -> Path:
-    """The array in the robot's frame as a profile that `load_array` reads → its file."""
+def write_profile(out: Path, array: MicrophoneArray, found: Orientation) -> str:
+    """The array in the robot's frame as a profile that `load_array` reads → where it lies."""
     mounted = oriented(array, found)
     turned: Array = mounted.positions.copy()
     turned[:, :2] = turned[:, :2] @ rotation(found.yaw).T
@@ -117,7 +117,4 @@ def write_profile(out: Path, array: MicrophoneArray, found: Orientation) -> Path
         f"position_sd_m = {array.position_sd}",
         *([] if array.rate is None else [f"sample_rate_hz = {array.rate}"]),
     ]
-    file = out / "array.toml"
-    with saving(f"{file} cannot be written"):
-        write_atomic(file, "\n".join(lines) + "\n")
-    return file
+    return save(out / "array.toml", "\n".join(lines) + "\n")

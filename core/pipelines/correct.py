@@ -10,7 +10,6 @@ import cv2
 from core.calibration.camera.undistortion import exact_map, straighten, table_1_map
 from core.calibration.files.camera_files import read_camera
 from core.calibration.files.pictures import own_names, read_colour, size_words
-from core.calibration.files.written import folder_at, write
 from core.calibration.reports import (
     CorrectedPictures,
     Method,
@@ -20,6 +19,7 @@ from core.calibration.reports import (
     found_faults,
 )
 from core.errors import BadInput
+from core.files import folder_at, save
 from core.progress import UNSEEN, WorkProgress
 from core.sensors.checks import Fault, UnusableReading, faults_of
 
@@ -48,7 +48,7 @@ def correct(
             faults += faults_of(wrong)
             continue
         content = cv2.imencode(".png", straighten(picture, lookup))[1].tobytes()
-        written.append({"image": name, "file": write(folder / free_name(path.stem, taken), content)})
+        written.append({"image": name, "file": save(folder / free_name(path.stem, taken), content)})
     if not written:
         reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
         raise UnusableReading(f"No picture could be corrected. {reasons}".strip(), faults)

@@ -16,8 +16,8 @@ import numpy as np
 
 from core.calibration.files.camera_files import read_camera
 from core.calibration.files.pictures import own_names, read_colour, read_upright, size_words
-from core.calibration.files.written import folder_at, write
 from core.errors import BadInput
+from core.files import folder_at, save
 from core.geometry import OPTICAL, Transform
 from core.message import Array, message
 from core.optics import CameraModel
@@ -213,7 +213,7 @@ def _answered(
     answer["processing_s"] = round(time.perf_counter() - began, 4)
     answer["people"] = [_person(one, factor) for one in found]
     if drawing is not None:
-        answer["drawing"] = write(drawing, drawn(pixels, answer["people"]))
+        answer["drawing"] = save(drawing, drawn(pixels, answer["people"]))
     return answer
 
 

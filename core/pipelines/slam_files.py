@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from core.files import saving, write_atomic
+from core.files import save_all
 from core.geometry import Pose
 from core.pipelines.nav2_map import nav2_map
 from core.pipelines.slam_report import map_png
@@ -53,7 +53,4 @@ def save(
             "map_pgm": ("map.pgm", picture),
             "map_png": ("map.png", map_png(grid)),
         }
-    with saving(f"Nothing can be written to {folder}"):
-        for name, content in contents.values():
-            write_atomic(folder / name, content)
-    return {"map_yaml": None} | {key: str(folder / name) for key, (name, _) in contents.items()}
+    return {"map_yaml": None, **save_all(folder, contents)}

@@ -10,6 +10,8 @@ import numpy as np
 from core.geometry import Pose, arc
 from core.sensors.wheels import Wheels
 
+SPEED_SD_M_S, STEER_SD_RAD = 0.2, math.radians(1.0)  # of eq. 43
+
 
 class SimulatedWheels(Protocol):
     """Makes the reading out of what the base truly does."""
@@ -97,11 +99,8 @@ class PaperWheels:
         *,
         wheelbase: float = 0.10,
         cruise: float = 0.1,
-        speed_sd: float = 0.2,  # [m/s]
-        steer_sd: float = math.radians(1.0),  # [rad]
     ) -> None:
         self._rng, self._wheelbase, self._cruise = rng, wheelbase, cruise
-        self._speed_sd, self._steer_sd = speed_sd, steer_sd
         self._forward = self._turn = 0.0
         self._moved = False
         self._odometry = Pose()
@@ -116,8 +115,8 @@ class PaperWheels:
         """The reading, `elapsed` [s] after the former one. A steering error bends the path as at cruising speed."""
         speed, turn_rate = self._forward / elapsed, self._turn / elapsed
         if self._moved:
-            speed += self._speed_sd * self._rng.normal()
-            turn_rate += self._cruise * math.sin(self._steer_sd * self._rng.normal()) / self._wheelbase
+            speed += SPEED_SD_M_S * self._rng.normal()
+            turn_rate += self._cruise * math.sin(STEER_SD_RAD * self._rng.normal()) / self._wheelbase
         self._odometry = self._odometry @ arc(speed * elapsed, turn_rate * elapsed)
         self._forward = self._turn = 0.0
         self._moved = False

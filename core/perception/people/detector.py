@@ -66,7 +66,6 @@ def find_people(
     *,
     distances: Sequence[float] | None = None,
     who: PersonProfile | None = None,
-    models: tuple[PartModel, ...] | None = None,
 ) -> tuple[Rectangle, ...]:
     """People within `half` [rad] of `bearing` [rad, robot frame], best first; only those over the threshold.
 
@@ -74,7 +73,7 @@ def find_people(
     person counts. The floor is taken to be level.
     """
     planes = every_distance(settings).tolist() if distances is None else distances
-    found = everybody(boards, (bearing, half), planes, settings, who, models=models)
+    found = everybody(boards, (bearing, half), planes, settings, who)
     return apart([one for one in found if not one.stranger], settings)
 
 
@@ -84,8 +83,6 @@ def everybody(
     distances: Sequence[float],
     settings: PeopleSettings,
     who: PersonProfile | None = None,
-    *,
-    models: tuple[PartModel, ...] | None = None,
 ) -> list[Rectangle]:
     """All rectangles over the threshold on planes at these distances [m], `towards` a bearing and half a width [rad];
     a person other than `who` is a stranger.
@@ -94,7 +91,7 @@ def everybody(
     found: list[Rectangle] = []
     for distance in distances:
         wide = min(half, MAX_PLANE_HALF_RAD)
-        found += _at_distance(boards, bearing, wide, float(distance), settings, models or general_model(), who)
+        found += _at_distance(boards, bearing, wide, float(distance), settings, who)
     return found
 
 
@@ -110,7 +107,6 @@ def _at_distance(
     half: float,
     distance: float,
     settings: PeopleSettings,
-    models: tuple[PartModel, ...],
     who: PersonProfile | None,
 ) -> list[Rectangle]:
     """The best rectangles on one plane, at most one per body's width."""
@@ -122,7 +118,7 @@ def _at_distance(
     cells = edge_cells(pixels)
     left = reach_of(reach) - (np.arange(cells.shape[1] - BODY_COLUMNS + 1) + BODY_COLUMNS / 2) / CELLS_PER_METRE
     allowed = np.abs(left) <= aside
-    values, ranks, weight, likely, inside = _weighed(models, cells, valid)
+    values, ranks, weight, likely, inside = _weighed(general_model(), cells, valid)
     rank = np.where(allowed, ranks, -np.inf)  # (shifts, places)
     found: list[Rectangle] = []
     while True:

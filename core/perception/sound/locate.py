@@ -36,22 +36,20 @@ def locate(
     array: MicrophoneArray,
     *,
     speech_from: float | None = None,
-    noise: Noise | None = None,
     settings: DirectionFindingSettings = DEFAULT,
 ) -> Direction | None:
     """Locate the one talker of a sound; None when nothing fresh was heard.
 
-    What precedes `speech_from` [s, the sound's clock] is taken for noise, unless `noise` is given; with neither, the
-    quietest frames are. Raises BadInput when the sound does not fit the array, or its microphones lie in a line.
+    What precedes `speech_from` [s, the sound's clock] is taken for noise; without it, the quietest frames are.
+    Raises BadInput when the sound does not fit the array, or its microphones lie in a line.
     """
     axes_of(array)
     if settings.form == "paper":
         end = sound.stamp + sound.duration
         return locate_as_printed(sound if speech_from is None else sound.part(speech_from, end), array)
     seen = spectra(array.heard(sound), sound.rate, settings)
-    if noise is None:
-        begin = None if speech_from is None else speech_from - sound.stamp
-        noise = noise_of(seen, quiet_frames(seen, settings, begin), settings)
+    begin = None if speech_from is None else speech_from - sound.stamp
+    noise = noise_of(seen, quiet_frames(seen, settings, begin), settings)
     fresh = cell_weights(over_noise(seen, noise), seen, settings)
     return direction_of(seen, fresh, noise, array, sound.stamp, settings)
 

@@ -44,7 +44,6 @@ def talkers(
     *,
     most: int = 2,
     speech_from: float | None = None,
-    noise: Noise | None = None,
     settings: DirectionFindingSettings = DEFAULT,
 ) -> tuple[Direction, ...]:
     """Up to `most` simultaneous talkers, strongest first. Arguments as of `locate`; raises BadInput likewise.
@@ -55,9 +54,8 @@ def talkers(
         one = locate(sound, array, speech_from=speech_from, settings=settings)
         return () if one is None else (one,)
     seen = spectra(array.heard(sound), sound.rate, settings)
-    if noise is None:
-        begin = None if speech_from is None else speech_from - sound.stamp
-        noise = noise_of(seen, quiet_frames(seen, settings, begin), settings)
+    begin = None if speech_from is None else speech_from - sound.stamp
+    noise = noise_of(seen, quiet_frames(seen, settings, begin), settings)
     fresh = cell_weights(over_noise(seen, noise), seen, settings)
     return share_out(seen, fresh, noise, array, sound.stamp, settings, most)
 

@@ -143,7 +143,7 @@ class CountingParser(HTMLParser):
 
 def test_a_place_that_cannot_be_written_to_is_told(circling, tmp_path):
     (tmp_path / "file").write_text("in the way")
-    with pytest.raises(Unavailable, match="Nothing can be written"):
+    with pytest.raises(Unavailable, match="cannot be made"):
         slam_log(circling.path, out=tmp_path / "file" / "out")
 
 
