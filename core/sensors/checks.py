@@ -187,6 +187,9 @@ PICTURE_CHECKS = (
     ReadingCheck(
         "camera.focal_undecided", "agreement", "focal lengths that fit the pictures about as well as the best"
     ),
+    ReadingCheck(
+        "camera.one_tilt", "agreement", "tilts of the board in the pictures with each other: 3 degrees at least"
+    ),
     ReadingCheck("board.unequal_squares", "agreement", "height of the squares with their width, from all pictures"),
     ReadingCheck(
         "board.bent",

@@ -152,7 +152,8 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
     )
 
 
-UNDECIDED = ("camera.two_settings", "camera.focal_undecided")
+UNDECIDED = ("camera.two_settings", "camera.focal_undecided", "camera.one_tilt")
+MIN_TILT_DEG = 3.0  # between the boards of any two views: parallel boards do not tell the focal length
 
 
 class _Found(NamedTuple):
@@ -211,14 +212,17 @@ def _with_focal_doubt(
 ) -> tuple[Array, tuple[Fault, ...]]:
     """Widen the covariance to what the likelihood itself says of the focal length, where little is known of it."""
     sd, focal = float(np.sqrt(covariance[0, 0])), float(solution.camera[0])
+    normals = solution.poses.rotations[corners.views_used][:, :, 2]
+    tilted = np.rad2deg(np.arccos(np.clip(normals @ normals.T, -1.0, 1.0).min()))
+    alike = () if tilted > MIN_TILT_DEG else (fault("camera.one_tilt", degrees=f"{tilted:.1f}"),)
     if sd < consistency.DOUBTFUL_FOCAL * focal:
-        return covariance, ()
+        return covariance, alike
     around = consistency.focal_range(corners, solution, free, sd)
     wide = max(around.high - focal, focal - around.low) / 2
     if wide > consistency.MAX_SD_RATIO * sd:
         covariance = covariance * (wide / sd) ** 2
     if 2 * wide < consistency.WIDEST_FOCAL * focal:
-        return covariance, ()
+        return covariance, alike
     doubt = fault("camera.focal_undecided", low=f"{around.low:.0f}", high=f"{around.high:.0f}")
     return covariance, (doubt,)
 

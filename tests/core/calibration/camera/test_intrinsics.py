@@ -120,6 +120,19 @@ def test_hardly_tilted_boards_give_a_fine_rms_and_an_honest_uncertainty(tilt_deg
         assert uncertainty_map(told).p95 > 0.5
 
 
+def test_one_pose_of_the_board_shown_many_times_does_not_tell_the_camera() -> None:
+    """A film of a board on a tripod: what the model misses is the same in all pictures, and does not average out."""
+    corners, _ = some_corners(3, noise=0.0, seed=7)
+    rng = np.random.default_rng(7)
+    missed = rng.normal(0, 0.1, corners.pixels[0].shape)
+    film = corners.pixels[0] + missed + rng.normal(0, 0.05, (12, *missed.shape))
+    told = calibrate(views_of(film), BOARD, SIZE)
+    assert "tilted alike in all pictures" in told.undecided or "do not decide" in told.undecided
+    assert not calibrate(
+        views_of(corners.pixels + 0.1 * rng.normal(size=corners.pixels.shape)), BOARD, SIZE
+    ).undecided
+
+
 def test_two_views_are_too_few() -> None:
     corners, _ = some_corners(2, noise=0.1)
     with pytest.raises(BadInput, match="too few"):
