@@ -10,9 +10,11 @@ from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 from types import SimpleNamespace
 from typing import Any, cast
+from urllib.parse import quote
 
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
+from fastapi.responses import RedirectResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Mount
 
@@ -54,7 +56,7 @@ from console.api.stop import stop
 from console.api.voice import voice
 from console.api.zones import zones
 from console.control.durable_answers import DurableAnswers
-from console.http.problems import Problem, problem_of
+from console.http.problems import Problem, problem_of, wanted_page
 from console.runtime import Runtime
 from core.errors import BeckonError
 from core.sentences import static_folder
@@ -187,9 +189,12 @@ def field_of(error: Any) -> str:
     return str(error["loc"][1]) if ours else ""
 
 
-async def on_http(_: Request, error: Exception) -> Response:
-    """An error of the framework itself: 404, 405."""
+async def on_http(request: Request, error: Exception) -> Response:
+    """An error of the framework itself: 404, 405. A browser that opens no page's address gets one that says so."""
     assert isinstance(error, HTTPException)
+    root = wanted_page(request.scope)
+    if error.status_code == 404 and root is not None:
+        return RedirectResponse(f"{root}#nothing-at={quote(request.url.path, safe='')}", 303)
     detail = SENTENCES.get(error.status_code, "This request cannot be answered.")
     return problem_response(Problem(error.status_code, detail, headers=error.headers))
 

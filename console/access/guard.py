@@ -18,7 +18,7 @@ from starlette.routing import BaseRoute
 from console.access.logins import ANYBODY, Logins, Person
 from console.access.roles import JSON, BodyLimit, Requirement, need_for
 from console.access.strict_json import read_json
-from console.http.problems import Problem
+from console.http.problems import Problem, wanted_page
 from core.errors import BadInput
 from core.sentences import Statement
 
@@ -279,6 +279,9 @@ def dress(headers: Sequence[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
 async def refuse(scope: Scope, receive: Receive, send: Send, problem: Problem) -> None:
     """Answer with a problem; a socket is refused before it opens."""
     kind = "http.response"
+    root = wanted_page(scope) if problem.status == 401 else None
+    if root is not None:  # the page there signs in
+        problem = Problem(303, problem.detail, headers={"Location": root})
     if scope["type"] == "websocket":
         await receive()
         if "websocket.http.response" not in (scope.get("extensions") or {}):

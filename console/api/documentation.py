@@ -9,11 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request, Response
+from fastapi.responses import RedirectResponse
 
 from console.access.roles import FORGOTTEN, declared, needs
 from console.api import PROBLEM, PROBLEMS
 from console.api.help import as_page
 from console.api.typed_route import REF, OpenApi, TypedRoute, schemas_of
+from console.http.problems import wanted_page
 from console.messages.json_schema import socket_schema
 
 documentation = APIRouter()
@@ -187,7 +189,9 @@ async def sockets() -> Response:
 @documentation.get("/docs", include_in_schema=False)
 @needs("viewer")
 async def page(request: Request) -> Response:
-    """The same to read."""
+    """The same to read; a browser that opens it gets it in the page Help."""
+    if wanted_page(request.scope):
+        return RedirectResponse("help#docs", 303)
     return Response((await description_of(request).written()).to(request).page, media_type="text/html")
 
 

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
-from fastapi import APIRouter, Response
-from fastapi.responses import FileResponse
+from fastapi import APIRouter, Request, Response
+from fastapi.responses import FileResponse, RedirectResponse
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from console.access.roles import needs
 from console.api.page_files import NO_CACHE
-from console.http.problems import Problem
+from console.http.problems import Problem, wanted_page
 from core.sentences import static_folder
 
 help_pages = APIRouter()
@@ -46,14 +46,20 @@ MIN_CHAPTERS = 4  # of a page that has a table of contents
 
 @help_pages.get("/static/docs/{path:path}", include_in_schema=False)
 @needs("public")
-async def help_page(path: str) -> Response:
-    """A page of the documentation, or a picture in it. Links between pages are those of the files."""
+async def help_page(path: str, request: Request) -> Response:
+    """A page of the documentation, or a picture in it. Links between pages are those of the files.
+
+    A browser that is signed in gets a page within Help.
+    """
     folder = (static_folder() / "docs").resolve()
     file = (folder / path).resolve()
     if not file.is_relative_to(folder) or not file.is_file():
         raise Problem(404, "There is no such page; /help has the table of contents.")
     if file.suffix != ".md":
         return FileResponse(file, headers=NO_CACHE)
+    root = wanted_page(request.scope)
+    if root is not None and request.scope["person"] is not None:
+        return RedirectResponse(f"{root}help#{path}", 303)
     depth = len(file.relative_to(folder).parts) + 1
     return Response(rendered(file, file.stat().st_mtime_ns, "../" * depth), media_type="text/html", headers=NO_CACHE)
 

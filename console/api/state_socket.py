@@ -27,7 +27,7 @@ from console.control.pending_commands import PendingCommands
 from console.control.playback import PlaybackController, PlaybackOrder
 from console.control.stop import latched
 from console.http.problems import Problem, refused
-from console.http.rate_counter import RateCounter
+from console.http.rate_counter import RateCounter, size_of
 from console.messages import inbound
 from console.messages import state as messages
 from console.runtime import Runtime
@@ -43,7 +43,7 @@ FLOOD = 5 * MOST_PER_SECOND  # messages a second, stops among them, that end the
 STALLED_S = 0.5
 MAX_STALL_S = 10.0  # of such a silence, at most, whose messages are excused
 MOST_BYTES = 65536  # a second; a hand and its echoes take 5,000
-MAX_STOP_MESSAGE = 512  # characters of a stop or a halt
+MAX_STOP_MESSAGE = 512  # bytes of a stop or a halt
 
 
 class StateSocket:
@@ -138,17 +138,17 @@ class StateSocket:
                 if text is None:
                     self._viewer.close(1003, "This socket takes text.")
                     return
-                self._take(text)
+                self._take(text, size_of(message))
         except Exception:
             self._viewer.close(1011, "The console could not take this message.")
             raise
 
-    def _take(self, text: str) -> None:
+    def _take(self, text: str, size: int) -> None:
         ref, now = 0, time.monotonic()
         heard = self._tally.add(now) - self._waited(now)
-        if self._volume.add(now, len(text)) > MOST_BYTES:
+        if self._volume.add(now, size) > MOST_BYTES:
             self._viewer.close(1008, f"More than {MOST_BYTES} bytes a second.")
-        if self._viewer.closing is not None and len(text) > MAX_STOP_MESSAGE:
+        if self._viewer.closing is not None and size > MAX_STOP_MESSAGE:
             return
         try:
             message = read_json(text)

@@ -84,7 +84,7 @@ class CalibrationStore:
         document = self._documents.get(kind)
         if document is None:
             return None
-        accepted = document.get("accepted", {})
+        accepted = document.get("accepted") or {}
         report = accepted.get("report") or plain_report(document, kind)
         acceptance = {"accepted_s": accepted.get("when_s"), "accepted_by": accepted.get("who")}
         return {**report, **acceptance, "verified": SEAL in document}

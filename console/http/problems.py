@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableMapping
 from http import HTTPStatus
 from typing import Any
 
@@ -45,6 +45,14 @@ class Problem(Exception):
         """The answer's headers, as ASGI wants them."""
         extra = [(name.lower().encode(), value.encode()) for name, value in self.headers.items()]
         return [(b"content-type", MEDIA_TYPE), (b"content-length", str(len(self.body())).encode()), *extra]
+
+
+def wanted_page(scope: MutableMapping[str, Any]) -> str | None:
+    """Return the way from the address that a browser opens to the root of the console; None for a program."""
+    accepts = b"".join(value for name, value in scope["headers"] if name == b"accept")
+    if scope["type"] != "http" or scope["method"] != "GET" or b"text/html" not in accepts:
+        return None
+    return "../" * (scope["path"].count("/") - 1) or "./"
 
 
 STATUS = ((BadInput, 422), (Refused, 409), (Unwritable, 507), (Unavailable, 503))

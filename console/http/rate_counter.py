@@ -22,5 +22,5 @@ class RateCounter:
 
 
 def size_of(message: Mapping[str, Any]) -> int:
-    """How much a socket's message holds: bytes, or characters of text."""
-    return len(message.get("bytes") or message.get("text") or "")
+    """How much a socket's message holds [bytes]; text counts as UTF-8."""
+    return len(message.get("bytes") or (message.get("text") or "").encode(errors="surrogatepass"))

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { confirmedTopics, fileOf, isBare } from "../../static/js/connect/connection-model.js";
-import { mapName } from "../../static/js/connect/opening.js";
+import { mapName, openInstead } from "../../static/js/connect/opening.js";
 import { nameTrouble } from "../../static/js/net/maps-api.js";
 
 /** @import { FoundRobot as Connection, TopicRole } from "../../static/js/net/rest.js" */
@@ -74,4 +74,31 @@ test("a map that is saved on the way out has a name that the console takes", () 
   const name = mapName(new Date(2026, 10, 8, 9, 5, 7));
   assert.equal(name, "map 2026-11-08 09-05");
   assert.equal(nameTrouble(name), "");
+});
+
+test("what did not open leaves nothing behind, and a restart before the answer is seen", async () => {
+  const heard = new EventTarget();
+  let listeners = 0;
+  const session = /** @type {any} */ ({
+    hello: { console: "a", robot: { url: "sim:lab" } },
+    state: { notices: [{ level: "error", text: "It holds no laser scans." }] },
+    /** @param {string} _ @param {() => void} then @param {AddEventListenerOptions} options */
+    on(_, then, options) {
+      listeners += 1;
+      heard.addEventListener("heard", then, options);
+      options.signal?.addEventListener("abort", () => (listeners -= 1));
+    },
+  });
+  Object.assign(globalThis, { document: { baseURI: "http://localhost/" } });
+  const { fetch } = globalThis;
+  globalThis.fetch = async () => {
+    session.hello = { ...session.hello, console: "b" };
+    heard.dispatchEvent(new Event("heard"));
+    return Response.json({ url: "log:a.mcap" });
+  };
+  await assert.rejects(openInstead(session, "log:a.mcap"), /no laser scans/);
+  globalThis.fetch = async () => Response.json({ detail: "No." }, { status: 409 });
+  await assert.rejects(openInstead(session, "log:a.mcap"), /No\./);
+  globalThis.fetch = fetch;
+  assert.equal(listeners, 0);
 });

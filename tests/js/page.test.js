@@ -67,9 +67,10 @@ test("an address names a page by its last part, as it always did", () => {
 });
 
 test("a page of help is named by the hash, and nothing else can be", () => {
-  assert.equal(fileOf("#how-to/drive-by-voice.md"), "how-to/drive-by-voice.md");
+  assert.deepEqual(fileOf("#how-to/drive-by-voice.md#keys"), ["how-to/drive-by-voice.md", "keys"]);
+  assert.deepEqual(fileOf("#docs"), ["docs", ""]);
   for (const hash of ["", "#", "#../index.html", "#//elsewhere/a.md", "#a.md?x", "#%E0"])
-    assert.equal(fileOf(hash), "index.md");
+    assert.deepEqual(fileOf(hash), ["index.md", ""]);
 });
 
 test("a listener that comes later learns of the newest hello at once", () => {

@@ -78,7 +78,7 @@ function sensorRow({ kind, name, state, age_s, rate_hz }) {
   };
   return {
     name: `${KINDS[kind]}${own}`,
-    value: `${age(age_s)} old`,
+    value: t("connect-timing.age_old", { age: age(age_s) }),
     note: t("connect-timing.words_fixed_hz_expected", { words: words[state], fixed: fixed(rate_hz, 0) }),
     tone: state === "live" ? null : "stale",
   };
@@ -144,7 +144,7 @@ function clockRow({ clock, ahead_s: ahead, offset_s: offset }) {
       ? `${fixed(Math.abs(1000 * ahead), 0)} ms`
       : Math.abs(ahead) < DAY_S
         ? `${fixed(Math.abs(ahead), 0)} s`
-        : `${fixed(Math.abs(ahead) / DAY_S, 0)} days`;
+        : t("connect-timing.count_days", { count: fixed(Math.abs(ahead) / DAY_S, 0) });
   return { name, value: size, note: t("connect-timing.way_this_computer_s_put_right", { way }), tone: null };
 }
 

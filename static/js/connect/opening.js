@@ -15,15 +15,19 @@ export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).rep
  * @param {Session} session @param {string} url
  */
 export async function openInstead(session, url) {
-  const opened = await post("api/robot/open", { url });
-  let again = false;
-  session.on("restarted", () => {
-    again = true;
-  });
-  await new Promise((then) => session.on("heard", () => again && then(true)));
-  if (session.hello?.robot.url === opened.url) return location.assign("./");
-  const why = session.state?.notices.findLast(({ level }) => level === "error")?.text;
-  throw new Error(why ?? t("connection-model.url_did_not_open", { url }));
+  const [before, ends] = [session.hello?.console, new AbortController()];
+  /** @param {(heard: true) => void} then */
+  const listen = (then) => session.on("heard", () => session.hello?.console !== before && then(true), ends);
+  const again = new Promise(listen); // of the console that starts again, perhaps before it has answered
+  try {
+    const opened = await post("api/robot/open", { url });
+    await again;
+    if (session.hello?.robot.url === opened.url) return location.assign("./");
+    const why = session.state?.notices.findLast(({ level }) => level === "error")?.text;
+    throw new Error(why ?? t("connection-model.url_did_not_open", { url }));
+  } finally {
+    ends.abort();
+  }
 }
 
 /** Save the map under its name, or a new one. @param {Session} session */

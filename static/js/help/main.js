@@ -6,27 +6,29 @@ import { t } from "../ui/texts.js";
 
 const CONTENTS = "index.md";
 const ROOT = "static/docs/";
+const API = "docs";
 
 /** @param {import("../net/session.js").Session} session */
 export function create(session) {
   const text = make("article", { class: "docs" });
   const says = make("p", { class: "note", role: "status" });
   const back = make("a", { class: "link", href: "help" }, icon("book"), t("main.contents"));
-  const api = make("a", { class: "link", href: "docs", target: "_blank", rel: "noopener" }, t("main.http_interface"));
+  const api = make("a", { class: "link", href: `help#${API}` }, t("main.http_interface"));
   let shown = "";
 
   async function follow() {
-    const file = fileOf(location.hash);
+    const [file, anchor] = fileOf(location.hash);
     back.hidden = file === CONTENTS;
     if (file !== shown) {
       write(says, t("main.loading"));
       const page = await read(file).catch(() => null);
-      if (file !== fileOf(location.hash)) return; // another one is wanted by now
+      if (file !== fileOf(location.hash)[0]) return; // another one is wanted by now
       write(says, page ? "" : t("main.this_page_cannot_be_read_it"));
       shown = page ? file : "";
       text.replaceChildren(...(page ?? []));
     }
-    text.closest("main")?.scrollTo(0, 0);
+    if (anchor) text.querySelector(`#${CSS.escape(anchor)}`)?.scrollIntoView();
+    else text.closest("main")?.scrollTo(0, 0);
     const title = text.querySelector("h2")?.textContent;
     if (title && shown !== CONTENTS) session.announce(title);
   }
@@ -35,10 +37,10 @@ export function create(session) {
   return { element, opened: () => void follow(), moved: () => void follow() };
 }
 
-/** @param {string} hash of the address: a file below the documentation */
+/** @param {string} hash of the address @returns {[string, string]} a file below the documentation, and a chapter of it */
 export function fileOf(hash) {
-  const file = hash.replace(/^#/, "");
-  return /^[\w-]+(?:\/[\w-]+)*\.md$/.test(file) ? file : CONTENTS;
+  const [file = "", anchor = ""] = hash.replace(/^#/, "").split("#");
+  return file === API || /^[\w-]+(?:\/[\w-]+)*\.md$/.test(file) ? [file, anchor] : [CONTENTS, ""];
 }
 
 /**
@@ -47,15 +49,22 @@ export function fileOf(hash) {
  * @returns {Promise<Node[]>}
  */
 async function read(file) {
-  const url = address(ROOT + file);
+  const url = address(file === API ? API : ROOT + file);
   const answer = await fetch(url);
   if (!answer.ok) throw new Error(String(answer.status));
   const page = new DOMParser().parseFromString(await answer.text(), "text/html");
   const main = page.querySelector("main");
   if (!main) throw new Error("no page");
   const docs = address(ROOT).href;
+  const chapters = page.querySelector(".contents");
+  if (chapters) main.prepend(chapters);
   for (const link of main.querySelectorAll("a[href]")) {
-    const to = new URL(link.getAttribute("href") ?? "", url);
+    const href = link.getAttribute("href") ?? "";
+    if (href.startsWith("#")) {
+      link.setAttribute("href", `help#${file}${href}`);
+      continue;
+    }
+    const to = new URL(href, url);
     const near = to.href.startsWith(docs) && to.pathname.endsWith(".md");
     link.setAttribute("href", near ? `help#${to.href.slice(docs.length)}` : to.href);
     if (!near) link.setAttribute("target", "_blank");
@@ -68,6 +77,7 @@ async function read(file) {
     }
   for (const heading of [...main.querySelectorAll("h1, h2, h3, h4, h5")].reverse()) {
     const lower = document.createElement(`h${Number(heading.localName.slice(1)) + 1}`);
+    lower.id = heading.id;
     lower.append(...heading.childNodes);
     heading.replaceWith(lower);
   }

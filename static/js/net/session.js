@@ -110,10 +110,11 @@ export class Session {
    * @template {keyof SessionEvents} K
    * @param {K} what
    * @param {(detail: SessionEvents[K]) => void} then
+   * @param {AddEventListenerOptions} [options] with a signal that ends it
    */
-  on(what, then) {
+  on(what, then, options) {
     if (what === "hello" && this.hello) then(/** @type {SessionEvents[K]} */ (this.hello));
-    this.#events.addEventListener(what, (event) => then(/** @type {CustomEvent} */ (event).detail));
+    this.#events.addEventListener(what, (event) => then(/** @type {CustomEvent} */ (event).detail), options);
   }
 
   /** @returns {View} */

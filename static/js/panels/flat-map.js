@@ -28,7 +28,7 @@ import { askName } from "./place-list.js";
 
 const SAID_MS = 20_000; // for which it is said why the map is flat; the switch beside stays
 const MARGIN = 36; // [px] around the whole map
-const TOOLS = 36; // [px] that they take on the right
+const SMALL_MARGIN = 14; // of a docked one
 const STATUS = 40; // [px] that it takes below
 const STEP = 0.25; // [m] of the keyboard's cursor
 const FAST = 4; // times that, with Shift
@@ -427,8 +427,9 @@ class FlatMap extends Panel {
     if (this.#looks !== "whole") return;
     const around = state ? { x: state.pose.x_m, y: state.pose.y_m } : { x: 0, y: 0 };
     const none = { left: around.x - 2, right: around.x + 2, bottom: around.y - 2, top: around.y + 2 };
-    const [across, down] = [width - left - right - TOOLS, height - top - bottom - (bottom && STATUS)];
-    const fitted = FloorView.fitted(this.#plan?.extent ?? none, across, down, MARGIN);
+    const tools = this.#tools.clientWidth; // a docked map has none
+    const [across, down] = [width - left - right - tools, height - top - bottom - (bottom && STATUS)];
+    const fitted = FloorView.fitted(this.#plan?.extent ?? none, across, down, tools ? MARGIN : SMALL_MARGIN);
     this.#view = new FloorView(fitted.scale, fitted.left + left, fitted.top + top);
   }
 

@@ -58,6 +58,12 @@ export class Shell {
 
   /** Show the page of the address for the first time. */
   begin() {
+    const lost = new URLSearchParams(location.hash.slice(1)).get("nothing-at");
+    if (lost) {
+      history.replaceState(null, "", location.pathname);
+      if (lost.endsWith("/settings")) dispatchEvent(new CustomEvent("show-settings"));
+      else this.#session.complain(t("shell.nothing_at_path", { path: lost }));
+    }
     return this.#show(false);
   }
 

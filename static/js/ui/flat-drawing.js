@@ -2,7 +2,7 @@
 
 import { FloorView } from "./floor-view.js";
 import { fixed, metres } from "./format.js";
-import { colourOf, drawRobot, fresh } from "./place-drawing.js";
+import { colourOf, drawRobot, fresh, NOSE } from "./place-drawing.js";
 import { t } from "./texts.js";
 
 /** @import { State } from "../net/messages.js" */
@@ -35,7 +35,8 @@ const VOICE_S = 12; // [s] after which a voice is no longer drawn
 const FAN_M = 2; // of the camera's fan
 const MAX_FAN_PX = 240; // of the same
 const TRAIL_LEVELS = 10; // of how fresh it is
-const ARROW_PX = 32; // by which the robot's arrow is longer than its radius
+const ROBOT_PX = 12; // that its radius has at least
+const OTHER_PX = 7; // that of its other poses
 const MAX_HALF_PX = 640; // of the robot's canvas
 const HALF_STEP_PX = 16; // its size changes rarely
 const RIPPLE_S = 1.2; // [s] that the ring of a voice runs
@@ -43,7 +44,9 @@ const SIGMAS = 2;
 const BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
 const [ABOVE, BELOW] = [-9, 19]; // [px] of words beside a point
 const LINE_PX = 15; // by which lines of words are apart
+const SMALL_PX = 300; // a map that is no wider has no words
 const SAME_M = 0.6; // [m] within which the person who is followed is someone in the room
+const PIN_PX = 12; // of a place: height of its head
 const BAR_PX = 60; // [px] that the scale has at least
 const SCALE_PX = 14; // from the edges of what no panel covers
 
@@ -57,8 +60,9 @@ export function drawFlat(canvas, view, scene) {
   if (!context) return;
   /** @param {string} name */
   const colour = (name) => colourOf(canvas, name);
-  const brush = new Brush(context, view, colour);
+  const brush = new Brush(context, view, colour, canvas.clientWidth < SMALL_PX);
   const { state, layers, robot } = scene;
+  brush.keepFree(robot);
   context.drawImage(
     scene.ground.picture(canvas, view, scene.plan, layers.has("grid"), colour),
     0,
@@ -107,7 +111,7 @@ export function drawFlat(canvas, view, scene) {
 export function drawMoving(canvas, view, { robot, radius, old, sees, cov }) {
   const at = view.drawn(robot);
   const spread = SIGMAS * Math.sqrt(Math.max(cov[0]?.[0] ?? 0, cov[1]?.[1] ?? 0));
-  const reach = Math.max(view.scale * Math.max(radius, spread) + ARROW_PX, sees ? fanReach(view) : 0);
+  const reach = Math.max(view.scale * Math.max(NOSE * radius, spread), NOSE * ROBOT_PX, sees ? fanReach(view) : 0) + 4;
   const half = Math.ceil(Math.min(reach, MAX_HALF_PX) / HALF_STEP_PX) * HALF_STEP_PX;
   const [left, top] = [Math.round(at.x) - half, Math.round(at.y) - half];
   canvas.style.translate = `${left}px ${top}px`;
@@ -120,7 +124,7 @@ export function drawMoving(canvas, view, { robot, radius, old, sees, cov }) {
   const look = old ? "faint" : "scene-pose";
   if (sees) brush.fan(robot, sees, colour(look));
   brush.halo(robot, cov, colour(look));
-  brush.robot(robot, radius, look, 1);
+  brush.robot(robot, radius, look, 1, colour("surface"));
 }
 
 /** Of the camera's fan [px]. @param {FloorView} view */
@@ -132,15 +136,25 @@ class Brush {
   /** @type {Line[]} */
   #written = [];
 
-  /** @param {CanvasRenderingContext2D} context @param {FloorView} view @param {(name: string) => string} colour */
-  constructor(context, view, colour) {
+  /**
+   * @param {CanvasRenderingContext2D} context @param {FloorView} view @param {(name: string) => string} colour
+   * @param {boolean} [small] true: without words
+   */
+  constructor(context, view, colour, small = false) {
     this.context = context;
     this.view = view;
     this.colour = colour;
+    this.small = small;
+  }
+
+  /** Where no words may stand. @param {Point} point [m] @param {number} [half] [px] */
+  keepFree(point, half = BELOW) {
+    const { x, y } = this.view.drawn(point);
+    for (const down of [-2, LINE_PX - 2]) this.#written.push({ left: x - half, low: y + down, wide: 2 * half });
   }
 
   /**
-   * What the map explains is faint; what stands where the map has floor is bright.
+   * What stands where the map has floor; the rest is its walls.
    * @param {readonly Point[]} points [m]
    * @param {(point: Point) => boolean} explained
    */
@@ -149,13 +163,10 @@ class Brush {
     const size = Math.min(5, Math.max(2.5, 0.06 * view.scale));
     context.fillStyle = this.colour("scene-scan");
     for (const point of points) {
-      const known = explained(point);
+      if (explained(point)) continue;
       const { x, y } = view.drawn(point);
-      const wide = known ? 0.5 * size : size;
-      context.globalAlpha = known ? 0.3 : 1;
-      context.fillRect(x - wide / 2, y - wide / 2, wide, wide);
+      context.fillRect(x - size / 2, y - size / 2, size, size);
     }
-    context.globalAlpha = 1;
   }
 
   /** The way of the last half minute, which fades. @param {FlatScene["trail"]} passed */
@@ -315,6 +326,7 @@ class Brush {
   /** Head and shoulders from above, turned to the robot. @param {Point} point [m] @param {Point} towards [m] @param {string} fill */
   figure(point, towards, fill) {
     const { context } = this;
+    this.keepFree(point, LINE_PX - 3);
     const at = this.view.drawn(point);
     const wide = Math.max(9, 0.24 * this.view.scale);
     const turn = Math.atan2(point.y - towards.y, towards.x - point.x);
@@ -385,13 +397,15 @@ class Brush {
     context.strokeStyle = this.colour("surface");
     context.lineWidth = 2;
     context.beginPath();
-    context.arc(at.x, at.y, 6, 0, 2 * Math.PI);
-    context.fill();
+    context.moveTo(at.x, at.y);
+    context.arc(at.x, at.y - PIN_PX, PIN_PX / 2, Math.PI - 0.5, 0.5);
+    context.closePath();
     context.stroke();
+    context.fill();
     if (heading !== null) {
       context.strokeStyle = this.colour("accent");
       context.beginPath();
-      context.moveTo(at.x + 6 * Math.cos(heading), at.y - 6 * Math.sin(heading));
+      context.moveTo(at.x, at.y);
       context.lineTo(at.x + 14 * Math.cos(heading), at.y - 14 * Math.sin(heading));
       context.stroke();
     }
@@ -404,12 +418,16 @@ class Brush {
     this.label(this.view.drawn(point), name);
   }
 
-  /** @param {{x: number, y: number, heading: number}} at @param {number} radius [m] @param {string} colour @param {number} strength */
-  robot({ x, y, heading }, radius, colour, strength) {
+  /**
+   * @param {{x: number, y: number, heading: number}} at @param {number} radius [m]
+   * @param {string} colour @param {number} strength @param {string} [edge] of the robot itself
+   */
+  robot({ x, y, heading }, radius, colour, strength, edge) {
     drawRobot(this.context, this.view.drawn({ x, y }), heading, {
-      radius: Math.max(7, this.view.scale * radius),
+      radius: Math.max(edge ? ROBOT_PX : OTHER_PX, this.view.scale * radius),
       colour: this.colour(colour),
       strength,
+      ...(edge ? { edge } : {}),
     });
   }
 
@@ -489,6 +507,7 @@ class Brush {
 
   /** A length that is easy to compare. @param {number} left [px] @param {number} low [px] */
   scale(left, low) {
+    if (this.small) return;
     const { context, view } = this;
     const bar = BARS.find((length) => length * view.scale >= BAR_PX) ?? 100;
     context.strokeStyle = this.colour("soft");
@@ -511,6 +530,7 @@ class Brush {
    * @param {number} [down] [px]
    */
   label({ x, y }, words, down = ABOVE) {
+    if (this.small) return;
     const { context } = this;
     context.font = LABEL;
     const wide = context.measureText(words).width;

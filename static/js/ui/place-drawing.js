@@ -3,6 +3,7 @@
 import { seenFrom } from "./floor-view.js";
 import { onTheme } from "./theme.js";
 
+export const NOSE = 1.8; // how far the robot's nose is from its middle, in radii
 const WALL_EDGE_PX = 1.5; // so that a wall is seen from far away
 
 /** @typedef {{x: number, y: number, heading: number | null}} Placed heading null: unknown */
@@ -45,7 +46,12 @@ export function drawPlace(canvas, view, { plan, scan, placed, candidates, radius
       context.fillRect(x - dot / 2, y - dot / 2, dot, dot);
     }
   }
-  drawRobot(context, view.drawn(placed), heading, { radius, colour: colour("scene-pose"), strength: 1 });
+  drawRobot(context, view.drawn(placed), heading, {
+    radius,
+    colour: colour("scene-pose"),
+    strength: 1,
+    edge: colour("surface"),
+  });
 }
 
 /**
@@ -104,33 +110,38 @@ export function fresh(canvas, size = { width: canvas.clientWidth, height: canvas
 }
 
 /**
+ * The robot from above: round, with a nose where it looks.
  * @param {CanvasRenderingContext2D} context
  * @param {import("./floor-view.js").Point} at [px]
  * @param {number | null} heading
- * @param {{radius: number, colour: string, strength: number}} look radius [px], strength 0..1
+ * @param {{radius: number, colour: string, strength: number, edge?: string}} look radius [px], strength 0..1,
+ *   edge: colour around the robot itself, which is solid; others are seen through
  */
-export function drawRobot(context, { x, y }, heading, { radius, colour, strength }) {
+export function drawRobot(context, { x, y }, heading, { radius, colour, strength, edge }) {
   context.save();
-  context.globalAlpha = strength;
-  context.strokeStyle = context.fillStyle = colour;
+  context.fillStyle = colour;
+  context.strokeStyle = edge ?? colour;
   context.lineWidth = 2.5;
-  context.lineJoin = context.lineCap = "round";
+  context.lineJoin = "round";
   context.beginPath();
-  context.arc(x, y, radius, 0, 2 * Math.PI);
-  if (heading === null) context.setLineDash([4, 5]);
-  context.stroke();
-  context.globalAlpha = 0.25 * strength;
+  if (heading === null) {
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    context.setLineDash([4, 5]);
+  } else {
+    const side = Math.acos(1 / NOSE);
+    context.arc(x, y, radius, side - heading, 2 * Math.PI - side - heading);
+    context.lineTo(x + NOSE * radius * Math.cos(heading), y - NOSE * radius * Math.sin(heading));
+    context.closePath();
+  }
+  context.globalAlpha = edge ? strength : 0.25 * strength;
   context.fill();
   context.globalAlpha = strength;
-  if (heading !== null) {
-    const [cos, sin] = [Math.cos(heading), -Math.sin(heading)];
-    /** @param {number} ahead @param {number} left @returns {[number, number]} */
-    const tip = (ahead, left) => [x + cos * ahead + sin * left, y + sin * ahead - cos * left];
-    const long = radius + 26;
+  context.stroke();
+  if (edge) {
+    context.fillStyle = edge;
     context.beginPath();
-    context.moveTo(...tip(0, 0));
-    for (const corner of [tip(long, 0), tip(long - 9, 6), tip(long, 0), tip(long - 9, -6)]) context.lineTo(...corner);
-    context.stroke();
+    context.arc(x, y, 0.3 * radius, 0, 2 * Math.PI);
+    context.fill();
   }
   context.restore();
 }

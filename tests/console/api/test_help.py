@@ -25,6 +25,20 @@ def test_every_page_of_the_shell_is_the_same_document_under_its_old_addresses_to
     assert sorted(rows) == sorted(PAGE_NAMES)
 
 
+def test_a_browser_that_opens_no_page_s_address_gets_one_and_a_program_a_problem(live: Live) -> None:
+    for path, token, way in (
+        ("/settings", live.viewer, "./#nothing-at=%2Fsettings"),
+        ("/a/b/", live.viewer, "../../#nothing-at=%2Fa%2Fb%2F"),
+        ("/a/b", None, "../"),  # where one signs in
+        ("/docs", live.viewer, "help#docs"),
+        ("/static/docs/how-to/record-a-drive.md", live.viewer, "../../../help#how-to/record-a-drive.md"),
+    ):
+        reply = live.ask("GET", path, token=token, headers={"Accept": "text/html,*/*;q=0.8"})
+        assert (reply.status, reply.headers["location"]) == (303, way), path
+    for path, token, status in (("/settings", live.viewer, 404), ("/a/b", None, 401)):
+        assert live.ask("GET", path, token=token).status == status
+
+
 def test_a_page_has_its_tables_and_its_way_back(live: Live) -> None:
     page = live.ask("GET", "/static/docs/explanation/safety.md").body.decode()
     assert '<table tabindex="0">' in page and "<script" not in page

@@ -259,6 +259,10 @@ def test_a_file_that_someone_wrote_by_hand_is_used_and_counts_as_not_verified(tm
     told = kept.report("camera")
     assert kept.camera is not None and kept.camera.fx == 505.0 and kept.troubles == []
     assert told is not None and told["verified"] is False
+    path.write_text(json.dumps({**own, "accepted": None}))
+    kept.open()
+    told = kept.report("camera")
+    assert told is not None and told["accepted_by"] is None
     kept.put("camera", document(506.0), {"fx": 506.0}, "someone")
     told = kept.report("camera")
     assert told is not None and told["verified"] is True and as_restarted(tmp_path) == 506.0

@@ -207,7 +207,7 @@ def test_no_blow_keeps_the_event_loop(live: Live) -> None:
 
 
 def test_a_flood_of_bytes_ends_the_socket_and_a_stop_in_it_is_heard(live: Live) -> None:
-    text = json.dumps({"kind": "echo", "t": 1, "x": "x" * 10_000})
+    text = json.dumps({"kind": "echo", "t": 1, "x": "\N{EURO SIGN}" * 3_300}, ensure_ascii=False)  # 3 bytes each
     newest = max((entry.id for entry in live.runtime.history.newest_first(commands_only=False)), default=0)
     with live.open(token=live.viewer) as line:
         hear(line, "hello")
