@@ -358,10 +358,12 @@ def test_a_command_that_a_busy_computer_ended_says_what_can_be_done(bench: Bench
     assert replace(status, reason="no scan comes").stopped_because == "The robot stopped by itself: no scan comes."
 
 
-def test_time_that_runs_backwards_trips(bench: Bench) -> None:
+@pytest.mark.parametrize("back", [0.001, 0.1, 5.0])
+def test_time_that_runs_backwards_trips(bench: Bench, back: float) -> None:
     bench.hold("jog", 0.3, seconds=0.5)
-    bench.gate.tick(bench.now - 5.0)
+    bench.gate.tick(bench.now - back)
     assert bench.speed == 0.0
+    assert bench.gate.status().reason == "the gate's clock ran backwards"
     bench.trace.rows.clear()
 
 
