@@ -18,12 +18,12 @@ from pathlib import Path
 from random import Random
 
 import psutil
-from websockets.sync.client import connect
 
 from core.gate.trace import TraceRow, read_trace
 from tests.benchmarks.frozen_link import FrozenLink
 from tests.benchmarks.real_sessions import SUBJECTS
 from tests.benchmarks.running_console import Console, console
+from tests.benchmarks.strangers import own_computer
 from tests.emulators.robot_process import RobotProcess, robot_process
 
 START_PATIENCE_S = 60.0
@@ -235,7 +235,7 @@ def stops_under_load(driver: str, trials: int, viewers: int) -> list[float]:
             with hand(running):
                 until(lambda: moving(running.trace))
                 time.sleep(0.2)
-                with TraceOnlooker(running.trace) as onlooker:
+                with own_computer(), TraceOnlooker(running.trace) as onlooker:
                     struck = time.monotonic_ns()
                     running.post("/api/stop")
                     times.append(onlooker.zero_after(struck, patience=0.2))
@@ -243,17 +243,11 @@ def stops_under_load(driver: str, trials: int, viewers: int) -> list[float]:
 
 
 def watch(running: Console, viewers: int, stack: contextlib.ExitStack) -> None:
-    """`viewers` sockets that read everything and one that reads nothing."""
-    url, origin = f"ws://127.0.0.1:{running.port}/ws", f"http://127.0.0.1:{running.port}"
-
-    def read(socket: object) -> None:
-        with contextlib.suppress(Exception):
-            for _ in socket:  # type: ignore[attr-defined]
-                pass
-
-    for number in range(viewers + 1):
-        told = {"compression": None, "ping_interval": None, "additional_headers": running.signed}
-        socket = connect(url, origin=origin, **told)  # type: ignore[arg-type]
-        stack.callback(socket.socket.close)
-        if number < viewers:
-            threading.Thread(target=read, args=(socket,), daemon=True).start()
+    """`viewers` sockets that read everything and one that reads nothing, in a process of their own."""
+    key = running.keys[:1] if running.signed else ()
+    command = [sys.executable, "-m", "tests.benchmarks.onlookers", str(running.port), str(viewers), *key]
+    watching = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    stack.callback(watching.wait)
+    stack.callback(watching.kill)
+    assert watching.stdout is not None
+    assert watching.stdout.readline() == "watching\n"
