@@ -86,7 +86,8 @@ class DriveIndex:
     def __init__(self, path: Path, settings: Settings) -> None:
         self._path, self._settings = path, settings
         self._rows: list[tuple[float, float, float]] = []  # [s] from the start, x, y [m]
-        self._over = threading.Event()
+        self._over, self._free = threading.Event(), threading.Event()
+        self._free.set()
         self.done = False
         self._thread = threading.Thread(target=self._run, name="drive-index", daemon=True)
 
@@ -94,9 +95,18 @@ class DriveIndex:
         """Read, while the recording plays already."""
         self._thread.start()
 
+    def pause(self) -> None:
+        """Rest until `resume`: somebody waits for a place."""
+        self._free.clear()
+
+    def resume(self) -> None:
+        """Go on."""
+        self._free.set()
+
     def close(self) -> None:
         """End."""
         self._over.set()
+        self._free.set()
         if self._thread.is_alive():
             self._thread.join()
 
@@ -109,6 +119,7 @@ class DriveIndex:
         drive = DriveRecording(self._path, self._settings.log)
         try:
             for at, (x, y, _) in drive.places():
+                self._free.wait()
                 if self._over.is_set():
                     return
                 self._take(at, x, y)
@@ -209,6 +220,7 @@ class ReplayedDrive:
         if frame is not None and self._waits:
             self._pause()
         self._measure(began)
+        self._index.resume()
         return self._frame(frame, running=running)
 
     def _frame(self, frame: SensorFrame | None, *, running: bool) -> SensorFrame:
@@ -390,6 +402,7 @@ class ReplayedDrive:
 
     def _go_to(self, place: float) -> None:
         """Go on from a place [s]: what was known there is shown, and what is computed begins there."""
+        self._index.pause()  # until the place is shown
         self._computed, self._pace, self._last, self._comparison = None, [], None, None
         grid = self._drive.latest(MAP, place)
         known = () if grid is None else landmarks_with(self._drive, grid)
