@@ -24,18 +24,20 @@ def printed(page: str) -> Iterator[list[str]]:
     """The arguments of every `curl` on a page."""
     for fence in FENCE.findall((HOW_TO / f"{page}.md").read_text()):
         for line in fence.replace("\\\n", " ").splitlines():
-            if line.startswith("curl "):
+            if line.strip().startswith("curl "):
                 yield shlex.split(line)[1:]
 
 
 def sent(live: Live, arguments: list[str], files: dict[str, bytes]) -> Reply:
     """Send one of them as curl would; what it keeps goes into `files`."""
-    headers, body, kept, url = dict[str, str](), None, "", ""
+    headers, body, kept, url, method = dict[str, str](), None, "", "", ""
     rest = iter(arguments)
     for one in rest:
         if one == "-H":
             name, _, value = next(rest).partition(": ")
-            headers[name] = value.replace("$KEY", live.operator)
+            headers[name] = value.replace("$KEY", live.operator).replace("$TOKEN", live.operator)
+        elif one == "-X":
+            method = next(rest)
         elif one == "-d":
             body = next(rest).encode()
         elif one == "--data-binary":
@@ -45,7 +47,8 @@ def sent(live: Live, arguments: list[str], files: dict[str, bytes]) -> Reply:
         else:
             url = one
     parts = urllib.parse.urlsplit(url)
-    answer = live.ask("GET" if body is None else "POST", f"{parts.path}?{parts.query}", raw=body, headers=headers)
+    method = method or ("GET" if body is None else "POST")
+    answer = live.ask(method, f"{parts.path}?{parts.query}", raw=body, headers=headers)
     if kept:
         files[kept] = answer.body
     return answer

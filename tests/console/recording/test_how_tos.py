@@ -1,0 +1,70 @@
+"""The how-tos of recordings: every command in a fence is tried, from top to bottom."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import console.serve
+from console.cli import build_parser
+from console.recording.service import RecordingService
+from core.simulation.faulty_robot import open_robot
+from tests.benchmarks.replays import repeated
+from tests.console.live import Live
+from tests.console.recording.drives import drive
+from tests.console.test_documented_requests import FENCE, HOW_TO, printed, sent
+
+PAGES = ("record-a-drive", "find-out-what-happened", "compare-two-settings")
+LENGTH_S = 120.0  # of the recording in which the how-to seeks
+
+
+def test_every_command_of_the_three_pages_does_what_it_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BECKON_HOME", str(tmp_path / "home"))
+    served: list[Any] = []
+    monkeypatch.setattr(console.serve, "serve", served.append)
+    Path("try.toml").write_text("[matching]\ncorrects = false\n")
+    lines = [
+        line.strip()
+        for page in PAGES
+        for fence in FENCE.findall((HOW_TO / f"{page}.md").read_text())
+        for line in fence.splitlines()
+    ]
+    commands = [line.replace("--seconds 60", "--seconds 3") for line in lines if line.startswith("beckon ")]
+    for line in commands:
+        chosen = build_parser().parse_args(shlex.split(line)[1:])
+        assert chosen.run(chosen) in (0, None), line
+        if line.startswith("beckon record"):
+            shutil.copy("walk.mcap", "contact.mcap")
+    assert len(commands) == 7 and len(served) == 3
+    for options in served:
+        console.serve.check(options)
+    ways = [Path(folder, "trajectory.tum").read_text().splitlines() for folder in ("before", "after")]
+    assert len(ways[0]) == len(ways[1]) > 10 and all(len(row.split()) == 8 for way in ways for row in way)
+    assert [line for line in lines if line.startswith("evo_ape")] == [
+        "evo_ape tum before/trajectory.tum after/trajectory.tum"
+    ]
+    assert Path("after/report.html").exists()
+
+
+@pytest.mark.campaign
+def test_every_request_of_the_pages_is_answered(tmp_path: Path) -> None:
+    files, (start, stop) = dict[str, bytes](), printed(PAGES[0])
+    with Live(tmp_path / "records") as live:
+        assert sent(live, start, files).status == 201
+        live.until(lambda: live.runtime.parts[RecordingService].state.seconds > 1.0)
+        assert sent(live, stop, files).json["complete"]
+    drive(open_robot("lab", seed=3, settings=None), tmp_path / "short.mcap", 120, lambda *_: None)
+    long = repeated(tmp_path / "short.mcap", tmp_path / "contact.mcap", LENGTH_S)
+    requests = list(printed(PAGES[1]))
+    with Live(tmp_path / "plays", url=f"log:{long}") as live:
+        answers = [sent(live, one, files) for one in requests]
+    assert len(answers) == 4 and [one.status for one in answers] == [200] * 4, [one.body[:200] for one in answers]
+    assert answers[2].json["recording"]["seconds"] > 12.0
+    assert files["what-happened.webp"][8:12] == b"WEBP"
