@@ -96,7 +96,7 @@ class DriveIndex:
         self._thread.start()
 
     def pause(self) -> None:
-        """Rest until `resume`: somebody waits for a place."""
+        """Rest until `resume`: a place is being sought."""
         self._free.clear()
 
     def resume(self) -> None:
