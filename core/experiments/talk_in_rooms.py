@@ -20,7 +20,6 @@ from core.simulation.acoustics.shoebox import (
 
 RATE_HZ = 16_000
 PRE_ROLL = 0.5  # [s] of noise before the first word
-ASKED_SD = math.radians(5)  # [rad] by which a person misses the azimuth where they were asked to stand
 FAN_APART = math.radians(25)  # a fan stands at least this far from the talker
 
 
@@ -46,19 +45,14 @@ class AcousticScene:
 
 
 def make_scene(
-    rng: np.random.Generator,
-    rt60: float,
-    voice: Array,
-    arrays: Sequence[MicrophoneArray],
-    asked: float | None = None,
+    rng: np.random.Generator, rt60: float, voice: Array, arrays: Sequence[MicrophoneArray]
 ) -> AcousticScene:
     """A room of 5-9 x 4-7 x 2.5-3.2 m, a talker 1-4 m away at 1.2-1.8 m height, arrays at 0.25-1 m.
 
-    Every microphone stands where its profile says give or take the profile's `position_sd`. A talker who was `asked`
-    to stand at an azimuth [rad] does so to a few degrees, 1.5-2.5 m away.
+    Every microphone stands where its profile says give or take the profile's `position_sd`.
     """
     room = ShoeboxRoom((rng.uniform(5, 9), rng.uniform(4, 7), rng.uniform(2.5, 3.2)), rt60)
-    centre, mouth = _places(rng, room, asked)
+    centre, mouth = _places(rng, room)
     places = np.vstack(
         [one.positions + rng.normal(scale=one.position_sd, size=one.positions.shape) for one in arrays]
     )
@@ -79,14 +73,12 @@ def make_scene(
     )
 
 
-def _places(rng: np.random.Generator, room: ShoeboxRoom, asked: float | None) -> tuple[Array, Array]:
+def _places(rng: np.random.Generator, room: ShoeboxRoom) -> tuple[Array, Array]:
     """Places of the arrays (3,) and the mouth (3,), both well inside."""
     while True:
         x, y, _ = room.size
         centre = np.array([rng.uniform(0.8, x - 0.8), rng.uniform(0.8, y - 0.8), rng.uniform(0.25, 1.0)])
         distance, azimuth = rng.uniform(1, 4), rng.uniform(-math.pi, math.pi)
-        if asked is not None:
-            distance, azimuth = rng.uniform(1.5, 2.5), asked + rng.normal(scale=ASKED_SD)
         aside = distance * np.array([math.cos(azimuth), math.sin(azimuth)])
         mouth = np.append(centre[:2] + aside, rng.uniform(1.2, 1.8))
         if 0.3 < mouth[0] < x - 0.3 and 0.3 < mouth[1] < y - 0.3:

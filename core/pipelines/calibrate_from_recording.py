@@ -27,13 +27,12 @@ def calibrate_camera_recorded(
     progress: WorkProgress = UNSEEN,
     *,
     printed: bool = False,
-    settings: LogSettings | None = None,
 ) -> CameraFilesReport:
     """A recording in which the board is held still now and then → the camera as JSON keys; with `out`, files.
 
     The views are those that the wizard would have taken: sharp, still and new. Raises BadInput.
     """
-    settings, tally = settings or LogSettings(), ReadReport(path)
+    settings, tally = LogSettings(), ReadReport(path)
     session, pictures, refused = CameraSession(board, still_for=0.0), 0, dict[str, RefusedPicture]()
     for found in sights(path, settings, tally, progress=progress):
         if not isinstance(found, RecordedImage):
@@ -62,14 +61,13 @@ def calibrate_laser_recorded(
     height: float | None = None,
     with_offset: bool = False,
     progress: WorkProgress = UNSEEN,
-    settings: LogSettings | None = None,
     printed: bool = False,
 ) -> LaserFilesReport:
     """A recording in which the board is held still now and then → the mount as JSON keys; with `out`, files.
 
     `height` [m] of the camera above the laser, by ruler, for upright boards. `printed`: by eq. 13. Raises BadInput.
     """
-    settings, model = settings or LogSettings(), read_camera(camera)
+    settings, model = LogSettings(), read_camera(camera)
     tally, collected, scans = ReadReport(path), StillPoses(board, model), 0
     for found in sights(path, settings, tally, progress=progress):
         if isinstance(found, RecordedImage):

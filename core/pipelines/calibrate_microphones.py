@@ -13,7 +13,6 @@ from core.geometry import rotation
 from core.message import Array
 from core.perception.sound.array_diagnostics import check
 from core.perception.sound.array_orientation import Orientation, OrientationWizard, heard_from, oriented
-from core.perception.sound.settings import DirectionFindingSettings
 from core.progress import UNSEEN, WorkProgress
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray
@@ -56,7 +55,6 @@ def calibrate_array(
     azimuths: Sequence[float],
     array: MicrophoneArray,
     out: Path | None = None,
-    settings: DirectionFindingSettings | None = None,
     progress: WorkProgress = UNSEEN,
 ) -> OrientationFigures:
     """One recording for each azimuth [rad] of the robot, 0 ahead and counter-clockwise → the array's orientation.
@@ -66,15 +64,15 @@ def calibrate_array(
     """
     if len(paths) != len(azimuths):
         raise BadInput(f"There are {len(paths)} recordings but {len(azimuths)} azimuths; each needs the other.")
-    chosen, wizard = settings or DirectionFindingSettings(), OrientationWizard()
+    wizard = OrientationWizard()
     refused: list[RefusedClap] = []
     warnings: list[str] = []
     used: list[str] = []
     for path, azimuth in progress.each(list(zip(paths, azimuths, strict=True)), "claps"):
         sound = read_sound(path)
-        warnings += [f"{path.name}: {one.sentence}" for one in check(sound, array, chosen) if one.serious]
+        warnings += [f"{path.name}: {one.sentence}" for one in check(sound, array) if one.serious]
         try:
-            reason = wizard.add(azimuth, heard_from(sound, array, chosen))
+            reason = wizard.add(azimuth, heard_from(sound, array))
         except BadInput as unclear:
             reason = str(unclear)
         if reason:

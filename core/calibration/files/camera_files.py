@@ -46,6 +46,7 @@ DISTORTIONS = (
 SIZES = ("image_size", "resolution", "img_size", "imageSize")
 MIN_SHRINK_RATIO = 1.6  # the picture's middle over the principal point, from which a picture was shrunk …
 MAX_ASPECT_RATIO = 1.25  # … by binning, where it is alike across and down
+CAMERA_NAME = "camera"
 
 
 class CameraEntry(TypedDict):
@@ -58,15 +59,13 @@ class CameraEntry(TypedDict):
     dist: list[float]
 
 
-def ros_yaml(model: CameraModel, name: str = "camera", *, crop: bool = True) -> str:
-    """ROS camera_info. `crop`: P as ROS's own calibrator fills it, all pixels valid; else P is K."""
+def ros_yaml(model: CameraModel) -> str:
+    """ROS camera_info; P as ROS's own calibrator fills it, all pixels valid."""
     projection = np.zeros((3, 4))
     size = (model.width, model.height)
-    projection[:, :3] = (
-        cv2.getOptimalNewCameraMatrix(model.matrix, model.distortion, size, 0)[0] if crop else model.matrix
-    )
+    projection[:, :3] = cv2.getOptimalNewCameraMatrix(model.matrix, model.distortion, size, 0)[0]
     parts = [
-        f"image_width: {model.width}\nimage_height: {model.height}\ncamera_name: {plain_name(name)}",
+        f"image_width: {model.width}\nimage_height: {model.height}\ncamera_name: {CAMERA_NAME}",
         _ros_matrix("camera_matrix", model.matrix),
         "distortion_model: plumb_bob",
         _ros_matrix("distortion_coefficients", model.distortion[None]),
@@ -88,7 +87,7 @@ def opencv_yaml(model: CameraModel, *, board: tuple[int, int, float] | None = No
     return "\n".join(lines) + "\n"
 
 
-def kalibr_yaml(model: CameraModel, topic: str = "/camera/image_raw") -> str:
+def kalibr_yaml(model: CameraModel) -> str:
     """Kalibr's camchain. Its radtan model has exactly four coefficients: raises BadInput for a camera with k3."""
     if model.k3 != 0:
         raise BadInput("Kalibr's radtan model has no k3; calibrate without k3 to export to Kalibr.")
@@ -96,14 +95,14 @@ def kalibr_yaml(model: CameraModel, topic: str = "/camera/image_raw") -> str:
     return (
         f"cam0:\n  camera_model: pinhole\n  intrinsics: {intrinsics}\n  distortion_model: radtan\n"
         f"  distortion_coeffs: {_list(model.distortion[:4])}\n  resolution: [{model.width}, {model.height}]\n"
-        f"  rostopic: {topic}\n"
+        "  rostopic: /camera/image_raw\n"
     )
 
 
-def camera_entry(model: CameraModel, name: str = "camera") -> CameraEntry:
+def camera_entry(model: CameraModel) -> CameraEntry:
     """The camera as it stands in our own JSON."""
     return {
-        "name": plain_name(name),
+        "name": CAMERA_NAME,
         "image_size": [model.width, model.height],
         "K": model.matrix.tolist(),
         "dist_model": "plumb_bob",
@@ -169,11 +168,6 @@ def number(value: float) -> str:
     """A number with all its digits and a decimal point: PyYAML reads '1e-5' as text."""
     text = repr(float(value))
     return re.sub(r"^([-+]?\d+)e", r"\1.0e", text)
-
-
-def plain_name(name: str) -> str:
-    """A name that needs no quoting in any of the forms."""
-    return re.sub(r"[^A-Za-z0-9_.-]+", "_", name).strip("_.-") or "camera"
 
 
 def _no_constant(word: str) -> float:

@@ -16,7 +16,6 @@ from core.calibration.files.camera_files import (
     number,
     opencv_yaml,
     parse_camera,
-    plain_name,
     read_camera,
     ros_yaml,
 )
@@ -66,7 +65,7 @@ def lenses(draw: st.DrawFn) -> CameraModel:
 @given(model=lenses())
 def test_every_form_comes_back_to_the_last_digit(model: CameraModel) -> None:
     forms = (
-        ros_yaml(model, crop=False),
+        ros_yaml(model),
         opencv_yaml(model, board=(9, 6, 0.025), rms=0.2),
         kalibr_yaml(model),
         json.dumps({"camera": camera_entry(model)}),
@@ -105,7 +104,7 @@ def test_our_form_of_opencv_is_read_back_after_opencv_wrote_it(tmp_path: Path) -
 
 
 def test_ros_gets_every_key_it_requires() -> None:
-    document = read_yaml(ros_yaml(TABLE_3, "front left"))
+    document = read_yaml(ros_yaml(TABLE_3))
     assert list(document) == [
         "image_width",
         "image_height",
@@ -116,7 +115,7 @@ def test_ros_gets_every_key_it_requires() -> None:
         "rectification_matrix",
         "projection_matrix",
     ]
-    assert document["camera_name"] == "front_left" and document["distortion_coefficients"]["cols"] == 5
+    assert document["camera_name"] == "camera" and document["distortion_coefficients"]["cols"] == 5
     assert document["projection_matrix"]["rows"] == 3 and len(document["projection_matrix"]["data"]) == 12
 
 
@@ -290,10 +289,6 @@ def test_hostile_text_is_refused_in_words(text: str) -> None:
     with pytest.raises(BadInput) as told:
         parse_camera(text)
     assert len(str(told.value)) < 200
-
-
-def test_names_need_no_quotes() -> None:
-    assert plain_name('front "left": # 1') == "front_left_1" and plain_name("///") == "camera"
 
 
 def some_mount() -> Extrinsics:
