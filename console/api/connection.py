@@ -16,7 +16,7 @@ from console.access.logins import Person
 from console.access.roles import needs
 from console.api import HistoryInUse, Operator, OperatorLease, RequestBody, part, router
 from console.connection.reach import masked
-from console.connection.service import LONGEST_URL, REAL_ONLY, ConnectionService, WrittenFile
+from console.connection.service import LONGEST_URL, REAL_ONLY, ConnectionService, FoundAddresses, WrittenFile
 from console.control.history import History
 from console.http.problems import Problem
 from core.errors import BeckonError, Refused
@@ -28,6 +28,7 @@ from core.robots.robot_file_text import ChosenRole, TopicChoice
 connection = router("connection", 409, 503, 507)
 RobotConnection = Annotated[ConnectionService, part(ConnectionService)]
 
+LOOK = "look at robot"  # of the history
 Url = Annotated[str, Field(min_length=3, max_length=LONGEST_URL, examples=["foxglove://192.168.0.7:8765"])]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 Topic = Annotated[str, Field(min_length=1, max_length=200)]
@@ -149,8 +150,19 @@ async def probe(asked: ProbeRequest, robot: RobotConnection, who: Operator, hist
 
     Administrators name any robot; operators the one that is driven, and what `--connect` allows them.
     """
-    with recorded(history, "look at robot", who, asked.url):
+    with recorded(history, LOOK, who, asked.url):
         return await robot.look(asked.url, choices(asked), who)
+
+
+@connection.post("/robot/find")
+@needs("operator")
+async def find(robot: RobotConnection, who: Operator, history: HistoryInUse) -> FoundAddresses:
+    """Where robots answer: on this computer, and at hosts that were looked at or written into robot files before.
+
+    Only a connection is opened there; serial ports are named to administrators.
+    """
+    entries = history.newest_first(commands_only=False)
+    return await robot.find([entry.words for entry in entries if entry.what == LOOK], who)
 
 
 @connection.post("/robot/open", status_code=202)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from pathlib import Path as FilePath
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 from fastapi import Path, Query, Request, Response
@@ -29,6 +29,7 @@ recordings = router("recordings", 409, 503, 507)
 
 Recorder = Annotated[RecordingService, part(RecordingService)]
 Name = Annotated[str, Path(min_length=1, max_length=4 * MAX_NAME_LETTERS)]
+SampleName = Literal["room", "floor", "people"]
 MAX_PART_S = 100_000.0
 MEDIA_TYPE = ANY_FILE
 RECORDING_LIMIT = BodyLimit((ANY_FILE,), 100_000_000, 6.0)
@@ -161,6 +162,16 @@ async def filmed(recorder: RecordingService, path: FilePath, form: FilmForm, fro
     content = await recorder.film(path, from_s, to_s, form)
     name = f"{path.stem} {from_s:.0f}-{to_s:.0f} s.{form}"
     return Response(content, media_type=f"image/{form}", headers=named(name))
+
+
+@recordings.post("/recordings/samples/{sample}", status_code=201)
+@needs("operator")
+async def make_sample(sample: SampleName, recorder: Recorder, who: Who) -> TakenRecording:
+    """Record a short drive of a simulated robot, to look at a recording without a robot of one's own.
+
+    It takes up to a minute; one that was made before is there at once.
+    """
+    return TakenRecording(f"log:{await recorder.sample(sample, who)}")
 
 
 @recordings.put("/recordings/{name}", status_code=201)

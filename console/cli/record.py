@@ -55,36 +55,22 @@ def run(chosen: argparse.Namespace) -> int:
 
 def record(robot: Robot, out: Path, seconds: float | None, say: Any) -> RecordedFile:
     """Write what the robot senses. Raises Unwritable; an interruption finishes the file."""
-    from msgspec import Raw
+    from core.pipelines.record import RobotRecording
 
-    from core.recording.frame_record import FrameRecord, RobotRecord
-    from core.recording.mcap_writing import McapRecording
-    from core.recording.ros_writing import RosEncoder
-    from core.robots.profile_json import profile_to_json
-    from core.sensors.recordable import recordable
-
-    described, fresh = Raw(profile_to_json(robot.profile)), True
-    card = RobotRecord(built=described, used=described)
-    encoder = RosEncoder(robot.profile.lasers, robot.profile.cameras)
-    recording, period = McapRecording(out), 1 / robot.profile.rate
+    recording, period = RobotRecording(robot, out), 1 / robot.profile.rate
     began = due = time.monotonic()
     reported = began - REPORT_PERIOD_S
     try:
         while seconds is None or time.monotonic() - began < seconds:
-            frame = robot.read()
-            first = [*encoder.fixed(frame.stamp), encoder.robot(frame.stamp, card)] if fresh else []
-            fresh = False
-            frame = recordable(frame)
-            written_as = [encoder.frame(FrameRecord.of(frame)), *encoder.readings(frame)]
-            recording.add([*first, *written_as], time.time())
+            recording.add(time.time())
             if time.monotonic() - reported >= REPORT_PERIOD_S:
                 reported = time.monotonic()
                 rest = "" if seconds is None else f" of {seconds:.0f}"
-                say(f"recorded {recording.seconds:.0f}{rest} s, {recording.written.bytes / 1e6:.1f} MB")
+                say(f"recorded {recording.file.seconds:.0f}{rest} s, {recording.file.written.bytes / 1e6:.1f} MB")
             due = max(due + period, time.monotonic() - period)
             time.sleep(max(0.0, due - time.monotonic()))
     except KeyboardInterrupt:
         pass
     finally:
-        written = recording.finish()
+        written = recording.file.finish()
     return written

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import shlex
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -12,6 +13,7 @@ import msgspec
 from msgspec import structs
 
 from console.access.logins import Person
+from console.connection.knock import Knock, host_of, serial_ports, urls_at
 from console.connection.probe_jobs import CheckRecording, CheckRobotFile, ProbeRobot
 from console.connection.reach import Reach, inside
 from console.http.problems import Problem
@@ -20,7 +22,7 @@ from console.maps.store import slug
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
 from console.workers.worker import Worker, WorkerLost
-from core.errors import BadInput, Refused, Unavailable
+from core.errors import BadInput, BeckonError, Refused, Unavailable
 from core.files import saving, write_atomic
 from core.recording import LogSettings
 from core.robots.connect import OWN, SCHEMES, parts_of, split
@@ -38,6 +40,7 @@ RECORDING_READ_S = 60.0  # [s] of processor time in which a recording is read
 TOPICS = ("foxglove", "zenoh", "rosbridge")  # links to which a second client may connect
 LONGEST_URL = 2000
 FOLDER, RECORDINGS = "robots", "recordings"  # in the data folder
+MAX_KNOCKS = 60  # addresses of one search
 WORLDS = ("sim:lab", "sim:floor")
 KEEPS_REAL = Statement("connect.keeps_real")
 ONLY_RECORDINGS = Statement("connect.only_recordings")
@@ -55,6 +58,13 @@ class WrittenFile(msgspec.Struct, frozen=True):
     path: str
     command: str  # that starts a console with it
     text: str
+
+
+class FoundAddresses(msgspec.Struct, frozen=True):
+    """Where a robot may be."""
+
+    urls: list[str]  # that answer, to be looked at
+    looked_at: list[str]  # host:port, all of them
 
 
 class ConnectionService(Part):
@@ -149,6 +159,31 @@ class ConnectionService(Part):
         job = ProbeRobot(without_lock(chosen, parts_of(chosen.url)), restrained)
         found = await self._at_work(lambda worker: worker.ask(job, budget=PROBE_BUDGET_S))
         return structs.replace(found, url=url)  # as it was asked for: a file is made of that robot's own one
+
+    async def find(self, known: Iterable[str], who: Person) -> FoundAddresses:
+        """Return who answers, on this computer and at the hosts of URLs that were used before; nothing is said there.
+
+        Addresses that this person may not name are left out. Takes up to `ANSWER_S`.
+        """
+        files = await asyncio.to_thread(
+            lambda: [path.read_text(errors="replace") for path in self._folder.glob("*.toml")]
+        )
+        used = [*known, *(url for text in files for url in re.findall(r'^url = "(.*)"', text, re.MULTILINE))]
+        hosts = ["127.0.0.1", *(host_of(part) for url in used for part in parts_of(url))]
+        wanted = [Knock(url) for host in dict.fromkeys(filter(None, hosts)) for url in urls_at(host)]
+        allowed = [one for one in wanted[:MAX_KNOCKS] if await asyncio.to_thread(self._allows, one.url, who)]
+        answers = await asyncio.gather(*(one.answers() for one in allowed))
+        devices = await asyncio.to_thread(serial_ports) if who.may("admin") else []
+        return FoundAddresses(
+            urls=[one.url for one, answers in zip(allowed, answers, strict=True) if answers] + devices,
+            looked_at=list(dict.fromkeys(f"{one.host}:{one.port}" for one in allowed)),
+        )
+
+    def _allows(self, url: str, who: Person) -> bool:
+        try:
+            return self._is_free_for(who, url) or bool(self.reach.pinned(url))
+        except (Problem, BeckonError):
+            return False
 
     async def chosen(self, url: str, choices: Sequence[TopicChoice]) -> RobotFile:
         """The robot file of a URL with the operator's choice of topics. Raises BadInput."""

@@ -34,6 +34,7 @@ from console.recording.work import (
     FinishedRecording,
     FinishRecording,
     KeepRing,
+    MakeSample,
     PictureRecording,
     ReadRecording,
     RecordedMoment,
@@ -544,15 +545,29 @@ class RecordingService(Part):
         path = self._folder / checked_name(file)
         if path.exists():
             raise Problem(409, Statement("recording.taken", name=path.name))
-        await asyncio.to_thread(self._make_folder)
-        free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / BYTES_PER_MB)
-        if free < self._settings.free_mb:
-            raise Problem(507, NO_ROOM(free=f"{free:.0f}"))
+        await self._check_room()
         with saving("The recording could not be kept"):
             await asyncio.to_thread(write_atomic, path, content)
         self.revision += 1
         self._history.add("keep_recording", who, words=path.name)
         return path.name
+
+    async def sample(self, sample: str, who: Person) -> str:
+        """Record a sample, unless it was before → the name of its file. Raises Unwritable, Problem 507."""
+        path = self._path(f"sample {sample}")
+        if not await asyncio.to_thread(path.exists):
+            await self._check_room()
+            await self._cutter.ask(MakeSample(sample, str(path)), budget=FILE_BUDGET_S)
+            self.revision += 1
+            self._history.add("keep_recording", who, words=path.stem)
+        return path.name
+
+    async def _check_room(self) -> None:
+        """Make the folder. Raises Problem 507 where the disk takes no more."""
+        await asyncio.to_thread(self._make_folder)
+        free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / BYTES_PER_MB)
+        if free < self._settings.free_mb:
+            raise Problem(507, NO_ROOM(free=f"{free:.0f}"))
 
     async def rewrite(self, name: str, note: str | None, new_name: str | None) -> None:
         """Give a recording another note, or another name. Raises BadInput, Problem 404, 409, Unwritable."""

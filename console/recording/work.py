@@ -30,6 +30,7 @@ from core.gate.status import GateStatus
 from core.message import Array
 from core.pilot.drive_record import record_of
 from core.pipelines.drive_film import FilmForm, film_of
+from core.pipelines.record import record_sample
 from core.recording.drive import CAMERA_TOPIC
 from core.recording.excerpt import write_excerpt
 from core.recording.foxglove_server import FoxgloveServer
@@ -171,6 +172,13 @@ class FilmRecording(Job[bytes], frozen=True):
     begin_s: float
     end_s: float
     form: FilmForm
+
+
+class MakeSample(Job[FinishedRecording], frozen=True):
+    """Record a sample of the simulated robot."""
+
+    sample: str
+    target: str
 
 
 class RecorderWorker:
@@ -355,6 +363,10 @@ class RecorderWorker:
                     raw = Envelope(channel.topic, kind, channel.message_encoding, 0.0, message.data)
                     return small_picture(decode(raw, kind).data)
         return b""
+
+    def sample(self, job: MakeSample) -> FinishedRecording:
+        """Drive and record. Raises Unwritable."""
+        return FinishedRecording.of(record_sample(job.sample, Path(job.target)))
 
     def cut(self, job: CutRecording) -> FinishedRecording:
         """Write a part to a file of its own. Raises BadInput, Unwritable."""

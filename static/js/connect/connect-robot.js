@@ -10,6 +10,7 @@ import { askToOpen } from "./opening.js";
 
 /** @import { ConnectionModel } from "./connection-model.js" */
 
+const SAMPLES = ["room", "floor", "people"];
 const SERIAL = "serial:///dev/ttyUSB0+scip:///dev/ttyACM0";
 /** Kinds of robots, what their URL begins with, and what is opened instead of looked at. */
 const KINDS = /** @type {const} */ ([
@@ -51,6 +52,11 @@ class ConnectRobot extends PagePanel {
   #control = make("div", { class: "connect-question" }, this.#driving, this.#ask, this.#take);
   #question = make("div", { class: "connect-question", role: "group", hidden: true });
   #guide = make("a", { class: "link" }, t("connect-robot.how_to"));
+  #find = make("button", { class: "button" }, icon("antenna"), t("connect-robot.find"));
+  #answers = make("div", { class: "connect-others", role: "status", hidden: true });
+  #samples = make("div", { class: "connect-others", role: "group", "aria-label": t("connect-robot.samples") });
+  /** @type {import("../net/rest.js").FoundAddresses | null} that are drawn */
+  #asked = null;
   #filled = "";
   #drawn = "";
 
@@ -82,12 +88,21 @@ class ConnectRobot extends PagePanel {
         if (this.#kind) this.#url.focus();
       });
     this.#choose.addEventListener("click", () => this.#file.click());
-    this.#file.addEventListener("change", () => void this.#takeIn(this.#file.files));
+    this.#file.addEventListener("change", () => void this.#takeIn(this.#file.files?.[0]));
+    this.#find.addEventListener("click", () => void this.model.find());
+    this.#samples.append(
+      make("p", { class: "note" }, t("connect-robot.samples_say")),
+      ...SAMPLES.map((sample) => {
+        const button = make("button", { class: "button" }, icon("play"), t(`connect-robot.sample_${sample}`));
+        button.addEventListener("click", () => void this.#takeIn(sample));
+        return button;
+      }),
+    );
     const drops = /** @type {HTMLElement} */ (this.#tiles.get("recording"));
     takeDrops(
       drops,
       () => !this.#look.disabled,
-      (files) => void this.#takeIn(files),
+      (files) => void this.#takeIn(files[0]),
     );
     const kinds = { class: "connect-tiles", role: "group", "aria-label": t("connect-robot.kinds") };
     this.append(
@@ -101,8 +116,11 @@ class ConnectRobot extends PagePanel {
         this.#failsafe,
         this.#control,
         form,
+        this.#find,
+        this.#answers,
         this.#choose,
         this.#file,
+        this.#samples,
         this.#others,
         this.#question,
         this.#status,
@@ -119,10 +137,9 @@ class ConnectRobot extends PagePanel {
     askToOpen(this.#question, { url, unsaved: model.unsaved, open, stay: () => this.#url.focus() });
   }
 
-  /** Keep a recording of this computer, then open it. @param {FileList | null} files */
-  async #takeIn(files) {
-    const [file] = files ?? [];
-    const url = file && (await this.model.take(file));
+  /** Keep a recording of this computer, or make a sample, then open it. @param {File | string | undefined} what */
+  async #takeIn(what) {
+    const url = what && (await this.model.take(what));
     this.#file.value = "";
     if (url) this.#request(url);
   }
@@ -161,11 +178,31 @@ class ConnectRobot extends PagePanel {
     this.#ask.disabled = model.asked;
     this.#choose.hidden = this.#kind !== "recording" || !model.may;
     this.#choose.disabled = disabled;
+    this.#samples.hidden = this.#choose.hidden || model.openedHere.length === 0;
+    for (const button of this.#samples.querySelectorAll("button")) button.disabled = disabled;
+    this.#find.hidden = !model.may || !["", "ros", "serial"].includes(this.#kind);
+    this.#find.disabled = disabled;
+    this.#drawAnswers(model.answers);
     this.#drawOthers(model, disabled);
     this.#url.disabled = !model.may;
     const why = model.may || !found ? "" : t("connect-robot.you_are_watching_only_an_operator");
     write(this.#status, model.busy || model.trouble || why);
     mark(this.#status, "data-tone", model.busy ? "busy" : model.trouble ? "fault" : null);
+  }
+
+  /** @param {import("../net/rest.js").FoundAddresses | null} answers */
+  #drawAnswers(answers) {
+    this.#answers.hidden = answers === null || this.#find.hidden;
+    if (answers === this.#asked) return;
+    this.#asked = answers;
+    const { urls = [], looked_at: places = [] } = answers ?? {};
+    const says = urls.length ? "connect-robot.these_answer" : "connect-robot.nobody_answers";
+    const buttons = urls.map((url) => {
+      const button = make("button", { class: "button" }, icon("eye"), url);
+      button.addEventListener("click", () => void this.model.look(url));
+      return button;
+    });
+    this.#answers.replaceChildren(make("p", { class: "note" }, t(says, { places: places.join(", ") })), ...buttons);
   }
 
   /** @param {ConnectionModel} model @param {boolean} disabled */

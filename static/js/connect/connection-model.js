@@ -28,6 +28,8 @@ export class ConnectionModel extends PageModel {
   files = [];
   /** @type {string[]} URLs of simulated robots and recordings that can be opened instead; none on a real robot */
   openedHere = [];
+  /** @type {import("../net/rest.js").FoundAddresses | null} what answered when it was last asked */
+  answers = null;
   /** @type {Map<string, Choice>} the operator's choice, by part and role */
   choices = new Map();
   /** True while topics were chosen on which nothing was heard yet. */
@@ -153,14 +155,25 @@ export class ConnectionModel extends PageModel {
     });
   }
 
-  /** Keep a recording from this computer; what opens it is among `openedHere` then. @param {File} file */
-  async take(file) {
+  /** Keep a recording from this computer, or make a sample; `openedHere` has its URL then. @param {File | string} what */
+  async take(what) {
+    const own = typeof what === "string";
+    const doing = own
+      ? t("connection-model.making_a_sample")
+      : t("connection-model.taking_in_name", { name: what.name });
     let taken = "";
-    await this.#during(t("connection-model.taking_in_name", { name: file.name }), async () => {
-      taken = (await recordings.take(file)).url;
-      this.openedHere = [...this.openedHere, taken];
+    await this.#during(doing, async () => {
+      taken = (await (own ? recordings.make(what) : recordings.take(what))).url;
+      this.openedHere = [...new Set([...this.openedHere, taken])];
     });
     return taken;
+  }
+
+  /** Knock where robots may be. */
+  async find() {
+    await this.#during(t("connection-model.knocking"), async () => {
+      this.answers = await post(`${ROOT}/find`);
+    });
   }
 
   /**
@@ -171,7 +184,7 @@ export class ConnectionModel extends PageModel {
   async write(confirmed, replace) {
     const found = this.found;
     if (!found) return;
-    await this.#during("Writing…", async () => {
+    await this.#during(t("connection-model.writing"), async () => {
       /** @type {Written} */
       const written = await post(`${ROOT}/file`, {
         ...confirmed,

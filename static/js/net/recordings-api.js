@@ -33,6 +33,9 @@ export const keep = (seconds) => post(`${ROOT}/keep`, { seconds });
 export const take = (file) =>
   call(one(file.name), { method: "PUT", body: file, headers: { "content-type": "application/octet-stream" } });
 
+/** Make a sample, or find it. @param {string} sample @returns {Promise<{url: string}>} what opens it */
+export const make = (sample) => post(`${ROOT}/samples/${sample}`);
+
 /** @param {string} name @param {{name?: string, note?: string}} fresh */
 export const change = (name, fresh) =>
   call(one(name), {

@@ -320,6 +320,12 @@ export interface FloorPlan {
   things: (PlacedThing | PlacedBoard)[];
 }
 
+/** Where a robot may be. */
+export interface FoundAddresses {
+  urls: string[];
+  looked_at: string[];
+}
+
 /** A camera and its mounting; its angles as in a robot file. */
 export interface FoundCamera {
   name: string;

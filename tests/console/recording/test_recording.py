@@ -29,6 +29,7 @@ from core.recording import mcap_writing, open_log
 from core.recording.drive import DriveRecording
 from core.recording.mcap_recovery import recovered
 from core.robots import Profile
+from core.robots.connect import connect
 from core.sensors import SensorFrame, Wheels
 from core.slam.map.map_file import SavedMap
 from tests.benchmarks.recorded_drive import by_mcap, doctor
@@ -163,6 +164,17 @@ def test_a_recording_from_elsewhere_is_kept_as_it_came_and_can_be_opened(live: L
     assert "log:of mine.log" in ask(live, "GET", "robot/connection").json["opened_here"]
     assert put("of%20mine.log", b"another").status == 409
     assert put("..%2Fx.log", b"x").status in (404, 415, 422)
+
+
+def test_a_sample_is_recorded_once_and_plays(live: Live) -> None:
+    made = ask(live, "POST", "recordings/samples/people")
+    assert (made.status, made.json["url"]) == (201, "log:sample people.mcap"), made.body
+    path = live.home / "recordings" / "sample people.mcap"
+    robot, written = connect(f"log:{path}"), path.stat().st_mtime_ns
+    assert robot.profile.duration == pytest.approx(12, abs=0.1)
+    robot.close()
+    assert ask(live, "POST", "recordings/samples/people").status == 201 and path.stat().st_mtime_ns == written
+    assert ask(live, "POST", "recordings/samples/none").status == 422
 
 
 def test_a_part_is_a_recording_of_its_own_with_what_held_at_its_beginning(live: Live, recorded: Any) -> None:
