@@ -57,7 +57,7 @@ async function read(file) {
   if (!main) throw new Error("no page");
   const docs = address(ROOT).href;
   const chapters = page.querySelector(".contents");
-  if (chapters) main.prepend(chapters);
+  if (chapters && file !== CONTENTS) main.prepend(chapters);
   for (const link of main.querySelectorAll("a[href]")) {
     const href = link.getAttribute("href") ?? "";
     if (href.startsWith("#")) {

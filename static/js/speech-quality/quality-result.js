@@ -25,7 +25,7 @@ const PROMISE = t("quality-result.for_every_place_you_will_see") + t("quality-re
 /** @extends {PagePanel<Runs>} */
 class QualityResult extends PagePanel {
   #title = make("h2", {}, "");
-  #summary = make("p", { class: "quality-summary" });
+  #summary = make("p");
   #verdict = make("p", { class: "note" });
   #doing = make("span", { class: "quality-doing" });
   #bar = make("div", { class: "bar-fill" });
