@@ -10,10 +10,12 @@ from __future__ import annotations
 import gzip
 import hashlib
 import os
+import re
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import msgspec
 from fastapi import Response
 from starlette.datastructures import Headers
 from starlette.staticfiles import StaticFiles
@@ -24,6 +26,7 @@ NO_CACHE = {"Cache-Control": "no-cache"}
 FOR_GOOD = {"Cache-Control": "public, max-age=31536000, immutable"}
 TEXTS = (".js", ".css", ".svg", ".json")
 VERSIONED = ("css", "img", "js", "i18n")  # folders that the page is made of
+COMMENT_LINES = re.compile(rb"^[ \t]*(?:/\*[^*]*\*+(?:[^/*][^*]*\*+)*/|//[^\n]*)[ \t]*$", re.MULTILINE)
 MARK = "v-"  # before the version
 
 
@@ -89,5 +92,11 @@ def _digest(path: Path, _changed: int, _size: int) -> bytes:
 
 @lru_cache(maxsize=512)
 def packed(path: str, _changed: int) -> bytes:
-    """A text file as it travels."""
-    return gzip.compress(Path(path).read_bytes(), 6, mtime=0)
+    """A text file as it travels: without its comments, but on the same lines."""
+    content = Path(path).read_bytes()
+    if path.endswith((".js", ".css")):
+        content = COMMENT_LINES.sub(lambda found: b"\n" * found[0].count(b"\n"), content)
+    elif path.endswith("i18n/en.json"):  # what the console says comes in English
+        texts = msgspec.json.decode(content, type=dict[str, str])
+        content = msgspec.json.encode({key: text for key, text in texts.items() if not key.startswith("console.")})
+    return gzip.compress(content, 9, mtime=0)
