@@ -157,7 +157,7 @@ async def probe(asked: ProbeRequest, robot: RobotConnection, who: Operator, hist
 @connection.post("/robot/find")
 @needs("operator")
 async def find(robot: RobotConnection, who: Operator, history: HistoryInUse) -> FoundAddresses:
-    """Where robots answer: on this computer, and at hosts that were looked at or written into robot files before.
+    """Robots that answer on this computer, and at hosts that were looked at or written into robot files before.
 
     Only a connection is opened there; serial ports are named to administrators.
     """

@@ -1,4 +1,4 @@
-"""Whether somebody listens at an address where robots are: a connection is opened and closed, nothing is sent."""
+"""Knock at an address where robots are: a connection is opened and closed, nothing is sent."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def host_of(url: str) -> str:
 
 
 def urls_at(host: str) -> list[str]:
-    """The URLs of every kind of link at a host, each at the port that is its custom."""
+    """The URLs of every kind of link at a host, each at its usual port."""
     ports = {name: urlsplit(SCHEMES[name].example).port for name in LINKS}
     return [f"{name}://{f'[{host}]' if ':' in host else host}:{port}" for name, port in ports.items()]
 

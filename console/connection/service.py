@@ -61,7 +61,7 @@ class WrittenFile(msgspec.Struct, frozen=True):
 
 
 class FoundAddresses(msgspec.Struct, frozen=True):
-    """Where a robot may be."""
+    """Addresses of possible robots."""
 
     urls: list[str]  # that answer, to be looked at
     looked_at: list[str]  # host:port, all of them

@@ -12,7 +12,7 @@ const JS = readdirSync(`${STATIC}js`, { recursive: true, encoding: "utf8" }).fil
 const GENERATED = /^net\/messages|^ui\/texts\.js$/;
 /** Texts that are no sentences of the page: commands, and what the robot says aloud in its English voice. */
 const ENGLISH = new Set(["I did not understand that", "I answer aloud now.", "That did not work"]);
-const FAMILIES = /^(state|command-chain|console)\./; // keys that are put together
+const FAMILIES = /^((state|command-chain|console|picture-quality-chip)\.|connect-robot\.sample_)/; // keys that are put together
 
 /** @param {string} language @returns {Record<string, string>} */
 const catalogue = (language) => JSON.parse(readFileSync(`${STATIC}i18n/${language}.json`, "utf8"));

@@ -18,6 +18,11 @@ const SOURCES = {
   webcam: t("calibration-home.this_browser_s_camera"),
 };
 
+const COUNTED = /** @type {const} */ ({
+  camera: ["calibration-home.one_view", "calibration-home.count_views"],
+  laser: ["calibration-home.one_pose", "calibration-home.count_poses"],
+});
+
 class CalibrationHome extends WizardStep {
   #camera = wizard(
     "camera",
@@ -140,7 +145,8 @@ class CalibrationHome extends WizardStep {
   #row(row) {
     const what = row.kind === "camera" ? t("calibration-home.camera") : t("calibration-home.laser_on_the_camera");
     const how = standing(row, this.model.inUse?.[row.kind]);
-    const count = `${row.views} ${row.kind === "camera" ? "view" : "pose"}${row.views === 1 ? "" : "s"}`;
+    const [one, more] = COUNTED[row.kind === "camera" ? "camera" : "laser"];
+    const count = t(row.views === 1 ? one : more, { count: row.views });
     const go = make(
       "a",
       { class: "row-open", href: `#s=${row.id}${row.ready ? "&review" : ""}` },

@@ -320,7 +320,7 @@ export interface FloorPlan {
   things: (PlacedThing | PlacedBoard)[];
 }
 
-/** Where a robot may be. */
+/** Addresses of possible robots. */
 export interface FoundAddresses {
   urls: string[];
   looked_at: string[];

@@ -9,7 +9,7 @@ import { t } from "../ui/texts.js";
 const PLACE = "place";
 const DISTANCES = [0.5, 1, 2, 3, 4];
 const NOISES = /** @type {const} */ ([
-  [30, "quiet"],
+  [30, t("quality-form.quiet")],
   [20, t("quality-form.a_fan")],
   [10, t("quality-form.people_talk")],
   [0, t("quality-form.as_loud_as_you")],
@@ -122,7 +122,10 @@ class QualityForm extends PagePanel {
     const says =
       count === 0
         ? t("quality-form.choose_a_place_or_at_least")
-        : t("quality-form.count_value_each_takes_some_ten", { count, value: count === 1 ? "place" : "places" });
+        : t("quality-form.count_value_each_takes_some_ten", {
+            count,
+            value: t(count === 1 ? "quality-form.place" : "quality-form.places"),
+          });
     write(this.#why, why || (runs.running ? t("quality-form.one_measurement_is_under_way") : says));
   }
 }

@@ -59,7 +59,8 @@ export class PictureChip {
   }
 
   /** @param {PictureQuality} quality */
-  #judge({ state, label }) {
+  #judge({ state, label: fault }) {
+    const label = t(`picture-quality-chip.${fault}`);
     const now = performance.now();
     const verdict = `${state} ${label}`;
     if (verdict !== this.#wanted) [this.#wanted, this.#since] = [verdict, this.#wanted ? now : 0];

@@ -1,4 +1,4 @@
-"""Who answers where robots may be, and who may ask."""
+"""Search for robots: what answers, and for whom."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import socket
 
 from tests.console.live import Live
 
-HOST, PORT = "127.0.0.9", 8765  # of this computer, and nobody else's
+HOST, PORT = "127.0.0.9", 8765  # of this computer alone
 
 
 def test_hosts_that_were_looked_at_are_asked_again_and_what_answers_is_named(live: Live) -> None:
