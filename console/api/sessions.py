@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from typing import Literal
 
@@ -9,7 +10,7 @@ import msgspec
 from fastapi import Request
 from pydantic import Field
 
-from console.access.guard import Access
+from console.access.guard import ON_THIS_MACHINE, Access
 from console.access.logins import LINK_LIFE, Person, new_token
 from console.access.records import KeyKind, KeyRecord, LoginRecord
 from console.access.roles import needs
@@ -131,8 +132,15 @@ async def end_all(behind: Behind, gone: list[Person]) -> None:
 
 def address_for_others(request: Request, access: Access) -> str:
     """The address of this console as the reader has it; where that names this machine alone, as others have it."""
-    base = str(request.base_url)
+    base = f"{request.base_url}{path_of_proxy(request)}"
     return access.address if access.address and is_here(base) else base
+
+
+def path_of_proxy(request: Request) -> str:
+    """Below which path a program on this machine that speaks TLS for us shows the console: "" or "beckon/"."""
+    path = request.headers.get("x-forwarded-prefix", "")
+    believed = request.client is not None and request.client.host in ON_THIS_MACHINE
+    return f"{path[1:]}/" if believed and re.fullmatch(r"(/[A-Za-z0-9._-]+)+", path) else ""
 
 
 def is_here(address: str) -> bool:

@@ -48,6 +48,7 @@ DRIVERS = ("sim", "foxglove", "serial+scip")
 WIRE_DRIVERS = DRIVERS[1:]
 SHARED_WIRES = ("foxglove", "rosbridge", "zenoh")  # on which robots can have the same names
 READY_S = 60.0
+FILLED_S = 60.0  # after which a page holds as much of the past as it ever shows
 FRAMES_S = 0.05  # two frames of a robot: of the driver, and of the base
 BYTES_PER_MB = 1e6
 
@@ -485,7 +486,7 @@ def hostile_names(effort: Effort) -> Iterator[RowFigure]:
 
 
 def long_page(effort: Effort) -> Iterator[RowFigure]:
-    """A page that is left open: its heap after a collection, from the first part of the time to the last."""
+    """A page that is left open: its heap after a collection, from when its charts and lists are full."""
     with console() as running, page_of(running) as page:
         line = page.context.new_cdp_session(page)
 
@@ -493,7 +494,7 @@ def long_page(effort: Effort) -> Iterator[RowFigure]:
             line.send("HeapProfiler.collectGarbage")
             return float(line.send("Runtime.getHeapUsage")["usedSize"]) / BYTES_PER_MB
 
-        page.wait_for_timeout(5000)
+        page.wait_for_timeout(1000 * FILLED_S)
         first = heap()
         page.wait_for_timeout(1000 * effort.seconds)
         grown = (heap() - first) * 3600 / effort.seconds

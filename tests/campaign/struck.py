@@ -49,11 +49,12 @@ def driven(driver: str) -> Iterator[Console]:
 
 @contextlib.contextmanager
 def hand(running: Console, through: int | None = None) -> Iterator[subprocess.Popen[str]]:
-    """A hand that already holds the key."""
+    """A hand that already holds the key, on a computer of its own: else its silence comes before what is struck."""
     ports = (str(running.port), str(through or running.port))
     key = running.keys[:1] if running.signed else ()
     command = [sys.executable, "-m", "tests.benchmarks.operator_hand", *ports, *key]
-    holding = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    with own_computer():
+        holding = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert holding.stdout is not None
     assert holding.stdout.readline() == "holding\n"
     try:

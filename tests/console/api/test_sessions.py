@@ -37,6 +37,13 @@ def test_a_link_signs_in_who_opens_it_and_its_end_signs_out(live: Live) -> None:
     assert as_admin(live, "DELETE", f"/api/sessions/{opened.json['id']}").status == 404, "it went with its key"
 
 
+def test_a_link_made_behind_a_proxy_leads_below_its_path(live: Live) -> None:
+    for path, below in {"/lab/beckon": "lab/beckon/", "//evil.example": "", '/a"b': "", "": ""}.items():
+        headers = {"X-Forwarded-Prefix": path, "Content-Type": "application/json"}
+        made = live.ask("POST", "/api/links", {"role": "viewer"}, token=live.admin, headers=headers)
+        assert made.json["address"].startswith(f"http://127.0.0.1:{live.port}/{below}#t=")
+
+
 def test_a_login_is_ended_from_elsewhere(live: Live) -> None:
     opened = live.ask("POST", "/api/login", body={"token": live.viewer}, headers={"Sec-Fetch-Site": "same-origin"})
     assert as_admin(live, "DELETE", f"/api/sessions/{opened.json['id']}").status == 204
