@@ -93,8 +93,9 @@ def add(places: Any) -> None:
 
 def run(chosen: argparse.Namespace) -> int:
     """Serve until a signal ends the program."""
-    sys.stderr.write(f"Starting {chosen.robot}…\n")  # at once: the imports take seconds
-    sys.stderr.flush()
+    if not chosen.log_json:
+        sys.stderr.write(f"Starting {chosen.robot}…\n")  # at once: the imports take seconds
+        sys.stderr.flush()
     from console.serve import Options, serve  # the web stack takes a second to import: only here
 
     serve(

@@ -152,6 +152,14 @@ def test_ctrl_c_and_a_closed_terminal_end_it_without_a_traceback(begin, how: sig
     assert len(written) > 2 and {path.stat().st_mode & 0o077 for path in written} == {0}, "for its owner alone"
 
 
+def test_with_log_json_every_line_of_the_log_is_an_object(begin) -> None:
+    console = begin("--port", "0", "--no-auth", "--log-json")
+    console.links(1)
+    console.end(signal.SIGTERM)
+    lines = [json.loads(line) for line in console.complained.read_text().splitlines()]
+    assert {type(line) for line in lines} <= {dict}
+
+
 @pytest.fixture
 def refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     """What `beckon run` says, in this process, where it cannot even begin; and with which code it ends."""
