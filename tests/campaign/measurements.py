@@ -50,7 +50,7 @@ WIRE_DRIVERS = DRIVERS[1:]
 SHARED_WIRES = ("foxglove", "rosbridge", "zenoh")  # on which robots can have the same names
 READY_S = 60.0
 HEAP_READINGS = 30
-FILLED_S = 60.0  # after which a page holds as much of the past as it ever shows
+WARM_UP_S = 60.0  # after which a page holds as much of the past as it ever shows
 FRAMES_S = 0.05  # two frames of a robot: of the driver, and of the base
 BYTES_PER_MB = 1e6
 
@@ -496,7 +496,7 @@ def long_page(effort: Effort) -> Iterator[RowFigure]:
             line.send("HeapProfiler.collectGarbage")
             return float(line.send("Runtime.getHeapUsage")["usedSize"]) / BYTES_PER_MB
 
-        page.wait_for_timeout(1000 * FILLED_S)
+        page.wait_for_timeout(1000 * WARM_UP_S)
         found: list[float] = []
         for _ in range(HEAP_READINGS):
             page.wait_for_timeout(1000 * effort.seconds / HEAP_READINGS)
