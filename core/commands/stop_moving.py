@@ -48,10 +48,15 @@ START = StopMoving(
     remark=Statement("command.ready"),
 )
 
-SOUGHT_STOP_PHRASES = ("abort", "brake", "cancel", "don't move", "freeze", "halt", "hold on", "wait")
-"""Those that a recognizer seeks beside the commands, so that an unclear one is found too."""
 STOP_PHRASES = (
-    *SOUGHT_STOP_PHRASES,
+    "abort",
+    "brake",
+    "cancel",
+    "don't move",
+    "freeze",
+    "halt",
+    "hold on",
+    "wait",
     "abort it",
     "abort that",
     "break",  # as a recognizer writes brake
@@ -84,5 +89,7 @@ STOP_PHRASES = (
 """Utterances that stop the robot as a whole, typed or spoken: one of these, several, or one again and again. In other
 sentences people say these words of something else; there only the word stop stops.
 """
+SOUGHT_STOP_PHRASES = tuple(phrase for phrase in STOP_PHRASES if "stop" not in phrase and phrase != "no")
+"""Those that a recognizer seeks beside the commands, so that an unclear one is found too; "no" is in every noise."""
 AROUND_STOP = ("hey", "now", "ok", "okay", "oh", "please", "robot", "uh", "um")
 """Words around such a phrase that do not change what it asks for."""

@@ -97,12 +97,15 @@ class JointSearch:
     def __init__(self, decoder: Decoder, spellings: Spellings, columns: Columns) -> None:
         self._decoder, self._spellings, self._columns = decoder, spellings, columns
 
-    def search(self, heard: Array, seconds: float) -> Found:
-        """Search the texts of what the encoder heard (T, width) of so many seconds of sound."""
+    def search(self, heard: Array, seconds: float, begun: tuple[int, ...] = ()) -> Found:
+        """Search the texts of what the encoder heard (T, width) of so many seconds of sound.
+
+        `begun`: columns with which a spelling begins, and then all texts do; only what follows has a probability.
+        """
         columns = self._columns
-        beam = _Beam(self._spellings, columns)
+        beam = _Beam(self._spellings, columns, begun)
         decoding = self._decoder.begin(heard)
-        scores = decoding.prefill(columns.begin)
+        scores = decoding.prefill((*columns.begin, *begun))
         scores[:, columns.blank] = -np.inf
         for _ in range(FIRST_TOKENS + math.ceil(TOKENS_A_SECOND * seconds)):
             scores[:, columns.never] = -np.inf
@@ -111,6 +114,11 @@ class JointSearch:
                 break
             scores = decoding.advance(parents, tokens)
         return beam.found()
+
+    def begin_of(self, text: ScoredText, words: Iterable[str]) -> tuple[int, ...]:
+        """Return the columns of that one of some words, in small letters, with which a text begins; (): with none."""
+        begins = (text.columns[:count] for count in range(1, len(text.columns)))
+        return next((begin for begin in begins if self._columns.text(begin).lower() in words), ())
 
     def attention(self, heard: Array, text: ScoredText) -> Array:
         """Attention (W, T) to what the encoder heard (T, width), while a text is written that was found in it.
@@ -133,11 +141,14 @@ def _logarithms(scores: Array) -> Array:
 class _Beam:
     """The rows of one search, and the texts that ended."""
 
-    def __init__(self, spellings: Spellings, columns: Columns) -> None:
+    def __init__(self, spellings: Spellings, columns: Columns, begun: tuple[int, ...]) -> None:
         self._spellings, self._columns = spellings, columns
-        self._grammar = [_Row((), 0.0, 0, spellings.begin)]
-        self._free = [_Row((), 0.0, 0)]
-        self._rows: dict[tuple[int, ...], int] = {(): 0}  # of the decoder
+        state = spellings.begin
+        for column in begun:
+            state = spellings.arcs(state).targets[int(np.flatnonzero(columns.of(state) == column)[0])]
+        self._grammar = [_Row(begun, 0.0, 0, state)]
+        self._free = [_Row(begun, 0.0, 0)]
+        self._rows: dict[tuple[int, ...], int] = {begun: 0}  # of the decoder
         self._spelled: list[ScoredText] = []
         self._said: list[ScoredText] = []
         self._words_said: set[tuple[str, ...]] = set()  # of those texts

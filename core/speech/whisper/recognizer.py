@@ -18,7 +18,8 @@ import numpy as np
 
 from core.commands import SPECS, VOCABULARY, spec_of
 from core.commands.command import CommandSpec
-from core.commands.stop_at import SAID_OF_PLACES, command_to
+from core.commands.routes import START_ROUTE
+from core.commands.stop_at import SAID_OF_PLACES, TO_PLACE, command_to
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import Array, message
 from core.navigation.places import NamedPlace
@@ -84,8 +85,9 @@ OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is of
 BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
 UNHEARD_WORDS = 1.5  # [nats] by which a number is likelier beside one without some of its words: they get lost
 NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits makes it doubtful
-DOUBTED_NAME = 1.5  # [nats] behind a named place, down to which free text that goes elsewhere makes it doubtful
-GOES_ELSEWHERE = re.compile(r"(?i)\s*(?:go|stop) (?:to|at) (?:the )?[a-z]{3,}")
+TO_NAMES = frozenset(one.split(" {name}")[0].removesuffix(" the") for one in (*TO_PLACE, *START_ROUTE.words))
+"""Words before the names of places and routes: "go to"."""
+MOST_SLURRED = 8.0  # [nats] behind the best free text, down to which those words may be meant
 OTHER_LENGTH = re.compile(
     r"(?i)\b(?:half|quarter|first|second|third|fourth|fifth|sixth|seventh|eighth|ninth|tenth|once|twice|double)s?\b"
     r"|[0-9](?:st|nd|rd|th)\b|[½¼¾]|[0-9]/[0-9]"
@@ -99,6 +101,8 @@ OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above,
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
 SELDOM = 1.0  # [nats] by which "3.0", "1.05", "0.77" are less likely: they are written for "3.2", "1.25", "0.7"
 DECIMAL = "Continue 1.{digit} meters."  # in which decimals by chance are compared
+NAMES_BY_CHANCE = 0.3  # of their nats that count
+USUAL_NAME = -21.0  # [nats] of "Go to the garden." by chance
 DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
 NO_WORDS = re.compile(r"(?i:you)?[\s.,!?♪♫>]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫>]*)*")
 """Texts that Whisper writes for sounds that are no speech: "(wind howling)", "[Music]", "*cough*", ">>", "you"."""
@@ -127,12 +131,12 @@ class Bounds:
 
 SOUNDS_ALIKE = 2  # letters of a sound that differ between words that may be the same
 OTHERWISE_BEHIND_FREE = 2.0  # [nats] behind the best free text that sounds otherwise, for numbers
-PLACE_BEHIND_FREE = 1.0  # [nats] behind the best free text, for a name: other words are nearly as likely to be meant
-NUMBERS, COMMON, RARE, STOP = (
+NUMBERS, COMMON, RARE, STOP, NAME = (
     Bounds(score=-8, behind_free=4),
     Bounds(score=-6, behind_free=0.7),
     Bounds(score=-8, behind_free=3),
     Bounds(score=-7, behind_free=2),
+    Bounds(score=-5, behind_free=6),
 )
 """Middles of wide plateaus (`tests.benchmarks.voices`). Whisper rather writes "to", "by" or "for" than numbers."""
 
@@ -183,7 +187,7 @@ class WhisperRecognizer:
         nats: dict[str, float] = {}
         for (name, _), one in zip(phrases, self._chance.of(texts, decoder, columns, tokenizer), strict=True):
             nats[name] = max(nats.get(name, -math.inf), one)
-        self._fixed = {name: _bounds_of(likeliest) for name, likeliest in nats.items()}
+        self._fixed = {name: (_bounds_of if name in SPECS else _bounds_of_name)(one) for name, one in nats.items()}
         decimals = (DECIMAL.format(digit=digit) for digit in range(10))
         self._decimals = np.array(self._chance.of(decimals, decoder, columns, tokenizer))
         self._own = own
@@ -195,9 +199,9 @@ class WhisperRecognizer:
         meanings, agreed = self._weighed(samples, found, utterance.rejected)
         objection = TOO_LONG if utterance.cut else "" if agreed else NOT_SURE
         decision = self._decided(meanings, found, objection)
-        if (_is_lone_motion(decision) or _names_place(decision)) and not self._confirmed_slower(
-            decision, samples, utterance.rejected
-        ):
+        if not utterance.cut and (decision.command is None or decision.command.place):
+            decision = self._to_place(decision, samples, found, utterance.rejected)
+        elif _is_lone_motion(decision) and not self._confirmed_slower(decision, samples, utterance.rejected):
             decision = self._decided(meanings, found, NOT_SURE)
         goes = decision.command is not None and decision.command.name in NAME_STOP
         words = found.free_text
@@ -244,34 +248,59 @@ class WhisperRecognizer:
         best, lead = _best(meanings) if meanings else (None, 0.0)
         if best is None or (lead >= THRESHOLDS.reject and not best.key[1]) or self._fits(best, found) <= 0:
             return meanings, True
-        again = self._again(samples, rejected)
-        both = _read_twice(meanings, again)
+        slower = self.search(resampled(samples, RATE_HZ, SLOWER * RATE_HZ))
+        again = self.meanings(slower, rejected)
+        both = _read_twice(meanings, again, found, slower)
         return both, len({_best(one)[0].key for one in (meanings, again, both) if one}) == 1
 
     def _confirmed_slower(self, decision: Decision, samples: Array, rejected: Iterable[str]) -> bool:
         """Return whether slower speech, by itself, is the same command."""
         found = self.search(resampled(samples, RATE_HZ, SLOWER * RATE_HZ))
-        meanings = self.meanings(found, rejected)
-        if _names_place(decision):  # it is confirmed before it moves: another name must not be likelier
-            return bool(meanings) and _best(meanings)[0].key == key_of(decision.words, self._own)
-        again = self._decided(meanings, found, "").command
+        again = self._decided(self.meanings(found, rejected), found, "").command
         return again is not None and decision.command is not None and again.name == decision.command.name
 
-    def _again(self, samples: Array, rejected: Iterable[str]) -> list[Meaning]:
-        """The meanings by a second reading: what was hard to tell apart is often easier in slower speech."""
-        return self.meanings(self.search(resampled(samples, RATE_HZ, SLOWER * RATE_HZ)), rejected)
+    def _to_place(self, decision: Decision, samples: Array, found: Found, rejected: Iterable[str]) -> Decision:
+        """The decision about words that may go to a named place: given that they do, which place is it?
+
+        The words before the name are the same for all, and a voice may slur them: only what follows is compared.
+        """
+        if not any(one.place for one in self._own):
+            return decision
+        free = found.free[0].nats if found.free else -math.inf
+        near = (one for one in found.spellings if one.nats > free - MOST_SLURRED)
+        begun = next((begin for one in near if (begin := self._search.begin_of(one, TO_NAMES))), ())
+        if not begun:
+            return decision
+        slower = resampled(samples, RATE_HZ, SLOWER * RATE_HZ)
+        readings = [_all_as_spellings(self.search(one, begun)) for one in (samples, slower)]
+        first, second = (self.meanings(one, rejected) for one in readings)
+        if not (first and second):
+            return decision if decision.command is None else no_command()
+        both = _read_twice(first, second, *readings)
+        best, lead = _best(both)
+        others = [max((one.nats for one in self._other_texts(best, read)), default=-math.inf) for read in readings]
+        nats = 0.5 * (best.nats + (best.again or 0.0))
+        bounds = self._bounds(best)
+        fits = min(nats - bounds.score, nats - 0.5 * sum(others) + bounds.behind_free)
+        if fits <= 0 or best.key[0] in SPECS:
+            if decision.command is None:
+                return decision
+            return _not_understood(found.free_text, map(self._sentence, both[:MOST_OFFERED]), fits)
+        sentences = [self._sentence(one) for one in (best, *(one for one in both[:3] if one is not best))]
+        scores = Scores(sentence=nats, over_free_text=fits, over_second_best=min(lead, THRESHOLDS.accept))
+        return decide(sentences[0], scores, THRESHOLDS, others=sentences[1:])
 
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""
         text = self.search(utterance.samples).free_text
         return "" if NO_WORDS.fullmatch(text) else text
 
-    def search(self, samples: Array) -> Found:
-        """Samples (N,) of full scale ±1 at 16 kHz → the likeliest commands and free texts."""
+    def search(self, samples: Array, begun: tuple[int, ...] = ()) -> Found:
+        """Samples (N,) of full scale ±1 at 16 kHz → the likeliest commands and free texts that begin so."""
         if len(samples) < SHORTEST * RATE_HZ or not np.any(samples):
             return Found(spellings=(), free=())
         heard = samples[-LONGEST * RATE_HZ :]
-        return self._search.search(self.encode(log_mel(heard)), len(heard) / RATE_HZ)
+        return self._search.search(self.encode(log_mel(heard)), len(heard) / RATE_HZ, begun)
 
     def meanings(self, found: Found, rejected: Iterable[str] = ()) -> list[Meaning]:
         """The commands of all spellings that were found, the likeliest first."""
@@ -332,17 +361,10 @@ class WhisperRecognizer:
         """Why these numbers must not move the robot; "": they may."""
         if best.key[2] or any(0 < abs(value) < LEAST_SPOKEN_M for _, value in best.key[1]):
             return NO_WHOLE_NUMBER
-        if not best.key[1] and best.key[0] not in SPECS and self._may_be_elsewhere(best, found):
-            return NOT_SURE
         digits = count_digits(best.spelling)
         near = (one.text for one in found.free if digits and one.nats > best.nats - NEAR_FREE)
         other = (text for text in near if key_of(text, self._own) != best.key)
         return MORE_DIGITS if any(count_digits(text) > digits or OTHER_LENGTH.search(text) for text in other) else ""
-
-    def _may_be_elsewhere(self, best: Meaning, found: Found) -> bool:
-        """Return whether free text that goes to another place is nearly as likely: no place of that name is known."""
-        near = (one.text for one in found.free if one.nats > best.nats - DOUBTED_NAME)
-        return any(GOES_ELSEWHERE.match(text) and key_of(text, self._own) != best.key for text in near)
 
     def _owed_to_chance(self, key: Key) -> float:
         """[nats] by which its numbers with one decimal are written more often than others, as far as it counts."""
@@ -355,8 +377,6 @@ class WhisperRecognizer:
         if name == STOP_MOVING.name:
             return STOP
         fixed = NUMBERS if numbers else self._fixed.get(name, COMMON)
-        if not numbers and name not in SPECS:
-            fixed = replace(fixed, behind_free=min(fixed.behind_free, PLACE_BEHIND_FREE))
         return replace(fixed, behind_free=COMMON.behind_free) if misheard(meaning.spelling) else fixed
 
     def _near(self, meanings: list[Meaning], free: float) -> list[Meaning]:
@@ -387,23 +407,19 @@ def _named(kind: CommandSpec, place: NamedPlace | None) -> str:
 
 
 def _patterns(own: OwnPhrases) -> Iterator[str]:
-    """All patterns of the user's phrases; a place's name is also written with capitals."""
+    """All patterns of the user's phrases; a place's name is also written as it was given, and with capitals."""
     for phrase in own:
         yield phrase.pattern
         if phrase.place is not None:
-            written = re.escape(phrase.place.name.lower())
-            yield re.sub(f"{written}$", lambda name: name[0].title().replace("'S", "'s"), phrase.pattern)
+            name = phrase.place.name
+            for written in (name, name.title().replace("'S", "'s")):
+                yield re.sub(f"{re.escape(name.lower())}$", written, phrase.pattern)
 
 
 def _is_lone_motion(decision: Decision) -> bool:
     """Return whether one word alone is to move the robot: talk and other languages have words like "come"."""
     command = decision.command
     return command is not None and spec_of(command.name).moves and len(decision.words.split()) == 1
-
-
-def _names_place(decision: Decision) -> bool:
-    """Return whether a place is to be gone to: any word may be a name, and many words sound like one."""
-    return decision.command is not None and decision.command.place != ""
 
 
 def _lacks_words(one: Key, other: Key) -> bool:
@@ -436,10 +452,15 @@ def _shape(key: Key) -> tuple[object, ...]:
     return key[0], *(_places(value) for _, value in key[1])
 
 
-def _read_twice(meanings: list[Meaning], again: list[Meaning]) -> list[Meaning]:
-    """The meanings of two readings; one that a reading lacks is less likely there than all that it has."""
+def _all_as_spellings(found: Found) -> Found:
+    """The texts of a search, all as spellings: a name may be written in parts, "mail box"."""
+    return replace(found, spellings=tuple({one.text: one for one in (*found.free, *found.spellings)}.values()))
+
+
+def _read_twice(meanings: list[Meaning], again: list[Meaning], found: Found, found_again: Found) -> list[Meaning]:
+    """The meanings of two readings; one that a reading lacks is less likely there than every spelling that it has."""
     first, second = ({one.key: one for one in read} for read in (meanings, again))
-    least, lowest = (min((one.nats for one in read), default=0.0) - UNREAD for read in (meanings, again))
+    least, lowest = (min((one.nats for one in read.spellings), default=0.0) - UNREAD for read in (found, found_again))
     both = [replace(one, again=second[one.key].nats if one.key in second else lowest) for one in meanings]
     return both + [replace(one, nats=least, again=one.nats) for one in again if one.key not in first]
 
@@ -477,6 +498,11 @@ class _ChanceOfPhrases(dict[str, float]):
 def _bounds_of(nats: float) -> Bounds:
     """Return the bounds of a command of which the likeliest phrase has so many nats by chance."""
     return _between(min(max((OFTEN - nats) / (OFTEN - RARELY), 0.0), 1.0))
+
+
+def _bounds_of_name(nats: float) -> Bounds:
+    """The same of a place: a name that is seldom written by itself is written less surely where it was said."""
+    return replace(NAME, score=NAME.score + NAMES_BY_CHANCE * (nats - USUAL_NAME))
 
 
 def _between(share: float) -> Bounds:

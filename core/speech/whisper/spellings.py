@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from core.commands import VOCABULARY
-from core.commands.stop_moving import SOUGHT_STOP_PHRASES
+from core.commands.stop_moving import AROUND_STOP, SOUGHT_STOP_PHRASES
 from core.message import Array
 from core.speech.understanding.grammar import HUNDREDTHS, UNITS
 from core.speech.understanding.numbers import (
@@ -73,7 +73,7 @@ class _SpellingBuilder:
             *(words for kind in VOCABULARY for words in kind.words),
             *own,
             *MISSPELT,
-            *SOUGHT_STOP_PHRASES,
+            *(f"{word} {phrase}".strip() for word in ("", *AROUND_STOP) for phrase in SOUGHT_STOP_PHRASES),
         ):
             self._write_sentence(pattern, self.begin, last)
         self._skip(last, self.end)

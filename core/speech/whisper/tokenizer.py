@@ -12,7 +12,7 @@ import msgspec
 from core.errors import BadInput
 
 MOST_BYTES = 8_000_000
-PIECE = re.compile(r" ?[A-Za-z]+| ?[0-9]+| ?[^\sA-Za-z0-9]+|\s+")
+PIECE = re.compile(r"'(?:s|t|re|ve|m|ll|d)| ?[A-Za-z]+| ?[0-9]+| ?[^\sA-Za-z0-9]+|\s+")
 """Tokens never reach over the bounds of such pieces."""
 
 

@@ -13,7 +13,7 @@ from core.navigation.places import NamedPlace
 from core.speech.recognition.decision import Decision
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import SpeechSettings
-from core.speech.synthesis import speak
+from core.speech.synthesis import VoiceSettings, speak
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.understanding.grammar import Refusal, understand
 from core.speech.understanding.place_names import check_name_apart, place_phrases, spoken_name, tidy_name
@@ -124,12 +124,17 @@ def test_names_are_heard_as_soon_as_they_are_learnt_and_no_longer_when_they_are_
     recognizer = whisper()
     recognizer.learn(OWN)
 
-    def hears(text: str) -> Decision:
+    def hears(text: str, voice: str = "en-us") -> Decision:
         ears = Transcriber(SpeechSettings(engine="whisper"), recognizer=recognizer)
-        heard = ears.feed(mono(padded(0.3 * for_words(speak(text)).samples[:, 0], 0.7, 1.2)))
+        sound = for_words(speak(text, VoiceSettings(voice=voice)))
+        heard = ears.feed(mono(padded(0.3 * sound.samples[:, 0], 0.7, 1.2)))
         return next(one.decision for one in heard if one.final)
 
     going = hears("go to the window")
     assert going.command is not None and going.command.place == "window" and going.waits
+    for voice in ("en-gb-scotland", "en-us-nyc"):
+        going = hears("go to Anna's office", voice)
+        assert going.command is not None and going.command.place == "Anna's office"
+    assert hears("go to the chicken").command is None and hears("go to the market").command is None
     recognizer.learn(())
     assert hears("go to the window").command is None

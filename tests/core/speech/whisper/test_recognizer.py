@@ -45,7 +45,7 @@ class Searched(WhisperRecognizer):
             free=tuple(ScoredText(text=text, nats=nats) for text, nats in free.items()),
         )
 
-    def search(self, samples: Array) -> Found:
+    def search(self, samples: Array, begun: tuple[int, ...] = ()) -> Found:
         if self._slower is None or len(samples) <= RATE_HZ:
             return self._found
         assert len(samples) == pytest.approx(1.1 * RATE_HZ)

@@ -1,0 +1,191 @@
+"""Thresholds of numbers, fitted without the speaker who is scored: `python -m tests.benchmarks.left_out --data DATA`.
+
+DATA holds speech_human_digits, speech_commands_tts and strangers/words/phr.tsv. Speakers are people (their digits
+within synthetic sentences), voices of flite, and those of espeak-ng, who say drawn numbers, number phrases and odd
+numbers; voices of one accent are one speaker, in whichever pitch. Every clip is one utterance and is searched once.
+
+For each speaker the thresholds that decide about a number are chosen anew, one after the other, twice over, on all
+others: as many right as possible, where a wrong one costs `--price` right ones. Told, with those and those in use:
+right, refused, stopped, wrong, and how many wrong ones move without being said back. `--every N`: every Nth clip.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from core.message import Array
+from core.speech.recognition.engines import open_engine
+from core.speech.recognition.recognizer import for_words
+from core.speech.settings import SpeechSettings
+from core.speech.synthesis import ENGLISH_VOICES, NATURAL_WORDS_MIN, VoiceSettings, speak
+from core.speech.whisper import recognizer as whisper
+from core.speech.whisper.joint_search import Found
+from tests.benchmarks.accents import drawn, said
+from tests.benchmarks.phrases import (
+    NUMBER_PHRASES,
+    SPEAKABLE,
+    UNUSED_VOICES,
+    as_it_sounds,
+    as_typed,
+    judged,
+    number_phrases,
+    odd_numbers,
+    rule_of,
+    said_back,
+)
+from tests.benchmarks.voices import REFUSED, RIGHT, STOPPED, WRONG, speaker_of, utterance
+from tests.benchmarks.word_hearing import padded
+from tests.benchmarks.word_scenes import clips_of, synthetic
+
+DRAWN_SEED = 300
+GRID: dict[str, tuple[float, ...]] = {
+    "lead": (0.4, 0.7, 1.03, 1.3, 1.63, 2.2, 3.0),  # [nats] over all other meanings
+    "score": (-7.0, -8.0, -9.0),
+    "behind_free": (3.0, 4.0, 5.0),
+    "OTHERWISE_BEHIND_FREE": (1.0, 2.0, 3.0, 4.0),
+    "SOUNDS_ALIKE": (1.0, 2.0, 3.0),
+    "UNHEARD_WORDS": (0.0, 1.0, 1.5, 2.0, 3.0),
+    "NEAR_FREE": (0.5, 1.0, 1.5, 2.0),
+}
+"""What each threshold may be; `lead`, `score` and `behind_free` are those of numbers."""
+USED = {
+    "lead": round(whisper.NUMBER_THRESHOLDS.reject, 2),
+    "score": whisper.NUMBERS.score,
+    "behind_free": whisper.NUMBERS.behind_free,
+    **{name: getattr(whisper, name) for name in GRID if name.isupper()},
+}
+
+Thresholds = tuple[float, ...]  # in the order of GRID
+Clip = tuple[str, set[str], str, Array]  # the speaker, what the words may be, the words, the sound
+
+
+class Remembered(whisper.WhisperRecognizer):
+    """A recognizer that searches each sound once."""
+
+    def __init__(self, other: whisper.WhisperRecognizer) -> None:
+        self.__dict__.update(other.__dict__)
+        self._known: dict[tuple[bytes, tuple[int, ...]], Found] = {}
+
+    def search(self, samples: Array, begun: tuple[int, ...] = ()) -> Found:
+        sound = samples.tobytes(), begun
+        if (known := self._known.get(sound)) is None:
+            known = self._known[sound] = super().search(samples, begun)
+        return known
+
+
+def clips(data: Path) -> Iterator[Clip]:
+    """All that is said."""
+    for kind, clip in (*clips_of(data / "speech_human_digits"), *(("", one) for one in synthetic(data, "command"))):
+        yield (
+            speaker_of(kind.removeprefix("espeak:"), clip.name).split()[0],
+            rules(clip.text),
+            clip.text,
+            clip.samples,
+        )
+    for number, voice in enumerate(ENGLISH_VOICES):
+        for seed, (words, pace) in enumerate(drawn(DRAWN_SEED + number)):
+            yield voice, rules(words), words, said(words, voice, seed, pace)
+    phrases = (one for one in number_phrases(data) if SPEAKABLE.fullmatch(one[0]))
+    for number, (words, may) in enumerate((*islice(phrases, NUMBER_PHRASES), *odd_numbers())):
+        voice, pitch = UNUSED_VOICES[number % len(UNUSED_VOICES)]
+        sound = speak(words, VoiceSettings(voice=voice, pitch=pitch, speed=NATURAL_WORDS_MIN))
+        yield voice, as_it_sounds(words, may), words, padded(for_words(sound).samples[:, 0], number)
+
+
+def rules(words: str) -> set[str]:
+    """The command that these words are, within the bounds of speech or not."""
+    command = as_typed(words)
+    return set() if command is None else {rule_of(command)}
+
+
+class Scored:
+    """What becomes of every clip with any thresholds."""
+
+    def __init__(self, recognizer: whisper.WhisperRecognizer, spoken: list[Clip], price: float) -> None:
+        self._recognizer, self._spoken, self._price = Remembered(recognizer), spoken, price
+        self._known: dict[Thresholds, list[str]] = {}
+        self.told: dict[Thresholds, list[str]] = {}
+        self.unsaid = 0
+
+    def outcomes(self, chosen: Thresholds) -> list[str]:
+        """What became of each clip."""
+        if chosen not in self._known:
+            values = dict(zip(GRID, chosen, strict=True))
+            whisper.NUMBER_THRESHOLDS = replace(whisper.NUMBER_THRESHOLDS, reject=values.pop("lead"))
+            whisper.NUMBERS = whisper.Bounds(score=values.pop("score"), behind_free=values.pop("behind_free"))
+            for name, value in values.items():
+                setattr(whisper, name, value)
+            decisions = [self._recognizer.decide(utterance(sound)) for *_, sound in self._spoken]
+            self._known[chosen] = [
+                judged([one.command], may) for one, (_, may, *_) in zip(decisions, self._spoken, strict=True)
+            ]
+            self.told[chosen] = [one.echo for one in decisions]
+            wrong = (one for one, what in zip(decisions, self._known[chosen], strict=True) if what == WRONG)
+            self.unsaid += sum(not said_back([one]) for one in wrong)
+        return self._known[chosen]
+
+    def fitted(self, without: str) -> Thresholds:
+        """The thresholds that are best for all other speakers; those in use where others are no better."""
+        best = tuple(USED[name] for name in GRID)
+        for place, values in [*enumerate(GRID.values())] * 2:
+            tried = (best, *((*best[:place], value, *best[place + 1 :]) for value in values))
+            best = max(tried, key=lambda one: self._worth(one, without))
+        return best
+
+    def _worth(self, chosen: Thresholds, without: str) -> float:
+        found = Counter(
+            what
+            for what, (speaker, *_) in zip(self.outcomes(chosen), self._spoken, strict=True)
+            if speaker != without
+        )
+        return found[RIGHT] - self._price * found[WRONG]
+
+
+def main() -> None:
+    """Print a row for every speaker, and for all."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--price", type=float, default=20.0)
+    chosen = parser.parse_args()
+    recognizer = open_engine(SpeechSettings(engine="whisper")).recognizer
+    assert isinstance(recognizer, whisper.WhisperRecognizer)
+    spoken = list(clips(chosen.data))[:: chosen.every]
+    scored = Scored(recognizer, spoken, chosen.price)
+    used = tuple(USED[name] for name in GRID)
+    totals: dict[str, Counter[str]] = defaultdict(Counter)
+
+    def say(line: dict[str, Any]) -> None:
+        sys.stdout.write(json.dumps(line) + "\n")
+        sys.stdout.flush()
+
+    for speaker in dict.fromkeys(speaker for speaker, *_ in spoken):
+        own = [place for place, one in enumerate(spoken) if one[0] == speaker]
+        fitted = scored.fitted(speaker)
+        row: dict[str, Any] = {"speaker": speaker, "of": len(own)}
+        for name, thresholds in (("left out", fitted), ("in use", used)):
+            outcomes = scored.outcomes(thresholds)
+            found = Counter(outcomes[place] for place in own)
+            totals[name] += found
+            row[name] = {one: found[one] for one in (RIGHT, REFUSED, STOPPED, WRONG) if found[one]}
+        changed = zip(GRID, fitted, used, strict=True)
+        say(row | {"thresholds": {name: value for name, value, before in changed if value != before}})
+        for place in own:
+            if scored.outcomes(fitted)[place] == WRONG:
+                say({WRONG: spoken[place][2], "heard": scored.told[fitted][place]})
+    for name, found in totals.items():
+        share = round(100 * found[WRONG] / found.total(), 2)
+        say({"all": name, "of": found.total(), **found, "wrong_percent": share})
+    say({"moved without being said back": scored.unsaid})
+
+
+if __name__ == "__main__":
+    main()
