@@ -66,6 +66,8 @@ def test_robots_of_one_map_are_shown_on_it_and_a_saved_map_is_taken_to_another(p
     expect(page.locator(".fleet-map h2")).to_have_text("On one map: lab")
     expect(page.locator(".fleet-spot")).to_have_text(["r1", "r2"])
     assert page.locator(".fleet-spot").first.get_attribute("href") == "/robots/r1/"
+    one, other = (page.locator(".fleet-spot").nth(number).bounding_box() or {} for number in (0, 1))
+    assert abs(one["x"] - other["x"]) >= one["width"] or abs(one["y"] - other["y"]) >= one["height"], "names apart"
     page.get_by_role("button", name="Share places, zones and routes").click()
     expect(page.locator(".fleet-map [role=status]")).to_have_text("Added at robots that lacked them: 0.")
     page.locator(".fleet-take summary").click()

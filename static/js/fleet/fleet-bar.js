@@ -54,7 +54,7 @@ export class FleetCounts extends HTMLElement {
       const count = robots.filter((robot) => groupOf(robot) === group).length;
       const chip = this.#chips.get(group);
       if (!chip) continue;
-      write(chip, t("fleet.count", { count, name }));
+      write(chip, group === "help" && count === 1 ? t("fleet.needs_help") : t("fleet.count", { count, name }));
       mark(chip, "hidden", count === 0 && chip.getAttribute("aria-pressed") !== "true");
     }
   }

@@ -7,20 +7,54 @@ import { shareMarks } from "../net/marks-api.js";
 import { make, mark, write } from "../ui/element.js";
 import { FloorView } from "../ui/floor-view.js";
 import { colourOf, drawPlan, drawRobot, fresh } from "../ui/place-drawing.js";
+import { overlap } from "../ui/placement.js";
 import { t } from "../ui/texts.js";
 import { groupOf, isOpen } from "./words.js";
 
 /** @import { FleetSession } from "./fleet-session.js" */
 /** @import { FleetRow as Robot } from "../net/rest.js" */
+/** @import { Point } from "../ui/floor-view.js" */
+/** @import { Box } from "../ui/placement.js" */
+/** @typedef {{width: number, height: number}} Size [px] */
 
 const PLAN_MS = 10_000; // between two looks at the walls
 const MARGIN_PX = 28;
 const RADIUS_PX = 9; // of a robot
-const NAME_PX = /** @type {const} */ ([72, 26]); // that a name takes
 const COLOURS = { help: "fault", working: "scene-pose", idle: "scene-pose", away: "faint" };
 
 /** @param {Robot} robot @returns {string} the root of its console */
 const rootOf = ({ name }) => `robots/${encodeURIComponent(name)}/`;
+
+/** @param {Point} at its middle [px] @param {Size} size [px] @returns {Box} */
+const boxAround = ({ x, y }, { width, height }) => ({
+  left: x - width / 2,
+  top: y - height / 2,
+  right: x + width / 2,
+  bottom: y + height / 2,
+});
+
+/**
+ * Where a name stands: below its robot, or where it covers least of robots and names.
+ * @param {Point} at of the robot [px] @param {Size} size of the name @param {Box[]} taken @param {number} width of the drawing
+ */
+function nameBeside({ x, y }, size, taken, width) {
+  const [across, down] = [RADIUS_PX + 2 + size.width / 2, RADIUS_PX + 2 + size.height / 2];
+  const ways = /** @type {const} */ ([
+    [0, down],
+    [0, -down],
+    [across, 0],
+    [-across, 0],
+    [0, down + size.height],
+    [0, -down - size.height],
+  ]);
+  const boxes = ways.map(([right, below]) => {
+    const middle = Math.max(size.width / 2, Math.min(x + right, width - size.width / 2));
+    return boxAround({ x: middle, y: y + below }, size);
+  });
+  /** @param {Box} box */
+  const covered = (box) => taken.reduce((sum, other) => sum + overlap(box, other), 0);
+  return boxes.reduce((best, box) => (covered(box) < covered(best) ? box : best));
+}
 
 /** One map, and the robots that go on in it. */
 class SharedMap {
@@ -85,9 +119,7 @@ class SharedMap {
     /** @param {string} name */
     const colour = (name) => colourOf(canvas, name);
     drawPlan(context, view, shown, colour);
-    /** @type {Array<[number, number]>} [px] of names that are drawn */
-    const taken = [];
-    for (const robot of robots) {
+    const drawn = robots.map((robot) => {
       const { x_m: x, y_m: y, heading_rad: heading } = robot.pose ?? { x_m: 0, y_m: 0, heading_rad: 0 };
       const look = robot.link === "live" ? COLOURS[groupOf(robot)] : "faint";
       const at = view.drawn({ x, y });
@@ -97,11 +129,18 @@ class SharedMap {
       this.#spotOf.set(robot.name, spot);
       mark(spot, "data-group", groupOf(robot));
       mark(spot, "href", isOpen(robot) ? robot.url : null);
-      let top = canvas.offsetTop + at.y + RADIUS_PX;
-      while (taken.some(([x, y]) => Math.abs(x - at.x) < NAME_PX[0] && Math.abs(y - top) < NAME_PX[1])) top += 1;
-      taken.push([at.x, top]);
-      spot.style.left = `${at.x}px`;
-      spot.style.top = `${top}px`;
+      return { at, spot };
+    });
+    const named = drawn.map((one) => ({
+      ...one,
+      size: { width: one.spot.offsetWidth, height: one.spot.offsetHeight },
+    }));
+    const taken = drawn.map(({ at }) => boxAround(at, { width: 2 * RADIUS_PX, height: 2 * RADIUS_PX }));
+    for (const { at, spot, size } of named) {
+      const box = nameBeside(at, size, taken, canvas.clientWidth);
+      taken.push(box);
+      spot.style.left = `${box.left}px`;
+      spot.style.top = `${canvas.offsetTop + box.top}px`;
     }
     const names = new Set(robots.map(({ name }) => name));
     for (const [name, spot] of this.#spotOf)
