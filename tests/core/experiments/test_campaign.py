@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import subprocess
 import sys
 from dataclasses import replace
 from functools import partial
@@ -190,3 +191,19 @@ def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(Unavailable) as refused:
         Campaign("drawn", cluster="tcp://127.0.0.1:1").carry_out(planned())
     assert install_extra("cluster") in str(refused.value)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the allocator of glibc")
+def test_a_worker_of_dask_does_not_fetch_the_memory_of_each_array_from_the_system_anew() -> None:
+    faults = "resource.getrusage(resource.RUSAGE_SELF).ru_minflt"
+    lines = [
+        "import resource, numpy",
+        "from core.experiments.workers import keep_freed_memory",
+        "keep_freed_memory()",
+        f"before = {faults}",
+        "for _ in range(100): numpy.ones(2**17)",
+        f"print({faults} - before)",
+    ]
+    environment = {**os.environ, "MALLOC_TRIM_THRESHOLD_": "65536"}  # as dask's nanny sets it
+    said = subprocess.run([sys.executable, "-c", "\n".join(lines)], env=environment, capture_output=True, check=True)
+    assert int(said.stdout) < 100 * 2**20 / 4096 / 4, "fewer than a quarter of the pages"
