@@ -43,7 +43,7 @@ def test_every_command_of_the_page_does_what_it_says(tmp_path: Path, monkeypatch
                 assert server.stderr is not None
                 next(line for line in server.stderr if "Scheduler at" in line or "Starting established" in line)
             else:
-                told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=600)
+                told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=1800)
                 assert told.returncode == 0, told.stderr
                 printed.append(told.stdout)
     assert "8 runs were done before" in printed[1] and "speed-up" in printed[0]
