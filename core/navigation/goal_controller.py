@@ -67,6 +67,9 @@ class GoalController:
     CAUTION = 0.03  # [m] more around the body after each
     FACING = 0.03  # [rad] within which it faces what it should
     SLACK = 0.04  # [m] around the distance that is kept from what moves
+    DETOURS = 3  # in a row, each shut when it was come near, after which there is no way …
+    LONGER = 0.3  # [m] by which a new way is longer than what was left, and is a detour …
+    NEARER = 0.5  # [m] by which less must be left than ever before so that they are forgotten
 
     def __init__(
         self, aim: GoalAim, ctx: ControlContext, *, lasting: bool = False, cruise: float | None = None
@@ -80,6 +83,7 @@ class GoalController:
         self._shut = ""  # why there is no way at the moment
         self._tries = 0
         self._back_from: tuple[float, float] | None = None
+        self._detours, self._least_left = 0, math.inf
         self._began = self._looked = self._shut_since = ctx.stamp
         self._pursuit: Pursuit | None = None
         self._headway = _headway(ctx)
@@ -102,6 +106,8 @@ class GoalController:
             return self._wait(ctx, left)
         if not self._lasting and ctx.stamp > self._began + self._allowance:
             return self._say("stuck", left, Statement("command.way_too_long_left", left=f"{left:.2f}"))
+        if self._detours > self.DETOURS:
+            return self._say("stuck", left, Statement("way.shut_again"))
         space = free_space(ctx.scan_points, ctx.body.radius)
         twist = self._way.steer(ctx.pose, self._cruise, ctx.body.turn, space)
         if twist.moves and self._headway.lost(self._effort(ctx), ctx.stamp):
@@ -221,10 +227,15 @@ class GoalController:
             return
         rest = np.vstack(((ctx.pose.x, ctx.pose.y), self._way.rest))
         self._open = self._sees_aim(ctx)
+        left = self._way.left(ctx.pose)
+        if left < self._least_left - self.NEARER:
+            self._detours, self._least_left = 0, left
         if is_free(_terrain(ctx, rest), rest, ctx.body.radius, ctx.planner):
             self._shut = ""
         elif ctx.stamp - self._planned >= self.PLAN_EVERY:
             self._try_to_set_out(ctx)
+            longer = not self._shut and self._way.left(ctx.pose) > left + self.LONGER
+            self._detours += longer and not self._lasting
 
     def _sees_aim(self, ctx: ControlContext) -> bool:
         """Return whether nothing stands between the robot and the aim; what is near the aim does not count."""

@@ -340,14 +340,14 @@ def block(drive: Drive) -> None:
     """A box stands on the stop that is driven to."""
     run = drive.run
 
-    def is_before() -> bool:
-        true = drive.live.runtime.snapshot.truth
-        return run.command is not None and true.distance_to(*drive.places[run.here.place]) > BLOCK_M
+    def is_blocked() -> bool:
+        (x, y), true = drive.places[run.here.place], drive.live.runtime.snapshot.truth
+        if run.command is None or true.distance_to(x, y) <= BLOCK_M:
+            return False
+        box = {"what": "box", "x_m": x, "y_m": y, "size_m": 0.5, "heading_rad": 0.0, "id": "box"}
+        return drive.live.ask("POST", "/api/sim/place", box, token=drive.live.operator).status == 201
 
-    drive.comes_to(is_before, 120.0)
-    x, y = drive.places[run.here.place]
-    box = {"what": "box", "x_m": x, "y_m": y, "size_m": 0.5, "heading_rad": 0.0, "id": "box"}
-    drive.ask("POST", "/api/sim/place", box, 201)
+    assert drive.comes_to(is_blocked, 120.0), "the box fits at no stop: somebody stands there"
 
 
 def unblock(drive: Drive) -> None:

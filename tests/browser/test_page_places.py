@@ -7,7 +7,7 @@ import urllib.parse
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Locator, expect
 
 from tests.browser.running_console import Running
 from tests.browser.visit import PHONE, Visit
@@ -136,6 +136,18 @@ def test_a_zone_is_drawn_on_the_map(visit: Open, console: Running, hand: str) ->
     shown(here, f"zone-drawn-by-{hand}")
 
 
+def build_stops(card: Locator) -> None:
+    """Desk and sofa: chosen from the list, dragged into their order, and moved by their buttons."""
+    card.get_by_label("Add a stop…").select_option("sofa")
+    card.get_by_label("Add a stop…").select_option("desk")
+    names = card.locator(".route-stop .place-name")
+    names.nth(1).drag_to(names.nth(0))
+    expect(card.locator(".route-stop .place-name")).to_have_text(["desk", "sofa"])
+    card.get_by_role("button", name="sofa earlier").click()
+    expect(card.locator(".route-stop .place-name")).to_have_text(["sofa", "desk"])
+    card.get_by_role("button", name="desk earlier").click()
+
+
 def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: Open, console: Running) -> None:
     for name, x in (("desk", 0.05), ("sofa", 0.3)):
         console.ask("api/places", {"name": name, "x_m": x, "y_m": 0.0})
@@ -145,10 +157,7 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
     card = here.find("route-card:visible")
     card.get_by_role("button", name="New route").click()
     card.get_by_label("Name of the route").fill("round")
-    card.get_by_label("Add a stop…").select_option("sofa")
-    card.get_by_label("Add a stop…").select_option("desk")
-    card.get_by_role("button", name="desk earlier").click()
-    expect(card.locator(".route-stop .place-name")).to_have_text(["desk", "sofa"])
+    build_stops(card)
     card.get_by_label("Action at desk").select_option("wait_for_continue")
     expect(card.get_by_label("Words at sofa")).to_be_hidden()
     card.get_by_label("Action at sofa").select_option("say")

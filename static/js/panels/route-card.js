@@ -71,13 +71,9 @@ class RouteCard extends Panel {
   #hours = make(
     "div",
     { class: "row route-acts", hidden: true },
-    t("route-card.rounds_from"),
-    this.#begins,
-    t("route-card.rounds_until"),
-    this.#ends,
-    t("route-card.every"),
-    this.#every,
-    "min",
+    make("label", { class: "inline" }, t("route-card.rounds_from"), this.#begins),
+    make("label", { class: "inline" }, t("route-card.rounds_until"), this.#ends),
+    make("label", { class: "inline" }, t("route-card.every"), this.#every, "min"),
   );
   #save = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
   #trouble = new TroubleLine();
@@ -293,7 +289,10 @@ class RouteCard extends Panel {
       action,
       text,
     );
-    row.addEventListener("dragstart", () => (this.#dragged = index));
+    row.addEventListener("dragstart", (event) => {
+      this.#dragged = index;
+      event.dataTransfer?.setData("text/plain", stop.place); // without it, Firefox drags nothing
+    });
     row.addEventListener("dragover", (event) => event.preventDefault());
     row.addEventListener("drop", (event) => {
       event.preventDefault();

@@ -10,7 +10,9 @@ import pytest
 
 from core.errors import Refused
 from core.geometry import Pose
+from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalAim, GoalController, GoalStep
+from core.sentences import Statement
 from tests.core.commands.stage import OPEN, Stage
 
 
@@ -103,3 +105,28 @@ def test_a_robot_that_something_holds_back_backs_up_tries_again_and_then_tells()
     assert "backing" in states
     assert stage.pose.x < -0.05
     assert words.startswith(("Something blocks", "The robot gets no further"))
+
+
+class BesideABox(Stage):
+    """A stage on whose goal a box stands, of which the laser sees the sides that face it."""
+
+    SIZE, MIDDLE = 0.5, np.array((1.5, 0.3))
+
+    @property
+    def here(self) -> ControlContext:
+        along = np.arange(-self.SIZE / 2, self.SIZE / 2 + 1e-9, 0.02)
+        seen = [np.empty((0, 2))]
+        for normal in np.array([(1, 0), (0, 1), (-1, 0), (0, -1)]):
+            side = self.MIDDLE + self.SIZE / 2 * normal + along[:, None] * normal[::-1]
+            if (np.array((self.pose.x, self.pose.y)) - side[0]) @ normal > 0.0:
+                seen.append(side)
+        self.walls = np.vstack(seen)
+        return super().here
+
+
+@pytest.mark.parametrize("begin", [Pose(), Pose(1.0, 1.8, -1.0), Pose(3.0, 0.3, 3.0)])
+def test_who_goes_round_what_stands_on_the_goal_says_so_within_a_round(begin: Pose) -> None:
+    stage = BesideABox(begin)
+    ended = stage.obey("stop at 1.5 and 0.3", seconds=100.0)
+    assert ended.finished == "failed" and ended.remark == Statement("way.shut_again")
+    assert stage.nearest > 0.12
