@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -62,6 +63,8 @@ MAGIC: dict[bytes, str] = {
 }
 """How the forms begin; the name of a file may say anything: .bag.active, .db, nothing."""
 AS_LOGGED = LogSettings()
+MAX_PACKED = 3  # times that a file is packed
+TAR = b"ustar"  # 257 bytes from the beginning
 FORMS = ".mcap, .bag, .db3 and bag folders, CARMEN text, .jsonl, .npz, MRCLAM folders, Victoria Park text"
 
 
@@ -82,10 +85,13 @@ def open_log(
     place, number, folder = _split(str(path))
     if folder:
         return _folder(place, number, ids, settings, whole=whole)
-    if is_packed(place):
-        with unpacked_file(place, settings.largest_file) as content:
-            return replace(_file(content, number, ids, still, settings, whole=whole), path=place)
-    return _file(place, number, ids, still, settings, whole=whole)
+    with contextlib.ExitStack() as stack:
+        content = place
+        for _ in range(MAX_PACKED):
+            if is_packed(content):
+                content = stack.enter_context(unpacked_file(content, settings.largest_file))
+        read = _file(content, number, ids, still, settings, whole=whole)
+        return read if content == place else replace(read, path=place)
 
 
 def ros_form(path: Path) -> tuple[str, Messages] | None:
@@ -151,6 +157,8 @@ def _archive(path: Path, number: int | None, ids: Ids, still: bool, settings: Lo
     finally:
         archive.close()
     held = ", ".join(sorted(archive.names)[:12]) or "nothing"
+    if not archive.has_arrays:
+        raise BadInput(f"{path.name} is an archive of files ({held}). Unpack it, and give the recording in it.")
     raise BadInput(
         f"{path.name} is no known form of log: t and scan_cm, or obs with v_noisy and steer_noisy, or obs with odo "
         f"and odo_cov are expected; it holds {held}."
@@ -160,6 +168,8 @@ def _archive(path: Path, number: int | None, ids: Ids, still: bool, settings: Lo
 def _text(path: Path, ids: Ids, settings: LogSettings) -> Recording:
     """Read a text log; the first line that begins as a known form does decides which one it is."""
     begun, keys = False, set[str]()
+    if first_bytes(path, 262).endswith(TAR):
+        raise BadInput(f"{path.name} is an archive of files. Unpack it (tar -xf), and give the recording in it.")
     for number, line in TextLog(path, settings.largest_file):
         if "\0" in line:
             break
@@ -168,11 +178,13 @@ def _text(path: Path, ids: Ids, settings: LogSettings) -> Recording:
         begun = begun or bool(line)
         if line.startswith(("ODOMETRY ", "LANDMARK ")):
             return victoria_park.read(path, ids, settings)
-        if line.split(None, 1)[:1] and line.split(None, 1)[0] in carmen.KNOWN:
+        if carmen.is_known(line):
             return carmen.read(path, settings)
         keys.add(line.partition(":")[0])
         if number >= 10_000:
             break
+    if "rosbag2_bagfile_information" in keys:
+        raise BadInput(f"{path.name} describes a bag folder. Give the folder it lies in.")
     if {"image", "resolution", "origin"} <= keys:
         raise BadInput(
             f"{path.name} is a map of Nav2, not a recording: there is nothing in it to estimate from. "

@@ -10,6 +10,7 @@ PARAM laser_front_laser_fov (field of FLASER's beams), laser_front_laser_flipped
 from __future__ import annotations
 
 import math
+import re
 from array import array
 from pathlib import Path
 
@@ -22,24 +23,25 @@ from core.recording.clocks import StampedStream, evenly_spread, settled_stamps
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording, stamped
-from core.recording.scans import in_time_order, make_scan, scan_recording, spread
+from core.recording.scans import RangeUnit, in_time_order, make_scan, scan_recording, spread
 from core.recording.source import TextLog
 from core.sensors import Scan
 
 NO_RETURN = 80.0  # [m]: readings from here on mean that nothing came back
 FORM = "CARMEN text"
-KNOWN = ("FLASER", "ROBOTLASER1", "RAWLASER1", "ODOM", "PARAM")
+LASER = re.compile(r"[FR]LASER|(ROBOT|RAW)LASER\d")
+LASERS = ("FLASER", "ROBOTLASER1", "RAWLASER1")  # the first of several that have about as many scans
 BEARING_MARGIN_RAD = 0.02  # by which a field of a whole turn may be written too wide
 
 
 def read(path: Path, settings: LogSettings) -> ScanRecording:
     """A CARMEN log, plain or gzip'ed → the recording. Raises BadInput."""
-    log, tally = _Carmen(settings), ReadReport(path)
+    tally = ReadReport(path)
+    log = _Carmen(settings, tally)
     text = TextLog(path, settings.largest_file)
     others = 0
     for number, line in text:
-        word = line.split(None, 1)[0] if line else ""
-        if word not in KNOWN:
+        if not is_known(line):
             others += bool(line) and not line.startswith("#")
             continue
         if log.held > settings.most_readings:
@@ -48,8 +50,9 @@ def read(path: Path, settings: LogSettings) -> ScanRecording:
             )
             break
         try:
-            log.take(word, line.split())
-            tally.read += word != "PARAM"
+            words = words_of(line)
+            log.take(words[0], words)
+            tally.read += words[0] != "PARAM"
         except (BadRecord, ValueError, IndexError, OverflowError) as problem:
             tally.skip(
                 str(problem) if isinstance(problem, BadRecord) else "it is cut or no numbers", f"line {number}"
@@ -59,13 +62,28 @@ def read(path: Path, settings: LogSettings) -> ScanRecording:
     return log.finish(path, tally, others)
 
 
+def is_known(line: str) -> bool:
+    """Return whether a line is a record that is read."""
+    first = re.split(r"[\s,;]", line, maxsplit=1)[0].upper()
+    return first in ("ODOM", "PARAM") or bool(LASER.fullmatch(first))
+
+
+def words_of(line: str) -> list[str]:
+    """A record → its words, whatever stands between them; commas may be decimal points, what follows # is none."""
+    line = line.partition(" #")[0].replace(";", " ")
+    words = line.replace(",", " " if "." in line else ".").split()
+    return [words[0].upper(), *words[1:]]
+
+
 class _Carmen:
     """Takes lines one by one."""
 
-    def __init__(self, settings: LogSettings):
+    def __init__(self, settings: LogSettings, tally: ReadReport):
         self._settings = settings
         self._scans: list[Scan] = []
         self._logged: list[float] = []  # [s] by the logger, of every scan
+        self._kinds: list[str] = []  # of the record of every scan
+        self._unit = RangeUnit("the laser", tally)
         self._beside = array("d")  # with every scan: laser x y θ, robot x y θ; NaN where it carries none
         self._odometry = array("d")  # time, logger's time, x y θ tv rv …
         self._field: float | None = None  # [rad] of FLASER's beams, where the header says it
@@ -81,18 +99,20 @@ class _Carmen:
             x, y, heading, speed, turn_rate = (_finite(text) for text in words[1:6])
             self._odometry.extend((_time(words, 7), _finite(words[-1]), x, y, heading, speed, turn_rate))
             self.held += 56
-        elif word == "FLASER":
+        elif word in ("FLASER", "RLASER"):
             beams = _count(words[1])
             after = 2 + beams
-            self._keep(words[2:after], self._spread(beams), NO_RETURN, words[after:], 6)
+            if len(words) > after + 9:
+                raise BadRecord("it has more numbers than it says")
+            self._keep(word, words[2:after], self._spread(beams), NO_RETURN, words[after:], 6)
         else:
             start, step, maximum = _finite(words[2]), _finite(words[4]), _finite(words[5])
             beams = _count(words[8])
+            step = step or _finite(words[3]) / max(1, beams - 1)
             after = 9 + beams
             after += 1 + _count(words[after])
-            self._keep(
-                words[9 : 9 + beams], (start, step), maximum, words[after:], 11 if word == "ROBOTLASER1" else 0
-            )
+            time_at = 11 if word.startswith("ROBOT") else 0
+            self._keep(word, words[9 : 9 + beams], (start, step), maximum, words[after:], time_at)
 
     def _take_header(self, words: list[str]) -> None:
         """One entry of the header, which says what the records do not."""
@@ -123,17 +143,18 @@ class _Carmen:
         return half, apart
 
     def _keep(
-        self, ranges: list[str], angles: tuple[float, float], maximum: float, rest: list[str], time_at: int
+        self, kind: str, ranges: list[str], angles: tuple[float, float], maximum: float, rest: list[str], time_at: int
     ) -> None:
         """One scan; `rest`: the words behind its ranges, of which that at `time_at` is its time."""
         beside = [_finite(text) for text in rest[:6]] if time_at else [math.nan] * 6
         if len(beside) < 6:
             raise BadRecord("it is cut or no numbers")
         maximum = self._settings.range_max or maximum
-        row = np.array(ranges, np.float64)
+        row, _ = self._unit.metres(np.array(ranges, np.float64), (0.0, math.inf))
         scan = make_scan(_time(rest, time_at), row[::-1] if self._flipped else row, angles, (0.0, maximum))
         logged = _finite(rest[-1])
         self._scans.append(scan)
+        self._kinds.append(kind)
         self._logged.append(logged)
         self._beside.extend(beside)
         self.held += 600 + scan.ranges.nbytes
@@ -146,12 +167,14 @@ class _Carmen:
                 f"{path.name} holds no FLASER, ROBOTLASER1 or RAWLASER1 line, so it is no CARMEN log with scans."
                 f"{reasons}"
             )
-        beside = np.array(self._beside).reshape(-1, 6)
+        used = self._chosen(tally)
+        scans = [self._scans[row] for row in used.tolist()]
+        beside = np.array(self._beside).reshape(-1, 6)[used]
         odometry = np.array(self._odometry).reshape(-1, 7)
         lasers, robots = beside[:, :3], beside[:, 3:]
         posed = np.isfinite(robots).all(axis=1)
         stamps = self._settled(
-            np.array([scan.stamp for scan in self._scans]), np.array(self._logged), "the laser", tally
+            np.array([scan.stamp for scan in scans]), np.array(self._logged)[used], "the laser", tally
         )
         if posed.any() and np.ptp(robots[posed], axis=0).max() > 0:
             track = believable_track("the poses beside the scans", stamps[posed], robots[posed], None, tally)
@@ -164,11 +187,22 @@ class _Carmen:
             )
         tally.topics = ["FLASER, ROBOTLASER1, RAWLASER1: laser"] + ([source] if track is not None else [])
         mounting = _mounting(robots[posed], lasers[posed], tally) if posed.any() else Pose(x=self._offset)
-        dated = [stamped(scan, float(stamp)) for scan, stamp in zip(self._scans, stamps, strict=True)]
+        dated = [stamped(scan, float(stamp)) for scan, stamp in zip(scans, stamps, strict=True)]
         scans = in_time_order(dated, tally)
         if others:
             tally.topics.append(f"{others} lines of other kinds are not used")
         return scan_recording(path, scans, track, tally, FORM, self._settings, mounting)
+
+    def _chosen(self, tally: ReadReport) -> Array:
+        """Rows of the scans of one laser, (N,)."""
+        kinds = np.array(self._kinds)
+        names, counts = np.unique(kinds, return_counts=True)
+        many = [str(name) for name, count in zip(names, counts, strict=True) if 2 * count >= counts.max()]
+        name = next((one for one in LASERS if one in many), many[0])
+        others = sorted({str(one) for one in names} - {name})
+        if others:
+            tally.warn(f"Of several lasers {name} is used; {', '.join(others)} is not.")
+        return np.flatnonzero(kinds == name)
 
     @staticmethod
     def _settled(own: Array, logged: Array, name: str, tally: ReadReport) -> Array:

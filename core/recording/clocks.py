@@ -21,6 +21,10 @@ MAX_LATENCY_SPREAD_S = 0.5  # (median deviation) of the way to a recorder whose 
 MAX_OUTLIER_S = 30.0  # of a single stamp from what the others suggest
 OUTLIER_WINDOW_ROWS = 51  # that suggest it: over a whole recording a clock may run slower, as a simulator's does
 MIN_JUMP_S = 1.0  # of a device's clock that was set, beyond the time that passed for the recorder
+MIN_JUDGED_ROWS = 20  # of a stream whose clock is judged
+MAX_RATE = 30.0  # times the recorder's, at which a simulator's clock may run
+MAX_BACKWARD_SHARE = 0.05  # of the stamps that are older than the one before
+MIN_DRIFT_S = 0.3  # by which two clocks run apart over a log
 MAX_REPEATED = 3  # stamps that repeat the one before in a short log
 MAX_REPEATED_SHARE = 0.1  # of stamps that repeat the one before: beyond it they are rounded or have no value
 DEFAULT_PERIOD_S = 0.1  # between scans that carry no times at all
@@ -69,6 +73,12 @@ class StampedStream:
         return float(np.median(self.logged - self.own))
 
     @property
+    def drift(self) -> float:
+        """By how much the latency [s] grew from the first tenth of the readings to the last one."""
+        late, tenth = self.logged - self.own, max(1, len(self.own) // 10)
+        return float((np.median(late[-tenth:]) - np.median(late[:tenth])) / 0.9)
+
+    @property
     def comparable(self) -> bool:
         """True where the way to the recorder takes about the same time always."""
         late = self.logged - self.own
@@ -87,6 +97,9 @@ def settled_stamps(stream: StampedStream, report: ReadReport) -> tuple[StampedSt
     stamped = np.isfinite(own) & (own > 0)
     if not stamped.any() or len(np.unique(own[stamped])) * 2 < len(own):
         return StampedStream(stream.name, logged.copy(), logged), np.isfinite(logged)
+    if fault := _untrue(own[stamped], logged[stamped]):
+        report.fault(fault[0], stream.name, used=True, times=fault[1])
+        return StampedStream(stream.name, logged.copy(), logged), np.isfinite(logged)
     own = own.copy()
     rows = np.flatnonzero(stamped)
     passed, stepped = np.diff(logged[rows]), np.diff(own[rows])
@@ -100,6 +113,32 @@ def settled_stamps(stream: StampedStream, report: ReadReport) -> tuple[StampedSt
     good = np.zeros(len(own), bool)
     good[rows] = np.abs(late - median_filter(late, OUTLIER_WINDOW_ROWS, mode="nearest")) < MAX_OUTLIER_S
     return StampedStream(stream.name, own, logged), good
+
+
+def _untrue(own: Array, logged: Array) -> tuple[str, str] | None:
+    """Stamps (N,) [s] and the recorder's times of the same → why they cannot be true, and how fast they run."""
+    passed = float(np.ptp(logged))
+    if len(own) < MIN_JUDGED_ROWS or not passed > 0:
+        return None
+    steps = np.diff(own[np.argsort(logged, kind="stable")])
+    backward = (steps < 0) & (steps > -MIN_JUMP_S)
+    if np.mean(backward) > MAX_BACKWARD_SHARE and np.count_nonzero(backward) > MAX_REPEATED:
+        return "clock.backward", ""
+    rate = abs(float(np.median(steps[steps != 0]))) * (len(own) - 1) / passed if np.any(steps) else 1.0
+    return None if 1 / MAX_RATE < rate < MAX_RATE else ("clock.rate", f"{rate:.3g}")
+
+
+def at_one_rate(laser: StampedStream, wheels: StampedStream, report: ReadReport) -> None:
+    """Give the stream whose clock runs faster or slower than the other's the recorder's times, in place."""
+    if min(len(laser.own), len(wheels.own)) < MIN_JUDGED_ROWS or not (laser.comparable and wheels.comparable):
+        return
+    drifts = laser.drift, wheels.drift
+    if abs(drifts[0] - drifts[1]) < MIN_DRIFT_S:
+        return
+    moved = laser if abs(drifts[0]) > abs(drifts[1]) else wheels
+    passed = float(np.ptp(moved.logged))
+    report.fault("clock.rate", moved.name, used=True, times=f"{1 - moved.drift / passed:.3g}")
+    moved.own[:] = moved.logged
 
 
 def _comes_back(steps: Array) -> Array:
@@ -116,6 +155,7 @@ def on_one_clock(laser: StampedStream, wheels: StampedStream, report: ReadReport
     """
     if not len(laser.own) or not len(wheels.own):
         return 0.0, 0.0
+    at_one_rate(laser, wheels, report)
     apart = laser.latency - wheels.latency
     if abs(apart) <= MAX_CLOCK_DIFFERENCE_S or not (laser.comparable and wheels.comparable):
         return 0.0, 0.0

@@ -37,6 +37,11 @@ class Archive:
         """The names of the arrays."""
         return {name.removesuffix(".npy") for name in self._zip.namelist()}
 
+    @property
+    def has_arrays(self) -> bool:
+        """True where at least one of its files is an array."""
+        return any(name.endswith(".npy") for name in self._zip.namelist())
+
     def floats(self, name: str, columns: int | None = None) -> Array:
         """The array of that name as float64: (N,), or (N, columns) where `columns` is given (0: any number).
 

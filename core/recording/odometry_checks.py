@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from core.geometry import rotation, wrap_all
@@ -12,6 +14,9 @@ from core.sensors.publishers import odometry_turns
 
 MAX_SPEED_M_S = 6.0  # of a robot that maps rooms
 MAX_TURN_RATE_RAD_S = 7.0
+MIN_TURNS = 10  # of the base, by which the unit of its heading is judged
+MIN_DEGREES = 12.0  # of a heading in them
+MIN_SPIN_RAD_S = 4.0  # that no base turns all the time
 MAX_CARRIED_S = 2.0  # over which speeds are carried on, and a jump is judged by them
 MIN_WAY_M = 0.5  # by the speeds, over which the place must have moved
 STANDING_SHARE = 0.02  # of that way: less, and the place stands
@@ -37,8 +42,13 @@ def believable_track(
     elif _stands(times, poses, twists):
         report.fault("odometry.stands", name, used=True)
         driven = _integrated(times, twists)
+    elif _counts_degrees(times, poses[:, 2]):
+        report.fault("odometry.degrees", name, used=True)
+        driven = np.column_stack([poses[:, :2], np.radians(poses[:, 2])])
     track = None if driven is None else OdometryTrack.of(times, driven, twists)
     if track is None:
+        if len(times) > 1 and not np.isfinite(poses).all(axis=1).any() and driven is not None:
+            report.fault("odometry.malformed", name, what="its numbers are not finite")
         return None
     if odometry_turns(track.times, track.poses) > 0.0:
         report.fault("robots.mixed", name)
@@ -48,6 +58,17 @@ def believable_track(
         report.fault("odometry.too_fast", name, speed=f"{speed:.3g}")
         return None
     return _without_restarts(name, track, speed, report)
+
+
+def _counts_degrees(times: Array, headings: Array) -> bool:
+    """Headings (N,) as logged → whether they are degrees: as radians the base would spin."""
+    lasted = np.diff(times)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rates = np.abs(np.diff(headings))[lasted > 0] / lasted[lasted > 0]
+    rates = rates[np.isfinite(rates) & (rates > 0)]
+    if len(rates) < MIN_TURNS or not np.nanmax(np.abs(headings)) > MIN_DEGREES:
+        return False
+    return bool(MIN_SPIN_RAD_S < np.quantile(rates, 0.9) < math.degrees(MAX_TURN_RATE_RAD_S))
 
 
 def _instead(twists: Array | None) -> str:
@@ -72,7 +93,8 @@ def _stands(times: Array, poses: Array, twists: Array | None) -> bool:
     if rolled is None or len(times) < 2:
         return False
     way = np.abs(np.diff(rolled, axis=0)).sum(axis=0)
-    moved = np.nan_to_num(np.abs(np.diff(poses, axis=0))).sum(axis=0)
+    with np.errstate(invalid="ignore"):
+        moved = np.nan_to_num(np.abs(np.diff(poses, axis=0))).sum(axis=0)
     return bool(way[0] + way[1] > MIN_WAY_M and moved.sum() < STANDING_SHARE * (way[0] + way[1]))
 
 

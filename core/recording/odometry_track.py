@@ -8,7 +8,7 @@ from core.geometry import Pose, rotation, wrap, wrap_all
 from core.message import Array, message
 from core.sensors import Wheels
 
-MAX_VALUE = 1e6  # [m, rad, m/s, rad/s]: what is beyond is no odometry
+MAX_VALUE = 1e6  # [m, rad, m/s, rad/s]: what is so far from the rest is no odometry
 
 
 @message
@@ -26,7 +26,8 @@ class OdometryTrack:
 
         Rows that are not finite or absurd, and repeated times are left out; fewer than two rows left: None.
         """
-        good = np.isfinite(times) & (np.abs(poses) < MAX_VALUE).all(axis=1)
+        good = np.isfinite(times) & np.isfinite(poses).all(axis=1)
+        good &= (np.abs(poses - np.median(poses[good], axis=0)) < MAX_VALUE).all(axis=1) if good.any() else False
         if twists is not None:
             good &= (np.abs(twists) < MAX_VALUE).all(axis=1)
         times, first = np.unique(times[good], return_index=True)

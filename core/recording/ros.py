@@ -15,6 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from core.errors import BadInput
+from core.geometry import Pose
 from core.message import Array
 from core.recording.clocks import RecorderClock, StampedStream, evenly_spread, on_one_clock, settled_stamps
 from core.recording.json_scan import read_json_scan
@@ -26,12 +27,13 @@ from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
 from core.recording.ros_frames import FrameTree, Placed
 from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE, RosPictures
 from core.recording.ros_sound import AUDIO_DATA, AUDIO_INFO, AUDIO_STAMPED, RAW_AUDIO, RosSounds, with_sound
-from core.recording.scans import in_time_order, make_scan, scan_recording, unit_of
+from core.recording.scans import RangeUnit, checked_angles, in_time_order, make_scan, scan_recording
 from core.sensors import Scan
 from core.sensors.checks import refusal
 
 LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 SAME_AS = {"tf/msg/tfMessage": TF}
+MAX_MOUNT_M = 5.0  # from the middle of a robot to its laser
 MIN_QUATERNION = 0.25  # squared length of one that says a heading
 TIMED = frozenset({LASER_SCAN, ODOMETRY, TF})
 SEEN = frozenset({IMAGE, COMPRESSED, CAMERA_INFO})
@@ -86,7 +88,7 @@ class RosMessages:
         self._settings = settings
         self._tally = tally
         self._scans: dict[str, _ScanTopic] = {}
-        self._units: dict[str, float] = {}  # metres per unit, by topic
+        self._units: dict[str, RangeUnit] = {}  # by topic
         self._odometry: dict[str, _OdometryTopic] = {}
         self._tree = FrameTree()
         self._others: dict[str, tuple[str, int]] = {}  # topic → type, how many
@@ -134,29 +136,14 @@ class RosMessages:
 
     def _take_scan(self, envelope: Envelope, kind: str) -> bool:
         message = decode(envelope, kind)
-        scale = self._metres_per_unit(envelope.topic, message)
-        step = message.angle_increment
-        if step == 0 and len(message.ranges) > 1 and message.angle_max != message.angle_min:
-            step = (message.angle_max - message.angle_min) / (len(message.ranges) - 1)
-            self._tally.fault("scan.step_zero", envelope.topic, used=True)
-        scan = make_scan(
-            stamp_of(message.header),
-            message.ranges if scale == 1.0 else message.ranges * np.float32(scale),
-            (message.angle_min, step),
-            (message.range_min * scale, self._settings.range_max or message.range_max * scale),
-            message.time_increment,
-        )
+        name = envelope.topic
+        unit = self._units.setdefault(name, RangeUnit(name, self._tally))
+        ranges, (low, high) = unit.metres(message.ranges, (message.range_min, message.range_max))
+        ends = message.angle_min, message.angle_max
+        angles = checked_angles(name, len(ranges), ends, message.angle_increment, self._tally)
+        limits = low, self._settings.range_max or high
+        scan = make_scan(stamp_of(message.header), ranges, angles, limits, message.time_increment)
         return self._keep(envelope, scan, message.header.frame_id)
-
-    def _metres_per_unit(self, name: str, message: Any) -> float:
-        """The unit of a laser's ranges, by its first scan."""
-        if name not in self._units:
-            self._units[name], unit = unit_of(np.asarray(message.ranges), message.range_min)
-            if unit != "metres":
-                hits = message.ranges[np.isfinite(message.ranges)]
-                low, high = f"{hits.min():.4g}", f"{hits.max():.4g}"
-                self._tally.fault("scan.units", name, used=True, nearest=low, farthest=high, unit=unit)
-        return self._units[name]
 
     def _take_json(self, envelope: Envelope, kind: str) -> bool:
         scan = read_json_scan(envelope.content, self._settings.range_max)
@@ -167,6 +154,10 @@ class RosMessages:
 
     def _keep(self, envelope: Envelope, scan: Scan, frame: str) -> bool:
         topic = self._scans.setdefault(envelope.topic, _ScanTopic(frame.strip("/")))
+        last = topic.scans[-1] if topic.scans else None
+        if last is not None and last.stamp == scan.stamp and np.array_equal(last.ranges, scan.ranges, equal_nan=True):
+            self._tally.drop("it is written twice", count=1)
+            return False
         topic.scans.append(scan)
         topic.logged.append(envelope.logged)
         self._held += 500 + scan.ranges.nbytes
@@ -253,6 +244,10 @@ class RosMessages:
             if not given and not alone and not (frame and frame == base):
                 self._tally.fault("mount.unknown", frame or name, used=True)
             return Placed()
+        if math.hypot(placed.pose.x, placed.pose.y) > MAX_MOUNT_M:
+            far = f"{math.hypot(placed.pose.x, placed.pose.y):.0f}"
+            self._tally.fault("mount.too_far", frame, used=True, far=far)
+            return replace(placed, pose=Pose(heading=placed.pose.heading), height=Placed().height)
         if not placed.level:
             raise refusal("mount.not_level", frame, tilt=f"{math.degrees(placed.tilt):.0f}")
         return placed

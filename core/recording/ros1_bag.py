@@ -33,6 +33,8 @@ def messages(path: Path, settings: LogSettings, tally: ReadReport) -> Iterator[E
     """Every message of a ROS 1 bag in the order of the file. Raises BadInput when it is none."""
     with BinaryLog(path, settings.largest_file) as source:
         if source.at(0, len(MAGIC)) != MAGIC:
+            if source.at(0, 9) in (b"#ROSBAG V", b"#ROSRECOR"):
+                raise BadInput(f"{path.name} is a ROS bag from before version 2.0. Convert it: rosbag fix OLD NEW.")
             raise BadInput(f"{path.name} is not a ROS 1 bag of version 2.0: it does not begin as one.")
         yield from _BagWalk(source, settings.largest_block, tally).messages()
 

@@ -18,6 +18,7 @@ from core.recording.robot_names import BASES, ODOMETRIES, known_frame
 
 MOST_PAIRS = 1000
 MOST_ROWS = 4_000_000  # numbers held per moving pair
+MAX_TREMBLE = 0.002  # [m, rad] of a fixed transform that is published again and again
 MAX_TILT = math.radians(20)  # of a laser whose plane is taken for level
 
 Pair = tuple[str, str]  # parent, child
@@ -128,7 +129,7 @@ class FrameTree:
     def _still(self, pair: Pair) -> bool:
         """Return whether a pair is fixed; older robots repeat fixed transforms on /tf."""
         rows = self._moving.get(pair)
-        return rows is None or bool(np.ptp(np.array(rows).reshape(-1, 5)[:, 2:], axis=0).max() < 1e-6)
+        return rows is None or bool(np.ptp(np.array(rows).reshape(-1, 5)[:, 2:], axis=0).max() < MAX_TREMBLE)
 
 
 def flat(robot_from_laser: Transform) -> Placed:

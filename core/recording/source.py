@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import bz2
+import codecs
 import contextlib
 import gzip
 import io
+import lzma
 import re
 import tempfile
 import zlib
@@ -118,13 +120,17 @@ def _unpacked(packed: bytes, compression: str, limit: int) -> Iterator[bytes]:
         return
 
 
-BINARY = re.compile(rb"\x89MCAP|#ROSBAG|SQLite format|PK\x03\x04")  # how a log begins that is no text
+BINARY = re.compile(rb"\x89MCAP|#ROSBAG|SQLite format|PK\x03\x04|\x1f\x8b")  # how a log begins that is no text
 PACKERS: dict[bytes, Callable[[BinaryIO], Any]] = {
     b"\x1f\x8b": lambda raw: gzip.GzipFile(fileobj=raw),
     b"BZh": lambda raw: bz2.BZ2File(raw),
+    b"\xfd7zXZ\0": lzma.open,
+    b"\x04\x22\x4d\x18": lambda raw: lz4.frame.LZ4FrameFile(raw),
     b"\x28\xb5\x2f\xfd": lambda raw: zstandard.ZstdDecompressor().stream_reader(raw, read_across_frames=True),
 }
 """How a packed file begins, and what reads it."""
+DAMAGES = (EOFError, OSError, RuntimeError, ValueError, lzma.LZMAError, zlib.error, zstandard.ZstdError)
+"""Errors of the readers at a cut or damaged place."""
 
 
 def first_bytes(path: Path, count: int) -> bytes:
@@ -138,13 +144,13 @@ def first_bytes(path: Path, count: int) -> bytes:
 
 def is_packed(path: Path) -> bool:
     """Return whether a file is packed as a whole; text that is gzip'ed is read as it is."""
-    head = first_bytes(path, 4)
+    head = first_bytes(path, 6)
     if not head.startswith(b"\x1f\x8b"):
         return any(head.startswith(magic) for magic in PACKERS)
     try:
         with gzip.open(path) as file:
             return bool(BINARY.match(file.read(16)))
-    except (OSError, EOFError, zlib.error):
+    except DAMAGES:
         return False
 
 
@@ -154,13 +160,13 @@ def unpacked_file(path: Path, largest: int) -> Generator[Path]:
 
     Raises BadInput where it has more than `largest` bytes or nothing of it can be unpacked.
     """
-    head = first_bytes(path, 4)
+    head = first_bytes(path, 6)
     pack = next(open_pack for magic, open_pack in PACKERS.items() if head.startswith(magic))
     with tempfile.TemporaryDirectory(prefix="beckon-log-") as folder, open_file(path, largest) as raw:
         content = Path(folder) / path.stem
-        with content.open("wb") as out, contextlib.suppress(EOFError, ValueError, zlib.error, zstandard.ZstdError):
+        with content.open("wb") as out, contextlib.suppress(*DAMAGES):
             source = pack(raw)
-            while piece := source.read(STEP):
+            while piece := source.read1(STEP):  # what is there before a damage
                 if out.tell() + len(piece) > largest:
                     raise BadInput(
                         f"{path.name} unpacks to more than {largest / 1e9:.1f} GB. Cut it into parts, or raise "
@@ -189,14 +195,12 @@ class TextLog:
 
     def _lines(self, stream: BinaryIO | io.BufferedReader) -> Iterator[tuple[int, str]]:
         number, total = 0, 0
-        while total < MOST_TEXT:
-            try:
-                line = stream.readline(LONGEST_LINE)
-            except (OSError, EOFError, ValueError, zlib.error):
-                self.cut = True
-                return
-            if not line:
-                return
-            number += 1
-            total += len(line)
-            yield number, line.decode("utf-8", "replace").strip()
+        try:
+            wide = stream.peek(2)[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)  # type: ignore[union-attr]
+            text = io.TextIOWrapper(stream, "utf-16" if wide else "utf-8-sig", errors="replace")  # type: ignore[arg-type]
+            while total < MOST_TEXT and (line := text.readline(LONGEST_LINE)):
+                number += 1
+                total += len(line)
+                yield number, line.strip()
+        except DAMAGES:
+            self.cut = True

@@ -84,6 +84,15 @@ SCAN_CHECKS = (
         "how many beams end within 1 % of the longest range with how many end just before that",
     ),
     ReadingCheck(
+        "scan.limits", "limits", "the ranges of a laser with range_min and range_max: some lie between them"
+    ),
+    ReadingCheck("scan.empty", "limits", "how many beams of a log measure something: some do"),
+    ReadingCheck("scan.few_hits", "limits", "how many beams of a log measure something: 0.5 % at least"),
+    ReadingCheck("scan.degrees", "form", "the span of a scan's angles with a full turn in radians"),
+    ReadingCheck(
+        "scan.step_differs", "form", "the span of a scan by the step between its beams with that by its two ends: 5°"
+    ),
+    ReadingCheck(
         "scan.step_zero", "form", "the step between the beams with the angles of the first and the last one"
     ),
 )
@@ -98,6 +107,9 @@ ODOMETRY_CHECKS = (
 
 RECORDED_ODOMETRY_CHECKS = (
     ReadingCheck("odometry.no_heading", "form", "the orientation of the odometry: a quaternion of length 1"),
+    ReadingCheck(
+        "odometry.degrees", "limits", "the turn rate by the odometry's headings with that of a base: 4 rad/s"
+    ),
     ReadingCheck("odometry.stands", "agreement", "the way of the odometry's place with the way of its own speeds"),
     ReadingCheck(
         "odometry.too_fast", "limits", "speed by the odometry's places with that of any robot that maps rooms: 6 m/s"
@@ -118,6 +130,15 @@ CLOCK_CHECKS = (
     ),
     ReadingCheck(
         "clock.differs", "time", "stamps of two devices with the times at which they were recorded: 1 s at most"
+    ),
+    ReadingCheck(
+        "clock.backward", "time", "the order of the stamps with the order in which the readings were recorded"
+    ),
+    ReadingCheck(
+        "clock.rate",
+        "time",
+        "how fast a device's stamps run with the recorder's clock (30 times at most) and another device's (0.3 s "
+        "of difference over a log)",
     ),
     ReadingCheck("clock.apart", "time", "the time of the scans with the time of the odometry"),
     ReadingCheck("clock.none", "time", "stamps of readings with each other"),
@@ -144,6 +165,7 @@ ROBOT_CHECKS = (
 
 MOUNTING_CHECKS = (
     ReadingCheck("mount.unknown", "form", "the frame of the scans with the transforms of the log"),
+    ReadingCheck("mount.too_far", "limits", "the place of the laser on the robot: 5 m from its middle at most"),
     ReadingCheck("mount.not_level", "limits", "the plane of the laser with the floor's: 20° at most"),
 )
 

@@ -257,7 +257,7 @@ def test_a_database_that_would_never_end_is_stopped(tmp_path):
     [
         ("empty.mcap", b"", "is empty"),
         ("none.mcap", b"hello", "not an MCAP file"),
-        ("old.bag", b"#ROSBAG V1.2\n", "not a ROS 1 bag of version 2.0"),
+        ("old.bag", b"#ROSBAG V1.2\n", "from before version 2.0"),
         ("text.db3", b"hello", "no SQLite database"),
         ("text.npz", b"hello", "not a NumPy archive"),
         ("text.log", b"hello\n", "no known form of log"),

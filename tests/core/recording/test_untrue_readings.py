@@ -1,0 +1,267 @@
+"""Logs whose readings cannot be true: units, angles, clocks, headings and forms of text as met in the field."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import io
+import lzma
+import math
+import tarfile
+import zipfile
+from pathlib import Path
+
+import lz4.frame
+import numpy as np
+import pytest
+
+from core.errors import BadInput
+from core.recording import open_log
+from core.recording.clocks import StampedStream, on_one_clock, settled_stamps
+from core.recording.odometry_checks import believable_track
+from core.recording.read_report import ReadReport
+from core.recording.scans import RangeUnit, checked_angles
+from tests.core.recording.log_writers import carmen_lines, robot_messages, two, write_mcap
+
+RANGES = np.linspace(1.7, 6.4, 180).astype(np.float32)
+TIMES = 1.7e9 + 0.1 * np.arange(200)
+STEP = math.radians(1.0)
+
+
+def codes(report: ReadReport) -> list[str]:
+    return [one.code for one in report.report("test").faults]
+
+
+@pytest.mark.parametrize(
+    ("per_metre", "limits", "found"),
+    [
+        (1, (0.1, 10), []),
+        (1, (0.1, 0), []),
+        (1, (0.1, math.nan), []),
+        (1000, (100, 10000), ["scan.units"]),
+        (100, (10, 1000), ["scan.units"]),
+        (1000, (0.1, 10), ["scan.units", "scan.limits"]),
+        (1, (100, 10000), ["scan.limits"]),
+    ],
+)
+def test_ranges_and_their_limits_are_brought_to_metres_each_by_itself(per_metre, limits, found):
+    report = ReadReport(Path("x"))
+    ranges, (low, high) = RangeUnit("/scan", report).metres(RANGES * np.float32(per_metre), limits)
+    assert ranges == pytest.approx(RANGES, rel=1e-5) and codes(report) == found
+    assert low == pytest.approx(0.1) and (not high > 0 or high == pytest.approx(10.0))
+
+
+@pytest.mark.parametrize("limits", [(9.0, 10.0), (12.0, 0.1), (0.1, 1.0)])
+def test_limits_that_fit_no_range_cost_no_range(limits):
+    report = ReadReport(Path("x"))
+    ranges, (low, high) = RangeUnit("/scan", report).metres(np.minimum(RANGES, 6.0) + 1.0, limits)
+    assert ranges.min() > 2.6 and low == 0.0 and math.isnan(high) and codes(report) == ["scan.limits"]
+
+
+def test_an_open_place_of_which_only_marks_come_back_has_sound_limits():
+    report = ReadReport(Path("x"))
+    _, limits = RangeUnit("/scan", report).metres(np.full(180, 65.533, np.float32), (0.1, 6.0))
+    assert limits == (0.1, 6.0) and codes(report) == []
+
+
+@pytest.mark.parametrize(
+    ("ends", "step", "angles", "found"),
+    [
+        ((-math.pi / 2, math.pi / 2 - STEP), STEP, (-math.pi / 2, STEP), []),
+        ((-math.pi / 2, math.pi / 2), STEP, (-math.pi / 2, STEP), []),
+        ((-math.pi / 2, 0.0), STEP, (-math.pi / 2, STEP), []),
+        ((math.pi / 2, -math.pi / 2 + STEP), -STEP, (math.pi / 2, -STEP), []),
+        ((-90.0, 89.0), 1.0, (-math.pi / 2, STEP), ["scan.degrees"]),
+        ((-math.pi / 2, 89.0), 1.0, (-math.pi / 2, STEP), ["scan.degrees"]),
+        ((-2.0, 2.0), STEP, (-2.0, STEP), ["scan.step_differs"]),
+        ((-math.pi / 2, math.pi / 2 - STEP), 0.0, (-math.pi / 2, STEP), ["scan.step_zero"]),
+    ],
+)
+def test_the_angles_of_a_scan_are_checked_with_each_other(ends, step, angles, found):
+    report = ReadReport(Path("x"))
+    assert checked_angles("/scan", 180, ends, step, report) == pytest.approx(angles, abs=1e-6)
+    assert codes(report) == found
+
+
+@pytest.mark.parametrize(
+    ("own", "code"),
+    [
+        (TIMES[::-1], "clock.backward"),
+        (np.where(np.arange(200) // 50 == 1, TIMES[99] + TIMES[50] - TIMES, TIMES), "clock.backward"),
+        (np.floor(TIMES) + 1 - TIMES % 1, "clock.backward"),
+        (5 + 1000 * (TIMES - TIMES[0]), "clock.rate"),
+        (TIMES[0] + 0.001 * (TIMES - TIMES[0]), "clock.rate"),
+    ],
+)
+def test_stamps_that_run_backward_or_in_another_unit_give_way_to_the_recorders_times(own, code):
+    report, logged = ReadReport(Path("x")), TIMES + 0.02
+    settled, good = settled_stamps(StampedStream("/scan", own.copy(), logged), report)
+    assert good.all() and (settled.own == logged).all() and codes(report) == [code]
+
+
+@pytest.mark.parametrize("slew", [-0.05, 0.05])
+def test_of_two_clocks_the_one_that_drifts_gives_way(slew):
+    report = ReadReport(Path("x"))
+    laser = StampedStream("/scan", TIMES + slew * (TIMES - TIMES[0]), TIMES + 0.02)
+    wheels = StampedStream("/odom", TIMES.copy(), TIMES + 0.01)
+    assert on_one_clock(laser, wheels, report) == (0.0, 0.0)
+    assert np.abs(laser.own - TIMES).max() < 0.03 and (wheels.own == TIMES).all() and codes(report) == ["clock.rate"]
+
+
+def test_a_simulator_whose_clock_is_slow_for_all_has_sound_clocks():
+    report = ReadReport(Path("x"))
+    streams = [StampedStream(name, 0.4 * (TIMES - TIMES[0]) + 5, TIMES + 0.02) for name in ("/scan", "/odom")]
+    assert on_one_clock(*streams, report) == (0.0, 0.0) and codes(report) == []
+
+
+def circle(times, radius=1.0):
+    turned = 0.3 * (times - times[0])
+    return np.column_stack([radius * np.sin(turned), radius * (1 - np.cos(turned)), turned])
+
+
+def test_headings_in_degrees_are_converted():
+    report, poses = ReadReport(Path("x")), circle(TIMES)
+    track = believable_track("odo", TIMES, poses * [1, 1, math.degrees(1)], None, report)
+    assert (
+        track is not None and track.poses == pytest.approx(poses, abs=1e-6) and codes(report) == ["odometry.degrees"]
+    )
+
+
+def test_odometry_far_from_its_origin_is_as_good_as_any_other():
+    report, poses = ReadReport(Path("x")), circle(TIMES)
+    track = believable_track("odo", TIMES, poses + np.array([4.5e5, 5.4e6, 0.0]), None, report)
+    assert track is not None and track.poses == pytest.approx(poses, abs=1e-6) and codes(report) == []
+
+
+def test_odometry_without_a_finite_number_is_said_to_be_left_out():
+    report = ReadReport(Path("x"))
+    assert believable_track("odo", TIMES, np.full((200, 3), np.inf), None, report) is None
+    assert codes(report) == ["odometry.malformed"]
+
+
+def test_a_scan_that_is_written_twice_is_taken_once(tmp_path):
+    messages = [one for one in robot_messages(two) for _ in range(1 + (one[0] == "/scan"))]
+    recording = open_log(write_mcap(tmp_path / "twice.mcap", messages))
+    assert len(recording.scans) == 20 and recording.report.skipped == 20 and recording.report.faults == ()
+
+
+def test_a_mounting_in_millimetres_is_none(tmp_path):
+    recording = open_log(write_mcap(tmp_path / "far.mcap", robot_messages(two, mounting=(100.0, -50.0, 0.2))))
+    assert [one.code for one in recording.report.faults] == ["mount.too_far"]
+    assert recording.laser.mounting.vector == pytest.approx((0.0, 0.0, 0.2), abs=1e-6)
+
+
+def test_a_laser_that_never_measured_anything_is_refused(tmp_path):
+    lines = [" ".join([*line.split()[:2], *["81.91"] * 180, *line.split()[182:]]) for line in carmen_lines()[3::2]]
+    with pytest.raises(BadInput, match="No beam of the laser measured anything"):
+        open_log(written(tmp_path, "\n".join(lines).encode()))
+
+
+def written(folder: Path, content: bytes, name: str = "robot.log") -> Path:
+    path = folder / name
+    path.write_bytes(content)
+    return path
+
+
+def of_lasers(name: str) -> str:
+    """The log with its scans as records of another kind of laser."""
+    step = f"{math.pi / 180:.8f}"
+    texts = []
+    for line in carmen_lines(20):
+        words = line.split()
+        if words[0] == "FLASER":
+            words = [
+                name,
+                "0",
+                "-1.5708",
+                "3.1416",
+                step,
+                "81.9",
+                "0.01",
+                "0",
+                "180",
+                *words[2:182],
+                "0",
+                *words[-3:],
+            ]
+        texts.append(" ".join(words))
+    return "\n".join(texts)
+
+
+TEXT = "\n".join(carmen_lines(20))
+FORMS = {
+    "plain": TEXT.encode(),
+    "CR": TEXT.replace("\n", "\r").encode(),
+    "CRLF": TEXT.replace("\n", "\r\n").encode(),
+    "BOM": b"\xef\xbb\xbf" + "\n".join(carmen_lines(20)[2:]).encode(),
+    "UTF-16": TEXT.encode("utf-16"),
+    "decimal commas": TEXT.replace(".", ",").encode(),
+    "commas": TEXT.replace(" ", ",").encode(),
+    "semicolons": TEXT.replace(" ", ";").encode(),
+    "comments": TEXT.replace("\nODOM", " # ok\nODOM").encode(),
+    "lower case": TEXT.replace("FLASER", "flaser").encode(),
+    "xz": lzma.compress(TEXT.encode()),
+    "lz4": lz4.frame.compress(TEXT.encode()),
+    "bz2": bz2.compress(TEXT.encode()),
+    "gz twice": gzip.compress(gzip.compress(TEXT.encode())),
+    "two lasers": f"{TEXT}\n{of_lasers('RAWLASER2')}".encode(),
+    **{name: of_lasers(name).encode() for name in ("RAWLASER1", "RAWLASER3", "RAWLASER4")},
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_way_to_write_a_carmen_log_gives_all_its_scans(form, tmp_path):
+    recording = open_log(written(tmp_path, FORMS[form]))
+    assert len(recording.scans) == 20 and recording.track is not None and recording.report.skipped == 0
+    assert [one.code for one in recording.report.faults] == []
+    assert recording.scans[3].ranges == pytest.approx(
+        open_log(written(tmp_path, FORMS["plain"], "p")).scans[3].ranges
+    )
+
+
+@pytest.mark.parametrize("unit", [100, 1000])
+def test_ranges_of_a_carmen_log_are_brought_to_metres(unit, tmp_path):
+    def scaled(line: str) -> str:
+        words = line.split()
+        at = slice(2, 182) if words[0] == "FLASER" else slice(0, 0)
+        words[at] = [f"{unit * (1 + float(word)):.1f}" for word in words[at]]
+        return " ".join(words)
+
+    recording = open_log(written(tmp_path, "\n".join(map(scaled, carmen_lines())).encode()))
+    assert [one.code for one in recording.report.faults] == ["scan.units"]
+    assert np.nanmedian(recording.scans[0].ranges) < 20
+
+
+def test_a_cut_packed_log_is_read_as_far_as_it_goes(tmp_path):
+    whole = write_mcap(tmp_path / "a.mcap", robot_messages(two), chunk_size=1000).read_bytes()
+    assert len(open_log(written(tmp_path, gzip.compress(whole)[:-300], "a.mcap.gz")).scans) > 10
+
+
+def archive(kind: str) -> bytes:
+    stream = io.BytesIO()
+    if kind == "zip":
+        with zipfile.ZipFile(stream, "w") as packed:
+            packed.writestr("a.log", TEXT)
+    else:
+        with tarfile.open(fileobj=stream, mode="w") as packed:
+            packed.addfile(tarfile.TarInfo("a.log"), io.BytesIO())
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (archive("zip"), "archive of files"),
+        (archive("tar"), "archive of files"),
+        (b"rosbag2_bagfile_information:\n  version: 9\n", "Give the folder"),
+        (TEXT.replace("FLASER 180", "FLASER 178").encode(), "more numbers than it says"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_with_its_remedy(content, words, tmp_path):
+    with pytest.raises(BadInput, match=words):
+        open_log(written(tmp_path, content))
+
+
+def test_a_bag_from_before_version_2_names_its_remedy(tmp_path):
+    with pytest.raises(BadInput, match="rosbag fix"):
+        open_log(written(tmp_path, b"#ROSBAG V1.2\n" + bytes(500), "old.bag"))
