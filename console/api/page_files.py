@@ -15,7 +15,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import msgspec
 from fastapi import Response
 from starlette.datastructures import Headers
 from starlette.staticfiles import StaticFiles
@@ -96,7 +95,4 @@ def packed(path: str, _changed: int) -> bytes:
     content = Path(path).read_bytes()
     if path.endswith((".js", ".css")):
         content = COMMENT_LINES.sub(lambda found: b"\n" * found[0].count(b"\n"), content)
-    elif path.endswith("i18n/en.json"):  # what the console says comes in English
-        texts = msgspec.json.decode(content, type=dict[str, str])
-        content = msgspec.json.encode({key: text for key, text in texts.items() if not key.startswith("console.")})
     return gzip.compress(content, 9, mtime=0)

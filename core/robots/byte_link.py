@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import re
+import select
 import socket
 import threading
 import time
@@ -174,7 +176,10 @@ class SerialLink:
         """See ByteLink."""
         with self._writing:
             self._check()
-            self._port.write(data)
+            if os.name == "posix":
+                _write_all(self._port.fileno(), data)
+            else:
+                self._port.write(data)
 
     def close(self) -> None:
         """See ByteLink."""
@@ -188,6 +193,18 @@ class SerialLink:
     def _check(self) -> None:
         if self._closed:
             raise OSError("the port was closed")
+
+
+def _write_all(port: int, data: bytes) -> None:
+    """Write to a file descriptor. Raises TimeoutError while it takes nothing.
+
+    pyserial's own `write` counts the time for which this process got no processor, and raises after all was written.
+    """
+    end, left = time.monotonic() + WRITE_TIMEOUT_S, memoryview(data)
+    while left:
+        if not select.select((), (port,), (), max(end - time.monotonic(), 0.0))[1]:
+            raise TimeoutError("the port takes no more bytes")
+        left = left[os.write(port, left) :]
 
 
 def _open_port(path: str, baud: int, dtr: bool) -> Serial:

@@ -219,7 +219,7 @@ def test_the_interface_keeps_to_its_own_description(rough_live: Live, every: int
             }
         }
     )
-    headers = {"Authorization": f"Bearer {rough_live.operator}"}
+    headers = {"Authorization": f"Bearer {rough_live.admin}"}
     address = f"http://127.0.0.1:{rough_live.port}/openapi.json"
     schema = schemathesis.openapi.from_url(address, headers=headers, config=config)
     operations = [found.ok() for found in schema.get_all_operations()]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 import time
+import tty
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import pytest
 
 from core.errors import BadInput, Unavailable
 from core.gate import ZERO, Twist
+from core.robots.byte_link import WRITE_TIMEOUT_S, SerialLink
 from core.robots.live import LiveRobot
 from core.robots.readings import Readings
 from core.robots.serial_base import (
@@ -278,3 +281,27 @@ def test_something_that_does_not_answer_is_a_sentence(monkeypatch: pytest.Monkey
     with no_leak(), pytest.raises(Unavailable, match="no robot answers"):
         LiveRobot([("the base", device_of(emulator))], lambda _: pytest.fail("it has no profile"))
     emulator.stop()
+
+
+def test_a_busy_processor_is_no_lost_link_and_a_full_port_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    device, driver = os.openpty()
+    tty.setraw(driver)
+    link, real = SerialLink(os.ttyname(driver), 115_200), os.write
+
+    def held_up(port: int, data: bytes) -> int:
+        written = real(port, data)
+        time.sleep(2 * WRITE_TIMEOUT_S)
+        return written
+
+    try:
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "write", held_up)
+            link.write(b"drive\n")
+        assert os.read(device, 100) == b"drive\n"
+        with pytest.raises(OSError):
+            for _ in range(100):
+                link.write(bytes(65536))
+    finally:
+        link.close()
+        os.close(device)
+        os.close(driver)
