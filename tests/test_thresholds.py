@@ -92,6 +92,14 @@ def test_the_thresholds_that_are_named_exist() -> None:
     assert array_transcriber.READINGS and spellings.MISHEARD_FOR
     assert all(
         hasattr(recognizer, name)
-        for name in ("NUMBERS", "COMMON", "RARE", "STOP", "DECIMALS_BY_CHANCE", "SLOWER", "NUMBER_ODDS")
+        for name in (
+            "NUMBER_BOUNDS",
+            "COMMON_BOUNDS",
+            "RARE_BOUNDS",
+            "STOP_BOUNDS",
+            "DECIMALS_BY_CHANCE",
+            "SLOWER",
+            "NUMBER_ODDS",
+        )
     )
     assert {"gate", "fresh"} <= {field.name for field in dataclasses.fields(Settings().ekf)}

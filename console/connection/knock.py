@@ -10,8 +10,8 @@ from urllib.parse import urlsplit
 from core.robots.connect import SCHEMES
 
 ANSWER_S = 1.0  # [s]
-LINKS = ("foxglove", "rosbridge", "zenoh", "srv1")  # those that have a port of their own
-SERIAL = (("serial", "ttyUSB*"), ("scip", "ttyACM*"))  # kind of device, and how its ports are called
+PORT_SCHEMES = ("foxglove", "rosbridge", "zenoh", "srv1")  # those that have a port of their own
+SERIAL_PATTERNS = (("serial", "ttyUSB*"), ("scip", "ttyACM*"))  # kind of device, and how its ports are called
 
 
 def host_of(url: str) -> str:
@@ -24,13 +24,13 @@ def host_of(url: str) -> str:
 
 def urls_at(host: str) -> list[str]:
     """The URLs of every kind of link at a host, each at its usual port."""
-    ports = {name: urlsplit(SCHEMES[name].example).port for name in LINKS}
+    ports = {name: urlsplit(SCHEMES[name].example).port for name in PORT_SCHEMES}
     return [f"{name}://{f'[{host}]' if ':' in host else host}:{port}" for name, port in ports.items()]
 
 
 def serial_ports() -> list[str]:
     """The URLs of devices at this computer's serial ports, as far as their names say what they are."""
-    return [f"{kind}://{path}" for kind, name in SERIAL for path in sorted(Path("/dev").glob(name))]
+    return [f"{kind}://{path}" for kind, name in SERIAL_PATTERNS for path in sorted(Path("/dev").glob(name))]
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ BUSY = Statement("routes.busy")
 LOST = Statement("routes.lost")
 LOW = Statement("routes.low")
 DONE = Statement("routes.done")
-EXPECTED = ("routes.done", "routes.paused", "routes.stopped")  # what a person asked for is no warning
+EXPECTED_ENDS = ("routes.done", "routes.paused", "routes.stopped")  # what a person asked for is no warning
 NEVER_AGAIN = frozenset((AGAIN, NO_ODOMETRY, BLIND))
 """Ends of a command after which the way is not tried again: the robot does not know where it is."""
 
@@ -522,7 +522,7 @@ class RouteService(Part):
     def _report(self, run: RouteRun) -> None:
         words = f"{run.state} {run.route.name} at stop {run.stop + 1} of {len(run.route.stops)}"
         self._history.add("route", run.owner, words=words, remark=run.reason)
-        level = "info" if code_of(run.reason).code in EXPECTED else "warning"
+        level = "info" if code_of(run.reason).code in EXPECTED_ENDS else "warning"
         self._notifications.tell(level, f"Route “{run.route.name}”: {run.reason}", "route")
         self._keep()
 

@@ -30,7 +30,7 @@ from core.sensors import Scan
 NO_RETURN = 80.0  # [m]: readings from here on mean that nothing came back
 FORM = "CARMEN text"
 LASER = re.compile(r"[FR]LASER|(ROBOT|RAW)LASER\d")
-LASERS = ("FLASER", "ROBOTLASER1", "RAWLASER1")  # the first of several that have about as many scans
+LASER_NAMES = ("FLASER", "ROBOTLASER1", "RAWLASER1")  # the first of several that have about as many scans
 BEARING_MARGIN_RAD = 0.02  # by which a field of a whole turn may be written too wide
 
 
@@ -198,7 +198,7 @@ class _Carmen:
         kinds = np.array(self._kinds)
         names, counts = np.unique(kinds, return_counts=True)
         many = [str(name) for name, count in zip(names, counts, strict=True) if 2 * count >= counts.max()]
-        name = next((one for one in LASERS if one in many), many[0])
+        name = next((one for one in LASER_NAMES if one in many), many[0])
         others = sorted({str(one) for one in names} - {name})
         if others:
             tally.warn(f"Of several lasers {name} is used; {', '.join(others)} is not.")

@@ -129,7 +129,7 @@ PACKERS: dict[bytes, Callable[[BinaryIO], Any]] = {
     b"\x28\xb5\x2f\xfd": lambda raw: zstandard.ZstdDecompressor().stream_reader(raw, read_across_frames=True),
 }
 """How a packed file begins, and what reads it."""
-DAMAGES = (EOFError, OSError, RuntimeError, ValueError, lzma.LZMAError, zlib.error, zstandard.ZstdError)
+READING_ERRORS = (EOFError, OSError, RuntimeError, ValueError, lzma.LZMAError, zlib.error, zstandard.ZstdError)
 """Errors of the readers at a cut or damaged place."""
 
 
@@ -150,7 +150,7 @@ def is_packed(path: Path) -> bool:
     try:
         with gzip.open(path) as file:
             return bool(BINARY.match(file.read(16)))
-    except DAMAGES:
+    except READING_ERRORS:
         return False
 
 
@@ -164,7 +164,7 @@ def unpacked_file(path: Path, largest: int) -> Generator[Path]:
     pack = next(open_pack for magic, open_pack in PACKERS.items() if head.startswith(magic))
     with tempfile.TemporaryDirectory(prefix="beckon-log-") as folder, open_file(path, largest) as raw:
         content = Path(folder) / path.stem
-        with content.open("wb") as out, contextlib.suppress(*DAMAGES):
+        with content.open("wb") as out, contextlib.suppress(*READING_ERRORS):
             source = pack(raw)
             while piece := source.read1(STEP):  # what is there before a damage
                 if out.tell() + len(piece) > largest:
@@ -202,5 +202,5 @@ class TextLog:
                 number += 1
                 total += len(line)
                 yield number, line.strip()
-        except DAMAGES:
+        except READING_ERRORS:
             self.cut = True

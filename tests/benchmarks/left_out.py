@@ -58,8 +58,8 @@ GRID: dict[str, tuple[float, ...]] = {
 """What each threshold may be; `lead`, `score` and `behind_free` are those of numbers."""
 USED = {
     "lead": round(whisper.NUMBER_THRESHOLDS.reject, 2),
-    "score": whisper.NUMBERS.score,
-    "behind_free": whisper.NUMBERS.behind_free,
+    "score": whisper.NUMBER_BOUNDS.score,
+    "behind_free": whisper.NUMBER_BOUNDS.behind_free,
     **{name: getattr(whisper, name) for name in GRID if name.isupper()},
 }
 
@@ -120,7 +120,7 @@ class Scored:
         if chosen not in self._known:
             values = dict(zip(GRID, chosen, strict=True))
             whisper.NUMBER_THRESHOLDS = replace(whisper.NUMBER_THRESHOLDS, reject=values.pop("lead"))
-            whisper.NUMBERS = whisper.Bounds(score=values.pop("score"), behind_free=values.pop("behind_free"))
+            whisper.NUMBER_BOUNDS = whisper.Bounds(score=values.pop("score"), behind_free=values.pop("behind_free"))
             for name, value in values.items():
                 setattr(whisper, name, value)
             decisions = [self._recognizer.decide(utterance(sound)) for *_, sound in self._spoken]

@@ -130,7 +130,7 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
     brought = influence.with_each(corners, solution, free)
     verdicts = _verdicts(views, corners, everything, solution, board, known, brought)
     faults = (*_faults(found, views, board), *doubts)
-    undecided = next((each.sentence for each in faults if each.code in UNDECIDED), "")
+    undecided = next((each.sentence for each in faults if each.code in UNDECIDED_CODES), "")
     others = {} if undecided else influence.without_each(corners, solution, free, noise)
     deciding = _deciding(views, others, known)
     squares = np.sum(bundle_adjustment.errors(corners, solution) ** 2, axis=2)[corners.used]
@@ -152,7 +152,7 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
     )
 
 
-UNDECIDED = ("camera.two_settings", "camera.focal_undecided", "camera.one_tilt")
+UNDECIDED_CODES = ("camera.two_settings", "camera.focal_undecided", "camera.one_tilt")
 MIN_TILT_DEG = 3.0  # between the boards of any two views: parallel boards do not tell the focal length
 
 

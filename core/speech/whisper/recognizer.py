@@ -131,7 +131,7 @@ class Bounds:
 
 SOUNDS_ALIKE = 2  # letters of a sound that differ between words that may be the same
 OTHERWISE_BEHIND_FREE = 2.0  # [nats] behind the best free text that sounds otherwise, for numbers
-NUMBERS, COMMON, RARE, STOP, NAME = (
+NUMBER_BOUNDS, COMMON_BOUNDS, RARE_BOUNDS, STOP_BOUNDS, NAME_BOUNDS = (
     Bounds(score=-8, behind_free=4),
     Bounds(score=-6, behind_free=0.7),
     Bounds(score=-8, behind_free=3),
@@ -331,8 +331,8 @@ class WhisperRecognizer:
         fits = self._fits(best, found)
         if fits <= 0:
             return _not_understood(found.free_text, map(self._sentence, self._near(meanings, free)), fits)
-        if bounds is not NUMBERS and (
-            best.again is not None or other - best.nats > COMMON.behind_free or misspelt(best.spelling)
+        if bounds is not NUMBER_BOUNDS and (
+            best.again is not None or other - best.nats > COMMON_BOUNDS.behind_free or misspelt(best.spelling)
         ):
             lead = min(lead, THRESHOLDS.accept)  # confirmed first
         sentences = [self._sentence(one) for one in (best, *(one for one in meanings[:3] if one is not best))]
@@ -349,10 +349,10 @@ class WhisperRecognizer:
     def _fits(self, meaning: Meaning, found: Found) -> float:
         """By how much [nats] a meaning keeps its bounds. Free text that sounds otherwise is against numbers."""
         bounds = self._bounds(meaning)
-        sound = sound_of(meaning.spelling) if bounds is NUMBERS else ""
+        sound = sound_of(meaning.spelling) if bounds is NUMBER_BOUNDS else ""
         fits = meaning.nats - bounds.score
         for one in self._other_texts(meaning, found):
-            alike = bounds is not NUMBERS or slips(sound, sound_of(one.text)) <= SOUNDS_ALIKE
+            alike = bounds is not NUMBER_BOUNDS or slips(sound, sound_of(one.text)) <= SOUNDS_ALIKE
             behind = bounds.behind_free if alike else OTHERWISE_BEHIND_FREE
             fits = min(fits, meaning.nats - one.nats + behind)
         return fits
@@ -375,9 +375,9 @@ class WhisperRecognizer:
         """How well this command must fit."""
         name, numbers, _ = meaning.key
         if name == STOP_MOVING.name:
-            return STOP
-        fixed = NUMBERS if numbers else self._fixed.get(name, COMMON)
-        return replace(fixed, behind_free=COMMON.behind_free) if misheard(meaning.spelling) else fixed
+            return STOP_BOUNDS
+        fixed = NUMBER_BOUNDS if numbers else self._fixed.get(name, COMMON_BOUNDS)
+        return replace(fixed, behind_free=COMMON_BOUNDS.behind_free) if misheard(meaning.spelling) else fixed
 
     def _near(self, meanings: list[Meaning], free: float) -> list[Meaning]:
         """Those that are worth offering beside free text of that score [nats]; START changes nothing."""
@@ -502,14 +502,14 @@ def _bounds_of(nats: float) -> Bounds:
 
 def _bounds_of_name(nats: float) -> Bounds:
     """The same of a place: a name that is seldom written by itself is written less surely where it was said."""
-    return replace(NAME, score=NAME.score + NAMES_BY_CHANCE * (nats - USUAL_NAME))
+    return replace(NAME_BOUNDS, score=NAME_BOUNDS.score + NAMES_BY_CHANCE * (nats - USUAL_NAME))
 
 
 def _between(share: float) -> Bounds:
     """Bounds of words that people say often (0) to rarely (1)."""
     return Bounds(
-        score=COMMON.score + share * (RARE.score - COMMON.score),
-        behind_free=COMMON.behind_free + share * (RARE.behind_free - COMMON.behind_free),
+        score=COMMON_BOUNDS.score + share * (RARE_BOUNDS.score - COMMON_BOUNDS.score),
+        behind_free=COMMON_BOUNDS.behind_free + share * (RARE_BOUNDS.behind_free - COMMON_BOUNDS.behind_free),
     )
 
 

@@ -32,7 +32,7 @@ def name_service(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reach, "is_own", lambda address: address.is_loopback or str(address) == "192.168.7.1")
 
 
-PRIVATE = ("10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "fc00::/7")
+PRIVATE_NETWORKS = ("10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "fc00::/7")
 
 
 def outcome(rule: Reach, url: str) -> str:
@@ -47,7 +47,7 @@ def outcome(rule: Reach, url: str) -> str:
 
 @pytest.mark.parametrize("url", SCHEMES)
 def test_every_kind_of_link_reaches_the_networks_that_were_named_by_their_digits_and_nothing_else(url: str) -> None:
-    rule = Reach(PRIVATE)
+    rule = Reach(PRIVATE_NETWORKS)
     for host, address in {"10.1.2.3": "10.1.2.3", "robot.lan": "192.168.7.7", "[fd00::7]": "[fd00::7]"}.items():
         assert rule.pinned(url.format(host)) == url.format(address)
     assert rule.pinned(url.format("twice.lan")) == url.format("10.1.2.3"), "the address that was checked is used"
@@ -58,7 +58,7 @@ def test_every_kind_of_link_reaches_the_networks_that_were_named_by_their_digits
 
 
 def test_the_certificate_of_an_encrypted_link_is_still_that_of_the_name() -> None:
-    rule, pinned = Reach(PRIVATE), "192.168.7.7:5?tls=1"
+    rule, pinned = Reach(PRIVATE_NETWORKS), "192.168.7.7:5?tls=1"
     for kind in ("foxglove", "rosbridge"):
         assert rule.pinned(f"{kind}://robot.lan:5?tls=1") == f"{kind}://{pinned}&tls_name=robot.lan"
         assert parse_address(f"//{pinned}&tls_name=robot.lan", 1).certified_name == "robot.lan:5"

@@ -18,7 +18,7 @@ from core.speech.synthesis import VoiceSettings, speak
 from core.speech.whisper.joint_search import Found, ScoredText
 from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter
 from core.speech.whisper.log_mel import filters, log_mel
-from core.speech.whisper.recognizer import COMMON, LEAST_RIGHT, RARE, WhisperRecognizer
+from core.speech.whisper.recognizer import COMMON_BOUNDS, LEAST_RIGHT, RARE_BOUNDS, WhisperRecognizer
 from core.speech.whisper.transformer import Decoding, gelu
 from tests.core.speech.ears import mono, padded, pieces, whisper
 
@@ -289,14 +289,16 @@ def test_what_a_room_makes_of_words_is_confirmed_where_nothing_else_is_nearly_as
 
 def test_words_that_are_rarely_said_may_be_further_behind_free_text_and_are_confirmed_there():
     known = Searched({"follow the wall": -6.0}, {"follow them world": -4.0})
-    known._fixed = {"follow_wall": RARE}
+    known._fixed = {"follow_wall": RARE_BOUNDS}
     assert known.decide(utterance(np.ones(RATE_HZ))).verdict == "confirm"
     assert decided({"follow the wall": -6.0}, {"follow them world": -4.0}).verdict == "reject"
 
 
 def test_what_people_say_often_has_narrow_bounds():
     bounds = whisper()._fixed
-    assert all(bounds[name].behind_free == pytest.approx(COMMON.behind_free) for name in ("come_here", "follow_me"))
+    assert all(
+        bounds[name].behind_free == pytest.approx(COMMON_BOUNDS.behind_free) for name in ("come_here", "follow_me")
+    )
     assert bounds["turn_left"].behind_free > 2 and bounds["follow_wall"].behind_free > 2
 
 
