@@ -23,12 +23,11 @@ from console.access.records import AccessFile
 from console.cli import build_parser
 from console.fleet.authority import Authority
 from console.fleet_server.runtime import FleetRoles
+from tests.console.test_documented_requests import FENCE, HOW_TO
 from tests.core.robots.links import until
 from tests.emulators.zenoh_robot import free_port
 
 ROOT = Path(__file__).parents[3]
-HOW_TO = ROOT / "static/docs/how-to"
-FENCE = re.compile(r"^```sh\n(.*?)^```", re.M | re.S)
 START_TIME_S = 300.0  # on a busy machine
 
 pytestmark = pytest.mark.skipif(
