@@ -12,6 +12,7 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.outline import MapOutline, trace_outline
 
 CELL_M = 0.05
+FINER = 4  # picture elements along a cell, where rings are filled again
 ORIGIN = np.array([-1.0, -2.0])
 
 
@@ -38,7 +39,7 @@ def test_walls_lie_where_their_cells_are_wherever_the_map_begins() -> None:
 def test_a_straight_wall_has_few_corners() -> None:
     walls = outlined(room()).walls
     assert len(walls) == 2  # outside and inside
-    assert all(len(ring) <= 8 for ring in walls)
+    assert all(len(ring) <= 16 for ring in walls)  # strokes end round
 
 
 def test_a_gap_of_a_cell_is_closed_and_a_door_is_not() -> None:
@@ -55,6 +56,15 @@ def test_a_single_cell_of_little_evidence_is_no_wall() -> None:
     assert outlined(odds).walls == ()
 
 
+def test_nothing_is_too_square_to_be_drawn() -> None:
+    for side in range(2, 12):
+        odds = np.full((40, 40), -2.0)
+        odds[20 : 20 + side, 20 : 20 + side] = 4.0
+        walls = outlined(odds).walls
+        area = sum(cv2.contourArea((ring / CELL_M).astype(np.float32)) for ring in walls)
+        assert len(walls) == 1 and abs(area - side**2) < 0.5 * side**2 + 2, (side, area)
+
+
 def test_nothing_known_has_no_outline() -> None:
     empty = outlined(np.zeros((0, 0)))
     assert empty.extent is None and empty.walls == empty.floor == ()
@@ -64,11 +74,24 @@ def test_nothing_known_has_no_outline() -> None:
 def test_what_is_drawn_is_what_is_known_under_any_turn() -> None:
     """Rings filled again cover the occupied cells and leave the free ones: a law over turned and mirrored rooms."""
     odds = room()
-    odds[30:34, 20:60] = 4.0
+    odds[30:36, 20:60] = 4.0  # what is as thick as this is drawn as it is
     for turns, mirrored in itertools.product(range(4), (False, True)):
         turned = np.rot90(odds, turns)
         turned = turned[:, ::-1] if mirrored else turned
-        drawn = np.zeros(turned.shape, np.uint8)
-        rings = [np.round((ring - ORIGIN) / CELL_M - 0.5).astype(np.int32) for ring in outlined(turned).walls]
+        known = np.kron(turned > 0, np.ones((FINER, FINER)))
+        drawn = np.zeros(known.shape, np.uint8)
+        rings = [np.round((ring - ORIGIN) * FINER / CELL_M - 0.5).astype(np.int32) for ring in outlined(turned).walls]
         cv2.fillPoly(drawn, rings, 1)
-        assert (drawn == (turned > 0)).mean() > 0.97
+        assert (drawn == known).mean() > 0.96
+
+
+def test_a_wall_of_uneven_thickness_is_drawn_by_a_straight_stroke() -> None:
+    """Beams leave one to three cells along a wall, as they fall; a plan shows the wall."""
+    random = np.random.default_rng(4)
+    odds = np.full((40, 160), -2.0)
+    odds[20, 10:150] = 4.0
+    for side in (19, 21):
+        odds[side, 10:150] = np.where(random.random(140) < 0.4, 4.0, -2.0)
+    (wall,) = outlined(odds).walls
+    assert len(wall) <= 12
+    assert np.abs(wall[:, 1] - (ORIGIN[1] + 20.5 * CELL_M)).max() < 1.5 * CELL_M
