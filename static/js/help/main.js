@@ -1,7 +1,7 @@
 // The help page: pages of the documentation beside the running robot. The hash of the address names the page.
 
 import { address } from "../net/api.js";
-import { icon, make, write } from "../ui/element.js";
+import { icon, make, mark, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 
 const CONTENTS = "index.md";
@@ -19,6 +19,7 @@ export function create(session) {
   async function follow() {
     const [file, anchor] = fileOf(location.hash);
     back.hidden = file === CONTENTS;
+    mark(text, "data-contents", file === CONTENTS);
     if (file !== shown) {
       write(says, t("main.loading"));
       const page = await read(file).catch(() => null);
