@@ -69,6 +69,7 @@ class PendingCommandCard extends Panel {
     else if (command && performance.now() < this.#until) {
       this.#draw(command.name, title(command), speaker(command), "begun");
       write(this.#when, t("pending-command-card.begun"));
+      this.#ring.style.setProperty("--left", "0");
     }
     this.hidden = !pending_command && !(command && performance.now() < this.#until);
     if (!pending_command) this.#waiting = 0;
