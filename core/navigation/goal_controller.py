@@ -70,6 +70,7 @@ class GoalController:
     DETOURS = 3  # in a row, each shut when it was come near, after which there is no way …
     LONGER = 0.3  # [m] by which a new way is longer than what was left, and is a detour …
     NEARER = 0.5  # [m] by which less must be left than ever before so that they are forgotten
+    GAIN, GAIN_WITHIN = 0.1, 30.0  # [m], [s] of way that is gained again and again, whatever is planned meanwhile
 
     def __init__(
         self, aim: GoalAim, ctx: ControlContext, *, lasting: bool = False, cruise: float | None = None
@@ -84,6 +85,7 @@ class GoalController:
         self._tries = 0
         self._back_from: tuple[float, float] | None = None
         self._detours, self._least_left = 0, math.inf
+        self._gain = self._gains()
         self._began = self._looked = self._shut_since = ctx.stamp
         self._pursuit: Pursuit | None = None
         self._headway = _headway(ctx)
@@ -106,13 +108,18 @@ class GoalController:
             return self._wait(ctx, left)
         if not self._lasting and ctx.stamp > self._began + self._allowance:
             return self._say("stuck", left, Statement("command.way_too_long_left", left=f"{left:.2f}"))
-        if self._detours > self.DETOURS:
+        gains_nothing = self._gain.lost(self._way.left(ctx.pose), ctx.stamp) and not self._lasting
+        if gains_nothing or self._detours > self.DETOURS:
             return self._say("stuck", left, Statement("way.shut_again"))
         space = free_space(ctx.scan_points, ctx.body.radius)
         twist = self._way.steer(ctx.pose, self._cruise, ctx.body.turn, space)
         if twist.moves and self._headway.lost(self._effort(ctx), ctx.stamp):
             return self._stalled(ctx, left)
         return self._say("under way", left, twist=twist)
+
+    def _gains(self) -> StallDetector:
+        """A fresh watch over all plans but detours, which are counted."""
+        return StallDetector(self.GAIN, self.GAIN_WITHIN)
 
     @property
     def _way(self) -> Pursuit:
@@ -235,7 +242,8 @@ class GoalController:
         elif ctx.stamp - self._planned >= self.PLAN_EVERY:
             self._try_to_set_out(ctx)
             longer = not self._shut and self._way.left(ctx.pose) > left + self.LONGER
-            self._detours += longer and not self._lasting
+            if longer and not self._lasting:
+                self._detours, self._gain = self._detours + 1, self._gains()
 
     def _sees_aim(self, ctx: ControlContext) -> bool:
         """Return whether nothing stands between the robot and the aim; what is near the aim does not count."""

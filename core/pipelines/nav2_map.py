@@ -34,6 +34,8 @@ MAX_PIXELS = 25_000_000
 MAX_YAML_BYTES = 65_536
 MAX_PICTURE_BYTES = 200_000_000  # unpacked
 FAR_M = 100_000.0
+YES, NO = ("1", "true", "yes", "y", "on"), ("0", "false", "no", "n", "off")  # as Nav2 reads them
+MAC_SIDE_FILE = "._"  # how the names of files begin that macOS puts beside others in a zip
 PICTURE_ENDINGS = (".pgm", ".png", ".bmp")
 PGM_HEAD = re.compile(rb"(P[25])(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)\s")
 PNG_HEAD, BMP_HEAD = b"\x89PNG\r\n\x1a\n", b"BM"
@@ -89,7 +91,8 @@ def read_nav2_zip(packed: bytes) -> Nav2Cells:
     """Read a zip that holds one YAML and the picture that it names. Raises BadInput."""
     try:
         with zipfile.ZipFile(io.BytesIO(packed)) as box:
-            members = {one.filename.rsplit("/", 1)[-1]: one for one in box.infolist() if not one.is_dir()}
+            files = ((one.filename.rsplit("/", 1)[-1], one) for one in box.infolist() if not one.is_dir())
+            members = {name: one for name, one in files if not name.startswith(MAC_SIDE_FILE)}
             texts = [name for name in members if name.lower().endswith((".yaml", ".yml"))]
             pictures = [name for name in members if name.lower().endswith(PICTURE_ENDINGS)]
             if len(texts) != 1 or not pictures:
@@ -127,11 +130,11 @@ def read_nav2_map(text: bytes, picture: bytes) -> Nav2Cells:
     free, occupied = (_number(settings, key, 0.0, 1.0) for key in ("free_thresh", "occupied_thresh"))
     if free >= occupied:
         raise BadInput(Statement("nav2.thresholds", free=f"{free:g}", occupied=f"{occupied:g}"))
-    negate = settings.get("negate", 0)
-    if negate not in (0, 1, "true", "false", "True", "False"):
-        raise BadInput(Statement("nav2.bad_key", key="negate", value=negate))
+    negate = str(settings.get("negate", 0)).lower()
+    if negate not in YES + NO:
+        raise BadInput(Statement("nav2.bad_key", key="negate", value=settings["negate"]))
     shade, opaque = _shades(_pixels(picture), mode)
-    p = shade if negate in (1, "true", "True") else 1.0 - shade
+    p = shade if negate in YES else 1.0 - shade
     values = np.full(shade.shape, UNKNOWN_VALUE, np.int8)
     if mode == "raw":
         level = np.rint(shade * 255)

@@ -130,3 +130,22 @@ def test_who_goes_round_what_stands_on_the_goal_says_so_within_a_round(begin: Po
     ended = stage.obey("stop at 1.5 and 0.3", seconds=100.0)
     assert ended.finished == "failed" and ended.remark == Statement("way.shut_again")
     assert stage.nearest > 0.12
+
+
+class TwoDoors(Stage):
+    """A wall with two doors, of which the one that the robot comes near shuts while the other one opens."""
+
+    @property
+    def here(self) -> ControlContext:
+        shut = 0.4 if self.stamp % 6.0 < 3.0 else -0.4
+        y = np.arange(-3.0, 3.0, 0.02)
+        self.walls = np.column_stack((np.full_like(y, 1.0), y))[np.abs(y + shut) > 0.2]
+        return super().here
+
+
+def test_plans_that_gain_nothing_one_after_the_other_end_within_a_minute() -> None:
+    stage = TwoDoors()
+    ended = stage.obey("stop at 2 and 0", seconds=100.0)
+    assert ended.finished == "failed" and ended.remark == Statement("way.shut_again")
+    assert stage.stamp < 60.0
+    assert stage.pose.x < 0.95

@@ -117,6 +117,15 @@ def test_each_mode_of_each_picture_is_read_as_by_the_reference(kind: str, mode: 
     assert (read.resolution, read.origin, read.mode) == (0.05, (-1.3, 2.2, 0.0), mode)
 
 
+@pytest.mark.parametrize(
+    ("word", "negate"), [("yes", 1), ("True", 1), ("on", 1), ("no", 0), ("off", 0), ("false", 0)]
+)
+def test_negate_may_be_a_word(word: str, negate: int) -> None:
+    picture = pgm(drawn(1, 1))
+    read = read_nav2_map(yaml_of(negate=word).encode(), picture)
+    assert np.array_equal(read.values, read_nav2_map(yaml_of(negate=negate).encode(), picture).values)
+
+
 def test_a_pgm_of_other_depths_is_scaled_to_its_brightest() -> None:
     levels = np.arange(16, dtype=np.uint8).reshape(2, 8)
     for most, body in ((15, levels.tobytes()), (60000, (levels.astype(np.uint16) * 4000).astype(">u2").tobytes())):
@@ -161,6 +170,10 @@ def test_a_zip_needs_one_yaml_and_the_picture_that_it_names() -> None:
     text, picture = yaml_of().encode(), pgm(drawn(1, 1))
     whole = packed(m_yaml=text, m_pgm=picture, other_png=png_of(drawn(3, 1)))
     assert np.array_equal(read_nav2_zip(whole).values, read_nav2_map(text, picture).values)
+    beside = zipfile.ZipFile(added := io.BytesIO(whole), "a")
+    with beside:
+        beside.writestr("__MACOSX/._m.yaml", b"\0\5\x16\7")
+    assert np.array_equal(read_nav2_zip(added.getvalue()).values, read_nav2_map(text, picture).values)
     for poor in (
         b"",
         b"PK",
