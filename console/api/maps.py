@@ -141,8 +141,8 @@ async def outline(maps: SavedMaps) -> MapOutlineRows:
 @maps.get("/map.svg", response_class=Response, responses=answers("image/svg+xml"))
 @needs("viewer")
 async def svg(maps: SavedMaps) -> Response:
-    """The map as a plan to print or to draw on: SVG in millimetres of an A4 sheet, with a scale and the axes."""
-    packed = await asyncio.to_thread(lambda: plan_svg(maps.outline, maps.title))
+    """The map as a plan to print or to draw on: SVG in millimetres of an A4 sheet, with rooms and zones."""
+    packed = await asyncio.to_thread(lambda: plan_svg(maps.plan))
     return file_named(packed, "map.svg", "image/svg+xml")
 
 
@@ -150,7 +150,7 @@ async def svg(maps: SavedMaps) -> Response:
 @needs("viewer")
 async def pdf(maps: SavedMaps) -> Response:
     """The map as a plan to print: PDF of one A4 sheet, all of it vectors."""
-    packed = await asyncio.to_thread(lambda: plan_pdf(maps.outline, maps.title))
+    packed = await asyncio.to_thread(lambda: plan_pdf(maps.plan))
     return file_named(packed, "map.pdf", "application/pdf")
 
 

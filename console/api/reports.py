@@ -6,6 +6,7 @@ import asyncio
 import math
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from html import escape
 from typing import Annotated, cast
 
@@ -32,6 +33,7 @@ MEDIA_TYPE = "text/html"
 HTML_ANSWER: Responses = {200: {"content": {MEDIA_TYPE: {}}}}
 SVG_TYPE = "image/svg+xml"
 MAX_LISTED = 500  # rows of a table
+STATE_WORDS = {"pre-empted": "replaced"}  # as the page says it
 
 
 @reports.get("/reports/map", response_class=Response, responses=HTML_ANSWER)
@@ -46,7 +48,13 @@ async def map_report(maps: SavedMaps) -> Response:
 async def drive_report(maps: SavedMaps, history: HistoryInUse) -> Response:
     """The drive so far: the way on the plan, its length and time, and every command with its end."""
     rows = [
-        (clock(entry.wall), entry.heard_as or entry.words, entry.who, entry.state, entry.remark)
+        (
+            clock(entry.wall),
+            entry.heard_as or entry.words,
+            entry.who,
+            STATE_WORDS.get(entry.state, entry.state),
+            entry.remark,
+        )
         for entry in history.newest_first(commands_only=True, limit=MAX_LISTED)[::-1]
     ]
     return sent(await asyncio.to_thread(lambda: drive_document(maps, rows)), "drive")
@@ -85,19 +93,18 @@ def clock(seconds: float) -> str:
 
 def map_document(maps: MapService) -> str:
     """Raises BadInput where nothing is known yet."""
-    snapshot, marks = maps.snapshot, maps.marks
-    now = [place.now(snapshot.floor.submaps) for place in marks.places]
+    snapshot, plan = maps.snapshot, maps.plan
     facts = [
         ("made", clock(time.time())),
         ("submaps", str(len(snapshot.floor.submaps))),
         ("landmarks", str(len(snapshot.landmarks))),
     ]
-    parts = [table_html(("", ""), facts), picture_html(plan_svg(maps.outline, maps.title), SVG_TYPE, maps.title)]
-    if now:
-        rows = [(place.name, f"{place.x_m:.2f} m", f"{place.y_m:.2f} m") for place in now]
+    parts = [table_html(("", ""), facts), picture_html(plan_svg(plan), SVG_TYPE, "The plan")]
+    if plan.places:
+        rows = [(place.name, f"{place.x_m:.2f} m", f"{place.y_m:.2f} m") for place in plan.places]
         parts += ["<h2>Places</h2>", table_html(("place", "x", "y"), rows)]
-    if marks.zones:
-        parts += ["<h2>Zones</h2>", table_html(("zone", "kind"), [(zone.name, zone.kind) for zone in marks.zones])]
+    if plan.zones:
+        parts += ["<h2>Zones</h2>", table_html(("zone", "kind"), [(zone.name, zone.kind) for zone in plan.zones])]
     rows = [
         (str(one.id), f"{one.position[0]:.2f} m", f"{one.position[1]:.2f} m", f"{deviation(one.covariance):.3f} m")
         for one in snapshot.landmarks[:MAX_LISTED]
@@ -128,7 +135,7 @@ def drive_document(maps: MapService, commands: list[tuple[str, str, str, str, st
         title,
         [
             table_html(("", ""), facts),
-            picture_html(plan_svg(maps.outline, maps.title, way), SVG_TYPE, "The way on the map"),
+            picture_html(plan_svg(replace(maps.plan, way=way)), SVG_TYPE, "The way on the map"),
             "<h2>Commands</h2>",
             table_html(head, commands) if commands else "<p>No command was given.</p>",
         ],

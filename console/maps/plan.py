@@ -1,4 +1,4 @@
-"""The map as a plan to print: walls, free floor, a scale, the axes of the world; SVG or PDF, in true proportion."""
+"""The map as a plan to print: walls, floor, rooms, zones, a scale, the world's axes; SVG or PDF, true to scale."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 
 from core.errors import BadInput
 from core.message import Array
+from core.navigation.places import NamedPlace
+from core.navigation.zones import MapZone
 from core.slam.map.outline import MapOutline
 
 PAGE_MM = (297.0, 210.0)  # A4, the long side across
@@ -18,11 +20,30 @@ MAX_MM_PER_M = 100.0  # a small room is drawn 1:10 at most
 BAR_LENGTHS_M = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
 AXIS_MM = 8.0
 POINTS_PER_MM = 72 / 25.4
-WALL_GREY, FLOOR_GREY, TEXT_GREY = 0.2, 0.93, 0.25
-LETTER_MM = 3.2
+WALL_GREY, FLOOR_GREY, TEXT_GREY, AREA_GREY = 0.2, 0.93, 0.25, 0.5
+LETTER_MM, LETTER_WIDTH_MM = 3.2, 1.7  # the second on average, of a sans-serif type
+PLACE_RADIUS_MM = 1.0
+DASH_MM = "2 1.2"  # of the outline of a room or a zone
 MAX_WAY_POINTS = 3000
 WAY_COLOUR = "#0b6bcb"
 PDF_CHARACTERS = "latin-1"
+
+
+@dataclass(frozen=True)
+class PrintedPlan:
+    """All that a sheet shows, in the world as it is now."""
+
+    outline: MapOutline
+    title: str
+    places: tuple[NamedPlace, ...] = ()  # a room with its outline
+    zones: tuple[MapZone, ...] = ()
+    way: Array | None = None  # (N, 2) [m], world: where the robot was
+
+    @property
+    def areas(self) -> list[Array]:
+        """Polygons (N, 2) [m] of the rooms and of the zones."""
+        rooms = [np.array(place.outline_m) for place in self.places if place.outline_m]
+        return rooms + [zone.points for zone in self.zones]
 
 
 @dataclass(frozen=True)
@@ -64,24 +85,33 @@ class PlanLayout:
         tip_y = [(right - 1, low + AXIS_MM - 2), (right, low + AXIS_MM), (right + 1, low + AXIS_MM - 2)]
         return [scale, [(right, low + AXIS_MM), (right, low), (right + AXIS_MM, low)], tip_x, tip_y]
 
-    def words(self, title: str) -> list[tuple[float, float, str]]:
+    def spots(self, plan: PrintedPlan) -> list[list[tuple[float, float]]]:
+        """Return a small disc for each place [mm]."""
+        turns = np.linspace(0, 2 * np.pi, 16, endpoint=False)
+        disc = PLACE_RADIUS_MM / self.mm_per_m * np.column_stack((np.cos(turns), np.sin(turns)))
+        return [self.ring(np.array([place.x_m, place.y_m]) + disc) for place in plan.places]
+
+    def words(self, plan: PrintedPlan) -> list[tuple[float, float, str]]:
         """Return every text with its lower left corner [mm]."""
+        named = [((place.x_m, place.y_m), PLACE_RADIUS_MM + 0.8, place.name) for place in plan.places]
+        named += [(zone.points.mean(axis=0), -len(zone.name) * LETTER_WIDTH_MM / 2, zone.name) for zone in plan.zones]
+        names = [
+            (x + right, y - LETTER_MM / 3, name) for at, right, name in named for x, y in self.ring(np.array([at]))
+        ]
         right = PAGE_MM[0] - MARGIN_MM - 2 * AXIS_MM
         bar = MARGIN_MM + self.bar_m * self.mm_per_m + 3
         return [
             (bar, MARGIN_MM, f"{self.bar_m:g} m"),
-            (bar + 20, MARGIN_MM, title),
+            (bar + 20, MARGIN_MM, plan.title),
             (right + AXIS_MM + 1.5, MARGIN_MM - 1, "x"),
             (right - 1, MARGIN_MM + AXIS_MM + 1.5, "y"),
+            *names,
         ]
 
 
-def plan_svg(outline: MapOutline, title: str, way: Array | None = None) -> bytes:
-    """Outline, and where the robot was (N, 2) [m], world → SVG of an A4 sheet; user units are millimetres.
-
-    Raises BadInput.
-    """
-    layout = PlanLayout.of(outline)
+def plan_svg(plan: PrintedPlan) -> bytes:
+    """Plan → SVG of an A4 sheet; user units are millimetres. Raises BadInput where nothing is drawn."""
+    layout = PlanLayout.of(plan.outline)
     wide, high = PAGE_MM
 
     def path(lines: Iterable[list[tuple[float, float]]], end: str = "") -> str:
@@ -91,26 +121,29 @@ def plan_svg(outline: MapOutline, title: str, way: Array | None = None) -> bytes
         return "#" + f"{round(255 * level):02x}" * 3
 
     texts = "".join(
-        f'<text x="{x:.2f}" y="{high - y:.2f}">{escaped(words)}</text>' for x, y, words in layout.words(title)
+        f'<text x="{x:.2f}" y="{high - y:.2f}">{escaped(words)}</text>' for x, y, words in layout.words(plan)
     )
-    walls, floor = (path(map(layout.ring, rings), "Z") for rings in (outline.walls, outline.floor))
-    line = np.empty((0, 2)) if way is None else way[:: 1 + len(way) // MAX_WAY_POINTS]
+    walls, floor = (path(map(layout.ring, rings), "Z") for rings in (plan.outline.walls, plan.outline.floor))
+    line = np.empty((0, 2)) if plan.way is None else plan.way[:: 1 + len(plan.way) // MAX_WAY_POINTS]
     drawn = (
         f'<path fill="{grey(FLOOR_GREY)}" fill-rule="evenodd" d="{floor}"/>'
         f'<path fill="{grey(WALL_GREY)}" stroke="{grey(WALL_GREY)}" stroke-width="0.3" stroke-linejoin="round" '
         f'fill-rule="evenodd" d="{walls}"/>'
+        f'<path fill="none" stroke="{grey(AREA_GREY)}" stroke-width="0.4" stroke-dasharray="{DASH_MM}" '
+        f'd="{path(map(layout.ring, plan.areas), "Z")}"/>'
         f'<path fill="none" stroke="{WAY_COLOUR}" stroke-width="0.6" d="{path([layout.ring(line)])}"/>'
         f'<path fill="none" stroke="{grey(TEXT_GREY)}" stroke-width="0.4" d="{path(layout.strokes)}"/>'
+        f'<path fill="{grey(TEXT_GREY)}" d="{path(layout.spots(plan), "Z")}"/>'
         f'<g fill="{grey(TEXT_GREY)}" font-family="Helvetica, Arial, sans-serif" font-size="{LETTER_MM}">{texts}</g>'
     )
     size = f'width="{wide:g}mm" height="{high:g}mm" viewBox="0 0 {wide:g} {high:g}"'
     head = f'<svg xmlns="http://www.w3.org/2000/svg" {size}>'
-    return f"{head}<title>{escaped(title)}</title>{drawn}</svg>\n".encode()
+    return f"{head}<title>{escaped(plan.title)}</title>{drawn}</svg>\n".encode()
 
 
-def plan_pdf(outline: MapOutline, title: str) -> bytes:
-    """Outline → PDF 1.4 of one A4 sheet, all of it vectors. Raises BadInput."""
-    layout = PlanLayout.of(outline)
+def plan_pdf(plan: PrintedPlan) -> bytes:
+    """Plan → PDF 1.4 of one A4 sheet, all of it vectors. Raises BadInput where nothing is drawn."""
+    layout = PlanLayout.of(plan.outline)
 
     def path(lines: Iterable[list[tuple[float, float]]], end: str) -> str:
         return " ".join(
@@ -119,13 +152,14 @@ def plan_pdf(outline: MapOutline, title: str) -> bytes:
         )
 
     texts = " ".join(
-        f"BT /F {LETTER_MM} Tf {x:.2f} {y:.2f} Td ({quoted(words)}) Tj ET" for x, y, words in layout.words(title)
+        f"BT /F {LETTER_MM} Tf {x:.2f} {y:.2f} Td ({quoted(words)}) Tj ET" for x, y, words in layout.words(plan)
     )
-    walls, floor = (path(map(layout.ring, rings), " h") for rings in (outline.walls, outline.floor))
+    walls, floor = (path(map(layout.ring, rings), " h") for rings in (plan.outline.walls, plan.outline.floor))
     content = (
         f"{POINTS_PER_MM:.6f} 0 0 {POINTS_PER_MM:.6f} 0 0 cm 1 j {FLOOR_GREY} g {floor} f* "
         f"{WALL_GREY} g {WALL_GREY} G 0.3 w {walls} B* "
-        f"{TEXT_GREY} g {TEXT_GREY} G 0.4 w {path(layout.strokes, ' S')} {texts}"
+        f"{AREA_GREY} G 0.4 w [{DASH_MM}] 0 d {path(map(layout.ring, plan.areas), ' s')} [] 0 d "
+        f"{TEXT_GREY} g {TEXT_GREY} G 0.4 w {path(layout.strokes, ' S')} {path(layout.spots(plan), ' f')} {texts}"
     ).encode(PDF_CHARACTERS, "replace")
     box = " ".join(f"{side * POINTS_PER_MM:.2f}" for side in PAGE_MM)
     page = f"/MediaBox [0 0 {box}] /Contents 4 0 R /Resources << /Font << /F 5 0 R >> >>"

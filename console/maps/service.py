@@ -23,6 +23,7 @@ from console.http.problems import Problem
 from console.maps.export import FLOOR, PREVIEW, known_part, write_map
 from console.maps.join_worker import JoinMaps, MatchMaps
 from console.maps.marks import MapMarks, put_together, read_marks, taken_again, write_marks
+from console.maps.plan import PrintedPlan
 from console.maps.store import MAX_NAME_LETTERS, MapInfo, MapStore, StoredMap, checked_name
 from console.maps.trajectory import Trajectory, laid_out
 from console.messages.map import MapState
@@ -162,6 +163,14 @@ class MapService(Part):
         if self._traced is None or self._traced[0] is not grid:
             self._traced = (grid, trace_outline(grid))
         return self._traced[1]
+
+    @property
+    def plan(self) -> PrintedPlan:
+        """All that a plan of the map shows. Raises Problem 503 while there is no map."""
+        submaps = self.submaps
+        places = tuple(place.now(submaps) for place in self.marks.places)
+        zones = tuple(zone.now(submaps) for zone in self.marks.zones)
+        return PrintedPlan(self.outline, self.title, places, zones)
 
     @property
     def title(self) -> str:

@@ -74,7 +74,7 @@ def test_nothing_known_has_no_outline() -> None:
 def test_what_is_drawn_is_what_is_known_under_any_turn() -> None:
     """Rings filled again cover the occupied cells and leave the free ones: a law over turned and mirrored rooms."""
     odds = room()
-    odds[30:36, 20:60] = 4.0  # what is as thick as this is drawn as it is
+    odds[30:38, 20:60] = 4.0  # what is as thick as this is drawn as it is
     for turns, mirrored in itertools.product(range(4), (False, True)):
         turned = np.rot90(odds, turns)
         turned = turned[:, ::-1] if mirrored else turned
