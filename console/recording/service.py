@@ -49,7 +49,6 @@ from console.workers.worker import Worker
 from core.errors import BadInput, BeckonError, Refused
 from core.files import saving, write_atomic
 from core.pilot.pilot import Pilot
-from core.pilot.recorded_drive import MAP_FILE
 from core.pilot.trail import NO_POINTS
 from core.pipelines.drive_film import FilmForm
 from core.recording.mcap_writing import PART
@@ -57,16 +56,18 @@ from core.recording.settings import RecordingSettings
 from core.robots import Profile
 from core.robots.profile_json import profile_to_json
 from core.sensors import SensorFrame
+from core.recording.frame_record import TurnAct
 from core.sentences import Statement
+from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
 
+NO_LASER = np.zeros((0, 3))
 NO_GRID = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
 FOLDER, NOTES = "recordings", "recordings.json"  # in the data folder
 ENDING = ".mcap"
-MAP_TYPE = "application/octet-stream"
 MAX_NAME_LETTERS, MAX_NOTE_LETTERS = 80, 2000
 NAME = re.compile(r"[\w][\w .-]*")
 NO_NAME = re.compile(r"^[^\w]|[^\w .-]")  # letters of a file of elsewhere that a name cannot have
@@ -76,6 +77,8 @@ IDLE_PERIOD_S = 0.5  # [s] of the same where nothing comes
 BATCH_BUDGET_S, FILE_BUDGET_S = 5.0, 120.0  # [s] of processor time
 MAX_WAITING_MOMENTS = 400  # frames that may wait; more are left out, with a notice
 MAP_PERIOD_S = 2.0  # [s] between two maps, at least
+WHOLE_MAP_PERIOD_S = 20.0  # [s] between two maps to go on in, at least …
+WHOLE_MAP_SHARE = 0.005  # … and of the time that may be spent on them, at most
 RING_DELAY_S = 5.0  # [s] after the first motion: its start must not be what slows that
 RING_REST_S = 20.0  # [s] after the first frame, where nothing moves before
 AFTER_INCIDENT_S = 3.0  # [s] that are still kept after what caused it
@@ -161,6 +164,8 @@ class RecordingService(Part):
         self._turn = asyncio.Lock()
         self._map_at = self._disk_at = -1e9
         self._grid = self._voice = -1
+        self._whole_map = b""  # to go on in, for the next moment
+        self._whole_map_due = -math.inf  # [s] monotonic
         self._seen = -1e9  # [s] stamp of the newest view
         self._used: Profile | None = None  # the robot as calibrated
         self._incident: tuple[float, str] | None = None  # [s] monotonic when it is kept, and why
@@ -243,7 +248,7 @@ class RecordingService(Part):
 
     def equip(self, pilot: Pilot) -> None:
         """Its map goes into what is recorded."""
-        self._pilot = pilot
+        self._pilot, self._whole_map_due = pilot, -math.inf
 
     def _begin_ring(self, now: float, *, moves: bool) -> None:
         """Listen for the ring: some time after the start, but never with the first motion."""
@@ -256,6 +261,9 @@ class RecordingService(Part):
 
     def _moment(self, snapshot: Snapshot, frame: SensorFrame) -> RecordedMoment:
         stamp, view, holder = snapshot.stamp, snapshot.view, self._lease.holder
+        if any(isinstance(act, SavedMap | TurnAct) for act in (snapshot.inputs.acts if snapshot.inputs else ())):
+            self._whole_map_due = -math.inf
+        whole_map, self._whole_map = self._whole_map, b""
         map_is_new = snapshot.grid.revision != self._grid and not 0 <= stamp - self._map_at < MAP_PERIOD_S
         if map_is_new:
             self._grid, self._map_at = snapshot.grid.revision, stamp
@@ -272,8 +280,19 @@ class RecordingService(Part):
             map_is_new=map_is_new,
             view_is_new=view_is_new,
             azimuth=azimuth,
+            whole_map=whole_map,
             texts=self._events.taken(),
         )
+
+    async def _take_whole_map(self) -> None:
+        """Take the map that what is computed later goes on in; its cells and landmarks are written with it."""
+        pilot, began = self._pilot, time.monotonic()
+        if pilot is None:
+            return
+        with contextlib.suppress(Refused):  # there is none yet
+            self._whole_map = await asyncio.to_thread(lambda: pilot.keep_map().to_bytes())
+            self._grid, self._map_at, now = -1, -1e9, time.monotonic()
+            self._whole_map_due = now + max(WHOLE_MAP_PERIOD_S, (now - began) / WHOLE_MAP_SHARE)
 
     # events
 
@@ -338,14 +357,14 @@ class RecordingService(Part):
             if self._running is not None:  # another one has begun while this one waited
                 raise Problem(409, RUNS)
             await self._ready()
-            job = BeginRecording(str(self._path(name)), self._description("", note), await self._files(with_map=True))
+            job = BeginRecording(str(self._path(name)), self._description("", note), await self._files())
+            await self._take_whole_map()
             await self._worker.ask(job, budget=FILE_BUDGET_S)
             self._writes = self._worker.starts
             self._running = FinishedRecording(
                 name, 0.0, 0, {}, time.time(), complete=False, note=note, robot=self._robot.profile.name
             )
         self.revision += 1
-        self._grid, self._map_at = -1, -1e9  # the file has the map from its beginning on
         self._began = time.monotonic()
         if note:
             await self._set_note(name, note)
@@ -433,6 +452,8 @@ class RecordingService(Part):
                 self._notifications.tell("error", str(trouble), "foxglove")
 
     async def _after_batch(self, now: float) -> None:
+        if self._listens and now > self._whole_map_due and not self._replays:
+            await self._take_whole_map()
         if self._incident is not None and now > self._incident[0]:
             why, self._incident, self._kept_at = self._incident[1], None, now
             try:
@@ -631,8 +652,8 @@ class RecordingService(Part):
         facts = {"version": beckon_version(), "robot": profile.name, "url": profile.url}
         return {**facts, **cause_facts(cause), "note": note}
 
-    async def _files(self, *, with_map: bool = False) -> list[tuple[str, str, bytes]]:
-        """The files that go into a recording; the map for one that begins now."""
+    async def _files(self) -> list[tuple[str, str, bytes]]:
+        """The files that go into a recording."""
 
         def read() -> list[tuple[str, str, bytes]]:
             paths = [
@@ -640,12 +661,9 @@ class RecordingService(Part):
             ]
             return [(path.name, media_type(path), path.read_bytes()) for path in paths if path.is_file()]
 
-        profile, pilot = self._robot.profile, self._pilot
+        profile = self._robot.profile
         card = {"name": profile.name, "url": profile.url, "radius_m": profile.radius, "kind": profile.kind}
         facts = [("robot.json", "application/json", json.dumps(card).encode())]
-        if with_map and pilot is not None:
-            with contextlib.suppress(Refused):  # there is none yet
-                facts.append((MAP_FILE, MAP_TYPE, await asyncio.to_thread(lambda: pilot.keep_map().to_bytes())))
         return facts + await asyncio.to_thread(read)
 
     def _read_notes(self) -> dict[str, RecordingNote]:
@@ -668,7 +686,12 @@ class RecordingService(Part):
 
 
 def slimmed(snapshot: Snapshot, *, with_map: bool) -> Snapshot:
-    """A snapshot without what is large and is not recorded."""
+    """A snapshot without what is large and is not recorded: of a picture that is packed, its pixels."""
+    inputs, view = snapshot.inputs, snapshot.view
+    image = None if inputs is None else inputs.frame.image
+    if inputs is not None and image is not None and image.packed:
+        frame = replace(inputs.frame, image=replace(image, pixels=image.pixels[:0]))
+        inputs = replace(inputs, frame=frame)
     return replace(
         snapshot,
         scan_points=NO_POINTS,
@@ -679,6 +702,8 @@ def slimmed(snapshot: Snapshot, *, with_map: bool) -> Snapshot:
         grid=snapshot.grid if with_map else NO_GRID,
         notices=(),
         sensors=(),
+        inputs=inputs,
+        view=None if view is None else replace(view, laser=NO_LASER, quality=None),
     )
 
 

@@ -34,11 +34,11 @@ from core.pipelines.record import record_sample
 from core.recording.drive import CAMERA_TOPIC
 from core.recording.excerpt import write_excerpt
 from core.recording.foxglove_server import FoxgloveServer
-from core.recording.frame_record import ROBOT, RobotRecord
+from core.recording.frame_record import RobotRecord
 from core.recording.mcap_recovery import recovered
 from core.recording.mcap_writing import BROKEN_RECORD, NS_PER_S, PART, McapRecording, RecordedFile
 from core.recording.ros import Envelope, decode
-from core.recording.ros_writing import RosEncoder, RosMessage
+from core.recording.ros_writing import LATCHED_TOPICS, RosEncoder, RosMessage
 from core.robots import Profile
 from core.robots.profile_json import profile_from_json, profile_to_json
 from core.sensors import SensorFrame
@@ -62,6 +62,7 @@ class RecordedMoment:
     map_is_new: bool = False
     view_is_new: bool = False
     azimuth: float | None = None  # [rad] of a voice
+    whole_map: bytes = b""  # to go on in, as it was before this frame; empty: none was taken
     texts: tuple[tuple[str, str | Mapping[str, object]], ...] = ()  # topic, words or JSON
 
 
@@ -189,7 +190,8 @@ class RecorderWorker:
         self._robot = RobotRecord(msgspec.Raw(b"{}"), msgspec.Raw(b"{}"))
         self._recording: McapRecording | None = None
         self._ring: deque[tuple[float, RosMessage]] = deque()
-        self._latched: dict[str, tuple[float, RosMessage]] = {}  # newest of each topic that a file begins with
+        self._latched: dict[str, RosMessage] = {}  # newest of each topic that a file begins with
+        self._before: dict[str, RosMessage] = {}  # the same at the beginning of the ring
         self._ring_s = 0.0
         self._foxglove: FoxgloveServer | None = None
         self._waiting: queue.Queue[bytes] = queue.Queue(MAX_WAITING_BATCHES)
@@ -205,12 +207,13 @@ class RecorderWorker:
         self._ring.clear()
         self._robot = RobotRecord(msgspec.Raw(job.built), msgspec.Raw(job.used))
         fixed = (*self._encoder.fixed(0.0), self._encoder.robot(0.0, self._robot))
-        self._latched = {one.topic: (0.0, one) for one in fixed}
+        self._latched = {one.topic: one for one in fixed}
+        self._before = dict(self._latched)
 
     def serve(self, job: ServeFoxglove) -> None:
         """Open a server. Raises Unavailable."""
         self._foxglove = self._foxglove or FoxgloveServer(job.port, job.name)
-        self._foxglove.publish((one for _, one in self._latched.values()), time.time())
+        self._foxglove.publish(self._latched.values(), time.time())
 
     def begin(self, job: BeginRecording) -> None:
         """Open a file. Raises Unwritable."""
@@ -256,12 +259,13 @@ class RecorderWorker:
             self._foxglove.publish(messages, logged)
         if recording is not None:
             fresh = not recording.written.messages
-            recording.add([*(one for _, one in self._latched.values()), *messages] if fresh else messages, logged)
-        self._latched |= {one.topic: (logged, one) for one in messages if one.topic in ("/map", ROBOT)}
+            recording.add([*self._latched.values(), *messages] if fresh else messages, logged)
+        self._latched |= {one.topic: one for one in messages if one.topic in LATCHED_TOPICS}
         if self._ring_s > 0:
             self._ring.extend((logged, one) for one in messages)
             while self._ring and self._ring[0][0] < logged - self._ring_s:
-                self._ring.popleft()
+                _, gone = self._ring.popleft()
+                self._before |= {gone.topic: gone} if gone.topic in LATCHED_TOPICS else {}
 
     def _messages(self, moment: RecordedMoment) -> Iterator[RosMessage]:
         snapshot, encoder, gate = moment.snapshot, self._encoder, moment.gate
@@ -278,6 +282,8 @@ class RecorderWorker:
         if moment.map_is_new:
             yield encoder.landmarks(frame.stamp, snapshot.landmarks)
             yield encoder.grid(frame.stamp, snapshot.grid)
+        if moment.whole_map:
+            yield encoder.whole_map(frame.stamp, moment.whole_map)
         if moment.azimuth is not None:
             yield encoder.direction(frame.stamp, moment.azimuth)
         for topic, content in moment.texts:
@@ -298,9 +304,11 @@ class RecorderWorker:
             raise Refused("There is nothing to keep yet: the recorder has just begun to listen.")
         since = self._ring[-1][0] - job.seconds
         kept = [(logged, one) for logged, one in self._ring if logged >= since]
+        earlier = (one for logged, one in self._ring if logged < since and one.topic in LATCHED_TOPICS)
+        begun = self._before | {one.topic: one for one in earlier}
         recording = described(McapRecording(Path(job.path)), job.described, job.attached)
         try:
-            recording.add([one for _, one in self._latched.values()], kept[0][0])
+            recording.add(begun.values(), kept[0][0])
             for logged, one in kept:
                 recording.add([one], logged)
             return FinishedRecording.of(recording.finish())

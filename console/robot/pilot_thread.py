@@ -36,7 +36,10 @@ class PilotPace:
         self._steps: deque[float] = deque(maxlen=MAX_REMEMBERED_STEPS)
 
     def note(self, stamp: float, arrived: float, took: float) -> None:
-        """Record a step: when its frame was sensed (robot's clock), when it came and how long it took (ours) [s]."""
+        """Record a step: when its frame was sensed, when it came and how long it took (ours) [s].
+
+        `stamp` is of the robot's clock; of ours where that of a simulated robot waits for a busy computer.
+        """
         with self._lock:
             if stamp < self._stamp:
                 self._delays.clear()  # another clock: the robot was started again, or a recording jumped
@@ -141,7 +144,8 @@ class PilotThread:
                 self._setpoint_sender.follow(snapshot)
                 self._robot.reach(frame.stamp)
                 self._publish(snapshot, used)
-                self.pace.note(frame.stamp, arrived, time.monotonic() - arrived)
+                waits = self._robot.profile.simulated and frame.sensed > 0
+                self.pace.note(frame.sensed if waits else frame.stamp, arrived, time.monotonic() - arrived)
         except Exception as fault:
             self._over.set()
             self._setpoint_sender.stop()

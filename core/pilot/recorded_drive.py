@@ -33,11 +33,12 @@ from core.pilot.drive_record import (
 from core.pilot.pilot import BegunDrive, Pilot
 from core.pilot.trail import NO_POINTS, Trail, frozen
 from core.recording.drive import DriveMoment, DriveRecording, decoded, text_of
-from core.recording.frame_record import ROBOT, ResultRecord, RobotRecord, TakenRecord
+from core.recording.frame_record import ROBOT, WHOLE_MAP, ResultRecord, RobotRecord, TakenRecord
 from core.recording.ros import Envelope
 from core.robots import Profile
 from core.robots.profile_json import profile_from_json
 from core.sensors import Laser, SensorFrame
+from core.sentences import Statement
 from core.settings import Settings
 from core.slam.estimate import Estimate, Landmark, SlamHealth
 from core.slam.map.map_file import SavedMap
@@ -46,8 +47,8 @@ from core.slam.motion import Increment
 from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Hearing, PilotInputs, Snapshot
 
 MAP = "/map"  # topic
-MAP_FILE = "map.npz"  # attached: the map at the beginning
-MAP_AGE_S = 2.0  # [s] after the beginning, in which that map holds
+MAP_DELAY_S = 1.0  # [s] after the beginning of a recording by which its map may come
+NO_MAP = Statement("recording.no_map")
 MAX_ODDS = 8.0  # log odds of a cell that is held to be sure
 AS_RECORDED = SlamHealth(mode="recorded")
 EMPTY_GRID = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
@@ -184,6 +185,7 @@ class ComputedNow:
         self.since = 0.0  # [s] from the start of the recording
         self.whole = False  # it began with the first frame of a pilot, as that day
         self.resumed = False  # it began in the map that was there
+        self.why_empty = ""  # why it did not, where one was under way
 
     def take(self, moment: DriveMoment) -> Snapshot:
         """One moment → what is computed of it. Raises BadInput where the recording does not describe its robot."""
@@ -210,20 +212,20 @@ class ComputedNow:
             begun = self._held(moment, robot.used)
             snapshot = self._pilot.repeat(inputs, begun)
             self.resumed = begun.saved is not None
-        except BadInput:  # the map is damaged, or does not suit these settings
+            self.why_empty = "" if self.resumed else NO_MAP
+        except BadInput as trouble:  # the map is damaged, or does not suit these settings
+            self.why_empty = str(trouble)
             self._pilot = Pilot(robot.built, self._settings)
             snapshot = self._pilot.repeat(inputs, BegunDrive(used=robot.used))
         return snapshot
 
     def _held(self, moment: DriveMoment, used: Profile) -> BegunDrive:
-        """Return what the pilot of that day held; of its map only that of the recording's beginning is known.
-
-        Raises BadInput where that is damaged.
-        """
+        """Return what the pilot of that day held, with the newest map that was kept. Raises BadInput: it is damaged."""
         results = None if moment.record is None else moment.record.results
-        content = self._drive.attached(MAP_FILE) if self.since < MAP_AGE_S else None
-        if content is None or results is None:
+        kept = self._drive.latest(WHOLE_MAP, self.since + MAP_DELAY_S)
+        if kept is None or results is None:
             return BegunDrive(used=used)
+        content = decoded(kept).data.tobytes()
         return BegunDrive(
             used=used,
             saved=SavedMap.from_bytes(content, MAP_NAME),

@@ -51,6 +51,7 @@ from core.robots.requests import (
     not_taken,
 )
 from core.sensors import SensorFrame
+from core.sentences import Statement
 from core.settings import Settings
 from core.snapshot import Comparison, Snapshot
 
@@ -70,6 +71,7 @@ MARK_KINDS = {
 }
 """An event's name → the kind of its mark."""
 MAX_MARKS = 400
+EMPTY_MAP = Statement("recording.empty_map")
 
 
 @message
@@ -279,7 +281,10 @@ class ReplayedDrive:
         if self._is_computing:
             if self._computed is None:
                 self._computed, self._comparer = ComputedNow(self._drive, self._settings), Comparer()
+            begins = self._computed.since
             computed = self._computed.take(moment)
+            if self._computed.why_empty and self._computed.since != begins:
+                self._notes = (*self._notes, EMPTY_MAP(why=self._computed.why_empty))
         if recorded is not None or computed is not None:
             self._last = moment, recorded, computed
             self._compare(moment, recorded, computed)

@@ -18,6 +18,7 @@ from core.sentences import plain
 from core.slam.map.edits import CellEdit
 
 FRAME, ROBOT = "/beckon/frame", "/beckon/robot"  # topics: one of every frame; the robot as built and as used
+WHOLE_MAP = "/beckon/map"  # topic: the map that an estimator can go on in, now and then
 
 Struct = msgspec.Struct
 Row = tuple[float, float, float]  # x, y [m], heading [rad]

@@ -15,7 +15,7 @@ from rosbags.typesys.store import Typestore
 
 from core.geometry import Pose, Transform
 from core.recording import frame_record
-from core.recording.frame_record import FRAME, ROBOT, FrameRecord, RobotRecord
+from core.recording.frame_record import FRAME, ROBOT, WHOLE_MAP, FrameRecord, RobotRecord
 from core.recording.ros_sound import RAW_AUDIO, with_sound
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
 from core.sensors.recordable import PNG_MAGIC, pack_picture, pcm_of
@@ -24,7 +24,7 @@ from core.slam.map.occupancy import OccupancyGrid
 
 LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 COMPRESSED, CAMERA_INFO = "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo"
-TEXT, DEGREES = "std_msgs/msg/String", "std_msgs/msg/Int32"
+TEXT, DEGREES, BYTES = "std_msgs/msg/String", "std_msgs/msg/Int32", "std_msgs/msg/UInt8MultiArray"
 MAP, POSE = "nav_msgs/msg/OccupancyGrid", "geometry_msgs/msg/PoseWithCovarianceStamped"
 MARKERS, TWIST = "visualization_msgs/msg/MarkerArray", "geometry_msgs/msg/Twist"
 BASE, ODOM, WORLD = "base_link", "odom", "map"  # names of the frames
@@ -35,7 +35,7 @@ LATCHED_QOS = (
     "  lifespan: {sec: 9223372036, nsec: 854775807}\n  liveliness: 1\n"
     "  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}\n  avoid_ros_namespace_conventions: false\n"
 )
-LATCHED_TOPICS = frozenset({"/map", "/tf_static", "/camera/camera_info", ROBOT})
+LATCHED_TOPICS = frozenset({"/map", "/tf_static", "/camera/camera_info", ROBOT, WHOLE_MAP})
 
 
 @dataclass(frozen=True)
@@ -202,6 +202,11 @@ class RosEncoder:
             info=info,
             data=np.where(grid.log_odds == 0, np.int8(-1), chance).ravel(),
         )
+
+    def whole_map(self, stamp: float, content: bytes) -> RosMessage:
+        """Everything that the estimator goes on with: `SavedMap.to_bytes`."""
+        layout = self._type("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+        return self._message(WHOLE_MAP, BYTES, stamp, layout=layout, data=np.frombuffer(content, np.uint8))
 
     def speeds(self, stamp: float, v: float, w: float) -> RosMessage:
         """The speeds that the gate let through [m/s], [rad/s]."""

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
 import pickle
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 
-from console.recording.service import MAP_TYPE, slimmed
+from console.recording.service import slimmed
 from console.recording.work import (
     BeginRecording,
     DescribeRobot,
     FinishRecording,
+    KeepRing,
     RecordedMoment,
     RecorderWorker,
     RecordMoments,
 )
+from core.errors import Refused
 from core.gate.status import GateStatus
 from core.pilot import Pilot
 from core.pilot.drive_record import digest_of
-from core.pilot.recorded_drive import MAP_FILE
 from core.robots import Profile, Robot
 from core.robots.profile_json import profile_to_json
 from core.sensors import SensorFrame
@@ -37,9 +39,14 @@ class RecordedPilot:
     """A pilot whose every frame is recorded."""
 
     def __init__(
-        self, path: Path, profile: Profile, settings: Settings | None = None, pilot: Pilot | None = None
+        self,
+        path: Path,
+        profile: Profile,
+        settings: Settings | None = None,
+        pilot: Pilot | None = None,
+        ring_s: float = 0.0,
     ) -> None:
-        """`pilot`: one that is under way; its map goes into the recording."""
+        """`pilot`: one that is under way; its map goes into the recording. `ring_s`: that can be kept at any time."""
         self.pilot = pilot or Pilot(profile, settings)
         self.profile = profile
         self.snapshots: list[Snapshot] = []
@@ -47,10 +54,10 @@ class RecordedPilot:
         self.hurries = False  # goes on while the recorder still writes
         self._recorder, self._waiting = RecorderWorker(), list[RecordedMoment]()
         card = profile_to_json(profile)
-        self._recorder.describe(DescribeRobot(card, card, 0.0))
-        attached = [] if pilot is None else [(MAP_FILE, MAP_TYPE, pilot.keep_map().to_bytes())]
-        self._recorder.begin(BeginRecording(str(path), {"robot": profile.name}, attached))
+        self._recorder.describe(DescribeRobot(card, card, ring_s))
+        self._recorder.begin(BeginRecording(str(path), {"robot": profile.name}, []))
         self._map = self._view = -1.0
+        self._holds_maps = pilot is not None or ring_s > 0
 
     def step(self, frame: SensorFrame, *, deaf: bool = False) -> Snapshot:
         """Take a frame as a driver hands it on."""
@@ -58,6 +65,7 @@ class RecordedPilot:
         number, view = len(self.snapshots), snapshot.view
         map_is_new = number % MAP_EVERY == 0 and snapshot.grid.revision != self._map
         self._map = snapshot.grid.revision if map_is_new else self._map
+        with_whole = map_is_new and self._holds_maps
         view_is_new = view is not None and view.stamp != self._view
         self._view = self._view if view is None else view.stamp
         self._waiting.append(
@@ -68,6 +76,7 @@ class RecordedPilot:
                 operator="Ada",
                 map_is_new=map_is_new,
                 view_is_new=view_is_new,
+                whole_map=self._kept_map() if with_whole else b"",
             )
         )
         self.snapshots.append(snapshot)
@@ -79,6 +88,16 @@ class RecordedPilot:
         """End the recording."""
         self._send()
         self._recorder.finish(FinishRecording())
+
+    def _kept_map(self) -> bytes:
+        with contextlib.suppress(Refused):  # there is none yet
+            return self.pilot.keep_map().to_bytes()
+        return b""
+
+    def keep(self, path: Path, seconds: float) -> None:
+        """Save what the ring holds."""
+        self._send()
+        self._recorder.keep(KeepRing(str(path), seconds, {}, []))
 
     def leave(self) -> None:
         """The recorder's process ends, as it does when the console is gone."""

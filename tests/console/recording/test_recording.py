@@ -23,10 +23,10 @@ from console.recording.service import RecordingService
 from console.recording.work import RecorderWorker, RecoverRecordings
 from core.errors import Refused, Unwritable
 from core.geometry import Pose, wrap
-from core.pilot.recorded_drive import MAP_FILE
 from core.pipelines.slam import slam_log
 from core.recording import mcap_writing, open_log
-from core.recording.drive import DriveRecording
+from core.recording.drive import DriveRecording, decoded
+from core.recording.frame_record import WHOLE_MAP
 from core.recording.mcap_recovery import recovered
 from core.robots import Profile
 from core.robots.connect import connect
@@ -97,8 +97,9 @@ def test_its_readings_are_those_that_came_and_it_plays_as_a_log(recorded: tuple[
     assert len(log.scans) >= answer["messages"]["/scan"] - 2
     assert log.laser is not None and log.laser.beams == 682
     assert log.report.faults == ()
-    held = DriveRecording(path).attached(MAP_FILE)
-    assert held is not None and SavedMap.from_bytes(held, "of the turn").submaps >= 1
+    held = DriveRecording(path).latest(WHOLE_MAP, 1.0)
+    assert held is not None
+    assert SavedMap.from_bytes(decoded(held).data.tobytes(), "of the turn").submaps >= 1
 
 
 @pytest.mark.campaign

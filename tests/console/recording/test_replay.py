@@ -164,6 +164,23 @@ def test_what_is_computed_of_the_middle_of_a_drive_begins_in_the_map_that_was_th
     assert not without.resumed and _hits(anew[0]) == 1 and apart.worst < 0.1  # cells of another size: no map
 
 
+def test_what_was_kept_of_the_ring_begins_in_the_map_of_its_own_beginning(tmp_path: Path) -> None:
+    robot, kept = open_robot("lab", seed=3, settings=None), tmp_path / "kept.mcap"
+    recorded, act = RecordedPilot(tmp_path / "all.mcap", robot.profile, ring_s=6.0), by_commands(robot)
+    for number in range(420):
+        act(number, recorded)
+        robot.drive(recorded.step(robot.read()).setpoint)
+    recorded.keep(kept, 4.0)
+    snapshots, comparer, computed = again(kept)
+    drive, then = DriveRecording(kept), recorded.snapshots[-161]
+    first = AsRecorded(robot.profile)
+    first.begin(drive.latest("/map", 0.0), ())
+    shown = first.take(next(drive.moments()))
+    assert drive.duration == pytest.approx(4.0, abs=0.1) and computed.resumed and comparer.worst < 0.02
+    assert shown is not None and shown.grid.log_odds.shape == recorded.snapshots[-200].grid.log_odds.shape
+    assert (shown.grid.log_odds != 0).sum() <= (then.grid.log_odds != 0).sum()
+
+
 def _hits(snapshot: Snapshot) -> int:
     return max(one.hits for one in snapshot.landmarks)
 
