@@ -51,12 +51,12 @@ from core.files import saving, write_atomic
 from core.pilot.pilot import Pilot
 from core.pilot.trail import NO_POINTS
 from core.pipelines.drive_film import FilmForm
+from core.recording.frame_record import TurnAct
 from core.recording.mcap_writing import PART
 from core.recording.settings import RecordingSettings
 from core.robots import Profile
 from core.robots.profile_json import profile_to_json
 from core.sensors import SensorFrame
-from core.recording.frame_record import TurnAct
 from core.sentences import Statement
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
@@ -564,6 +564,8 @@ class RecordingService(Part):
         Its reader judges it when it is opened. Raises BadInput, Problem 409, 507, Unwritable.
         """
         path = self._folder / checked_name(file)
+        if not content:
+            raise BadInput(Statement("recording.empty", name=path.name))
         if path.exists():
             raise Problem(409, Statement("recording.taken", name=path.name))
         await self._check_room()

@@ -220,7 +220,7 @@ class ComputedNow:
         return snapshot
 
     def _held(self, moment: DriveMoment, used: Profile) -> BegunDrive:
-        """Return what the pilot of that day held, with the newest map that was kept. Raises BadInput: it is damaged."""
+        """Return what the pilot of that day held, in the newest map that was kept. Raises BadInput: it is damaged."""
         results = None if moment.record is None else moment.record.results
         kept = self._drive.latest(WHOLE_MAP, self.since + MAP_DELAY_S)
         if kept is None or results is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -18,8 +19,10 @@ from core.perception.sound.direction import Direction
 from core.perception.sound.locate import sure
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.utterances import directions
+from core.pilot.recorded_drive import robot_of
 from core.pipelines.listen import WordReader
 from core.progress import UNSEEN, WorkProgress
+from core.recording.drive import DriveRecording, is_drive
 from core.recording.read_report import ReadReport
 from core.recording.recorded_senses import is_recording, recorded_sound
 from core.recording.recording import RecordingReport
@@ -128,24 +131,25 @@ class RecordingTranscriber:
         found: tuple[Direction, ...] = ()
         warnings = list(dict.fromkeys((*recorded.warnings, *(one.sentence for one in faults))))
         beam, finding = False, self._settings.direction_finding
-        if self._array is not None:
-            found = directions(sound, self._array, finding)
-            contradictions = check(sound, self._array, finding, found)
+        array = self._array or recorded_array(path)
+        if array is not None:
+            found = directions(sound, array, finding)
+            contradictions = check(sound, array, finding, found)
             warnings += [one.sentence for one in contradictions]
             faults += [one.fault for one in contradictions if one.fault.code in CHECKS]
-            beam = channel is None and self._array.dimensions >= 2 and all(one.used for one in faults)
+            beam = channel is None and array.dimensions >= 2 and all(one.used for one in faults)
         words = channel
         if words is None:
-            words = self._array.channels[0] if self._array is not None else first_heard(sound)
-        if self._array is None and not sound.samples[:, words].any():
+            words = array.channels[0] if array is not None else first_heard(sound)
+        if array is None and not sound.samples[:, words].any():
             faults.append(fault("array.dead", channels=words + 1))
             warnings.append(faults[-1].sentence)
-        said, stops = self._words(sound, None if beam else words, path.name, progress)
+        said, stops = self._words(sound, array, None if beam else words, path.name, progress)
         if self.wordless:
             warnings.append(self.wordless)
         return {
             "directions": [
-                _direction(one, self._array, finding, believed=all(each.used for each in faults)) for one in found
+                _direction(one, array, finding, believed=all(each.used for each in faults)) for one in found
             ],
             "utterances": [_utterance(one, found) for one in said],
             "stops": [{"t0_s": one.begin, "t1_s": one.end} for one in stops],
@@ -168,17 +172,30 @@ class RecordingTranscriber:
         return replace(sound, stamp=0.0), tally.report("recording")
 
     def _words(
-        self, sound: Sound, channel: int | None, name: str, progress: WorkProgress
+        self, sound: Sound, array: MicrophoneArray | None, channel: int | None, name: str, progress: WorkProgress
     ) -> tuple[list[RecognizedUtterance], list[RecognizedUtterance]]:
         """Utterances, and STOPs that were heard before their sentence was over; without a channel from the beam."""
         if self._engine is None:
             return [], []
-        reader = WordReader(self._settings, self._engine, self._array if channel is None else None, channel or 0)
+        reader = WordReader(self._settings, self._engine, array if channel is None else None, channel or 0)
         heard: list[RecognizedUtterance] = []
         for piece in progress.each(list(reader.prepared(sound).pieces(PIECE_S)), name):
             heard += reader.feed(piece)
         heard += reader.finish()
         return [said for said in heard if said.final], [said for said in heard if not said.final]
+
+
+def recorded_array(path: Path) -> MicrophoneArray | None:
+    """The microphones of the robot that Beckon recorded; None for a file of elsewhere, or a robot without them."""
+    if not is_drive(path):
+        return None
+    with contextlib.suppress(BadInput):  # it does not say, or cannot be read
+        drive = DriveRecording(path)
+        try:
+            return robot_of(drive).used.microphones
+        finally:
+            drive.close()
+    return None
 
 
 def hear_each(

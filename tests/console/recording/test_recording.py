@@ -164,6 +164,8 @@ def test_a_recording_from_elsewhere_is_kept_as_it_came_and_can_be_opened(live: L
     assert (live.home / "recordings" / "of mine.log").read_bytes() == content
     assert "log:of mine.log" in ask(live, "GET", "robot/connection").json["opened_here"]
     assert put("of%20mine.log", b"another").status == 409
+    nothing = put("x.mcap", b"")
+    assert (nothing.status, nothing.json["detail"]) == (422, "x.mcap is empty; nothing was kept.")
     assert put("..%2Fx.log", b"x").status in (404, 415, 422)
 
 

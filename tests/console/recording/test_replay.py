@@ -171,7 +171,7 @@ def test_what_was_kept_of_the_ring_begins_in_the_map_of_its_own_beginning(tmp_pa
         act(number, recorded)
         robot.drive(recorded.step(robot.read()).setpoint)
     recorded.keep(kept, 4.0)
-    snapshots, comparer, computed = again(kept)
+    _, comparer, computed = again(kept)
     drive, then = DriveRecording(kept), recorded.snapshots[-161]
     first = AsRecorded(robot.profile)
     first.begin(drive.latest("/map", 0.0), ())
