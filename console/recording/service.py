@@ -85,6 +85,7 @@ AFTER_INCIDENT_S = 3.0  # [s] that are still kept after what caused it
 INCIDENT_PAUSE_S = 30.0  # [s] until another one is kept by itself
 DISK_PERIOD_S = 2.0  # [s] between two looks at the disk
 BYTES_PER_MB = 1e6
+NEARLY_FULL = 0.9  # of the folder, from which on it is said which recording goes next
 RUNS = Statement("recording.runs")
 NOTHING_RUNS = Statement("recording.nothing_runs")
 NOTHING_HELD = Statement("recording.nothing_held")
@@ -100,7 +101,7 @@ LOST = Statement("recording.lost")
 LEFT_OUT = Statement("recording.left_out")
 NOT_BEGUN = Statement("recording.not_begun")
 LOW_DISK = Statement("recording.low_disk")
-OLD_GOES = Statement("recording.old_goes")
+OLD_GOES, NEXT_GOES = Statement("recording.old_goes"), Statement("recording.next_goes")
 UNRECOVERED = Statement("recording.unrecovered")
 RECOVERED = Statement("recording.was_recovered")
 NOT_KEPT = Statement("recording.not_kept")
@@ -170,6 +171,8 @@ class RecordingService(Part):
         self._used: Profile | None = None  # the robot as calibrated
         self._incident: tuple[float, str] | None = None  # [s] monotonic when it is kept, and why
         self._kept_at = -1e9
+        self._goes_next = ""  # name of the recording of which that was said
+        self._roomy = -1  # revision of the list when the folder's size was looked at
         self._wake = asyncio.Event()
         self.revision = 0  # of the list of recordings
         self.foxglove_port = 0  # where Foxglove and others watch live; 0: nowhere
@@ -352,13 +355,13 @@ class RecordingService(Part):
 
     async def _begin(self, name: str, note: str = "") -> None:
         await asyncio.to_thread(self._make_folder)
+        await self._take_whole_map()  # the file begins with it
         self._listens, self._listened = True, self._listened or time.monotonic()
         async with self._turn:
             if self._running is not None:  # another one has begun while this one waited
                 raise Problem(409, RUNS)
             await self._ready()
             job = BeginRecording(str(self._path(name)), self._description("", note), await self._files())
-            await self._take_whole_map()
             await self._worker.ask(job, budget=FILE_BUDGET_S)
             self._writes = self._worker.starts
             self._running = FinishedRecording(
@@ -462,15 +465,20 @@ class RecordingService(Part):
                 self._notifications.tell("info", words, "kept")
             except (BeckonError, Problem) as trouble:
                 self._notifications.tell("warning", NOT_KEPT(trouble=trouble), "kept")
-        if self._running is None or now - self._disk_at < DISK_PERIOD_S:
+        if now - self._disk_at < DISK_PERIOD_S or (self._running is None and self._roomy == self.revision):
             return
-        self._disk_at = now
+        self._disk_at, self._roomy = now, self.revision
+        if self._running is not None:
+            await self._look_at_file(now)
+        await self._make_room()
+
+    async def _look_at_file(self, now: float) -> None:
+        """End the file that grows where the disk runs low; go on in another one where it is long."""
         free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / BYTES_PER_MB)
         if free < self._settings.free_mb:
             await self._end(LOW_DISK(free=f"{free:.0f}"))
         elif self._is_long(now):
             await self._rotate()
-        await self._make_room()
 
     def _is_long(self, now: float) -> bool:
         size = 0 if self._running is None else self._running.bytes
@@ -485,24 +493,30 @@ class RecordingService(Part):
 
     async def _rotate(self) -> None:
         try:
-            await self.stop()
+            done = await self.stop()
             self._number += 1
-            await self._begin(self._fresh_name(f"{self._base} part {self._number}"))
+            await self._begin(self._fresh_name(f"{self._base} part {self._number}"), done.note)
         except (BeckonError, Problem) as trouble:
             self._notifications.tell("error", f"The recording has ended: {trouble}", "recorder")
 
     async def _make_room(self) -> None:
-        """Delete the oldest files that nobody gave a note, and say so, while all are too large."""
-        files = await asyncio.to_thread(self._sizes)
-        total = sum(size for _, _, size in files)
+        """Delete the oldest files that nobody gave a note while all are too large, and say before which is next."""
+        most, files = 1e9 * self._settings.folder_gb, await asyncio.to_thread(self._sizes)
+        total = sum(size for _, _, size in [*files, *await asyncio.to_thread(self._parts)])
         for name, _, size in sorted(files, key=lambda one: one[1]):
-            if total <= 1e9 * self._settings.folder_gb:
+            if total <= NEARLY_FULL * most:
                 return
-            if not self._notes.get(name, RecordingNote()).note:
-                self._notifications.tell("warning", OLD_GOES(name=name), "recorder")
-                await asyncio.to_thread(self._path(name).unlink, missing_ok=True)
-                self.revision += 1
-                total -= size
+            if self._notes.get(name, RecordingNote()).note:
+                continue
+            if total <= most:
+                if name != self._goes_next:
+                    self._goes_next = name
+                    self._notifications.tell("warning", NEXT_GOES(name=name), "recorder")
+                return
+            self._notifications.tell("warning", OLD_GOES(name=name), "recorder")
+            await asyncio.to_thread(self._path(name).unlink, missing_ok=True)
+            self.revision += 1
+            total -= size
 
     # kept recordings
 

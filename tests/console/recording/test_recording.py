@@ -8,6 +8,7 @@ import random
 import shutil
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -217,6 +218,41 @@ def test_what_just_happened_can_be_kept(live: Live, recorded: Any) -> None:
     history = [(row["what"], row["who"]) for row in ask(live, "GET", "audit").json["entries"]]
     asked = ("record", "stop_recording", "keep_recording", "delete_recording")
     assert {(what, "operator") for what in asked} <= set(history), history
+
+
+def test_a_long_recording_goes_on_in_files_that_keep_its_note_and_the_oldest_of_no_note_goes_as_was_said(
+    tmp_path: Path,
+) -> None:
+    def names() -> set[str]:
+        return {path.stem for path in (tmp_path / "recordings").glob("*.mcap")}
+
+    def said() -> list[str]:
+        return [one.text for one in live.runtime.notifications.shown if "folder of recordings" in one.text]
+
+    with Live(tmp_path, no_auth=True) as live:
+        recorder = live.runtime.parts[RecordingService]
+        recorder._settings = replace(recorder._settings, file_mb=1.0, folder_gb=0.1, ring_s=0.0)
+        assert ask(live, "POST", "recordings/start", {"name": "long", "note": "mine"}).status == 201
+        for age, name in ((200, "older"), (100, "newer")):
+            path = tmp_path / "recordings" / f"{name}.mcap"
+            path.touch()
+            os.truncate(path, 49_000_000)
+            os.utime(path, (time.time() - age,) * 2)
+        live.until(lambda: said())
+        assert said()[0].endswith(
+            "older, the oldest without a note, goes next. Give it a note to keep it, or download it."
+        )
+        assert {"older", "newer"} <= names()
+        live.until(
+            lambda: "older" not in names() and {"long", "long part 2", "long part 3"} <= names(), seconds=200.0
+        )
+        ask(live, "POST", "recordings/stop")
+        rows = ask(live, "GET", "recordings").json["recordings"]
+    parts = [row for row in rows if row["name"].startswith("long")]
+    assert len(parts) >= 3 and {row["note"] for row in parts} == {"mine"} and "newer" in names()
+    counts = sorted(row["messages"].get("/beckon/frame", 0) for row in parts)
+    assert counts[-2] > 0 and all(row["complete"] for row in parts)  # the last one may just have begun
+    assert any("older, the oldest without a note, is deleted" in one for one in said())
 
 
 def test_a_killed_recorder_loses_a_second_and_the_rest_is_recovered(live: Live, recorded: Any) -> None:

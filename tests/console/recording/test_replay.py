@@ -161,7 +161,8 @@ def test_what_is_computed_of_the_middle_of_a_drive_begins_in_the_map_that_was_th
     known = (recorded.snapshots[-1].grid.log_odds != 0).sum()
     assert computed.resumed and not computed.whole and comparer.worst < 0.02
     assert (snapshots[0].grid.log_odds != 0).sum() > 0.9 * known and _hits(snapshots[0]) > 5
-    assert not without.resumed and _hits(anew[0]) == 1 and apart.worst < 0.1  # cells of another size: no map
+    assert not without.resumed and _hits(anew[0]) == 1 and apart.worst < 0.1
+    assert without.why_empty == "The map has cells of 0.05 m; set occupancy.resolution to that."
 
 
 def test_what_was_kept_of_the_ring_begins_in_the_map_of_its_own_beginning(tmp_path: Path) -> None:
