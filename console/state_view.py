@@ -119,6 +119,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         notices=[notice_line(one) for one in around.notifications.shown],
         history_revision=around.history.revision,
         truth=None if snapshot.truth is None else true_pose(snapshot),
+        by_laser=by_laser(snapshot),
         chapter=around.chapter,
     )
 
@@ -148,6 +149,15 @@ def true_pose(snapshot: Snapshot) -> messages.TruePose | None:
     """The true pose of the simulated robot."""
     at = snapshot.truth
     return None if at is None else messages.TruePose(near(at.x), near(at.y), near(at.heading))
+
+
+def by_laser(snapshot: Snapshot) -> messages.LaserReferenceState | None:
+    """The position by laser and wheels alone, and how far it lies from the estimate."""
+    if snapshot.by_laser is None:
+        return None
+    other, at = snapshot.by_laser.pose, snapshot.estimate.pose
+    turn = math.remainder(other.heading - at.heading, math.tau)
+    return messages.LaserReferenceState(pose(snapshot.by_laser), near(at.distance_to(other.x, other.y)), near(turn))
 
 
 def landmark(row: Landmark) -> messages.LandmarkRow:

@@ -72,11 +72,16 @@ class ChapterSettings(Section):
 
     Watch:
         mode: the pose's error, and NIS
+        laser_reference: *Laser alone* in Estimate, and the time of an update in Plots
     """
 
     mode: Annotated[
         ChapterMode, Meta(meaning="printed: the chapter's own equations in the place of our forms", common=True)
     ] = "ours"
+    laser_reference: Annotated[
+        bool,
+        Meta(meaning="a second position by laser and wheels alone, for comparison", common=True),
+    ] = False
 
 
 @dataclass(frozen=True)
@@ -202,7 +207,7 @@ def as_printed(settings: Settings) -> Settings:
     )
     return dataclasses.replace(
         settings,
-        chapter=ChapterSettings(mode="printed"),
+        chapter=dataclasses.replace(settings.chapter, mode="printed"),
         ekf=ekf,
         edge_landmarks=dataclasses.replace(settings.edge_landmarks, used=False),
         voice_landmarks=dataclasses.replace(settings.voice_landmarks, used=False),

@@ -167,6 +167,7 @@ class Snapshot:
     stamp: float  # [s], robot clock
     estimate: Estimate
     dead_reckoning: Estimate
+    by_laser: Estimate | None = None  # by laser and wheels alone; None: it is not asked for
     increment: Increment  # the robot's move since the frame before
     velocity: Twist  # as the wheels report it
     setpoint: Twist  # what the pilot asks of the gate

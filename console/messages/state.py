@@ -249,6 +249,14 @@ class NoticeLine(Struct, omit_defaults=True):
     values: dict[str, str] | None = None  # in that sentence, by their names
 
 
+class LaserReferenceState(Struct):
+    """The pose by laser and wheels alone, beside the one by all senses."""
+
+    pose: PoseState
+    distance_m: float  # between the two
+    turn_rad: float  # this heading minus the other
+
+
 class State(Struct, tag_field="kind", tag="state"):
     """Everything that may be shown at one instant; the newest replaces the older."""
 
@@ -280,6 +288,7 @@ class State(Struct, tag_field="kind", tag="state"):
     notices: list[NoticeLine]
     history_revision: int
     truth: TruePose | None
+    by_laser: LaserReferenceState | None = None  # None: `[chapter] laser_reference` is off, or there is no laser
     chapter: Literal["ours", "printed"] = "ours"  # the form that runs; printed: the chapter's own equations
 
 

@@ -24,6 +24,7 @@ from core.perception.people.looking import PersonLook
 from core.perception.people.voice_bearing import likeliest
 from core.pilot.command_executor import AcceptedCommand, CommandExecutor
 from core.pilot.landmark_perception import LandmarkPerception
+from core.pilot.laser_reference import LaserReference
 from core.pilot.notices import KEEPS_UP, SLOW, Notices
 from core.pilot.repeated_readings import RepeatedReadings
 from core.pilot.scan_timing import ScanTiming
@@ -131,6 +132,7 @@ class Pilot:
         self._hearing = SoundPerception(self._profile, settings.direction_finding)
         self._mount = MountWatch(settings.drift)
         self._mapper = Mapper(parts_of(settings), self._profile.laser, watched=self._profile.drives)
+        self._reference = self._compare_with_laser(None, None)
         self._dead_reckoning = DeadReckoning()
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
         self._contact = self._lost = False
@@ -282,13 +284,15 @@ class Pilot:
         voices = self._hearing.listen(frame.sound, frame.stamp, motion.increment)
         self._scanned = self._scanned if frame.scan is None else frame.stamp
         estimate = self._mapper.update(frame, seen, motion, voices, self._needs_a_place)
+        reference = self._reference and self._reference.update(frame, motion, self._is_idle)
         dead_reckoning = self._dead_reckoning.update(motion.increment)
         self._mount.watch(frame.stamp, estimate.pose, seen.pairs, self._vision.camera)
         hearing = self._hearing.hear(frame.stamp, estimate)
         self._report(frame)
         twist = self._decide(frame, motion, estimate.pose)
         self._stamp = frame.stamp
-        return replace(self._publish(frame, motion, estimate, dead_reckoning, hearing, twist), inputs=inputs)
+        snapshot = self._publish(frame, motion, estimate, dead_reckoning, hearing, twist)
+        return replace(snapshot, inputs=inputs, by_laser=reference)
 
     def _located(self, accepted: AcceptedCommand) -> AcceptedCommand:
         """A command to a person with the directions that were heard in its words, where that is remembered."""
@@ -315,14 +319,16 @@ class Pilot:
         """Do what people did between two frames."""
         match act:
             case PlaceAct(x, y, heading):
-                self._mapper.place_at(x, y, heading)
+                for mapper in self._mappers:
+                    mapper.place_at(x, y, heading)
             case ClosureAct(number, believed):
                 (self._mapper.redo if believed else self._mapper.undo)(number)
             case EditAct(edits):
                 self._edits = MapEdits(tuple(MapEdit(kind, np.array(at), width) for kind, width, at in edits))
             case TurnAct(angle):
                 self._executor.end("failed", Statement("pilot.other_map"))
-                self._mapper.turn_map(angle)
+                for mapper in self._mappers:
+                    mapper.turn_map(angle)
             case SavedMap():
                 self._enter(act)
             case _:
@@ -342,6 +348,19 @@ class Pilot:
         former = self._mapper.graph.revision
         self._mapper = Mapper(parts_of(self._settings), self._profile.laser, self._profile.drives, saved, believed)
         self._mapper.graph.revision += former + 1  # another map, whatever the number of its own changes
+        self._reference = self._compare_with_laser(saved, believed)
+
+    def _compare_with_laser(self, saved: SavedMap | None, believed: Pose | None) -> LaserReference | None:
+        """The reference by laser alone, in the same map; None: it is not asked for, or there is no laser."""
+        profile, settings = self._profile, self._settings
+        if not settings.chapter.laser_reference or profile.laser is None:
+            return None
+        mapper = Mapper(parts_of(settings), profile.laser, profile.drives, saved, believed)
+        return LaserReference(profile, settings, mapper)
+
+    @property
+    def _mappers(self) -> tuple[Mapper, ...]:
+        return (self._mapper,) if self._reference is None else (self._mapper, self._reference.mapper)
 
     @property
     def _is_idle(self) -> bool:

@@ -121,6 +121,7 @@ export const STATE = {
   notices: [],
   history_revision: 0,
   truth: null,
+  by_laser: null,
   chapter: "ours",
 };
 

@@ -373,6 +373,13 @@ export interface LandmarkRow {
   kind: string;
 }
 
+/** The pose by laser and wheels alone, beside the one by all senses. */
+export interface LaserReferenceState {
+  pose: PoseState;
+  distance_m: number;
+  turn_rad: number;
+}
+
 /** The time offset between a laser and the odometry, estimated from turns. */
 export interface LaserTiming {
   laser: string;
@@ -650,6 +657,7 @@ export interface State {
   notices: NoticeLine[];
   history_revision: number;
   truth: TruePose | null;
+  by_laser: LaserReferenceState | null;
   chapter: "ours" | "printed";
 }
 

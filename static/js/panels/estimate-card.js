@@ -21,6 +21,7 @@ class EstimateCard extends Panel {
     landmarks: fact(t("estimate-card.landmarks"), t("estimate-card.corners_in_the_map_on_trial")),
     nis: fact(t("estimate-card.surprise_nis"), t("estimate-card.how_far_the_last_sightings_lay")),
     wheels: fact(t("estimate-card.wheels_alone_2"), t("estimate-card.how_far_dead_reckoning_lies_from")),
+    laser: fact(t("estimate-card.laser_alone"), t("estimate-card.how_far_the_position_by_laser")),
     truth: fact(t("estimate-card.true_error"), t("estimate-card.simulator_only_the_distance_to_where")),
   };
 
@@ -44,7 +45,7 @@ class EstimateCard extends Panel {
   show({ state, up }) {
     this.classList.toggle("is-old", !up);
     if (!state) return;
-    const { pose, dead_reckoning: wheels, slam, truth } = state;
+    const { pose, dead_reckoning: wheels, slam, truth, by_laser: laser } = state;
     const sigma = sigmas(pose.cov);
     const { x, y, heading } = this.#figures;
     const modeWords = slam.looking_around ? t("estimate-card.looking_around") : (MODES[slam.mode] ?? slam.mode);
@@ -56,6 +57,8 @@ class EstimateCard extends Panel {
     write(this.#facts.landmarks.value, `${state.landmarks.length}${trial}`);
     write(this.#facts.nis.value, slam.nis === null ? "–" : fixed(slam.nis, 1));
     write(this.#facts.wheels.value, apart(wheels, pose));
+    mark(this.#facts.laser.row, "hidden", laser === null);
+    if (laser) write(this.#facts.laser.value, apart(laser.pose, pose));
     mark(this.#facts.truth.row, "hidden", truth === null);
     if (truth) write(this.#facts.truth.value, apart(truth, pose));
   }
