@@ -287,3 +287,10 @@ test("what another operator was refused is not told here; what a voice in the ro
   log.ended([row(4, "refused", { words: "come here", source: "ears", remark: "I see nobody." })], 1100, 1110);
   assert.equal(shown(log, IDLE, 1120), "turn left | refused. I see nobody.");
 });
+
+test("a stop of a route that was reached is not told while the robot drives to the next one", () => {
+  const log = fresh();
+  log.saw(RUNS, 1000);
+  log.ended([row(7, "running"), row(6, "done", { words: "go to desk", heard_as: "go to desk" })], 1010, 1010);
+  assert.equal(shown(log, RUNS, 1020), "turn left");
+});

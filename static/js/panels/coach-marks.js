@@ -135,8 +135,9 @@ export class CoachMarks extends Panel {
     else if (hint && fitting().length > this.#hints.length) this.#go(fitting().indexOf(hint)); // people came in
     this.#tour.hidden = this.#step > 0 || document.querySelector(".person-chip") === null;
     if (!this.#card.hidden) this.#place();
-    // Do not cover a pending command and its Cancel button, and give no hints while another operator drives.
-    this.#card.style.visibility = state?.pending_command || permission.may === "no" ? "hidden" : "";
+    // Do not cover a pending command or a zone being drawn and their buttons; no hints while another operator drives.
+    const busy = state?.pending_command || document.querySelector(".flat-zone-bar:not([hidden])");
+    this.#card.style.visibility = busy || permission.may === "no" ? "hidden" : "";
   }
 
   #remember() {

@@ -119,9 +119,10 @@ class RouteCard extends Panel {
     );
     this.#loop.addEventListener("change", () => (this.#hours.hidden = !this.#loop.checked));
     this.#new.addEventListener("click", () => {
-      this.#form.hidden = !this.#form.hidden && !this.#changes;
+      const shut = !this.#form.hidden && !this.#changes;
       if (this.#changes) this.#lay(NEW);
-      if (!this.#form.hidden) this.#name.focus();
+      if (shut) this.#form.hidden = true;
+      else this.#openForm();
     });
     this.#choice.addEventListener("change", () => {
       if (this.#choice.value) this.#made.push({ place: this.#choice.value, wait_s: 0, action: null });
@@ -222,10 +223,15 @@ class RouteCard extends Panel {
     );
     edit.addEventListener("click", () => {
       this.#lay(route);
-      this.#form.hidden = false;
-      this.#name.focus();
+      this.#openForm();
     });
     return make("li", { class: "row place" }, body, ...(this.#operates ? [start, edit, away] : []));
+  }
+
+  #openForm() {
+    this.#form.hidden = false;
+    this.#name.focus({ preventScroll: true });
+    this.#form.scrollIntoView({ block: "nearest" });
   }
 
   #drawForm() {
@@ -236,6 +242,7 @@ class RouteCard extends Panel {
     );
     this.#stops.replaceChildren(...this.#made.map((stop, index) => this.#stopRow(stop, index)));
     this.#save.disabled = this.#made.length === 0;
+    if (!this.#form.hidden) this.#save.scrollIntoView({ block: "nearest" }); // a stop more has pushed it down
   }
 
   /** @param {Stop} stop @param {number} index */

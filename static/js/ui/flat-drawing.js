@@ -42,6 +42,7 @@ const HALF_STEP_PX = 16; // its size changes rarely
 const RIPPLE_S = 1.2; // [s] that the ring of a voice runs
 const SIGMAS = 2;
 const BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
+const FARTHER_PX = 24;
 const [ABOVE, BELOW] = [-9, 19]; // [px] of words beside a point
 const LINE_PX = 15; // by which lines of words are apart
 const SMALL_PX = 300; // a map that is no wider has no words
@@ -368,7 +369,9 @@ class Brush {
     context.lineWidth = 2;
     context.stroke();
     const [x, y] = [mean(corners.map((at) => at.x)), mean(corners.map((at) => at.y))];
-    this.label({ x: x - 13, y: y - ABOVE }, speed === null ? name : `${name}, ${fixed(speed, 2)} m/s`);
+    const words = speed === null ? name : `${name}, ${fixed(speed, 2)} m/s`;
+    context.font = LABEL;
+    this.label({ x: x - 13 - context.measureText(words).width / 2, y: y - ABOVE }, words);
   }
 
   /** @param {readonly Point[]} points [m] */
@@ -534,7 +537,8 @@ class Brush {
     const { context } = this;
     context.font = LABEL;
     const wide = context.measureText(words).width;
-    const sides = [down, ABOVE + BELOW - down].flatMap((dy) => [x + 13, x - 13 - wide].map((left) => [left, y + dy]));
+    const beside = [x + 13, x - 13 - wide, x + FARTHER_PX, x - FARTHER_PX - wide]; // farther off: the robot stands on it
+    const sides = [down, ABOVE + BELOW - down].flatMap((dy) => beside.map((left) => [left, y + dy]));
     const free = sides.find(([left = 0, low = 0]) => !this.#written.some((one) => meet(one, { left, low, wide })));
     if (!free) return;
     const [left = 0, low = 0] = free;

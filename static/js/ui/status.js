@@ -181,6 +181,7 @@ export class StatusLog {
       this.#order = null;
       this.#since.delete("running");
     }
+    if (row.state === "done" && row.id < this.#running) return; // the next stop of a route is driven to already
     const answered = row.state === "refused" ? this.#takeRefusal(row) : null;
     if (row.state === "refused" && row.source !== "ears" && row.who !== this.#me) return; // another operator's
     const began = this.#began.get(row.id) ?? answered?.at ?? at;
