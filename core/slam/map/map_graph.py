@@ -202,7 +202,10 @@ class MapGraph:
         links = self.links()
         linked = np.array(([link.a for link in links], [link.b for link in links], [MIN_EDGE_M] * len(links)))
         a, b, lengths = np.hstack((ways.array.T, ties.array.T, linked))
-        graph = sparse.csr_matrix((lengths, (a.astype(int), b.astype(int))), shape=(len(self.views), len(self.views)))
+        count, shortest = len(self.views), np.argsort(lengths, kind="stable")
+        # of several edges between two views the shortest one: a sparse matrix would add them up
+        pairs, first = np.unique((a * count + b)[shortest].astype(int), return_index=True)
+        graph = sparse.csr_matrix((lengths[shortest[first]], divmod(pairs, count)), shape=(count, count))
         return csgraph.dijkstra(graph, directed=False, indices=view, limit=limit)
 
     def spread_of(self, submap: int) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,17 @@ def test_ways_are_measured_near_by_and_every_edge_once(monkeypatch: pytest.Monke
     assert calls[0] <= 2
     assert ways[400] == 0.0 and ways[399] == pytest.approx(STEP) and ways[360] == pytest.approx(20.0)
     assert math.isinf(ways[300]) and len(ways) == 401
+
+
+def test_a_second_edge_between_two_views_makes_no_way_longer() -> None:
+    graph = line(40)
+    before = graph.ways_from(39, 30.0)
+    for view in range(1, 40):
+        step = graph._step(view - 1)
+        graph.tied.append(replace(step, move=Pose(2 * step.move.x, 0.0, 0.0)))
+    assert np.array_equal(graph.ways_from(39, 30.0), before), "the longer one counts for nothing"
+    graph.tied.extend(replace(graph._step(view - 1), move=Pose(STEP / 2, 0.0, 0.0)) for view in range(1, 40))
+    assert np.allclose(graph.ways_from(39, 30.0), before / 2), "the shorter one is the way"
 
 
 def test_the_graph_is_factored_once_for_the_places_of_all_submaps(monkeypatch: pytest.MonkeyPatch) -> None:
