@@ -104,7 +104,7 @@ class MapCard extends Panel {
       if (name !== null) this.#name.value = name;
       this.#draw();
     }
-    if (revision === this.#revision || this.offsetParent === null) return;
+    if (revision === this.#revision || this.#now.offsetParent === null) return;
     this.#revision = revision;
     if (this.closest(".page")) {
       this.#sheet.hidden = false; // its room is kept before it is there: what is drawn beside it must not move
