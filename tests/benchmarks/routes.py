@@ -8,8 +8,8 @@ and how many came to a robot that stood; and, by truth, frames with its middle i
 it), and with a faster setpoint of the gate in the slow one than it allows (of those in it): null where no route led
 there. With `--faults N` each fault is injected N times into a patrol, while the robot moves: its state and reason,
 the gate's speed when it ended, and how far the robot went in the half second in which it brakes and in the ten
-after it. First the robot is put into the zone to keep out of and against a wall: a check that does not see that
-ends the benchmark.
+after it; a table at the end has those first that did not end as the how-to on routes states (`ENDS`). First the robot
+is put into the zone to keep out of and against a wall: a check that does not see that ends the benchmark.
 """
 
 from __future__ import annotations
@@ -379,6 +379,17 @@ def frozen(drive: Drive) -> None:
     drive.live.robot.cut = True
 
 
+ENDS = {  # the state in which each fault leaves a route, and how the reason begins
+    "block": (
+        "ended",
+        ("I know of no way", "Each way", "Something blocks", "The robot gets no further", "The way took"),
+    ),
+    "kidnap": ("paused", ("The robot lost its place",)),
+    "low battery": ("paused", ("The battery is low",)),
+    "operator gone": ("paused", ("",)),
+    "driver frozen": ("ended", ("",)),
+    "restart": ("ended", ("The console was started again",)),
+}
 FAULTS: dict[str, tuple[Callable[[Drive], None], float]] = {
     "block": (block, 300.0),
     "kidnap": (kidnap, 120.0),
@@ -388,7 +399,7 @@ FAULTS: dict[str, tuple[Callable[[Drive], None], float]] = {
 }
 
 
-def inject(drive: Drive, fault: str, number: int) -> dict[str, object]:
+def inject(drive: Drive, fault: str, number: int) -> dict[str, Any]:
     """One fault in the middle of a patrol."""
     act, patience = FAULTS[fault]
     drive.end()
@@ -399,7 +410,13 @@ def inject(drive: Drive, fault: str, number: int) -> dict[str, object]:
     begun = drive.live.robot.now
     drive.comes_to(lambda: run.state not in ("driving", "waiting"), patience)
     state, reason, took = run.state, run.reason, drive.live.robot.now - begun
-    result = {"fault": fault, "was_moving": moving, "state": state, "reason": reason, "after_s": round(took, 1)}
+    result: dict[str, Any] = {
+        "fault": fault,
+        "was_moving": moving,
+        "state": state,
+        "reason": reason,
+        "after_s": round(took, 1),
+    }
     if state in ("driving", "waiting"):
         result |= drive.under_way()
     result |= drive.moved_after()
@@ -413,13 +430,36 @@ def inject(drive: Drive, fault: str, number: int) -> dict[str, object]:
     return result
 
 
+def is_as_stated(row: dict[str, Any]) -> bool:
+    """Return whether a fault left the route as is stated, and nothing moved after that."""
+    state, begins = ENDS[row["fault"]]
+    whole = row["state"] == state and row["reason"] and str(row["reason"]).startswith(begins)
+    held = row["moved_after_m"] < STOOD_M and row.get("was_moving", True) and row.get("still_stands", True)
+    return bool(whole and held)
+
+
+def print_table(rows: list[dict[str, Any]]) -> None:
+    """The faults in one table, those first that did not end as stated."""
+    sys.stdout.write(
+        "| fault | as stated | slowest, s | moved after, mm | state and reason, how often |\n|---|---|---|---|---|\n"
+    )
+    kinds = {fault: [row for row in rows if row["fault"] == fault] for fault in ENDS}
+    for fault, of in sorted(kinds.items(), key=lambda each: all(map(is_as_stated, each[1]))):
+        if of:
+            good, slowest = sum(map(is_as_stated, of)), max(row.get("after_s", 0.0) for row in of)
+            moved = 1000.0 * max(row["moved_after_m"] for row in of)
+            ends = Counter(f"{'' if is_as_stated(row) else 'MISS '}{row['state']}: {row['reason']}" for row in of)
+            told = "; ".join(f"{words} ({count})" for words, count in ends.most_common())
+            sys.stdout.write(f"| {fault} | {good} of {len(of)} | {slowest:.0f} | {moved:.1f} | {told} |\n")
+
+
 def print_row(**row: object) -> None:
     """Print one JSON object."""
     sys.stdout.write(json.dumps(row) + "\n")
     sys.stdout.flush()
 
 
-def restarted(folder: Path, number: int, clock: SteppedClock, share: float) -> dict[str, object]:
+def restarted(folder: Path, number: int, clock: SteppedClock, share: float) -> dict[str, Any]:
     """A console that finds a route of the one before: it stands as interrupted, and nothing moves."""
     drive = Drive(folder, number, clock, share)
     with drive.live:
@@ -455,6 +495,7 @@ def main() -> None:
     parser.add_argument("--share", type=float, default=1.0, help="of a processor that it may take")
     chosen = parser.parse_args()
     sums: Counter[str] = Counter()
+    faults = list[dict[str, Any]]()
     clock = step_time()
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
@@ -472,11 +513,8 @@ def main() -> None:
                 for fault in chosen.kinds:
                     if time.perf_counter() > end:
                         break
-                    row = inject(drive, fault, number)
-                    print_row(**row)
-                    good = row["state"] in ("paused", "ended") and row["reason"] and row["moved_after_m"] < STOOD_M
-                    sums[f"{fault}: as stated"] += bool(good and row["was_moving"] and row["still_stands"])
-                    sums[f"{fault}: injected"] += 1
+                    faults.append(inject(drive, fault, number))
+                    print_row(**faults[-1])
             seen = drive.sums
             print_row(
                 **dict(sums),
@@ -496,10 +534,9 @@ def main() -> None:
             if time.perf_counter() > end + 60:
                 break
             (home / "route.json").write_bytes(kept)
-            row = restarted(home, chosen.seed + number, clock, chosen.share)
-            print_row(
-                **row, as_stated=row["state"] == "ended" and bool(row["reason"]) and row["moved_after_m"] < STOOD_M
-            )
+            faults.append(restarted(home, chosen.seed + number, clock, chosen.share))
+            print_row(**faults[-1])
+    print_table(faults)
 
 
 if __name__ == "__main__":
