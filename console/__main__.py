@@ -7,6 +7,7 @@ import sys
 
 from console.cli import build_parser
 from console.cli.answer import JSON_BEGUN, refusal_of, sentence_of, write_json
+from console.logging_setup import json_line
 from core.errors import BadSettings, BeckonError
 
 DONE_CODE, FAILED_CODE, USAGE_CODE, INTERRUPTED_CODE = 0, 1, 2, 130
@@ -41,7 +42,8 @@ def main(arguments: list[str] | None = None) -> int:
             raise
         if "--json" in given and not JSON_BEGUN.get():
             write_json(refusal_of(trouble))
-        sys.stderr.write(f"beckon: {sentence_of(trouble)}\n")
+        sentence = sentence_of(trouble)
+        sys.stderr.write((json_line(sentence) if "--log-json" in given else f"beckon: {sentence}") + "\n")
         return USAGE_CODE if isinstance(trouble, BadSettings) else FAILED_CODE
 
 

@@ -15,6 +15,10 @@ MAX_OLDER_FILES = 3  # files kept
 MOST_ALIKE = 20  # lines within a minute: what strangers provoke must not push the rest out of the files
 MINUTE_S = 60.0
 MOST_KINDS = 1000  # of lines that are distinguished
+STARTUP_FAILED = (
+    "Traceback",
+    "Application startup failed",
+)  # how uvicorn begins lines about what a sentence will say
 
 
 class OneLineFormatter(logging.Formatter):
@@ -39,6 +43,11 @@ class JsonFormatter(logging.Formatter):
         if record.exc_info:
             line["traceback"] = self.formatException(record.exc_info)
         return json.dumps(line, ensure_ascii=False)
+
+
+def json_line(sentence: str) -> str:
+    """An error that ends the program, as a line of its log."""
+    return JsonFormatter().format(logging.makeLogRecord({"name": "beckon", "levelname": "ERROR", "msg": sentence}))
 
 
 class RepeatFilter(logging.Filter):
@@ -74,7 +83,11 @@ def start_logging(path: Path, *, as_json: bool = False) -> None:
     terminal = logging.StreamHandler(sys.stderr)
     terminal.setLevel(logging.INFO if as_json else logging.ERROR)
     terminal.setFormatter(JsonFormatter() if as_json else OneLineFormatter())
-    terminal.addFilter(lambda record: as_json or not record.name.startswith("uvicorn"))
+    terminal.addFilter(
+        lambda record: (
+            not record.name.startswith("uvicorn") or (as_json and not record.getMessage().startswith(STARTUP_FAILED))
+        )
+    )
     terminal.addFilter(RepeatFilter(lambda _: None))
     root.addHandler(terminal)
     try:

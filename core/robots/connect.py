@@ -118,7 +118,8 @@ def connect(url: str, *, seed: int = 0, settings: object | None = None) -> Robot
         file = load_robot_file(Path(url))
         if not file.url:
             raise BadInput(f'{Path(url).name} needs a line url = "…": how the robot is reached (see beckon robots).')
-        return live(file.url, file, Path(url).parent)
+        folder = Path(url).parent
+        return live("+".join(beside(part, folder) for part in parts_of(file.url)), file, folder)
     name, rest = split(url)
     scheme = SCHEMES.get(name)
     if scheme is not None and scheme.section and len(parts_of(url)) == 1:
@@ -140,7 +141,10 @@ def devices_of(url: str, file: RobotFile) -> list[tuple[str, Device]]:
     for number, part in enumerate(parts_of(url)):
         name, rest = split(part)
         if name in SCHEMES and SCHEMES[name].section:
-            raise BadInput(f"{name}: is a whole robot, it cannot be joined with devices.")
+            raise BadInput(
+                f"{name}: is a whole robot: it is opened by its address alone (--robot {part}), "
+                "not joined with devices and not by a robot file."
+            )
         options = file.robot if number == 0 else {}
         opened = opener(name)(with_options(rest, options))
         devices.append((f"{name}:{rest.partition('?')[0]}", opened))
@@ -150,6 +154,15 @@ def devices_of(url: str, file: RobotFile) -> list[tuple[str, Device]]:
 def parts_of(url: str) -> list[str]:
     """`a:…+b:…` → its parts. A plus that no scheme follows belongs to a part."""
     return re.split(r"\+(?=[a-z][a-z0-9_]*:)", url)
+
+
+def beside(part: str, folder: Path) -> str:
+    """A part of a robot file's URL; a driver that lies beside the file with its whole path."""
+    name, rest = split(part)
+    driver = folder.resolve() / f"{rest.partition('.py')[0]}.py"
+    return (
+        f"{name}:{folder.resolve()}/{rest}" if name == OWN and not rest.startswith("/") and driver.is_file() else part
+    )
 
 
 def with_options(rest: str, options: Mapping[str, Any]) -> str:

@@ -31,6 +31,7 @@ from console.serve import Options, announce, check, hosts_of, warn_without_words
 from core.errors import BadInput
 from core.gate import Limits, read_trace
 from core.gate import check as check_trace
+from core.sentences import static_folder
 from core.speech.recognition import engines
 from core.speech.settings import SpeechSettings
 
@@ -158,6 +159,26 @@ def test_with_log_json_every_line_of_the_log_is_an_object(begin) -> None:
     console.end(signal.SIGTERM)
     lines = [json.loads(line) for line in console.complained.read_text().splitlines()]
     assert {type(line) for line in lines} <= {dict}
+
+
+def test_with_log_json_a_start_that_fails_is_one_object_with_its_sentence(begin, tmp_path: Path) -> None:
+    """As systemd's journal has it: no traceback of the web server, no line that is no JSON."""
+    file = tmp_path / "robot.toml"
+    file.write_text('url = "sim:lab"\n')
+    console = begin("--port", "0", "--log-json", "--robot", str(file))
+    assert console.process.wait(60) == 1
+    (line,) = [json.loads(line) for line in console.complained.read_text().splitlines()]
+    assert line["level"] == "ERROR" and "--robot sim:lab" in line["message"]
+
+
+def test_the_unit_of_systemd_keeps_keys_out_of_the_journal_and_errors_in_it() -> None:
+    """Without a target of its own, standard error goes where standard output goes."""
+    unit = dict(
+        line.split("=", 1)
+        for line in (static_folder() / "docs/service/beckon.service").read_text().splitlines()
+        if "=" in line and not line.startswith("#")
+    )
+    assert unit["StandardOutput"] == "null" and unit["StandardError"] == "journal"
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -42,3 +43,31 @@ def test_a_driver_is_given_no_more_than_its_section() -> None:
     assert excerpt("log:x", whole) is whole, "a recording is computed again with all of them"
     assert split("log:C:/x") == ("log", "C:/x")
     assert list(SCHEMES)[:2] == ["sim", "log"]
+
+
+def test_a_driver_beside_its_robot_file_is_found_from_any_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A service starts in /, an operator anywhere."""
+    (tmp_path / "it.py").write_text(
+        "from core.robots.driver import Base, Device, Equipment\n"
+        "class It(Device):\n"
+        "    def __init__(self, arguments=''): self.given = arguments\n"
+        "    def open(self): return Equipment(name=self.given, base=Base(wheelbase=0.2, max_speed=0.3))\n"
+        "    def run(self, readings): pass\n"
+        "    def drive(self, twist): pass\n"
+        "    def close(self): pass\n"
+    )
+    file = tmp_path / "robot.toml"
+    file.write_text('url = "py:it.py:/dev//ttyUSB0"\n')
+    monkeypatch.chdir("/")
+    robot = connect(str(file))
+    assert robot.profile.url == f"py:{tmp_path}/it.py:/dev//ttyUSB0" and robot.profile.name == "/dev//ttyUSB0"
+    robot.close()
+
+
+def test_a_robot_file_of_a_simulator_says_how_that_is_opened(tmp_path: Path) -> None:
+    file = tmp_path / "robot.toml"
+    file.write_text('url = "sim:lab"\n')
+    with pytest.raises(BadInput, match="--robot sim:lab"):
+        connect(str(file))
