@@ -19,7 +19,7 @@ import numpy as np
 
 from core.errors import BadInput, Unavailable
 from core.gate.twist import ZERO, Twist
-from core.geometry import wrap
+from core.geometry import Pose, wrap
 from core.message import message
 from core.perception.sound.array_diagnostics import check
 from core.robots import Profile
@@ -56,6 +56,7 @@ TURN_RAD, TURN_RAD_S = 0.7, 0.4  # of a drive on which wheels and scans are comp
 AHEAD_M, AHEAD_M_S, NEAR_M = 0.4, 0.1, 0.7  # … and of its way ahead, where nothing is as near as that
 MAX_SLOWNESS = 4.0  # times the time that a leg takes, for which it is waited
 AFTER_S = 2.6  # of odometry after a turn, by which its lateness is known
+SCANNED_DRIVE_S = 3.0  # of a drive that is measured by scans, which see no move below 8 mm
 LETTING_GO = 2.0  # [s] that threads and sockets may take to end
 
 
@@ -170,6 +171,7 @@ class Suite:
         self._moved = False  # odometry has shown that it moves when asked to
         self._both, self._near = False, 0.0  # wheels and scans came; the least range [m] of the newest scan
         self._heading = self._turned = 0.0  # [rad] by the wheels, now and in all
+        self._place: Pose | None = None  # by the scans; None: there are wheels, or no scans
         self._odometry = Odometry(session.profile.laser, MotionSettings(), ScanOdometrySettings())
         self.contradictions: tuple[Fault, ...] = ()  # of wheels and scans
         self.agreement: MoveAgreement | None = None
@@ -291,7 +293,7 @@ class Suite:
         elif not allowed:
             self.skip("It moves the robot: ask for it with --drive.", *names)
         elif not any(frame.wheels for frame in self.session.frames(1.0, ZERO, until=has_odometry)):
-            self.skip("The base sends no odometry: watch the wheels while you drive.", *names)
+            self._check_by_scans(names)
         else:
             self._check_drive()
             if self._moved:
@@ -300,6 +302,34 @@ class Suite:
             else:
                 self.session.frames(MAX_STOPPING_S, ZERO)
                 self.skip("The robot does not move.", "stop", "silence")
+
+    def _check_by_scans(self, names: tuple[str, str, str]) -> None:
+        """The same of a base without odometry, as far as scan matching sees it move."""
+        if self._place is None:
+            self.skip("The base sends no odometry, and no laser sees it move: watch the wheels.", *names)
+            return
+        ahead, slack, asked = Twist(TEST_SPEED_M_S, 0.0), MAX_STOPPING_S, TEST_SPEED_M_S * SCANNED_DRIVE_S
+        driven = self._way_by_scans(SCANNED_DRIVE_S, ahead)
+        driven += self._way_by_scans(slack, ZERO)
+        self._moved = driven > MOVING_SHARE * asked
+        advice = f"{100 * asked:g} cm were asked for (as scans see it): are the motors on, is the unit right?"
+        self.add("drive", self._moved and driven < 2 * asked, 100 * driven, "cm", advice)
+        if not self._moved:
+            self.skip("The robot does not move.", *names[1:])
+            return
+        for name, twist, wait in (("stop", ZERO, slack), ("silence", None, TWIST_TIMEOUT_S + slack)):
+            self.session.frames(TEST_DRIVE_S, ahead)
+            self.session.frames(wait, twist)
+            went_on = abs(self._way_by_scans(TEST_DRIVE_S, twist))
+            advice = f"By the scans the base goes on {1000 * wait:.0f} ms after the last request."
+            self.add(name, went_on < 0.5 * TEST_SPEED_M_S * TEST_DRIVE_S, 100 * went_on, "cm", advice)
+        self.session.frames(MAX_STOPPING_S, ZERO)
+
+    def _way_by_scans(self, seconds: float, twist: Twist | None) -> float:
+        """Let that time pass → how far [m] ahead the scans saw it come."""
+        before = self._place or Pose()
+        self.session.frames(seconds, twist)
+        return (before.inverse() @ (self._place or Pose())).x
 
     def _check_drive(self) -> None:
         asked, moved, guessed = TEST_SPEED_M_S * TEST_DRIVE_S, self._driven(), self._guessed_type()
@@ -412,7 +442,9 @@ class Suite:
             self._both = True
             echoes = seen.scan.ranges[seen.scan.valid]
             self._near = float(echoes.min()) if len(echoes) else math.inf
-        self._odometry.update(seen)
+        motion = self._odometry.update(seen)
+        if motion.by_scans and motion.scanned is not None:
+            self._place = (self._place or Pose()) @ motion.increment.pose
 
     def _drive_about(self) -> None:
         """Turn to both sides, and go ahead and back where nothing is near."""
@@ -471,8 +503,10 @@ class Suite:
         if not self._moved:
             self.skip("It was not seen to move.", "standing after reconnect")
             return
-        speeds = [abs(frame.wheels.speed) for frame in self.session.frames(1.0, twist) if frame.wheels]
-        fastest = max(speeds, default=0.0)
+        before, read = self._place, self.session.frames(1.0, twist)
+        fastest = max((abs(frame.wheels.speed) for frame in read if frame.wheels), default=0.0)
+        if before is not None and self._place is not None:
+            fastest = 0.5 * before.distance_to(self._place.x, self._place.y)  # of scans that jump by up to 8 mm
         advice = "The robot goes on by itself when the link is back; it has to stand until zero was asked for."
         self.add("standing after reconnect", fastest < STANDING, 100 * fastest, "cm/s", advice)
         self.session.frames(MAX_STOPPING_S, ZERO)

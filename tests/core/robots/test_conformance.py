@@ -131,6 +131,15 @@ def with_sound_card() -> Generator[Emulated]:
         yield robot
 
 
+@contextmanager
+def srv1_with_laser() -> Generator[Emulated]:
+    """The chapter's robot (figure 12): its base has no odometry, so that scans have to show whether it moves."""
+    world = World(failsafe=None)
+    base, laser = Srv1Emulator(world), scip(world)
+    with wired(base, laser, world) as robot:
+        yield replace(robot, url=f"{base.url}+{laser.url}")
+
+
 SIGHT = ("rate", "stamps", "age")  # what a robot without laser and camera does not have
 BASE = ("sound", "drive", "stop", "silence", "standing after reconnect")  # what a laser alone does not have
 SUBJECTS = {
@@ -144,6 +153,7 @@ SUBJECTS = {
         stop_within=0.150,  # a picture is on its way
         lacks=BASE,  # it has no odometry
     ),
+    "figure12": Subject(srv1_with_laser, stop_within=0.150, lacks=("sound",)),
     "scip": Subject(lambda: in_world(scip), lacks=BASE),
     "lds": Subject(lambda: in_world(lambda world: LidarEmulator(world, "ld19")), lacks=BASE),
     "camera": Subject(lambda: in_world(CameraEmulator), lacks=BASE),
@@ -501,3 +511,13 @@ def test_wheels_and_scans_are_compared_on_a_drive_for_it(session: dict[str, Any]
         figures = {one.name: one.figure for one in suite.checks}
         assert figures["wheels over scans, turns"] == pytest.approx(session.get("turns", 1.0), abs=0.04)
         assert figures["wheels over scans, ways"] == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.campaign
+def test_scans_see_a_base_without_odometry_go_on_after_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = DriverSession.ask
+    monkeypatch.setattr(DriverSession, "ask", lambda session, twist: asked(session, SLOW if twist == ZERO else twist))
+    with srv1_with_laser() as robot:
+        report = check_robot(robot.url, drive=True)
+    passed = {check.name: check.passed for check in report.checks}
+    assert passed["stop"] is False and passed["silence"] is True, report.checks
