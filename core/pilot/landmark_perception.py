@@ -189,9 +189,11 @@ class LandmarkPerception:
                 laser=self.view.laser,
                 quality=self.view.quality,
             )
+        gated = self._settings.edges.edge_required and self.camera is not None
         return FramePerception(
             beams=beams,
-            sightings=(*sightings, *on_walls),
+            sightings=None if gated and not fresh else (*sightings, *on_walls),
+            camera=self.camera if gated else None,
             edges=bearings,
             pairs=self._pairs(corners, fresh, then, felt),
         )

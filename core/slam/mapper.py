@@ -254,7 +254,7 @@ class Mapper:
             return
         view = None
         if frame.scan is not None and seen.beams is not None:
-            view = VisibilityCheck(frame.scan, seen.beams.viewpoint)
+            view = VisibilityCheck(frame.scan, seen.beams.viewpoint, seen.camera)
         self.submaps.active.see(seen.sightings, view)
 
     def _correct_by_edges(self, seen: FramePerception) -> None:

@@ -6,6 +6,7 @@ from core.geometry import Pose
 from core.message import Array, message
 from core.perception.landmarks.edge_pairs import EdgePair
 from core.perception.landmarks.landmarks import Sighting
+from core.sensors import Camera
 
 
 @message
@@ -39,5 +40,6 @@ class FramePerception:
 
     beams: Beams | None = None  # None: no scan came with this frame
     sightings: tuple[Sighting, ...] | None = None  # of landmarks; None: no scan came
+    camera: Camera | None = None  # that had to see a corner, too; None: the laser alone says what is missing
     edges: BearingSet | None = None  # vertical edges that confirm no corner; None: no picture was looked at
     pairs: tuple[EdgePair, ...] = ()  # corners and the edges near them: whether the camera's mount has moved

@@ -103,15 +103,26 @@ def laser_in_picture(points: Array, laser: Laser, camera: Camera, moved: Pose | 
     """
     seen = (moved or Pose()).inverse().apply(points) if len(points) else points.reshape(0, 2)
     space = np.column_stack((seen, np.full(len(seen), laser.height)))
+    pixels, drawn = _in_picture(space, camera)
+    ranges = np.hypot(points[:, 0] - laser.mounting.x, points[:, 1] - laser.mounting.y)
+    return np.column_stack((pixels, ranges))[drawn]
+
+
+def between_picture_edges(places: Array, camera: Camera) -> Array:
+    """Return whether a vertical edge at each of these places (N, 2) [m], robot frame, stands in the picture (N,)."""
+    height = np.full(len(places), camera.mounting.translation[2])
+    return _in_picture(np.column_stack((places, height)), camera)[1]
+
+
+def _in_picture(space: Array, camera: Camera) -> tuple[Array, Array]:
+    """Points (M, 3) [m], robot frame → pixels (M, 2), NaN where there are none; whether each is in the picture."""
     in_camera = camera.mounting.inverse().apply(space)
-    model = camera.model
+    model, pixels = camera.model, np.full((len(space), 2), np.nan)
     ahead = in_camera[:, 2] > 0.01
     off_axis = np.hypot(in_camera[:, 0], in_camera[:, 1]) / np.where(ahead, in_camera[:, 2], np.nan)
     inside = ahead & (off_axis <= model.widest_ray)  # beyond, the distortion folds back
-    pixels = model.project(in_camera[inside])
-    ranges = np.hypot(points[inside, 0] - laser.mounting.x, points[inside, 1] - laser.mounting.y)
-    drawn = ((pixels >= -0.5) & (pixels < (model.width - 0.5, model.height - 0.5))).all(axis=1)
-    return np.column_stack((pixels, ranges))[drawn]
+    pixels[inside] = model.project(in_camera[inside])
+    return pixels, ((pixels >= -0.5) & (pixels < (model.width - 0.5, model.height - 0.5))).all(axis=1)
 
 
 def _moved(wheels: Wheels | None, elapsed: float) -> Pose:

@@ -6,7 +6,8 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array
-from core.sensors import Scan
+from core.perception.landmarks.landmarks import between_picture_edges
+from core.sensors import Camera, Scan
 
 WINDOW = np.arange(-3, 4)  # beams around a bearing
 BEAM_MARGIN_M = 0.15  # that a beam may end short of a landmark or beyond
@@ -15,9 +16,9 @@ BEAM_MARGIN_M = 0.15  # that a beam may end short of a landmark or beyond
 class VisibilityCheck:
     """One scan as a witness of what stands in the way."""
 
-    def __init__(self, scan: Scan, mounting: Pose) -> None:
-        """`mounting`: robot_from_laser."""
-        self._scan, self._mounting = scan, mounting
+    def __init__(self, scan: Scan, mounting: Pose, camera: Camera | None = None) -> None:
+        """`mounting`: robot_from_laser. `camera`: only what stands in its picture, too, can be missing."""
+        self._scan, self._mounting, self._camera = scan, mounting, camera
         self._ranges = np.where(scan.valid | np.isposinf(scan.ranges), scan.ranges, np.nan)
 
     def judge(self, places: Array, spreads: Array) -> tuple[Array, Array]:
@@ -32,6 +33,8 @@ class VisibilityCheck:
         bearing = np.arctan2(seen[:, 1], seen[:, 0])
         beam = np.round((bearing - scan.angle_min) / scan.angle_step).astype(int)[:, None] + WINDOW
         inside = ((beam >= 0) & (beam < len(self._ranges))).all(axis=1) & (reach < scan.range_max)
+        if self._camera is not None:
+            inside &= between_picture_edges(places, self._camera)
         around = self._ranges[np.clip(beam, 0, len(self._ranges) - 1)]
         inside &= (~np.isnan(around)).sum(axis=1) > len(WINDOW) // 2
         nearest = np.where(np.isnan(around), np.inf, around).min(axis=1)

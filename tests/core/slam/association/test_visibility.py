@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from core.geometry import Pose
-from core.sensors import Laser, Scan
+from core.sensors import Camera, Laser, Scan
 from core.slam.association.visibility import VisibilityCheck
 
 LASER = Laser()
@@ -52,3 +52,14 @@ def test_an_uncertain_landmark_is_not_seen_through_so_soon() -> None:
 def test_the_view_is_the_laser_s() -> None:
     turned = Laser(mounting=Pose(0.0, 0.0, np.pi))
     assert seen(at(3.0), -2.0, 0.0, laser=turned) == (False, True)
+
+
+def test_where_a_picture_is_asked_for_nothing_outside_of_it_can_be_missing() -> None:
+    camera = Camera()
+    scan = Scan(stamp=0.0, ranges=at(2.0), angle_min=LASER.angle_min, angle_step=LASER.angle_step)
+    places = np.array([[2.0, 0.0], [0.0, 2.0]])  # ahead, and at the side of a camera of 56°
+    for asked, expected in ((None, [True, True]), (camera, [True, False])):
+        plain, _ = VisibilityCheck(scan, LASER.mounting, asked).judge(places, np.zeros(2))
+        assert plain.tolist() == expected
+    far = Scan(stamp=0.0, ranges=at(3.5), angle_min=LASER.angle_min, angle_step=LASER.angle_step)
+    assert VisibilityCheck(far, LASER.mounting, camera).judge(places, np.zeros(2))[1].tolist() == [True, False]
