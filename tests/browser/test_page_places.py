@@ -157,7 +157,13 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
     card = here.find("route-card:visible")
     card.get_by_role("button", name="New route").click()
     card.get_by_label("Name of the route").fill("round")
+    box = here.find(".over").bounding_box()
+    assert box is not None
+    before = console.newest()["id"]
+    here.page.mouse.click(box["x"] + 0.3 * box["width"], box["y"] + 0.55 * box["height"])
+    expect(card.get_by_role("alert")).to_contain_text("No place is there")
     build_stops(card)
+    assert console.newest()["id"] == before, "a press beside a pin drives nowhere while a route is made"
     card.get_by_label("Action at desk").select_option("wait_for_continue")
     expect(card.get_by_label("Words at sofa")).to_be_hidden()
     card.get_by_label("Action at sofa").select_option("say")

@@ -5,7 +5,7 @@ import { marksOf, wordsTo } from "../net/marks-api.js";
 import { CanvasHand } from "../ui/canvas-hand.js";
 import { watchClearArea } from "../ui/clear-area.js";
 import { icon, make, mark, write } from "../ui/element.js";
-import { apart, drawFlat, drawMoving } from "../ui/flat-drawing.js";
+import { apart, drawFlat, drawMoving, PIN_PX } from "../ui/flat-drawing.js";
 import { FlatGround } from "../ui/flat-ground.js";
 import { FloorView, seenFrom } from "../ui/floor-view.js";
 import { fixed, metres } from "../ui/format.js";
@@ -284,7 +284,6 @@ class FlatMap extends Panel {
   #press(at, { clientX, clientY }) {
     const point = this.#view.floor(at);
     const pressed = this.#layers.has("people") ? this.#personAt(at) : null;
-    const place = this.#layers.has("places") ? this.#placeAt(at) : null;
     if (this.#names) this.#name(point);
     else if (this.#corners) this.#corner(point);
     else if (this.#measures) {
@@ -295,8 +294,7 @@ class FlatMap extends Panel {
     } else if (pressed) {
       const detail = { name: pressed.id, x: point.x, y: point.y, clientX, clientY };
       this.dispatchEvent(new CustomEvent("person-press", { detail, bubbles: true }));
-    } else if (place) this.#goTo(place);
-    else this.#go(point);
+    } else this.#goTo(at, point);
   }
 
   /** @param {Point} point [m] */
@@ -325,30 +323,25 @@ class FlatMap extends Panel {
     this.dispatchEvent(new CustomEvent("name-zone", { detail: { points }, bubbles: true, composed: true }));
   }
 
-  /** @param {import("../net/marks-api.js").Place} place */
-  #goTo(place) {
-    const asked = new CustomEvent("place-pressed", { detail: place.name, bubbles: true, cancelable: true });
-    if (!this.dispatchEvent(asked)) return; // a route that is being made takes it
-    if (this.session.hello?.robot.drives === true) void this.session.say(wordsTo(place), "click");
+  /** @param {Point} at [px] @param {Point} point [m] the same */
+  #goTo(at, point) {
+    const place = this.#layers.has("places") ? this.#placeAt(at) : null;
+    const pressed = new CustomEvent("place-pressed", { detail: place?.name, bubbles: true, cancelable: true });
+    if (!this.dispatchEvent(pressed) || this.session.hello?.robot.drives !== true) return; // a route in the making takes it
+    const [east, north] = [point.x, point.y].map((value) => String(Number(value.toFixed(2)) + 0));
+    void this.session.say(place ? wordsTo(place) : `stop at ${east} and ${north}`, "click");
   }
 
   /** @param {Point} at [px] */
   #placeAt(at) {
     const { places } = marksOf(this.session);
-    return places.find(({ x_m: x, y_m: y }) => apart(at, this.#view.drawn({ x, y })) < REACH / 2) ?? null;
+    const press = { x: at.x, y: at.y + PIN_PX / 2 }; // its tip is on the place, and one presses its head
+    return places.find(({ x_m: x, y_m: y }) => apart(press, this.#view.drawn({ x, y })) < REACH / 2) ?? null;
   }
 
   /** @param {Point} at [px] */
   #personAt(at) {
     return this.#room.find(({ x_m: x, y_m: y }) => apart(at, this.#view.drawn({ x, y })) < REACH) ?? null;
-  }
-
-  /** @param {Point} point [m] */
-  #go({ x, y }) {
-    const { hello } = this.session;
-    if (hello?.robot.drives !== true) return;
-    const [east, north] = [x, y].map((value) => String(Number(value.toFixed(2)) + 0));
-    void this.session.say(`stop at ${east} and ${north}`, "click");
   }
 
   /** @param {KeyboardEvent} event */
@@ -376,7 +369,7 @@ class FlatMap extends Panel {
     } else if (event.key === "Enter" && this.#cursor && this.#corners) {
       this.#corner(this.#cursor);
     } else if (event.key === "Enter" && this.#cursor && state.pending_command === null) {
-      this.#go(this.#cursor);
+      this.#goTo(this.#view.drawn(this.#cursor), this.#cursor);
     } else if (event.key === "+" || event.key === "-") {
       this.#looks = "free";
       this.#view = this.#view.changed(this.#middle, event.key === "+" ? ZOOM : 1 / ZOOM);

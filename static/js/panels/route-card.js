@@ -133,9 +133,11 @@ class RouteCard extends Panel {
       void this.#keep();
     });
     addEventListener("place-pressed", (event) => {
-      if (this.#form.hidden) return;
-      event.preventDefault(); // a press on the map adds it to the route that is being made
-      this.#made.push({ place: /** @type {CustomEvent<string>} */ (event).detail, wait_s: 0, action: null });
+      if (this.#form.hidden || this.offsetParent === null) return;
+      event.preventDefault(); // a press on the map adds a place to the route that is being made, and moves nothing
+      const { detail: place } = /** @type {CustomEvent<string | null>} */ (event);
+      this.#trouble.say(place ? "" : t("route-card.no_place_there"));
+      if (place) this.#made.push({ place, wait_s: 0, action: null });
       this.#drawForm();
     });
     marksOf(this.session).addEventListener("change", () => this.#draw());

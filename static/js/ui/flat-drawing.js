@@ -47,7 +47,7 @@ const [ABOVE, BELOW] = [-9, 19]; // [px] of words beside a point
 const LINE_PX = 15; // by which lines of words are apart
 const SMALL_PX = 300; // a map that is no wider has no words
 const SAME_M = 0.6; // [m] within which the person who is followed is someone in the room
-const PIN_PX = 12; // of a place: height of its head
+export const PIN_PX = 12; // of a place: height of its head
 const BAR_PX = 60; // [px] that the scale has at least
 const SCALE_PX = 14; // from the edges of what no panel covers
 

@@ -27,6 +27,7 @@ export const SLOW_MS = 3000; // of waiting for a transcript, after which the lin
 export const RESULT_MS = 5000; // that the result of a command which is no longer under way is waited for
 const MOST = 50; // remembered rows
 const STILL = 0.005; // [m/s], [rad/s]
+const TROUBLE = ["failed", "refused"];
 const STOPS = "stop_moving";
 
 /**
@@ -181,7 +182,7 @@ export class StatusLog {
       this.#order = null;
       this.#since.delete("running");
     }
-    if (row.state === "done" && row.id < this.#running) return; // the next stop of a route is driven to already
+    if (row.id < this.#running && !TROUBLE.includes(row.state)) return; // what came after it is under way
     const answered = row.state === "refused" ? this.#takeRefusal(row) : null;
     if (row.state === "refused" && row.source !== "ears" && row.who !== this.#me) return; // another operator's
     const began = this.#began.get(row.id) ?? answered?.at ?? at;
