@@ -26,16 +26,20 @@ class CameraStream:
         self._number = 0
         self._sent = (-np.inf, np.zeros((0, 0)))  # stamp [s] and coarse picture of the one encoded last
         self._viewers = 0  # that have it
+        self._newest: Image | None = None
 
     def encoded(self, image: Image | None, at_rest: bool = False) -> Picture | None:
         """Send the picture to its viewers, if there are any; from any thread.
 
-        `at_rest`: the robot stands, so a picture that looks like the last one is sent now and then.
+        `at_rest`: the robot stands, so a picture that looks like the last one is sent now and then. Who comes while
+        no picture does, as where a recording waits, gets the newest one.
         """
+        viewers = len(self._broadcaster.viewers)
+        self._newest, self._viewers = image or self._newest, min(self._viewers, viewers)
+        image = self._newest if viewers > self._viewers else image
         if image is None or not self._broadcaster.watched("camera"):
             return None
         coarse = cv2.resize(image.pixels, COARSE_SIZE, interpolation=cv2.INTER_AREA).astype(float)
-        viewers = len(self._broadcaster.viewers)
         if at_rest and viewers == self._viewers and self._is_like_sent(image.stamp, coarse):
             return None
         self._sent, self._viewers = (image.stamp, coarse), viewers

@@ -60,3 +60,7 @@ def test_pictures_that_look_alike_are_sent_now_and_then_and_a_change_at_once() -
     someone[100:200, 150:180] = 60
     assert sent(1.3, someone)
     assert sent(1.3 + REST_GAP, someone)
+    assert stream.encoded(None) is None
+    broadcaster.join(Subscriber("camera"))
+    newest = stream.encoded(None)
+    assert newest is not None and newest[0] == 1.3 + REST_GAP and stream.encoded(None) is None
