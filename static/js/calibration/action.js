@@ -4,7 +4,7 @@ import { icon, make, redraw, write } from "../ui/element.js";
 
 /** @param {string} drawing @param {string} words */
 export function action(drawing, words) {
-  return make("button", { class: "button", "data-does": drawing }, icon(drawing), make("span", {}, words));
+  return make("button.button", { "data-does": drawing }, icon(drawing), make("span", words));
 }
 
 /** @param {HTMLButtonElement} button @param {string} words @param {string} drawing */

@@ -7,9 +7,9 @@ import { mirrored as inMirror } from "./words.js";
 /** @import { Calibration } from "./types.js" */
 
 export class AdviceLine extends HTMLElement {
-  #words = make("p", { class: "advice-words" });
-  #skip = make("button", { class: "button plain" }, icon("again"), make("span", {}, t("advice-line.another")));
-  #amend = make("button", { class: "button primary" });
+  #words = make("p.advice-words");
+  #skip = make("button.button.plain", icon("again"), make("span", t("advice-line.another")));
+  #amend = make("button.button.primary");
   /** @type {{columns: number, rows: number} | null} */
   #counts = null;
   #of = ""; // session
@@ -22,7 +22,7 @@ export class AdviceLine extends HTMLElement {
     if (this.children.length) return;
     this.#skip.title = t("advice-line.suggest_another_view");
     this.#skip.addEventListener("click", () => this.skip());
-    this.append(make("span", { class: "advice-sign" }, icon("ghost")), this.#words, this.#amend, this.#skip);
+    this.append(make("span.advice-sign", icon("ghost")), this.#words, this.#amend, this.#skip);
     this.#amend.addEventListener("click", () => this.#counts && this.amend(this.#counts));
     this.#amend.hidden = true;
   }

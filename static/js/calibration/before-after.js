@@ -8,8 +8,8 @@ import * as api from "./api.js";
 
 export class BeforeAfter extends HTMLElement {
   #before = make("img", { alt: t("before-after.as_the_camera_took_it"), draggable: "false" });
-  #after = make("img", { alt: t("before-after.straightened"), draggable: "false", class: "after" });
-  #line = make("span", { class: "divide", "aria-hidden": "true" });
+  #after = make("img.after", { alt: t("before-after.straightened"), draggable: "false" });
+  #line = make("span.divide", { "aria-hidden": "true" });
   #slider = make("input", {
     type: "range",
     min: "0",
@@ -18,16 +18,15 @@ export class BeforeAfter extends HTMLElement {
     "aria-label": t("before-after.straightened_from_here_on"),
   });
   #box = make(
-    "div",
-    { class: "both" },
+    "div.both",
     this.#before,
     this.#after,
     this.#line,
-    make("span", { class: "both-tag is-left" }, t("before-after.as_taken")),
-    make("span", { class: "both-tag is-right" }, t("before-after.straightened")),
+    make("span.both-tag.is-left", t("before-after.as_taken")),
+    make("span.both-tag.is-right", t("before-after.straightened")),
     this.#slider,
   );
-  #which = make("p", { class: "note" });
+  #which = make("p.note");
   #of = "";
 
   connectedCallback() {
@@ -35,10 +34,9 @@ export class BeforeAfter extends HTMLElement {
     this.classList.add("card");
     this.append(
       make(
-        "div",
-        { class: "card-head" },
-        make("h2", { class: "card-title" }, t("before-after.before_and_after")),
-        make("span", { class: "spring" }),
+        "div.card-head",
+        make("h2.card-title", t("before-after.before_and_after")),
+        make("span.spring"),
         this.#which,
       ),
       this.#box,

@@ -41,11 +41,10 @@ class CalibrationCapture extends WizardStep {
   #mirror = action("mirror", t("calibration-capture.mirror"));
   #room = action("again", t("calibration-capture.retake_the_empty_room"));
   #choose = action("upload", t("calibration-capture.choose_pictures"));
-  #review = make("button", { class: "button large to-review" });
+  #review = make("button.button.large.to-review");
   #cameras = new CameraChoice();
-  #file = make("input", {
+  #file = make("input.visually-hidden", {
     type: "file",
-    class: "visually-hidden",
     accept: "image/jpeg,image/png",
     multiple: true,
     tabindex: "-1",
@@ -69,21 +68,18 @@ class CalibrationCapture extends WizardStep {
   build() {
     this.append(
       make(
-        "div",
-        { class: "capture" },
+        "div.capture",
         make(
-          "section",
-          { class: "stage-box", "aria-label": t("calibration-capture.picture") },
+          "section.stage-box",
+          { "aria-label": t("calibration-capture.picture") },
           make(
-            "div",
-            { class: "split" },
-            make("div", { class: "picture-frame" }, this.#stage, this.#empty, this.#verdict, this.#marker),
+            "div.split",
+            make("div.picture-frame", this.#stage, this.#empty, this.#verdict, this.#marker),
             this.#scan,
           ),
           this.#advice,
           make(
-            "div",
-            { class: "stage-actions" },
+            "div.stage-actions",
             this.#showDemo,
             this.#live,
             this.#take,
@@ -96,7 +92,7 @@ class CalibrationCapture extends WizardStep {
           ),
           this.#precision,
         ),
-        make("div", { class: "wizard-side" }, this.#progress, this.#review, this.#known, this.#uploaded, this.#views),
+        make("div.wizard-side", this.#progress, this.#review, this.#known, this.#uploaded, this.#views),
       ),
     );
     this.#listen();

@@ -42,11 +42,10 @@ class CalibrationHome extends WizardStep {
     t("calibration-home.microphones"),
     t("calibration-home.how_the_array_is_turned_on"),
   );
-  #rows = make("ul", { class: "rows" });
-  #none = make("p", { class: "note" }, t("calibration-home.nothing_has_been_begun_yet"));
-  #file = make("input", {
+  #rows = make("ul.rows");
+  #none = make("p.note", t("calibration-home.nothing_has_been_begun_yet"));
+  #file = make("input.visually-hidden", {
     type: "file",
-    class: "visually-hidden",
     id: "camera-file",
     accept: ".json,.yaml,.yml,.txt,.xml,.urdf,.sh",
   });
@@ -56,27 +55,21 @@ class CalibrationHome extends WizardStep {
   build() {
     this.append(
       make(
-        "div",
-        { class: "home" },
-        make("div", { class: "wizards" }, this.#camera.card, this.#laser.card, this.#microphones.card),
+        "div.home",
+        make("div.wizards", this.#camera.card, this.#laser.card, this.#microphones.card),
         make(
-          "section",
-          { class: "card begun", "aria-label": t("calibration-home.begun") },
-          make(
-            "div",
-            { class: "card-head" },
-            make("h2", { class: "card-title" }, t("calibration-home.go_on_where_you_left_off")),
-          ),
+          "section.card.begun",
+          { "aria-label": t("calibration-home.begun") },
+          make("div.card-head", make("h2.card-title", t("calibration-home.go_on_where_you_left_off"))),
           this.#none,
           this.#rows,
         ),
         make(
-          "p",
-          { class: "row home-foot" },
+          "p.row.home-foot",
           icon("upload"),
-          make("label", { for: "camera-file", class: "link" }, t("calibration-home.bring_a_file")),
+          make("label.link", { for: "camera-file" }, t("calibration-home.bring_a_file")),
           this.#file,
-          make("span", { class: "note" }, t("calibration-home.of_a_camera_ros_opencv_kalibr")),
+          make("span.note", t("calibration-home.of_a_camera_ros_opencv_kalibr")),
         ),
       ),
     );
@@ -148,27 +141,25 @@ class CalibrationHome extends WizardStep {
     const [one, more] = COUNTED[row.kind === "camera" ? "camera" : "laser"];
     const count = t(row.views === 1 ? one : more, { count: row.views });
     const go = make(
-      "a",
-      { class: "row-open", href: `#s=${row.id}${row.ready ? "&review" : ""}` },
+      "a.row-open",
+      { href: `#s=${row.id}${row.ready ? "&review" : ""}` },
       icon(row.kind),
       make(
         "span",
-        {},
-        make("b", {}, `${what}, ${count}`),
-        make("span", { class: "note" }, `${how} · ${SOURCES[row.source]} · ${since(row.created_s)}`),
+        make("b", `${what}, ${count}`),
+        make("span.note", `${how} · ${SOURCES[row.source]} · ${since(row.created_s)}`),
       ),
       row.ready && icon("done"),
     );
     const away = make(
-      "button",
+      "button.icon-button",
       {
-        class: "icon-button",
         "aria-label": t("calibration-home.delete_what_count", { what, count }),
         onclick: () => void this.#forget(row, away),
       },
       icon("close"),
     );
-    return make("li", {}, go, this.model.may && away);
+    return make("li", go, this.model.may && away);
   }
 
   /** Delete a session on the second press. @param {Row} row @param {HTMLButtonElement} button */
@@ -225,22 +216,22 @@ const NOTHING = {
  * @param {string} says
  */
 function wizard(kind, drawing, name, says) {
-  const used = make("p", { class: "wizard-used" }, "");
-  const why = make("p", { class: "note" });
-  const start = make("button", { class: "button primary large" }, t("calibration-home.begin"));
+  const used = make("p.wizard-used", "");
+  const why = make("p.note");
+  const start = make("button.button.primary.large", t("calibration-home.begin"));
   start.setAttribute("aria-describedby", `about-${kind}`);
-  const undo = make("button", { class: "button plain" }, t("calibration-home.take_the_former_one_back"));
+  const undo = make("button.button.plain", t("calibration-home.take_the_former_one_back"));
   undo.setAttribute("aria-label", t("calibration-home.take_the_former_one_back_name", { name }));
   const href = address(`api/reports/calibration/${kind}`).href;
-  const report = make("a", { class: "button plain", href, download: "", hidden: true }, t("calibration-home.report"));
+  const report = make("a.button.plain", { href, download: "", hidden: true }, t("calibration-home.report"));
   const card = make(
-    "section",
-    { class: "card wizard-card", "aria-label": name, "data-kind": kind },
-    make("span", { class: "wizard-sign" }, icon(drawing)),
+    "section.card.wizard-card",
+    { "aria-label": name, "data-kind": kind },
+    make("span.wizard-sign", icon(drawing)),
     make("h2", { id: `about-${kind}` }, name),
-    make("p", { class: "wizard-says" }, says),
+    make("p.wizard-says", says),
     used,
-    make("div", { class: "wizard-buttons" }, start, undo, report),
+    make("div.wizard-buttons", start, undo, report),
     why,
   );
   return { card, used, why, start, undo, report };

@@ -16,46 +16,45 @@ class CalibrationMicrophones extends WizardStep {
   #busy = false;
   #demo = false;
   #compass = new ClapCompass();
-  #advice = make("p", { class: "claps-advice", role: "status" });
-  #verdict = make("p", { class: "claps-verdict", role: "alert" });
-  #bar = make("div", { class: "bar-fill" });
+  #advice = make("p.claps-advice", { role: "status" });
+  #verdict = make("p.claps-verdict", { role: "alert" });
+  #bar = make("div.bar-fill");
   #progress = make(
-    "div",
-    { class: "progress", role: "progressbar", "aria-label": t("calibration-microphones.listening"), hidden: true },
+    "div.progress",
+    { role: "progressbar", "aria-label": t("calibration-microphones.listening"), hidden: true },
     this.#bar,
   );
   #listen = action("ears", t("calibration-microphones.listen_for_a_clap"));
   #show = action("demo", t("calibration-microphones.show_me"));
   #again = action("undo", t("calibration-microphones.start_again"));
-  #claps = make("ol", { class: "claps-list", "aria-label": t("calibration-microphones.claps") });
-  #found = make("p", { class: "claps-found" });
-  #remark = make("p", { class: "note" });
-  #accept = make("button", { class: "button primary large" }, t("calibration-microphones.use_this_orientation"));
-  #used = make("p", { class: "note" });
-  #undo = make("button", { class: "button plain" }, t("calibration-microphones.use_the_profile_s_own_orientation"));
+  #claps = make("ol.claps-list", { "aria-label": t("calibration-microphones.claps") });
+  #found = make("p.claps-found");
+  #remark = make("p.note");
+  #accept = make("button.button.primary.large", t("calibration-microphones.use_this_orientation"));
+  #used = make("p.note");
+  #undo = make("button.button.plain", t("calibration-microphones.use_the_profile_s_own_orientation"));
   #drawn = "";
 
   /** @override */
   build() {
     this.append(
       make(
-        "div",
-        { class: "claps" },
+        "div.claps",
         make(
-          "section",
-          { class: "card page-card claps-stage", "aria-label": t("calibration-microphones.claps_from_known_sides") },
-          make("h2", {}, t("calibration-microphones.how_are_the_microphones_turned")),
-          make("p", { class: "note" }, t("calibration-microphones.stand_where_the_ring_says_press")),
+          "section.card.page-card.claps-stage",
+          { "aria-label": t("calibration-microphones.claps_from_known_sides") },
+          make("h2", t("calibration-microphones.how_are_the_microphones_turned")),
+          make("p.note", t("calibration-microphones.stand_where_the_ring_says_press")),
           this.#compass,
           this.#advice,
           this.#progress,
           this.#verdict,
-          make("div", { class: "claps-buttons" }, this.#listen, this.#show, this.#again),
+          make("div.claps-buttons", this.#listen, this.#show, this.#again),
         ),
         make(
-          "section",
-          { class: "card page-card", "aria-label": t("calibration-microphones.result") },
-          make("h3", {}, t("calibration-microphones.what_was_heard")),
+          "section.card.page-card",
+          { "aria-label": t("calibration-microphones.result") },
+          make("h3", t("calibration-microphones.what_was_heard")),
           this.#claps,
           this.#found,
           this.#remark,
@@ -147,9 +146,8 @@ class CalibrationMicrophones extends WizardStep {
   /** @param {import("../net/rest.js").ClapRow} clap @param {number} index */
   #row({ asked_rad, heard_rad, sd_rad, gap_rad }, index) {
     const away = make(
-      "button",
+      "button.icon-button.small",
       {
-        class: "icon-button small",
         "aria-label": t("calibration-microphones.leave_out_clap_index", { index: index + 1 }),
         onclick: () => void this.#tried(() => api.drop(index)),
       },
@@ -161,11 +159,9 @@ class CalibrationMicrophones extends WizardStep {
         : t("calibration-microphones.misses_by_degrees", { degrees: degrees(Math.abs(gap_rad), 1) });
     return make(
       "li",
-      {},
-      make("span", { class: "clap-asked" }, side(asked_rad)),
+      make("span.clap-asked", side(asked_rad)),
       make(
-        "span",
-        { class: "note" },
+        "span.note",
         t("calibration-microphones.heard_at_turned_degrees_of_the", {
           turned: api.turned(heard_rad),
           degrees: degrees(2 * sd_rad, 1),

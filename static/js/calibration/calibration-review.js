@@ -17,30 +17,20 @@ import { WizardStep } from "./wizard-step.js";
 
 class CalibrationReview extends WizardStep {
   #sign = icon("done");
-  #title = make("h2", { class: "heading review-title", tabindex: "-1" });
-  #words = make("p", { class: "review-words" });
-  #accept = make("button", { class: "button primary large" }, t("calibration-review.use_this_calibration"));
-  #force = make("button", { class: "button" }, t("calibration-review.use_it_anyway"));
-  #more = make("button", { class: "button" }, t("calibration-review.take_more_views"));
-  #again = make("button", { class: "button" }, t("calibration-review.solve_again"));
-  #undo = make("button", { class: "button" }, t("calibration-review.take_the_former_one_back"));
-  #next = make("a", { class: "button primary large", href: "#new=laser" }, t("calibration-review.now_the_laser"));
-  #says = make("p", { class: "review-says", role: "alert" });
+  #title = make("h2.heading.review-title", { tabindex: "-1" });
+  #words = make("p.review-words");
+  #accept = make("button.button.primary.large", t("calibration-review.use_this_calibration"));
+  #force = make("button.button", t("calibration-review.use_it_anyway"));
+  #more = make("button.button", t("calibration-review.take_more_views"));
+  #again = make("button.button", t("calibration-review.solve_again"));
+  #undo = make("button.button", t("calibration-review.take_the_former_one_back"));
+  #next = make("a.button.primary.large", { href: "#new=laser" }, t("calibration-review.now_the_laser"));
+  #says = make("p.review-says", { role: "alert" });
   #head = make(
-    "header",
-    { class: "card review-head" },
-    make("span", { class: "review-sign" }, this.#sign),
-    make("div", { class: "review-text" }, this.#title, this.#words, this.#says),
-    make(
-      "div",
-      { class: "review-buttons" },
-      this.#accept,
-      this.#force,
-      this.#next,
-      this.#more,
-      this.#again,
-      this.#undo,
-    ),
+    "header.card.review-head",
+    make("span.review-sign", this.#sign),
+    make("div.review-text", this.#title, this.#words, this.#says),
+    make("div.review-buttons", this.#accept, this.#force, this.#next, this.#more, this.#again, this.#undo),
   );
   #values = new ValuesCard();
   #views = new ViewsCard();
@@ -57,20 +47,11 @@ class CalibrationReview extends WizardStep {
   build() {
     this.append(
       make(
-        "div",
-        { class: "review" },
+        "div.review",
         this.#head,
-        make("div", { class: "review-column" }, this.#values, this.#exports),
-        make(
-          "div",
-          { class: "review-column is-wide" },
-          this.#both,
-          this.#precision,
-          this.#fields,
-          this.#findings,
-          this.#poses,
-        ),
-        make("div", { class: "review-column" }, this.#views),
+        make("div.review-column", this.#values, this.#exports),
+        make("div.review-column.is-wide", this.#both, this.#precision, this.#fields, this.#findings, this.#poses),
+        make("div.review-column", this.#views),
       ),
     );
     const { model } = this;

@@ -28,7 +28,7 @@ const PLANS = {
 };
 
 class CalibrationSetup extends WizardStep {
-  #title = make("h2", { class: "setup-title", tabindex: "-1" });
+  #title = make("h2.setup-title", { tabindex: "-1" });
   #sources = {
     robot: source(
       "robot",
@@ -49,9 +49,9 @@ class CalibrationSetup extends WizardStep {
       t("calibration-setup.pictures_taken_before_jpeg_or_png"),
     ),
   };
-  #plan = make("p", { class: "setup-plan" });
-  #against = make("p", { class: "note" });
-  #where = make("fieldset", { class: "card sources" });
+  #plan = make("p.setup-plan");
+  #against = make("p.note");
+  #where = make("fieldset.card.sources");
   #drawing = new BoardDrawing();
   #columns = stepper("columns", t("calibration-setup.inner_corners_across"), 9);
   #rows = stepper("rows", t("calibration-setup.inner_corners_down"), 6);
@@ -60,67 +60,58 @@ class CalibrationSetup extends WizardStep {
   #panelHeight = box("panel-height", t("calibration-setup.panel_height"), "mm", "");
   #height = box("height", t("calibration-setup.camera_above_the_laser"), "mm", "");
   #print = make(
-    "a",
-    { class: "link", target: "_blank", rel: "noopener" },
+    "a.link",
+    { target: "_blank", rel: "noopener" },
     icon("print"),
     t("calibration-setup.print_this_board"),
   );
-  #fits = make("p", { class: "note print-fits" });
+  #fits = make("p.note.print-fits");
   #page = make(
-    "select",
-    { class: "words small", "aria-label": t("calibration-setup.paper") },
+    "select.words.small",
+    { "aria-label": t("calibration-setup.paper") },
     ...["A4", "A3", "letter"].map(option),
   );
-  #begin = make("button", { type: "submit", class: "button primary large" }, t("calibration-setup.start"));
-  #says = make("p", { class: "setup-says", role: "alert" });
+  #begin = make("button.button.primary.large", { type: "submit" }, t("calibration-setup.start"));
+  #says = make("p.setup-says", { role: "alert" });
   #laserOnly = make(
-    "details",
-    { class: "more" },
-    make("summary", {}, t("calibration-setup.the_board_cannot_be_tilted_a")),
-    make("p", { class: "note" }, t("calibration-setup.upright_boards_leave_height_roll_and")),
-    make("div", { class: "boxes" }, this.#height.row),
+    "details.more",
+    make("summary", t("calibration-setup.the_board_cannot_be_tilted_a")),
+    make("p.note", t("calibration-setup.upright_boards_leave_height_roll_and")),
+    make("div.boxes", this.#height.row),
   );
 
   /** @override */
   build() {
-    const legend = make("legend", { class: "card-title" }, t("calibration-setup.where_do_the_pictures_come_from"));
+    const legend = make("legend.card-title", t("calibration-setup.where_do_the_pictures_come_from"));
     this.#where.append(legend, ...Object.values(this.#sources).map(({ row }) => row));
     const board = make(
-      "fieldset",
-      { class: "card board-card" },
-      make("legend", { class: "card-title" }, t("calibration-setup.which_board")),
+      "fieldset.card.board-card",
+      make("legend.card-title", t("calibration-setup.which_board")),
+      make("div.board-figure", this.#drawing, make("p.note", t("calibration-setup.count_the_dots_the_points_where"))),
       make(
-        "div",
-        { class: "board-figure" },
-        this.#drawing,
-        make("p", { class: "note" }, t("calibration-setup.count_the_dots_the_points_where")),
-      ),
-      make(
-        "div",
-        { class: "board-boxes" },
+        "div.board-boxes",
         this.#columns.row,
         this.#rows.row,
         this.#square.row,
-        make("p", { class: "note" }, t("calibration-setup.measure_five_squares_with_a_ruler")),
-        make("p", { class: "row print-line" }, this.#print, this.#page),
+        make("p.note", t("calibration-setup.measure_five_squares_with_a_ruler")),
+        make("p.row.print-line", this.#print, this.#page),
         this.#fits,
         make(
-          "details",
-          { class: "more" },
-          make("summary", {}, t("calibration-setup.the_print_is_glued_on_a")),
-          make("p", { class: "note" }, t("calibration-setup.the_laser_sees_the_whole_panel")),
-          make("div", { class: "boxes" }, this.#panelWidth.row, this.#panelHeight.row),
+          "details.more",
+          make("summary", t("calibration-setup.the_print_is_glued_on_a")),
+          make("p.note", t("calibration-setup.the_laser_sees_the_whole_panel")),
+          make("div.boxes", this.#panelWidth.row, this.#panelHeight.row),
         ),
         this.#laserOnly,
       ),
     );
     const form = make(
-      "form",
-      { class: "setup", novalidate: true },
-      make("div", { class: "setup-head" }, this.#title, this.#plan, this.#against),
+      "form.setup",
+      { novalidate: true },
+      make("div.setup-head", this.#title, this.#plan, this.#against),
       this.#where,
       board,
-      make("div", { class: "setup-foot" }, this.#says, this.#begin),
+      make("div.setup-foot", this.#says, this.#begin),
     );
     this.append(form);
     this.#remembered();

@@ -7,7 +7,7 @@ import { t } from "../ui/texts.js";
 /** @import { Webcam } from "./webcam.js" */
 
 export class CameraChoice extends HTMLElement {
-  #select = make("select", { class: "words small", "aria-label": t("camera-choice.which_camera") });
+  #select = make("select.words.small", { "aria-label": t("camera-choice.which_camera") });
   /** @type {() => void} */
   changed = () => undefined;
 

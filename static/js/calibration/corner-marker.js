@@ -24,12 +24,11 @@ const STEPS = /** @type {Readonly<Record<string, Pixel>>} */ ({
 const LONG_STEP_PX = 10; // with Shift
 
 export class CornerMarker extends HTMLElement {
-  #canvas = make("canvas", { class: "marker-picture" });
-  #lines = make("div", { class: "marker-handles" });
+  #canvas = make("canvas.marker-picture");
+  #lines = make("div.marker-handles");
   #handles = FIRST_PLACES.map((_, index) =>
-    make("button", {
+    make("button.marker-handle", {
       type: "button",
-      class: "marker-handle",
       "aria-label": t("corner-marker.corner_number", { number: index + 1 }),
     }),
   );
@@ -41,13 +40,13 @@ export class CornerMarker extends HTMLElement {
   connectedCallback() {
     if (this.children.length) return;
     this.hidden = true;
-    const use = make("button", { class: "button primary" }, t("corner-marker.use_these_corners"));
-    const leave = make("button", { class: "button" }, t("corner-marker.cancel"));
+    const use = make("button.button.primary", t("corner-marker.use_these_corners"));
+    const leave = make("button.button", t("corner-marker.cancel"));
     this.#lines.append(...this.#handles);
     this.append(
-      make("div", { class: "marker-stage" }, this.#canvas, this.#lines),
-      make("p", { class: "marker-words" }, t("corner-marker.drag_the_four_corners")),
-      make("div", { class: "marker-actions" }, use, leave),
+      make("div.marker-stage", this.#canvas, this.#lines),
+      make("p.marker-words", t("corner-marker.drag_the_four_corners")),
+      make("div.marker-actions", use, leave),
     );
     use.addEventListener("click", () => this.#send());
     leave.addEventListener("click", () => (this.hidden = true));

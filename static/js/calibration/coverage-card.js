@@ -19,11 +19,11 @@ const BARS = /** @type {const} */ ([
 ]);
 
 export class KnownCard extends HTMLElement {
-  #cells = make("div", { class: "cells", role: "img" });
-  #heat = make("canvas", { class: "heat", role: "img" });
-  #waits = make("p", { class: "heat-waits note" }, t("coverage-card.after_4_views"));
-  #legend = make("p", { class: "inline note" }, make("span"), make("span", { class: "heat-ramp" }), make("span"));
-  #words = make("p", { class: "note heat-words" });
+  #cells = make("div.cells", { role: "img" });
+  #heat = make("canvas.heat", { role: "img" });
+  #waits = make("p.heat-waits.note", t("coverage-card.after_4_views"));
+  #legend = make("p.inline.note", make("span"), make("span.heat-ramp"), make("span"));
+  #words = make("p.note.heat-words");
   #bars = BARS.map(([key, name]) => ({ key, ...bar(name) }));
   #drawn = "";
 
@@ -31,21 +31,15 @@ export class KnownCard extends HTMLElement {
     if (this.children.length) return;
     this.classList.add("card");
     this.append(
-      make("h2", { class: "card-title visually-hidden" }, t("coverage-card.what_the_views_cover")),
+      make("h2.card-title.visually-hidden", t("coverage-card.what_the_views_cover")),
       make(
-        "div",
-        { class: "tiles" },
-        make("figure", {}, this.#cells, make("figcaption", {}, t("coverage-card.seen"))),
-        make(
-          "figure",
-          {},
-          make("div", { class: "heat-box" }, this.#heat, this.#waits),
-          make("figcaption", {}, t("coverage-card.sure")),
-        ),
+        "div.tiles",
+        make("figure", this.#cells, make("figcaption", t("coverage-card.seen"))),
+        make("figure", make("div.heat-box", this.#heat, this.#waits), make("figcaption", t("coverage-card.sure"))),
       ),
       this.#legend,
       this.#words,
-      make("div", { class: "four-bars" }, ...this.#bars.map(({ row }) => row)),
+      make("div.four-bars", ...this.#bars.map(({ row }) => row)),
     );
   }
 
@@ -109,13 +103,13 @@ export function paint(canvas, map, target) {
 
 /** @param {string} name */
 function bar(name) {
-  const fill = make("span", { class: "meter-fill" });
+  const fill = make("span.meter-fill");
   const meter = make(
-    "div",
-    { class: "meter", role: "meter", "aria-label": name, "aria-valuemin": "0", "aria-valuemax": "100" },
+    "div.meter",
+    { role: "meter", "aria-label": name, "aria-valuemin": "0", "aria-valuemax": "100" },
     fill,
   );
-  return { fill, meter, row: make("div", { class: "meter-row" }, make("span", {}, name), meter) };
+  return { fill, meter, row: make("div.meter-row", make("span", name), meter) };
 }
 
 customElements.define("known-card", KnownCard);

@@ -4,7 +4,7 @@ import { make, write } from "../ui/element.js";
 
 export class EmptyStage extends HTMLElement {
   #words = make("p");
-  #button = make("button", { class: "button primary large" });
+  #button = make("button.button.primary.large");
   /** @type {() => void} */
   pressed = () => undefined;
 

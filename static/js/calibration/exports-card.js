@@ -22,16 +22,13 @@ const FORMS = {
 };
 
 export class ExportsCard extends HTMLElement {
-  #list = make("ul", { class: "exports" });
+  #list = make("ul.exports");
   #of = "";
 
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
-    this.append(
-      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, t("exports-card.take_it_along"))),
-      this.#list,
-    );
+    this.append(make("div.card-head", make("h2.card-title", t("exports-card.take_it_along"))), this.#list);
   }
 
   /** @param {Calibration} calibration */
@@ -47,7 +44,7 @@ export class ExportsCard extends HTMLElement {
     ];
     this.#list.replaceChildren(
       ...forms.map(([form = "", name = "", says = ""]) =>
-        make("li", {}, bent && form === "kalibr" ? NO_KALIBR() : link(api.exported(id, form), name, says)),
+        make("li", bent && form === "kalibr" ? NO_KALIBR() : link(api.exported(id, form), name, says)),
       ),
     );
   }
@@ -55,10 +52,10 @@ export class ExportsCard extends HTMLElement {
 
 /** @param {string} href @param {string} name @param {string} says */
 function link(href, name, says) {
-  const words = make("span", {}, make("span", { class: "export-name" }, name), make("span", { class: "note" }, says));
-  return make("a", { class: "export", href, download: "" }, icon("download"), words);
+  const words = make("span", make("span.export-name", name), make("span.note", says));
+  return make("a.export", { href, download: "" }, icon("download"), words);
 }
 
-const NO_KALIBR = () => make("p", { class: "export note" }, t("exports-card.kalibr_s_form_has_no_place"));
+const NO_KALIBR = () => make("p.export.note", t("exports-card.kalibr_s_form_has_no_place"));
 
 customElements.define("exports-card", ExportsCard);

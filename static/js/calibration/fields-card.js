@@ -13,8 +13,8 @@ const ACROSS = 640; // canvas pixels
 const TYPICAL = 16; // canvas pixels that a typical miss is drawn long
 
 export class FieldsCard extends HTMLElement {
-  #arrows = make("canvas", { class: "field", role: "img" });
-  #heat = make("canvas", { class: "field heat", role: "img" });
+  #arrows = make("canvas.field", { role: "img" });
+  #heat = make("canvas.field.heat", { role: "img" });
   #arrowWords = make("figcaption");
   #heatWords = make("figcaption");
   #drawn = "";
@@ -23,14 +23,8 @@ export class FieldsCard extends HTMLElement {
     if (this.children.length) return;
     this.classList.add("card");
     this.append(
-      make(
-        "figure",
-        {},
-        make("h2", { class: "card-title" }, t("fields-card.what_is_left_over")),
-        this.#arrows,
-        this.#arrowWords,
-      ),
-      make("figure", {}, make("h2", { class: "card-title" }, t("fields-card.how_sure")), this.#heat, this.#heatWords),
+      make("figure", make("h2.card-title", t("fields-card.what_is_left_over")), this.#arrows, this.#arrowWords),
+      make("figure", make("h2.card-title", t("fields-card.how_sure")), this.#heat, this.#heatWords),
     );
   }
 

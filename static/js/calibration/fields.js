@@ -13,9 +13,9 @@ import { t } from "../ui/texts.js";
  */
 export function source(value, drawing, name, says) {
   const input = make("input", { type: "radio", name: "source", value });
-  const note = make("span", { class: "note" }, says);
-  const words = make("span", { class: "source-words" }, make("span", { class: "source-name" }, name), note);
-  return { input, note, says, row: make("label", { class: "source" }, input, icon(drawing), words) };
+  const note = make("span.note", says);
+  const words = make("span.source-words", make("span.source-name", name), note);
+  return { input, note, says, row: make("label.source", input, icon(drawing), words) };
 }
 
 /**
@@ -25,9 +25,8 @@ export function source(value, drawing, name, says) {
  * @param {number} start
  */
 export function stepper(id, name, start) {
-  const input = make("input", {
+  const input = make("input.words", {
     id,
-    class: "words",
     type: "text",
     inputmode: "numeric",
     value: String(start),
@@ -37,8 +36,8 @@ export function stepper(id, name, start) {
   const by = (step) => {
     const sign = step < 0 ? "−" : "+";
     const button = make(
-      "button",
-      { class: "button", "aria-label": `${name}: ${step < 0 ? t("fields.one_less") : t("fields.one_more")}` },
+      "button.button",
+      { "aria-label": `${name}: ${step < 0 ? t("fields.one_less") : t("fields.one_more")}` },
       sign,
     );
     button.addEventListener("click", () => {
@@ -48,12 +47,7 @@ export function stepper(id, name, start) {
     return button;
   };
   const field = {
-    row: make(
-      "div",
-      { class: "box" },
-      make("label", { for: id }, name),
-      make("div", { class: "corner-count" }, by(-1), input, by(1)),
-    ),
+    row: make("div.box", make("label", { for: id }, name), make("div.corner-count", by(-1), input, by(1))),
     get value() {
       return /^\d{1,2}$/.test(input.value.trim()) ? Number(input.value) : NaN;
     },
@@ -72,19 +66,17 @@ export function stepper(id, name, start) {
  * @param {string} start
  */
 export function box(id, name, unit, start) {
-  const input = make("input", {
+  const input = make("input.words", {
     id,
-    class: "words",
     type: "text",
     inputmode: "decimal",
     value: start,
     autocomplete: "off",
   });
   const row = make(
-    "div",
-    { class: "box" },
+    "div.box",
     make("label", { for: id }, name),
-    make("div", { class: "inline with-unit" }, input, make("span", {}, unit)),
+    make("div.inline.with-unit", input, make("span", unit)),
   );
   return {
     row,

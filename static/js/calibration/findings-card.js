@@ -9,15 +9,12 @@ import { t } from "../ui/texts.js";
 export class FindingsCard extends HTMLElement {
   #offsets = make("tbody");
   #table = make(
-    "table",
-    { class: "values laser-offset-table" },
-    make("caption", {}, t("findings-card.where_a_laser_point_lands_in")),
+    "table.values.laser-offset-table",
+    make("caption", t("findings-card.where_a_laser_point_lands_in")),
     make(
       "thead",
-      {},
       make(
         "tr",
-        {},
         ...[t("findings-card.distance"), t("findings-card.sideways"), t("findings-card.up_down")].map((name) =>
           make("th", { scope: "col" }, name),
         ),
@@ -25,17 +22,13 @@ export class FindingsCard extends HTMLElement {
     ),
     this.#offsets,
   );
-  #list = make("ul", { class: "findings" });
+  #list = make("ul.findings");
   #drawn = "";
 
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
-    this.append(
-      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, t("findings-card.what_to_know"))),
-      this.#table,
-      this.#list,
-    );
+    this.append(make("div.card-head", make("h2.card-title", t("findings-card.what_to_know"))), this.#table, this.#list);
   }
 
   /** @param {Calibration} calibration */
@@ -52,10 +45,9 @@ export class FindingsCard extends HTMLElement {
       ...offsets.map((row) =>
         make(
           "tr",
-          {},
           make("th", { scope: "row" }, `${fixed(row.distance_m, 1)} m`),
-          make("td", {}, t("findings-card.fixed_px", { fixed: fixed(row.sideways_px, 1) })),
-          make("td", {}, t("findings-card.fixed_px", { fixed: fixed(row.up_down_px, 1) })),
+          make("td", t("findings-card.fixed_px", { fixed: fixed(row.sideways_px, 1) })),
+          make("td", t("findings-card.fixed_px", { fixed: fixed(row.up_down_px, 1) })),
         ),
       ),
     );

@@ -69,7 +69,7 @@ export function create(session) {
   session.on("hello", () => here && follow());
   setInterval(() => here && show(), SHOW_MS);
   return {
-    element: make("div", { class: "stack wizard" }, indicator, ...steps),
+    element: make("div.stack.wizard", indicator, ...steps),
     model,
     moved: follow,
     opened() {

@@ -13,7 +13,7 @@ const FLASH_MS = 700;
 const APART_S = 0.5; // a verdict on an older picture is not drawn on a newer one
 
 export class PictureStage extends HTMLElement {
-  #canvas = make("canvas", { class: "stage-picture", role: "img", "aria-label": t("picture-stage.picture") });
+  #canvas = make("canvas.stage-picture", { role: "img", "aria-label": t("picture-stage.picture") });
   #drawn = "";
   #timer = 0;
 

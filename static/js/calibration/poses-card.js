@@ -14,11 +14,11 @@ export class PosesCard extends HTMLElement {
     if (this.children.length) return;
     this.classList.add("card");
     const names = [t("poses-card.view"), t("poses-card.place_mm"), t("poses-card.turn_degrees")];
-    const head = make("tr", {}, ...names.map((name) => make("th", { scope: "col" }, name)));
+    const head = make("tr", ...names.map((name) => make("th", { scope: "col" }, name)));
     this.append(
-      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, t("poses-card.poses_of_the_board"))),
-      make("table", { class: "values" }, make("thead", {}, head), this.#body),
-      make("p", { class: "note" }, t("poses-card.in_the_camera_s_frame")),
+      make("div.card-head", make("h2.card-title", t("poses-card.poses_of_the_board"))),
+      make("table.values", make("thead", head), this.#body),
+      make("p.note", t("poses-card.in_the_camera_s_frame")),
     );
   }
 
@@ -31,7 +31,7 @@ export class PosesCard extends HTMLElement {
     this.#drawn = drawn;
     this.#body.replaceChildren(
       ...rows.map(([name, place, turned]) =>
-        make("tr", {}, make("th", { scope: "row" }, name), make("td", {}, place), make("td", {}, turned)),
+        make("tr", make("th", { scope: "row" }, name), make("td", place), make("td", turned)),
       ),
     );
   }

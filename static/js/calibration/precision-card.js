@@ -11,15 +11,15 @@ const WORDS = { known: "known", weak: t("precision-card.not_quite"), open: "open
 
 export class GainsCard extends HTMLElement {
   #bars = Object.entries(DIRECTIONS).map(([key, [name, says]]) => ({ key, ...bar(name, says) }));
-  #weak = make("ul", { class: "weak" });
-  #offset = make("p", { class: "laser-offset" });
+  #weak = make("ul.weak");
+  #offset = make("p.laser-offset");
 
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
     this.append(
-      make("h2", { class: "card-title" }, t("precision-card.six_directions")),
-      make("div", { class: "precision" }, ...this.#bars.map(({ row }) => row)),
+      make("h2.card-title", t("precision-card.six_directions")),
+      make("div.precision", ...this.#bars.map(({ row }) => row)),
       this.#offset,
       this.#weak,
     );
@@ -41,17 +41,16 @@ export class GainsCard extends HTMLElement {
     write(this.#offset, landing);
     this.#offset.hidden = landing === "";
     if ([...this.#weak.children].map((item) => item.textContent).join() === weak.join()) return;
-    this.#weak.replaceChildren(...weak.map((sentence) => make("li", {}, sentence)));
+    this.#weak.replaceChildren(...weak.map((sentence) => make("li", sentence)));
   }
 }
 
 /** @param {string} name @param {string} says */
 function bar(name, says) {
-  const fill = make("span", { class: "meter-fill" });
+  const fill = make("span.meter-fill");
   const meter = make(
-    "div",
+    "div.meter.gain",
     {
-      class: "meter gain",
       role: "meter",
       "aria-label": `${name}: ${says}`,
       "aria-valuemin": "0",
@@ -59,13 +58,13 @@ function bar(name, says) {
     },
     fill,
   );
-  const word = make("span", { class: "gain-word" });
-  const head = make("div", { class: "gain-head" }, make("span", { class: "gain-name" }, name), word);
+  const word = make("span.gain-word");
+  const head = make("div.gain-head", make("span.gain-name", name), word);
   return {
     fill,
     meter,
     word,
-    row: make("div", { class: "gain-row", title: says }, head, meter, make("span", { class: "note" }, says)),
+    row: make("div.gain-row", { title: says }, head, meter, make("span.note", says)),
   };
 }
 

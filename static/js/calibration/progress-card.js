@@ -7,13 +7,12 @@ import { figures, share } from "./progress.js";
 /** @import { Calibration } from "./types.js" */
 
 export class ProgressCard extends HTMLElement {
-  #figure = make("span", { class: "progress-figure" });
-  #goal = make("span", { class: "progress-goal" });
-  #fill = make("span", { class: "progress-fill" });
+  #figure = make("span.progress-figure");
+  #goal = make("span.progress-goal");
+  #fill = make("span.progress-fill");
   #bar = make(
-    "div",
+    "div.progress-bar",
     {
-      class: "progress-bar",
       role: "progressbar",
       "aria-valuemin": "0",
       "aria-valuemax": "100",
@@ -21,16 +20,16 @@ export class ProgressCard extends HTMLElement {
     },
     this.#fill,
   );
-  #words = make("p", { class: "progress-words" });
-  #solving = make("p", { class: "progress-solving note" }, icon("running"), make("span"));
-  #title = make("h2", { class: "card-title" });
+  #words = make("p.progress-words");
+  #solving = make("p.progress-solving.note", icon("running"), make("span"));
+  #title = make("h2.card-title");
 
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
     this.append(
-      make("div", { class: "progress-head" }, this.#title, this.#solving),
-      make("p", { class: "progress-figures" }, this.#figure, this.#goal),
+      make("div.progress-head", this.#title, this.#solving),
+      make("p.progress-figures", this.#figure, this.#goal),
       this.#bar,
       this.#words,
     );

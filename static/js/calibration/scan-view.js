@@ -27,7 +27,7 @@ const LIGHT = {
 };
 
 export class ScanView extends HTMLElement {
-  #canvas = make("canvas", { class: "scan-picture", role: "img", "aria-label": t("scan-view.laser_scan") });
+  #canvas = make("canvas.scan-picture", { role: "img", "aria-label": t("scan-view.laser_scan") });
   #reach = 3;
   /** @type {ScanPicture | null} */
   #scan = null;

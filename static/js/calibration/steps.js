@@ -9,11 +9,7 @@ const STEPS = /** @type {const} */ ([t("steps.board"), t("steps.views"), t("step
 
 class CalibrationSteps extends WizardStep {
   #items = STEPS.map((name, index) =>
-    make(
-      "li",
-      {},
-      make("a", {}, make("span", { class: "step-number", "aria-hidden": "true" }, String(index + 1)), name),
-    ),
+    make("li", make("a", make("span.step-number", { "aria-hidden": "true" }, String(index + 1)), name)),
   );
 
   /** @override */

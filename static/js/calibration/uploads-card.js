@@ -11,14 +11,14 @@ const NAMED_FILES = 3; // of a row; more are counted
 const ICONS = /** @type {Readonly<Record<string, string>>} */ ({ counted: "done", same: "again", nothing: "eye" });
 
 export class UploadsCard extends HTMLElement {
-  #title = make("h2", { class: "card-title" });
-  #list = make("ul", { class: "attempts" });
+  #title = make("h2.card-title");
+  #list = make("ul.attempts");
   #drawn = "";
 
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
-    this.append(make("div", { class: "card-head" }, this.#title), this.#list);
+    this.append(make("div.card-head", this.#title), this.#list);
   }
 
   /** @param {Uploads} uploads */
@@ -37,14 +37,13 @@ export class UploadsCard extends HTMLElement {
     this.#list.replaceChildren(
       ...grouped(attempts).map(({ names, kind, words }) =>
         make(
-          "li",
-          { class: "attempt", "data-kind": kind },
+          "li.attempt",
+          { "data-kind": kind },
           icon(ICONS[kind] ?? "refused"),
           make(
             "span",
-            {},
-            make("span", { class: "attempt-name", title: names.join(", ") }, namesIn(names)),
-            make("span", { class: "note" }, words),
+            make("span.attempt-name", { title: names.join(", ") }, namesIn(names)),
+            make("span.note", words),
           ),
         ),
       ),

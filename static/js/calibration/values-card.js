@@ -7,18 +7,18 @@ import { cameraRows, mountRows } from "./figures.js";
 /** @import { Calibration } from "./types.js" */
 
 export class ValuesCard extends HTMLElement {
-  #title = make("h2", { class: "card-title" });
+  #title = make("h2.card-title");
   #head = make("tr");
   #body = make("tbody");
-  #note = make("p", { class: "note" });
+  #note = make("p.note");
   #drawn = "";
 
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
     this.append(
-      make("div", { class: "card-head" }, this.#title),
-      make("table", { class: "values" }, make("thead", {}, this.#head), this.#body),
+      make("div.card-head", this.#title),
+      make("table.values", make("thead", this.#head), this.#body),
       this.#note,
     );
   }
@@ -45,14 +45,14 @@ export class ValuesCard extends HTMLElement {
         const name = make(
           "th",
           { scope: "row", title: row.says },
-          make("span", { class: "value-name" }, row.name),
-          make("span", { class: "note" }, row.says),
+          make("span.value-name", row.name),
+          make("span.note", row.says),
         );
-        const change = make("td", {}, row.change);
+        const change = make("td", row.change);
         mark(change, "data-far", row.far);
         const open = row.value === "not known" && "open";
-        const cells = [make("td", { class: open }, row.value), make("td", {}, row.sd)];
-        return make("tr", {}, name, ...cells, ...(compared ? [make("td", {}, row.other), change] : []));
+        const cells = [make("td", { class: open }, row.value), make("td", row.sd)];
+        return make("tr", name, ...cells, ...(compared ? [make("td", row.other), change] : []));
       }),
     );
     write(

@@ -19,7 +19,7 @@ const ICONS = /** @type {Readonly<Record<string, string>>} */ ({
 export class VerdictLine extends HTMLElement {
   #pace = new Pace();
   #icon = icon("eye");
-  #words = make("p", { class: "verdict-words" });
+  #words = make("p.verdict-words");
   #counted = 0;
   /** @type {string | undefined} */
   #of;

@@ -9,10 +9,10 @@ import * as api from "./api.js";
 /** @import { Calibration, ViewRow } from "./types.js" */
 
 export class ViewsCard extends HTMLElement {
-  #title = make("h2", { class: "card-title" });
-  #list = make("ul", { class: "views rows" });
-  #empty = make("p", { class: "note" });
-  #note = make("p", { class: "note views-note" });
+  #title = make("h2.card-title");
+  #list = make("ul.views.rows");
+  #empty = make("p.note");
+  #note = make("p.note.views-note");
   /** @type {CalibrationModel | null} */
   #model = null;
   #drawn = "";
@@ -22,11 +22,7 @@ export class ViewsCard extends HTMLElement {
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
-    this.append(
-      make("div", { class: "card-head" }, this.#title, make("span", { class: "spring" }), this.#note),
-      this.#empty,
-      this.#list,
-    );
+    this.append(make("div.card-head", this.#title, make("span.spring"), this.#note), this.#empty, this.#list);
   }
 
   /**
@@ -79,7 +75,7 @@ export class ViewsCard extends HTMLElement {
         ? kept
         : make("img", { src: source, alt: "", loading: "lazy", decoding: "async", width: "80", height: "60" });
     const error = errorOf(view);
-    const fill = make("span", { class: "meter-fill" });
+    const fill = make("span.meter-fill");
     fill.style.width = `${Math.round((100 * (error ?? 0)) / worst)}%`;
     const why = view.dropped
       ? t("views-card.left_out_by_you")
@@ -87,34 +83,31 @@ export class ViewsCard extends HTMLElement {
         ? ""
         : view.reason || t("views-card.not_in_the_solution_yet");
     const open = make(
-      "button",
+      "button.row-open.view-open",
       {
-        class: "row-open view-open",
         "aria-pressed": kind === "camera" ? String(view.name === selected) : null,
         onclick: () => this.chosen(view.name),
       },
       picture,
       make(
-        "span",
-        { class: "view-words" },
-        make("span", { class: "view-name" }, view.name),
-        make("span", { class: "view-error" }, error === null ? "" : inUnits(error, kind)),
-        make("span", { class: "meter", "aria-hidden": "true" }, fill),
-        why && make("span", { class: "note" }, why),
+        "span.view-words",
+        make("span.view-name", view.name),
+        make("span.view-error", error === null ? "" : inUnits(error, kind)),
+        make("span.meter", { "aria-hidden": "true" }, fill),
+        why && make("span.note", why),
       ),
     );
     const action = view.dropped ? "restore" : "drop";
     const keep = make(
-      "button",
+      "button.icon-button.small.view-keep",
       {
-        class: "icon-button small view-keep",
         "aria-label": `${view.dropped ? t("views-card.take_back") : t("views-card.leave_out")}: ${view.name}`,
         title: view.dropped ? t("views-card.take_it_back_in") : t("views-card.leave_it_out"),
       },
       icon(view.dropped ? "again" : "close"),
     );
     keep.addEventListener("click", () => void this.#model?.request((session) => api.keep(session, view.name, action)));
-    const row = make("li", { class: "view", "data-name": view.name }, open, this.#model?.may && keep);
+    const row = make("li.view", { "data-name": view.name }, open, this.#model?.may && keep);
     mark(row, "data-dropped", view.dropped);
     mark(row, "data-unused", !view.used && !view.dropped && view.reason !== "");
     return row;

@@ -12,34 +12,33 @@ const COPIED_MS = 2000;
 
 /** @extends {PagePanel<ConnectionModel>} */
 class ConnectFile extends PagePanel {
-  #name = make("input", {
+  #name = make("input.field-box.connect-input", {
     id: "connect-name",
-    class: "field-box connect-input",
     maxlength: "60",
     autocomplete: "off",
     required: true,
   });
-  #writeWords = make("span", {}, t("connect-file.write_robot_file"));
-  #write = make("button", { type: "submit", class: "button primary large" }, icon("save"), this.#writeWords);
-  #why = make("p", { class: "note", role: "status" });
-  #question = make("p", {});
-  #replace = make("button", { class: "button primary" }, t("connect-file.replace_it"));
-  #keep = make("button", { class: "button" }, t("connect-file.keep_it"));
-  #asks = make("div", { class: "row connect-asks", hidden: true }, this.#question, this.#replace, this.#keep);
-  #command = make("code", { class: "connect-command", tabindex: "0" });
-  #copyWords = make("span", {}, t("connect-file.copy"));
-  #copy = make("button", { class: "button" }, this.#copyWords);
-  #path = make("p", {});
-  #text = make("pre", { class: "connect-text", tabindex: "0" });
+  #writeWords = make("span", t("connect-file.write_robot_file"));
+  #write = make("button.button.primary.large", { type: "submit" }, icon("save"), this.#writeWords);
+  #why = make("p.note", { role: "status" });
+  #question = make("p");
+  #replace = make("button.button.primary", t("connect-file.replace_it"));
+  #keep = make("button.button", t("connect-file.keep_it"));
+  #asks = make("div.row.connect-asks", { hidden: true }, this.#question, this.#replace, this.#keep);
+  #command = make("code.connect-command", { tabindex: "0" });
+  #copyWords = make("span", t("connect-file.copy"));
+  #copy = make("button.button", this.#copyWords);
+  #path = make("p");
+  #text = make("pre.connect-text", { tabindex: "0" });
   #done = make(
-    "div",
-    { class: "connect-done", hidden: true },
+    "div.connect-done",
+    { hidden: true },
     this.#path,
-    make("p", { class: "note" }, t("connect-file.start_the_console_with_it")),
-    make("div", { class: "connect-line" }, this.#command, this.#copy),
-    make("details", {}, make("summary", {}, t("connect-file.what_it_says")), this.#text),
+    make("p.note", t("connect-file.start_the_console_with_it")),
+    make("div.connect-line", this.#command, this.#copy),
+    make("details", make("summary", t("connect-file.what_it_says")), this.#text),
   );
-  #form = make("form", { class: "connect-form" });
+  #form = make("form.connect-form");
   #filled = "";
 
   /** @override */
@@ -51,10 +50,10 @@ class ConnectFile extends PagePanel {
     );
     this.append(
       make(
-        "section",
-        { class: "card page-card", "aria-label": t("connect-file.robot_file") },
-        make("h2", {}, t("connect-file.robot_file")),
-        make("p", {}, t("connect-file.keeps_what_stands_here_so_that")),
+        "section.card.page-card",
+        { "aria-label": t("connect-file.robot_file") },
+        make("h2", t("connect-file.robot_file")),
+        make("p", t("connect-file.keeps_what_stands_here_so_that")),
         this.#form,
         this.#why,
         this.#asks,

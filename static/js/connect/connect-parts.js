@@ -30,12 +30,11 @@ const UNUSED = "";
 
 /** @extends {PagePanel<ConnectionModel>} */
 class ConnectParts extends PagePanel {
-  #list = make("div", { class: "connect-list" });
-  #again = make("button", { class: "button primary" }, icon("again"), t("connect-parts.look_again"));
+  #list = make("div.connect-list");
+  #again = make("button.button.primary", icon("again"), t("connect-parts.look_again"));
   #changed = make(
-    "div",
-    { class: "row connect-changed" },
-    make("p", {}, t("connect-parts.other_topics_are_chosen_look_again")),
+    "div.row.connect-changed",
+    make("p", t("connect-parts.other_topics_are_chosen_look_again")),
     this.#again,
   );
   /** @type {Map<string, {rate: HTMLElement, said: HTMLElement}>} cells that change with every reading */
@@ -93,17 +92,13 @@ class ConnectParts extends PagePanel {
     const said = [...coded, ...others, ...missing];
     const offers = this.model.own ? faults.map(({ code }) => this.#offer(code, roles)) : [];
     return make(
-      "section",
-      { class: "card page-card", "aria-label": part.name },
-      make("h2", { class: "connect-part" }, part.name),
-      make("p", { class: "note" }, part.up ? about : t("connect-parts.about_does_not_answer", { about })),
-      roles.length > 0 && make("div", { class: "connect-roles" }, ...roles.flatMap((role) => this.#rows(role, index))),
+      "section.card.page-card",
+      { "aria-label": part.name },
+      make("h2.connect-part", part.name),
+      make("p.note", part.up ? about : t("connect-parts.about_does_not_answer", { about })),
+      roles.length > 0 && make("div.connect-roles", ...roles.flatMap((role) => this.#rows(role, index))),
       said.length > 0 &&
-        make(
-          "ul",
-          { class: "connect-remarks" },
-          ...said.map((text) => make("li", {}, icon("info"), make("span", {}, text))),
-        ),
+        make("ul.connect-remarks", ...said.map((text) => make("li", icon("info"), make("span", text)))),
       ...offers,
     );
   }
@@ -122,21 +117,20 @@ class ConnectParts extends PagePanel {
     return selects.map((select, place) => {
       const name = place === 0 ? NAMES[role.role] : `${NAMES[role.role]} ${place + 1}`;
       const cells = {
-        rate: make("span", { class: "connect-rate" }, role.used[place] ? "" : "–"),
-        said: make("span", { class: "note connect-said" }),
+        rate: make("span.connect-rate", role.used[place] ? "" : "–"),
+        said: make("span.note.connect-said"),
       };
       this.#cells.set(`${part} ${role.role} ${place}`, cells);
       const typed = role.role === "cmd_vel" && place === 0 && role.used[0] ? this.#type(role, part) : null;
       select?.addEventListener("change", () => this.#chosen(role, part, selects));
       if (select) select.setAttribute("aria-label", name);
       return make(
-        "div",
-        { class: "connect-role", "data-empty": !role.used[place] },
-        make("span", { class: "connect-name" }, name),
+        "div.connect-role",
+        { "data-empty": !role.used[place] },
+        make("span.connect-name", name),
         make(
-          "div",
-          { class: "connect-topic" },
-          select ?? make("span", { class: "connect-fixed" }, role.used[place]?.topic ?? t("connect-parts.none_found")),
+          "div.connect-topic",
+          select ?? make("span.connect-fixed", role.used[place]?.topic ?? t("connect-parts.none_found")),
           typed,
         ),
         cells.said,
@@ -149,8 +143,8 @@ class ConnectParts extends PagePanel {
   #select({ role, used, candidates }, part, place) {
     if (role === "frames" || candidates.length === 0) return null;
     const select = make(
-      "select",
-      { class: "field-box connect-input", disabled: !this.model.may },
+      "select.field-box.connect-input",
+      { disabled: !this.model.may },
       ...candidates.map(({ topic }) => make("option", { value: topic }, topic)),
       make("option", { value: UNUSED }, t("connect-parts.not_used")),
     );
@@ -162,9 +156,8 @@ class ConnectParts extends PagePanel {
   /** @param {TopicRole} role @param {number} part */
   #type({ used }, part) {
     const select = make(
-      "select",
+      "select.field-box.connect-input.connect-type",
       {
-        class: "field-box connect-input connect-type",
         "aria-label": t("connect-parts.type_of_the_speeds"),
         disabled: !this.model.may,
       },

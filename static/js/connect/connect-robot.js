@@ -27,50 +27,48 @@ const GUIDES = { recording: "play-a-recording", serial: "serial-robot", own: "wr
 class ConnectRobot extends PagePanel {
   #kind = ""; // that was pressed
   #tiles = new Map(KINDS.map(([kind, drawing, , name, says]) => [kind, tile(drawing, name, says)]));
-  #title = make("h2", {}, t("connect-robot.reading_what_was_found"));
+  #title = make("h2", t("connect-robot.reading_what_was_found"));
   #state = icon("link");
   #about = make("span");
   #has = make("p", { hidden: true });
-  #failsafe = make("p", { class: "connect-failsafe" });
-  #url = make("input", {
+  #failsafe = make("p.connect-failsafe");
+  #url = make("input.field-box.connect-input", {
     id: "connect-url",
     type: "text",
-    class: "field-box connect-input",
     autocomplete: "off",
     autocapitalize: "off",
     spellcheck: "false",
     placeholder: "foxglove://192.168.0.7:8765",
   });
-  #look = make("button", { type: "submit", class: "button" }, icon("eye"), t("connect-robot.look"));
-  #open = make("button", { type: "submit", class: "button" }, icon("play"), t("connect-robot.open"));
-  #others = make("div", { class: "connect-others", role: "group", "aria-label": t("connect-robot.open_instead") });
-  #back = make("button", { class: "button plain" }, icon("undo"), t("connect-robot.back_to_this_console_s_robot"));
-  #status = make("p", { class: "note connect-status", role: "status" });
-  #ask = make("button", { class: "button" }, t("connect-robot.ask_for_control"));
-  #take = make("button", { class: "button" }, t("connect-robot.take_over"));
+  #look = make("button.button", { type: "submit" }, icon("eye"), t("connect-robot.look"));
+  #open = make("button.button", { type: "submit" }, icon("play"), t("connect-robot.open"));
+  #others = make("div.connect-others", { role: "group", "aria-label": t("connect-robot.open_instead") });
+  #back = make("button.button.plain", icon("undo"), t("connect-robot.back_to_this_console_s_robot"));
+  #status = make("p.note.connect-status", { role: "status" });
+  #ask = make("button.button", t("connect-robot.ask_for_control"));
+  #take = make("button.button", t("connect-robot.take_over"));
   #driving = make("p", { role: "status" });
-  #control = make("div", { class: "connect-question" }, this.#driving, this.#ask, this.#take);
-  #question = make("div", { class: "connect-question", role: "group", hidden: true });
-  #guide = make("a", { class: "link" }, t("connect-robot.how_to"));
-  #find = make("button", { class: "button" }, icon("antenna"), t("connect-robot.find"));
-  #answers = make("div", { class: "connect-others", role: "status", hidden: true });
-  #samples = make("div", { class: "connect-others", role: "group", "aria-label": t("connect-robot.samples") });
+  #control = make("div.connect-question", this.#driving, this.#ask, this.#take);
+  #question = make("div.connect-question", { role: "group", hidden: true });
+  #guide = make("a.link", t("connect-robot.how_to"));
+  #find = make("button.button", icon("antenna"), t("connect-robot.find"));
+  #answers = make("div.connect-others", { role: "status", hidden: true });
+  #samples = make("div.connect-others", { role: "group", "aria-label": t("connect-robot.samples") });
   /** @type {import("../net/rest.js").FoundAddresses | null} that are drawn */
   #asked = null;
   #filled = "";
   #drawn = "";
 
-  #file = make("input", { type: "file", class: "visually-hidden", tabindex: "-1", "aria-hidden": "true" });
-  #choose = make("button", { class: "button", hidden: true }, icon("upload"), t("connect-robot.choose_a_file"));
+  #file = make("input.visually-hidden", { type: "file", tabindex: "-1", "aria-hidden": "true" });
+  #choose = make("button.button", { hidden: true }, icon("upload"), t("connect-robot.choose_a_file"));
 
   /** @override */
   build() {
     const form = make(
-      "form",
-      { class: "connect-look" },
+      "form.connect-look",
       make("label", { for: "connect-url" }, t("connect-robot.url_of_a_robot")),
-      make("div", { class: "connect-line" }, this.#url, this.#look, this.#open),
-      make("p", { class: "note" }, t("connect-robot.look_connects_listens_for_two_seconds"), this.#guide),
+      make("div.connect-line", this.#url, this.#look, this.#open),
+      make("p.note", t("connect-robot.look_connects_listens_for_two_seconds"), this.#guide),
     );
     onSubmit(form, () => {
       const url = this.#url.value.trim();
@@ -91,9 +89,9 @@ class ConnectRobot extends PagePanel {
     this.#file.addEventListener("change", () => void this.#takeIn(this.#file.files?.[0]));
     this.#find.addEventListener("click", () => void this.model.find());
     this.#samples.append(
-      make("p", { class: "note" }, t("connect-robot.samples_say")),
+      make("p.note", t("connect-robot.samples_say")),
       ...SAMPLES.map((sample) => {
-        const button = make("button", { class: "button" }, icon("play"), t(`connect-robot.sample_${sample}`));
+        const button = make("button.button", icon("play"), t(`connect-robot.sample_${sample}`));
         button.addEventListener("click", () => void this.#takeIn(sample));
         return button;
       }),
@@ -108,10 +106,10 @@ class ConnectRobot extends PagePanel {
     this.append(
       make("div", kinds, ...this.#tiles.values()),
       make(
-        "section",
-        { class: "card page-card", "aria-label": t("connect-robot.robot") },
+        "section.card.page-card",
+        { "aria-label": t("connect-robot.robot") },
         this.#title,
-        make("p", { class: "connect-state" }, this.#state, this.#about),
+        make("p.connect-state", this.#state, this.#about),
         this.#has,
         this.#failsafe,
         this.#control,
@@ -198,11 +196,11 @@ class ConnectRobot extends PagePanel {
     const { urls = [], looked_at: places = [] } = answers ?? {};
     const says = urls.length ? "connect-robot.these_answer" : "connect-robot.nobody_answers";
     const buttons = urls.map((url) => {
-      const button = make("button", { class: "button" }, icon("eye"), url);
+      const button = make("button.button", icon("eye"), url);
       button.addEventListener("click", () => void this.model.look(url));
       return button;
     });
-    this.#answers.replaceChildren(make("p", { class: "note" }, t(says, { places: places.join(", ") })), ...buttons);
+    this.#answers.replaceChildren(make("p.note", t(says, { places: places.join(", ") })), ...buttons);
   }
 
   /** @param {ConnectionModel} model @param {boolean} disabled */
@@ -218,24 +216,24 @@ class ConnectRobot extends PagePanel {
     }
     mark(this.#guide, "href", `help#how-to/${GUIDES[this.#kind] ?? "connect-a-ros-robot"}.md`);
     const buttons = urls.map((url) => {
-      const button = make("button", { class: "button plain" }, icon("play"), url);
+      const button = make("button.button.plain", icon("play"), url);
       button.disabled = disabled;
       button.addEventListener("click", () => this.#request(url));
       return button;
     });
     this.#others.hidden = urls.length === 0;
-    this.#others.replaceChildren(make("p", { class: "note" }, t("connect-robot.open_instead_note")), ...buttons);
+    this.#others.replaceChildren(make("p.note", t("connect-robot.open_instead_note")), ...buttons);
   }
 }
 
 /** @param {string} drawing @param {string} name @param {string} says */
 const tile = (drawing, name, says) =>
   make(
-    "button",
-    { class: "connect-tile", "aria-pressed": "false" },
+    "button.connect-tile",
+    { "aria-pressed": "false" },
     icon(drawing),
-    make("span", { class: "connect-kind" }, name),
-    make("span", { class: "note" }, says),
+    make("span.connect-kind", name),
+    make("span.note", says),
   );
 
 /** True for a recording or a simulated robot, which are opened and not looked at. @param {string} url */

@@ -29,7 +29,7 @@ const LIMITS = {
 
 /** @extends {PagePanel<ConnectionModel>} */
 export class ConnectSensors extends PagePanel {
-  #body = make("div", { class: "connect-mounts" });
+  #body = make("div.connect-mounts");
   /** @type {Entry[]} */
   #entries = [];
   /** @type {Map<string, HTMLButtonElement>} by laser: take its estimated time offset */
@@ -40,10 +40,10 @@ export class ConnectSensors extends PagePanel {
   build() {
     this.append(
       make(
-        "section",
-        { class: "card page-card", "aria-label": t("connect-sensors.body_and_mountings") },
-        make("h2", {}, t("connect-sensors.body_and_mountings")),
-        make("p", { class: "note" }, t("connect-sensors.seen_from_the_middle_between_the")),
+        "section.card.page-card",
+        { "aria-label": t("connect-sensors.body_and_mountings") },
+        make("h2", t("connect-sensors.body_and_mountings")),
+        make("p.note", t("connect-sensors.seen_from_the_middle_between_the")),
         this.#body,
       ),
     );
@@ -153,18 +153,17 @@ export class ConnectSensors extends PagePanel {
    */
   #group(kind, name, title, says, missing, fields) {
     return make(
-      "fieldset",
-      { class: "connect-mount" },
-      make("legend", {}, title),
-      make("p", { class: "note", "data-tone": missing ? "stale" : null }, says),
-      make("div", { class: "connect-fields" }, ...fields.map((field) => this.#field(kind, name, title, field))),
+      "fieldset.connect-mount",
+      make("legend", title),
+      make("p.note", { "data-tone": missing ? "stale" : null }, says),
+      make("div.connect-fields", ...fields.map((field) => this.#field(kind, name, title, field))),
       kind === "lasers" && this.#estimate(name),
     );
   }
 
   /** @param {string} laser */
   #estimate(laser) {
-    const button = make("button", { class: "button connect-estimate", hidden: true });
+    const button = make("button.button.connect-estimate", { hidden: true });
     button.addEventListener("click", () => {
       const entry = this.#entries.find((one) => one.name === laser && one.field.key === OFFSET);
       if (entry) entry.input.value = button.value;
@@ -176,17 +175,16 @@ export class ConnectSensors extends PagePanel {
   /** @param {Entry["kind"]} kind @param {string} name @param {string} title @param {Field} field */
   #field(kind, name, title, field) {
     const shown = shownOf(field);
-    const input = make("input", {
+    const input = make("input.field-box.connect-input", {
       type: "text",
       inputmode: "decimal",
-      class: "field-box connect-input",
       autocomplete: "off",
       "aria-label": t("connect-sensors.title_name_in_unit", { title, name: field.name, unit: field.unit }),
       value: field.known ? shown : "",
       placeholder: shown,
       disabled: !this.model.may,
     });
-    const trouble = make("span", { class: "visually-hidden" });
+    const trouble = make("span.visually-hidden");
     input.addEventListener("input", () => {
       const bad = Number.isNaN(read(input, field) ?? 0);
       input.setAttribute("aria-invalid", String(bad));
@@ -194,10 +192,9 @@ export class ConnectSensors extends PagePanel {
     });
     this.#entries.push({ kind, name, field, input });
     return make(
-      "label",
-      { class: "connect-field" },
-      make("span", {}, field.name),
-      make("span", { class: "connect-unit" }, input, make("span", {}, field.unit)),
+      "label.connect-field",
+      make("span", field.name),
+      make("span.connect-unit", input, make("span", field.unit)),
       trouble,
     );
   }

@@ -23,16 +23,16 @@ const SURE_SDS = 2; // an offset below so many of its standard deviations counts
 
 /** @extends {PagePanel<ConnectionModel>} */
 class ConnectTiming extends PagePanel {
-  #rows = make("dl", { class: "connect-times" });
+  #rows = make("dl.connect-times");
 
   /** @override */
   build() {
     this.append(
       make(
-        "section",
-        { class: "card page-card", "aria-label": t("connect-timing.times") },
-        make("h2", {}, t("connect-timing.times")),
-        make("p", { class: "note" }, t("connect-timing.of_the_robot_that_this_console")),
+        "section.card.page-card",
+        { "aria-label": t("connect-timing.times") },
+        make("h2", t("connect-timing.times")),
+        make("p.note", t("connect-timing.of_the_robot_that_this_console")),
         this.#rows,
       ),
     );
@@ -58,7 +58,7 @@ class ConnectTiming extends PagePanel {
   #fill(rows) {
     while (this.#rows.children.length > rows.length) this.#rows.lastElementChild?.remove();
     while (this.#rows.children.length < rows.length)
-      this.#rows.append(make("div", {}, make("dt"), make("dd"), make("dd", { class: "note" })));
+      this.#rows.append(make("div", make("dt"), make("dd"), make("dd.note")));
     for (const [index, row] of rows.entries()) {
       const line = /** @type {HTMLElement} */ (this.#rows.children[index]);
       const texts = [row.name, row.value, row.note];

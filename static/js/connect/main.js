@@ -9,15 +9,13 @@ import { make } from "../ui/element.js";
 import { ConnectionModel } from "./connection-model.js";
 
 /** @param {...string} names of elements */
-const column = (...names) =>
-  make("div", { class: "connect-column" }, ...names.map((name) => document.createElement(name)));
+const column = (...names) => make("div.connect-column", ...names.map((name) => document.createElement(name)));
 
 /** @param {import("../net/session.js").Session} session */
 export function create(session) {
   const model = new ConnectionModel(session);
   const element = make(
-    "div",
-    { class: "connect-page" },
+    "div.connect-page",
     column("connect-robot", "connect-parts", "connect-sensors"),
     column("connect-file", "connect-timing"),
   );

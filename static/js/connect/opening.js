@@ -45,7 +45,7 @@ export function askToOpen(question, { url, unsaved, open, stay }) {
   if (!unsaved) return open(false);
   /** @param {string} words @param {() => void} act */
   const choice = (words, act) => {
-    const button = make("button", { class: "button" }, words);
+    const button = make("button.button", words);
     button.addEventListener("click", () => {
       question.hidden = true;
       act();
@@ -56,7 +56,7 @@ export function askToOpen(question, { url, unsaved, open, stay }) {
   const save = choice(t("connect-robot.save_and_open"), () => open(true));
   mark(question, "aria-label", sentence);
   question.replaceChildren(
-    make("p", {}, sentence),
+    make("p", sentence),
     save,
     choice(t("connect-robot.open"), () => open(false)),
     choice(t("connect-robot.stay"), stay),

@@ -14,8 +14,8 @@ const SKELETONS = 4; // rows without words, until the experiments were read
 /** @extends {PagePanel<ExperimentRuns>} */
 class ExperimentList extends PagePanel {
   #list = make("tbody");
-  #status = make("p", { class: "note", role: "status" }, t("experiment-list.reading_what_experiments_there_are"));
-  #short = make("button", { class: "button primary", hidden: true });
+  #status = make("p.note", { role: "status" }, t("experiment-list.reading_what_experiments_there_are"));
+  #short = make("button.button.primary", { hidden: true });
   /** @type {Map<string, {button: HTMLButtonElement, last: HTMLElement}>} */
   #starts = new Map();
 
@@ -28,14 +28,13 @@ class ExperimentList extends PagePanel {
       t("experiment-list.last_run"),
     ];
     const table = make(
-      "table",
-      { class: "experiments" },
-      make("caption", { class: "visually-hidden" }, t("experiment-list.shortest_first")),
-      make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)), make("td"))),
+      "table.experiments",
+      make("caption.visually-hidden", t("experiment-list.shortest_first")),
+      make("thead", make("tr", ...heads.map((head) => make("th", { scope: "col" }, head)), make("td"))),
       this.#list,
     );
-    const head = make("div", { class: "row experiment-head" }, this.#status, this.#short);
-    this.append(head, make("section", { class: "card experiment-table" }, table));
+    const head = make("div.row.experiment-head", this.#status, this.#short);
+    this.append(head, make("section.card.experiment-table", table));
     this.#short.addEventListener("click", () => void this.model.beginShort());
     this.#list.replaceChildren(...Array.from({ length: SKELETONS }, skeleton));
   }
@@ -72,17 +71,16 @@ class ExperimentList extends PagePanel {
   #row(one) {
     const count = number(`runs-${one.name}`, one.runs, 1, MOST_RUNS);
     const seed = number(`seed-${one.name}`, 0, 0, 10 ** 9);
-    const cost = make("td", { class: "experiment-time" });
-    const last = make("td", { class: "experiment-last" });
+    const cost = make("td.experiment-time");
+    const last = make("td.experiment-last");
     const [printed] = one.chapter;
-    const chapter = make("td", {}, printed ? figure(printed.value, printed.unit) : "–", note(printed?.name));
-    const form = make("form", { class: "row experiment-form", id: `run-${one.name}` });
+    const chapter = make("td", printed ? figure(printed.value, printed.unit) : "–", note(printed?.name));
+    const form = make("form.row.experiment-form", { id: `run-${one.name}` });
     const button = make(
-      "button",
+      "button.button",
       {
         type: "submit",
         form: form.id,
-        class: "button",
         "aria-label": t("experiment-list.run_title", { title: one.title }),
       },
       icon("play"),
@@ -108,23 +106,14 @@ class ExperimentList extends PagePanel {
       () => void this.model.begin({ experiment: one.name, runs: count.valueAsNumber, seed: seed.valueAsNumber }),
     );
     const about = make(
-      "details",
-      { class: "experiment-about" },
-      make("summary", {}, t("experiment-list.details")),
-      one.reproduces && make("p", {}, one.reproduces),
+      "details.experiment-about",
+      make("summary", t("experiment-list.details")),
+      one.reproduces && make("p", one.reproduces),
       form,
-      make("p", {}, t("experiment-list.on_the_command_line"), make("code", {}, `beckon experiment ${one.name}`)),
+      make("p", t("experiment-list.on_the_command_line"), make("code", `beckon experiment ${one.name}`)),
     );
     form.addEventListener("invalid", () => (about.open = true), true); // the browser points at the number
-    const row = make(
-      "tr",
-      {},
-      make("th", { scope: "row" }, one.title, about),
-      cost,
-      chapter,
-      last,
-      make("td", {}, button),
-    );
+    const row = make("tr", make("th", { scope: "row" }, one.title, about), cost, chapter, last, make("td", button));
     mark(row, "data-experiment", one.name);
     this.#starts.set(one.name, { button, last });
     return row;
@@ -140,21 +129,16 @@ function lastOf(run) {
 }
 
 /** @param {string} [words] */
-const note = (words = "") => make("span", { class: "note" }, words);
+const note = (words = "") => make("span.note", words);
 
 /** A row whose words are still to come. */
 const skeleton = () =>
-  make(
-    "tr",
-    { class: "experiment-skeleton", "aria-hidden": "true" },
-    make("td", { colspan: "5" }, make("span"), make("span")),
-  );
+  make("tr.experiment-skeleton", { "aria-hidden": "true" }, make("td", { colspan: "5" }, make("span"), make("span")));
 
 /** @param {string} id @param {number} value @param {number} min @param {number} max */
 const number = (id, value, min, max) =>
-  make("input", {
+  make("input.field-box", {
     type: "number",
-    class: "field-box",
     id,
     value: String(value),
     min: String(min),

@@ -15,14 +15,13 @@ const NOTHING = t("experiment-result.run_one_its_progress_appears_here");
 
 /** @extends {PagePanel<ExperimentRuns>} */
 class ExperimentResult extends PagePanel {
-  #title = make("h2", {}, t("experiment-result.nothing_was_run_yet"));
-  #about = make("p", { class: "note" }, NOTHING);
-  #doing = make("p", { class: "experiment-doing" });
-  #bar = make("div", { class: "bar-fill" });
+  #title = make("h2", t("experiment-result.nothing_was_run_yet"));
+  #about = make("p.note", NOTHING);
+  #doing = make("p.experiment-doing");
+  #bar = make("div.bar-fill");
   #progress = make(
-    "div",
+    "div.progress",
     {
-      class: "progress",
       role: "progressbar",
       "aria-label": t("experiment-result.progress"),
       "aria-valuemin": "0",
@@ -30,14 +29,14 @@ class ExperimentResult extends PagePanel {
     },
     this.#bar,
   );
-  #cancel = make("button", { class: "button" }, icon("close"), t("experiment-result.cancel"));
-  #going = make("div", { class: "experiment-going", hidden: true }, this.#doing, this.#progress, this.#cancel);
-  #content = make("div", { class: "stack" });
-  #list = make("ul", { class: "rows" });
+  #cancel = make("button.button", icon("close"), t("experiment-result.cancel"));
+  #going = make("div.experiment-going", { hidden: true }, this.#doing, this.#progress, this.#cancel);
+  #content = make("div.stack");
+  #list = make("ul.rows");
   #before = make(
-    "section",
-    { class: "card experiment-before", "aria-label": t("experiment-result.runs"), hidden: true },
-    make("div", { class: "card-head" }, make("h2", { class: "card-title" }, t("experiment-result.runs"))),
+    "section.card.experiment-before",
+    { "aria-label": t("experiment-result.runs"), hidden: true },
+    make("div.card-head", make("h2.card-title", t("experiment-result.runs"))),
     this.#list,
   );
   #drawn = "";
@@ -47,8 +46,8 @@ class ExperimentResult extends PagePanel {
   build() {
     this.append(
       make(
-        "section",
-        { class: "card page-card", "aria-label": t("experiment-result.result") },
+        "section.card.page-card",
+        { "aria-label": t("experiment-result.result") },
         this.#title,
         this.#about,
         this.#going,
@@ -114,9 +113,8 @@ class ExperimentResult extends PagePanel {
   #row(run) {
     const about = { runs: run.runs, seed: run.seed, who: run.who, dayof: dayOf(run.at_s) };
     const away = make(
-      "button",
+      "button.icon-button",
       {
-        class: "icon-button",
         "aria-label": t("experiment-result.delete_title_dayof", { title: run.title, dayof: about.dayof }),
         title: t("experiment-result.delete"),
         onclick: () => void this.model.remove(run.id),
@@ -146,29 +144,28 @@ const dayOf = (seconds) => `${new Date(seconds * 1000).toLocaleDateString()} ${t
 function result(run) {
   const figures = run.files.filter((one) => one.figure);
   const parts = [
-    run.reason && make("p", { class: "experiment-reason" }, icon("warning"), run.reason),
+    run.reason && make("p.experiment-reason", icon("warning"), run.reason),
     run.compared.length > 0 && compared(run),
     figures.length > 0 &&
       make(
-        "div",
-        { class: "stack experiment-figures" },
+        "div.stack.experiment-figures",
         ...figures.map(({ name }) => {
           const says = name.replace(/\.\w+$/, "").replace(/_/g, " ");
           const shown = make("img", { src: fileOf(run.id, name), alt: `${run.title}: ${says}`, loading: "lazy" });
           const link = make("a", { href: fileOf(run.id, name), target: "_blank", rel: "noopener" }, shown);
-          return make("figure", {}, link, make("figcaption", { class: "note" }, says));
+          return make("figure", link, make("figcaption.note", says));
         }),
       ),
     run.text &&
       make(
-        "pre",
-        { class: "experiment-text", tabindex: "0", role: "group", "aria-label": t("experiment-result.result_as_text") },
+        "pre.experiment-text",
+        { tabindex: "0", role: "group", "aria-label": t("experiment-result.result_as_text") },
         run.text,
       ),
     run.files.length > 0 && files(run),
     make(
-      "a",
-      { class: "button", href: address(`api/reports/experiments/${run.id}`).href, download: "" },
+      "a.button",
+      { href: address(`api/reports/experiments/${run.id}`).href, download: "" },
       icon("print"),
       t("experiment-result.make_a_report"),
     ),
@@ -182,41 +179,29 @@ function compared({ compared: rows }) {
     (name) => make("th", { scope: "col" }, name),
   );
   const body = rows.map(({ name, unit, chapter, ours }) =>
-    make(
-      "tr",
-      {},
-      make("th", { scope: "row" }, name),
-      make("td", {}, figure(chapter, unit)),
-      make("td", {}, figure(ours, unit)),
-    ),
+    make("tr", make("th", { scope: "row" }, name), make("td", figure(chapter, unit)), make("td", figure(ours, unit))),
   );
   return make(
-    "div",
+    "div.experiment-scroll",
     {
-      class: "experiment-scroll",
       tabindex: "0",
       role: "group",
       "aria-label": t("experiment-result.beside_the_chapter_s_figures"),
     },
-    make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...body)),
+    make("table", make("thead", make("tr", ...heads)), make("tbody", ...body)),
   );
 }
 
 /** @param {ExperimentRun} run */
 const files = (run) =>
   make(
-    "ul",
-    { class: "experiment-files", "aria-label": t("experiment-result.files") },
+    "ul.experiment-files",
+    { "aria-label": t("experiment-result.files") },
     ...run.files.map(({ name, bytes }) =>
       make(
         "li",
-        {},
-        make("a", { class: "link", href: fileOf(run.id, name), download: name }, icon("download"), name),
-        make(
-          "span",
-          { class: "note" },
-          ` ${bytes < 1e6 ? `${Math.ceil(bytes / 1000)} kB` : `${(bytes / 1e6).toFixed(1)} MB`}`,
-        ),
+        make("a.link", { href: fileOf(run.id, name), download: name }, icon("download"), name),
+        make("span.note", ` ${bytes < 1e6 ? `${Math.ceil(bytes / 1000)} kB` : `${(bytes / 1e6).toFixed(1)} MB`}`),
       ),
     ),
   );

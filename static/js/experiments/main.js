@@ -10,7 +10,7 @@ export function create(session) {
   const model = new ExperimentRuns(session);
   const parts = ["experiment-list", "experiment-result"].map((name) => document.createElement(name));
   return {
-    element: make("div", { class: "experiments-page" }, ...parts),
+    element: make("div.experiments-page", ...parts),
     model,
     opened() {
       model.shown = true;

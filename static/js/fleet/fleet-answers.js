@@ -14,26 +14,19 @@ const SHOWN_S = 60; // after a stop that everybody has answered
 export class FleetAnswers extends HTMLElement {
   #icon = icon("stop");
   #head = make("strong");
-  #missing = make("p", { class: "fleet-missing", role: "alert" });
-  #list = make("ul", { class: "fleet-times" });
+  #missing = make("p.fleet-missing", { role: "alert" });
+  #list = make("ul.fleet-times");
   #closed = 0; // Unix time of the stop that was put away
 
   /** @param {FleetSession} session */
   join(session) {
-    const away = make("button", { class: "icon-button", "aria-label": t("fleet.put_away") }, icon("close"));
+    const away = make("button.icon-button", { "aria-label": t("fleet.put_away") }, icon("close"));
     away.addEventListener("click", () => {
       this.#closed = session.fleet?.stop?.at_s ?? 0;
       this.hidden = true;
     });
     this.append(
-      make(
-        "div",
-        { class: "inline fleet-answers-head" },
-        this.#icon,
-        this.#head,
-        make("span", { class: "spring" }),
-        away,
-      ),
+      make("div.inline.fleet-answers-head", this.#icon, this.#head, make("span.spring"), away),
       this.#missing,
       this.#list,
     );
@@ -61,7 +54,7 @@ export class FleetAnswers extends HTMLElement {
     const texts = rows.join("\n");
     if (this.#list.dataset["rows"] === texts) return;
     this.#list.dataset["rows"] = texts;
-    this.#list.replaceChildren(...rows.map((row) => make("li", {}, row)));
+    this.#list.replaceChildren(...rows.map((row) => make("li", row)));
   }
 
   /** @param {FleetSession} session */

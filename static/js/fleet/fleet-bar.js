@@ -13,8 +13,7 @@ const MANY = 8; // robots, from which on one may search
 export class FleetCounts extends HTMLElement {
   /** @type {Map<string, HTMLButtonElement>} */
   #chips = new Map();
-  #search = make("input", {
-    class: "field-box fleet-search",
+  #search = make("input.field-box.fleet-search", {
     type: "search",
     "aria-label": t("fleet.search"),
     hidden: true,
@@ -24,7 +23,7 @@ export class FleetCounts extends HTMLElement {
   join(session, filter) {
     this.#search.placeholder = t("fleet.search");
     for (const [group] of GROUPS) {
-      const chip = make("button", { class: "chip fleet-count", "data-group": group });
+      const chip = make("button.chip.fleet-count", { "data-group": group });
       chip.setAttribute("aria-pressed", "false");
       chip.addEventListener("click", () => {
         const pressed = chip.getAttribute("aria-pressed") === "true";
@@ -66,16 +65,16 @@ export class FleetStop extends HTMLElement {
   /** @param {FleetSession} session */
   join(session) {
     const stop = make(
-      "button",
-      { class: "stop", "aria-keyshortcuts": "Escape", title: t("fleet.stop_all_says") },
+      "button.stop",
+      { "aria-keyshortcuts": "Escape", title: t("fleet.stop_all_says") },
       icon("stop"),
-      make("span", { class: "stop-words" }, make("span", { class: "stop-word" }, t("fleet.stop_all"))),
+      make("span.stop-words", make("span.stop-word", t("fleet.stop_all"))),
     );
     const halt = make(
-      "button",
-      { class: "button fleet-halt", title: t("fleet.halt_all_says") },
+      "button.button.fleet-halt",
+      { title: t("fleet.halt_all_says") },
       icon("halt"),
-      make("span", {}, t("fleet.halt_all")),
+      make("span", t("fleet.halt_all")),
     );
     this.append(halt, stop);
     stop.addEventListener("pointerdown", () => {
@@ -96,9 +95,9 @@ export class FleetStop extends HTMLElement {
 export class FleetBanner extends HTMLElement {
   #words = make("p", { role: "alert" });
   #halted = make("p", { role: "status" });
-  #reset = make("button", { class: "button" }, t("fleet.reset_halt"));
-  #says = make("p", { class: "note" }, t("fleet.reset_says"));
-  #box = make("div", { class: "fleet-halted" }, icon("halt"), make("div", {}, this.#halted, this.#says), this.#reset);
+  #reset = make("button.button", t("fleet.reset_halt"));
+  #says = make("p.note", t("fleet.reset_says"));
+  #box = make("div.fleet-halted", icon("halt"), make("div", this.#halted, this.#says), this.#reset);
 
   /** @param {FleetSession} session */
   join(session) {

@@ -14,16 +14,16 @@ const SHARED_MS = 125; // of one picture among all that are seen
 const TOUCH_MS = 600;
 
 class Card {
-  #picture = make("img", { class: "fleet-picture", alt: "" });
-  #none = make("div", { class: "fleet-no-picture" }, icon("camera"));
-  #name = make("a", { class: "fleet-name" });
-  #kind = make("span", { class: "badge", hidden: true }, t("fleet.simulated"));
-  #link = make("span", { class: "fleet-link" });
-  #need = make("p", { class: "fleet-need" });
-  #activity = make("p", { class: "fleet-activity" });
-  #facts = make("p", { class: "fleet-facts" });
-  #notice = make("p", { class: "fleet-notice" });
-  #stop = make("button", { class: "fleet-card-stop" }, icon("stop"), t("fleet.stop"));
+  #picture = make("img.fleet-picture", { alt: "" });
+  #none = make("div.fleet-no-picture", icon("camera"));
+  #name = make("a.fleet-name");
+  #kind = make("span.badge", { hidden: true }, t("fleet.simulated"));
+  #link = make("span.fleet-link");
+  #need = make("p.fleet-need");
+  #activity = make("p.fleet-activity");
+  #facts = make("p.fleet-facts");
+  #notice = make("p.fleet-notice");
+  #stop = make("button.fleet-card-stop", icon("stop"), t("fleet.stop"));
   #askedAt = -Infinity;
   #asking = false;
   #shown = false; // the newest picture came
@@ -32,18 +32,9 @@ class Card {
   #robot = null;
   seen = false;
   element = make(
-    "article",
-    { class: "card fleet-card" },
-    make("div", { class: "fleet-frame" }, this.#picture, this.#none, this.#link),
-    make(
-      "div",
-      { class: "fleet-words" },
-      make("h2", {}, this.#name, this.#kind),
-      this.#need,
-      this.#activity,
-      this.#facts,
-      this.#notice,
-    ),
+    "article.card.fleet-card",
+    make("div.fleet-frame", this.#picture, this.#none, this.#link),
+    make("div.fleet-words", make("h2", this.#name, this.#kind), this.#need, this.#activity, this.#facts, this.#notice),
     this.#stop,
   );
 
@@ -124,7 +115,7 @@ export class FleetCards extends HTMLElement {
   /** @type {WeakMap<Element, Card>} */
   #of = new WeakMap();
   #filter = { group: "", words: "" };
-  #empty = make("p", { class: "fleet-empty" });
+  #empty = make("p.fleet-empty");
   #seen = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) {
       const card = this.#of.get(target);

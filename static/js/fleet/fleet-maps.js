@@ -59,12 +59,12 @@ function nameBeside({ x, y }, size, taken, width) {
 /** One map, and the robots that go on in it. */
 class SharedMap {
   #head = make("h2");
-  #canvas = make("canvas", { class: "fleet-floor", role: "img" });
-  #spots = make("div", { class: "fleet-spots" });
-  #share = make("button", { type: "button", class: "button" }, t("fleet.share"));
+  #canvas = make("canvas.fleet-floor", { role: "img" });
+  #spots = make("div.fleet-spots");
+  #share = make("button.button", { type: "button" }, t("fleet.share"));
   #says = make("p", { role: "status" });
-  #foot = make("div", { class: "fleet-map-foot" }, this.#share, this.#says);
-  element = make("section", { class: "card fleet-map" }, this.#head, this.#canvas, this.#spots, this.#foot);
+  #foot = make("div.fleet-map-foot", this.#share, this.#says);
+  element = make("section.card.fleet-map", this.#head, this.#canvas, this.#spots, this.#foot);
   /** @type {Robot[]} */
   #robots = [];
   /** @type {import("../net/maps-api.js").Plan | null} */
@@ -124,7 +124,7 @@ class SharedMap {
       const look = robot.link === "live" ? COLOURS[groupOf(robot)] : "faint";
       const at = view.drawn({ x, y });
       drawRobot(context, at, heading, { radius: RADIUS_PX, colour: colour(look), strength: 1 });
-      const spot = this.#spotOf.get(robot.name) ?? make("a", { class: "fleet-spot" }, robot.name);
+      const spot = this.#spotOf.get(robot.name) ?? make("a.fleet-spot", robot.name);
       if (!this.#spotOf.has(robot.name)) this.#spots.append(spot);
       this.#spotOf.set(robot.name, spot);
       mark(spot, "data-group", groupOf(robot));
@@ -158,20 +158,19 @@ export class FleetMaps extends HTMLElement {
   #which = picker(t("fleet.take_which"));
   #to = picker(t("fleet.take_to"));
   #replace = make("input", { type: "checkbox" });
-  #take = make("button", { type: "submit", class: "button primary" }, t("fleet.take"));
+  #take = make("button.button.primary", { type: "submit" }, t("fleet.take"));
   #says = make("p", { role: "status" });
   #form = make(
-    "form",
-    { class: "fleet-take-form" },
+    "form.fleet-take-form",
     ...[this.#from, this.#which, this.#to].map(({ label }) => label),
-    make("label", { class: "fleet-take-check" }, this.#replace, t("fleet.take_replace")),
+    make("label.fleet-take-check", this.#replace, t("fleet.take_replace")),
     this.#take,
   );
   #taking = make(
-    "details",
-    { class: "card fleet-take", hidden: true },
-    make("summary", {}, t("fleet.take_a_map")),
-    make("p", { class: "note" }, t("fleet.take_says")),
+    "details.card.fleet-take",
+    { hidden: true },
+    make("summary", t("fleet.take_a_map")),
+    make("p.note", t("fleet.take_says")),
     this.#form,
     this.#says,
   );
@@ -264,8 +263,8 @@ export class FleetMaps extends HTMLElement {
 
 /** @param {string} words of its label */
 function picker(words) {
-  const select = make("select", { class: "field-box", "aria-label": words });
-  return { select, label: make("label", {}, make("span", {}, words), select) };
+  const select = make("select.field-box", { "aria-label": words });
+  return { select, label: make("label", make("span", words), select) };
 }
 
 /** Offer these choices; what was chosen stays. @param {{select: HTMLSelectElement}} picker @param {string[]} names */

@@ -10,10 +10,10 @@ const API = "docs";
 
 /** @param {import("../net/session.js").Session} session */
 export function create(session) {
-  const text = make("article", { class: "docs" });
-  const says = make("p", { class: "note", role: "status" });
-  const back = make("a", { class: "link", href: "help" }, icon("book"), t("main.contents"));
-  const api = make("a", { class: "link", href: `help#${API}` }, t("main.http_interface"));
+  const text = make("article.docs");
+  const says = make("p.note", { role: "status" });
+  const back = make("a.link", { href: "help" }, icon("book"), t("main.contents"));
+  const api = make("a.link", { href: `help#${API}` }, t("main.http_interface"));
   let shown = "";
 
   async function follow() {
@@ -34,7 +34,7 @@ export function create(session) {
     if (title && shown !== CONTENTS) session.announce(title);
   }
 
-  const element = make("div", { class: "stack" }, make("p", { class: "help-links" }, back, api), says, text);
+  const element = make("div.stack", make("p.help-links", back, api), says, text);
   return { element, opened: () => void follow(), moved: () => void follow() };
 }
 

@@ -15,11 +15,11 @@ export function create() {
     document.createElement(name),
   );
   if (own) own.hidden = true;
-  const marks = make("section", { class: "card maps-card maps-marks", "aria-label": t("main.places_and_routes") });
+  const marks = make("section.card.maps-card.maps-marks", { "aria-label": t("main.places_and_routes") });
   marks.append(...[places, routes].filter((part) => part !== undefined));
-  const title = make("h2", { class: "visually-hidden" }, t("main.present_map"));
+  const title = make("h2.visually-hidden", t("main.present_map"));
   const [editor, join, nav2] = ["map-editor", "join-card", "nav2-card"].map((name) => document.createElement(name));
-  const tools = make("section", { class: "card maps-card", "aria-label": t("map-editor.edit_the_map") });
+  const tools = make("section.card.maps-card", { "aria-label": t("map-editor.edit_the_map") });
   tools.append(...[editor, join, nav2].filter((part) => part !== undefined));
-  return { element: make("div", { class: "maps-page" }, title, saved, marks, tools, own) };
+  return { element: make("div.maps-page", title, saved, marks, tools, own) };
 }

@@ -14,12 +14,7 @@ const MOST_ENTRIES = 20; // commands of this page whose end is awaited
 
 class AnswerButton extends Panel {
   #icon = icon("silent");
-  #button = make(
-    "button",
-    { class: "button answers", "aria-pressed": "false" },
-    this.#icon,
-    t("answer-button.answers_aloud"),
-  );
+  #button = make("button.button.answers", { "aria-pressed": "false" }, this.#icon, t("answer-button.answers_aloud"));
   #speech = new SpeechOutput();
   #on = remembered("answers", "off") === "on";
   /** @type {number | null} newest row of the history; null until it was read, so that old rows are not answered */

@@ -10,11 +10,7 @@ import { chooseLanguage, LANGUAGES, language, t } from "../ui/texts.js";
 /** @import { View } from "../net/session.js" */
 
 class AppMenu extends Panel {
-  #button = make(
-    "button",
-    { class: "icon-button", "aria-label": t("app-menu.menu"), title: t("app-menu.menu") },
-    icon("menu"),
-  );
+  #button = make("button.icon-button", { "aria-label": t("app-menu.menu"), title: t("app-menu.menu") }, icon("menu"));
   #halt = item("halt", t("app-menu.halt"), t("app-menu.stops_the_robot_and_keeps_it"));
   #reset = item("undo", t("app-menu.reset_the_halt"), t("app-menu.the_reset_itself_does_not_move"));
   #keys = item("keys", t("app-menu.keys"), t("app-menu.every_key_of_this_page"));
@@ -23,46 +19,39 @@ class AppMenu extends Panel {
   #tour = item("play", t("app-menu.tour"), t("app-menu.ninety_seconds_in_the_simulator_any"));
   #keep = item("keep", t("record-button.keep_what_just_happened"), t("app-menu.the_last_minutes_become_a_recording"));
   #hints = item("hints", t("app-menu.show_the_first_hints_again"), "");
-  #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
+  #single = make("input.switch", { type: "checkbox", role: "switch" });
   #switch = make(
-    "label",
-    { class: "menu-item" },
+    "label.menu-item",
     icon("typed"),
     make(
-      "span",
-      { class: "menu-words" },
-      make("span", {}, t("app-menu.single_key_shortcuts")),
-      make("span", { class: "note" }, t("app-menu.w_a_s_d_space_digits")),
+      "span.menu-words",
+      make("span", t("app-menu.single_key_shortcuts")),
+      make("span.note", t("app-menu.w_a_s_d_space_digits")),
     ),
     this.#single,
   );
   #language = make(
-    "select",
-    { class: "field-box", id: "language" },
+    "select.field-box",
+    { id: "language" },
     ...Object.entries(LANGUAGES).map(([value, name]) => make("option", { value, lang: value }, name)),
   );
   #languageRow = make(
-    "label",
-    { class: "menu-item", for: "language" },
+    "label.menu-item",
+    { for: "language" },
     icon("voice"),
-    make(
-      "span",
-      { class: "menu-words" },
-      make("span", {}, t("app-menu.language")),
-      make("span", { class: "note" }, t("app-menu.language_says")),
-    ),
+    make("span.menu-words", make("span", t("app-menu.language")), make("span.note", t("app-menu.language_says"))),
     this.#language,
   );
   #docs = make(
-    "a",
-    { class: "menu-item", href: "docs", target: "_blank", rel: "noopener" },
+    "a.menu-item",
+    { href: "docs", target: "_blank", rel: "noopener" },
     icon("book"),
-    make("span", { class: "menu-words" }, t("app-menu.http_interface")),
+    make("span.menu-words", t("app-menu.http_interface")),
   );
   #leave = item("leave", t("app-menu.sign_out"), "");
   #panel = make(
-    "div",
-    { class: "menu", role: "group", "aria-label": t("app-menu.menu") },
+    "div.menu",
+    { role: "group", "aria-label": t("app-menu.menu") },
     this.#halt,
     this.#reset,
     this.#keep,
@@ -127,13 +116,8 @@ class AppMenu extends Panel {
 
 /** @param {string} drawing @param {string} name @param {string} says */
 function item(drawing, name, says) {
-  const words = make(
-    "span",
-    { class: "menu-words" },
-    make("span", { class: "menu-name" }, name),
-    says && make("span", { class: "note" }, says),
-  );
-  return make("button", { class: "menu-item" }, icon(drawing), words);
+  const words = make("span.menu-words", make("span.menu-name", name), says && make("span.note", says));
+  return make("button.menu-item", icon(drawing), words);
 }
 
 customElements.define("app-menu", AppMenu);

@@ -69,14 +69,14 @@ class BannerStack extends Panel {
   /** @param {Banner} banner */
   #raise(banner) {
     const offers = OFFERS[banner.offers].map(([words, act]) => {
-      const offer = make("button", { class: "button", onclick: () => act(this.session, this) }, words);
+      const offer = make("button.button", { onclick: () => act(this.session, this) }, words);
       return offer;
     });
     const row = make(
-      "div",
-      { class: "banner", "data-tone": banner.tone, "data-banner": banner.id },
+      "div.banner",
+      { "data-tone": banner.tone, "data-banner": banner.id },
       icon(banner.icon),
-      make("p", { class: "banner-text" }),
+      make("p.banner-text"),
       ...offers,
     );
     this.#shown.set(key(banner), row);

@@ -40,20 +40,14 @@ const LOOKED_S = 0.8; // a person is drawn for that long after the picture with 
 const APART_S = 0.35; // an overlay older or newer than that belongs to another picture
 
 class CameraView extends Panel {
-  #canvas = make("canvas", { class: "picture", role: "img", "aria-label": t("camera-view.camera_picture") });
-  #age = make("span", { class: "tag picture-age", "data-tone": "stale" });
-  #empty = make("p", { class: "camera-empty" }, icon("camera"), t("camera-view.waiting_for_the_first_picture"));
+  #canvas = make("canvas.picture", { role: "img", "aria-label": t("camera-view.camera_picture") });
+  #age = make("span.tag.picture-age", { "data-tone": "stale" });
+  #empty = make("p.camera-empty", icon("camera"), t("camera-view.waiting_for_the_first_picture"));
   #quality = new PictureChip();
   #headUp = new HeadUp();
   #edges = toggle("edges", t("camera-view.edges"), t("camera-view.edges_says"));
   #laser = toggle("laser", t("camera-view.laser"), t("camera-view.laser_says"));
-  #scale = make(
-    "p",
-    { class: "ramp" },
-    make("span", {}, "0 m"),
-    make("span", { class: "ramp-bar" }),
-    make("span", {}, `${FARTHEST} m`),
-  );
+  #scale = make("p.ramp", make("span", "0 m"), make("span.ramp-bar"), make("span", `${FARTHEST} m`));
   /** @type {ImageBitmap | null} */
   #picture = null;
   #pictureStamp = 0;
@@ -69,17 +63,15 @@ class CameraView extends Panel {
     this.setAttribute("aria-label", t("camera-view.camera"));
     this.append(
       make(
-        "div",
-        { class: "card-head" },
-        make("h2", { class: "card-title" }, t("camera-view.camera")),
+        "div.card-head",
+        make("h2.card-title", t("camera-view.camera")),
         this.#quality.button,
-        make("span", { class: "spring" }),
+        make("span.spring"),
         this.#edges,
         this.#laser,
       ),
       make(
-        "div",
-        { class: "picture-box" },
+        "div.picture-box",
         this.#canvas,
         this.#headUp.element,
         this.#empty,
@@ -293,7 +285,7 @@ function drawLandmarks(brush, marks, scale) {
 /** @param {string} name @param {string} says @param {string} title */
 function toggle(name, says, title) {
   const on = remembered(`camera.${name}`, "true");
-  return make("button", { class: "toggle", "aria-pressed": on, "data-name": name, title }, says);
+  return make("button.toggle", { "aria-pressed": on, "data-name": name, title }, says);
 }
 
 /** @param {HTMLElement} button */

@@ -16,10 +16,10 @@ const STATES = {
 };
 
 export class ClosureList extends HTMLElement {
-  #list = make("ol", { class: "closures", "aria-label": t("closure-list.closures_newest_first") });
-  #count = make("span", { class: "note" });
-  #empty = make("p", { class: "note closures-empty" }, t("closure-list.none_yet_a_closure_corrects_the"));
-  #all = make("button", { class: "button wide", hidden: true });
+  #list = make("ol.closures", { "aria-label": t("closure-list.closures_newest_first") });
+  #count = make("span.note");
+  #empty = make("p.note.closures-empty", t("closure-list.none_yet_a_closure_corrects_the"));
+  #all = make("button.button.wide", { hidden: true });
   /** @type {Map<number, Line>} */
   #lines = new Map();
   /** @type {Session | null} */
@@ -31,13 +31,7 @@ export class ClosureList extends HTMLElement {
   join(session) {
     this.#session = session;
     this.append(
-      make(
-        "div",
-        { class: "inline slam-head" },
-        make("h3", {}, t("closure-list.closures")),
-        make("span", { class: "spring" }),
-        this.#count,
-      ),
+      make("div.inline.slam-head", make("h3", t("closure-list.closures")), make("span.spring"), this.#count),
       this.#empty,
       this.#list,
       this.#all,
@@ -108,18 +102,17 @@ export class ClosureList extends HTMLElement {
 
   /** @param {ClosureRow} closure @returns {Line} */
   #add({ id }) {
-    const rooms = make("span", { class: "closure-rooms" });
-    const words = make("span", { class: "note" });
-    const button = make("button", { class: "button small" }, icon("undo"), make("span", {}, t("closure-list.undo")));
+    const rooms = make("span.closure-rooms");
+    const words = make("span.note");
+    const button = make("button.button.small", icon("undo"), make("span", t("closure-list.undo")));
     button.addEventListener(
       "click",
       () => void this.#judge(id, /** @type {"undo" | "redo"} */ (button.dataset["action"])),
     );
     const row = make(
-      "li",
-      { class: "closure" },
-      make("span", { class: "closure-mark", "aria-hidden": "true" }),
-      make("span", { class: "closure-body" }, rooms, words),
+      "li.closure",
+      make("span.closure-mark", { "aria-hidden": "true" }),
+      make("span.closure-body", rooms, words),
       button,
     );
     const line = { row, rooms, words, button };

@@ -69,19 +69,19 @@ export class CoachMarks extends Panel {
   #step = -1;
   /** @type {readonly Hint[]} */
   #hints = HINTS;
-  #title = make("h2", { class: "card-title" });
+  #title = make("h2.card-title");
   #text = make("p");
-  #count = make("span", { class: "note" });
-  #next = make("button", { class: "button coach-next" }, t("coach-marks.skip"));
-  #tour = make("button", { class: "button coach-tour" }, t("coach-marks.watch_the_tour"));
-  #shut = make("button", { class: "icon-button small", "aria-label": t("coach-marks.close_the_hints") }, icon("close"));
+  #count = make("span.note");
+  #next = make("button.button.coach-next", t("coach-marks.skip"));
+  #tour = make("button.button.coach-tour", t("coach-marks.watch_the_tour"));
+  #shut = make("button.icon-button.small", { "aria-label": t("coach-marks.close_the_hints") }, icon("close"));
   #card = make(
-    "div",
-    { class: "coach card", role: "region", "aria-label": t("coach-marks.first_steps"), hidden: true },
-    make("div", { class: "coach-head" }, this.#title, make("span", { class: "spring" }), this.#shut),
+    "div.coach.card",
+    { role: "region", "aria-label": t("coach-marks.first_steps"), hidden: true },
+    make("div.coach-head", this.#title, make("span.spring"), this.#shut),
     this.#text,
-    make("div", { class: "coach-foot" }, this.#count, make("span", { class: "spring" }), this.#tour, this.#next),
-    make("span", { class: "coach-tip" }),
+    make("div.coach-foot", this.#count, make("span.spring"), this.#tour, this.#next),
+    make("span.coach-tip"),
   );
   #asked = false;
   /** @type {Set<number>} commands that had ended when the hint was shown */

@@ -13,10 +13,10 @@ const STEPS = /** @type {const} */ (["heard", "seen", "laser", "coming"]);
 
 class CommandChain extends Panel {
   #voice = new LastVoice();
-  #list = make("ol", { class: "chain", "aria-label": t("command-chain.what_the_robot_has_of_the") });
+  #list = make("ol.chain", { "aria-label": t("command-chain.what_the_robot_has_of_the") });
   #steps = STEPS.map((step) => {
-    const says = make("span", { class: "chain-says" });
-    const row = make("li", { class: "chain-step", "data-step": step }, make("b", {}, t(`command-chain.${step}`)), says);
+    const says = make("span.chain-says");
+    const row = make("li.chain-step", { "data-step": step }, make("b", t(`command-chain.${step}`)), says);
     this.#list.append(row);
     return { row, says };
   });

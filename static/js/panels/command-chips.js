@@ -27,8 +27,8 @@ const MIN_ROOM = 240; // [px] above the line of words in which all chips stand
 const OVER = 12; // [px] from the line of words to all chips
 
 class CommandChips extends Panel {
-  #chips = make("div", { class: "chips", role: "group", "aria-label": t("command-chips.commands") });
-  #more = make("button", { class: "chip more", "aria-expanded": "false", hidden: true }, t("command-chips.more"));
+  #chips = make("div.chips", { role: "group", "aria-label": t("command-chips.commands") });
+  #more = make("button.chip.more", { "aria-expanded": "false", hidden: true }, t("command-chips.more"));
   /** @type {HTMLFormElement | null} */
   #form = null;
   #voice = new LastVoice();
@@ -101,8 +101,7 @@ class CommandChips extends Panel {
       : since === null
         ? t("command-chips.heard_nobody_yet")
         : t("command-chips.last_voice_age_ago", { age: age(since) });
-    const note =
-      chip.querySelector(".chip-note") ?? chip.lastElementChild?.appendChild(make("span", { class: "chip-note" }));
+    const note = chip.querySelector(".chip-note") ?? chip.lastElementChild?.appendChild(make("span.chip-note"));
     if (!note || note.textContent === says) return;
     write(note, says);
     this.#fit();
@@ -120,10 +119,10 @@ class CommandChips extends Panel {
     const asks = holes(pattern, kind).length > 0;
     const label = asks ? `${pattern.split(" {")[0]}…` : pattern;
     const chip = make(
-      "button",
-      { class: "chip", title: kind.summary, "data-command": kind.name },
+      "button.chip",
+      { title: kind.summary, "data-command": kind.name },
       icon(kind.icon || "command"),
-      make("span", { class: "chip-words" }, make("span", {}, label)),
+      make("span.chip-words", make("span", label)),
     );
     chip.addEventListener("click", () => (asks ? this.#ask(kind, pattern) : void this.session.say(pattern, "chip")));
     return chip;
@@ -133,15 +132,14 @@ class CommandChips extends Panel {
   #ask(kind, pattern) {
     const usual = exampleNumbers(kind);
     const wanted = holes(pattern, kind);
-    const says = make("span", { class: "form-says", role: "alert" });
+    const says = make("span.form-says", { role: "alert" });
     /** @type {Map<string, HTMLInputElement>} */
     const boxes = new Map();
     for (const number of wanted) {
       const value = usual[number.name] ?? number.default ?? "";
       boxes.set(
         number.name,
-        make("input", {
-          class: "number",
+        make("input.number", {
           type: "text",
           inputmode: number.low < 0 ? "text" : "decimal",
           size: "5",
@@ -161,21 +159,17 @@ class CommandChips extends Panel {
       .filter((part) => part.trim())
       .map((part) => {
         const box = boxes.get(part.slice(1, -1));
-        return box ?? make("span", {}, part.trim());
+        return box ?? make("span", part.trim());
       });
-    const unit = /met(er|re)s/.test(pattern) ? null : make("span", { class: "note" }, wanted[0]?.unit ?? "");
-    const back = make(
-      "button",
-      { class: "icon-button", "aria-label": t("command-chips.back_to_the_commands") },
-      icon("close"),
-    );
+    const unit = /met(er|re)s/.test(pattern) ? null : make("span.note", wanted[0]?.unit ?? "");
+    const back = make("button.icon-button", { "aria-label": t("command-chips.back_to_the_commands") }, icon("close"));
     const form = make(
-      "form",
-      { class: "chip-form", "aria-label": kind.summary, novalidate: true },
+      "form.chip-form",
+      { "aria-label": kind.summary, novalidate: true },
       icon(kind.icon || "command"),
       ...parts,
       unit,
-      make("button", { type: "submit", class: "button primary" }, t("command-chips.go")),
+      make("button.button.primary", { type: "submit" }, t("command-chips.go")),
       back,
       says,
     );

@@ -19,9 +19,8 @@ const ASK_SHORT = t("command-line.short_hint");
 const WIDE_PX = 240; // of the box, from which it holds the longer one
 
 export class CommandLine extends Panel {
-  #box = make("input", {
+  #box = make("input.words", {
     id: "words",
-    class: "words",
     type: "text",
     maxlength: "200",
     autocomplete: "off",
@@ -36,14 +35,9 @@ export class CommandLine extends Panel {
     "aria-controls": "suggestions",
     "aria-keyshortcuts": "/",
   });
-  #send = make(
-    "button",
-    { type: "submit", class: "button primary send", "aria-label": t("command-line.send") },
-    icon("send"),
-  );
-  #list = make("ul", {
+  #send = make("button.button.primary.send", { type: "submit", "aria-label": t("command-line.send") }, icon("send"));
+  #list = make("ul.suggestions", {
     id: "suggestions",
-    class: "suggestions",
     role: "listbox",
     "aria-label": t("command-line.suggestions"),
     hidden: true,
@@ -58,13 +52,7 @@ export class CommandLine extends Panel {
 
   /** @override */
   build() {
-    const form = make(
-      "form",
-      { class: "line" },
-      this.#box,
-      make("kbd", { class: "slash", "aria-hidden": "true" }, "/"),
-      this.#send,
-    );
+    const form = make("form.line", this.#box, make("kbd.slash", { "aria-hidden": "true" }, "/"), this.#send);
     this.append(this.#list, form);
     onSubmit(form, () => void this.#say());
     this.#box.addEventListener("input", () => {
@@ -175,10 +163,10 @@ export class CommandLine extends Panel {
     this.#list.replaceChildren(
       ...this.#offered.map((suggestion, index) => {
         const row = make(
-          "li",
-          { id: `suggestion-${index}`, role: "option", class: "suggestion", "aria-selected": "false" },
-          make("span", { class: "suggestion-words" }, suggestion.complete ? suggestion.text : suggestion.shows),
-          make("span", { class: "note" }, suggestion.summary),
+          "li.suggestion",
+          { id: `suggestion-${index}`, role: "option", "aria-selected": "false" },
+          make("span.suggestion-words", suggestion.complete ? suggestion.text : suggestion.shows),
+          make("span.note", suggestion.summary),
         );
         row.addEventListener("pointerdown", (event) => {
           event.preventDefault();

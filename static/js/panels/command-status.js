@@ -27,16 +27,15 @@ const GETTING_READY = t("command-status.getting_the_ears_ready");
 
 class CommandStatus extends Panel {
   #icon = icon("command");
-  #words = make("span", { class: "status-words" });
-  #remark = make("span", { class: "status-remark" });
-  #left = make("span", { class: "status-left" });
-  #level = make("span", { class: "status-level", "aria-hidden": "true", hidden: true });
-  #suggestions = make("div", { class: "row suggested", role: "group", "aria-label": t("command-status.did_you_mean") });
-  #bar = make("div", { class: "bar-fill" });
+  #words = make("span.status-words");
+  #remark = make("span.status-remark");
+  #left = make("span.status-left");
+  #level = make("span.status-level", { "aria-hidden": "true", hidden: true });
+  #suggestions = make("div.row.suggested", { role: "group", "aria-label": t("command-status.did_you_mean") });
+  #bar = make("div.bar-fill");
   #progress = make(
-    "div",
+    "div.progress",
     {
-      class: "progress",
       role: "progressbar",
       "aria-label": t("command-status.progress"),
       "aria-valuemin": "0",
@@ -44,7 +43,7 @@ class CommandStatus extends Panel {
     },
     this.#bar,
   );
-  #cancel = make("button", { class: "button" }, icon("close"), t("command-status.cancel"));
+  #cancel = make("button.button", icon("close"), t("command-status.cancel"));
   #log = new StatusLog();
   #toGo = new ToGo();
 
@@ -52,7 +51,7 @@ class CommandStatus extends Panel {
   build() {
     this.append(
       this.#icon,
-      make("p", { class: "status-text" }, this.#words, this.#remark),
+      make("p.status-text", this.#words, this.#remark),
       this.#level,
       this.#suggestions,
       this.#progress,
@@ -137,8 +136,7 @@ class CommandStatus extends Panel {
     if (this.#suggestions.dataset["suggested"] === key) return;
     this.#suggestions.dataset["suggested"] = key;
     const now = make(
-      "button",
-      { class: "chip" },
+      "button.chip",
       icon("again"),
       same ? t("command-status.do_it_now") : t("command-status.do_words_now", { words: late.heard_as }),
     );
@@ -156,8 +154,8 @@ class CommandStatus extends Panel {
     this.#suggestions.hidden = false;
     if (this.#suggestions.dataset["suggested"] === key) return;
     this.#suggestions.dataset["suggested"] = key;
-    const ask = make("button", { class: "chip", disabled: asked !== "" }, t("lease-chip.ask_for_control"));
-    const take = make("button", { class: "chip" }, t("lease-chip.take_over"));
+    const ask = make("button.chip", { disabled: asked !== "" }, t("lease-chip.ask_for_control"));
+    const take = make("button.chip", t("lease-chip.take_over"));
     ask.addEventListener("click", () => void this.session.lease("ask"));
     take.addEventListener("click", () => void this.session.lease("take"));
     this.#suggestions.replaceChildren(ask, take);
@@ -178,14 +176,14 @@ class CommandStatus extends Panel {
     else if (empty) this.#suggestions.replaceChildren(this.#addPerson(), howItWorks());
     else
       this.#suggestions.replaceChildren(
-        make("span", { class: "note" }, t("command-status.did_you_mean")),
+        make("span.note", t("command-status.did_you_mean")),
         ...suggestions.map((text) => this.#offer(text)),
       );
   }
 
   /** In an empty simulated room: someone to come to. */
   #addPerson() {
-    const button = make("button", { class: "chip" }, icon("demo"), t("command-status.add_a_person"));
+    const button = make("button.chip", icon("demo"), t("command-status.add_a_person"));
     button.addEventListener("click", () => {
       const pose = this.session.state?.pose;
       if (pose) void this.session.attempt(() => room.add(pose));
@@ -195,12 +193,11 @@ class CommandStatus extends Panel {
 
   /** @param {string} text */
   #offer(text) {
-    const button = make("button", { class: "chip", onclick: () => void this.session.say(text, "chip") }, text);
+    const button = make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text);
     return button;
   }
 }
 
-const howItWorks = () =>
-  make("a", { class: "chip", href: "help#how-to/call-the-robot.md" }, t("command-status.how_it_works"));
+const howItWorks = () => make("a.chip", { href: "help#how-to/call-the-robot.md" }, t("command-status.how_it_works"));
 
 customElements.define("command-status", CommandStatus);

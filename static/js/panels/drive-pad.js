@@ -14,29 +14,27 @@ const DEAD = 0.12; // of the radius: dead zone of a resting thumb
 const KNOB = 26; // [px] of the radius that the knob needs
 
 export class DrivePad extends Panel {
-  #knob = make("span", { class: "knob" });
+  #knob = make("span.knob");
   #stick = make(
-    "div",
-    { class: "stick", role: "application", tabindex: "0", "aria-label": t("drive-pad.drive_stick_hold_w_a_s") },
+    "div.stick",
+    { role: "application", tabindex: "0", "aria-label": t("drive-pad.drive_stick_hold_w_a_s") },
     ...["up", "left", "down", "right"].map((way, index) =>
-      make("span", { class: "way", "data-way": way }, icon("arrow"), make("kbd", {}, "WASD".charAt(index))),
+      make("span.way", { "data-way": way }, icon("arrow"), make("kbd", "WASD".charAt(index))),
     ),
     this.#knob,
   );
   #presets = make(
-    "div",
-    { class: "presets", role: "group", "aria-label": t("drive-pad.speed") },
-    ...PRESETS.map((_, index) =>
-      make("button", { class: "preset", "data-preset": String(index + 1) }, String(index + 1)),
-    ),
+    "div.presets",
+    { role: "group", "aria-label": t("drive-pad.speed") },
+    ...PRESETS.map((_, index) => make("button.preset", { "data-preset": String(index + 1) }, String(index + 1))),
   );
-  #less = make("button", { class: "button", "aria-label": t("drive-pad.slower") }, "−");
-  #more = make("button", { class: "button", "aria-label": t("drive-pad.faster") }, "+");
+  #less = make("button.button", { "aria-label": t("drive-pad.slower") }, "−");
+  #more = make("button.button", { "aria-label": t("drive-pad.faster") }, "+");
   #preset = make("span");
   #top = make("span");
-  #moving = make("span", { class: "moving" });
-  #turning = make("span", { class: "note" });
-  #why = make("p", { class: "drive-why" });
+  #moving = make("span.moving");
+  #turning = make("span.note");
+  #why = make("p.drive-why");
   /** @type {OperatorInput | null} */
   #operatorInput = null;
   /** @type {number | null} */
@@ -51,12 +49,11 @@ export class DrivePad extends Panel {
     this.append(
       this.#stick,
       make(
-        "div",
-        { class: "drive-side" },
-        make("p", { class: "drive-figures" }, this.#moving, this.#turning),
+        "div.drive-side",
+        make("p.drive-figures", this.#moving, this.#turning),
         this.#presets,
-        make("div", { class: "stepper" }, this.#less, this.#more),
-        make("span", { class: "top-speed" }, this.#preset, this.#top),
+        make("div.stepper", this.#less, this.#more),
+        make("span.top-speed", this.#preset, this.#top),
         this.#why,
       ),
     );

@@ -15,7 +15,7 @@ const MODES = {
 };
 
 class EstimateCard extends Panel {
-  #mode = make("span", { class: "note" });
+  #mode = make("span.note");
   #figures = { x: figure("x"), y: figure("y"), heading: figure(t("estimate-card.heading")) };
   #facts = {
     landmarks: fact(t("estimate-card.landmarks"), t("estimate-card.corners_in_the_map_on_trial")),
@@ -30,14 +30,13 @@ class EstimateCard extends Panel {
     const { x, y, heading } = this.#figures;
     this.append(
       make(
-        "div",
-        { class: "card-head" },
-        make("h2", { class: "card-title" }, t("estimate-card.where_it_believes_it_is")),
-        make("span", { class: "spring" }),
+        "div.card-head",
+        make("h2.card-title", t("estimate-card.where_it_believes_it_is")),
+        make("span.spring"),
         this.#mode,
       ),
-      make("dl", { class: "figures" }, x.row, y.row, heading.row),
-      make("dl", { class: "facts" }, ...Object.values(this.#facts).map(({ row }) => row)),
+      make("dl.figures", x.row, y.row, heading.row),
+      make("dl.facts", ...Object.values(this.#facts).map(({ row }) => row)),
     );
   }
 
@@ -76,9 +75,9 @@ function apart(a, b) {
 
 /** @param {string} name */
 function figure(name) {
-  const value = make("span", { class: "figure-value" }, "–");
-  const sigma = make("span", { class: "figure-sigma" }, "± –");
-  return { row: make("div", { class: "figure" }, make("dt", {}, name), make("dd", {}, value, sigma)), value, sigma };
+  const value = make("span.figure-value", "–");
+  const sigma = make("span.figure-sigma", "± –");
+  return { row: make("div.figure", make("dt", name), make("dd", value, sigma)), value, sigma };
 }
 
 /** @param {{value: Element, sigma: Element}} row @param {string} value @param {string} sigma */
@@ -89,8 +88,8 @@ function say(row, value, sigma) {
 
 /** @param {string} name @param {string} says */
 function fact(name, says) {
-  const value = make("dd", {}, "–");
-  return { row: make("div", { class: "fact", title: says }, make("dt", {}, name), value), value };
+  const value = make("dd", "–");
+  return { row: make("div.fact", { title: says }, make("dt", name), value), value };
 }
 
 customElements.define("estimate-card", EstimateCard);

@@ -9,18 +9,16 @@ import { t } from "../ui/texts.js";
 
 class EstimateLine extends Panel {
   #values = [0, 1, 2].map(() => ({
-    value: make("span", { class: "where-value" }, "–"),
-    sigma: make("span", { class: "figure-sigma" }),
+    value: make("span.where-value", "–"),
+    sigma: make("span.figure-sigma"),
   }));
-  #button = make("button", { class: "row where", title: t("estimate-line.where_the_robot_believes_it_is") });
+  #button = make("button.row.where", { title: t("estimate-line.where_the_robot_believes_it_is") });
 
   /** @override */
   build() {
     for (const [index, { value, sigma }] of this.#values.entries()) {
       const name = ["x ", "y ", t("estimate-line.heading")][index];
-      this.#button.append(
-        make("span", { class: "where-part" }, make("span", { class: "where-name" }, name), value, " ", sigma),
-      );
+      this.#button.append(make("span.where-part", make("span.where-name", name), value, " ", sigma));
     }
     this.#button.addEventListener("click", () => dispatchEvent(new CustomEvent("open-view", { detail: "estimate" })));
     this.append(this.#button);

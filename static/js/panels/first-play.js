@@ -10,14 +10,9 @@ import { t } from "../ui/texts.js";
 const BEGUN = 0.02; // of the recording; some begin before their first scan
 
 class FirstPlay extends Panel {
-  #length = make("span", { class: "note" });
-  #button = make(
-    "button",
-    { class: "button primary first-play" },
-    icon("play"),
-    make("span", {}, t("first-play.play_the_recording")),
-  );
-  #watches = make("p", {}, t("first-play.the_recording_waits_an_operator_can"));
+  #length = make("span.note");
+  #button = make("button.button.primary.first-play", icon("play"), make("span", t("first-play.play_the_recording")));
+  #watches = make("p", t("first-play.the_recording_waits_an_operator_can"));
   #played = false;
 
   /** @override */

@@ -57,41 +57,40 @@ const HIDDEN = "landmarks,ghost"; // at first
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 class FlatMap extends Panel {
-  #text = make("p", { class: "visually-hidden", id: "flat-map-words" });
-  #said = make("p", { class: "visually-hidden", role: "status" });
+  #text = make("p.visually-hidden", { id: "flat-map-words" });
+  #said = make("p.visually-hidden", { role: "status" });
   #toGo = new ToGo();
-  #canvas = make("canvas", {
-    class: "flat-floor scrolls",
+  #canvas = make("canvas.flat-floor.scrolls", {
     tabindex: "0",
     role: "application",
     "aria-roledescription": t("flat-map.map"),
     "aria-label": t("flat-map.map_from_above_the_arrow_keys"),
     "aria-describedby": "flat-map-words",
   });
-  #moving = make("canvas", { class: "flat-moving", "aria-hidden": "true" });
+  #moving = make("canvas.flat-moving", { "aria-hidden": "true" });
   #whyWords = make("span");
-  #whyAway = make("button", { class: "icon-button small", "aria-label": t("notice-toasts.dismiss") }, icon("close"));
-  #why = make("p", { class: "flat-why", hidden: true }, this.#whyWords, this.#whyAway);
+  #whyAway = make("button.icon-button.small", { "aria-label": t("notice-toasts.dismiss") }, icon("close"));
+  #why = make("p.flat-why", { hidden: true }, this.#whyWords, this.#whyAway);
   #follow = tool("here", t("flat-map.follow_the_robot"));
   #fit = tool("whole", t("flat-map.whole_map"));
   #measure = tool("measure", t("flat-map.measure_a_distance"));
   #namer = tool("pin", t("flat-map.name_a_place"));
   #zoner = tool("zone", t("flat-map.draw_a_zone"));
   #zoneWords = make("span");
-  #zoneDone = make("button", { class: "button primary" }, t("flat-map.done"));
-  #zoneBack = make("button", { class: "button" }, t("flat-map.last_corner_away"));
-  #zoneLeave = make("button", { class: "button" }, t("place-view.cancel"));
+  #zoneDone = make("button.button.primary", t("flat-map.done"));
+  #zoneBack = make("button.button", t("flat-map.last_corner_away"));
+  #zoneLeave = make("button.button", t("place-view.cancel"));
   #zoneBar = make(
-    "div",
-    { class: "row flat-zone-bar", role: "group", "aria-label": t("flat-map.draw_a_zone"), hidden: true },
+    "div.row.flat-zone-bar",
+    { role: "group", "aria-label": t("flat-map.draw_a_zone"), hidden: true },
     this.#zoneWords,
     this.#zoneBack,
     this.#zoneLeave,
     this.#zoneDone,
   );
   #layersButton = tool("layers", t("flat-map.layers"));
-  #layersPanel = make("div", { class: "flat-layers", role: "group", "aria-label": t("flat-map.layers") });
-  #tools = make("div", { class: "flat-tools", role: "toolbar", "aria-label": t("flat-map.map_2") });
+  #layersPanel = make("div.flat-layers", { role: "group", "aria-label": t("flat-map.layers") });
+  #tools = make("div.flat-tools", { role: "toolbar", "aria-label": t("flat-map.map_2") });
   #view = new FloorView(60, 0, 0);
   /** @type {import("../ui/clear-area.js").Insets} by panels */
   #covered = { left: 0, top: 0, right: 0, bottom: 0 };
@@ -132,7 +131,7 @@ class FlatMap extends Panel {
     const hidden = new Set(remembered("map-hidden", HIDDEN).split(","));
     this.#layers = new Set(LAYERS.map(([layer]) => layer).filter((layer) => !hidden.has(layer)));
     this.#layersPanel.append(...LAYERS.map((row) => this.#switch(...row)));
-    const layers = make("div", { class: "flat-layers-place" }, this.#layersButton, this.#layersPanel);
+    const layers = make("div.flat-layers-place", this.#layersButton, this.#layersPanel);
     this.#tools.append(this.#fit, this.#follow, this.#measure, this.#namer, this.#zoner, layers);
     this.append(this.#canvas, this.#moving, this.#why, this.#tools, this.#zoneBar, this.#text, this.#said);
     popover(this.#layersButton, this.#layersPanel);
@@ -387,8 +386,8 @@ class FlatMap extends Panel {
       remember("map-hidden", left.join(","));
       this.#draw();
     });
-    const swatch = make("span", { class: "swatch", "data-layer": SWATCHES[layer] ?? "" });
-    return make("label", { class: "inline flat-layer", title: says }, box, swatch, make("span", {}, name));
+    const swatch = make("span.swatch", { "data-layer": SWATCHES[layer] ?? "" });
+    return make("label.inline.flat-layer", { title: says }, box, swatch, make("span", name));
   }
 
   /** @param {"whole" | "robot" | "free"} at */
@@ -508,7 +507,7 @@ const SWATCHES = {
 
 /** @param {string} name @param {string} says */
 function tool(name, says) {
-  return make("button", { class: "icon-button flat-tool", "aria-label": says, title: says }, icon(name));
+  return make("button.icon-button.flat-tool", { "aria-label": says, title: says }, icon(name));
 }
 
 customElements.define("flat-map", FlatMap);

@@ -26,31 +26,31 @@ const ABSENT = t("gamepad-sheet.no_gamepad_connect_one_and_press");
 const WITHHELD = t("gamepad-sheet.this_browser_gives_gamepads_only_to");
 
 export class GamepadSheet extends Sheet {
-  #status = make("p", { class: "pad-status" });
-  #choice = make("div", { class: "pad-choice", role: "group", "aria-label": t("gamepad-sheet.gamepad") });
+  #status = make("p.pad-status");
+  #choice = make("div.pad-choice", { role: "group", "aria-label": t("gamepad-sheet.gamepad") });
   #forward = meter(t("gamepad-sheet.forward"));
   #left = meter(t("gamepad-sheet.turn_left"));
-  #asked = make("p", { class: "note" });
+  #asked = make("p.note");
   /** @type {Map<PadAction, {row: HTMLElement, name: HTMLElement, change: HTMLButtonElement}>} */
   #rows = new Map([...PRESSES, ...STICKS].map((action) => [action, this.#row(action)]));
-  #prompt = make("p", { class: "pad-prompt" });
-  #cancel = make("button", { class: "button", hidden: true }, t("gamepad-sheet.cancel"));
-  #setUp = make("button", { class: "button" }, t("gamepad-sheet.set_up_by_pressing"));
-  #reset = make("button", { class: "button" }, t("gamepad-sheet.default_mapping"));
+  #prompt = make("p.pad-prompt");
+  #cancel = make("button.button", { hidden: true }, t("gamepad-sheet.cancel"));
+  #setUp = make("button.button", t("gamepad-sheet.set_up_by_pressing"));
+  #reset = make("button.button", t("gamepad-sheet.default_mapping"));
   #deadZone = slider(t("gamepad-sheet.dead_zone"), DEAD_ZONE);
   #curve = slider(t("gamepad-sheet.gentle_near_the_centre"), CURVE);
-  #buttons = make("div", { class: "pad-buttons", role: "img" });
-  #axes = make("div", { class: "pad-axes" });
+  #buttons = make("div.pad-buttons", { role: "img" });
+  #axes = make("div.pad-axes");
   #body = make(
-    "div",
-    { class: "pad-body", hidden: true },
+    "div.pad-body",
+    { hidden: true },
     this.#choice,
-    make("div", { class: "pad-meters" }, this.#forward.row, this.#left.row),
+    make("div.pad-meters", this.#forward.row, this.#left.row),
     this.#asked,
-    make("div", { class: "row pad-learn" }, this.#prompt, this.#cancel, this.#setUp, this.#reset),
-    make("div", { class: "pad-rows" }, ...[...this.#rows.values()].map(({ row }) => row)),
-    make("div", { class: "pad-meters" }, this.#deadZone.row, this.#curve.row),
-    make("h3", { class: "card-title" }, t("gamepad-sheet.everything_on_it")),
+    make("div.row.pad-learn", this.#prompt, this.#cancel, this.#setUp, this.#reset),
+    make("div.pad-rows", ...[...this.#rows.values()].map(({ row }) => row)),
+    make("div.pad-meters", this.#deadZone.row, this.#curve.row),
+    make("h3.card-title", t("gamepad-sheet.everything_on_it")),
     this.#buttons,
     this.#axes,
   );
@@ -62,7 +62,7 @@ export class GamepadSheet extends Sheet {
   /** @override */
   build() {
     const note = t("gamepad-sheet.nothing_drives_while_this_is_open");
-    this.frame(t("gamepad-sheet.gamepad"), this.#status, this.#body, make("p", { class: "note" }, note));
+    this.frame(t("gamepad-sheet.gamepad"), this.#status, this.#body, make("p.note", note));
   }
 
   /** @param {GamepadInput} gamepad */
@@ -122,13 +122,13 @@ export class GamepadSheet extends Sheet {
 
   /** @param {PadAction} action */
   #row(action) {
-    const name = make("span", { class: "pad-input" });
+    const name = make("span.pad-input");
     const change = make(
-      "button",
-      { class: "button", "aria-label": t("gamepad-sheet.change_titles", { titles: TITLES[action] }) },
+      "button.button",
+      { "aria-label": t("gamepad-sheet.change_titles", { titles: TITLES[action] }) },
       t("gamepad-sheet.change"),
     );
-    const row = make("div", { class: "pad-row" }, make("span", { class: "pad-title" }, TITLES[action]), name, change);
+    const row = make("div.pad-row", make("span.pad-title", TITLES[action]), name, change);
     return { row, name, change };
   }
 
@@ -141,7 +141,7 @@ export class GamepadSheet extends Sheet {
       this.#choice.replaceChildren(
         ...pads.map(({ index, id }) => {
           const words = `${index + 1}: ${padName(id)}`;
-          const button = make("button", { class: "button", "data-index": String(index) }, words);
+          const button = make("button.button", { "data-index": String(index) }, words);
           button.addEventListener("click", () => {
             this.#gamepad?.stopLearning();
             this.#chosen = index;
@@ -214,7 +214,7 @@ export class GamepadSheet extends Sheet {
       this.#axes.dataset["of"] = kind;
       const name = { id, mapping };
       this.#buttons.replaceChildren(
-        ...buttons.map((_, button) => make("span", { class: "pad-button" }, inputName(name, { button }))),
+        ...buttons.map((_, button) => make("span.pad-button", inputName(name, { button }))),
       );
       this.#axes.replaceChildren(...axes.map((_, axis) => meter(axisName(name, axis)).row));
     }
@@ -248,11 +248,11 @@ function statusOf(pad, gamepad, permission) {
 /** A bar from the middle to either side. @param {string} title */
 function meter(title) {
   const bar = make(
-    "span",
-    { class: "pad-bar", role: "meter", "aria-label": title, "aria-valuemin": "-100", "aria-valuemax": "100" },
-    make("span", { class: "pad-part" }),
+    "span.pad-bar",
+    { role: "meter", "aria-label": title, "aria-valuemin": "-100", "aria-valuemax": "100" },
+    make("span.pad-part"),
   );
-  const row = make("div", { class: "pad-meter" }, make("span", {}, title), bar, make("span", { class: "pad-figure" }));
+  const row = make("div.pad-meter", make("span", title), bar, make("span.pad-figure"));
   showPart(row, 0);
   return { row, set: (/** @type {number} */ part) => showPart(row, part) };
 }
@@ -270,13 +270,13 @@ function showPart(row, part) {
 /** @param {string} title @param {{least: number, most: number}} bounds */
 function slider(title, { least, most }) {
   const input = make("input", { type: "range", min: String(least), max: String(most), step: "0.01" });
-  const figure = make("span", { class: "pad-figure" });
+  const figure = make("span.pad-figure");
   /** @param {number} value */
   const set = (value) => {
     if (Number(input.value) !== value) input.value = String(value);
     write(figure, `${fixed(value * 100, 0)} %`);
   };
-  return { row: make("label", { class: "pad-meter" }, make("span", {}, title), input, figure), input, set };
+  return { row: make("label.pad-meter", make("span", title), input, figure), input, set };
 }
 
 customElements.define("gamepad-sheet", GamepadSheet);

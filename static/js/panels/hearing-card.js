@@ -17,42 +17,36 @@ const CHECK = t("hearing-card.check_the_microphones");
 
 class HearingCard extends Panel {
   #rose = new SoundRose();
-  #where = make("p", { class: "hearing-where" });
-  #listen = make("button", { class: "toggle", "aria-pressed": "false" }, t("hearing-card.listen"));
+  #where = make("p.hearing-where");
+  #listen = make("button.toggle", { "aria-pressed": "false" }, t("hearing-card.listen"));
   #obey = make(
-    "button",
-    { class: "toggle", "aria-pressed": "false", title: t("hearing-card.execute_commands_of_voices_in_the") },
+    "button.toggle",
+    { "aria-pressed": "false", title: t("hearing-card.execute_commands_of_voices_in_the") },
     t("hearing-card.obey"),
   );
-  #check = make("button", {}, CHECK);
-  #faults = make("ul", { class: "faults", role: "status", hidden: true });
+  #check = make("button", CHECK);
+  #faults = make("ul.faults", { role: "status", hidden: true });
   #measure = make("a", { href: "hearing" }, t("hearing-card.how_well_does_it_hear_you"));
-  #lines = make("ol", { class: "transcripts", "aria-label": t("hearing-card.what_was_heard") });
+  #lines = make("ol.transcripts", { "aria-label": t("hearing-card.what_was_heard") });
   #checking = false;
   /** @type {PeopleNear | null} */
   #near = null;
-  #none = make("p", { class: "note" });
+  #none = make("p.note");
 
   /** @override */
   build() {
     this.#near = new PeopleNear(this.session);
     this.append(
       make(
-        "div",
-        { class: "card-head" },
-        make("h2", { class: "card-title" }, t("hearing-card.what_it_hears")),
-        make("span", { class: "spring" }),
+        "div.card-head",
+        make("h2.card-title", t("hearing-card.what_it_hears")),
+        make("span.spring"),
         this.#listen,
         this.#obey,
       ),
       this.#near,
-      make(
-        "div",
-        { class: "hearing" },
-        this.#rose,
-        make("div", { class: "hearing-words" }, this.#where, this.#none, this.#lines),
-      ),
-      make("div", { class: "hearing-foot" }, this.#check, this.#measure),
+      make("div.hearing", this.#rose, make("div.hearing-words", this.#where, this.#none, this.#lines)),
+      make("div.hearing-foot", this.#check, this.#measure),
       this.#faults,
     );
     this.#check.addEventListener("click", () => void this.#examine());
@@ -127,15 +121,14 @@ class HearingCard extends Panel {
     this.#none.hidden = true;
     const said = accepted ? heard_as : words;
     const line = make(
-      "li",
-      { class: "transcript", "data-state": accepted ? "accepted" : "refused" },
+      "li.transcript",
+      { "data-state": accepted ? "accepted" : "refused" },
       icon(accepted ? "done" : "refused"),
       make(
         "span",
-        {},
-        make("span", { class: "transcript-words" }, said ? `“${said}”` : t("hearing-card.not_understood")),
-        reason && make("span", { class: "note" }, ` ${reason}`),
-        !final && make("span", { class: "note" }, t("hearing-card.before_the_sentence_was_over")),
+        make("span.transcript-words", said ? `“${said}”` : t("hearing-card.not_understood")),
+        reason && make("span.note", ` ${reason}`),
+        !final && make("span.note", t("hearing-card.before_the_sentence_was_over")),
       ),
     );
     this.#lines.prepend(line);
@@ -149,8 +142,7 @@ class HearingCard extends Panel {
 }
 
 /** One finding of the self-check. @param {string} sentence @param {"warning" | "info" | "done"} kind */
-const fault = (sentence, kind) =>
-  make("li", { class: "fault", "data-kind": kind }, icon(kind), make("span", {}, sentence));
+const fault = (sentence, kind) => make("li.fault", { "data-kind": kind }, icon(kind), make("span", sentence));
 
 /**
  * Sentence while the robot listens and hears no voice.

@@ -27,13 +27,12 @@ const TRIES = ["turn left", "continue 1 meters"]; // while there is nothing else
 class HistoryList extends Panel {
   /** @type {Map<string, readonly string[]>} by the words of a refused command: what was possibly meant */
   #meant = new Map();
-  #list = make("ol", { class: "record-list", "aria-label": t("history-list.history_newest_first") });
-  #score = make("a", { class: "inline record-score", href: "hearing", hidden: true });
+  #list = make("ol.record-list", { "aria-label": t("history-list.history_newest_first") });
+  #score = make("a.inline.record-score", { href: "hearing", hidden: true });
   #empty = make(
-    "div",
-    { class: "record-empty" },
-    make("p", {}, t("history-list.commands_and_their_results_appear_here")),
-    make("p", { class: "record-tries" }, ...TRIES.map((words) => this.#try(words))),
+    "div.record-empty",
+    make("p", t("history-list.commands_and_their_results_appear_here")),
+    make("p.record-tries", ...TRIES.map((words) => this.#try(words))),
   );
 
   /** @override */
@@ -64,14 +63,14 @@ class HistoryList extends Panel {
     if (newest)
       this.#score.replaceChildren(
         icon("ears"),
-        make("span", {}, t("history-list.heard_here_summary", { summary: newest.summary })),
+        make("span", t("history-list.heard_here_summary", { summary: newest.summary })),
       );
     this.#score.hidden = !newest;
   }
 
   /** @param {string} words */
   #try(words) {
-    const chip = make("button", { class: "chip", onclick: () => void this.session.say(words, "chip") }, words);
+    const chip = make("button.chip", { onclick: () => void this.session.say(words, "chip") }, words);
     return chip;
   }
 
@@ -98,9 +97,8 @@ class HistoryList extends Panel {
     const amounts = /\d/.test(words) ? "" : quantities(row.numbers); // "turn left" does not say how far
     const took = row.duration_s !== null && row.state !== "refused" ? age(row.duration_s) : "";
     const again = make(
-      "button",
+      "button.icon-button.small",
       {
-        class: "icon-button small",
         "aria-label": t("history-list.again_words", { words }),
         title: t("history-list.again"),
         onclick: () => void this.session.say(words, "chip"),
@@ -108,23 +106,16 @@ class HistoryList extends Panel {
       icon("again"),
     );
     return make(
-      "li",
-      { class: "record", "data-state": row.state },
-      make("span", { class: "outcome-icon" }, icon(row.state)),
+      "li.record",
+      { "data-state": row.state },
+      make("span.outcome-icon", icon(row.state)),
       make(
-        "div",
-        { class: "record-body" },
-        make(
-          "p",
-          { class: "record-line" },
-          make("span", { class: "record-words" }, words),
-          make("span", { class: "outcome" }, t(`state.${row.state}`)),
-        ),
-        row.remark ? make("p", { class: "record-remark" }, row.remark) : null,
+        "div.record-body",
+        make("p.record-line", make("span.record-words", words), make("span.outcome", t(`state.${row.state}`))),
+        row.remark ? make("p.record-remark", row.remark) : null,
         row.state === "refused" ? this.#offers(words, newest) : null,
         make(
-          "p",
-          { class: "note row record-meta" },
+          "p.note.row.record-meta",
           timeOfDay(row.at_s),
           dot(),
           icon(row.source in SOURCES ? row.source : "rest"),
@@ -148,19 +139,15 @@ class HistoryList extends Panel {
   /** @param {string} words of a refused command @param {boolean} newest */
   #offers(words, newest) {
     const chips = (this.#meant.get(words) ?? []).map((text) => {
-      const chip = make("button", { class: "chip", onclick: () => void this.session.say(text, "chip") }, text);
+      const chip = make("button.chip", { onclick: () => void this.session.say(text, "chip") }, text);
       return chip;
     });
     if (newest && couldCall() && goesToPerson(this.session, words)) chips.push(letCall(couldCall(), words));
     if (chips.length === 0) return null;
-    return make(
-      "div",
-      { class: "row suggested", role: "group", "aria-label": t("command-status.did_you_mean") },
-      ...chips,
-    );
+    return make("div.row.suggested", { role: "group", "aria-label": t("command-status.did_you_mean") }, ...chips);
   }
 }
 
-const dot = () => make("span", { class: "dot", "aria-hidden": "true" }, "·");
+const dot = () => make("span.dot", { "aria-hidden": "true" }, "·");
 
 customElements.define("history-list", HistoryList);

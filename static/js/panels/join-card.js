@@ -11,33 +11,32 @@ import { TroubleLine } from "../ui/trouble-line.js";
 /** @import { View } from "../net/session.js" */
 
 class JoinCard extends Panel {
-  #older = make("select", { class: "field-box", "aria-label": t("join-card.older_map") });
-  #newer = make("select", { class: "field-box", "aria-label": t("join-card.newer_map") });
-  #look = make("button", { class: "button" }, t("join-card.match"));
+  #older = make("select.field-box", { "aria-label": t("join-card.older_map") });
+  #newer = make("select.field-box", { "aria-label": t("join-card.newer_map") });
+  #look = make("button.button", t("join-card.match"));
   #trouble = new TroubleLine();
   #words = make("p", { role: "status" });
-  #picture = make("img", { class: "join-picture", alt: t("join-card.both_maps_over_each_other") });
-  #name = make("input", {
+  #picture = make("img.join-picture", { alt: t("join-card.both_maps_over_each_other") });
+  #name = make("input.field-box", {
     type: "text",
     maxlength: "40",
-    class: "field-box",
     autocomplete: "off",
     placeholder: t("join-card.name_of_the_joined_map"),
     "aria-label": t("join-card.name_of_the_joined_map"),
   });
-  #join = make("button", { type: "submit", class: "button primary" }, t("join-card.join"));
-  #leave = make("button", { class: "button" }, t("map-card.leave_it"));
-  #question = make("form", { class: "join-question", hidden: true });
+  #join = make("button.button.primary", { type: "submit" }, t("join-card.join"));
+  #leave = make("button.button", t("map-card.leave_it"));
+  #question = make("form.join-question", { hidden: true });
   #revision = -1;
   #match = "";
 
   /** @override */
   build() {
-    const row = make("div", { class: "row nav2-form" }, this.#older, this.#newer, this.#look);
-    const acts = make("div", { class: "row nav2-form" }, this.#name, this.#leave, this.#join);
+    const row = make("div.row.nav2-form", this.#older, this.#newer, this.#look);
+    const acts = make("div.row.nav2-form", this.#name, this.#leave, this.#join);
     this.#question.append(this.#words, this.#picture, acts);
-    const about = make("p", { class: "note" }, t("join-card.two_maps_of_one_building"));
-    this.append(make("h3", {}, t("join-card.join_two_maps")), about, row, this.#trouble.element, this.#question);
+    const about = make("p.note", t("join-card.two_maps_of_one_building"));
+    this.append(make("h3", t("join-card.join_two_maps")), about, row, this.#trouble.element, this.#question);
     this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
     this.#leave.addEventListener("click", () => (this.#question.hidden = true));
     this.#look.addEventListener("click", () => void this.#try(() => this.#show()));

@@ -28,20 +28,16 @@ const RECORDING_KEYS = [
 /** @param {typeof KEYS} list */
 const rows = (list) =>
   list.flatMap(([keys, says]) => [
-    make("dt", {}, .../** @type {string[]} */ (keys).map((key) => (key === "…" ? "…" : make("kbd", {}, key)))),
-    make("dd", {}, String(says)),
+    make("dt", .../** @type {string[]} */ (keys).map((key) => (key === "…" ? "…" : make("kbd", key)))),
+    make("dd", String(says)),
   ]);
 
 export class KeySheet extends Sheet {
-  #list = make("dl", { class: "keys" }, ...rows(KEYS));
+  #list = make("dl.keys", ...rows(KEYS));
 
   /** @override */
   build() {
-    this.frame(
-      t("key-sheet.keys"),
-      this.#list,
-      make("p", { class: "note" }, t("key-sheet.stop_is_a_software_stop_it")),
-    );
+    this.frame(t("key-sheet.keys"), this.#list, make("p.note", t("key-sheet.stop_is_a_software_stop_it")));
     this.session.on("hello", ({ robot }) => {
       const recording = robot.capabilities.includes("replay") && !robot.dry_run;
       this.#list.replaceChildren(...rows(recording ? RECORDING_KEYS : KEYS));

@@ -11,7 +11,7 @@ const COLUMNS = ["No.", "x m", "y m", "± cm", t("landmark-table.hits"), t("land
 
 export class LandmarkTable extends HTMLElement {
   #body = make("tbody");
-  #empty = make("p", { class: "record-empty" }, t("landmark-table.no_landmark_yet_a_corner_counts"));
+  #empty = make("p.record-empty", t("landmark-table.no_landmark_yet_a_corner_counts"));
   #shownAt = -Infinity;
 
   connectedCallback() {
@@ -19,13 +19,12 @@ export class LandmarkTable extends HTMLElement {
     this.tabIndex = 0; // so that Page Up and Page Down reach it
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", t("landmark-table.landmarks"));
-    const head = make("tr", {}, ...COLUMNS.map((name) => make("th", { scope: "col" }, name)));
+    const head = make("tr", ...COLUMNS.map((name) => make("th", { scope: "col" }, name)));
     this.append(
       make(
-        "table",
-        { class: "landmarks" },
-        make("caption", { class: "visually-hidden" }, t("landmark-table.landmarks")),
-        make("thead", {}, head),
+        "table.landmarks",
+        make("caption.visually-hidden", t("landmark-table.landmarks")),
+        make("thead", head),
         this.#body,
       ),
       this.#empty,
@@ -39,8 +38,7 @@ export class LandmarkTable extends HTMLElement {
     this.#shownAt = now;
     this.#empty.hidden = landmarks.length > 0;
     while (this.#body.rows.length > landmarks.length) this.#body.deleteRow(-1);
-    while (this.#body.rows.length < landmarks.length)
-      this.#body.append(make("tr", {}, ...COLUMNS.map(() => make("td"))));
+    while (this.#body.rows.length < landmarks.length) this.#body.append(make("tr", ...COLUMNS.map(() => make("td"))));
     for (const [index, landmark] of landmarks.entries()) {
       const cells = this.#body.rows[index]?.cells ?? [];
       for (const [column, text] of rowOf(landmark).entries()) write(/** @type {Element} */ (cells[column]), text);

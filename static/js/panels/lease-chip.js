@@ -11,15 +11,15 @@ import { t } from "../ui/texts.js";
 
 class LeaseChip extends Panel {
   #icon = icon("wheel");
-  #text = make("span", { class: "lease-text" });
-  #button = make("button", { class: "bar-chip" }, this.#icon, this.#text);
-  #sentence = make("p", { class: "note" });
-  #act = make("button", { class: "button primary wide" });
-  #take = make("button", { class: "button wide" }, t("lease-chip.take_over"));
+  #text = make("span.lease-text");
+  #button = make("button.bar-chip", this.#icon, this.#text);
+  #sentence = make("p.note");
+  #act = make("button.button.primary.wide");
+  #take = make("button.button.wide", t("lease-chip.take_over"));
   #panel = make(
     "div",
     { role: "group", "aria-label": t("lease-chip.control") },
-    make("h2", { class: "card-title" }, t("lease-chip.control")),
+    make("h2.card-title", t("lease-chip.control")),
     this.#sentence,
     this.#act,
     this.#take,

@@ -34,14 +34,14 @@ function sensorRow({ kind, name, state, age_s, rate_hz }) {
 
 class LinkChip extends Panel {
   #icon = icon("link");
-  #text = make("span", { class: "link-text" });
-  #viewers = make("span", { class: "viewers" });
-  #button = make("button", { class: "bar-chip", "aria-label": t("link-chip.link") }, this.#icon, this.#text);
-  #rows = make("dl", { class: "pairs" });
+  #text = make("span.link-text");
+  #viewers = make("span.viewers");
+  #button = make("button.bar-chip", { "aria-label": t("link-chip.link") }, this.#icon, this.#text);
+  #rows = make("dl.pairs");
   #panel = make(
     "div",
     { role: "group", "aria-label": t("link-chip.link_in_detail") },
-    make("h2", { class: "card-title" }, t("link-chip.link")),
+    make("h2.card-title", t("link-chip.link")),
     this.#rows,
   );
 

@@ -22,8 +22,8 @@ export class LivePlot extends HTMLElement {
   /** @type {Look} */
   #look;
   #series = new Series();
-  #value = make("span", { class: "plot-value" }, "–");
-  #note = make("span", { class: "plot-key" });
+  #value = make("span.plot-value", "–");
+  #note = make("span.plot-key");
   #drawing = svg("svg", { class: "plot-drawing", role: "img", height: HEIGHT });
   #grid = svg("g", { class: "plot-grid" });
   #words = svg("g", { class: "plot-words" });
@@ -50,12 +50,11 @@ export class LivePlot extends HTMLElement {
     mark(this.#drawing, "aria-label", name); // until the first values are drawn
     this.append(
       make(
-        "div",
-        { class: "plot-head" },
-        make("span", { class: "plot-name" }, name),
-        claim ? make("span", { class: "plot-key" }, claim) : null,
+        "div.plot-head",
+        make("span.plot-name", name),
+        claim ? make("span.plot-key", claim) : null,
         this.#note,
-        make("span", { class: "spring" }),
+        make("span.spring"),
         this.#value,
       ),
       this.#drawing,

@@ -6,7 +6,7 @@ import { Panel } from "../ui/panel.js";
 const BREATH_MS = 150; // readers need a change after an empty moment to speak the same place again
 
 class LiveRegion extends Panel {
-  #place = make("div", { class: "visually-hidden", role: "status", "aria-live": "polite" });
+  #place = make("div.visually-hidden", { role: "status", "aria-live": "polite" });
   /** @type {string[]} */
   #waiting = [];
   #timer = 0;

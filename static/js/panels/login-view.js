@@ -6,9 +6,8 @@ import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
 export class LoginView extends Panel {
-  #box = make("input", {
+  #box = make("input.words", {
     id: "token",
-    class: "words",
     type: "password",
     autocomplete: "off",
     spellcheck: "false",
@@ -16,19 +15,18 @@ export class LoginView extends Panel {
     required: true,
     maxlength: "400",
   });
-  #enter = make("button", { type: "submit", class: "button primary" }, t("login-view.sign_in"));
-  #says = make("p", { class: "login-says", role: "alert" });
+  #enter = make("button.button.primary", { type: "submit" }, t("login-view.sign_in"));
+  #says = make("p.login-says", { role: "alert" });
 
   /** @override */
   build() {
     this.setAttribute("role", "dialog");
     this.setAttribute("aria-label", t("login-view.sign_in"));
     const form = make(
-      "form",
-      { class: "card login" },
+      "form.card.login",
       icon("mark"),
-      make("h2", {}, t("login-view.sign_in_to_beckon")),
-      make("p", {}, t("login-view.beckon_printed_a_link_where_it")),
+      make("h2", t("login-view.sign_in_to_beckon")),
+      make("p", t("login-view.beckon_printed_a_link_where_it")),
       make("label", { for: "token" }, t("login-view.token")),
       this.#box,
       this.#enter,

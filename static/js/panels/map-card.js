@@ -23,23 +23,22 @@ const FILES = /** @type {const} */ ([
 ]);
 
 class MapCard extends Panel {
-  #now = make("p", { class: "map-now" });
-  #name = make("input", {
+  #now = make("p.map-now");
+  #name = make("input.field-box", {
     type: "text",
-    class: "field-box",
     maxlength: "40",
     placeholder: t("map-card.name_of_this_map"),
     "aria-label": t("map-card.name_of_this_map"),
     autocomplete: "off",
     spellcheck: "false",
   });
-  #saveWords = make("span", {}, t("map-card.save"));
-  #save = make("button", { type: "submit", class: "button primary" }, icon("save"), this.#saveWords);
-  #form = make("form", { class: "map-form" }, this.#name, this.#save);
+  #saveWords = make("span", t("map-card.save"));
+  #save = make("button.button.primary", { type: "submit" }, icon("save"), this.#saveWords);
+  #form = make("form.map-form", this.#name, this.#save);
   #trouble = new TroubleLine(this.#name);
-  #list = make("ul", { class: "maps", "aria-label": t("map-card.saved_maps_newest_first") });
-  #empty = make("p", { class: "note map-empty" }, t("map-card.no_map_is_saved_yet"));
-  #sheet = make("img", { class: "map-sheet", alt: t("map-card.the_present_map_as_a_plan"), hidden: true });
+  #list = make("ul.maps", { "aria-label": t("map-card.saved_maps_newest_first") });
+  #empty = make("p.note.map-empty", t("map-card.no_map_is_saved_yet"));
+  #sheet = make("img.map-sheet", { alt: t("map-card.the_present_map_as_a_plan"), hidden: true });
   /** @type {SavedMap[]} */
   #maps = [];
   #revision = -1;
@@ -52,26 +51,26 @@ class MapCard extends Panel {
   build() {
     const files = FILES.map(([path, name, says]) =>
       make(
-        "a",
-        { class: "map-file", href: address(path).href, download: "" },
+        "a.map-file",
+        { href: address(path).href, download: "" },
         icon("download"),
-        make("span", {}, name),
-        make("span", { class: "note" }, says),
+        make("span", name),
+        make("span.note", says),
       ),
     );
-    const downloads = make("div", { class: "inline slam-head" }, make("h3", {}, t("map-card.downloads")));
+    const downloads = make("div.inline.slam-head", make("h3", t("map-card.downloads")));
     this.append(
       make(
-        "section",
-        { class: "map-present", "aria-label": t("main.present_map") },
+        "section.map-present",
+        { "aria-label": t("main.present_map") },
         this.#sheet,
-        make("div", { class: "map-keep" }, this.#now, this.#form, this.#trouble.element),
-        make("div", { class: "map-take" }, downloads, make("div", { class: "map-files" }, ...files)),
+        make("div.map-keep", this.#now, this.#form, this.#trouble.element),
+        make("div.map-take", downloads, make("div.map-files", ...files)),
       ),
       make(
-        "section",
-        { class: "map-saved", "aria-label": t("map-card.saved_maps") },
-        make("div", { class: "inline slam-head" }, make("h3", {}, t("map-card.saved_maps"))),
+        "section.map-saved",
+        { "aria-label": t("map-card.saved_maps") },
+        make("div.inline.slam-head", make("h3", t("map-card.saved_maps"))),
         this.#empty,
         this.#list,
       ),
@@ -152,10 +151,9 @@ class MapCard extends Panel {
     const about = [size, ...rooms, t("map-card.landmarks_landmarks", { landmarks: map.landmarks })].join(" · ");
     const current = map.name === this.#current;
     const row = make(
-      "li",
-      { class: "row map", "data-current": current },
-      make("img", {
-        class: "map-preview",
+      "li.row.map",
+      { "data-current": current },
+      make("img.map-preview", {
         src: maps.previewOf(map),
         alt: "",
         width: "56",
@@ -163,19 +161,13 @@ class MapCard extends Panel {
         loading: "lazy",
       }),
       make(
-        "div",
-        { class: "map-body" },
-        make(
-          "p",
-          { class: "inline map-name" },
-          map.name,
-          current && make("span", { class: "map-badge" }, t("map-card.in_use")),
-        ),
-        make("p", { class: "note" }, about),
-        make("p", { class: "note" }, `${day(map.saved_s)}, ${map.by}`),
+        "div.map-body",
+        make("p.inline.map-name", map.name, current && make("span.map-badge", t("map-card.in_use"))),
+        make("p.note", about),
+        make("p.note", `${day(map.saved_s)}, ${map.by}`),
       ),
     );
-    const acts = make("div", { class: "map-acts" });
+    const acts = make("div.map-acts");
     if (!this.#form.hidden) {
       acts.append(
         this.#act("", t("map-card.load_name", { name: map.name }), t("map-card.load"), () =>
@@ -187,9 +179,8 @@ class MapCard extends Panel {
     }
     acts.append(
       make(
-        "a",
+        "a.button.small.plain",
         {
-          class: "button small plain",
           href: maps.zipOf(map.name),
           download: "",
           "aria-label": t("map-card.download_name", { name: map.name }),
@@ -229,12 +220,12 @@ class MapCard extends Panel {
    */
   #ask(row, sentence, act, then) {
     for (const other of this.#list.querySelectorAll(".map-question")) other.remove();
-    const yes = make("button", { class: "button primary" }, act);
-    const no = make("button", { class: "button" }, t("map-card.leave_it"));
+    const yes = make("button.button.primary", act);
+    const no = make("button.button", t("map-card.leave_it"));
     const question = make(
-      "div",
-      { class: "row map-question", role: "group", "aria-label": sentence },
-      make("p", {}, sentence),
+      "div.row.map-question",
+      { role: "group", "aria-label": sentence },
+      make("p", sentence),
       yes,
       no,
     );

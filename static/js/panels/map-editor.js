@@ -41,22 +41,20 @@ const DONE = {
 };
 
 class MapEditor extends Panel {
-  #canvas = make("canvas", {
-    class: "map-edit-floor scrolls",
+  #canvas = make("canvas.map-edit-floor.scrolls", {
     tabindex: "0",
     role: "application",
     "aria-label": t("map-editor.map_to_edit_the_arrow_keys"),
   });
-  #help = make("p", { class: "note" });
-  #said = make("p", { class: "visually-hidden", role: "status" });
+  #help = make("p.note");
+  #said = make("p.visually-hidden", { role: "status" });
   #trouble = new TroubleLine();
   /** @type {Map<Tool, HTMLButtonElement>} */
   #tools = new Map();
-  #brush = make("select", { class: "field-box map-edit-brush", "aria-label": t("map-editor.width_of_the_brush") });
-  #undo = make("button", { class: "button" }, t("map-editor.undo"));
-  #redo = make("button", { class: "button" }, t("map-editor.redo"));
-  #degrees = make("input", {
-    class: "field-box place-degrees",
+  #brush = make("select.field-box.map-edit-brush", { "aria-label": t("map-editor.width_of_the_brush") });
+  #undo = make("button.button", t("map-editor.undo"));
+  #redo = make("button.button", t("map-editor.redo"));
+  #degrees = make("input.field-box.place-degrees", {
     type: "number",
     min: "-180",
     max: "180",
@@ -64,20 +62,19 @@ class MapEditor extends Panel {
     value: "1",
     "aria-label": t("map-editor.degrees"),
   });
-  #turn = make("button", { class: "button" }, t("map-editor.turn"));
-  #name = make("input", {
-    class: "field-box",
+  #turn = make("button.button", t("map-editor.turn"));
+  #name = make("input.field-box", {
     type: "text",
     maxlength: "40",
     autocomplete: "off",
     placeholder: t("map-editor.name_of_the_room"),
     "aria-label": t("map-editor.name_of_the_room"),
   });
-  #done = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
-  #cancel = make("button", { class: "button" }, t("place-view.cancel"));
-  #room = make("form", { class: "row map-edit-row", hidden: true }, this.#name, this.#cancel, this.#done);
-  #list = make("ol", { class: "places map-edit-list", reversed: true, "aria-label": t("map-editor.edits") });
-  #bar = make("div", { class: "row map-edit-row", role: "toolbar", "aria-label": t("map-editor.edit_the_map") });
+  #done = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));
+  #cancel = make("button.button", t("place-view.cancel"));
+  #room = make("form.row.map-edit-row", { hidden: true }, this.#name, this.#cancel, this.#done);
+  #list = make("ol.places.map-edit-list", { reversed: true, "aria-label": t("map-editor.edits") });
+  #bar = make("div.row.map-edit-row", { role: "toolbar", "aria-label": t("map-editor.edit_the_map") });
   /** @type {Tool} */
   #tool = "free";
   /** @type {api.MapPicture | null} */
@@ -99,28 +96,28 @@ class MapEditor extends Panel {
   /** @override */
   build() {
     for (const [tool, name, says] of TOOLS) {
-      const button = make("button", { class: "button small", title: says }, name);
+      const button = make("button.button.small", { title: says }, name);
       button.addEventListener("click", () => this.#take(tool));
       this.#tools.set(tool, button);
     }
     this.#brush.append(
       ...BRUSHES_CM.map((cm) => make("option", { value: String(cm), selected: cm === 20 }, t("map-editor.cm", { cm }))),
     );
-    const near = make("button", { class: "button small", "aria-label": t("map-editor.larger") }, "+");
-    const far = make("button", { class: "button small", "aria-label": t("map-editor.smaller") }, "−");
-    const whole = make("button", { class: "button small" }, t("map-editor.whole_map"));
+    const near = make("button.button.small", { "aria-label": t("map-editor.larger") }, "+");
+    const far = make("button.button.small", { "aria-label": t("map-editor.smaller") }, "−");
+    const whole = make("button.button.small", t("map-editor.whole_map"));
     near.addEventListener("click", () => this.#zoom(ZOOM));
     far.addEventListener("click", () => this.#zoom(1 / ZOOM));
     whole.addEventListener("click", () => this.#whole());
     this.#bar.append(...this.#tools.values(), this.#brush, this.#undo, this.#redo);
     this.append(
-      make("h3", {}, t("map-editor.edit_the_map")),
+      make("h3", t("map-editor.edit_the_map")),
       this.#bar,
       this.#help,
       this.#trouble.element,
       this.#room,
-      make("div", { class: "map-edit-place" }, this.#canvas, make("div", { class: "map-edit-zoom" }, near, far, whole)),
-      make("div", { class: "row map-edit-row" }, this.#degrees, "°", this.#turn),
+      make("div.map-edit-place", this.#canvas, make("div.map-edit-zoom", near, far, whole)),
+      make("div.row.map-edit-row", this.#degrees, "°", this.#turn),
       this.#list,
       this.#said,
     );
@@ -182,23 +179,22 @@ class MapEditor extends Panel {
   #row({ id, kind, by, at_s: at, holds }) {
     const words = t("map-editor.what_by_at", { what: DONE[kind], by, at: new Date(1000 * at).toLocaleTimeString() });
     const act = make(
-      "button",
+      "button.button.small",
       {
         type: "button",
-        class: "button small",
         "aria-label": `${holds ? t("map-editor.undo") : t("map-editor.redo")} ${id}`,
       },
       holds ? t("map-editor.undo") : t("map-editor.redo"),
     );
     act.addEventListener("click", () => void this.#try(() => api.takeBack(holds ? "undo" : "redo", id)));
     const back = make(
-      "button",
-      { class: "button small", "aria-label": t("map-editor.as_after_id", { id }) },
+      "button.button.small",
+      { "aria-label": t("map-editor.as_after_id", { id }) },
       t("map-editor.as_it_was_then"),
     );
     back.addEventListener("click", () => void this.#try(() => api.backTo(id)));
-    const body = make("div", { class: "place-body" }, make("p", { class: holds ? "" : "note" }, words));
-    return make("li", { class: "row place", "data-holds": String(holds), value: id }, body, holds && back, act);
+    const body = make("div.place-body", make("p", { class: holds ? "" : "note" }, words));
+    return make("li.row.place", { "data-holds": String(holds), value: id }, body, holds && back, act);
   }
 
   /** @param {Tool} tool */

@@ -10,45 +10,43 @@ import { TroubleLine } from "../ui/trouble-line.js";
 /** @import { View } from "../net/session.js" */
 
 class Nav2Card extends Panel {
-  #files = make("input", {
+  #files = make("input.field-box.nav2-files", {
     type: "file",
     multiple: true,
     accept: ".yaml,.yml,.pgm,.png,.bmp,.zip",
-    class: "field-box nav2-files",
     "aria-label": t("nav2-card.files"),
   });
-  #name = make("input", {
+  #name = make("input.field-box", {
     type: "text",
     maxlength: "40",
-    class: "field-box",
     autocomplete: "off",
     placeholder: t("nav2-card.name"),
     "aria-label": t("nav2-card.name"),
   });
   #as = make(
-    "select",
-    { class: "field-box", "aria-label": t("nav2-card.take_it_in_as") },
+    "select.field-box",
+    { "aria-label": t("nav2-card.take_it_in_as") },
     make("option", { value: "map" }, t("nav2-card.a_map")),
     make("option", { value: "keep_out" }, t("nav2-card.zones_to_keep_out_of")),
     make("option", { value: "1 100 -1" }, t("nav2-card.slow_zones_in_percent")),
     make("option", { value: "2 0 0.01" }, t("nav2-card.slow_zones_in_cm_s")),
   );
-  #take = make("button", { type: "submit", class: "button primary" }, icon("upload"), t("nav2-card.take_in"));
-  #form = make("form", { class: "row nav2-form" }, this.#as, this.#files, this.#name, this.#take);
+  #take = make("button.button.primary", { type: "submit" }, icon("upload"), t("nav2-card.take_in"));
+  #form = make("form.row.nav2-form", this.#as, this.#files, this.#name, this.#take);
   #trouble = new TroubleLine();
 
   /** @override */
   build() {
     this.append(
-      make("h3", {}, t("nav2-card.nav2")),
-      make("p", { class: "note" }, t("nav2-card.choose_yaml_and_picture")),
+      make("h3", t("nav2-card.nav2")),
+      make("p.note", t("nav2-card.choose_yaml_and_picture")),
       this.#form,
       this.#trouble.element,
       make(
-        "a",
-        { class: "map-file", href: address("api/zones/masks").href, download: "" },
+        "a.map-file",
+        { href: address("api/zones/masks").href, download: "" },
         icon("download"),
-        make("span", {}, t("nav2-card.zones_as_masks")),
+        make("span", t("nav2-card.zones_as_masks")),
       ),
     );
     this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());

@@ -10,8 +10,8 @@ import { t } from "../ui/texts.js";
 /** @import { View } from "../net/session.js" */
 
 class NoticeList extends Panel {
-  #list = make("ol", { class: "record-list", "aria-label": t("notice-list.notices_newest_first") });
-  #empty = make("p", { class: "record-empty" }, t("notice-list.nothing_to_report"));
+  #list = make("ol.record-list", { "aria-label": t("notice-list.notices_newest_first") });
+  #empty = make("p.record-empty", t("notice-list.nothing_to_report"));
   #listed = "";
   #seen = -1; // id of the newest notice that was seen
 
@@ -38,19 +38,14 @@ class NoticeList extends Panel {
 function row(notice, session) {
   const drawing = notice.level === "info" ? "info" : "warning";
   return make(
-    "li",
-    { class: "record", "data-level": notice.level },
-    make("span", { class: "outcome-icon" }, icon(drawing)),
+    "li.record",
+    { "data-level": notice.level },
+    make("span.outcome-icon", icon(drawing)),
     make(
-      "div",
-      { class: "record-body" },
-      make("p", {}, notice.text),
+      "div.record-body",
+      make("p", notice.text),
       speedsOffer(session, notice),
-      make(
-        "p",
-        { class: "note" },
-        t("notice-list.level_at_age_of_the_robot", { level: notice.level, age: age(notice.stamp_s) }),
-      ),
+      make("p.note", t("notice-list.level_at_age_of_the_robot", { level: notice.level, age: age(notice.stamp_s) })),
     ),
   );
 }

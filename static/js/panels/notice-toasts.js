@@ -67,7 +67,7 @@ class NoticeToasts extends Panel {
 
   /** @param {import("../net/session.js").Offer} offer */
   #offer({ text, words, event }) {
-    const take = make("button", { class: "button" }, words);
+    const take = make("button.button", words);
     const toast = this.#put("info", text, take);
     take.addEventListener("click", () => {
       this.dispatchEvent(new CustomEvent(event, { bubbles: true }));
@@ -97,19 +97,8 @@ class NoticeToasts extends Panel {
    * @returns {HTMLElement}
    */
   #put(level, text, offer) {
-    const away = make(
-      "button",
-      { class: "icon-button small", "aria-label": t("notice-toasts.dismiss") },
-      icon("close"),
-    );
-    const toast = make(
-      "div",
-      { class: "toast", "data-level": level },
-      icon(drawing(level)),
-      make("p", {}, text),
-      offer,
-      away,
-    );
+    const away = make("button.icon-button.small", { "aria-label": t("notice-toasts.dismiss") }, icon("close"));
+    const toast = make("div.toast", { "data-level": level }, icon(drawing(level)), make("p", text), offer, away);
     away.addEventListener("click", () => toast.remove());
     this.append(toast);
     while (this.children.length > MOST) this.firstElementChild?.remove();

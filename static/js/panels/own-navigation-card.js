@@ -19,33 +19,28 @@ const inWords = ({ x_m, y_m, heading_rad }) =>
 
 /** @param {string} name @param {string} unit */
 function field(name, unit) {
-  const input = make("input", {
+  const input = make("input.field-box", {
     type: "number",
-    class: "field-box",
     step: "any",
     value: "0",
     required: true,
     "aria-label": name,
   });
-  return { input, label: make("label", {}, `${name} `, input, ` ${unit}`) };
+  return { input, label: make("label", `${name} `, input, ` ${unit}`) };
 }
 
 class OwnNavigationCard extends Panel {
-  #sentence = make("p", { class: "note" });
-  #pose = make("p", { class: "note" });
+  #sentence = make("p.note");
+  #pose = make("p.note");
   #goal = make("p", { role: "status", hidden: true });
-  #trouble = make("p", { class: "note", role: "alert", hidden: true });
-  #layer = make("button", { class: "toggle", "aria-pressed": "true" }, t("own-navigation-card.on_the_map"));
+  #trouble = make("p.note", { role: "alert", hidden: true });
+  #layer = make("button.toggle", { "aria-pressed": "true" }, t("own-navigation-card.on_the_map"));
   #x = field("x", "m");
   #y = field("y", "m");
   #heading = field("heading", "°");
-  #send = make(
-    "button",
-    { type: "submit", class: "button small" },
-    t("own-navigation-card.let_the_robot_s_own_navigation"),
-  );
-  #cancel = make("button", { class: "button small", hidden: true }, t("own-navigation-card.end_its_way"));
-  #form = make("form", { class: "row own-goal" }, this.#x.label, this.#y.label, this.#heading.label, this.#send);
+  #send = make("button.button.small", { type: "submit" }, t("own-navigation-card.let_the_robot_s_own_navigation"));
+  #cancel = make("button.button.small", { hidden: true }, t("own-navigation-card.end_its_way"));
+  #form = make("form.row.own-goal", this.#x.label, this.#y.label, this.#heading.label, this.#send);
   #operates = false;
   #there = false;
   /** @type {OwnNavigation | null} */
@@ -57,10 +52,9 @@ class OwnNavigationCard extends Panel {
     this.setAttribute("aria-label", t("own-navigation-card.robot_s_own_navigation"));
     this.append(
       make(
-        "div",
-        { class: "card-head" },
-        make("h2", { class: "card-title" }, t("own-navigation-card.robot_s_own_navigation")),
-        make("span", { class: "spring" }),
+        "div.card-head",
+        make("h2.card-title", t("own-navigation-card.robot_s_own_navigation")),
+        make("span.spring"),
         this.#layer,
       ),
       this.#sentence,

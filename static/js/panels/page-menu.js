@@ -14,24 +14,24 @@ const NARROW = matchMedia("(max-width: 1199px), (max-height: 539px)"); // as in 
 
 export class PageMenu extends Panel {
   #icon = icon("wheel");
-  #name = make("span", { class: "pages-name" });
+  #name = make("span.pages-name");
   #button = make(
-    "button",
-    { class: "bar-chip pages-button", "aria-label": t("page-menu.pages") },
+    "button.bar-chip.pages-button",
+    { "aria-label": t("page-menu.pages") },
     this.#icon,
     this.#name,
     icon("chevron"),
   );
   #links = new Map(PAGES.map((row) => [row.path, link(row)]));
-  #list = make("ul", { class: "pages-list" }, ...[...this.#links.values()].map((one) => make("li", {}, one)));
-  #settings = make("button", { class: "pages-link" }, icon("settings"), make("span", {}, t("app-menu.settings")));
-  #nav = make("nav", { class: "pages", "aria-label": t("page-menu.pages") }, this.#list);
+  #list = make("ul.pages-list", ...[...this.#links.values()].map((one) => make("li", one)));
+  #settings = make("button.pages-link", icon("settings"), make("span", t("app-menu.settings")));
+  #nav = make("nav.pages", { "aria-label": t("page-menu.pages") }, this.#list);
 
   /** @override */
   build() {
     this.append(this.#button, this.#nav);
     const { close } = popover(this.#button, this.#nav, { folds: () => NARROW.matches });
-    this.#list.append(make("li", {}, this.#settings));
+    this.#list.append(make("li", this.#settings));
     this.#settings.addEventListener("click", () =>
       this.dispatchEvent(new CustomEvent("show-settings", { bubbles: true })),
     );
@@ -65,6 +65,6 @@ const item = (links, path) => /** @type {HTMLElement} */ (links.get(path)?.paren
 
 /** @param {PageRow} row */
 const link = ({ path, name, icon: drawing }) =>
-  make("a", { class: "pages-link", href: path || "./" }, icon(drawing), make("span", {}, name));
+  make("a.pages-link", { href: path || "./" }, icon(drawing), make("span", name));
 
 customElements.define("page-menu", PageMenu);

@@ -12,20 +12,19 @@ const SHOWN_MS = 2500; // for which a command that has begun is shown
 
 class PendingCommandCard extends Panel {
   #icon = icon("command");
-  #title = make("p", { class: "heading pending-title" });
-  #facts = make("p", { class: "pending-facts" });
-  #when = make("span", { class: "pending-when", role: "timer" });
-  #ring = make("div", { class: "pending-ring", "aria-hidden": "true" }, this.#icon);
+  #title = make("p.heading.pending-title");
+  #facts = make("p.pending-facts");
+  #when = make("span.pending-when", { role: "timer" });
+  #ring = make("div.pending-ring", { "aria-hidden": "true" }, this.#icon);
   #go = make(
-    "button",
-    { class: "button primary", "aria-keyshortcuts": "Enter" },
+    "button.button.primary",
+    { "aria-keyshortcuts": "Enter" },
     t("pending-command-card.go_now"),
     make("kbd", { "aria-hidden": "true" }, t("pending-command-card.enter")),
   );
   #cancel = make(
-    "button",
+    "button.button",
     {
-      class: "button",
       "aria-label": t("pending-command-card.cancel_the_pending_command"),
       "aria-keyshortcuts": "Escape",
     },
@@ -46,8 +45,8 @@ class PendingCommandCard extends Panel {
     mark(this, "aria-label", t("pending-command-card.spoken_command"));
     this.append(
       this.#ring,
-      make("div", { class: "pending-words" }, this.#title, this.#facts),
-      make("div", { class: "inline pending-ways" }, this.#when, this.#go, this.#cancel),
+      make("div.pending-words", this.#title, this.#facts),
+      make("div.inline.pending-ways", this.#when, this.#go, this.#cancel),
     );
     this.#go.addEventListener("click", () => this.#press(this.#go, this.session.beginPendingCommand(this.#waiting)));
     this.#cancel.addEventListener("click", () =>

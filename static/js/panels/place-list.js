@@ -16,23 +16,23 @@ export const askName = (from, detail) =>
   from.dispatchEvent(new CustomEvent("name-place", { detail, bubbles: true, composed: true }));
 
 class PlaceList extends Panel {
-  #remember = make("button", { class: "button" }, icon("pin"), make("span", {}, t("place-list.remember_this_place")));
-  #empty = make("p", { class: "note" }, t("place-list.none_yet"));
-  #list = make("ul", { class: "places", "aria-label": t("place-list.places") });
-  #noZone = make("p", { class: "note" }, t("place-list.no_zone_yet"));
-  #zones = make("ul", { class: "places", "aria-label": t("place-list.zones") });
+  #remember = make("button.button", icon("pin"), make("span", t("place-list.remember_this_place")));
+  #empty = make("p.note", t("place-list.none_yet"));
+  #list = make("ul.places", { "aria-label": t("place-list.places") });
+  #noZone = make("p.note", t("place-list.no_zone_yet"));
+  #zones = make("ul.places", { "aria-label": t("place-list.zones") });
   #operates = false;
   #drives = false;
   #drawn = "";
 
   /** @override */
   build() {
-    const head = make("h3", {}, t("place-list.places"));
+    const head = make("h3", t("place-list.places"));
     this.append(
-      make("div", { class: "inline slam-head" }, head, make("span", { class: "spring" }), this.#remember),
+      make("div.inline.slam-head", head, make("span.spring"), this.#remember),
       this.#empty,
       this.#list,
-      make("div", { class: "inline slam-head" }, make("h3", {}, t("place-list.zones"))),
+      make("div.inline.slam-head", make("h3", t("place-list.zones"))),
       this.#noZone,
       this.#zones,
     );
@@ -63,8 +63,8 @@ class PlaceList extends Panel {
   /** @param {string} name @param {(name: string) => Promise<unknown>} remove */
   #remover(name, remove) {
     const away = make(
-      "button",
-      { class: "button small", "aria-label": t("place-list.remove_name", { name }) },
+      "button.button.small",
+      { "aria-label": t("place-list.remove_name", { name }) },
       t("place-list.remove"),
     );
     away.addEventListener("click", () => {
@@ -77,18 +77,8 @@ class PlaceList extends Panel {
   #zoneRow({ name, kind, max_speed_m_s: speed }) {
     const says =
       kind === "keep_out" ? t("place-list.keep_out") : t("place-list.at_most_speed", { speed: fixed(speed ?? 0, 2) });
-    const body = make(
-      "div",
-      { class: "place-body" },
-      make("p", { class: "place-name" }, name),
-      make("p", { class: "note" }, says),
-    );
-    return make(
-      "li",
-      { class: "row place", "data-kind": kind },
-      body,
-      this.#operates && this.#remover(name, removeZone),
-    );
+    const body = make("div.place-body", make("p.place-name", name), make("p.note", says));
+    return make("li.row.place", { "data-kind": kind }, body, this.#operates && this.#remover(name, removeZone));
   }
 
   /** @param {Place} place */
@@ -96,18 +86,16 @@ class PlaceList extends Panel {
     const turned = place.heading_rad === null ? "" : `, ${degrees(place.heading_rad)}`;
     const where = `${fixed(place.x_m, 2)}, ${fixed(place.y_m, 2)} m${turned}`;
     const go = make(
-      "button",
+      "button.button.place-go",
       {
-        class: "button place-go",
         "aria-label": t("place-list.go_to_name", { name: place.name }),
         onclick: () => void this.session.say(wordsTo(place), "click"),
       },
       t("place-list.go"),
     );
     const edit = make(
-      "button",
+      "button.icon-button.small",
       {
-        class: "icon-button small",
         "aria-label": t("place-list.change_name", { name: place.name }),
         title: t("place-list.change"),
         onclick: () => askName(this, { place }),
@@ -115,13 +103,8 @@ class PlaceList extends Panel {
       icon("pencil"),
     );
     const away = this.#remover(place.name, removePlace);
-    const body = make(
-      "div",
-      { class: "place-body" },
-      make("p", { class: "place-name" }, place.name),
-      make("p", { class: "note" }, where),
-    );
-    return make("li", { class: "row place" }, body, this.#drives && go, this.#operates && edit, this.#operates && away);
+    const body = make("div.place-body", make("p.place-name", place.name), make("p.note", where));
+    return make("li.row.place", body, this.#drives && go, this.#operates && edit, this.#operates && away);
   }
 }
 

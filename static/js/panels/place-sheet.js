@@ -11,10 +11,9 @@ import { t } from "../ui/texts.js";
 const DEGREE = Math.PI / 180;
 
 class PlaceSheet extends NameSheet {
-  #where = make("p", { class: "note" });
+  #where = make("p.note");
   #turns = make("input", { type: "checkbox" });
-  #degrees = make("input", {
-    class: "field-box place-degrees",
+  #degrees = make("input.field-box.place-degrees", {
     type: "number",
     min: "-360",
     max: "360",
@@ -28,7 +27,7 @@ class PlaceSheet extends NameSheet {
 
   /** @override */
   build() {
-    const heading = make("label", { class: "inline" }, this.#turns, t("place-sheet.look_that_way"));
+    const heading = make("label.inline", this.#turns, t("place-sheet.look_that_way"));
     this.fill(
       {
         id: "place-name",
@@ -37,7 +36,7 @@ class PlaceSheet extends NameSheet {
         example: t("place-sheet.kitchen"),
       },
       [this.#where],
-      [make("div", { class: "inline place-heading" }, heading, this.#degrees, "°")],
+      [make("div.inline.place-heading", heading, this.#degrees, "°")],
     );
     addEventListener("name-place", (event) => this.#open(/** @type {CustomEvent} */ (event).detail));
     this.#turns.addEventListener("change", () => (this.#degrees.disabled = !this.#turns.checked));

@@ -19,24 +19,18 @@ const SCAN_MS = 1000;
 const LINE = 40; // [px] that a wheel scrolls by one line
 
 class PlaceView extends Panel {
-  #canvas = make("canvas", { class: "place-floor", "aria-hidden": "true" });
-  #words = make("p", { class: "place-words" });
+  #canvas = make("canvas.place-floor", { "aria-hidden": "true" });
+  #words = make("p.place-words");
   #trouble = new TroubleLine();
   #fields = { x: field("x", "m"), y: field("y", "m"), heading: field("heading", "°") };
-  #put = make(
-    "button",
-    { type: "submit", class: "button primary" },
-    icon("here"),
-    make("span", {}, t("place-view.it_is_here")),
-  );
-  #leave = make("button", { class: "button" }, t("place-view.cancel"));
+  #put = make("button.button.primary", { type: "submit" }, icon("here"), make("span", t("place-view.it_is_here")));
+  #leave = make("button.button", t("place-view.cancel"));
   #form = make(
-    "form",
-    { class: "row place-form" },
+    "form.row.place-form",
     this.#fields.x.row,
     this.#fields.y.row,
     this.#fields.heading.row,
-    make("span", { class: "spring" }),
+    make("span.spring"),
     this.#leave,
     this.#put,
   );
@@ -63,12 +57,7 @@ class PlaceView extends Panel {
     this.setAttribute("role", "dialog");
     this.setAttribute("aria-label", t("place-view.where_is_the_robot"));
     this.append(
-      make(
-        "div",
-        { class: "place-head" },
-        make("h2", { class: "card-title" }, t("place-view.where_is_the_robot")),
-        this.#words,
-      ),
+      make("div.place-head", make("h2.card-title", t("place-view.where_is_the_robot")), this.#words),
       this.#canvas,
       this.#trouble.element,
       this.#form,
@@ -258,19 +247,12 @@ class PlaceView extends Panel {
  * @param {string} unit
  */
 function field(name, unit) {
-  const box = make("input", {
+  const box = make("input.field-box", {
     type: "number",
-    class: "field-box",
     step: "any",
     "aria-label": t("place-view.name_in_value", { name, value: unit === "°" ? "degrees" : "metres" }),
   });
-  const row = make(
-    "label",
-    { class: "place-field" },
-    make("span", { class: "note" }, name),
-    box,
-    make("span", { class: "note" }, unit),
-  );
+  const row = make("label.place-field", make("span.note", name), box, make("span.note", unit));
   return { row, box };
 }
 

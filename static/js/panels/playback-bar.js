@@ -20,26 +20,25 @@ const SETTLE_MS = 600; // after a seek the slider waits for the recording to arr
 
 class PlaybackBar extends Panel {
   #icon = icon("pause");
-  #play = make("button", { class: "button primary play", "aria-label": t("playback-bar.pause") }, this.#icon);
-  #seek = make("input", {
+  #play = make("button.button.primary.play", { "aria-label": t("playback-bar.pause") }, this.#icon);
+  #seek = make("input.seek", {
     type: "range",
-    class: "seek",
     min: "0",
     max: String(STEPS),
     step: "1",
     value: "0",
     "aria-label": t("playback-bar.place_in_the_recording"),
   });
-  #marks = make("div", { class: "marks" });
-  #ruler = make("div", { class: "ruler", "aria-hidden": "true" });
-  #line = make("div", { class: "timeline" }, this.#marks, this.#seek, this.#ruler);
+  #marks = make("div.marks");
+  #ruler = make("div.ruler", { "aria-hidden": "true" });
+  #line = make("div.timeline", this.#marks, this.#seek, this.#ruler);
   #timeline = new Timeline();
   #drawn = -1;
-  #time = make("span", { class: "playback-time" });
+  #time = make("span.playback-time");
   #speeds = make(
-    "div",
-    { class: "presets", role: "group", "aria-label": t("playback-bar.playback_speed") },
-    ...SPEEDS.map((times) => make("button", { class: "preset", "data-speed": String(times) }, `${times}×`)),
+    "div.presets",
+    { role: "group", "aria-label": t("playback-bar.playback_speed") },
+    ...SPEEDS.map((times) => make("button.preset", { "data-speed": String(times) }, `${times}×`)),
   );
   #movedAt = -Infinity;
   #length = 0;
@@ -68,7 +67,7 @@ class PlaybackBar extends Panel {
         () => undefined, // without them it plays as well
       );
       const times = ruler(this.#length, TIMES).map((time) => {
-        const label = make("span", {}, duration(time));
+        const label = make("span", duration(time));
         label.style.setProperty("--at", String(time / this.#length));
         return label;
       });
@@ -129,7 +128,7 @@ class PlaybackBar extends Panel {
     this.#drawn = this.#timeline.revision;
     const marks = this.#timeline.marks.map(({ at, kind, words }) => {
       const says = `${duration(at * this.#length)}: ${words}`;
-      const mark = make("button", { class: "mark", "data-kind": kind, title: says, "aria-label": says });
+      const mark = make("button.mark", { "data-kind": kind, title: says, "aria-label": says });
       mark.style.setProperty("--at", String(at));
       mark.addEventListener("click", () => void this.session.scrub(at * this.#length));
       return mark;

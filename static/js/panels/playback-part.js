@@ -8,7 +8,7 @@ import { showFinished } from "../ui/recorder.js";
 import { t } from "../ui/texts.js";
 
 class PlaybackPart extends Panel {
-  #button = make("button", { class: "button small", onclick: () => this.#toggle() }, t("playback-part.export"));
+  #button = make("button.button.small", { onclick: () => this.#toggle() }, t("playback-part.export"));
   /** @type {HTMLFormElement | null} */
   #form = null;
 
@@ -35,7 +35,7 @@ class PlaybackPart extends Panel {
     const session = this.session;
     if (!session.state?.playback) return session.complain(t("playback-part.only_beckons_own"));
     const seconds = session.hello?.robot.duration_s ?? 0;
-    this.#form = make("form", { class: "row map-question", "aria-label": t("playback-part.export_a_part") });
+    this.#form = make("form.row.map-question", { "aria-label": t("playback-part.export_a_part") });
     this.append(this.#form);
     mark(this.#button, "aria-pressed", "true");
     askForPart(this.#form, {

@@ -19,20 +19,16 @@ const SLOWER = 0.9; // of the speed that was asked for
 class PlaybackWays extends Panel {
   #ways = WAYS.map(([way, name, title]) => {
     const button = make(
-      "button",
-      { class: "preset", "data-way": way, title, onclick: () => this.#choose(way, this.#compares) },
+      "button.preset",
+      { "data-way": way, title, onclick: () => this.#choose(way, this.#compares) },
       name,
     );
     return button;
   });
-  #group = make(
-    "div",
-    { class: "presets", role: "group", "aria-label": t("playback-ways.way_of_the_recording") },
-    ...this.#ways,
-  );
+  #group = make("div.presets", { role: "group", "aria-label": t("playback-ways.way_of_the_recording") }, ...this.#ways);
   #box = make("input", { type: "checkbox" });
-  #compare = make("label", { class: "compare" }, this.#box, t("playback-ways.compare"));
-  #words = make("p", { class: "difference", role: "status" });
+  #compare = make("label.compare", this.#box, t("playback-ways.compare"));
+  #words = make("p.difference", { role: "status" });
   #compares = false;
   /** @type {Way} */
   #way = "recorded";

@@ -9,12 +9,12 @@ import { t } from "../ui/texts.js";
 
 class RecordButton extends Panel {
   #icon = icon("recorder");
-  #words = make("span", { class: "recorder-words" });
-  #time = make("span", { class: "recorder-time" });
-  #size = make("span", { class: "recorder-size" });
-  #record = make("button", { class: "bar-chip recorder" }, this.#icon, this.#words, this.#time, this.#size);
-  #keepWords = make("span", { class: "recorder-words" }, t("record-button.keep"));
-  #keep = make("button", { class: "bar-chip recorder-keep" }, icon("keep"), this.#keepWords);
+  #words = make("span.recorder-words");
+  #time = make("span.recorder-time");
+  #size = make("span.recorder-size");
+  #record = make("button.bar-chip.recorder", this.#icon, this.#words, this.#time, this.#size);
+  #keepWords = make("span.recorder-words", t("record-button.keep"));
+  #keep = make("button.bar-chip.recorder-keep", icon("keep"), this.#keepWords);
   #busy = false;
 
   /** @override */

@@ -14,23 +14,23 @@ const KINDS = {
 };
 
 class RobotBadge extends Panel {
-  #name = make("span", { class: "robot-name" });
+  #name = make("span.robot-name");
   #icon = icon("cube");
   #word = make("span");
-  #badge = make("span", { class: "badge" }, this.#icon, this.#word);
+  #badge = make("span.badge", this.#icon, this.#word);
   #printed = make(
-    "span",
-    { class: "badge badge-words", title: t("robot-badge.the_chapter_s_own_equations_run") },
-    make("span", { class: "badge-more" }, "AS\u00a0"),
+    "span.badge.badge-words",
+    { title: t("robot-badge.the_chapter_s_own_equations_run") },
+    make("span.badge-more", "AS\u00a0"),
     t("robot-badge.printed"),
   );
 
   #share = make("span");
   #pace = make(
-    "span",
-    { class: "badge badge-words", "data-tone": "stale", hidden: true },
+    "span.badge.badge-words",
+    { "data-tone": "stale", hidden: true },
     this.#share,
-    make("span", { class: "badge-more" }, "\u00a0", t("robot-badge.real_time")),
+    make("span.badge-more", "\u00a0", t("robot-badge.real_time")),
   );
 
   /** @override */

@@ -39,45 +39,43 @@ const MAY = {
 const NEW = { name: "", stops: [], loop: false };
 
 class RouteCard extends Panel {
-  #now = make("p", { class: "route-now", role: "status" });
-  #why = make("p", { class: "note" });
+  #now = make("p.route-now", { role: "status" });
+  #why = make("p.note");
   /** @type {Map<string, HTMLButtonElement>} */
   #steers = new Map();
-  #under = make("div", { class: "route-under", hidden: true });
-  #list = make("ul", { class: "places", "aria-label": t("route-card.routes") });
-  #empty = make("p", { class: "note" }, t("route-card.none_yet"));
-  #new = make("button", { class: "button" }, t("route-card.new_route"));
-  #name = make("input", {
-    class: "field-box",
+  #under = make("div.route-under", { hidden: true });
+  #list = make("ul.places", { "aria-label": t("route-card.routes") });
+  #empty = make("p.note", t("route-card.none_yet"));
+  #new = make("button.button", t("route-card.new_route"));
+  #name = make("input.field-box", {
     type: "text",
     maxlength: "40",
     autocomplete: "off",
     placeholder: t("route-card.name_of_the_route"),
     "aria-label": t("route-card.name_of_the_route"),
   });
-  #stops = make("ol", { class: "route-stops", "aria-label": t("route-card.stops") });
-  #choice = make("select", { class: "field-box", "aria-label": t("route-card.add_a_stop") });
+  #stops = make("ol.route-stops", { "aria-label": t("route-card.stops") });
+  #choice = make("select.field-box", { "aria-label": t("route-card.add_a_stop") });
   #loop = make("input", { type: "checkbox" });
-  #begins = make("input", { type: "time", class: "field-box route-wait", "aria-label": t("route-card.rounds_from") });
-  #ends = make("input", { type: "time", class: "field-box route-wait", "aria-label": t("route-card.rounds_until") });
-  #every = make("input", {
+  #begins = make("input.field-box.route-wait", { type: "time", "aria-label": t("route-card.rounds_from") });
+  #ends = make("input.field-box.route-wait", { type: "time", "aria-label": t("route-card.rounds_until") });
+  #every = make("input.field-box.route-wait", {
     type: "number",
-    class: "field-box route-wait",
     min: "0",
     max: "1440",
     value: "0",
     "aria-label": t("route-card.minutes_between_rounds"),
   });
   #hours = make(
-    "div",
-    { class: "row route-acts", hidden: true },
-    make("label", { class: "inline" }, t("route-card.rounds_from"), this.#begins),
-    make("label", { class: "inline" }, t("route-card.rounds_until"), this.#ends),
-    make("label", { class: "inline" }, t("route-card.every"), this.#every, "min"),
+    "div.row.route-acts",
+    { hidden: true },
+    make("label.inline", t("route-card.rounds_from"), this.#begins),
+    make("label.inline", t("route-card.rounds_until"), this.#ends),
+    make("label.inline", t("route-card.every"), this.#every, "min"),
   );
-  #save = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
+  #save = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));
   #trouble = new TroubleLine();
-  #form = make("form", { class: "route-form", hidden: true });
+  #form = make("form.route-form", { hidden: true });
   /** @type {Stop[]} of the route in the making */
   #made = [];
   #operates = false;
@@ -89,28 +87,22 @@ class RouteCard extends Panel {
   /** @override */
   build() {
     const steers = STEERS.map((act) => {
-      const button = make("button", { class: "button" }, STEER_WORDS[act] ?? act);
+      const button = make("button.button", STEER_WORDS[act] ?? act);
       button.addEventListener("click", () => void this.#try(() => steerRoute(act)));
       this.#steers.set(act, button);
       return button;
     });
-    this.#under.append(this.#now, this.#why, make("div", { class: "row route-acts" }, ...steers));
+    this.#under.append(this.#now, this.#why, make("div.row.route-acts", ...steers));
     this.#form.append(
       this.#name,
       this.#stops,
       this.#choice,
-      make("label", { class: "inline place-turns" }, this.#loop, t("route-card.round_and_round")),
+      make("label.inline.place-turns", this.#loop, t("route-card.round_and_round")),
       this.#hours,
       this.#save,
     );
     this.append(
-      make(
-        "div",
-        { class: "inline slam-head" },
-        make("h3", {}, t("route-card.routes")),
-        make("span", { class: "spring" }),
-        this.#new,
-      ),
+      make("div.inline.slam-head", make("h3", t("route-card.routes")), make("span.spring"), this.#new),
       this.#under,
       this.#trouble.element,
       this.#empty,
@@ -194,30 +186,20 @@ class RouteCard extends Panel {
   #row(route) {
     const { name, stops, loop } = route;
     const way = stops.map(({ place }) => place).join(" → ");
-    const start = make(
-      "button",
-      { class: "button", "aria-label": t("route-card.start_name", { name }) },
-      t("route-card.start"),
-    );
+    const start = make("button.button", { "aria-label": t("route-card.start_name", { name }) }, t("route-card.start"));
     start.addEventListener("click", () => void this.#try(() => startRoute(name)));
     const away = make(
-      "button",
-      { class: "button small", "aria-label": t("place-list.remove_name", { name }) },
+      "button.button.small",
+      { "aria-label": t("place-list.remove_name", { name }) },
       t("place-list.remove"),
     );
     away.addEventListener("click", () => {
       if (sure(away, t("place-list.remove_it"))) void this.#try(() => removeRoute(name));
     });
-    const body = make(
-      "div",
-      { class: "place-body" },
-      make("p", { class: "place-name" }, name),
-      make("p", { class: "note" }, loop ? `${way} ↻` : way),
-    );
+    const body = make("div.place-body", make("p.place-name", name), make("p.note", loop ? `${way} ↻` : way));
     const edit = make(
-      "button",
+      "button.icon-button.small",
       {
-        class: "icon-button small",
         "aria-label": t("route-card.change_name", { name }),
         title: t("place-list.change"),
       },
@@ -227,7 +209,7 @@ class RouteCard extends Panel {
       this.#lay(route);
       this.#openForm();
     });
-    return make("li", { class: "row place" }, body, ...(this.#operates ? [start, edit, away] : []));
+    return make("li.row.place", body, ...(this.#operates ? [start, edit, away] : []));
   }
 
   #openForm() {
@@ -249,8 +231,7 @@ class RouteCard extends Panel {
 
   /** @param {Stop} stop @param {number} index */
   #stopRow(stop, index) {
-    const wait = make("input", {
-      class: "field-box route-wait",
+    const wait = make("input.field-box.route-wait", {
       type: "number",
       min: "0",
       max: "3600",
@@ -260,8 +241,8 @@ class RouteCard extends Panel {
     });
     wait.addEventListener("input", () => (stop.wait_s = wait.valueAsNumber || 0));
     const action = make(
-      "select",
-      { class: "field-box", "aria-label": t("route-card.action_at_place", { place: stop.place }) },
+      "select.field-box",
+      { "aria-label": t("route-card.action_at_place", { place: stop.place }) },
       make("option", { value: "" }, t("route-card.only_wait")),
       make("option", { value: "wait_for_continue" }, t("route-card.until_go_on")),
       make("option", { value: "come_here" }, t("route-card.come_here")),
@@ -269,8 +250,7 @@ class RouteCard extends Panel {
       make("option", { value: "take_a_picture" }, t("route-card.take_a_picture")),
       make("option", { value: "record" }, t("route-card.record")),
     );
-    const text = make("input", {
-      class: "field-box",
+    const text = make("input.field-box", {
       type: "text",
       maxlength: "280",
       value: stop.text ?? "",
@@ -285,9 +265,9 @@ class RouteCard extends Panel {
       text.hidden = stop.action !== "say";
     });
     const row = make(
-      "li",
-      { class: "row route-stop", draggable: "true" },
-      make("span", { class: "place-name" }, stop.place),
+      "li.row.route-stop",
+      { draggable: "true" },
+      make("span.place-name", stop.place),
       this.#act("chevron", t("route-card.place_earlier", { place: stop.place }), () => this.#move(index, index - 1)),
       this.#act("close", t("place-list.remove_name", { name: stop.place }), () => {
         this.#made.splice(index, 1);
@@ -312,7 +292,7 @@ class RouteCard extends Panel {
 
   /** @param {string} drawing @param {string} says @param {() => void} then */
   #act(drawing, says, then) {
-    const button = make("button", { class: "icon-button small", "aria-label": says, title: says }, icon(drawing));
+    const button = make("button.icon-button.small", { "aria-label": says, title: says }, icon(drawing));
     mark(button, "data-act", drawing);
     button.addEventListener("click", then);
     return button;

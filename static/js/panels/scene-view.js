@@ -35,22 +35,20 @@ const LAYERS = [
 ];
 
 export class SceneView extends Panel {
-  #frame = make("iframe", { title: t("scene-view.3_d_map"), class: "scene", id: "scene" });
+  #frame = make("iframe.scene", { title: t("scene-view.3_d_map"), id: "scene" });
   #hint = make(
-    "p",
-    { class: "scene-hint", "aria-hidden": "true" },
+    "p.scene-hint",
+    { "aria-hidden": "true" },
     icon("click"),
     t("scene-view.value_the_floor_to_go_there", { value: TOUCH ? t("scene-view.tap") : t("scene-view.click") }),
   );
   #legend = make(
-    "details",
-    { class: "legend" },
-    make("summary", {}, make("span", {}, t("scene-view.legend")), icon("chevron")),
+    "details.legend",
+    make("summary", make("span", t("scene-view.legend")), icon("chevron")),
     make(
       "ul",
-      {},
       ...LAYERS.map(([layer, name, says]) =>
-        make("li", { title: says, "data-row": layer }, make("span", { class: "swatch", "data-layer": layer }), name),
+        make("li", { title: says, "data-row": layer }, make("span.swatch", { "data-layer": layer }), name),
       ),
     ),
   );

@@ -26,9 +26,8 @@ const MAY = {
 };
 
 export class SignInSheet extends Sheet {
-  #name = make("input", {
+  #name = make("input.field-box", {
     id: "link-name",
-    class: "field-box",
     type: "text",
     maxlength: "40",
     placeholder: t("sign-in-sheet.tablet"),
@@ -36,36 +35,33 @@ export class SignInSheet extends Sheet {
   });
   #drives = make("input", { type: "radio", name: "link-role", value: "operator" });
   #watches = make("input", { type: "radio", name: "link-role", value: "viewer", checked: true });
-  #made = make("div", { class: "row link-made", hidden: true });
-  #sessions = make("ul", { class: "sign-ins", "aria-label": t("sign-in-sheet.signed_in") });
-  #keys = make("ul", { class: "sign-ins", "aria-label": t("sign-in-sheet.links_and_keys") });
+  #made = make("div.row.link-made", { hidden: true });
+  #sessions = make("ul.sign-ins", { "aria-label": t("sign-in-sheet.signed_in") });
+  #keys = make("ul.sign-ins", { "aria-label": t("sign-in-sheet.links_and_keys") });
 
   /** @override */
   build() {
     const form = make(
-      "form",
-      { class: "link-form" },
+      "form.link-form",
       make("label", { for: "link-name" }, t("sign-in-sheet.a_link_for")),
       this.#name,
       make(
-        "fieldset",
-        { class: "link-role" },
-        make("legend", { class: "visually-hidden" }, t("sign-in-sheet.what_it_allows")),
-        make("label", {}, this.#watches, t("sign-in-sheet.to_watch_and_stop")),
-        make("label", {}, this.#drives, t("sign-in-sheet.to_drive")),
+        "fieldset.link-role",
+        make("legend.visually-hidden", t("sign-in-sheet.what_it_allows")),
+        make("label", this.#watches, t("sign-in-sheet.to_watch_and_stop")),
+        make("label", this.#drives, t("sign-in-sheet.to_drive")),
       ),
-      make("button", { type: "submit", class: "button primary" }, t("sign-in-sheet.make_a_link")),
+      make("button.button.primary", { type: "submit" }, t("sign-in-sheet.make_a_link")),
     );
     this.frame(
       t("sign-in-sheet.phones_and_sign_ins"),
       make(
-        "div",
-        { class: "sign-in-body" },
+        "div.sign-in-body",
         form,
         this.#made,
-        make("h3", { class: "sign-in-title" }, t("sign-in-sheet.signed_in")),
+        make("h3.sign-in-title", t("sign-in-sheet.signed_in")),
         this.#sessions,
-        make("h3", { class: "sign-in-title" }, t("sign-in-sheet.links_and_keys")),
+        make("h3.sign-in-title", t("sign-in-sheet.links_and_keys")),
         this.#keys,
       ),
     );
@@ -82,38 +78,26 @@ export class SignInSheet extends Sheet {
     const role = this.#drives.checked ? "operator" : "viewer";
     /** @type {NewLink} */
     const { address, qr, note } = await api.makeLink(role, this.#name.value.trim());
-    const box = make("input", {
-      class: "field-box",
+    const box = make("input.field-box", {
       readonly: true,
       value: address,
       "aria-label": t("sign-in-sheet.link"),
     });
     box.addEventListener("focus", () => box.select());
-    const copy = make(
-      "button",
-      { class: "button", onclick: () => void this.#copy(box, copy) },
-      t("sign-in-sheet.copy"),
-    );
+    const copy = make("button.button", { onclick: () => void this.#copy(box, copy) }, t("sign-in-sheet.copy"));
     this.#made.replaceChildren(
       drawn(qr),
       make(
-        "div",
-        { class: "link-words" },
+        "div.link-words",
         make(
           "p",
-          {},
           t("sign-in-sheet.value_lets_for_thirty_days", {
             value: note ? t("sign-in-sheet.open_it_in_another_browser") : t("sign-in-sheet.point_a_phone_s_camera_at"),
             lets: LETS[role],
           }),
         ),
-        make("div", { class: "link-copy" }, box, copy),
-        note &&
-          make(
-            "p",
-            { class: "link-note" },
-            ...note.split(/(--\w+)/).map((part, n) => (n % 2 ? make("span", {}, part) : part)),
-          ),
+        make("div.link-copy", box, copy),
+        note && make("p.link-note", ...note.split(/(--\w+)/).map((part, n) => (n % 2 ? make("span", part) : part))),
       ),
     );
     this.#made.hidden = false;
@@ -152,7 +136,7 @@ export class SignInSheet extends Sheet {
         return this.#row(one, about, t("sign-in-sheet.revoke"), () => api.revokeKey(one.id));
       }),
     );
-    if (!sessions.length) this.#sessions.append(make("li", { class: "note" }, t("sign-in-sheet.nobody_by_a_page")));
+    if (!sessions.length) this.#sessions.append(make("li.note", t("sign-in-sheet.nobody_by_a_page")));
   }
 
   /**
@@ -162,7 +146,7 @@ export class SignInSheet extends Sheet {
    * @param {(() => Promise<unknown>) | null} end null: not from here
    */
   #row(one, about, does, end) {
-    const button = make("button", { class: "button", "aria-label": `${does} ${one.name}` }, does);
+    const button = make("button.button", { "aria-label": `${does} ${one.name}` }, does);
     button.addEventListener("click", () => {
       if (!sure(button, t("sign-in-sheet.really"))) return;
       void this.session.attempt(async () => {
@@ -170,13 +154,8 @@ export class SignInSheet extends Sheet {
         await this.#fetch();
       });
     });
-    const words = make(
-      "span",
-      { class: "sign-in-words" },
-      make("b", {}, one.name),
-      make("span", { class: "note" }, about),
-    );
-    return make("li", {}, words, end && button);
+    const words = make("span.sign-in-words", make("b", one.name), make("span.note", about));
+    return make("li", words, end && button);
   }
 }
 

@@ -43,8 +43,8 @@ class SlamCard extends Panel {
       least: 5,
     }),
   };
-  #facts = make("p", { class: "note slam-facts" });
-  #here = make("button", { class: "button small" }, icon("here"), make("span", {}, t("slam-card.it_is_here")));
+  #facts = make("p.note.slam-facts");
+  #here = make("button.button.small", icon("here"), make("span", t("slam-card.it_is_here")));
   #closures = new ClosureList();
   #landmarks = new LandmarkTable();
   #seq = -1;
@@ -52,10 +52,10 @@ class SlamCard extends Panel {
   /** @override */
   build() {
     this.append(
-      make("div", { class: "inline slam-top" }, this.#facts, make("span", { class: "spring" }), this.#here),
+      make("div.inline.slam-top", this.#facts, make("span.spring"), this.#here),
       ...Object.values(this.#plots),
       this.#closures,
-      make("div", { class: "inline slam-head" }, make("h3", {}, t("slam-card.landmarks"))),
+      make("div.inline.slam-head", make("h3", t("slam-card.landmarks"))),
       this.#landmarks,
     );
     this.#closures.join(this.session);

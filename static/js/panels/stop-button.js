@@ -18,13 +18,13 @@ const UNLINKED = t("stop-button.no_link_stop_may_not_arrive");
 
 class StopButton extends Panel {
   #icon = icon("stop");
-  #word = make("span", { class: "stop-word" }, t("stop-button.stop"));
-  #note = make("span", { class: "stop-note" });
+  #word = make("span.stop-word", t("stop-button.stop"));
+  #note = make("span.stop-note");
   #button = make(
-    "button",
-    { class: "stop", "aria-keyshortcuts": "Escape Space", title: STOPS },
+    "button.stop",
+    { "aria-keyshortcuts": "Escape Space", title: STOPS },
     this.#icon,
-    make("span", { class: "stop-words" }, this.#word, this.#note),
+    make("span.stop-words", this.#word, this.#note),
     make("kbd", { "aria-hidden": "true" }, "Esc"),
   );
   #touchedAt = -Infinity;

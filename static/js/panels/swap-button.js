@@ -8,7 +8,7 @@ import { t } from "../ui/texts.js";
 const CHANGED = "views-swapped";
 
 class SwapButton extends Panel {
-  #button = make("button", { class: "swap" }, icon("grow"));
+  #button = make("button.swap", icon("grow"));
 
   /** @override */
   build() {

@@ -18,7 +18,7 @@ export class TabCard extends Panel {
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", t("tab-card.details"));
     for (const panel of panels) this.#add(panel);
-    const list = make("div", { class: "tabs", role: "tablist", "aria-label": t("tab-card.details") });
+    const list = make("div.tabs", { role: "tablist", "aria-label": t("tab-card.details") });
     list.append(...[...this.#tabs.values()].map(({ tab }) => tab));
     list.addEventListener("keydown", (event) => this.#move(event));
     this.prepend(list);
@@ -58,12 +58,12 @@ export class TabCard extends Panel {
   #add(panel) {
     const name = panel.dataset["tab"] ?? "";
     const words = panel.dataset["name"] ?? name;
-    const count = make("span", { class: "count", hidden: true });
+    const count = make("span.count", { hidden: true });
     const tab = make(
-      "button",
-      { class: "tab", role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` },
+      "button.tab",
+      { role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` },
       icon(panel.dataset["icon"] ?? name),
-      make("span", { class: "tab-words" }, words),
+      make("span.tab-words", words),
       count,
     );
     tab.title = words;

@@ -7,7 +7,7 @@ import { choose, next, onTheme, theme } from "../ui/theme.js";
 
 class ThemeToggle extends Panel {
   #icon = icon("auto");
-  #button = make("button", { class: "icon-button" }, this.#icon);
+  #button = make("button.icon-button", this.#icon);
 
   /** @override */
   build() {

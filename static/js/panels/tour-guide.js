@@ -16,16 +16,16 @@ const DRIVES_MS = 1800; // for which the key is held
 const TURNS_MS = 1200; // before STOP
 
 class TourGuide extends Panel {
-  #title = make("h2", { class: "card-title" });
+  #title = make("h2.card-title");
   #text = make("p");
-  #count = make("span", { class: "note" });
-  #end = make("button", { class: "button" }, t("tour-guide.end_the_tour"));
+  #count = make("span.note");
+  #end = make("button.button", t("tour-guide.end_the_tour"));
   #card = make(
-    "div",
-    { class: "tour card", role: "region", "aria-label": t("tour-guide.tour"), hidden: true },
+    "div.tour.card",
+    { role: "region", "aria-label": t("tour-guide.tour"), hidden: true },
     this.#title,
     this.#text,
-    make("div", { class: "coach-foot" }, this.#count, make("span", { class: "spring" }), this.#end),
+    make("div.coach-foot", this.#count, make("span.spring"), this.#end),
   );
   /** @type {Tour | null} */
   #tour = null;

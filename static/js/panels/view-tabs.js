@@ -21,14 +21,14 @@ class ViewTabs extends Panel {
   build() {
     this.append(
       make(
-        "div",
-        { class: "view-tabs", role: "group", "aria-label": t("view-tabs.views") },
+        "div.view-tabs",
+        { role: "group", "aria-label": t("view-tabs.views") },
         ...VIEWS.map(([view, name]) => {
           const button = make(
-            "button",
-            { class: "view-tab", "data-to": view, onclick: () => this.open(view) },
+            "button.view-tab",
+            { "data-to": view, onclick: () => this.open(view) },
             icon(ICONS[view]),
-            make("span", {}, name),
+            make("span", name),
           );
           return button;
         }),

@@ -26,21 +26,21 @@ const SWITCHES = /** @type {const} */ ([
 
 export class VoiceButton extends Panel {
   #icon = icon("microphone");
-  #ring = make("span", { class: "voice-ring", "aria-hidden": "true" });
+  #ring = make("span.voice-ring", { "aria-hidden": "true" });
   #button = make(
-    "button",
-    { class: "button voice", "aria-label": t("voice-button.hold_to_talk"), "aria-keyshortcuts": "V" },
+    "button.button.voice",
+    { "aria-label": t("voice-button.hold_to_talk"), "aria-keyshortcuts": "V" },
     this.#ring,
     this.#icon,
   );
-  #more = make("button", { class: "voice-more", "aria-label": t("voice-button.microphone") }, icon("chevron"));
-  #open = make("input", { type: "checkbox", class: "switch", id: "voice-open" });
-  #facts = make("p", { class: "note" });
-  #speaker = make("select", { class: "field-box", id: "voice-speaker" });
+  #more = make("button.voice-more", { "aria-label": t("voice-button.microphone") }, icon("chevron"));
+  #open = make("input.switch", { type: "checkbox", id: "voice-open" });
+  #facts = make("p.note");
+  #speaker = make("select.field-box", { id: "voice-speaker" });
   #speakerRow = make(
-    "label",
-    { class: "voice-row", for: "voice-speaker", hidden: true },
-    make("span", {}, t("voice-button.in_the_simulator_you_speak_as")),
+    "label.voice-row",
+    { for: "voice-speaker", hidden: true },
+    make("span", t("voice-button.in_the_simulator_you_speak_as")),
     this.#speaker,
   );
   /** @type {string[]} */
@@ -53,17 +53,17 @@ export class VoiceButton extends Panel {
     },
     (act) => this.session.attempt(act),
   );
-  #says = make("p", { class: "voice-says", role: "status" });
+  #says = make("p.voice-says", { role: "status" });
   #panel = make(
-    "div",
-    { class: "voice-panel", role: "group", "aria-label": t("voice-button.microphone") },
-    make("h2", { class: "card-title" }, t("voice-button.microphone")),
-    make("p", { class: "note" }, t("voice-button.hold_the_button_or_v_speak")),
+    "div.voice-panel",
+    { role: "group", "aria-label": t("voice-button.microphone") },
+    make("h2.card-title", t("voice-button.microphone")),
+    make("p.note", t("voice-button.hold_the_button_or_v_speak")),
     make(
-      "label",
-      { class: "voice-row", for: "voice-open" },
+      "label.voice-row",
+      { for: "voice-open" },
       this.#open,
-      make("span", {}, t("voice-button.leave_it_open_pauses_end_a")),
+      make("span", t("voice-button.leave_it_open_pauses_end_a")),
     ),
     ...SWITCHES.map(([name, says, why]) => this.#cleaner(name, says, why)),
     this.#speakerRow,
@@ -240,18 +240,13 @@ export class VoiceButton extends Panel {
 
   /** @param {string} name @param {string} says @param {string} why */
   #cleaner(name, says, why) {
-    const box = make("input", { type: "checkbox", class: "switch", id: `voice-${name}` });
+    const box = make("input.switch", { type: "checkbox", id: `voice-${name}` });
     box.checked = remembered(`voice.${name}`, "false") === "true";
     box.addEventListener("change", () => {
       remember(`voice.${name}`, String(box.checked));
       this.#close(); // takes effect when it is opened next
     });
-    return make(
-      "label",
-      { class: "voice-row", for: `voice-${name}` },
-      box,
-      make("span", {}, says, make("span", { class: "note" }, ` ${why}`)),
-    );
+    return make("label.voice-row", { for: `voice-${name}` }, box, make("span", says, make("span.note", ` ${why}`)));
   }
 
   #opened() {

@@ -8,8 +8,7 @@ import { t } from "../ui/texts.js";
 class ZoneSheet extends NameSheet {
   #keepOut = make("input", { type: "radio", name: "zone-kind", checked: true });
   #slow = make("input", { type: "radio", name: "zone-kind" });
-  #speed = make("input", {
-    class: "field-box place-degrees",
+  #speed = make("input.field-box.place-degrees", {
     type: "number",
     min: "0.02",
     max: "1",
@@ -23,7 +22,7 @@ class ZoneSheet extends NameSheet {
 
   /** @override */
   build() {
-    const slow = make("label", { class: "inline" }, this.#slow, t("zone-sheet.slow_at_most"));
+    const slow = make("label.inline", this.#slow, t("zone-sheet.slow_at_most"));
     this.fill(
       {
         id: "zone-name",
@@ -33,8 +32,8 @@ class ZoneSheet extends NameSheet {
       },
       [],
       [
-        make("label", { class: "inline" }, this.#keepOut, t("zone-sheet.the_robot_keeps_out")),
-        make("div", { class: "inline place-heading" }, slow, this.#speed, "m/s"),
+        make("label.inline", this.#keepOut, t("zone-sheet.the_robot_keeps_out")),
+        make("div.inline.place-heading", slow, this.#speed, "m/s"),
       ],
     );
     addEventListener("name-zone", (event) => {

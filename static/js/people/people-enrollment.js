@@ -30,80 +30,71 @@ const PRIVACY = t("people-enrollment.only_numbers_are_kept_how_tall");
 class PeopleEnrollment extends PagePanel {
   #stage = new PeopleStage();
   #sources = SOURCES.map(([value, drawing, name, note]) => choice(value, drawing, name, note));
-  #begin = make("button", { class: "button primary large" }, t("people-enrollment.begin"));
-  #whyNot = make("p", { class: "note", role: "status" });
+  #begin = make("button.button.primary.large", t("people-enrollment.begin"));
+  #whyNot = make("p.note", { role: "status" });
   #intro = make(
-    "section",
-    { class: "card page-card", "aria-label": t("people-enrollment.enroll_a_person") },
-    make("h2", {}, t("people-enrollment.teach_the_robot_who_you_are")),
-    make("p", {}, t("people-enrollment.then_the_robot_can_come_to")),
-    make(
-      "fieldset",
-      { class: "people-sources" },
-      make("legend", {}, t("people-enrollment.who_takes_the_pictures")),
-      ...this.#sources,
-    ),
-    make("div", { class: "row people-buttons" }, this.#begin),
+    "section.card.page-card",
+    { "aria-label": t("people-enrollment.enroll_a_person") },
+    make("h2", t("people-enrollment.teach_the_robot_who_you_are")),
+    make("p", t("people-enrollment.then_the_robot_can_come_to")),
+    make("fieldset.people-sources", make("legend", t("people-enrollment.who_takes_the_pictures")), ...this.#sources),
+    make("div.row.people-buttons", this.#begin),
     this.#whyNot,
-    make("p", { class: "note" }, PRIVACY),
+    make("p.note", PRIVACY),
   );
-  #advice = make("h2", { class: "people-advice" });
-  #steps = make("ol", { class: "people-steps", "aria-label": t("people-enrollment.what_is_asked_for") });
-  #verdict = make("p", { class: "people-verdict", role: "alert" });
-  #waits = make("p", { class: "inline people-waits", role: "status" });
+  #advice = make("h2.people-advice");
+  #steps = make("ol.people-steps", { "aria-label": t("people-enrollment.what_is_asked_for") });
+  #verdict = make("p.people-verdict", { role: "alert" });
+  #waits = make("p.inline.people-waits", { role: "status" });
   #take = action("camera", t("people-enrollment.take_it"));
   #delay = make(
-    "select",
-    { class: "field-box", "aria-label": t("people-enrollment.when") },
+    "select.field-box",
+    { "aria-label": t("people-enrollment.when") },
     ...DELAYS.map(([seconds, words]) => make("option", { value: String(seconds) }, words)),
   );
-  #files = make("input", {
+  #files = make("input.visually-hidden", {
     type: "file",
     accept: "image/jpeg,image/png",
     multiple: true,
-    class: "visually-hidden",
     id: "people-files",
   });
   #choose = make(
-    "label",
-    { class: "button primary", for: "people-files" },
+    "label.button.primary",
+    { for: "people-files" },
     icon("upload"),
     t("people-enrollment.choose_pictures"),
   );
   #show = action("demo", t("people-enrollment.show_me"));
-  #who = make("select", { class: "field-box", "aria-label": t("people-enrollment.who_shows_themselves") });
+  #who = make("select.field-box", { "aria-label": t("people-enrollment.who_shows_themselves") });
   #turnLeft = action("turn_left", t("people-enrollment.turn_left"));
   #turnRight = action("turn_right", t("people-enrollment.turn_right"));
   #retakeRoom = action("undo", t("people-enrollment.retake_the_empty_room"));
   #cancel = action("close", t("people-enrollment.cancel"));
-  #strip = make("ul", { class: "people-strip", "aria-label": t("people-enrollment.pictures_taken") });
-  #name = make("input", {
+  #strip = make("ul.people-strip", { "aria-label": t("people-enrollment.pictures_taken") });
+  #name = make("input.field-box", {
     type: "text",
-    class: "field-box",
     id: "people-name",
     maxlength: "40",
     autocomplete: "off",
     placeholder: t("people-enrollment.your_name"),
   });
-  #keep = make("button", { type: "submit", class: "button primary large" }, t("people-enrollment.that_is_me"));
+  #keep = make("button.button.primary.large", { type: "submit" }, t("people-enrollment.that_is_me"));
   #naming = make(
-    "form",
-    { class: "row people-naming" },
+    "form.row.people-naming",
     make("label", { for: "people-name" }, t("people-enrollment.who_are_you")),
     this.#name,
     this.#keep,
   );
   #enrollment = make(
-    "section",
-    { class: "card page-card", "aria-label": t("people-enrollment.enrollment") },
+    "section.card.page-card",
+    { "aria-label": t("people-enrollment.enrollment") },
     this.#advice,
     this.#steps,
     this.#stage,
-    make("div", { class: "people-text" }, this.#verdict, this.#waits),
+    make("div.people-text", this.#verdict, this.#waits),
     this.#naming,
     make(
-      "div",
-      { class: "row people-buttons" },
+      "div.row.people-buttons",
       this.#take,
       this.#delay,
       this.#files,
@@ -116,7 +107,7 @@ class PeopleEnrollment extends PagePanel {
       this.#cancel,
     ),
     this.#strip,
-    make("p", { class: "note" }, PRIVACY),
+    make("p.note", PRIVACY),
   );
   #counting = 0;
   #away = false; // another page is open: no camera
@@ -277,7 +268,7 @@ class PeopleEnrollment extends PagePanel {
         make(
           "li",
           { "data-done": Boolean(done), "aria-current": index === now ? "step" : null },
-          done ? icon("done") : make("span", { class: "step-dot" }),
+          done ? icon("done") : make("span.step-dot"),
           String(name),
         ),
       ),
@@ -315,16 +306,15 @@ class PeopleEnrollment extends PagePanel {
   #thumb(enrollment, one) {
     const name = NAMES[one.gesture] ?? t("people-enrollment.more");
     const away = make(
-      "button",
+      "button.icon-button",
       {
-        class: "icon-button",
         "aria-label": t("people-enrollment.leave_out_name", { name }),
         title: t("people-enrollment.leave_out"),
         onclick: () => void this.model.drop(one.number),
       },
       icon("trash"),
     );
-    return make("li", {}, sketched(enrollment.id, one, name), make("span", { class: "thumb-foot" }, name, away));
+    return make("li", sketched(enrollment.id, one, name), make("span.thumb-foot", name, away));
   }
 
   #press() {
@@ -393,13 +383,7 @@ const NAMES = /** @type {Readonly<Record<string, string>>} */ ({
  */
 function choice(value, drawing, name, note) {
   const radio = make("input", { type: "radio", name: "people-source", value });
-  return make(
-    "label",
-    { class: "people-source" },
-    radio,
-    icon(drawing),
-    make("span", {}, make("span", {}, name), make("span", { class: "note" }, note)),
-  );
+  return make("label.people-source", radio, icon(drawing), make("span", make("span", name), make("span.note", note)));
 }
 
 customElements.define("people-enrollment", PeopleEnrollment);

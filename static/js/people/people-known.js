@@ -13,15 +13,15 @@ import { t } from "../ui/texts.js";
 
 /** @extends {PagePanel<EnrollmentModel>} */
 class PeopleKnown extends PagePanel {
-  #rows = make("ul", { class: "known-rows" });
+  #rows = make("ul.known-rows");
   #call = action("voice", t("people-known.try_it_let_them_call_come"));
   #leave = action("close", t("people-known.send_them_away"));
-  #outcome = make("p", { class: "known-outcome", role: "status" });
+  #outcome = make("p.known-outcome", { role: "status" });
   #trial = make(
-    "div",
-    { class: "known-trial", hidden: true },
-    make("p", { class: "note" }, t("people-known.the_simulated_person_is_still_in")),
-    make("div", { class: "row people-buttons" }, this.#call, this.#leave),
+    "div.known-trial",
+    { hidden: true },
+    make("p.note", t("people-known.the_simulated_person_is_still_in")),
+    make("div.row.people-buttons", this.#call, this.#leave),
     this.#outcome,
   );
   #offer = new ModelOffer(looking, fetchLookingModel, async (act) => this.model.session.attempt(act));
@@ -41,13 +41,13 @@ class PeopleKnown extends PagePanel {
     this.#leave.addEventListener("click", () => void this.model.sendAway());
     this.append(
       make(
-        "section",
-        { class: "card page-card", "aria-label": t("people-known.whom_the_robot_comes_to") },
-        make("h2", {}, t("people-known.whom_does_the_robot_come_to")),
+        "section.card.page-card",
+        { "aria-label": t("people-known.whom_the_robot_comes_to") },
+        make("h2", t("people-known.whom_does_the_robot_come_to")),
         this.#rows,
         this.#trial,
-        make("p", { class: "note" }, t("people-known.this_applies_to_come_here_and")),
-        make("p", { class: "note" }, t("people-known.the_robot_knows_people_by_their")),
+        make("p.note", t("people-known.this_applies_to_come_here_and")),
+        make("p.note", t("people-known.the_robot_knows_people_by_their")),
         ...this.#offer.elements,
       ),
     );
@@ -66,7 +66,7 @@ class PeopleKnown extends PagePanel {
     this.#drawn = key;
     const held = this.#rows.contains(document.activeElement) ? document.activeElement?.getAttribute("value") : null;
     const anybody = this.#choice(null, chosen === null, t("people-known.anybody"), t("people-known.every_caller"));
-    this.#rows.replaceChildren(make("li", {}, anybody), ...people.map((one) => this.#row(one, one.id === chosen)));
+    this.#rows.replaceChildren(make("li", anybody), ...people.map((one) => this.#row(one, one.id === chosen)));
     const again = [...this.#rows.querySelectorAll("input")].find((one) => one.value === held);
     if (this.#asked === null) again?.focus();
   }
@@ -74,10 +74,9 @@ class PeopleKnown extends PagePanel {
   /** @param {Known} one @param {boolean} chosen */
   #row(one, chosen) {
     if (this.#asked?.id === one.id)
-      return make("li", {}, this.#asked.what === "rename" ? this.#rename(one) : this.#farewell(one));
+      return make("li", this.#asked.what === "rename" ? this.#rename(one) : this.#farewell(one));
     const row = make(
       "li",
-      {},
       this.#choice(
         one.id,
         chosen,
@@ -88,24 +87,22 @@ class PeopleKnown extends PagePanel {
     );
     if (!this.model.may) return row;
     const other = make(
-      "button",
+      "button.button.small.plain",
       {
-        class: "button small plain",
         "aria-label": t("people-known.rename_name", { name: one.name }),
         onclick: () => this.#ask({ id: one.id, what: "rename" }),
       },
       t("people-known.rename"),
     );
     const away = make(
-      "button",
+      "button.button.small.plain",
       {
-        class: "button small plain",
         "aria-label": t("people-known.forget_name", { name: one.name }),
         onclick: () => this.#ask({ id: one.id, what: "forget" }),
       },
       t("people-known.forget"),
     );
-    row.append(make("div", { class: "known-acts" }, other, away));
+    row.append(make("div.known-acts", other, away));
     return row;
   }
 
@@ -123,11 +120,10 @@ class PeopleKnown extends PagePanel {
     });
     radio.addEventListener("change", () => void this.#choose(id));
     return make(
-      "label",
-      { class: "known-choice" },
+      "label.known-choice",
       figure(colours),
       radio,
-      make("span", {}, make("span", { class: "known-name" }, name), make("span", { class: "note" }, note)),
+      make("span", make("span.known-name", name), make("span.note", note)),
     );
   }
 
@@ -148,8 +144,7 @@ class PeopleKnown extends PagePanel {
 
   /** @param {Known} one */
   #rename(one) {
-    const input = make("input", {
-      class: "field-box",
+    const input = make("input.field-box", {
       type: "text",
       maxlength: "40",
       value: one.name,
@@ -165,7 +160,7 @@ class PeopleKnown extends PagePanel {
 
   /** @param {Known} one */
   #farewell(one) {
-    const words = make("span", { class: "known-name" }, t("people-known.forget_name_for_good", { name: one.name }));
+    const words = make("span.known-name", t("people-known.forget_name_for_good", { name: one.name }));
     return this.#question(
       [words],
       t("people-known.forget"),
@@ -176,14 +171,8 @@ class PeopleKnown extends PagePanel {
 
   /** @param {HTMLElement[]} what @param {string} yes @param {string} no @param {() => void} act */
   #question(what, yes, no, act) {
-    const away = make("button", { class: "icon-button", "aria-label": no, title: no }, icon("close"));
-    const form = make(
-      "form",
-      { class: "inline known-asked" },
-      ...what,
-      make("button", { type: "submit", class: "button primary" }, yes),
-      away,
-    );
+    const away = make("button.icon-button", { "aria-label": no, title: no }, icon("close"));
+    const form = make("form.inline.known-asked", ...what, make("button.button.primary", { type: "submit" }, yes), away);
     away.addEventListener("click", () => this.#ask(null));
     form.addEventListener("keydown", (event) => event.key === "Escape" && this.#ask(null));
     onSubmit(form, () => {
@@ -197,11 +186,11 @@ class PeopleKnown extends PagePanel {
 /** A person in the colours of their clothes. @param {readonly (string | null)[]} colours of head, torso, legs */
 function figure(colours) {
   const parts = colours.map((colour) => {
-    const part = make("span", {});
+    const part = make("span");
     if (colour) part.style.background = colour;
     return part;
   });
-  return make("span", { class: "known-figure", "aria-hidden": "true" }, ...parts);
+  return make("span.known-figure", { "aria-hidden": "true" }, ...parts);
 }
 
 customElements.define("people-known", PeopleKnown);

@@ -14,11 +14,11 @@ const LARGEST = 1280; // [px] side of an uploaded picture
 const QUALITY = 0.92;
 
 export class PeopleStage extends HTMLElement {
-  #canvas = make("canvas", { class: "stage-live" });
-  #why = make("p", { class: "stage-why" });
-  #count = make("p", { class: "stage-count", "aria-live": "assertive" });
-  #seen = make("div", { class: "stage-seen", hidden: true });
-  #again = make("button", { class: "button" }, icon("again"), t("people-stage.try_again"));
+  #canvas = make("canvas.stage-live");
+  #why = make("p.stage-why");
+  #count = make("p.stage-count", { "aria-live": "assertive" });
+  #seen = make("div.stage-seen", { hidden: true });
+  #again = make("button.button", icon("again"), t("people-stage.try_again"));
   /** @type {Source} */
   #source = "robot";
   /** @type {RobotCamera | null} */
@@ -32,7 +32,7 @@ export class PeopleStage extends HTMLElement {
     if (this.children.length) return;
     this.#webcam.paused = true;
     this.#again.addEventListener("click", () => void this.#webcam.open());
-    this.append(this.#canvas, this.#seen, make("div", { class: "stage-empty" }, this.#why, this.#again), this.#count);
+    this.append(this.#canvas, this.#seen, make("div.stage-empty", this.#why, this.#again), this.#count);
   }
 
   /** @param {Source} source @param {import("../net/session.js").Session} session */

@@ -36,5 +36,5 @@ export function sketched(id, judged, says) {
     width: String(width),
     height: String(height),
   });
-  return make("div", { class: "sketched", "data-good": judged.good }, picture, drawing);
+  return make("div.sketched", { "data-good": judged.good }, picture, drawing);
 }

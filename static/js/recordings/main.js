@@ -10,12 +10,8 @@ import { RecordingsModel } from "./recordings-model.js";
 export function create(session) {
   const model = new RecordingsModel(session);
   const [button, list] = ["record-button", "recordings-list"].map((name) => document.createElement(name));
-  const help = make(
-    "a",
-    { class: "link", href: "help#how-to/record-a-drive.md" },
-    t("recordings.how_to_record_a_drive"),
-  );
-  const element = make("section", { class: "card page-card", "aria-label": t("pages.recordings") });
-  element.append(make("div", { class: "row recordings-head" }, button, help), /** @type {Node} */ (list));
+  const help = make("a.link", { href: "help#how-to/record-a-drive.md" }, t("recordings.how_to_record_a_drive"));
+  const element = make("section.card.page-card", { "aria-label": t("pages.recordings") });
+  element.append(make("div.row.recordings-head", button, help), /** @type {Node} */ (list));
   return { element, model, opened: () => model.follow(true), left: () => model.follow(false) };
 }

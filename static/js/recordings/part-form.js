@@ -28,27 +28,27 @@ export function askForPart(form, { seconds, may, film, cut, leave, here, changed
   const from = make("input", { ...at, value: "0" });
   const to = make("input", { ...at, value: String(end) });
   const part = () => ({ from: from.valueAsNumber, to: to.valueAsNumber });
-  const films = FORMS.map((kind) => make("a", { class: "button", download: "", "data-film": kind }, filmWords(kind)));
+  const films = FORMS.map((kind) => make("a.button", { download: "", "data-film": kind }, filmWords(kind)));
   const aim = () => {
     for (const [number, kind] of FORMS.entries()) films[number]?.setAttribute("href", film(part(), kind));
     changed?.(part());
   };
   /** @param {HTMLInputElement} box @param {string} words */
   const set = (box, words) => {
-    const button = make("button", { class: "button" }, words);
+    const button = make("button.button", words);
     button.addEventListener("click", () => {
       box.value = (Math.round(10 * (here?.() ?? 0)) / 10).toFixed(1);
       aim();
     });
     return button;
   };
-  const quit = make("button", { class: "button" }, t("map-card.leave_it"));
+  const quit = make("button.button", t("map-card.leave_it"));
   form.append(
-    make("label", {}, t("part-form.from"), from),
+    make("label", t("part-form.from"), from),
     ...(here ? [set(from, t("part-form.from_here"))] : []),
-    make("label", {}, t("part-form.to"), to),
+    make("label", t("part-form.to"), to),
     ...(here ? [set(to, t("part-form.to_here"))] : []),
-    ...(may ? [make("button", { type: "submit", class: "button primary" }, t("part-form.as_recording"))] : []),
+    ...(may ? [make("button.button.primary", { type: "submit" }, t("part-form.as_recording"))] : []),
     ...films,
     quit,
   );

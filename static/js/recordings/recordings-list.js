@@ -17,14 +17,14 @@ const DRAWINGS = { runs: "recording", whole: "tape", cut: "warning", unfinished:
 
 /** @extends {PagePanel<RecordingsModel>} */
 class RecordingsList extends PagePanel {
-  #status = make("p", { class: "map-trouble", role: "status", hidden: true });
-  #list = make("ul", { class: "maps", "aria-label": t("recordings-list.recordings_newest_first") });
+  #status = make("p.map-trouble", { role: "status", hidden: true });
+  #list = make("ul.maps", { "aria-label": t("recordings-list.recordings_newest_first") });
   #empty = make(
-    "div",
-    { class: "recordings-empty", hidden: true },
+    "div.recordings-empty",
+    { hidden: true },
     icon("tape"),
-    make("p", {}, t("recordings-list.nothing_is_recorded_yet")),
-    make("p", { class: "note" }, t("recordings-list.press_record_and_drive")),
+    make("p", t("recordings-list.nothing_is_recorded_yet")),
+    make("p.note", t("recordings-list.press_record_and_drive")),
   );
   /** @type {Map<string, {row: HTMLElement, drawn: string}>} */
   #rows = new Map();
@@ -77,20 +77,19 @@ class RecordingsList extends PagePanel {
     const { name, note, cause } = one;
     const state = stateOf(one, this.#running);
     const picture = pictureOf(one);
-    const acts = make("div", { class: "map-acts" });
+    const acts = make("div.map-acts");
     const row = make(
-      "li",
-      { class: "row map recording", "data-state": state, "data-recording": name },
+      "li.row.map.recording",
+      { "data-state": state, "data-recording": name },
       picture && state === "whole"
-        ? make("img", { class: "map-preview", src: picture, alt: "", width: "80", height: "60", loading: "lazy" })
+        ? make("img.map-preview", { src: picture, alt: "", width: "80", height: "60", loading: "lazy" })
         : icon(DRAWINGS[state]),
       make(
-        "div",
-        { class: "map-body" },
-        make("p", { class: "inline map-name" }, name),
-        make("p", { class: "note recording-about" }, about(one)),
-        cause && make("p", { class: "recording-cause" }, cause),
-        note && make("p", { class: "recording-note" }, note),
+        "div.map-body",
+        make("p.inline.map-name", name),
+        make("p.note.recording-about", about(one)),
+        cause && make("p.recording-cause", cause),
+        note && make("p.recording-note", note),
       ),
       acts,
     );
@@ -142,21 +141,20 @@ class RecordingsList extends PagePanel {
 
   /** @param {HTMLElement} row @param {Recording} one */
   #change(row, { name, note }) {
-    const named = make("input", {
-      class: "field-box",
+    const named = make("input.field-box", {
       value: name,
       maxlength: "80",
       required: true,
       autocomplete: "off",
       spellcheck: "false",
     });
-    const noted = make("input", { class: "field-box", value: note, maxlength: "2000", autocomplete: "off" });
+    const noted = make("input.field-box", { value: note, maxlength: "2000", autocomplete: "off" });
     const form = this.#ask(row, "form", { "aria-label": t("recordings-list.change_name", { name }) });
-    const leave = make("button", { class: "button" }, t("map-card.leave_it"));
+    const leave = make("button.button", t("map-card.leave_it"));
     form.append(
-      make("label", {}, t("recordings-list.name"), named),
-      make("label", {}, t("recordings-list.note"), noted),
-      make("button", { type: "submit", class: "button primary" }, t("map-card.save")),
+      make("label", t("recordings-list.name"), named),
+      make("label", t("recordings-list.note"), noted),
+      make("button.button.primary", { type: "submit" }, t("map-card.save")),
       leave,
     );
     form.addEventListener("submit", async (event) => {
@@ -177,9 +175,9 @@ class RecordingsList extends PagePanel {
   #remove(row, name) {
     const sentence = t("recordings-list.delete_this_recording_for_good");
     const question = this.#ask(row, "div", { role: "group", "aria-label": sentence });
-    const yes = make("button", { class: "button primary" }, t("map-card.delete"));
-    const no = make("button", { class: "button" }, t("map-card.leave_it"));
-    question.append(make("p", {}, sentence), yes, no);
+    const yes = make("button.button.primary", t("map-card.delete"));
+    const no = make("button.button", t("map-card.leave_it"));
+    question.append(make("p", sentence), yes, no);
     yes.addEventListener("click", () => {
       question.remove();
       void this.model.remove(name);

@@ -27,9 +27,9 @@ const SECTIONS = {
 };
 
 export class SettingsSheet extends Sheet {
-  #file = make("p", { class: "note settings-file" });
-  #restart = make("p", { class: "settings-restart", role: "status", hidden: true });
-  #list = make("div", { class: "settings-list" });
+  #file = make("p.note.settings-file");
+  #restart = make("p.settings-restart", { role: "status", hidden: true });
+  #list = make("div.settings-list");
   /** @type {Map<string, Field>} */
   #fields = new Map();
 
@@ -74,7 +74,7 @@ export class SettingsSheet extends Sheet {
       const rows = settings.filter((one) => one.section === section).map((one) => this.#row(one));
       if (rows.length === 0) continue;
       const name = SECTIONS[section] ?? section;
-      this.#list.append(make("fieldset", { class: "settings-section" }, make("legend", {}, name), ...rows));
+      this.#list.append(make("fieldset.settings-section", make("legend", name), ...rows));
     }
   }
 
@@ -82,24 +82,18 @@ export class SettingsSheet extends Sheet {
   #row(one) {
     const id = `setting-${one.section}-${one.name}`;
     const input = inputOf(one, id);
-    const says = make("span", { class: "settings-says note", id: `${id}-says` });
+    const says = make("span.settings-says.note", { id: `${id}-says` });
     const back = make(
-      "button",
-      { class: "button plain", hidden: true },
+      "button.button.plain",
+      { hidden: true },
       t("settings-sheet.back_to_inwords", { inwords: inWords(one.default, one.unit) }),
     );
     input.setAttribute("aria-describedby", says.id);
     input.disabled = !this.#may;
     const row = make(
-      "div",
-      { class: "settings-row" },
-      make(
-        "label",
-        { for: id },
-        nameOf(one),
-        !one.live && make("span", { class: "settings-later" }, t("settings-sheet.restart")),
-      ),
-      make("span", { class: "settings-value" }, input, one.unit && make("span", { class: "note" }, one.unit)),
+      "div.settings-row",
+      make("label", { for: id }, nameOf(one), !one.live && make("span.settings-later", t("settings-sheet.restart"))),
+      make("span.settings-value", input, one.unit && make("span.note", one.unit)),
       says,
       back,
     );
@@ -185,13 +179,9 @@ function say({ input, says }, sentence, refused) {
 /** @param {Setting} one @param {string} id */
 function inputOf(one, id) {
   if (one.choices.length)
-    return make(
-      "select",
-      { id, class: "field-box" },
-      ...one.choices.map((choice) => make("option", { value: choice }, choice)),
-    );
-  if (one.kind === "switch") return make("input", { id, type: "checkbox", class: "switch", role: "switch" });
-  return make("input", { id, type: "number", class: "field-box", step: one.kind === "whole" ? "1" : "any" });
+    return make("select.field-box", { id }, ...one.choices.map((choice) => make("option", { value: choice }, choice)));
+  if (one.kind === "switch") return make("input.switch", { id, type: "checkbox", role: "switch" });
+  return make("input.field-box", { id, type: "number", step: one.kind === "whole" ? "1" : "any" });
 }
 
 /** @param {Setting} one @param {HTMLInputElement | HTMLSelectElement} input @returns {Value} */

@@ -134,10 +134,10 @@ export class Shell {
     const known = this.#built.get(row.path);
     if (known) return known; // it was asked for twice
     const page = module.create(this.#session);
-    const main = make("main", { class: "page", id: `page-${row.path}`, "aria-label": row.name, hidden: true });
+    const main = make("main.page", { id: `page-${row.path}`, "aria-label": row.name, hidden: true });
     const heading = make("h1", { tabindex: "-1" }, row.name);
-    const head = make("header", { class: "page-head" }, heading, row.says && make("p", {}, row.says));
-    main.append(make("div", { class: "page-frame" }, head, page.element));
+    const head = make("header.page-head", heading, row.says && make("p", row.says));
+    main.append(make("div.page-frame", head, page.element));
     this.#console.after(main);
     const built = { main, page, panels: this.#adopt(main, page.model) };
     this.#built.set(row.path, built);

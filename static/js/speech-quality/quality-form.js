@@ -32,62 +32,40 @@ class QualityForm extends PagePanel {
   #distances = DISTANCES.map((metres) => tick("distance", metres, `${metres} m`, metres >= 1 && metres <= 3));
   #noises = NOISES.map(([ratio, says]) => tick("noise", ratio, `${ratio} dB`, ratio === 30 || ratio === 10, says));
   #around = make(
-    "select",
-    { class: "field-box", id: "quality-around" },
+    "select.field-box",
+    { id: "quality-around" },
     ...AROUND.map(([name, angle]) => make("option", { value: angle === null ? PLACE : String(angle) }, name)),
   );
-  #x = make("input", { type: "number", class: "field-box", id: "quality-x", step: "0.1", value: "2" });
-  #y = make("input", { type: "number", class: "field-box", id: "quality-y", step: "0.1", value: "1" });
+  #x = make("input.field-box", { type: "number", id: "quality-x", step: "0.1", value: "2" });
+  #y = make("input.field-box", { type: "number", id: "quality-y", step: "0.1", value: "1" });
   #place = make(
-    "div",
-    { class: "quality-row quality-place" },
+    "div.quality-row.quality-place",
     make("label", { for: "quality-x" }, "x [m]"),
     this.#x,
     make("label", { for: "quality-y" }, "y [m]"),
     this.#y,
   );
-  #far = make(
-    "fieldset",
-    {},
-    make("legend", {}, t("quality-form.how_far_away")),
-    make("div", { class: "ticks" }, ...this.#distances),
-  );
+  #far = make("fieldset", make("legend", t("quality-form.how_far_away")), make("div.ticks", ...this.#distances));
   #phrases = make(
-    "select",
-    { class: "field-box", id: "quality-phrases" },
+    "select.field-box",
+    { id: "quality-phrases" },
     ...PHRASES.map(([count, says]) => make("option", { value: String(count) }, says)),
   );
-  #begin = make("button", { type: "submit", class: "button primary large" }, t("quality-form.measure"));
-  #why = make("p", { class: "note", role: "status" });
+  #begin = make("button.button.primary.large", { type: "submit" }, t("quality-form.measure"));
+  #why = make("p.note", { role: "status" });
 
   /** @override */
   build() {
     this.#phrases.value = "18";
     const form = make(
-      "form",
-      { class: "card page-card quality-form" },
-      make("h2", {}, t("quality-form.how_well_does_the_robot_hear")),
-      make("p", {}, t("quality-form.a_text_of_commands_is_spoken")),
-      make(
-        "div",
-        { class: "quality-row" },
-        make("label", { for: "quality-around" }, t("quality-form.where")),
-        this.#around,
-      ),
+      "form.card.page-card.quality-form",
+      make("h2", t("quality-form.how_well_does_the_robot_hear")),
+      make("p", t("quality-form.a_text_of_commands_is_spoken")),
+      make("div.quality-row", make("label", { for: "quality-around" }, t("quality-form.where")), this.#around),
       this.#place,
       this.#far,
-      make(
-        "fieldset",
-        {},
-        make("legend", {}, t("quality-form.voice_over_noise")),
-        make("div", { class: "ticks" }, ...this.#noises),
-      ),
-      make(
-        "div",
-        { class: "quality-row" },
-        make("label", { for: "quality-phrases" }, t("quality-form.phrases")),
-        this.#phrases,
-      ),
+      make("fieldset", make("legend", t("quality-form.voice_over_noise")), make("div.ticks", ...this.#noises)),
+      make("div.quality-row", make("label", { for: "quality-phrases" }, t("quality-form.phrases")), this.#phrases),
       this.#begin,
       this.#why,
     );
@@ -139,12 +117,7 @@ class QualityForm extends PagePanel {
  */
 function tick(name, value, says, on, note = "") {
   const box = make("input", { type: "checkbox", name, value: String(value), checked: on });
-  return make(
-    "label",
-    { class: "tick" },
-    box,
-    make("span", {}, says, note && make("span", { class: "note" }, ` ${note}`)),
-  );
+  return make("label.tick", box, make("span", says, note && make("span.note", ` ${note}`)));
 }
 
 /** @param {HTMLLabelElement[]} ticks */

@@ -11,17 +11,13 @@ import { t } from "../ui/texts.js";
 
 /** @extends {PagePanel<Runs>} */
 class QualityList extends PagePanel {
-  #rows = make("ul", { class: "rows" });
+  #rows = make("ul.rows");
   #drawn = "";
 
   /** @override */
   build() {
-    const head = make(
-      "div",
-      { class: "card-head" },
-      make("h2", { class: "card-title" }, t("quality-list.measured_before")),
-    );
-    this.append(make("section", { class: "card", "aria-label": t("quality-list.measured_before") }, head, this.#rows));
+    const head = make("div.card-head", make("h2.card-title", t("quality-list.measured_before")));
+    this.append(make("section.card", { "aria-label": t("quality-list.measured_before") }, head, this.#rows));
     this.hidden = true;
   }
 
@@ -40,9 +36,8 @@ class QualityList extends PagePanel {
     const { distances_m: far, phrases } = run.setup;
     const about = { join: far.join(", "), phrases, who: run.who, since: since(run.at_s) };
     const away = make(
-      "button",
+      "button.icon-button",
       {
-        class: "icon-button",
         "aria-label": t("quality-list.delete_this_measurement"),
         onclick: () => void this.model.remove(run.id),
       },

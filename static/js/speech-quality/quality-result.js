@@ -24,15 +24,14 @@ const PROMISE = t("quality-result.for_every_place_you_will_see") + t("quality-re
 
 /** @extends {PagePanel<Runs>} */
 class QualityResult extends PagePanel {
-  #title = make("h2", {}, "");
+  #title = make("h2", "");
   #summary = make("p");
-  #verdict = make("p", { class: "note" });
-  #doing = make("span", { class: "quality-doing" });
-  #bar = make("div", { class: "bar-fill" });
+  #verdict = make("p.note");
+  #doing = make("span.quality-doing");
+  #bar = make("div.bar-fill");
   #progress = make(
-    "div",
+    "div.progress",
     {
-      class: "progress",
       role: "progressbar",
       "aria-label": t("quality-result.progress"),
       "aria-valuemin": "0",
@@ -40,18 +39,13 @@ class QualityResult extends PagePanel {
     },
     this.#bar,
   );
-  #cancel = make("button", { class: "button" }, icon("close"), t("quality-result.cancel"));
-  #going = make("div", { class: "row quality-going" }, this.#doing, this.#progress, this.#cancel);
+  #cancel = make("button.button", icon("close"), t("quality-result.cancel"));
+  #going = make("div.row.quality-going", this.#doing, this.#progress, this.#cancel);
   #body = make("tbody");
   #table = make(
-    "div",
-    { class: "quality-scroll", tabindex: "0", role: "group", "aria-label": t("quality-result.figures") },
-    make(
-      "table",
-      {},
-      make("thead", {}, make("tr", {}, ...HEADS.map((name) => make("th", { scope: "col" }, name)))),
-      this.#body,
-    ),
+    "div.quality-scroll",
+    { tabindex: "0", role: "group", "aria-label": t("quality-result.figures") },
+    make("table", make("thead", make("tr", ...HEADS.map((name) => make("th", { scope: "col" }, name)))), this.#body),
   );
   #drawn = "";
 
@@ -59,14 +53,14 @@ class QualityResult extends PagePanel {
   build() {
     this.append(
       make(
-        "section",
-        { class: "card page-card quality-result", "aria-label": t("quality-result.result") },
+        "section.card.page-card.quality-result",
+        { "aria-label": t("quality-result.result") },
         this.#title,
         this.#summary,
         this.#going,
         this.#table,
         this.#verdict,
-        make("p", { class: "note" }, t("quality-result.osqe_d_and_r_compare_wrong")),
+        make("p.note", t("quality-result.osqe_d_and_r_compare_wrong")),
       ),
     );
     this.#cancel.addEventListener("click", () => {
@@ -122,54 +116,46 @@ const signed = (value) => String(value).replace("-", "−");
 function line(run, row, index) {
   const head = [
     make("th", { scope: "row" }, `${row.distance_m} m`),
-    make("td", {}, t("quality-result.signed_db", { signed: signed(row.snr_db) })),
+    make("td", t("quality-result.signed_db", { signed: signed(row.snr_db) })),
   ];
   if (row.commands === undefined) {
     const why = row.refused || (run.state === "running" ? "…" : t("quality-result.not_measured"));
-    return make("tr", { class: "is-empty" }, ...head, make("td", { colspan: "6" }, why));
+    return make("tr.is-empty", ...head, make("td", { colspan: "6" }, why));
   }
   const ratio = row.osqe_r === null || row.osqe_r === undefined ? "–" : row.osqe_r.toFixed(2);
   const difference = row.osqe_d ?? 0;
   return make(
     "tr",
-    {},
     ...head,
     make(
       "td",
-      {},
       bar((row.commands_exact ?? 0) / row.commands),
       t("quality-result.commandsexact_of_commands", { commandsexact: row.commands_exact, commands: row.commands }),
     ),
     make(
       "td",
-      {},
       t("quality-result.erroneouswordsrobot_of_words_mouth_erroneouswordsperson", {
         erroneouswordsrobot: row.erroneous_words_robot,
         words: row.words,
         erroneouswordsperson: row.erroneous_words_person,
       }),
     ),
-    make("td", {}, difference > 0 ? `+${difference}` : signed(difference)),
+    make("td", difference > 0 ? `+${difference}` : signed(difference)),
     make("td", { title: row.reason }, ratio),
-    make("td", {}, (row.stoi ?? 0).toFixed(2)),
+    make("td", (row.stoi ?? 0).toFixed(2)),
     make(
       "td",
-      {},
       run.reports[index] &&
-        make(
-          "a",
-          { class: "link", href: report(run.id, index), target: "_blank", rel: "noopener" },
-          t("quality-result.open"),
-        ),
+        make("a.link", { href: report(run.id, index), target: "_blank", rel: "noopener" }, t("quality-result.open")),
     ),
   );
 }
 
 /** @param {number} share 0..1 */
 function bar(share) {
-  const fill = make("span", { class: "share-fill" });
+  const fill = make("span.share-fill");
   fill.style.width = `${Math.round(100 * share)}%`;
-  return make("span", { class: "share", "aria-hidden": "true" }, fill);
+  return make("span.share", { "aria-hidden": "true" }, fill);
 }
 
 customElements.define("quality-result", QualityResult);

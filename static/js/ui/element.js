@@ -3,24 +3,35 @@
 const SVG = "http://www.w3.org/2000/svg";
 
 /**
- * An element with its attributes and children. `on…` are listeners; null, undefined and false leave an attribute out.
- * A button sends no form unless it says `type: "submit"`.
- * @template {keyof HTMLElementTagNameMap} T
- * @param {T} tag
- * @param {Record<string, any>} [attributes]
- * @param {...(Node | string | null | undefined | false)} children
- * @returns {HTMLElementTagNameMap[T]}
+ * `"p"` or `"p.note.wide"`: a tag and its classes → the tag.
+ * @template {string} S
+ * @typedef {S extends `${infer T}.${string}` ? T : S} Tag
  */
-export function make(tag, attributes = {}, ...children) {
+/** @typedef {Node | string | null | undefined | false} Child */
+
+/**
+ * An element: `make("li.fact", { title: "…" }, ...children)`, or without attributes. `on…` are listeners; null,
+ * undefined and false leave an attribute out. A button sends no form unless it says `type: "submit"`.
+ * @template {keyof HTMLElementTagNameMap | `${keyof HTMLElementTagNameMap}.${string}`} S
+ * @param {S} selector
+ * @param {Record<string, any> | Child} [first] attributes, or the first child
+ * @param {...Child} rest
+ * @returns {HTMLElementTagNameMap[Tag<S> & keyof HTMLElementTagNameMap]}
+ */
+export function make(selector, first, ...rest) {
+  const [tag = "", ...classes] = selector.split(".");
   const element = document.createElement(tag);
+  if (classes.length) element.className = classes.join(" ");
   if (tag === "button") element.setAttribute("type", "button");
-  for (const [name, value] of Object.entries(attributes)) {
+  const attributes = first && typeof first === "object" && !("nodeType" in first) ? first : null;
+  for (const [name, value] of Object.entries(attributes ?? {})) {
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
     else if (value !== null && value !== undefined && value !== false)
       element.setAttribute(name, value === true ? "" : value);
   }
-  for (const child of children) if (child || child === "") element.append(child);
-  return element;
+  for (const child of attributes ? rest : [/** @type {Child} */ (first), ...rest])
+    if (child || child === "") element.append(child);
+  return /** @type {any} */ (element);
 }
 
 /**

@@ -11,18 +11,17 @@ const MARK_DEG = 30;
 const MARK_PX = 84; // between two of them on the tape
 
 export class HeadUp {
-  #heading = make("span", { class: "head-up-heading" });
-  #tape = make("div", { class: "head-up-tape" });
-  #speed = make("span", { class: "head-up-value" });
-  #ahead = make("span", { class: "head-up-value" });
+  #heading = make("span.head-up-heading");
+  #tape = make("div.head-up-tape");
+  #speed = make("span.head-up-value");
+  #ahead = make("span.head-up-value");
   #seen = "–";
   #seenAt = -Infinity; // [s] of the robot's clock
 
   element = make(
-    "div",
-    { class: "head-up" },
-    make("div", { class: "head-up-top" }, this.#tape, this.#heading),
-    make("span", { class: "head-up-cross" }),
+    "div.head-up",
+    make("div.head-up-top", this.#tape, this.#heading),
+    make("span.head-up-cross"),
     figure("speed", this.#speed, "m/s", t("head-up.speed")),
     figure("ahead", this.#ahead, "m", t("head-up.ahead")),
   );
@@ -31,7 +30,7 @@ export class HeadUp {
     for (let mark = -TURN_DEG; mark <= TURN_DEG; mark += MARK_DEG) {
       const words = String((TURN_DEG - mark) % TURN_DEG); // to the left is more: counter-clockwise
       const at = `calc(50% + ${(mark / MARK_DEG) * MARK_PX}px)`;
-      const part = make("span", { class: "head-up-mark", "aria-hidden": "true" }, words);
+      const part = make("span.head-up-mark", { "aria-hidden": "true" }, words);
       part.style.left = at;
       this.#tape.append(part);
     }
@@ -62,6 +61,6 @@ function nearest({ laser, width }) {
  * @param {string} says
  */
 function figure(name, value, unit, says) {
-  const words = make("span", { class: "head-up-name" }, says);
-  return make("div", { class: "head-up-figure", "data-name": name }, words, make("span", {}, value, ` ${unit}`));
+  const words = make("span.head-up-name", says);
+  return make("div.head-up-figure", { "data-name": name }, words, make("span", value, ` ${unit}`));
 }

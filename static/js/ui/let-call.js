@@ -25,7 +25,7 @@ export const goesToPerson = (session, said) =>
 
 /** @param {string} caller @param {string} words @returns {HTMLButtonElement} */
 export function letCall(caller, words) {
-  const button = make("button", { class: "chip" }, icon("voice"), t("let-call.let_caller_call", { caller }));
+  const button = make("button.chip", icon("voice"), t("let-call.let_caller_call", { caller }));
   button.addEventListener("click", () =>
     dispatchEvent(new CustomEvent("let-call", { detail: { words: words.toLowerCase() } })),
   );

@@ -6,8 +6,8 @@ import { t } from "./texts.js";
 /** @typedef {{active: string, installed: boolean, megabytes: number, gives: string, licence: string}} Offered */
 
 export class ModelOffer {
-  #says = make("p", { class: "note" });
-  #button = make("button", { class: "button primary", hidden: true });
+  #says = make("p.note");
+  #button = make("button.button.primary", { hidden: true });
   /** @type {() => Promise<Offered>} */
   #read;
   /** @type {() => Promise<unknown>} */

@@ -6,9 +6,9 @@ import { t } from "./texts.js";
 import { TroubleLine } from "./trouble-line.js";
 
 export class NameSheet extends Sheet {
-  #name = make("input", { class: "field-box", type: "text", maxlength: "40", autocomplete: "off" });
+  #name = make("input.field-box", { type: "text", maxlength: "40", autocomplete: "off" });
   #trouble = new TroubleLine();
-  #keep = make("button", { type: "submit", class: "button primary" }, t("place-sheet.save"));
+  #keep = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));
 
   /**
    * Build it, closed.
@@ -19,7 +19,7 @@ export class NameSheet extends Sheet {
   fill({ id, title, label, example }, above, below) {
     [this.#name.id, this.#name.placeholder] = [id, example];
     const named = make("label", { for: id }, label);
-    const form = make("form", { class: "place-sheet-form" }, ...above, named, this.#name, ...below);
+    const form = make("form.place-sheet-form", ...above, named, this.#name, ...below);
     form.append(this.#trouble.element, this.#keep);
     this.frame(title, form);
     onSubmit(form, () => void this.#save());

@@ -15,17 +15,16 @@ const SENTENCES = ["come here", "follow me", "stop"];
 
 export class PeopleNear extends HTMLElement {
   #session;
-  #row = make("div", { class: "people-row", role: "group", "aria-label": t("people-near.who_is_near") });
-  #bubble = make("form", { class: "people-bubble", hidden: true });
-  #own = make("input", {
+  #row = make("div.people-row", { role: "group", "aria-label": t("people-near.who_is_near") });
+  #bubble = make("form.people-bubble", { hidden: true });
+  #own = make("input.field-box", {
     type: "text",
-    class: "field-box",
     maxlength: "200",
     placeholder: t("people-near.own_words"),
     "aria-label": t("people-near.what_they_say"),
     autocomplete: "off",
   });
-  #says = make("span", { class: "people-says" });
+  #says = make("span.people-says");
   /** @type {PersonInRoom[]} */
   #people = [];
   #askedAt = -Infinity; // [ms]
@@ -37,18 +36,18 @@ export class PeopleNear extends HTMLElement {
   constructor(session) {
     super();
     this.#session = session;
-    const own = make("button", { type: "submit", class: "button" }, t("people-near.say"));
+    const own = make("button.button", { type: "submit" }, t("people-near.say"));
     this.#bubble.append(
       this.#says,
       ...SENTENCES.map((words) => {
         const button = make(
-          "button",
-          { class: "chip", "data-says": words, onclick: () => void this.#speak(this.#who, words) },
+          "button.chip",
+          { "data-says": words, onclick: () => void this.#speak(this.#who, words) },
           words,
         );
         return button;
       }),
-      make("span", { class: "people-own" }, this.#own, own),
+      make("span.people-own", this.#own, own),
     );
     onSubmit(this.#bubble, () => {
       const words = this.#own.value.trim();
@@ -117,11 +116,11 @@ export class PeopleNear extends HTMLElement {
   /** @param {import("./near.js").Sighting} one */
   #sighting(one) {
     const button = make(
-      "button",
-      { class: "person-chip", "data-near": one.id, title: t("people-near.come_to_this_one") },
+      "button.person-chip",
+      { "data-near": one.id, title: t("people-near.come_to_this_one") },
       icon(one.seen ? "eye" : "voice"),
-      make("span", { class: "person-name" }, one.seen ? t("people-near.seen") : t("people-near.voice")),
-      make("span", { class: "note" }),
+      make("span.person-name", one.seen ? t("people-near.seen") : t("people-near.voice")),
+      make("span.note"),
     );
     button.addEventListener("click", () => {
       const towards_rad = this.#near.towards(one.id);
@@ -151,16 +150,15 @@ export class PeopleNear extends HTMLElement {
   /** @param {string} id */
   #person(id) {
     const button = make(
-      "button",
+      "button.person-chip",
       {
-        class: "person-chip",
         "data-person": id,
         title: t("people-near.let_id_speak_to_the_robot", { id }),
         onclick: () => this.#open(this.#who === id ? "" : id),
       },
       icon("voice"),
-      make("span", { class: "person-name" }, id),
-      make("span", { class: "note" }),
+      make("span.person-name", id),
+      make("span.note"),
     );
     return button;
   }

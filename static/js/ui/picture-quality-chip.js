@@ -16,18 +16,18 @@ const WORDS = /** @type {const} */ ({
 });
 
 export class PictureChip {
-  #dot = make("span", { class: "quality-dot" });
-  #text = make("span", {});
-  #words = make("p", { class: "quality-words" });
-  #rows = make("dl", { class: "pairs" });
+  #dot = make("span.quality-dot");
+  #text = make("span");
+  #words = make("p.quality-words");
+  #rows = make("dl.pairs");
   #wanted = "";
   #since = 0;
   /** The chip. */
-  button = make("button", { class: "quality-chip", hidden: true }, this.#dot, this.#text);
+  button = make("button.quality-chip", { hidden: true }, this.#dot, this.#text);
   /** The panel that it opens over the picture. */
   panel = make(
-    "div",
-    { class: "quality", role: "group", "aria-label": t("picture-quality-chip.picture_quality") },
+    "div.quality",
+    { role: "group", "aria-label": t("picture-quality-chip.picture_quality") },
     this.#words,
     this.#rows,
   );

@@ -10,12 +10,12 @@ import { icon, make } from "./element.js";
  */
 export function runRow(model, run, { drawing, name, note }, away) {
   const shown = run.id === model.selected?.id;
-  const words = make("span", {}, make("b", {}, name), make("span", { class: "note" }, note));
+  const words = make("span", make("b", name), make("span.note", note));
   const open = make(
-    "button",
-    { class: "row-open", "aria-current": shown ? "true" : null, onclick: () => model.choose(run.id) },
+    "button.row-open",
+    { "aria-current": shown ? "true" : null, onclick: () => model.choose(run.id) },
     icon(drawing),
     words,
   );
-  return make("li", {}, open, model.may && away);
+  return make("li", open, model.may && away);
 }

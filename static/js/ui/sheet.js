@@ -5,7 +5,7 @@ import { Panel } from "./panel.js";
 import { t } from "./texts.js";
 
 export class Sheet extends Panel {
-  #close = make("button", { class: "icon-button", "aria-label": t("sheet.close") }, icon("close"));
+  #close = make("button.icon-button", { "aria-label": t("sheet.close") }, icon("close"));
   /** @type {HTMLElement | null} */
   #cameFrom = null;
 
@@ -13,9 +13,9 @@ export class Sheet extends Panel {
   frame(title, ...content) {
     this.setAttribute("role", "dialog");
     this.setAttribute("aria-label", title);
-    const heading = make("h2", { class: "card-title" }, title);
-    const head = make("div", { class: "card-head" }, heading, make("span", { class: "spring" }), this.#close);
-    this.append(make("div", { class: "card sheet" }, head, ...content));
+    const heading = make("h2.card-title", title);
+    const head = make("div.card-head", heading, make("span.spring"), this.#close);
+    this.append(make("div.card.sheet", head, ...content));
     this.#close.addEventListener("click", () => this.shut());
     this.addEventListener("click", (event) => event.target === this && this.shut());
     addEventListener("keydown", (event) => event.key === "Escape" && this.shut());

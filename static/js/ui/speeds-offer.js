@@ -19,7 +19,7 @@ export const offeredType = ({ code, values }) => (code === GUESSED ? (values?.["
 export function speedsOffer(session, said) {
   const type = offeredType(said);
   if (!type || session.hello?.you.role === "viewer") return null;
-  const button = make("button", { class: "button" }, t("speeds-offer.send", { type }));
+  const button = make("button.button", t("speeds-offer.send", { type }));
   button.addEventListener("click", () => {
     button.disabled = true;
     post("api/robot/speeds_type", { type }).then(

@@ -4,7 +4,7 @@ import { sentenceOf } from "../net/api.js";
 import { make, mark, write } from "./element.js";
 
 export class TroubleLine {
-  element = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  element = make("p.map-trouble", { role: "alert", hidden: true });
   #field;
 
   /** @param {HTMLElement | null} [field] that is marked as wrong meanwhile */
