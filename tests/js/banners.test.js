@@ -25,11 +25,7 @@ test("a lost link is told whatever else there is, and alone", () => {
 });
 
 test("the console's own reason for hanging up is passed on", () => {
-  const link = {
-    ...VIEW.link,
-    is: /** @type {const} */ ("down"),
-    why: "Too many people watch now; try again later.",
-  };
+  const link = { ...VIEW.link, is: /** @type {const} */ ("down"), why: "Too many people watch now; try again later." };
   assert.match(told({ link })[0]?.text ?? "", /Too many people watch now/);
 });
 

@@ -66,13 +66,7 @@ export function stepper(id, name, start) {
  * @param {string} start
  */
 export function box(id, name, unit, start) {
-  const input = make("input.words", {
-    id,
-    type: "text",
-    inputmode: "decimal",
-    value: start,
-    autocomplete: "off",
-  });
+  const input = make("input.words", { id, type: "text", inputmode: "decimal", value: start, autocomplete: "off" });
   const row = make(
     "div.box",
     make("label", { for: id }, name),

@@ -50,22 +50,12 @@ function bar(name, says) {
   const fill = make("span.meter-fill");
   const meter = make(
     "div.meter.gain",
-    {
-      role: "meter",
-      "aria-label": `${name}: ${says}`,
-      "aria-valuemin": "0",
-      "aria-valuemax": "100",
-    },
+    { role: "meter", "aria-label": `${name}: ${says}`, "aria-valuemin": "0", "aria-valuemax": "100" },
     fill,
   );
   const word = make("span.gain-word");
   const head = make("div.gain-head", make("span.gain-name", name), word);
-  return {
-    fill,
-    meter,
-    word,
-    row: make("div.gain-row", { title: says }, head, meter, make("span.note", says)),
-  };
+  return { fill, meter, word, row: make("div.gain-row", { title: says }, head, meter, make("span.note", says)) };
 }
 
 customElements.define("gains-card", GainsCard);

@@ -12,12 +12,7 @@ export class ProgressCard extends HTMLElement {
   #fill = make("span.progress-fill");
   #bar = make(
     "div.progress-bar",
-    {
-      role: "progressbar",
-      "aria-valuemin": "0",
-      "aria-valuemax": "100",
-      "aria-label": t("progress-card.how_far"),
-    },
+    { role: "progressbar", "aria-valuemin": "0", "aria-valuemax": "100", "aria-label": t("progress-card.how_far") },
     this.#fill,
   );
   #words = make("p.progress-words");

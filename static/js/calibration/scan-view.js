@@ -9,14 +9,7 @@ import { isDark } from "../ui/theme.js";
 const LEAST = 1.6; // [m] that are shown at least
 const MOST = 5; // [m]
 
-const DARK = {
-  room: "#3d4f63",
-  scan: "#a6b6c6",
-  board: "#f08ae8",
-  ring: "#1d2835",
-  text: "#8597a9",
-  robot: "#43d1e8",
-};
+const DARK = { room: "#3d4f63", scan: "#a6b6c6", board: "#f08ae8", ring: "#1d2835", text: "#8597a9", robot: "#43d1e8" };
 const LIGHT = {
   room: "#b4c2ce",
   scan: "#435567",

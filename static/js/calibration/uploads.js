@@ -97,13 +97,7 @@ export class Uploads {
     if (image) {
       if (this.frame?.image instanceof ImageBitmap) this.frame.image.close();
       this.#count += 1;
-      this.frame = {
-        image,
-        width: image.width,
-        height: image.height,
-        key: `file ${this.#count}`,
-        stamp_s: null,
-      };
+      this.frame = { image, width: image.width, height: image.height, key: `file ${this.#count}`, stamp_s: null };
     }
     return { name: file.name, kind: verdict.kind, words: verdict.words };
   }

@@ -55,9 +55,7 @@ export class ViewsCard extends HTMLElement {
       ...views.map((view) => this.#row(view, worst, calibration, rows.get(view.name), selected)),
     );
     const again = [...this.#list.children].find((row) => row.getAttribute("data-name") === focused);
-    /** @type {HTMLElement | null | undefined} */ (again?.querySelector(".view-keep"))?.focus({
-      preventScroll: true,
-    });
+    /** @type {HTMLElement | null | undefined} */ (again?.querySelector(".view-keep"))?.focus({ preventScroll: true });
   }
 
   /**

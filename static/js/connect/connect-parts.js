@@ -157,10 +157,7 @@ class ConnectParts extends PagePanel {
   #type({ used }, part) {
     const select = make(
       "select.field-box.connect-input.connect-type",
-      {
-        "aria-label": t("connect-parts.type_of_the_speeds"),
-        disabled: !this.model.may,
-      },
+      { "aria-label": t("connect-parts.type_of_the_speeds"), disabled: !this.model.may },
       ...TYPES.map((name) => make("option", { value: name }, name)),
     );
     select.value = shortType(used[0]?.type ?? "");

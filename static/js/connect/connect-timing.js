@@ -102,12 +102,7 @@ function offsetRow(laser, timings, odometry, count) {
   const way = timing.offset_s > 0 ? t("connect-timing.early") : t("connect-timing.late");
   const corrected =
     timing.applied_s === 0 ? t("connect-timing.too_little_to_be_corrected") : t("connect-timing.corrected");
-  return {
-    name,
-    value,
-    note: t("connect-timing.the_laser_s_stamps_are_way", { way, corrected }),
-    tone: null,
-  };
+  return { name, value, note: t("connect-timing.the_laser_s_stamps_are_way", { way, corrected }), tone: null };
 }
 
 /** @param {number} value @param {number | null | undefined} sd @returns {string} */

@@ -78,11 +78,7 @@ class ExperimentList extends PagePanel {
     const form = make("form.row.experiment-form", { id: `run-${one.name}` });
     const button = make(
       "button.button",
-      {
-        type: "submit",
-        form: form.id,
-        "aria-label": t("experiment-list.run_title", { title: one.title }),
-      },
+      { type: "submit", form: form.id, "aria-label": t("experiment-list.run_title", { title: one.title }) },
       icon("play"),
       t("experiment-list.run"),
     );

@@ -183,11 +183,7 @@ function compared({ compared: rows }) {
   );
   return make(
     "div.experiment-scroll",
-    {
-      tabindex: "0",
-      role: "group",
-      "aria-label": t("experiment-result.beside_the_chapter_s_figures"),
-    },
+    { tabindex: "0", role: "group", "aria-label": t("experiment-result.beside_the_chapter_s_figures") },
     make("table", make("thead", make("tr", ...heads)), make("tbody", ...body)),
   );
 }

@@ -13,11 +13,7 @@ const MANY = 8; // robots, from which on one may search
 export class FleetCounts extends HTMLElement {
   /** @type {Map<string, HTMLButtonElement>} */
   #chips = new Map();
-  #search = make("input.field-box.fleet-search", {
-    type: "search",
-    "aria-label": t("fleet.search"),
-    hidden: true,
-  });
+  #search = make("input.field-box.fleet-search", { type: "search", "aria-label": t("fleet.search"), hidden: true });
 
   /** @param {FleetSession} session @param {(group: string, words: string) => void} filter */
   join(session, filter) {

@@ -38,11 +38,7 @@ export const make = (sample) => post(`${ROOT}/samples/${sample}`);
 
 /** @param {string} name @param {{name?: string, note?: string}} fresh */
 export const change = (name, fresh) =>
-  call(one(name), {
-    method: "PATCH",
-    body: JSON.stringify(fresh),
-    headers: { "content-type": "application/json" },
-  });
+  call(one(name), { method: "PATCH", body: JSON.stringify(fresh), headers: { "content-type": "application/json" } });
 
 /** @param {string} name */
 export const remove = (name) => call(one(name), { method: "DELETE" });

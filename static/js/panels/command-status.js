@@ -35,12 +35,7 @@ class CommandStatus extends Panel {
   #bar = make("div.bar-fill");
   #progress = make(
     "div.progress",
-    {
-      role: "progressbar",
-      "aria-label": t("command-status.progress"),
-      "aria-valuemin": "0",
-      "aria-valuemax": "100",
-    },
+    { role: "progressbar", "aria-label": t("command-status.progress"), "aria-valuemin": "0", "aria-valuemax": "100" },
     this.#bar,
   );
   #cancel = make("button.button", icon("close"), t("command-status.cancel"));

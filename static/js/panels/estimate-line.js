@@ -8,10 +8,7 @@ import { t } from "../ui/texts.js";
 /** @import { View } from "../net/session.js" */
 
 class EstimateLine extends Panel {
-  #values = [0, 1, 2].map(() => ({
-    value: make("span.where-value", "–"),
-    sigma: make("span.figure-sigma"),
-  }));
+  #values = [0, 1, 2].map(() => ({ value: make("span.where-value", "–"), sigma: make("span.figure-sigma") }));
   #button = make("button.row.where", { title: t("estimate-line.where_the_robot_believes_it_is") });
 
   /** @override */

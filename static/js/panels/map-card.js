@@ -153,13 +153,7 @@ class MapCard extends Panel {
     const row = make(
       "li.row.map",
       { "data-current": current },
-      make("img.map-preview", {
-        src: maps.previewOf(map),
-        alt: "",
-        width: "56",
-        height: "44",
-        loading: "lazy",
-      }),
+      make("img.map-preview", { src: maps.previewOf(map), alt: "", width: "56", height: "44", loading: "lazy" }),
       make(
         "div.map-body",
         make("p.inline.map-name", map.name, current && make("span.map-badge", t("map-card.in_use"))),
@@ -180,11 +174,7 @@ class MapCard extends Panel {
     acts.append(
       make(
         "a.button.small.plain",
-        {
-          href: maps.zipOf(map.name),
-          download: "",
-          "aria-label": t("map-card.download_name", { name: map.name }),
-        },
+        { href: maps.zipOf(map.name), download: "", "aria-label": t("map-card.download_name", { name: map.name }) },
         t("map-card.download"),
       ),
     );

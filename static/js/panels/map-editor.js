@@ -180,10 +180,7 @@ class MapEditor extends Panel {
     const words = t("map-editor.what_by_at", { what: DONE[kind], by, at: new Date(1000 * at).toLocaleTimeString() });
     const act = make(
       "button.button.small",
-      {
-        type: "button",
-        "aria-label": `${holds ? t("map-editor.undo") : t("map-editor.redo")} ${id}`,
-      },
+      { type: "button", "aria-label": `${holds ? t("map-editor.undo") : t("map-editor.redo")} ${id}` },
       holds ? t("map-editor.undo") : t("map-editor.redo"),
     );
     act.addEventListener("click", () => void this.#try(() => api.takeBack(holds ? "undo" : "redo", id)));

@@ -24,10 +24,7 @@ class PendingCommandCard extends Panel {
   );
   #cancel = make(
     "button.button",
-    {
-      "aria-label": t("pending-command-card.cancel_the_pending_command"),
-      "aria-keyshortcuts": "Escape",
-    },
+    { "aria-label": t("pending-command-card.cancel_the_pending_command"), "aria-keyshortcuts": "Escape" },
     icon("close"),
     t("pending-command-card.cancel"),
     make("kbd", { "aria-hidden": "true" }, "Esc"),

@@ -60,9 +60,7 @@ class RobotBadge extends Panel {
     write(this.#share, `${share}\u00a0×`);
     this.#pace.title = t(
       simulated ? "robot-badge.the_simulator_runs_at" : "robot-badge.this_computer_is_busy_the_robot",
-      {
-        share,
-      },
+      { share },
     );
   }
 }

@@ -199,10 +199,7 @@ class RouteCard extends Panel {
     const body = make("div.place-body", make("p.place-name", name), make("p.note", loop ? `${way} ↻` : way));
     const edit = make(
       "button.icon-button.small",
-      {
-        "aria-label": t("route-card.change_name", { name }),
-        title: t("place-list.change"),
-      },
+      { "aria-label": t("route-card.change_name", { name }), title: t("place-list.change") },
       icon("pencil"),
     );
     edit.addEventListener("click", () => {

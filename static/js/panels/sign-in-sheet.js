@@ -78,11 +78,7 @@ export class SignInSheet extends Sheet {
     const role = this.#drives.checked ? "operator" : "viewer";
     /** @type {NewLink} */
     const { address, qr, note } = await api.makeLink(role, this.#name.value.trim());
-    const box = make("input.field-box", {
-      readonly: true,
-      value: address,
-      "aria-label": t("sign-in-sheet.link"),
-    });
+    const box = make("input.field-box", { readonly: true, value: address, "aria-label": t("sign-in-sheet.link") });
     box.addEventListener("focus", () => box.select());
     const copy = make("button.button", { onclick: () => void this.#copy(box, copy) }, t("sign-in-sheet.copy"));
     this.#made.replaceChildren(

@@ -37,10 +37,7 @@ class QualityList extends PagePanel {
     const about = { join: far.join(", "), phrases, who: run.who, since: since(run.at_s) };
     const away = make(
       "button.icon-button",
-      {
-        "aria-label": t("quality-list.delete_this_measurement"),
-        onclick: () => void this.model.remove(run.id),
-      },
+      { "aria-label": t("quality-list.delete_this_measurement"), onclick: () => void this.model.remove(run.id) },
       icon("trash"),
     );
     const words = {

@@ -31,12 +31,7 @@ class QualityResult extends PagePanel {
   #bar = make("div.bar-fill");
   #progress = make(
     "div.progress",
-    {
-      role: "progressbar",
-      "aria-label": t("quality-result.progress"),
-      "aria-valuemin": "0",
-      "aria-valuemax": "100",
-    },
+    { role: "progressbar", "aria-label": t("quality-result.progress"), "aria-valuemin": "0", "aria-valuemax": "100" },
     this.#bar,
   );
   #cancel = make("button.button", icon("close"), t("quality-result.cancel"));

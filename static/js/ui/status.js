@@ -38,13 +38,7 @@ const STOPS = "stop_moving";
  * @param {readonly string[]} [suggestions]
  * @returns {StatusLine}
  */
-const line = (icon, words, remark, state, suggestions = []) => ({
-  icon,
-  words,
-  remark,
-  state,
-  suggestions,
-});
+const line = (icon, words, remark, state, suggestions = []) => ({ icon, words, remark, state, suggestions });
 
 const STARTING = line("running", t("status.starting"), t("status.awaits_the_first_scans"), "starting");
 const LOST = line("unlinked", t("status.no_link"), t("status.commands_are_not_sent_until_it"), "lost");
