@@ -1,7 +1,5 @@
 """The command `beckon`."""
 
-from __future__ import annotations
-
 import os
 import sys
 

@@ -1,7 +1,5 @@
 """The web application: the list of its routers, the guard in front, one place for errors."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import mimetypes

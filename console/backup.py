@@ -1,7 +1,5 @@
 """The data folder as one file, and back: all that is Beckon's in it but models, and recordings on request."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import io

@@ -1,7 +1,5 @@
 """The robot's pictures for the browsers: encoded once for all viewers."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """The capabilities of the console: every part, and what it is made of. A new one is one row."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

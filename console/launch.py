@@ -3,8 +3,6 @@
 Another package or folder that is called `console` or `core` may stand before Beckon's own: then one sentence says so.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Logging of the console: everything to a file, only what matters to the terminal, in one line."""
 
-from __future__ import annotations
-
 import json
 import logging
 import sys

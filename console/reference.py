@@ -3,8 +3,6 @@
 `python -m console.reference` writes them; a test keeps them equal.
 """
 
-from __future__ import annotations
-
 import argparse
 import inspect
 import json

@@ -1,7 +1,5 @@
 """A robot that stands and has nothing to do: what the pages show of it hardly changes, and is sent less often."""
 
-from __future__ import annotations
-
 import math
 
 from core.snapshot import Snapshot

@@ -1,7 +1,5 @@
 """Runs of long work: one at a time, watched, cancelled, and kept in a folder each."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import re

@@ -4,8 +4,6 @@ The pilot's thread is one sentence: for each frame of the robot, step, send the 
 the event loop. The gate hears the console's heartbeat only from the loop, and only while the pilot steps.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import logging

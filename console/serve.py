@@ -1,7 +1,5 @@
 """From options to a running console: port, tokens, uvicorn, and an end that is prompt."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import ctypes

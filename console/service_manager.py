@@ -3,8 +3,6 @@
 sd_notify(3) is one datagram to the socket that the environment names. Without one nothing is sent.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket

@@ -1,7 +1,5 @@
 """The view model, or serializer: a Snapshot and the console's own state → the state message of every viewer."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

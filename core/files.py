@@ -1,7 +1,5 @@
 """Files that must last: written whole or not at all, and on the disk before anything is said about them."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import hashlib

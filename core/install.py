@@ -4,8 +4,6 @@ An extra is named by the checkout or by its packages, never by the name of a dis
 that name may be another program.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import sys

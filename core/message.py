@@ -1,7 +1,5 @@
 """Messages between the rooms: frozen values that own read-only copies of their arrays."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any, TypeVar, dataclass_transform
 

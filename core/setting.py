@@ -16,8 +16,6 @@ From the declaration come the check of every value, `beckon settings`, the refer
 A threshold is the equation's own number: a file that names it gets a sentence.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 import math

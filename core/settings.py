@@ -6,8 +6,6 @@ lookahead = 0.3
 wheel_noise = "paper"
 """
 
-from __future__ import annotations
-
 import dataclasses
 import difflib
 import logging

@@ -1,7 +1,5 @@
 """Everything that may be shown at one instant, and nothing else may."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """An allowance of entries for one person: some at once, and then so many a minute."""
 
-from __future__ import annotations
-
 
 class EntryAllowance:
     """A bucket that holds `most`, and gains `a_minute` of them every minute."""

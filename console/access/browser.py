@@ -3,8 +3,6 @@
 A command line can be read by every user of the machine, and stays there as long as the browser runs.
 """
 
-from __future__ import annotations
-
 import contextlib
 import html
 import os

@@ -4,8 +4,6 @@ Order: Host, what the route asks for, who it is, where it comes from (Origin), w
 body, counted while it streams. Denied unless all of it is good.
 """
 
-from __future__ import annotations
-
 import asyncio
 import re
 import time

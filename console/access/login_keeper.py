@@ -1,7 +1,5 @@
 """Keeps the logins in memory and those on disk alike, from a thread; tells who was signed out by another process."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable
 

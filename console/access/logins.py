@@ -3,8 +3,6 @@
 All of it is decided in memory, on the clock that is passed in; `sync` brings memory and file together from a thread.
 """
 
-from __future__ import annotations
-
 import hashlib
 import hmac
 import itertools

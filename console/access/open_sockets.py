@@ -1,7 +1,5 @@
 """Every open socket, whose it is, and how to close it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 

@@ -1,7 +1,5 @@
 """Every way in declares who may use it: an endpoint, a mounted app, a socket. Nothing is open by being forgotten."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, TypeVar

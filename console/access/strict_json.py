@@ -1,7 +1,5 @@
 """JSON from strangers: what the standard reader lets pass is refused here."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any, NoReturn

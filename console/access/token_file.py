@@ -1,7 +1,5 @@
 """The operator's key in a file of its own, so that it stays the same over restarts: `--token-file`."""
 
-from __future__ import annotations
-
 import os
 import re
 import secrets

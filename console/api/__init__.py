@@ -1,7 +1,5 @@
 """The HTTP interface: one router per topic, every endpoint with its role."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Annotated, Any

@@ -3,8 +3,6 @@
 What becomes of the words: see `console.speech.listener`.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import itertools

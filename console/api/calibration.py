@@ -1,7 +1,5 @@
 """The wizards' sessions: begin, show pictures, solve, accept, take away."""
 
-from __future__ import annotations
-
 import re
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """Files of a calibration: pictures of views, exports in every form, what is in use, a board to print."""
 
-from __future__ import annotations
-
 import asyncio
 from typing import IO, Annotated, Any, Literal
 

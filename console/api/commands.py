@@ -1,7 +1,5 @@
 """Commands for the robot, and how they ended."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import msgspec

@@ -1,7 +1,5 @@
 """The connection to the robot: topics, parts and mountings that were found, and the robot file made of them."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Generator, Mapping

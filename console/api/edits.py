@@ -1,7 +1,5 @@
 """Edits of the map in use: made, taken back, made again."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal
 

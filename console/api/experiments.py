@@ -1,7 +1,5 @@
 """Experiments that compute the chapter's figures and tables again: what there is, runs, and their files."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import msgspec

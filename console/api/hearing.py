@@ -1,7 +1,5 @@
 """The robot's microphones: listening, and the newest utterances."""
 
-from __future__ import annotations
-
 import msgspec
 
 from console.access.roles import needs

@@ -1,7 +1,5 @@
 """Help: the pages of static/docs, rendered for the browser, offline."""
 
-from __future__ import annotations
-
 import html
 import re
 from collections.abc import Sequence

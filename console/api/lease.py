@@ -1,7 +1,5 @@
 """The lease: the right to drive."""
 
-from __future__ import annotations
-
 import time
 
 from console.access.roles import needs

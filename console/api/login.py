@@ -1,7 +1,5 @@
 """Signing in and out: a token opens a login, the login lives in a cookie that no script can read."""
 
-from __future__ import annotations
-
 import re
 import time
 import unicodedata

@@ -1,7 +1,5 @@
 """Maps: the one in use to take away, and the saved ones to go on in."""
 
-from __future__ import annotations
-
 import asyncio
 import io
 import zipfile

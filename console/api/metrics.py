@@ -1,7 +1,5 @@
 """Figures for a monitoring system: those of the console in Prometheus' text form."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The robot's own microphones: a self-check, and the wizard that finds how the array is turned on the robot."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from fastapi import Path

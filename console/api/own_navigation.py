@@ -1,7 +1,5 @@
 """The navigation that a robot has of its own: its map and pose, and goals for it on request."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import msgspec

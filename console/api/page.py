@@ -1,7 +1,5 @@
 """The page itself, the scene's page, and the three kinds of sockets."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from fastapi import APIRouter, Request, Response, WebSocket

@@ -5,8 +5,6 @@ them for good, and asks for none of them when the page is opened again. Modules 
 and so stay under the same version. Under `static/` alone the browser asks each time whether they changed.
 """
 
-from __future__ import annotations
-
 import gzip
 import hashlib
 import os

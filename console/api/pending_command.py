@@ -1,7 +1,5 @@
 """The spoken command that waits: begin it at once, or drop it."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import msgspec

@@ -1,7 +1,5 @@
 """Enrollment of people, and the choice of the one person whom the robot comes to."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import msgspec

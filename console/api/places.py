@@ -1,7 +1,5 @@
 """Named places of the map in use."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import msgspec

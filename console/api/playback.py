@@ -1,7 +1,5 @@
 """Steering a recording."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import msgspec

@@ -1,7 +1,5 @@
 """The recognizer of words and the detector of people: which of each is active, and the models that do it better."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 

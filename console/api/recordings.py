@@ -1,7 +1,5 @@
 """Recordings: begin and end one, keep what just happened, and the files to take away."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path as FilePath
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """Reports of a map, a drive, a calibration, an experiment: one HTML file each, read and printed without a network."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 import time

@@ -1,7 +1,5 @@
 """Routes of the map in use, and the one under way."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """Logins, and the keys by which one may sign in: links for others, and the end of a login or of a key."""
 
-from __future__ import annotations
-
 import re
 import time
 from typing import Literal

@@ -1,7 +1,5 @@
 """The common settings, from their declarations; changes are saved in the settings file."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from fastapi import Path

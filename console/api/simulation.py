@@ -1,7 +1,5 @@
 """The simulated robot only: where it really is, and things and people put in its way."""
 
-from __future__ import annotations
-
 import asyncio
 import base64
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """Corrections of the map by an operator: wrong loop closures, and "I am here"."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import msgspec

@@ -1,7 +1,5 @@
 """Measured recognition of voices where the robot stands now: runs, their figures and their pages."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import math

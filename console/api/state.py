@@ -1,7 +1,5 @@
 """The present state of the console and the robot."""
 
-from __future__ import annotations
-
 import msgspec
 from fastapi import Response
 

@@ -4,8 +4,6 @@ Two tasks a viewer: one sends the newest and blocks nobody but itself, one liste
 else is looked at. Every end has a code and a reason.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import math

@@ -1,7 +1,5 @@
 """Stop and halt. They act on the headers alone: no body can delay or break them."""
 
-from __future__ import annotations
-
 import msgspec
 
 from console.access.roles import needs

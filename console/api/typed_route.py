@@ -1,7 +1,5 @@
 """Endpoints that answer with a struct: encoded by msgspec, and described in OpenAPI by the struct itself."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 from collections.abc import Callable, Coroutine, Iterable

@@ -1,7 +1,5 @@
 """The robot's voice: answers spoken aloud in the browser that asks for them."""
 
-from __future__ import annotations
-
 import contextlib
 from typing import Annotated
 

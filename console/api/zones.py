@@ -1,7 +1,5 @@
 """Zones of the map in use: to keep out of, and slow ones."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import msgspec

@@ -1,7 +1,5 @@
 """Between a robot's profile and its calibration: which sensors the pilot looks through."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

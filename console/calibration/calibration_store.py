@@ -9,8 +9,6 @@ A calibration that was accepted is used at once, and after every later start: `a
 model and the mount into the robot's profile, from which perception takes both.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import os

@@ -1,7 +1,5 @@
 """The camera's session, as a worker holds it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

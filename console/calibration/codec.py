@@ -1,7 +1,5 @@
 """Between core's values and the calibration's messages."""
 
-from __future__ import annotations
-
 import cv2
 import msgspec
 import numpy as np

@@ -1,7 +1,5 @@
 """The simulated person: holds the board as advised, with a person's aim, until the session has enough."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass

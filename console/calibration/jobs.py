@@ -1,7 +1,5 @@
 """Jobs of the calibration's workers (camera, laser, solver), and their answers."""
 
-from __future__ import annotations
-
 from typing import Any, NotRequired, TypedDict
 
 import msgspec

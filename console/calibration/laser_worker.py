@@ -1,7 +1,5 @@
 """The laser's session, as a worker holds it."""
 
-from __future__ import annotations
-
 import msgspec
 import numpy as np
 

@@ -1,7 +1,5 @@
 """The robot's pictures and scans on their way to a session: the newest of each, nothing queues."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 

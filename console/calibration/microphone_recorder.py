@@ -1,7 +1,5 @@
 """Seconds of the robot's sound, recorded on purpose; in the simulated room a person speaks meanwhile."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 

@@ -1,7 +1,5 @@
 """The calibration service: every calibration session, what is in use, and the robot's pictures for both."""
 
-from __future__ import annotations
-
 import asyncio
 import secrets
 import time

@@ -1,7 +1,5 @@
 """One calibration session as the console keeps it: its worker, its file, and what the page is shown."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from abc import ABC, abstractmethod

@@ -1,7 +1,5 @@
 """Work that takes long or needs no memory: solving, straightening pictures, reading files."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import msgspec

@@ -1,7 +1,5 @@
 """The subcommands of `beckon`, one file each: `add` to the parser, `run` when chosen."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Calibrations for people who read a terminal: tables in the layout of Table 3, and sentences."""
 
-from __future__ import annotations
-
 import shutil
 import textwrap
 from collections.abc import Iterable

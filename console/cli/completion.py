@@ -1,7 +1,5 @@
 """`beckon completion`: a script that lets the shell complete Beckon's subcommands, options and files."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`beckon correct`: straight pictures from a calibrated camera's bent ones (Table 1)."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """`beckon doctor`: the installed and the missing parts, and the command that installs each."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import shutil

@@ -1,7 +1,5 @@
 """`beckon experiment`: compute one figure or table again, all of them, or one for every setting of a grid."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

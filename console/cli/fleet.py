@@ -1,7 +1,5 @@
 """`beckon fleet`: many robots on one page; `beckon fleet cert NAME`: a robot's certificate."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

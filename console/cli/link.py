@@ -1,7 +1,5 @@
 """`beckon link`: a link that signs in who opens it, made beside a running console."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

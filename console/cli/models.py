@@ -1,7 +1,5 @@
 """`beckon models`: which models there are, fetch one, remove one."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 from typing import Any, NamedTuple, Self

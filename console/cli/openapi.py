@@ -1,7 +1,5 @@
 """`beckon openapi`: the description of the HTTP interface, as a console has it at /openapi.json."""
 
-from __future__ import annotations
-
 import argparse
 from typing import Any
 

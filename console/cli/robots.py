@@ -1,7 +1,5 @@
 """`beckon robots`: the kinds of robots and devices that can be connected."""
 
-from __future__ import annotations
-
 import argparse
 from typing import Any, NamedTuple
 

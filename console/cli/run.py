@@ -1,7 +1,5 @@
 """`beckon run`: the console, by default on the simulated robot."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

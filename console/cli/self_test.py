@@ -1,7 +1,5 @@
 """A minute with the simulated robot: does it obey, does the gate hold, does the map come out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

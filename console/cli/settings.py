@@ -1,7 +1,5 @@
 """`beckon settings`: every setting that a file can change, and the schema of that file for editors."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import inspect

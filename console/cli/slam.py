@@ -1,7 +1,5 @@
 """`beckon slam`: a log through the estimator, offline, as fast as it goes."""
 
-from __future__ import annotations
-
 import argparse
 import time
 from pathlib import Path

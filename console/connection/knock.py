@@ -1,7 +1,5 @@
 """Knock at an address where robots are: a connection is opened and closed, nothing is sent."""
 
-from __future__ import annotations
-
 import asyncio
 from dataclasses import dataclass
 from pathlib import Path

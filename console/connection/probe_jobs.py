@@ -1,7 +1,5 @@
 """Jobs of the worker that connects to another robot to see what is there, or checks a robot file."""
 
-from __future__ import annotations
-
 import msgspec
 
 from console.workers.job import Job

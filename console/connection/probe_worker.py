@@ -1,7 +1,5 @@
 """The worker that connects to a robot to see what is there: a driver that hangs or breaks is killed with it."""
 
-from __future__ import annotations
-
 import http.client
 import time
 from urllib.parse import urlsplit

@@ -3,8 +3,6 @@
 Without this rule anybody who may drive could reach every service that this computer reaches, its own ones included.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ipaddress
 import re

@@ -1,7 +1,5 @@
 """Findings on the robot, or on another one that is looked at; robot files in the data folder."""
 
-from __future__ import annotations
-
 import asyncio
 import re
 import shlex

@@ -1,7 +1,5 @@
 """Commands that are under way: who gave them, by which way, and what follows from that."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The preview of a command: what it would do as the robot stands now."""
 
-from __future__ import annotations
-
 from core.commands import spec_of
 from core.commands.command import Command, CommandPreview
 from core.navigation.person_following import PersonFollowingSettings

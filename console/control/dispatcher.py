@@ -5,8 +5,6 @@ were typed are understood here; a recognizer's words arrive as commands. Everyth
 it waits.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Container, Sequence

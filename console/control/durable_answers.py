@@ -3,8 +3,6 @@
 A stop and a halt wait for nothing.
 """
 
-from __future__ import annotations
-
 from console.access.guard import SAFE_METHODS, App, Message, Receive, Scope, Send
 from console.control.history import History
 

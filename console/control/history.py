@@ -4,8 +4,6 @@ Nobody fills it: what a viewer does, and what an operator is refused, is written
 what is more is one row that counts.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import time

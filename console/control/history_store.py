@@ -4,8 +4,6 @@ Recording never waits, but a caller may ask when all of it is on disk. Rows that
 committed together, with `synchronous=FULL`; rows that the disk refused are kept and written when it takes them again.
 """
 
-from __future__ import annotations
-
 import logging
 import queue
 import sqlite3

@@ -4,8 +4,6 @@ Pure logic on the time that is passed in. The caller compares `epoch` before and
 change, and the caller then takes the robot through zero (disarm, cancel, arm again for the holder, if there is one).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from console.access.logins import Person

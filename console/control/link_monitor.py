@@ -1,7 +1,5 @@
 """Link monitor, a watchdog: notices when the robot's link or the pilot falls silent, and when it is back."""
 
-from __future__ import annotations
-
 from console.control.dispatcher import CommandDispatcher
 from console.control.notices import Notifications
 from console.robot.supervisor import RobotSupervisor

@@ -1,7 +1,5 @@
 """Sentences for the operator, the pilot's and the console's own, in one list."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ While it drives, the robot's own software steers it and Beckon's gate does not. 
 Beckon's ends such a goal, too: STOP, another command, a hand, a lease that lapses.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 from collections import deque

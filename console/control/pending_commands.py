@@ -5,8 +5,6 @@ begins by itself after its delay, unless a stop, another command, a hand on the 
 Cancel comes before. While someone speaks it waits on: they may be about to say that it is wrong.
 """
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Callable

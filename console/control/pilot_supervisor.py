@@ -1,7 +1,5 @@
 """Starts the pilot again when it fails: without its calibrations where these may be the reason, and not for ever."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time

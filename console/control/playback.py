@@ -1,7 +1,5 @@
 """Steering a recording that plays."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
 from typing import Literal

@@ -1,7 +1,5 @@
 """The common settings: what holds now, what holds from the next start, and changing them in the settings file."""
 
-from __future__ import annotations
-
 import asyncio
 import dataclasses
 import json

@@ -4,8 +4,6 @@ A link that was frozen delivers what was sent long ago as if it were new. A page
 sends by the console's own clock, and can only make it older.
 """
 
-from __future__ import annotations
-
 from collections import deque
 
 MAX_REMEMBERED_STATES = 1200  # states: a minute

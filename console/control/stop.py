@@ -3,8 +3,6 @@
 Every stop acts; a flood of them leaves few rows in the history.
 """
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections import deque

@@ -1,7 +1,5 @@
 """Commands that another program writes into speech.txt are treated like typed ones (paper 4.2)."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Callable

@@ -4,8 +4,6 @@ Another program writes them, at best under another name that is then renamed. Wh
 and emptied. The direction is only read for the commands that need one.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 import os

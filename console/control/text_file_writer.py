@@ -4,8 +4,6 @@ Both are written under another name and renamed, so that no reader sees half of 
 reads the words finds it there. Their date is the moment at which the words ended, however long it took to read them.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import os

@@ -1,7 +1,5 @@
 """Catalogue of the experiments, each as its own file declares it."""
 
-from __future__ import annotations
-
 import asyncio
 
 import msgspec

@@ -1,7 +1,5 @@
 """Runs of experiments: the command line in processes of its own, with its files and the chapter's figures."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import os

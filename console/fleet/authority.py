@@ -3,8 +3,6 @@
 `openssl` makes them; what was made is listed in `certificates.json`, from which the router knows whom to let in.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -3,8 +3,6 @@
 The loss of the fleet changes nothing here; it is only said.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import threading

@@ -1,7 +1,5 @@
 """The fleet's router: robots join it, it asks them to stand, for pictures and for keys of their consoles."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import logging

@@ -3,8 +3,6 @@
 Pure logic on the time that is passed in [s]. A robot is never dropped: what is old is shown with its age.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal

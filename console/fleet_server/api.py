@@ -1,7 +1,5 @@
 """The fleet over HTTP: who is there, STOP ALL, Halt all, pictures."""
 
-from __future__ import annotations
-
 import time
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """All behind the fleet's page: the router, who is signed in, and who may do what at which robot."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time

@@ -1,7 +1,5 @@
 """From options to a running fleet."""
 
-from __future__ import annotations
-
 import ipaddress
 import os
 import socket

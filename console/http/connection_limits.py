@@ -4,8 +4,6 @@ A connection is a stranger's until a request on it has shown a valid key or logi
 where an address, or all of them together, have too many, the stranger that is there longest is dropped.
 """
 
-from __future__ import annotations
-
 import ipaddress
 import resource
 from typing import Protocol

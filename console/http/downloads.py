@@ -1,7 +1,5 @@
 """Answers that a browser saves as a file."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 from collections.abc import Iterator

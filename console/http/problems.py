@@ -1,7 +1,5 @@
 """Errors as the web tells them: `application/problem+json`, one sentence to act on, never the input."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, MutableMapping
 from http import HTTPStatus
 from typing import Any

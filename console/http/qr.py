@@ -1,7 +1,5 @@
 """QR codes of sign-in links, for phones."""
 
-from __future__ import annotations
-
 import io
 
 import segno

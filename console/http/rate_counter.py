@@ -1,7 +1,5 @@
 """Rate counter, for rate limits: how much within the present second."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -3,8 +3,6 @@
 uvicorn itself sets no bound to any of them.
 """
 
-from __future__ import annotations
-
 import socket
 import time
 from asyncio import BaseTransport, Task, TimerHandle

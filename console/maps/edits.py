@@ -4,8 +4,6 @@ Edits are a list that only grows: one that is taken back stays in it and can be 
 is the number of its last edit. Nothing of what the robot saw is changed; a turn moves the axes of the world.
 """
 
-from __future__ import annotations
-
 import asyncio
 import math
 import time

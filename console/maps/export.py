@@ -1,7 +1,5 @@
 """Exports of a saved map next to Beckon's own files: files for other programs, and a picture for the list."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Protocol
 

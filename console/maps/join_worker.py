@@ -1,7 +1,5 @@
 """The worker that finds one saved map in another and joins both: minutes of searching, killed when given up."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import msgspec

@@ -4,8 +4,6 @@ Each mark is anchored to the submap that was nearest when it was made: where a l
 moves with it.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

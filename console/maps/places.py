@@ -1,7 +1,5 @@
 """Named places of the map in use: made, renamed and removed by people; words and ears know their names at once."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Callable

@@ -5,8 +5,6 @@ Whatever ends or pre-empts that command pauses or ends the route, and only a per
 written down with every step: after a restart it stands as interrupted, and never moves by itself.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import logging

@@ -1,7 +1,5 @@
 """Map operations of the operator: saved maps, the robot's place on the map, and the closures that hold."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import math

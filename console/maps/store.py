@@ -1,7 +1,5 @@
 """Saved maps on the disk: a folder each, written aside and renamed, so that a half-written one never counts."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

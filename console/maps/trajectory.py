@@ -1,7 +1,5 @@
 """The robot's trajectory, stored in the frames of its submaps: a closure that moves a submap moves these poses."""
 
-from __future__ import annotations
-
 from array import array
 
 import numpy as np

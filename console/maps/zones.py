@@ -3,8 +3,6 @@
 A hand that drives is warned at a zone to keep out of, and enters it with a second press.
 """
 
-from __future__ import annotations
-
 import asyncio
 import math
 import time

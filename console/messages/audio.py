@@ -1,7 +1,5 @@
 """The socket `/ws/audio`: sound of a browser's microphone up, recognized words down."""
 
-from __future__ import annotations
-
 import struct
 from typing import Literal
 

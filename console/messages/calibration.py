@@ -1,7 +1,5 @@
 """A calibration session as the page gets it; the same over REST and over the socket."""
 
-from __future__ import annotations
-
 from typing import Any, Literal
 
 import msgspec

@@ -2,8 +2,6 @@
 those of REST's answers.
 """
 
-from __future__ import annotations
-
 import types
 from collections.abc import Iterable, Iterator
 from dataclasses import is_dataclass

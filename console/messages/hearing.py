@@ -1,7 +1,5 @@
 """Hearing as it goes over the sockets."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Messages that a browser may send over the socket."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import msgspec

@@ -1,7 +1,5 @@
 """The messages of the sockets as JSON Schema, made from the structs that encode and read them."""
 
-from __future__ import annotations
-
 from typing import Any, get_args
 
 import msgspec

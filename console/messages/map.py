@@ -1,7 +1,5 @@
 """Messages of the map: submaps, closures, being lost, and which saved map it is."""
 
-from __future__ import annotations
-
 import math
 
 import msgspec

@@ -1,7 +1,5 @@
 """Commands, and a spoken one that waits, as they go over the sockets."""
 
-from __future__ import annotations
-
 import msgspec
 
 from core.commands.command import Target

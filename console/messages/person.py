@@ -1,7 +1,5 @@
 """Messages of the tracked person."""
 
-from __future__ import annotations
-
 from typing import Literal, cast
 
 import msgspec

@@ -1,7 +1,5 @@
 """Messages of the camera besides its pictures: how good they are, and whether its mount has moved."""
 
-from __future__ import annotations
-
 import msgspec
 
 from core.calibration.laser.drift import Drift

@@ -3,8 +3,6 @@
 Keys carry their unit. What is not a finite number leaves as null.
 """
 
-from __future__ import annotations
-
 import struct
 from typing import Literal
 

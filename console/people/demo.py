@@ -4,8 +4,6 @@ It is someone who comes in for that, or someone who stands in the room already a
 before the camera leaves the room for that time: the first picture is of the empty room.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import logging

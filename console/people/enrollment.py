@@ -1,7 +1,5 @@
 """One person being learnt: the empty picture, then gestures. Everything of it is in memory only, until it is over."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 They stand free, a metre and a half from the robot's ways from the start, and hide no corner of the start's map.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import math

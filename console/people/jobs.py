@@ -1,7 +1,5 @@
 """Jobs of the worker that looks at pictures of people, and its answers."""
 
-from __future__ import annotations
-
 import msgspec
 
 from console.workers.job import Job

@@ -1,7 +1,5 @@
 """Looking for people as the pilot asks for it: questions go to a worker, the newest answer comes back."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time

@@ -1,7 +1,5 @@
 """The worker that looks for people in the robot's pictures: the networks run here and never in the pilot's step."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 

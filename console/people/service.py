@@ -1,7 +1,5 @@
 """The people whom the robot knows, the only one to whom it comes, and the enrollment under way."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import logging

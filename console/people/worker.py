@@ -1,7 +1,5 @@
 """The worker that looks at pictures of people: strangers' pictures are decoded here and nowhere else."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

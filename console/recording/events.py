@@ -1,7 +1,5 @@
 """The events of a drive, as they stand in its recording: commands, notices, contacts, the gate, and words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 from core.gate.status import GateStatus

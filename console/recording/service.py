@@ -1,7 +1,5 @@
 """The recorder: what the robot senses and does, written by a process of its own; the last minutes can be kept."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json

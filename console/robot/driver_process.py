@@ -1,7 +1,5 @@
 """A running driver, its profile, and the buffer where its frames and answers wait for the thread that takes them."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import logging

@@ -1,7 +1,5 @@
 """A running gate: its process, the messages to it, and its answers."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Mapping

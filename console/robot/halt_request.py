@@ -1,7 +1,5 @@
 """A halt that was requested: it holds for every later gate, whether or not the present one heard it."""
 
-from __future__ import annotations
-
 import logging
 from pathlib import Path
 

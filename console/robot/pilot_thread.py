@@ -1,7 +1,5 @@
 """The pilot's thread: for each frame of the robot, step, send the setpoint, publish."""
 
-from __future__ import annotations
-
 import logging
 import threading
 import time

@@ -1,7 +1,5 @@
 """The console's hand on the gate: goals from the pilot thread, jogs and stops from the event loop, in one order."""
 
-from __future__ import annotations
-
 import itertools
 import threading
 import time

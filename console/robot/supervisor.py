@@ -6,8 +6,6 @@ minute are the last. Nothing here beats by itself: the owner of the console's li
 frozen console is a silent one.
 """
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import math

@@ -3,8 +3,6 @@
 One overlay per file: it makes its handles once, `show(snapshot)` sets properties. The list is the table of contents.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import threading

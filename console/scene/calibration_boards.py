@@ -1,7 +1,5 @@
 """Figure 15 to be turned in the hand: calibrated boards about their camera, as one file of viser's scene."""
 
-from __future__ import annotations
-
 import colorsys
 from collections.abc import Mapping, Sequence
 from typing import Any

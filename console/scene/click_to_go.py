@@ -1,7 +1,5 @@
 """Click to go: where the ray meets the floor becomes words for the one dispatcher."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 from collections.abc import Callable, Mapping

@@ -3,8 +3,6 @@
 Lives on the event loop. Sound waits for the worker within bounds; older sound is not heard, and the page shows that.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time

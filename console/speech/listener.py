@@ -4,8 +4,6 @@ This is the one way from a recognizer's decision to the dispatcher: a page's mic
 differ in who speaks, and in what holds their words back.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Literal

@@ -1,7 +1,5 @@
 """Jobs of the worker that measures the recognition of voices, and its answers."""
 
-from __future__ import annotations
-
 import msgspec
 
 from console.workers.job import Job

@@ -1,7 +1,5 @@
 """Runs that measure the recognition of voices here, place by place."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import logging

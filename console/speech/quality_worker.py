@@ -1,7 +1,5 @@
 """The worker that measures the recognition of voices: minutes of decoding, and killed when given up."""
 
-from __future__ import annotations
-
 import msgspec
 
 from console.speech.quality_jobs import (

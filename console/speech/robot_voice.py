@@ -4,8 +4,6 @@ A browser plays the voice. While it does, and a moment longer, the robot's ears 
 nothing: otherwise the robot would take its own words for a command.
 """
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Callable

@@ -4,8 +4,6 @@ What is said into it sounds there: it reaches the robot through the room's air, 
 and its recognizer, as the words of a person before a real robot do.
 """
 
-from __future__ import annotations
-
 import asyncio
 import math
 import time

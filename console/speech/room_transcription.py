@@ -3,8 +3,6 @@
 What becomes of them, and whether they move the robot: see `console.speech.voice_commands`.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time

@@ -1,7 +1,5 @@
 """Commands that the robot's ears understood, written into text files for another program (paper 4.2)."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 

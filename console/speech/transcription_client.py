@@ -1,7 +1,5 @@
 """The worker that reads words out of sound, as those who listen ask it. Its answers are not trusted."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Iterable

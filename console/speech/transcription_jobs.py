@@ -1,7 +1,5 @@
 """Jobs of the worker that reads words out of sound."""
 
-from __future__ import annotations
-
 from msgspec import Struct
 
 from console.workers.job import Job

@@ -1,7 +1,5 @@
 """The worker that reads words out of sound: decoding would hold up everything else in the console's own process."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

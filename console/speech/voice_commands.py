@@ -4,8 +4,6 @@ A voice in the room never interrupts a hand on the keys or what was typed or cli
 What goes far or to a person waits a moment: see `console.control.pending_commands`.
 """
 
-from __future__ import annotations
-
 import time
 
 from console.access.logins import Person

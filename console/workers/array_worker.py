@@ -1,7 +1,5 @@
 """The worker that looks at an array's sound: is it wired as its profile says, and where did a clap come from?"""
 
-from __future__ import annotations
-
 from console.workers.job import Job
 from core.perception.sound.array_diagnostics import ArrayFault, check
 from core.perception.sound.array_orientation import Clap, heard_from

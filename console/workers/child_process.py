@@ -1,7 +1,5 @@
 """A process of our own: started with its pipes, ended without leaving anything behind."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket

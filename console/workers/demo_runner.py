@@ -1,7 +1,5 @@
 """Demonstrations in the simulated room: one at a time is begun, stopped, and always leaves the room again."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable

@@ -1,7 +1,5 @@
 """Messages between the console and its workers: jobs, each with the type of its answer, and what comes back."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Iterator
 from functools import cache

@@ -4,8 +4,6 @@ It leads a session of its own and watches its standard input: when the console c
 every process that it started. It stands back behind the robot's own processes.
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import runpy

@@ -1,7 +1,5 @@
 """Pictures in a worker: pixels of the robot's own camera, or files from strangers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.calibration.files.pictures import decode

@@ -5,8 +5,6 @@ sounds of strangers are decoded here and nowhere else. A worker needs neither fi
 its answers with their types, so that it never has to trust them.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import resource

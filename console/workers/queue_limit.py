@@ -1,7 +1,5 @@
 """Turns at what takes memory: one at a time, a few may wait, the others are sent away."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager

@@ -1,7 +1,5 @@
 """Asyncio tasks: work that is seen to its end, and ends that are waited for."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """Workers that may be killed: dangerous or slow jobs run in a process of their own."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import signal

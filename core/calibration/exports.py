@@ -1,7 +1,5 @@
 """A calibration as files, in every form that other programs read: for the command line and for the page."""
 
-from __future__ import annotations
-
 import json
 
 from core.calibration.board.board import Board

@@ -4,8 +4,6 @@ Every corner of a flat board has z = 0, so three columns of eq. 8 vanish and wha
 board to the picture; focal lengths and poses follow from several of them.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

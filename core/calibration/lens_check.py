@@ -1,7 +1,5 @@
 """Check that the numbers of a camera describe a lens: its picture can be mapped to rays and back."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.errors import BadInput

@@ -1,7 +1,5 @@
 """Levenberg-Marquardt: the damped descent that every solver here shares, and small dense problems solved with it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Generic, NamedTuple, TypeVar
 

@@ -1,7 +1,5 @@
 """A practice board: poses as a person would hold it, the corners a camera would see, and rendered pictures."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

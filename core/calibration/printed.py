@@ -1,7 +1,5 @@
 """The chapter's own forms of calibration: eq. 13 for the mount, eq. 44 for the distortion's coefficients."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypedDict

@@ -1,7 +1,5 @@
 """Calibrations as JSON: for the command line, for the page, and to be kept."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal, NotRequired, TypedDict
 

@@ -1,7 +1,5 @@
 """Table 2: the vocabulary of the robot. One file per command, listed in VOCABULARY."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from core.commands.come_here import COME_HERE

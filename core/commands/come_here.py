@@ -1,7 +1,5 @@
 """COME HERE: the robot moves towards the sound source and stops half a metre from it (Table 2)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """CONTINUE x METERS: the robot continues x metres straight with its current direction."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

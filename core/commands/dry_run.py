@@ -1,7 +1,5 @@
 """The dry run of COME HERE and FOLLOW ME, where a camera looks and nothing can drive: what a robot would do."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

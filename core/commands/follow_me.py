@@ -1,7 +1,5 @@
 """FOLLOW ME: the robot turns to the sound source and tracks the human who is seen there (Table 2)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from core.commands.command import Action, Command, CommandSpec, Progress, Target

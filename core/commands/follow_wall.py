@@ -1,7 +1,5 @@
 """FOLLOW WALL: the robot keeps moving parallel to the wall on its right side at a distance of 0.5 m."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Keep to a person: the part that COME HERE and FOLLOW ME share once the robot has turned to a voice."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.commands.command import Progress

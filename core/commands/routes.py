@@ -1,7 +1,5 @@
 """Words that steer a route of named places; the console carries them out, stop by stop, with other commands."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from core.commands.command import Action, Command, CommandSpec

@@ -1,7 +1,5 @@
 """STOP AT x AND y: the robot moves towards the goal point (x, y) and stops there."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

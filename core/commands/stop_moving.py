@@ -1,7 +1,5 @@
 """STOP MOVING, and START of the paper's Fig. 17: the robot stands still."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from core.commands.command import Action, Command, CommandSpec, Progress

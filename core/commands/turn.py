@@ -1,7 +1,5 @@
 """TURN LEFT, TURN RIGHT: the robot turns 90 degrees on the spot."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

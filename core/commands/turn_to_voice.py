@@ -5,8 +5,6 @@ that more than one direction may be heard. The robot looks in all that may be th
 senses from all its poses then decide.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

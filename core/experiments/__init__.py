@@ -1,7 +1,5 @@
 """One file per figure or table; EXPERIMENTS is the table of contents."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib import import_module

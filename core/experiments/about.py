@@ -1,7 +1,5 @@
 """Declaration that every experiment makes of itself, in its own file as ABOUT."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import cast
 

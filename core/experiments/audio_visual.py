@@ -5,8 +5,6 @@ what the others see. Every row takes its own sensors from the same frames throug
 chosen before there were results; all of them are printed.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

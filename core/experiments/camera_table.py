@@ -4,8 +4,6 @@ The paper does not give the picture's size; 320x256 is inferred from its princip
 by a toolbox that prints three standard deviations.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import NamedTuple, TypedDict

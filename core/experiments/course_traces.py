@@ -1,7 +1,5 @@
 """One run through an estimator: where it thought it was, how far off that is, and how sure it was."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -5,8 +5,6 @@ same draws. How good a worst run is depends on where the corners are first seen 
 (`still`) it errs by a quarter.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ The sounds are those of `direction-of-arrival` with the same seed. What comes in
 with and without tracking.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import partial

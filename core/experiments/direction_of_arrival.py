@@ -3,8 +3,6 @@
 All know the same: when the speech begins, so that half a second before it is noise. With `_alone` nobody knows that.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

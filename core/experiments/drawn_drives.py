@@ -1,7 +1,5 @@
 """Drives whose sightings are drawn about the true corners: the paper's simulation."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path

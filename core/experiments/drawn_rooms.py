@@ -4,8 +4,6 @@ The print does not say where its corners were. Sightings are drawn as in `figure
 edges required, names hidden, moving at once, and the control noise with which dead reckoning errs as in print.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from typing import TypedDict

@@ -1,7 +1,5 @@
 """Voices that are drawn for every run: their runs together, and the best and the worst of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """Set-up and surroundings of drives for experiments, whatever their source."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import NotRequired, TypedDict
 

@@ -14,8 +14,6 @@ chapter's dead reckoning errs 0.2 m at worst; with the noise of eq. 43 ours errs
 control noise times 0.743, with which it errs 0.2 m. The print does not say where its corners were: see `drawn-rooms`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import partial

@@ -4,8 +4,6 @@ The wheels have the paper's noise, the S is driven by command past its gate, and
 always does. It follows its own estimate, so every drive is another one.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -5,8 +5,6 @@ microphone makes of it after the loudspeaker and the room (rev.wav). A recognize
 41-46 compare them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 The print gives speed, wheelbase, rates and noise (eq. 43); the corners, and the points the S leads through, are ours.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -8,8 +8,6 @@ The gain is given by the clock, on a computer that may be busy with other things
 of all parts over that of the worker that had most of it, which is what idle processors would allow.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Plan of an experiment: its runs by number, and the result that their answers make; a campaign carries it out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -5,8 +5,6 @@ simulated laboratory, with the camera's edges found in pictures and the paper's 
 spoken and obeyed. Reading words has no printed form: who is not located is understood all the same.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The whole robot on simulated time, as fast as it goes: read → step → accept → tick → drive, and a checked trace."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The result of an experiment: a JSON object whose keys every experiment extends by its own."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

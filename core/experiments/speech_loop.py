@@ -4,8 +4,6 @@ Its products have the paper's names: orig.wav and stt.txt of the person's path, 
 robot's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

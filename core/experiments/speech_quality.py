@@ -6,8 +6,6 @@ recordings are compared. The sentences of Fig. 17 go through it as well, read by
 recordings and texts are kept under the paper's names.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

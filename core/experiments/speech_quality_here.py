@@ -4,8 +4,6 @@ The same loop as in `core.experiments.speech_quality`, but in the room that the 
 reverberation, its microphones. One step at a time, so that it can be watched and given up.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NotRequired, TypedDict

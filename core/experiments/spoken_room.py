@@ -4,8 +4,6 @@ Sound leaves a mouth, comes with its echoes to the robot's array, is located and
 what is understood goes to the pilot, as in the console. Nothing keeps real time, but reading takes the robot's time.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import time

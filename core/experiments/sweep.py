@@ -1,7 +1,5 @@
 """A sweep: an experiment for every setting of a grid, over the same seeds, as one campaign and one table."""
 
-from __future__ import annotations
-
 import csv
 import io
 import itertools

@@ -7,8 +7,6 @@ person, is said back and waits a moment, in which who meant something else says 
 again, three times at the most.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Mapping, Sequence

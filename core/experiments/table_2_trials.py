@@ -3,8 +3,6 @@
 Every definition is printed next to its figure; `core.experiments.table_2` runs them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

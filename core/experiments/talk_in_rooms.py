@@ -1,7 +1,5 @@
 """A person talks in a room, and several arrays in one place listen."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """A tour of the laboratory by commands only: error of the estimate, compared with dead reckoning."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path

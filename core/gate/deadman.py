@@ -1,7 +1,5 @@
 """The deadman of a setpoint, the watchdog over the console: when either is silent for too long, the motion ends."""
 
-from __future__ import annotations
-
 import math
 
 from core.gate.limits import Limits

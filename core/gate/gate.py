@@ -6,8 +6,6 @@ if it returns a nonce that the gate gave out less than `nonce_age` ago: so the a
 bounded, whatever was buffered on its way. After every stop, what was pressed then never moves the robot again.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 

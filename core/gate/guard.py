@@ -1,7 +1,5 @@
 """The obstacle guard: near scan points against the arc that the body is about to sweep."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The latch of a halt, which survives everything: a file that is there while the robot is halted."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from pathlib import Path

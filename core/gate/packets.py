@@ -3,8 +3,6 @@
 A full pipe drops the packet: everything that matters is said again, and its age is judged, not its arrival.
 """
 
-from __future__ import annotations
-
 import json
 import socket
 from collections.abc import Callable, Mapping

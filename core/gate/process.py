@@ -4,8 +4,6 @@ From the console: setpoints, stops, and its heartbeat. From the driver: near poi
 newest nonce, every tick. When the console is gone it sends zeros for two seconds and ends.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

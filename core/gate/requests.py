@@ -4,8 +4,6 @@ Each is read from a packet by one rule: it has exactly its fields, or it is no s
 setpoint are any good is the gate's to judge, which answers for each.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

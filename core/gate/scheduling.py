@@ -1,7 +1,5 @@
 """Scheduling on a busy machine: first the gate, then the pilot, then what both wait for, then everything else."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 

@@ -1,7 +1,5 @@
 """Setpoints: the speed asked of the wheels, and for how long the request counts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

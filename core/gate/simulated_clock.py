@@ -5,8 +5,6 @@ simulator; and the simulator makes no frame later than `until`, or only very slo
 A gate before a real robot has the computer's clock and nothing of this.
 """
 
-from __future__ import annotations
-
 from core.gate.requests import GateHeartbeat, GateReach, ReachingPart
 
 MAX_AHEAD_S = 0.1  # that the simulator may be ahead of the gate, of each part of the console, and of the heartbeat

@@ -1,7 +1,5 @@
 """Detection of a suspended machine: in sleep CLOCK_MONOTONIC stands still and CLOCK_BOOTTIME runs on."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

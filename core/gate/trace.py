@@ -1,7 +1,5 @@
 """The gate's trace: the twist of the wheels, its time, source and reason; and the checker of traces."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import io

@@ -1,7 +1,5 @@
 """The context of a command under way: the pose, the map and the readings that it may use."""
 
-from __future__ import annotations
-
 from core.geometry import Pose
 from core.message import Array, message
 from core.navigation.person_following import PersonFollowingSettings

@@ -1,7 +1,5 @@
 """The occupancy map as the planner sees it: how far every place is from the nearest wall."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

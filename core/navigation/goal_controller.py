@@ -1,7 +1,5 @@
 """The goal controller: drive to a place, up to a person, or after a person, with a goal that may move."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Literal

@@ -1,7 +1,5 @@
 """Obstacles in the way, by the newest scan."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

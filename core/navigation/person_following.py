@@ -1,7 +1,5 @@
 """Settings of COME HERE and FOLLOW ME: how near to come, how long to look, how recent a voice must be."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 

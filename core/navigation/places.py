@@ -1,7 +1,5 @@
 """Places that people have named on a map."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """The shortest comfortable way through the map: Dijkstra over 1 + 3·exp(-4d), d = free space around the body."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """From a path to a speed: regulated pure pursuit, turning on the spot first when the path lies to the side."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

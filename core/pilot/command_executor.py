@@ -1,7 +1,5 @@
 """Execution of commands: the active command, its progress and its end (Fig. 6: the last command wins)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from core.commands import spec_of

@@ -1,7 +1,5 @@
 """Between the pilot's values and their record in a recording: what it took with a frame, and what it made of it."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable
 from typing import Any

@@ -1,7 +1,5 @@
 """Seeing: from a frame's raw readings to points, corners, edges and sightings."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

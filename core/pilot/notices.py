@@ -1,7 +1,5 @@
 """Sentences for the operator, bounded in number."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from core.sentences import Statement

@@ -1,7 +1,5 @@
 """The pilot: hear and see, estimate, decide, publish, for each frame of the robot."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections import deque

@@ -4,8 +4,6 @@ Both are snapshots of one stamp. What is computed now takes each frame with all 
 it, so the same settings give the same poses, map, edges and directions to the last bit.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Lasers and cameras that hang: they repeat one reading although the robot moves."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

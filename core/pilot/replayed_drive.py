@@ -4,8 +4,6 @@ The file is read where it is played, so that a long one needs no more memory tha
 computed here, in the process that reads: no frame is left out, however seldom the page takes one.
 """
 
-from __future__ import annotations
-
 import json
 import threading
 import time

@@ -1,7 +1,5 @@
 """Timing of the scans: each laser's time offset, estimated and taken out before anything is perceived."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from core.robots import Profile

@@ -1,7 +1,5 @@
 """Age and state of every sensor of the robot, each by its own rate."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

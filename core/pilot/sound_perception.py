@@ -1,7 +1,5 @@
 """Hearing where: from a frame's sound to voices and their directions in the world."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import replace

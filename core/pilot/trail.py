@@ -1,7 +1,5 @@
 """The way so far, thinned."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

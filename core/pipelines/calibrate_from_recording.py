@@ -1,7 +1,5 @@
 """Calibrate from a recording: what `calibrate camera RECORDING` and `calibrate laser RECORDING` do."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from core.calibration.board.board import Board

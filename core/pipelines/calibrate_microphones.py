@@ -1,7 +1,5 @@
 """Find how an array is turned on the robot, from recordings of claps or words from known directions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

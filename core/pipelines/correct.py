@@ -1,7 +1,5 @@
 """Straighten pictures from files: what `beckon correct` does."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

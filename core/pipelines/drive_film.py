@@ -1,7 +1,5 @@
 """A film of a recorded drive: the map as the page shows it, and what the camera saw, side by side."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Sound files and recordings through the robot's ears, offline: where voices were, and what they said."""
 
-from __future__ import annotations
-
 import contextlib
 import time
 from collections.abc import Iterator, Sequence

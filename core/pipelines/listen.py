@@ -1,7 +1,5 @@
 """Sound as it comes: what was said, and from where. The console hears with the same parts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """People in picture files: the work of `beckon look`."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence

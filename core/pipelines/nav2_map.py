@@ -1,7 +1,5 @@
 """The occupancy map as Nav2's map server reads it: a YAML text and a picture; written, and read in three modes."""
 
-from __future__ import annotations
-
 import io
 import math
 import re

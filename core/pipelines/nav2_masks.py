@@ -5,8 +5,6 @@ cells, so that both ways lead back to the same cells. Fields of the filters: Nav
 multiplier · cell; type 0 keep-out, 1 speed in % of the robot's largest, 2 speed in m/s.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import Literal

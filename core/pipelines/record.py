@@ -1,7 +1,5 @@
 """A robot's readings, frame by frame, into one MCAP; and samples: short drives of the simulated robot."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

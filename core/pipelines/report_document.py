@@ -1,7 +1,5 @@
 """A report as one HTML file with everything in it: read without a network, printed to a clean PDF."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Iterable, Sequence
 from html import escape

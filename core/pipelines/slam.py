@@ -1,7 +1,5 @@
 """A log through the estimators as fast as it goes: no clock, no robot, the same pilot as in the console."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterable

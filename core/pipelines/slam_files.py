@@ -1,7 +1,5 @@
 """The files an offline run leaves: trajectory (TUM), landmarks (CSV), map (Nav2, PNG), and its report (HTML)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path

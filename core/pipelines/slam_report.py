@@ -1,7 +1,5 @@
 """The report of an offline run: one HTML file with everything in it, to be read without a network."""
 
-from __future__ import annotations
-
 import base64
 import math
 from collections.abc import Iterable, Sequence

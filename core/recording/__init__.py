@@ -1,7 +1,5 @@
 """Recordings: one reader per form of file, one shape for all of them."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -7,8 +7,6 @@ ODOM x y θ tv rv acceleration time host logger_time. Metres, radians, seconds.
 PARAM laser_front_laser_fov (field of FLASER's beams), laser_front_laser_flipped and robot_frontlaser_offset count.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from array import array

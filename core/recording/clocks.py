@@ -5,8 +5,6 @@ better one as long as it can be true: devices with clocks of their own, clocks t
 and stamps without a value are found by comparing both.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

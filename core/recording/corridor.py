@@ -4,8 +4,6 @@
 (M, 4): step k (seen after increment k, the first is 0), id (-1: clutter), range [m], bearing [rad].
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

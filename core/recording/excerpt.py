@@ -1,7 +1,5 @@
 """A part of a recording as a recording of its own: every message as it is, with what held at its beginning."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import IO, cast
 

@@ -1,7 +1,5 @@
 """Messages live for Foxglove, Lichtblick and other programs on this computer, to look at only."""
 
-from __future__ import annotations
-
 import importlib.util
 from collections.abc import Iterable
 from typing import Any, cast

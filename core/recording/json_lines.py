@@ -1,7 +1,5 @@
 """Scans as text, one JSON object a line."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

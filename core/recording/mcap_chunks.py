@@ -4,8 +4,6 @@
 which was cut, is read once for it.
 """
 
-from __future__ import annotations
-
 import bisect
 import itertools
 from collections import OrderedDict

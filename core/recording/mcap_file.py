@@ -3,8 +3,6 @@
 Layout from the MCAP specification 1.0: magic, then records of opcode (u8), length (u64) and content, little endian.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 import zlib

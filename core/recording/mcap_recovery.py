@@ -1,7 +1,5 @@
 """Finish a recording whose process ended before its index was written, in place: a full disk has no room for two."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

@@ -4,8 +4,6 @@ It is called NAME.mcap.part until it is finished. The open chunk is closed once 
 with the process; the disk is synchronized at the same time.
 """
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os

@@ -4,8 +4,6 @@ Odometry: time, speed [m/s], turn rate [rad/s], held until the next. Measurement
 [rad]. Barcodes: subject, barcode; subjects 1-5 are robots.
 """
 
-from __future__ import annotations
-
 import math
 from array import array
 from collections.abc import Iterator

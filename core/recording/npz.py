@@ -1,7 +1,5 @@
 """NumPy archives from unknown sources: named arrays are read with their true size checked first."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 from typing import BinaryIO

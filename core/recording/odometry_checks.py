@@ -1,7 +1,5 @@
 """Odometry as recorded, checked against itself and against what a base can do."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Counts of the records that were read and skipped in a log, reported in sentences afterwards."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 

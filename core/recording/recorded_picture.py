@@ -1,7 +1,5 @@
 """One picture of a recording, decoded only when it is played."""
 
-from __future__ import annotations
-
 import cv2
 
 from core.calibration.files import pictures

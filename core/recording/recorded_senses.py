@@ -1,7 +1,5 @@
 """A recording's pictures, scans and sound, as they were recorded: MCAP, ROS 1 and ROS 2 bags, Beckon's own."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Generator, Iterator

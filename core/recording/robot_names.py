@@ -1,7 +1,5 @@
 """Names of robots in topics and frames: what belongs to one robot where several are on one network or in one file."""
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Iterable

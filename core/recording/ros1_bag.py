@@ -4,8 +4,6 @@ A record is a header (length u32, then fields of length u32 and `name=value`) an
 endian.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Iterator

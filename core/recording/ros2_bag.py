@@ -1,7 +1,5 @@
 """ROS 2 bags: a `.db3` file, or a folder of `.db3` and `.mcap` files with or without its metadata.yaml."""
 
-from __future__ import annotations
-
 import re
 import sqlite3
 from collections.abc import Iterator

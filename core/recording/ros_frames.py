@@ -1,7 +1,5 @@
 """Frames and the transforms between them (tf): how the laser is mounted, and odometry where only tf has it."""
 
-from __future__ import annotations
-
 import math
 from array import array
 from collections import deque

@@ -1,7 +1,5 @@
 """Pictures among ROS messages: raw ones → blue-green-red, and those of a recording's first camera, kept as JPEG."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import cv2

@@ -1,7 +1,5 @@
 """Readings and results as ROS 2 messages in CDR: what `core.recording.ros` reads, and other programs open."""
 
-from __future__ import annotations
-
 import functools
 import json
 import math

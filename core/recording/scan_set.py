@@ -1,7 +1,5 @@
 """Scan sets: an archive with `t` (N,) [s], `scan_cm` (N, beams) [cm] and, with odometry, `odo_raw` (N, 3)."""
 
-from __future__ import annotations
-
 from core.errors import BadInput
 from core.recording.clocks import evenly_spread
 from core.recording.npz import Archive

@@ -1,7 +1,5 @@
 """Rows of ranges → scans: one meaning for "no measurement" and "nothing there", one direction, sane numbers."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

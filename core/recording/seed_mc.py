@@ -4,8 +4,6 @@
 (seen after k steps), id, range, bearing; `still_obs` (S, 5): run, frame, id, range, bearing at the start pose.
 """
 
-from __future__ import annotations
-
 import math
 
 from core.errors import BadInput

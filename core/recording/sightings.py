@@ -1,7 +1,5 @@
 """The common part of every reader of sightings logs, once the columns are understood."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Sound files: WAV by an own strict reader that counts bytes and believes no header, others through libsndfile."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 

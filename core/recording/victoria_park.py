@@ -5,8 +5,6 @@ from pose i, x forward, y left [m]. Poses and landmarks share one numbering, and
 the number of ODOMETRY lines so far.
 """
 
-from __future__ import annotations
-
 import math
 from array import array
 from pathlib import Path

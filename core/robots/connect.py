@@ -6,8 +6,6 @@ ends in .toml is a robot's file, which names the URL and describes the robot; `p
 one's own.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import inspect
 import re

@@ -1,7 +1,5 @@
 """The connection to a robot, to be shown and confirmed: its parts, its topics, its sensors and their mountings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Literal

@@ -4,8 +4,6 @@ To write one: subclass Device, open the link in `open` and say what is there, ha
 wheels in `drive`, let go in `close`. Everything else (a thread, connecting again, silence, clocks) is LiveRobot's.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 
 from core.errors import BadInput

@@ -1,7 +1,5 @@
 """A device's own clock, put on the robot's: the quickest of its messages tells the difference."""
 
-from __future__ import annotations
-
 import math
 
 MAX_DRIFT = 500e-6  # by which a computer's clock runs slow against ours, at most; a resonator's: `RESONATOR_DRIFT`

@@ -1,7 +1,5 @@
 """The import line for drivers of one's own: all that a driver needs, under names that stay."""
 
-from __future__ import annotations
-
 from core.errors import BadInput, Refused, Unavailable
 from core.gate.twist import ZERO, Twist
 from core.geometry import Pose, Transform, arc

@@ -1,7 +1,5 @@
 """A robot behind its driver's loop, in threads of this process: the caller is its gate and its console."""
 
-from __future__ import annotations
-
 import logging
 import select
 import socket

@@ -1,7 +1,5 @@
 """The template of a driver of one's own, which simulates itself until its TODOs are done, and of its test."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 

@@ -1,7 +1,5 @@
 """Findings of a device behind its link, besides its equipment: topics with their roles, clocks, what is not known."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import msgspec

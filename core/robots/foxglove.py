@@ -1,7 +1,5 @@
 """`foxglove://host:8765`: a robot behind foxglove_bridge, with ROS 2 or ROS 1, and no ROS on this computer."""
 
-from __future__ import annotations
-
 import json
 import struct
 import time

@@ -1,7 +1,5 @@
 """The way of frames from the driver to the console: the driver never waits, the newest frame wins."""
 
-from __future__ import annotations
-
 import pickle
 import socket
 import struct

@@ -4,8 +4,6 @@ The simulator has them by these rows, the documentation's page *What happens whe
 its own, since neither the console nor the drivers may know the simulation.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass

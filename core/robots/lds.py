@@ -4,8 +4,6 @@ One turn of the head is one scan. These lidars turn clockwise: the last of a sca
 from behind the robot, was measured first.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import struct

@@ -1,7 +1,5 @@
 """A real robot: one device or several, each in a thread of its own that connects again by itself."""
 
-from __future__ import annotations
-
 import logging
 import random
 import threading

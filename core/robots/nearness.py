@@ -1,7 +1,5 @@
 """The part of a scan that the gate's guard needs: the nearest points around the robot, a hundred of a thousand."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import replace

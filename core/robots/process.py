@@ -6,8 +6,6 @@ Whatever fails, the base stops: without a gate at once, without twists after 0.3
 only as fast as gate and console keep up with it.
 """
 
-from __future__ import annotations
-
 import argparse
 import logging
 import math

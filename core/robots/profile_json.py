@@ -1,7 +1,5 @@
 """A robot's profile as JSON, every number to the last bit: how a recording keeps the robot that made it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import msgspec

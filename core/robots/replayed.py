@@ -1,7 +1,5 @@
 """A recording that plays as if it were a robot: it is seen and heard, but it cannot be driven."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, cast
 

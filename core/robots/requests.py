@@ -4,8 +4,6 @@ Every kind of robot lists the requests that it takes in `Robot.requests`; those 
 declared beside it. Keys carry their units; places are in the world frame.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, Generic, Literal, Protocol, TypeVar, get_args
 

@@ -11,8 +11,6 @@ height = 0.17
 [robot]          # the driver's own table: see `beckon robots`
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Mapping

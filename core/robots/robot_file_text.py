@@ -1,7 +1,5 @@
 """A robot file as it is written: the operator's choices joined to what was there, and the text in TOML."""
 
-from __future__ import annotations
-
 import datetime
 import json
 import math

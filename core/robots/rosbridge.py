@@ -3,8 +3,6 @@
 Messages come in their own bytes (`cbor-raw`), or as JSON with `?encoding=json`, which takes twenty times as long.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import math

@@ -4,8 +4,6 @@ Options: `skip` scans left out after each, `cluster` steps joined into one beam,
 Source: the communication protocol specification SCIP 2.0 (C-42-03320B).
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import time

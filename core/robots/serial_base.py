@@ -19,8 +19,6 @@ From the robot:
 The same over TCP, for a robot behind a Wi-Fi bridge: `serial://192.168.4.1:2000`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import time

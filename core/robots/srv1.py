@@ -7,8 +7,6 @@ The firmware knows no framing: one command, its answer, then the next. So a stop
 way. The robot has no odometry. Sources: SRV_protocol of 24 April 2010 and the behaviour of the firmware of that time.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import struct

@@ -4,8 +4,6 @@ Of the format only links, joints and visuals are read, by the standard library: 
 cycle or a mesh outside its folder ends in a sentence.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from xml.etree import ElementTree

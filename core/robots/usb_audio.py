@@ -1,7 +1,5 @@
 """`audio://DEVICE`: microphones of this computer, `audio:///talk.wav`: a recording in their place."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import os

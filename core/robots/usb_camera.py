@@ -1,7 +1,5 @@
 """`camera://0`, `camera://rtsp/host/path`, `camera:///path/film.mp4`: what OpenCV opens as a video."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

@@ -3,8 +3,6 @@
 Its nodes speak zenoh by rmw_zenoh, or DDS with zenoh-bridge-ros2dds beside them; the graph shows which.
 """
 
-from __future__ import annotations
-
 import re
 import time
 from collections import deque

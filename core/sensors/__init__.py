@@ -1,7 +1,5 @@
 """One file per sensor: its reading and how it is mounted. `core.simulation` makes such readings."""
 
-from __future__ import annotations
-
 from core.geometry import Pose
 from core.message import message
 from core.sensors.camera import Camera, Image

@@ -6,8 +6,6 @@ Checks that compare senses run where both are known (`core.pilot`, `core.pipelin
 `core.perception.sound`); their rows stand here all the same.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

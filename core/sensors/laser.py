@@ -1,7 +1,5 @@
 """The 2-D laser rangefinder."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

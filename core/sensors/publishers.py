@@ -5,8 +5,6 @@ one comes back to what was read before the last one, again and again: however a 
 like the reading before than like an older one. Any run of up to three readings of one publisher counts as a turn.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Callable, Sequence

@@ -4,8 +4,6 @@ A scan's ranges are float32 and sound has 16 bits, as robots send them; a pictur
 hand on frames in this form: what is seen, shown and recorded is the same.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

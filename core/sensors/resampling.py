@@ -1,7 +1,5 @@
 """Sound at another sample rate."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

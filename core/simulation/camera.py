@@ -1,7 +1,5 @@
 """Makes the camera's pictures: the world, the lens, the light, the sensor's noise."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The simulated two-wheeled base: it answers speeds with some delay, and walls stop it."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

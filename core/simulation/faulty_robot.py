@@ -1,7 +1,5 @@
 """A simulated robot with faults, as `core.robots.injected_faults` lists them: they fall on what it senses alone."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The simulated laser: rays through the world, noise, dropouts."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

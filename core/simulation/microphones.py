@@ -1,7 +1,5 @@
 """The simulated robot's microphones: they hear talkers, a fan, its own motors, and the room's murmur."""
 
-from __future__ import annotations
-
 import zlib
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The simulated robot: a world, a base, and what its sensors make of them. Time is counted in frames."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from typing import Any, cast

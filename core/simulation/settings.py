@@ -1,7 +1,5 @@
 """Settings of the simulated robot and its rooms, as a settings file says them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """The simulated wheels: encoders that slip and err, as the paper's and as perfect ones."""
 
-from __future__ import annotations
-
 import math
 from typing import Protocol
 

@@ -1,7 +1,5 @@
 """Consistency of an estimator: its errors against its covariance (NEES, NIS)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

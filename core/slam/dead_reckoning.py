@@ -1,7 +1,5 @@
 """Dead reckoning: the pose by the wheels alone."""
 
-from __future__ import annotations
-
 from core.geometry import Pose
 from core.slam.estimate import Estimate
 from core.slam.motion import Increment

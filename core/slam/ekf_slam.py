@@ -1,7 +1,5 @@
 """EKF-SLAM: the pose and the landmarks, estimated together (section 4.1, eq. 14-33)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The output of an estimator: the pose, the landmarks, and their covariances."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from core.geometry import Pose

@@ -1,7 +1,5 @@
 """From a map graph to a saved map, and back."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 
 import numpy as np

@@ -5,8 +5,6 @@ lie. The answer that most of them share is believed when enough share it and no 
 together by links between such views, as by any place that was recognised, and by all views laid on each other.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass

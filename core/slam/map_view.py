@@ -1,7 +1,5 @@
 """The content of the submaps in the world's frame."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The mapper (front end and back end of SLAM): track, see, draw, keep a view, straighten the map in spare time."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

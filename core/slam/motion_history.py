@@ -1,7 +1,5 @@
 """The moves of the last moments, so that what is seen late is applied where it was seen."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import replace
 

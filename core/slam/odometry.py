@@ -1,7 +1,5 @@
 """Odometry: the robot's move from frame to frame, by its wheels or, where they cannot be right, by its scans."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

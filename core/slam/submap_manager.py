@@ -1,7 +1,5 @@
 """The submap manager: it keeps views and leaves a submap for a new one or for a known one."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

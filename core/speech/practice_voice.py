@@ -3,8 +3,6 @@
 It says no words. It serves where only the timing of sound matters and no recording is at hand.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

@@ -5,8 +5,6 @@ in a process of its own. It is under the GPL, so Beckon neither carries, loads n
 sentence instead of a voice.
 """
 
-from __future__ import annotations
-
 import shutil
 import struct
 import subprocess

@@ -1,7 +1,5 @@
 """Lines in the scene: one node each, made once, redrawn by setting properties."""
 
-from __future__ import annotations
-
 import numpy as np
 from viser import LineSegmentsHandle, SceneApi
 

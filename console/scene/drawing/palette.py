@@ -1,7 +1,5 @@
 """The scene's colours: middle tones that stand out on dark and on light alike. Red stays reserved for faults."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

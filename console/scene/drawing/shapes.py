@@ -1,7 +1,5 @@
 """Solids of the robot's body, and how a body is put in its place."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

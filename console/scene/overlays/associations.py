@@ -1,7 +1,5 @@
 """The newest sightings: a ray to each match, a broken ray with a cross to each rejected one."""
 
-from __future__ import annotations
-
 import numpy as np
 from viser import SceneApi
 

@@ -1,7 +1,5 @@
 """While the robot is lost: where it may be, as outlines of itself, the likeliest drawn the strongest."""
 
-from __future__ import annotations
-
 import numpy as np
 from viser import SceneApi
 

@@ -1,7 +1,5 @@
 """The preview of a pending command: broken lines, gone when it begins or is dropped."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The dead-reckoned pose, by the wheels alone, translucent, with its trail."""
 
-from __future__ import annotations
-
 from viser import SceneApi
 
 from console.scene.drawing.lines import LongLine

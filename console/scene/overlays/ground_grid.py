@@ -1,7 +1,5 @@
 """The floor's grid: half-metre cells that fade into the distance."""
 
-from __future__ import annotations
-
 from viser import SceneApi
 
 from console.scene.drawing.palette import GRID

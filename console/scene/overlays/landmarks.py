@@ -1,7 +1,5 @@
 """The landmarks of the table L: an ellipse of two standard deviations each, and a post, taller the better known."""
 
-from __future__ import annotations
-
 import numpy as np
 from viser import SceneApi
 

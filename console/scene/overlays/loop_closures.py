@@ -1,7 +1,5 @@
 """Places that were recognised, as arches from where the robot was to where it had seen the same before."""
 
-from __future__ import annotations
-
 import numpy as np
 from viser import SceneApi
 

@@ -1,7 +1,5 @@
 """Marks of people on the map: named places as labels, zones as outlines on the floor."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The occupancy map as a picture on the floor; unknown cells stay transparent."""
 
-from __future__ import annotations
-
 import itertools
 import time
 

@@ -1,7 +1,5 @@
 """The other way of a recording, translucent, with its trail: what is computed now over what was recorded."""
 
-from __future__ import annotations
-
 from viser import SceneApi
 
 from console.scene.drawing.lines import LongLine

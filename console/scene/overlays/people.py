@@ -1,7 +1,5 @@
 """The tracked person: a ring and an ellipse where all senses put them, a cross by the laser, and the bearings."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The planned path, and a marker at its goal."""
 
-from __future__ import annotations
-
 import numpy as np
 from viser import SceneApi
 

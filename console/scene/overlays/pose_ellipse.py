@@ -1,7 +1,5 @@
 """How sure the robot is of where it is: two standard deviations of place, and of heading."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

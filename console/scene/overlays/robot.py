@@ -1,7 +1,5 @@
 """The robot: as its URDF draws it, else a round body on two wheels, with its laser turret and its camera."""
 
-from __future__ import annotations
-
 import math
 
 from viser import SceneApi

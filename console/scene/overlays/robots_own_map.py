@@ -1,7 +1,5 @@
 """The robot's own map and pose, as its own navigation has them: ochre, and never mixed with Beckon's own map."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The newest scan, at the height of the laser."""
 
-from __future__ import annotations
-
 import numpy as np
 from viser import SceneApi
 

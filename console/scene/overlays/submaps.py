@@ -1,7 +1,5 @@
 """The rooms that the floor is made of: a frame around each, with its number; the one the robot is in stands out."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

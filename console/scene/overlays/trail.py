@@ -1,7 +1,5 @@
 """The way the robot believes to have come."""
 
-from __future__ import annotations
-
 from viser import SceneApi
 
 from console.scene.drawing.lines import LongLine

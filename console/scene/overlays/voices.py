@@ -1,7 +1,5 @@
 """Voices: from where the robot stood when it heard them, a wedge two deviations wide, fading with age."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From our socket to viser's conversation: two loops in two threads, every frame crosses once."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import time

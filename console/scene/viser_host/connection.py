@@ -1,7 +1,5 @@
 """One browser as viser sees it, and what that browser may say."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Awaitable, Callable
 

@@ -1,7 +1,5 @@
 """viser's own page, with its panel and notes hidden and the ground of our own page behind it."""
 
-from __future__ import annotations
-
 import gzip
 import hashlib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Find a chessboard in a picture and its inner corners to a fraction of a pixel."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

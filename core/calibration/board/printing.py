@@ -1,7 +1,5 @@
 """A board to print, with rulers that show whether the printer kept the scale."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from core.calibration.board.board import Board

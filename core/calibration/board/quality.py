@@ -1,7 +1,5 @@
 """Judge whether a found board can be used: cut, far, blurred, wrong or misplaced corners; or why none was found."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2

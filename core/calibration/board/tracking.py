@@ -1,7 +1,5 @@
 """Keep an eye on the board from picture to picture: where it was, whether it is still."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.calibration.board.board import Board

@@ -6,8 +6,6 @@ more than noise can, the standard deviations of the single camera mean nothing, 
 lengths that lie near each other hardly raise the errors; they are found by an F-test over groups of views.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

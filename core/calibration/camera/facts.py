@@ -1,7 +1,5 @@
 """Facts of our own camera file besides the camera itself: how exact it is, and with which board it was found."""
 
-from __future__ import annotations
-
 from typing import Any, TypedDict, TypeGuard
 
 import numpy as np

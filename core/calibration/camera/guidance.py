@@ -1,7 +1,5 @@
 """Which view of the board would teach most next, and how to say so."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.calibration import homography

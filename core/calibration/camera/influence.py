@@ -4,8 +4,6 @@ A set of views can hang on one of them: the only one that is tilted decides the 
 is left out because it disagrees with the others, the others may be wrong. So both are reported in numbers.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.calibration.camera import bundle_adjustment

@@ -1,7 +1,5 @@
 """The camera's parameters from pictures of a chessboard (section 3.1, figure 3)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple

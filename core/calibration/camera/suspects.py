@@ -1,7 +1,5 @@
 """Explain why a view does not fit, for the person who took it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.calibration import homography

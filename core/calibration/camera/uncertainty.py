@@ -1,7 +1,5 @@
 """Projection error of a calibrated camera: a map over the picture, in pixels."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

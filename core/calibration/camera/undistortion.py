@@ -1,7 +1,5 @@
 """Straighten pictures and points: Table 1's inverse model on tie-points, and the exact path next to it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import cv2

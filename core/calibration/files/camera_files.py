@@ -1,7 +1,5 @@
 """A camera in files: ROS camera_info, OpenCV, Kalibr and our own JSON, written to the letter and read with care."""
 
-from __future__ import annotations
-
 import json
 import re
 import xml.etree.ElementTree as ElementTree

@@ -1,7 +1,5 @@
 """The camera's mount in files: static transform, URDF joint, 4x4 both ways, and back from our own JSON."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, TypedDict
 

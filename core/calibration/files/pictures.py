@@ -1,7 +1,5 @@
 """Pictures from strangers: looked at before they are decoded, and refused in words."""
 
-from __future__ import annotations
-
 import struct
 from collections import Counter
 from collections.abc import Iterator, Sequence

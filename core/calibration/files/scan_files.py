@@ -1,7 +1,5 @@
 """Laser scans in files: PCD (ascii and binary) and CSV of angle and range, or of x and y."""
 
-from __future__ import annotations
-
 import csv
 import math
 import re

@@ -1,7 +1,5 @@
 """YAML of camera files: ROS camera_info, Kalibr's camchain, OpenCV's FileStorage. Read only, within limits."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -4,8 +4,6 @@ First against the static background, as a straight run of beams nearer than the 
 known, inside the rectangle where the camera says the board is. Select and solve take turns until they agree.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.calibration.board.board import Board

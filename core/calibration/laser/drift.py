@@ -1,7 +1,5 @@
 """Check that the camera still sits on the laser as it was calibrated, from corners and edges met on the way."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass

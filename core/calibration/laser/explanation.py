@@ -1,7 +1,5 @@
 """Explain a mount's calibration to the person who has to decide."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

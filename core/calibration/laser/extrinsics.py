@@ -5,8 +5,6 @@ rotation, which biases the answer with few poses. Here both sides are compared w
 (see plane_pairs), and whitened by the covariances of the beams and of the board's pose.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple

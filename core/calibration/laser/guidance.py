@@ -1,7 +1,5 @@
 """Which pose of the board would teach most about the mount."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Iterator
 

@@ -1,7 +1,5 @@
 """The plane of the board as the camera sees it (eq. 12), and how sure that is."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.calibration import homography

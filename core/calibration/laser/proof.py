@@ -1,7 +1,5 @@
 """Proof that a mount is right: the scan drawn into the picture, and a pose that took no part."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

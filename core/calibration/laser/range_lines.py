@@ -4,8 +4,6 @@ A plane m·P = s that does not contain the laser is q = m/s, and a beam along th
 1/(u·q). A flat scan determines q only within its own plane, a single beam only along itself: q lives in a basis E.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.errors import BadInput

@@ -1,7 +1,5 @@
 """The laser's wizard without a screen: the empty room first, then still poses of the board that both sensors see."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 

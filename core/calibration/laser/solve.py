@@ -1,7 +1,5 @@
 """From still poses of the board to the mount: find the lines, solve, find them better, solve again."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Still poses of the board in a stream of unselected pictures and scans, as in a recording."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ Ranges in another unit, angles that run the other way and scans that belong to o
 as they would have been. One that explains far more poses, far better, names the cause.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Exposure, noise and blur of a picture, measured on the picture itself."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

@@ -1,7 +1,5 @@
 """Picture quality: exposure, noise, blur, what is done about them, and all that in words (section 5)."""
 
-from __future__ import annotations
-
 import math
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Choose the preprocessing of a picture before edge detection by its quality."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Annotated

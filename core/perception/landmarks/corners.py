@@ -1,7 +1,5 @@
 """Corners in a laser scan: where two fitted lines meet (section 4.1)."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import dataclass

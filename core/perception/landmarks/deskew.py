@@ -1,7 +1,5 @@
 """A scan taken on the move, put back into the robot frame of one instant."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

@@ -1,7 +1,5 @@
 """Which vertical edge may belong to which corner, and by how much the two disagree: what a turned camera shows in."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

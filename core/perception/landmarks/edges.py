@@ -1,7 +1,5 @@
 """Vertical edges in a picture, as bearings (Canny, Hough; section 4.1)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

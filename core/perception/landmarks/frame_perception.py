@@ -1,7 +1,5 @@
 """The content of one frame: beams, corners and landmarks, in the robot frame of its stamp."""
 
-from __future__ import annotations
-
 from core.geometry import Pose
 from core.message import Array, message
 from core.perception.landmarks.edge_pairs import EdgePair

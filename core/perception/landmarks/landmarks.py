@@ -1,7 +1,5 @@
 """Landmarks as the paper has them: laser corners, confirmed and sharpened by vertical edges (section 4.1)."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

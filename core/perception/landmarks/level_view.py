@@ -1,7 +1,5 @@
 """The camera's picture without distortion and levelled: what stands upright in the world stands upright in it."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

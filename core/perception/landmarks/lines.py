@@ -1,7 +1,5 @@
 """Straight lines in a sweep of laser points: break, split, merge, fit."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

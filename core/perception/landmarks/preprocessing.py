@@ -1,7 +1,5 @@
 """Preprocessing of a picture before edge detection: light, contrast, smoothing."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """The distance of a wall in the direction of an edge, by the laser."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ Whether two sights are of the same person is asked as a likelihood ratio of two 
 changes the brightness of all parts by one factor and their tint by another; what is left differs part by part.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A person whom a model found in a picture: head, torso and feet as boxes, and K of those that are in it (eq. 34)."""
 
-from __future__ import annotations
-
 from core.message import message
 from core.perception.people.parts import PARTS
 

@@ -1,7 +1,5 @@
 """When a body that a model found is someone who may be meant, and the rectangle that is made of it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

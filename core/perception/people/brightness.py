@@ -1,7 +1,5 @@
 """Dark pictures made as bright as others before people are searched in them."""
 
-from __future__ import annotations
-
 import cv2
 
 from core.message import Array

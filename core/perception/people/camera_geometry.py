@@ -1,7 +1,5 @@
 """From the robot to its camera and back: where standers and rectangles are, seen from each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

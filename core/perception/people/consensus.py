@@ -5,8 +5,6 @@ place is believed for what agrees with it: a voice that was heard with the words
 wall's echo nobody stands, and another talker has less of the words.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import deque

@@ -1,7 +1,5 @@
 """Picture and direction → who stands there: rectangles in whose head part the sound falls, weighed by eq. 34."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """A piece of picture → how its edges run, cell by cell: what is compared with the model."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

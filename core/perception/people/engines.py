@@ -1,7 +1,5 @@
 """The detectors behind the protocol, and the factory that opens the one that the settings ask for."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from core.errors import Unavailable

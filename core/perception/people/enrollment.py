@@ -1,7 +1,5 @@
 """Enrollment: how one person looks, from pictures with different gestures, by background subtraction."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

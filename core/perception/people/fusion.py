@@ -1,7 +1,5 @@
 """Locate a speaker from the laser's range, the camera's bearing and the microphones' bearing."""
 
-from __future__ import annotations
-
 import math
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The followed person's looks, and by them whose legs are theirs after people came close to each other."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

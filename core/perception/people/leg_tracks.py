@@ -3,8 +3,6 @@
 The legs of a scan are shared out among the person and the others, the surest match first, no leg twice.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

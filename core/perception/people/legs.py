@@ -1,7 +1,5 @@
 """Scan → free-standing things as wide as a pair of legs. Only a picture shows whether they are a person."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

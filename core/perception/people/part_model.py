@@ -3,8 +3,6 @@
 The numbers are learnt from drawn figures by `python -m tests.benchmarks.teach_people`: no real person is in it.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple

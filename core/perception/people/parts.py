@@ -4,8 +4,6 @@ The paper leaves the legs out, since they move. Here they belong to the feet: a 
 nothing else of a person nearer than two metres.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """Pictures on their way to a detector that answers later, and how the robot stood when each was taken."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Search of one picture for a person, a few planes with every frame: no frame of the pilot takes long."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from core.geometry import Pose

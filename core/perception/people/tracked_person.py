@@ -1,7 +1,5 @@
 """The person who is followed, as known at one instant, and the numbers that following takes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Literal

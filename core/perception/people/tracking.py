@@ -1,7 +1,5 @@
 """Following one person over time: laser legs and pictures against a prediction that outlives short occlusions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """View of an upright plane some way ahead, brought to the scale of the model."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

@@ -1,7 +1,5 @@
 """The bearing of a voice that was heard: from where to where, and when."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

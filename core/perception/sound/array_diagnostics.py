@@ -3,8 +3,6 @@
 Channels and microphones are counted from 1 in sentences, as on the boards.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """Find how the array is turned on the robot: a wizard without a screen listens to claps from known directions."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """One voice out of an array: what comes from its direction is added up, what comes from elsewhere cancels."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

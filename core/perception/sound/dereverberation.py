@@ -6,8 +6,6 @@ weigh by the inverse of the voice's power in them, so that pauses, where echoes 
 predicted is the voice with its early echoes. Nothing is known of the room.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

@@ -1,7 +1,5 @@
 """Listen while sound comes in: noise is learned in silence, directions are reported 0.35 s into an utterance."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ A plain least squares is thrown by one bad lag in 47 to the other side of the sp
 smallest sum of absolute residuals; then lags count fully up to four standard deviations, and not at all past eight.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

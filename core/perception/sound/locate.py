@@ -1,7 +1,5 @@
 """Sound → direction: the method that works in rooms and next to a fan."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

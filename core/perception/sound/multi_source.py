@@ -1,7 +1,5 @@
 """Several talkers at once, by glimpses: voices seldom collide, so in most short moments only one is in front."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

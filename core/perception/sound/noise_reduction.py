@@ -4,8 +4,6 @@ Wiener's gain with the decision-directed signal-to-noise ratio of Ephraim and Ma
 minimum mean-square error short-time spectral amplitude estimator", 1984.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

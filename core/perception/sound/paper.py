@@ -5,8 +5,6 @@ in eq. 39 is the length of the transform. Kept as it is for comparison: no limit
 speech begins, frames before are noise: they are in X_n and not in the correlation.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -8,8 +8,6 @@ Channels that are late together may fit another plane wave just as well. Noise t
 reaches all microphones at the same time on the average, so that its times show them.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ A *cell* is one bin of one frame. Direct sound arrives before its echoes, so a c
 in units of the noise, exceeds what earlier cells of its bin may still be echoing (precedence of first wavefronts).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ DiBiase, "A high-accuracy, low-latency technique for talker localization in reve
 reads interpolated lag tables; the refinement works on the spectra themselves, so it ends between all grids.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

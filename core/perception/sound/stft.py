@@ -1,7 +1,5 @@
 """Sound → short-time spectra of the whole band, and back to the same sound."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -2,8 +2,6 @@
 what the array allows.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 Bearings are kept in a frame that does not turn with the robot, so a robot that turns keeps them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Triangulate a voice: bearings from several places of the robot, crossed (RANSAC, then least squares)."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Utterances of a whole recording and their directions."""
 
-from __future__ import annotations
-
 from core.message import message
 from core.perception.sound.direction import Direction
 from core.perception.sound.locate import DEFAULT

@@ -1,7 +1,5 @@
 """Voice activity detection (VAD): frames in which enough of the spectrum stands out of the noise."""
 
-from __future__ import annotations
-
 from collections import deque
 from typing import Literal
 

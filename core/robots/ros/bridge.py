@@ -1,7 +1,5 @@
 """A ROS robot's messages → readings, and speeds → messages; the same for every link that carries them."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

@@ -1,7 +1,5 @@
 """Findings on a ROS robot: for every role its topics, their messages, and the others that could have it."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections import deque

@@ -4,8 +4,6 @@ While it drives, it and not Beckon's gate steers the robot. Over topics alone a 
 robot's present pose as the next one.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 from collections import deque

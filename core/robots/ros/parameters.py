@@ -1,7 +1,5 @@
 """Parameters of a robot's nodes that the console asks for: after how long a silence its base stops by itself."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 TIMEOUT = "cmd_vel_timeout"  # of the robot's controller

@@ -1,7 +1,5 @@
 """Common part of the drivers of all ROS robots: speeds, the robot's lock, and goals for its own navigation."""
 
-from __future__ import annotations
-
 import contextlib
 import time
 from abc import abstractmethod

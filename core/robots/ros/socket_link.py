@@ -3,8 +3,6 @@
 A link of its own kind says how it asks for the robot's topics, subscribes, reads a message and sends speeds.
 """
 
-from __future__ import annotations
-
 import socket
 import ssl
 import time

@@ -1,7 +1,5 @@
 """The message types of one robot: what it advertises, else the types of ROS 2 Humble, or of ROS 1 Noetic."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections import Counter

@@ -4,8 +4,6 @@ The protocol is that of the package websockets; its own client keeps two more th
 costs more than all else where fifty robots send 65 messages a second each.
 """
 
-from __future__ import annotations
-
 import contextlib
 import select
 import socket

@@ -4,8 +4,6 @@ Two forms are on the road, and they do not understand each other. With rmw_zenoh
 themselves; zenoh-bridge-ros2dds stands beside a robot whose nodes speak DDS.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ Each arrival reads the talker's own sound at the moment when it left the mouth, 
 change without steps. The sound is kept 16 times finer than its samples: arrivals fall between samples.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 

@@ -1,7 +1,5 @@
 """The box that a floor plan is to the ear: where around the robot the walls are."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

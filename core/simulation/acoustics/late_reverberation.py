@@ -3,8 +3,6 @@
 The same images as `core.simulation.acoustics.shoebox`, without those that `early_reflections` follows exactly.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Generator
 

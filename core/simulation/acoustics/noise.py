@@ -1,7 +1,5 @@
 """Background noise: the room's murmur from everywhere, the microphones' own hiss, and the robot's motors."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

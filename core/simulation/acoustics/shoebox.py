@@ -4,8 +4,6 @@ Allen and Berkley, "Image method for efficiently simulating small-room acoustics
 time axis 16 times finer than the sound's and then band-limited, so arrivals fall between samples as they do in air.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

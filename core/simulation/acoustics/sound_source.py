@@ -1,7 +1,5 @@
 """A source of sound at a place in the simulated room."""
 
-from __future__ import annotations
-
 from collections.abc import Generator
 
 import numpy as np

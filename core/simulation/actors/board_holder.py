@@ -1,7 +1,5 @@
 """Requests to hold up a chessboard in the simulated room, and the person who holds it, checked."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The hands that hold up a chessboard in the simulated room, and move it smoothly."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import cv2

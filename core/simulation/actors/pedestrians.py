@@ -1,7 +1,5 @@
 """People who walk in the simulated room: along a path, around each other and around the robot, never into it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Requests to put things into the simulated world, checked against it."""
 
-from __future__ import annotations
-
 import math
 
 import msgspec

@@ -1,7 +1,5 @@
 """Speakers in the simulated room: who speaks where, and the sound of every frame."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.errors import BadInput, Unavailable

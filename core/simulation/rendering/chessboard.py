@@ -1,7 +1,5 @@
 """Rendering of a chessboard: every pixel is the mean of the area it covers, so corners stay in their places."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

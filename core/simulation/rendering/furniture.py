@@ -1,7 +1,5 @@
 """Furniture: the faces of what stands in the room."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

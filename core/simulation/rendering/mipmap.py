@@ -1,7 +1,5 @@
 """Textures under work: what paints, lights and halves them."""
 
-from __future__ import annotations
-
 import math
 import zlib
 

@@ -1,7 +1,5 @@
 """A person as the simulated camera sees one: drawn once from every side, in any clothes, out of rounded limbs."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

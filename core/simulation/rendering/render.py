@@ -1,7 +1,5 @@
 """Pictures of a world for a level, undistorted pinhole view: column by column, what is near over what is far."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

@@ -1,7 +1,5 @@
 """The textures of one world, painted once: its walls in one image, its floor and ceiling, its furniture."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple

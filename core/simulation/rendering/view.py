@@ -1,7 +1,5 @@
 """The view of a level pinhole camera, and what is cut out of it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

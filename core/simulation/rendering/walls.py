@@ -1,7 +1,5 @@
 """Walls: their paint, their bricks, and what hangs on them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The simulated robot's world: floor plans, the things in them, and rays through them."""
 
-from __future__ import annotations
-
 from core.errors import BadInput
 from core.simulation.world.floor import FLOOR
 from core.simulation.world.held_board import HeldBoard

@@ -1,7 +1,5 @@
 """A storey of 25 x 18 m: a hall, corridors around a block (a loop), rooms behind door openings."""
 
-from __future__ import annotations
-
 from core.simulation.world.objects import Thing, What, furniture
 from core.simulation.world.outline import Rect, outline
 from core.simulation.world.plan import Dressing, World, Zone

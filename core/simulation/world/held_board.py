@@ -1,7 +1,5 @@
 """A chessboard that a person holds up in the room."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.geometry import Transform

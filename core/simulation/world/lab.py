@@ -1,7 +1,5 @@
 """The paper's structured telecommunication laboratory (section 6.2): one room with niches, pillars and furniture."""
 
-from __future__ import annotations
-
 from core.simulation.world.objects import furniture
 from core.simulation.world.outline import Rect, outline
 from core.simulation.world.plan import Dressing, World, Zone

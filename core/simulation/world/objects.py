@@ -1,7 +1,5 @@
 """Things in a room: furniture, boxes, people."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cached_property

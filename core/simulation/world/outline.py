@@ -1,7 +1,5 @@
 """From rectangles of free and solid floor to the walls between them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Rays against upright surfaces, all rays and all surfaces at once."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array, message

@@ -1,7 +1,5 @@
 """Places in which a laser finds little to hold on to: a corridor without corners, the same bare, a glazed hall."""
 
-from __future__ import annotations
-
 from core.simulation.world.objects import furniture
 from core.simulation.world.outline import Rect, outline
 from core.simulation.world.plan import Dressing, World, Zone

@@ -1,7 +1,5 @@
 """Data association without given identities: one by one where that is clear, jointly where it is not."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Literal

@@ -4,8 +4,6 @@ Alone, a sighting between two near landmarks could be either. But the sightings 
 pose: where one asks for a robot further left, the others must ask for it too.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

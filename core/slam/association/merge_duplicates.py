@@ -1,7 +1,5 @@
 """Landmarks that turn out to be one: two that lie together, or several that are found again together."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Assignment of sightings to landmarks: one to one, and none where it is doubtful (section 4.1)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

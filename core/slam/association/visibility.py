@@ -1,7 +1,5 @@
 """Visibility of landmarks: line of sight by the scan itself."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.geometry import Pose

@@ -5,8 +5,6 @@ initialisation). Those poses stay in the filter until then, so what the landmark
 nothing is counted twice.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -5,8 +5,6 @@ there is the angle between the directions to that point and to the landmark, a r
 error of the present heading enters, in either form of the filter.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

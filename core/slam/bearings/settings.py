@@ -1,7 +1,5 @@
 """Settings of landmarks of which only bearings are measured."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

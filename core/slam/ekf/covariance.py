@@ -1,7 +1,5 @@
 """The covariance of the whole state: stored once, changed in place."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any, cast
 

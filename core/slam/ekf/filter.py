@@ -1,7 +1,5 @@
 """The extended Kalman filter over pose and landmarks: what its two forms share (eq. 17-33)."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ cannot learn a heading from landmarks that it placed by that same heading: it st
 grows too sure of itself.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

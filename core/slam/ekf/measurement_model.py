@@ -1,7 +1,5 @@
 """The measurement model: the expected sighting of a landmark and its Jacobians (eq. 24-27, 32-33, corrected)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

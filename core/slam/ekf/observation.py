@@ -1,7 +1,5 @@
 """One scan's sightings and what the filter expected."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The paper's form of the filter (eq. 17-33, corrected): errors as plain differences."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.geometry import Pose, rotation, wrap

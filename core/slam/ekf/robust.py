@@ -1,7 +1,5 @@
 """Robust weights for the sightings of one update: each is judged by the others, and the prediction by all."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Views in a row that look through each other's walls, and the place at which they do not."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Loop closure: looks in spare moments for places seen before, and corrects the pose graph by them."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Generator
 

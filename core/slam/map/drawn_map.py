@@ -4,8 +4,6 @@ The scan layer matches scans to views; a drawn map has none. So a view is cast f
 what a laser that turns all around would see there. Submaps are squares of the floor: none is left at its rim.
 """
 
-from __future__ import annotations
-
 import math
 
 import cv2

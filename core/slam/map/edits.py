@@ -4,8 +4,6 @@ What was seen stays as it is underneath, and the robot finds its place by that a
 still stands, or a pane of glass that was drawn, would mislead it. An edit that is taken back leaves no trace.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from typing import Literal

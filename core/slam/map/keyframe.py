@@ -1,7 +1,5 @@
 """A view that is kept: a scan, and where in its submap it was taken."""
 
-from __future__ import annotations
-
 from functools import cached_property
 
 import numpy as np

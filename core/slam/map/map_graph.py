@@ -1,7 +1,5 @@
 """The map of the floor: submaps, views, how they were driven to, and which places were recognised."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from itertools import islice

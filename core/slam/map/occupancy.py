@@ -1,7 +1,5 @@
 """The occupancy map: where beams ended and where they passed, for people, planner and export."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

@@ -4,8 +4,6 @@ A wall in the grid is one to three cells thick, as beams happened to fall: it is
 one width along its middle. What is thicker (a pillar, a filled block of a map drawn elsewhere) keeps its shape.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """Settings of the submaps: their size, the views that are kept, and the work done in spare moments."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,7 +1,5 @@
 """The status of the scan layer: submaps, closures, and whether the robot knows where it is."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from core.geometry import Pose

@@ -1,7 +1,5 @@
 """One submap: the paper's filter, the occupancy tile and the views that were kept, all in its own frame."""
 
-from __future__ import annotations
-
 from core.geometry import Pose
 from core.message import Array
 from core.sensors import Laser

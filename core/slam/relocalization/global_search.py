@@ -4,8 +4,6 @@ The scan, turned to each of 120 headings, is correlated with an upper bound of t
 are searched finely, refined by Gauss-Newton, and checked against what the map knows to be free.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Generator
 from dataclasses import dataclass

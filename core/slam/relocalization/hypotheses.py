@@ -1,7 +1,5 @@
 """Hypotheses of the robot's place over several views: carried along with the odometry, checked at every view."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Generator
 from dataclasses import dataclass

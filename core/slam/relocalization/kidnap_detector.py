@@ -1,7 +1,5 @@
 """Detection that the robot is not where it believes to be: it was carried, or the estimate diverged."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The localization monitor: it checks the robot's place and searches for it when the robot is lost."""
 
-from __future__ import annotations
-
 from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks.frame_perception import Beams

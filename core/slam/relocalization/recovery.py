@@ -1,7 +1,5 @@
 """Finding back: the robot stands, looks for its place on the frozen map, turns for another view, and else asks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Generator
 from dataclasses import dataclass

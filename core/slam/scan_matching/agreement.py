@@ -4,8 +4,6 @@ The scans' moves do not depend on the wheels being right. One pair of scans in a
 every one while the two senses contradict each other.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Iterator

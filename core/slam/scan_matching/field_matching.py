@@ -1,7 +1,5 @@
 """Laying a scan on a field: near where it is expected, or far around."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A likelihood field of earlier laser points, and the pose at which a scan fits it best."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Information of a scan match, from the directions of the walls in the scan."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

@@ -1,7 +1,5 @@
 """Odometry from the laser alone, for robots and recordings without wheels."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

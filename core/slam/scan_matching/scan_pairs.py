@@ -1,7 +1,5 @@
 """Moves between two scans by the scans alone: walls laid on walls, from several guesses."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

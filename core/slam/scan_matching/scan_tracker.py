@@ -1,7 +1,5 @@
 """The scan tracker: it matches the newest scan against the views around, and detects slipping wheels."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

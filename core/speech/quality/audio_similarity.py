@@ -1,7 +1,5 @@
 """orig.wav against rev.wav: the additional estimation of section 5.1, by measures that others use too."""
 
-from __future__ import annotations
-
 import math
 from importlib import import_module
 from typing import TypedDict

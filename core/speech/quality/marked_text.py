@@ -5,8 +5,6 @@ the same, for the print lost its yellow; what it states is 6 erroneous words of 
 robot's. Those numbers are kept here by marks; which of the words carry them is this file's choice.
 """
 
-from __future__ import annotations
-
 import re
 from typing import TypedDict
 

@@ -5,8 +5,6 @@ OSQE_D = NErW_person - NErW_robot, OSQE_R = NErW_person / NErW_robot. Where the 
 value; the bounded one, (1 + NErW_person) / (1 + NErW_robot), always has.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import TypedDict
 

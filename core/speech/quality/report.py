@@ -1,7 +1,5 @@
 """The speech quality report as one page that needs nothing else: to be read, printed and kept."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Mapping, Sequence
 from html import escape

@@ -5,8 +5,6 @@ Taal, "An algorithm for predicting the intelligibility of speech masked by modul
 al., "SDR - half-baked or well done?", 2019. All compare two signals of equal length that begin together.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

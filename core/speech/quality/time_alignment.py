@@ -1,7 +1,5 @@
 """Two recordings of the same speech, orig.wav and rev.wav, brought to one rate and one beginning."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

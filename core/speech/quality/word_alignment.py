@@ -1,7 +1,5 @@
 """Two texts word by word: what was substituted, deleted and inserted (Levenshtein), after writing both alike."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Sequence

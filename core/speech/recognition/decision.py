@@ -5,8 +5,6 @@ and by how much better than the nearest other command. What is confirmed waits f
 rejected moves nothing, and its alternatives are offered ("Did you mean …?"). Numbers are repeated.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import replace

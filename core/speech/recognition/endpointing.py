@@ -6,8 +6,6 @@ there; the noise, and how unquiet it is, are learnt in silence, and from what se
 a motor, a fan. Nobody speaks as steadily.
 """
 
-from __future__ import annotations
-
 from collections import deque
 
 import numpy as np

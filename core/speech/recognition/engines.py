@@ -1,7 +1,5 @@
 """The engines behind the protocols of recognition, and the factory that opens the active one."""
 
-from __future__ import annotations
-
 import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How loud running sound is beside its own quiet moments: where nothing rises out of them, nobody speaks."""
 
-from __future__ import annotations
-
 from collections import deque
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The protocols of recognition: sound with speech goes in, decisions come out."""
 
-from __future__ import annotations
-
 from typing import Protocol, runtime_checkable
 
 import numpy as np

@@ -4,8 +4,6 @@ A sentence that a recognizer mishears it often mishears again, from the same pla
 follows it, or Cancel, adds what the sound lacks: such a negative confirmation makes the same reading less likely.
 """
 
-from __future__ import annotations
-
 from core.speech.recognition.decision import RecognizedUtterance
 
 OBJECTION_TIME_S = 5.0  # after a sentence in which a STOP rejects it: it is read, said back, and waits meanwhile

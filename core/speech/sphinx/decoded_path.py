@@ -1,7 +1,5 @@
 """The result of a decoder: words with their bounds, and how well every piece of the sound fits them."""
 
-from __future__ import annotations
-
 import math
 import sys
 from itertools import pairwise

@@ -3,8 +3,6 @@
 The package is imported when it is first needed, never before: nothing else of Beckon depends on it.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from importlib import import_module

@@ -4,8 +4,6 @@ A recognizer that moves a robot refuses whole sentences as soon as it is not sur
 measure its caution; here every sound is written down as the sentence of the grammar that fits it best.
 """
 
-from __future__ import annotations
-
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import SpeechSettings
 from core.speech.sphinx.decoded_path import decoded

@@ -6,8 +6,6 @@ words with which commands begin: "stop talking" begins like one and is none. Wha
 refused. Words and their frequencies are those of the model that comes with pocketsphinx.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache

@@ -3,8 +3,6 @@
 Nothing is listed here a second time: what `understand` reads can be heard, and only that.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 

@@ -6,8 +6,6 @@ The threshold is so low that the start of the motors' hum would pass for it. But
 a word becomes fainter between its sounds.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -4,8 +4,6 @@ A decoder likes to take speech that fits nowhere for silence: "follow my instruc
 pause. What is as loud as the words but lies outside of them gives that away.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array, message

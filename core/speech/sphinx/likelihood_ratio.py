@@ -1,7 +1,5 @@
 """A command against all that is none, both read from the same sound: by how much it fits better, or worse."""
 
-from __future__ import annotations
-
 import math
 
 from core.commands.stop_moving import STOP_MOVING

@@ -8,8 +8,6 @@ other numbers are put to the vote, and so is a sentence that was rejected just b
 word, which a breath may resemble, has to fit better than anything else every time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from math import inf
 from typing import Any

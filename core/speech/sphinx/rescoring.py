@@ -5,8 +5,6 @@ forced upon each, and its likelihoods are averaged, as recognizers' outputs are 
 post-processing system to yield reduced word error rates: ROVER", 1997). What wins is likely, and is not sure.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any

@@ -4,8 +4,6 @@ Every utterance is located and read from the beam towards its voice. In noise an
 apart; `tests.benchmarks.words` shows by how much.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """How much sound of a room is read at once: little while someone speaks, more while nobody does, which costs less."""
 
-from __future__ import annotations
-
 import math
 
 from core.speech.settings import PIECE_S, VOICE_PIECE

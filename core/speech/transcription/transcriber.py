@@ -1,7 +1,5 @@
 """Decisions about sound as it comes: endpoints cut it, an engine decides about each utterance, STOP comes early."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from dataclasses import replace

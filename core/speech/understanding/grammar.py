@@ -9,8 +9,6 @@ mark and stand in quotes. Within a number a comma says two things ("1,5"), behin
 and where the marks say that it is a question or breaks off, it moves nothing.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import unicodedata

@@ -4,8 +4,6 @@ Only whole, unmistakable numbers: no homophones ("to", "for", "oh"), no foreign 
 a comma before decimals only where a unit follows.
 """
 
-from __future__ import annotations
-
 import re
 
 DIGITS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")

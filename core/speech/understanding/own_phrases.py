@@ -6,8 +6,6 @@
 A phrase that sounds like one of another command is refused when the file is read.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections import Counter

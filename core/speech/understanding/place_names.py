@@ -1,7 +1,5 @@
 """Names of places as words of STOP AT ("go to NAME"); a name that sounds like other words is refused."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Iterable

@@ -2,8 +2,6 @@
 al., 2021). What people often say is also heard where something else was said.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ Commands that fall behind free text are dropped, which makes talk cheap. Rows wi
 In little sound Whisper likes to write a sentence again and again: such rows are dropped when that begins.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

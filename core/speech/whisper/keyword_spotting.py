@@ -1,7 +1,5 @@
 """Spot STOP with Whisper, where pocketsphinx is not installed: the newest sound is read again and again."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array

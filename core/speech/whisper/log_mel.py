@@ -1,7 +1,5 @@
 """Sound → the log mel spectrogram that Whisper reads (Radford et al., "Robust speech recognition", 2022)."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

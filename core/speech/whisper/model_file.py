@@ -4,8 +4,6 @@ Little-endian: u32 version; string; u32 revision; u32 count; of each variable it
 u8 type, u32 bytes and the values; then u32 aliases, two strings each. A string is u16 length, bytes, a closing zero.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ It is generated out of VOCABULARY, the user's own phrases and the words of numbe
 searched, so only what may have been said is ever built.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable
 from functools import cached_property

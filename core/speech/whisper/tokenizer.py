@@ -1,7 +1,5 @@
 """Text ↔ tokens: byte-level byte-pair encoding out of a `tokenizer.json` (Sennrich et al., 2016; GPT-2's form)."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from itertools import pairwise

@@ -5,8 +5,6 @@ of its tokens in which every token follows the one before soon. Another talker w
 token, so that more chains are sought, each behind the one before; the sound of each has to be read to choose.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A model of the user's own as a detector of people: any ONNX file of a known layout."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Generator, Iterator
 from pathlib import Path

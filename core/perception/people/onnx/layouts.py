@@ -4,8 +4,6 @@ YOLOv8 and YOLO11 (detection and pose, with and without their own suppression of
 MediaPipe's person detector. MediaPipe's landmark model is used as the pose networks are.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

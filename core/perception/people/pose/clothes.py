@@ -1,7 +1,5 @@
 """The looks of a body where landmarks or boxes say what is head, torso and legs."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

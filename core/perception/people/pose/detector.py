@@ -1,7 +1,5 @@
 """Find people by the landmarks of their bodies: look at a square, look again around the hips, weigh by eq. 34."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator

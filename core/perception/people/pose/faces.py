@@ -1,7 +1,5 @@
 """Answers of the detector network: the faces of people, their hips, and how far their bodies reach."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Landmarks of a body → head, torso and feet, and how sure each is (eq. 34's K1, K2, K3)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from core.message import Array, message

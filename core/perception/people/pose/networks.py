@@ -3,8 +3,6 @@
 Neither network is part of Beckon; `core.models` knows where they come from (package mediapipe 0.10.21, Apache-2.0).
 """
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 from typing import Any, Protocol

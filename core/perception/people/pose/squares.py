@@ -1,7 +1,5 @@
 """Squares of a picture that a network looks at."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

@@ -1,7 +1,5 @@
 """Bearings and distances as places in a picture, and back."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
