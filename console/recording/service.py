@@ -76,7 +76,7 @@ BATCH_BUDGET_S, FILE_BUDGET_S = 5.0, 120.0  # [s] of processor time
 MAX_WAITING_MOMENTS = 400  # frames that may wait; more are left out, with a notice
 MAP_PERIOD_S = 2.0  # [s] between two maps, at least
 WHOLE_MAP_PERIOD_S = 20.0  # [s] between two maps to go on in, at least …
-WHOLE_MAP_SHARE = 0.005  # … and of the time that may be spent on them, at most
+WHOLE_MAP_BYTES_S = 50_000  # … and of them in a second of the recording, at most
 RING_DELAY_S = 5.0  # [s] after the first motion: its start must not be what slows that
 RING_REST_S = 20.0  # [s] after the first frame, where nothing moves before
 AFTER_INCIDENT_S = 3.0  # [s] that are still kept after what caused it
@@ -160,7 +160,7 @@ class RecordingService(Part):
         self._ring_from = math.inf  # [s] monotonic, when the ring begins
         self._known: dict[tuple[str, float], FinishedRecording] = {}  # by name and time of change
         self._notes: dict[str, RecordingNote] = {}
-        self._turn = asyncio.Lock()
+        self._turn, self._change = asyncio.Lock(), asyncio.Lock()  # of the process; of what begins and ends
         self._map_at = self._disk_at = -1e9
         self._grid = self._voice = -1
         self._whole_map = b""  # to go on in, for the next moment
@@ -287,13 +287,14 @@ class RecordingService(Part):
 
     async def _take_whole_map(self) -> None:
         """Take the map that what is computed later goes on in; its cells and landmarks are written with it."""
-        pilot, began = self._pilot, time.monotonic()
+        pilot = self._pilot
         if pilot is None:
             return
         with contextlib.suppress(Refused):  # there is none yet
             self._whole_map = await asyncio.to_thread(lambda: pilot.keep_map().to_bytes())
-            self._grid, self._map_at, now = -1, -1e9, time.monotonic()
-            self._whole_map_due = now + max(WHOLE_MAP_PERIOD_S, (now - began) / WHOLE_MAP_SHARE)
+            self._grid, self._map_at = -1, -1e9
+            period = max(WHOLE_MAP_PERIOD_S, len(self._whole_map) / WHOLE_MAP_BYTES_S)
+            self._whole_map_due = time.monotonic() + period
 
     # events
 
@@ -339,9 +340,10 @@ class RecordingService(Part):
         """Begin a recording. Raises BadInput, Problem 409, Unwritable."""
         if self._replays:
             raise Problem(409, Statement("recording.replay"))
-        if self._running is not None:
-            raise Problem(409, RUNS)
-        await self._begin_first_of(checked_name(name) if name else "", note)
+        async with self._change:
+            if self._running is not None:
+                raise Problem(409, RUNS)
+            await self._begin_first_of(checked_name(name) if name else "", note)
         self._history.add("record", who, words=self._base)
         return self.state
 
@@ -373,6 +375,10 @@ class RecordingService(Part):
 
     async def stop(self, who: Person | None = None) -> FinishedRecording:
         """End the recording → the finished file. Raises Problem 409, Unwritable, WorkerLost."""
+        async with self._change:
+            return await self._stop(who)
+
+    async def _stop(self, who: Person | None = None) -> FinishedRecording:
         if self._running is None:
             raise Problem(409, NOTHING_RUNS)
         await self._send()
@@ -491,9 +497,10 @@ class RecordingService(Part):
 
     async def _rotate(self) -> None:
         try:
-            done = await self.stop()
-            self._number += 1
-            await self._begin(self._fresh_name(f"{self._base} part {self._number}"), done.note)
+            async with self._change:  # nobody begins or ends one between the two files
+                done = await self._stop()
+                self._number += 1
+                await self._begin(self._fresh_name(f"{self._base} part {self._number}"), done.note)
         except (BeckonError, Problem) as trouble:
             self._notifications.tell("error", f"The recording has ended: {trouble}", "recorder")
 

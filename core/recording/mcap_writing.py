@@ -51,7 +51,7 @@ class McapRecording:
         self._schemas: dict[str, int] = {}
         self._counts: Counter[str] = Counter()
         self._first = self._last = 0  # [ns] log times
-        self._flushed = time.monotonic()
+        self._chunked, self._flushed = 0, time.monotonic()  # [ns] log time of the open chunk
         self._ended = False
         try:
             self._file = open(self._part, "xb", opener=private)  # noqa: SIM115
@@ -78,6 +78,9 @@ class McapRecording:
         """Write messages that came at `logged` [s], Unix time."""
         log_time = max(round(logged * NS_PER_S), 0)
         try:
+            if log_time - self._chunked > NS_PER_S:
+                self._writer.flush()
+                self._chunked = log_time
             for one in messages:
                 number = self._counts[one.topic]
                 self._counts[one.topic] += 1

@@ -196,7 +196,7 @@ def doctor(path: Path) -> list[str]:
         if any(not summary.schemas[one.schema_id].data for one in summary.channels.values()):
             wrong.append("a channel without schema")
         chunks = sorted(summary.chunk_indexes, key=lambda one: one.chunk_start_offset)
-        if any(one.uncompressed_size > 4 * CHUNK_BYTES or one.compression != "zstd" for one in chunks):
+        if any(one.uncompressed_size > 16 * CHUNK_BYTES or one.compression != "zstd" for one in chunks):
             wrong.append("a chunk that is too large, or not packed")
         if any(one.message_end_time - one.message_start_time > 2e9 for one in chunks):
             wrong.append("a chunk of more than two seconds")

@@ -25,6 +25,7 @@ from core.simulation.faulty_robot import open_robot
 from core.slam.map.occupancy import OccupancySettings
 from core.snapshot import Snapshot
 from core.speech.understanding.grammar import understand
+from tests.benchmarks.recorded_drive import doctor
 from tests.console.in_process import InProcessRobot
 from tests.console.live import Live
 from tests.console.recording.drives import RecordedPilot, drive, fingerprint
@@ -177,7 +178,12 @@ def test_what_was_kept_of_the_ring_begins_in_the_map_of_its_own_beginning(tmp_pa
     first = AsRecorded(robot.profile)
     first.begin(drive.latest("/map", 0.0), ())
     shown = first.take(next(drive.moments()))
-    assert drive.duration == pytest.approx(4.0, abs=0.1) and computed.resumed and comparer.worst < 0.02
+    assert (
+        doctor(kept) == []
+        and drive.duration == pytest.approx(4.0, abs=0.1)
+        and computed.resumed
+        and comparer.worst < 0.02
+    )
     assert shown is not None and shown.grid.log_odds.shape == recorded.snapshots[-200].grid.log_odds.shape
     assert (shown.grid.log_odds != 0).sum() <= (then.grid.log_odds != 0).sum()
 
