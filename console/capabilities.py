@@ -122,11 +122,7 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
     lambda base, _: MapService(base.home, base.settings, base.robot, base.dispatcher, base.lease, base.history),
     own_navigation,
     lambda base, parts: EnrollmentService(
-        base.home,
-        base.robot,
-        base.dispatcher,
-        base.notifications.tell,
-        lambda: parts[CalibrationService].newest,
+        base.home, base.robot, base.dispatcher, base.notifications.tell, lambda: parts[CalibrationService].newest
     ),
     lambda base, _: LookService(base.settings.people, lambda words: base.notifications.tell("warning", words)),
     lambda base, _: PendingCommands(base.dispatcher, base.lease, base.history, base.notifications),

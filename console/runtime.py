@@ -116,14 +116,7 @@ class Runtime:
         self.parts.add(self.folder)
         self.parts.add(self.login_keeper)
         self._context = StateContext(
-            robot,
-            self.lease,
-            self.history,
-            self.notifications,
-            self.sockets,
-            self.pilots,
-            self.parts,
-            self.chapter,
+            robot, self.lease, self.history, self.notifications, self.sockets, self.pilots, self.parts, self.chapter
         )
         self.scene = Scene(
             robot,

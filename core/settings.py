@@ -77,8 +77,7 @@ class ChapterSettings(Section):
         ChapterMode, Meta(meaning="printed: the chapter's own equations in the place of our forms", common=True)
     ] = "ours"
     laser_reference: Annotated[
-        bool,
-        Meta(meaning="a second position by laser and wheels alone, for comparison", common=True),
+        bool, Meta(meaning="a second position by laser and wheels alone, for comparison", common=True)
     ] = False
 
 

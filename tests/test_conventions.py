@@ -95,12 +95,7 @@ RETIRED = re.compile(
     r"|sitters?|sittings?|lessons?|school|surveyors?|atlas|mosaic|telling|bonds?|vouch(?:es|ed)?|astray|oddness|ballots?"
     r"|rivalry|likeness|prattle|journeys?|mailbox|outbox|scribe|anew|whoever|assistants?|waking|wish(?:es)?|somebody)(?![a-zà-ÿ])"
 )
-STORED = (
-    '"brakes",',
-    '= "bonds"',
-    'TABLE = "deeds"',
-    'name="wish"',
-)  # names on disk, and what people say
+STORED = ('"brakes",', '= "bonds"', 'TABLE = "deeds"', 'name="wish"')  # names on disk, and what people say
 PRODUCT = [
     path
     for pattern in (

@@ -13,13 +13,7 @@ from console.access.roles import ANY_FILE, BodyLimit, needs
 from console.api import RequestBody, Who, part, router
 from console.api.typed_route import Responses
 from console.http.downloads import named
-from console.recording.service import (
-    KEPT_BY,
-    MAX_NAME_LETTERS,
-    MAX_NOTE_LETTERS,
-    RecordingService,
-    RecordingState,
-)
+from console.recording.service import KEPT_BY, MAX_NAME_LETTERS, MAX_NOTE_LETTERS, RecordingService, RecordingState
 from console.recording.work import FinishedRecording
 from core.pipelines.drive_film import FilmForm
 

@@ -105,13 +105,7 @@ class SayRequest(RequestBody):
         """The request to the driver, apart from the text. Raises BadInput for samples that are not in base64."""
         samples = None if self.pcm is None else samples_in(self.pcm)
         return requests.Speak(
-            id=self.id,
-            x_m=self.x_m,
-            y_m=self.y_m,
-            z_m=self.z_m,
-            pcm=samples,
-            rate_hz=self.rate_hz,
-            more=self.more,
+            id=self.id, x_m=self.x_m, y_m=self.y_m, z_m=self.z_m, pcm=samples, rate_hz=self.rate_hz, more=self.more
         )
 
 

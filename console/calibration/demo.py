@@ -64,14 +64,7 @@ class BoardDemo:
         await demo.leave()                    # also when it is switched off before
     """
 
-    def __init__(
-        self,
-        ask: Ask,
-        advice: Suggest,
-        board: Board,
-        *,
-        seed: int = 0,
-    ) -> None:
+    def __init__(self, ask: Ask, advice: Suggest, board: Board, *, seed: int = 0) -> None:
         self._ask, self._advice, self._board = ask, advice, board
         self._rng = np.random.default_rng(seed)
         self._phase: Phase = "beside"

@@ -48,8 +48,7 @@ class CommandParser(argparse.ArgumentParser):
 def build_parser() -> argparse.ArgumentParser:
     """The whole command line."""
     parser = CommandParser(
-        prog="beckon",
-        description="A console for a mobile robot that sees, hears and obeys. Without a command: run.",
+        prog="beckon", description="A console for a mobile robot that sees, hears and obeys. Without a command: run."
     )
     parser.add_argument("--version", action="version", version=f"beckon {beckon_version()}")
     places = parser.add_subparsers(dest="subcommand", metavar="COMMAND")

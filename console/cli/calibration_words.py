@@ -139,10 +139,5 @@ def _wrapped(words: str, start: str = "") -> list[str]:
     columns = max(60, min(MAX_COLUMNS, shutil.get_terminal_size((MAX_COLUMNS, 24)).columns))
     indent = " " * len(start)
     return textwrap.wrap(
-        words,
-        columns,
-        initial_indent=start,
-        subsequent_indent=indent,
-        break_long_words=False,
-        break_on_hyphens=False,
+        words, columns, initial_indent=start, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     )

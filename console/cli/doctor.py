@@ -133,10 +133,7 @@ def python() -> CheckResult:
     """The interpreter."""
     running = ".".join(map(str, sys.version_info[:3]))
     return CheckResult(
-        name="Python",
-        good=sys.version_info >= (3, 11),
-        found=running,
-        remedy="install Python 3.11 or newer",
+        name="Python", good=sys.version_info >= (3, 11), found=running, remedy="install Python 3.11 or newer"
     )
 
 

@@ -4,13 +4,7 @@ import http.client
 import time
 from urllib.parse import urlsplit
 
-from console.connection.probe_jobs import (
-    CheckedFile,
-    CheckRecording,
-    CheckRobotFile,
-    OpenedRecording,
-    ProbeRobot,
-)
+from console.connection.probe_jobs import CheckedFile, CheckRecording, CheckRobotFile, OpenedRecording, ProbeRobot
 from core.errors import Unavailable
 from core.robots.connect import devices_of, live, parts_of
 from core.robots.connection import FoundRobot, ReadConnection

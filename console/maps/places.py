@@ -18,13 +18,7 @@ from core.geometry import wrap
 from core.navigation.places import NamedPlace
 from core.navigation.zones import roomiest_spot
 from core.sentences import Statement
-from core.speech.understanding.place_names import (
-    MAX_PLACES,
-    check_name_apart,
-    place_phrases,
-    spoken_name,
-    tidy_name,
-)
+from core.speech.understanding.place_names import MAX_PLACES, check_name_apart, place_phrases, spoken_name, tidy_name
 
 NO_SUCH_PLACE = Statement("places.gone")
 BEYOND_MAP_M = 10.0  # [m] that a place may lie outside the known map
@@ -51,12 +45,7 @@ class PlaceService(Part):
         return found
 
     async def add(
-        self,
-        name: str,
-        at: tuple[float, float] | None,
-        heading: float | None,
-        who: Person,
-        outline: Outline = (),
+        self, name: str, at: tuple[float, float] | None, heading: float | None, who: Person, outline: Outline = ()
     ) -> NamedPlace:
         """Name a place at (x, y) [m], world, or where the robot is; `heading` [rad] to look there, or None.
 

@@ -59,12 +59,7 @@ class TranscriptionClient:
         return self._worker.starts == self._begun
 
     async def begin(
-        self,
-        settings: SpeechSettings,
-        *,
-        held: bool = False,
-        array: MicrophoneArray | None = None,
-        speaker: int = 0,
+        self, settings: SpeechSettings, *, held: bool = False, array: MicrophoneArray | None = None, speaker: int = 0
     ) -> None:
         """Listen again; `held`: everything up to `finish` is one utterance; `array`: to the beam towards the voice.
 

@@ -57,11 +57,7 @@ class TranscriptionWorker:
             channels = tuple(range(len(job.array.positions)))
             in_order = replace(job.array, channels=channels, rate=None)
             self._transcriber = ArrayTranscriber(
-                in_order,
-                job.settings,
-                recognizer=engine.recognizer,
-                spotter=self._spotter,
-                rejected=self._rejected,
+                in_order, job.settings, recognizer=engine.recognizer, spotter=self._spotter, rejected=self._rejected
             )
         unheard = job.places and not isinstance(engine.recognizer, LearnsPhrases)
         return f"{engine.why} {NAMES_NEED_WHISPER}" if unheard else engine.why

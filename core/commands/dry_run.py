@@ -79,12 +79,7 @@ class DryRun:
             return
         bearing, sd = _towards(ctx, self._person, call)
         question = LookQuestion(
-            pixels=ctx.image.pixels,
-            camera=ctx.camera,
-            stamp=ctx.stamp,
-            bearing=bearing,
-            sd=sd,
-            on_floor=False,
+            pixels=ctx.image.pixels, camera=ctx.camera, stamp=ctx.stamp, bearing=bearing, sd=sd, on_floor=False
         )
         self._asked, self._asked_last = (ctx.stamp, ctx.pose, call), ctx.stamp
         ctx.look.ask(question)

@@ -72,9 +72,7 @@ class Condition:
     def draws(self, seed: int, data: Path | None = None, room: int | None = None) -> Draws:
         """Drives under this condition; `room`: seed of a drawn room instead of the twelve corners."""
         motion = replace(
-            CONTROLS,
-            speed_sd=self.control_noise * CONTROLS.speed_sd,
-            steer_sd=self.control_noise * CONTROLS.steer_sd,
+            CONTROLS, speed_sd=self.control_noise * CONTROLS.speed_sd, steer_sd=self.control_noise * CONTROLS.steer_sd
         )
         return Draws(
             seed=seed,
@@ -89,12 +87,7 @@ class Condition:
 
 
 CHAPTER = Condition("camera", "hidden")
-CONDITIONS = (
-    CHAPTER,
-    Condition("camera", "given"),
-    Condition("laser", "hidden"),
-    Condition("laser", "given"),
-)
+CONDITIONS = (CHAPTER, Condition("camera", "given"), Condition("laser", "hidden"), Condition("laser", "given"))
 
 ABOUT = About(
     title="Figure 16 under the chapter's own conditions",

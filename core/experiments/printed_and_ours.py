@@ -76,9 +76,7 @@ def of_column(column: Column) -> Settings:
     """The settings of a column; the wheels are the paper's in both."""
     plain = Settings()
     chosen = replace(
-        plain,
-        simulation=replace(plain.simulation, wheel_noise="paper"),
-        motion=replace(plain.motion, model="paper"),
+        plain, simulation=replace(plain.simulation, wheel_noise="paper"), motion=replace(plain.motion, model="paper")
     )
     return as_printed(chosen) if column == "printed" else chosen
 

@@ -12,14 +12,7 @@ import numpy as np
 
 from core.errors import BadInput, Unavailable
 from core.experiments.speech_loop import padded, read
-from core.experiments.speech_quality import (
-    TEXT,
-    SpokenPhrase,
-    close_by,
-    received_at,
-    speaker_of,
-    spoken,
-)
+from core.experiments.speech_quality import TEXT, SpokenPhrase, close_by, received_at, speaker_of, spoken
 from core.geometry import Pose
 from core.message import Array, message
 from core.sensors.microphones import Sound

@@ -226,13 +226,7 @@ class SpokenRoom:
             right = (command.name, command.numbers) == (intended.name, intended.numbers)
             read = self._ears.reading(ended, now)
             heard = SentenceOutcome(
-                number=None,
-                call=call,
-                said=said.said,
-                tries=attempt,
-                ended=ended,
-                understood=now,
-                read=read,
+                number=None, call=call, said=said.said, tries=attempt, ended=ended, understood=now, read=read
             )
             if not right:
                 why = f"heard “{decision.echo}”"

@@ -34,8 +34,7 @@ class Limits(Section):
     max_turn_acceleration: Annotated[float, Meta("rad/s²", 0.1, 30, "highest turn acceleration")] = 6.0
     deadman: Annotated[float, Meta("s", 0.1, 1, "silence after which a setpoint ends")] = 0.25
     nonce_age: Annotated[
-        float,
-        Meta("s", 0.15, 1, "time from a nonce to the setpoint that returns it, at most: covers the round trip"),
+        float, Meta("s", 0.15, 1, "time from a nonce to the setpoint that returns it, at most: covers the round trip")
     ] = 0.4
     scan_age: Annotated[float, Meta("s", 0.1, 1, "age from which a scan says nothing about obstacles")] = 0.3
     heartbeat: Annotated[

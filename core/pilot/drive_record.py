@@ -127,13 +127,7 @@ def _landmark(row: Landmark) -> tuple[float | str, ...]:
 def edges_of(rows: Iterable[tuple[float, ...]]) -> tuple[ImageEdge, ...]:
     """The edges of a picture, as they were drawn that day."""
     return tuple(
-        ImageEdge(
-            top=np.array(row[:2]),
-            bottom=np.array(row[2:4]),
-            bearing=row[4],
-            matched=bool(row[5]),
-            step=row[6],
-        )
+        ImageEdge(top=np.array(row[:2]), bottom=np.array(row[2:4]), bearing=row[4], matched=bool(row[5]), step=row[6])
         for row in rows
     )
 

@@ -19,12 +19,7 @@ MAX_REASONS = 20  # for pictures that were not used
 
 
 def calibrate_camera_recorded(
-    path: Path,
-    board: Board,
-    out: Path | None = None,
-    progress: WorkProgress = UNSEEN,
-    *,
-    printed: bool = False,
+    path: Path, board: Board, out: Path | None = None, progress: WorkProgress = UNSEEN, *, printed: bool = False
 ) -> CameraFilesReport:
     """A recording in which the board is held still now and then → the camera as JSON keys; with `out`, files.
 

@@ -67,10 +67,7 @@ class SpeechListener:
         self.engine = open_engine(settings.speech)
         self.locates = array is not None and array.dimensions >= 2  # a line of microphones has no directions
         self._words = WordReader(
-            settings,
-            self.engine,
-            array if self.locates else None,
-            0 if array is None else array.channels[0],
+            settings, self.engine, array if self.locates else None, 0 if array is None else array.channels[0]
         )
         arrays = (array,) if array is not None and self.locates else ()
         self._ears = SoundPerception(Profile(name="microphones", url="", arrays=arrays), settings.direction_finding)

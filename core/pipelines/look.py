@@ -192,10 +192,7 @@ def _check(question: PictureQuestion) -> None:
 
 
 def _answered(
-    question: PictureQuestion,
-    model: CameraModel | None,
-    opened: Callable[[], PersonDetector],
-    drawing: Path | None,
+    question: PictureQuestion, model: CameraModel | None, opened: Callable[[], PersonDetector], drawing: Path | None
 ) -> LookedPicture:
     answer: LookedPicture = {"picture": question.name, "people": [], "processing_s": 0.0}
     try:

@@ -15,14 +15,7 @@ import numpy as np
 from core.errors import BadInput
 from core.message import Array
 from core.navigation.zones import MapZone
-from core.pipelines.nav2_map import (
-    FREE_PIXEL,
-    OCCUPIED_PIXEL,
-    OCCUPIED_VALUE,
-    Nav2Cells,
-    map_yaml,
-    pgm,
-)
+from core.pipelines.nav2_map import FREE_PIXEL, OCCUPIED_PIXEL, OCCUPIED_VALUE, Nav2Cells, map_yaml, pgm
 from core.sentences import Statement
 from core.slam.map.occupancy import OccupancyGrid
 

@@ -133,10 +133,7 @@ class _Carmen:
         half, apart = (
             spread(beams)
             if abs(self._field - math.pi) < BEARING_MARGIN_RAD
-            else (
-                -self._field / 2,
-                self._field / (beams if around else beams - 1),
-            )
+            else (-self._field / 2, self._field / (beams if around else beams - 1))
         )
         return half, apart
 

@@ -202,11 +202,7 @@ def _wheels(wheels: Wheels) -> WheelsRecord:
 
 def _wheels_again(record: WheelsRecord) -> Wheels:
     return Wheels(
-        odometry=Pose(*record.place),
-        speed=record.speed,
-        turn_rate=record.turn_rate,
-        age=record.age,
-        rate=record.rate,
+        odometry=Pose(*record.place), speed=record.speed, turn_rate=record.turn_rate, age=record.age, rate=record.rate
     )
 
 

@@ -268,9 +268,7 @@ class RosEncoder:
             header=self._header(stamp, parent),
             child_frame_id=child,
             transform=self._type(
-                "geometry_msgs/msg/Transform",
-                translation=self._vector(*at),
-                rotation=self._quaternion(place),
+                "geometry_msgs/msg/Transform", translation=self._vector(*at), rotation=self._quaternion(place)
             ),
         )
 
@@ -317,10 +315,7 @@ class RosEncoder:
             colors=[],
             texture_resource="",
             texture=self._type(
-                "sensor_msgs/msg/CompressedImage",
-                header=self._header(0.0, ""),
-                format="",
-                data=np.zeros(0, np.uint8),
+                "sensor_msgs/msg/CompressedImage", header=self._header(0.0, ""), format="", data=np.zeros(0, np.uint8)
             ),
             uv_coordinates=[],
             text="",

@@ -91,13 +91,7 @@ class EncoderWheels:
 class PaperWheels:
     """The paper's noise (eq. 43) of speed and of steering angle, drawn for every reading while the base moves."""
 
-    def __init__(
-        self,
-        rng: np.random.Generator,
-        *,
-        wheelbase: float = 0.10,
-        cruise: float = 0.1,
-    ) -> None:
+    def __init__(self, rng: np.random.Generator, *, wheelbase: float = 0.10, cruise: float = 0.1) -> None:
         self._rng, self._wheelbase, self._cruise = rng, wheelbase, cruise
         self._forward = self._turn = 0.0
         self._moved = False

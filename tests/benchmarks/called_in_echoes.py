@@ -175,10 +175,7 @@ def main() -> None:
     parser.add_argument("--typed", action="store_true")
     chosen = parser.parse_args()
     rows: Sequence[dict[str, Any]] = carried_out(
-        partial(numbered, chosen.first, chosen.seed, chosen.plain, chosen.typed),
-        chosen.runs,
-        chosen.workers,
-        tell,
+        partial(numbered, chosen.first, chosen.seed, chosen.plain, chosen.typed), chosen.runs, chosen.workers, tell
     )
     sys.stdout.writelines(json.dumps(one) + "\n" for one in rows)
     good, understood = sum(one["success"] for one in rows), sum(one["understood"] for one in rows)

@@ -55,13 +55,7 @@ def commanded(console: Console, number: int) -> None:
 
 def spoken_to(console: Console, number: int) -> None:
     """Somebody speaks from another place each time."""
-    ask(
-        console,
-        "/api/sim/say",
-        text=SPOKEN_WORDS[number % len(SPOKEN_WORDS)],
-        x_m=1.2,
-        y_m=0.8 - number / 8,
-    )
+    ask(console, "/api/sim/say", text=SPOKEN_WORDS[number % len(SPOKEN_WORDS)], x_m=1.2, y_m=0.8 - number / 8)
 
 
 def on_a_map(console: Console, number: int) -> None:

@@ -30,13 +30,7 @@ from tests.emulators.robot_process import robot_process
 
 ROOT = Path(__file__).resolve().parents[2]
 SERIAL_PARTS = ("serial", "scip")
-BOUNDS_MS = {
-    "console SIGKILL": 150.0,
-    "console SIGSTOP": 300.0,
-    "jog silence": 300.0,
-    "stop": 25.0,
-    "tick gap": 60.0,
-}
+BOUNDS_MS = {"console SIGKILL": 150.0, "console SIGSTOP": 300.0, "jog silence": 300.0, "stop": 25.0, "tick gap": 60.0}
 """On the largest value; on the 99th percentile for `stop`."""
 
 

@@ -88,11 +88,7 @@ class Console:
         return urllib.request.Request(
             f"http://127.0.0.1:{self.port}{path}",
             data=json.dumps(body or {}).encode(),
-            headers={
-                "Content-Type": "application/json",
-                "Origin": f"http://127.0.0.1:{self.port}",
-                **self.signed,
-            },
+            headers={"Content-Type": "application/json", "Origin": f"http://127.0.0.1:{self.port}", **self.signed},
         )
 
     def faults(self) -> list[str]:

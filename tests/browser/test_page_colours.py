@@ -12,20 +12,7 @@ from console.scene.drawing import palette
 TOKENS = (Path(__file__).parent.parent.parent / "static/css/tokens.css").read_text()
 
 
-LAYERS = [
-    "pose",
-    "ghost",
-    "convex",
-    "concave",
-    "scan",
-    "plan",
-    "preview",
-    "closure",
-    "doubt",
-    "room",
-    "wall",
-    "free",
-]
+LAYERS = ["pose", "ghost", "convex", "concave", "scan", "plan", "preview", "closure", "doubt", "room", "wall", "free"]
 
 
 @pytest.mark.parametrize("layer", LAYERS)

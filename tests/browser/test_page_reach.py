@@ -256,17 +256,7 @@ def test_the_page_can_be_used_by_keys_alone(visit: Open, console: Running) -> No
         assert name.split(" ", 1)[1], name
         met.append(name)
     told = "\n".join(met)
-    for wanted in (
-        "Skip to",
-        "Link",
-        "Control",
-        "Theme",
-        "Menu",
-        "STOP",
-        "3-D map",
-        "Tell the robot",
-        "turn left",
-    ):
+    for wanted in ("Skip to", "Link", "Control", "Theme", "Menu", "STOP", "3-D map", "Tell the robot", "turn left"):
         assert wanted in told, wanted
 
     def press(what: str) -> None:

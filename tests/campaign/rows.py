@@ -212,10 +212,7 @@ ROWS = (
         "R18",
         "camera frozen or black, microphones dead, late pictures and sound",
         "FOLLOW ME and COME HERE stop or refuse",
-        _in(
-            "core/pilot/test_pilot.py",
-            "no_command_is_driven_by_a_late_picture_sound_or_odometry",
-        )
+        _in("core/pilot/test_pilot.py", "no_command_is_driven_by_a_late_picture_sound_or_odometry")
         + _in(
             "core/pilot/test_pilot_sees.py",
             "the_pilot_does_not_look_at_a_camera_that_hangs",
@@ -248,10 +245,7 @@ ROWS = (
         "words that are old, doubled, in a burst",
         "at most one motion, none by words older than 2 s",
         _in("stories/test_slow_reader.py", "words_that_were_read_late_move_nothing")
-        + _in(
-            "console/control/test_text_file_reader.py",
-            "a_direction_of_another_time_is_refused_with_its_age",
-        ),
+        + _in("console/control/test_text_file_reader.py", "a_direction_of_another_time_is_refused_with_its_age"),
         (measure.words_in_stories,),
     ),
     CampaignRow(
@@ -558,8 +552,7 @@ ROWS = (
             "one_robot_is_never_taken_for_two_however_it_moves",
         )
         + _in(
-            "core/robots/test_readings.py",
-            "of_two_robots_under_one_name_nothing_is_used_and_the_robot_is_not_driven",
+            "core/robots/test_readings.py", "of_two_robots_under_one_name_nothing_is_used_and_the_robot_is_not_driven"
         )
         + _in(GATE, "while_the_robot_says_that_it_cannot_be_driven_no_press_moves_it"),
         (measure.two_robots_on_one_wire,),

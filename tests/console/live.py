@@ -189,10 +189,7 @@ class Live(Served):
         super().__init__()
         access = Access(logins, cookie=self.cookie_name, no_auth=no_auth)
         self.runtime = Runtime(
-            self.robot,
-            make_pilot or (lambda: Pilot(self.robot.profile)),
-            home=folder,
-            access=access,
+            self.robot, make_pilot or (lambda: Pilot(self.robot.profile)), home=folder, access=access
         )
         self.runtime.parts[RecordingService]._settings = RecordingSettings(ring_s=ring_s, from_start=from_start)
         self.runtime.parts[RecordingService].foxglove_port = foxglove_port

@@ -83,11 +83,7 @@ def edit_and_take_back(live: Live) -> None:
     ):
         call(live, "POST", "/api/map/edits", wrong, status=422)
     room = call(
-        live,
-        "POST",
-        "/api/places",
-        {"name": "bureau", "outline_m": [[-1, -1], [1, -1], [1, 1], [-1, 1]]},
-        status=201,
+        live, "POST", "/api/places", {"name": "bureau", "outline_m": [[-1, -1], [1, -1], [1, 1], [-1, 1]]}, status=201
     )
     assert len(room["outline_m"]) == 4 and abs(room["x_m"]) < 1 and at(cells(live), room["x_m"], room["y_m"]) == 0
 

@@ -60,9 +60,7 @@ def test_a_part_is_opened_run_fed_and_closed_without_a_line_in_the_runtime(tmp_p
     assert part.calls[-1] == "close" and part.calls.index("open") < part.calls.index("on_snapshot")
 
 
-def test_maps_see_a_snapshot_before_people_and_people_before_what_waits_and_that_before_words(
-    tmp_path: Path,
-) -> None:
+def test_maps_see_a_snapshot_before_people_and_people_before_what_waits_and_that_before_words(tmp_path: Path) -> None:
     kinds = [type(part) for part in Live(tmp_path).runtime.parts]
     assert len(kinds) >= len(CAPABILITIES) and len(set(kinds)) == len(kinds)
     order = (

@@ -49,12 +49,7 @@ def test_someone_is_learnt_from_pictures_that_are_judged_in_words(school: Live) 
     assert early.status == 409 and "background" in early.json["detail"]
     assert send(school, f"{path}/background", png("empty")).json["next"] == "down"
 
-    wrong = {
-        "empty": "Nobody is in the picture",
-        "near": "cut off",
-        "dark": "too dark",
-        "moved": "background",
-    }
+    wrong = {"empty": "Nobody is in the picture", "near": "cut off", "dark": "too dark", "moved": "background"}
     for name, words in wrong.items():
         told = send(school, f"{path}/pictures", png(name)).json
         assert not told["newest"]["good"] and words in told["newest"]["words"], name

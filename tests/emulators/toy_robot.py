@@ -140,9 +140,6 @@ class ToyDriver(Device):
             readings.wheels(Pose(*numbers[:3]), *numbers[3:])
         if kind == b"L" and len(numbers) == LASER.beams:
             scan = Scan(
-                stamp=readings.now(),
-                ranges=np.array(numbers),
-                angle_min=LASER.angle_min,
-                angle_step=LASER.angle_step,
+                stamp=readings.now(), ranges=np.array(numbers), angle_min=LASER.angle_min, angle_step=LASER.angle_step
             )
             readings.scan(scan)

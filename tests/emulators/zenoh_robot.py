@@ -20,15 +20,7 @@ import xxhash
 import zenoh
 import zenoh.ext
 
-from core.robots.ros.typestore import (
-    BOOL,
-    GOAL,
-    PARAMETER_NAMES,
-    PARAMETER_VALUES,
-    STRING,
-    TWIST,
-    TWIST_STAMPED,
-)
+from core.robots.ros.typestore import BOOL, GOAL, PARAMETER_NAMES, PARAMETER_VALUES, STRING, TWIST, TWIST_STAMPED
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve
 from tests.emulators.foxglove import CLOCK, TOPICS

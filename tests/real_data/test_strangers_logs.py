@@ -13,9 +13,7 @@ from core.recording import ScanRecording, open_log
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "strangers" / "recordings"
 CONTROL_MEAN_M = 0.021  # of the sound recording of the same drive
-QUICK = {
-    "01d_laser_clock_4s.mcap": {"clock.differs"},
-}
+QUICK = {"01d_laser_clock_4s.mcap": {"clock.differs"}}
 OTHERS = {
     "04_odometry_reset.mcap": {"odometry.restarted"},
     "32_carmen_rawlaser.log": set[str](),
@@ -65,8 +63,7 @@ def mean_error(path: Path) -> tuple[float, set[str]]:
 
 
 @pytest.mark.parametrize(
-    ("name", "codes"),
-    [*QUICK.items(), *(pytest.param(*row, marks=pytest.mark.campaign) for row in OTHERS.items())],
+    ("name", "codes"), [*QUICK.items(), *(pytest.param(*row, marks=pytest.mark.campaign) for row in OTHERS.items())]
 )
 def test_a_defect_that_can_be_mended_costs_no_exactness(name: str, codes: set[str]) -> None:
     error, found = mean_error(FOLDER / name)

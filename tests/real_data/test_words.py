@@ -38,10 +38,7 @@ def finals(told: tuple[RecognizedUtterance, ...]) -> list[RecognizedUtterance]:
 
 @pytest.mark.parametrize(
     ("name", "echo"),
-    [
-        pytest.param("flite_slt_00", "turn left", marks=pytest.mark.campaign),
-        ("flite_slt_20", "stop at 3.2 and -0.8"),
-    ],
+    [pytest.param("flite_slt_00", "turn left", marks=pytest.mark.campaign), ("flite_slt_20", "stop at 3.2 and -0.8")],
 )
 def test_a_synthetic_command_is_heard_with_its_numbers(shared_data, name, echo):
     (final,) = finals(heard(shared_data / "speech_commands_tts" / f"{name}.flac"))

@@ -402,8 +402,5 @@ def test_a_capability_is_a_part_a_router_and_a_row_each_and_nothing_in_the_runti
 
 def test_an_experiment_is_one_file_and_one_row(copy: Copy) -> None:
     copy.write("core/experiments/count.py", COUNT)
-    copy.change(
-        "core/experiments/__init__.py",
-        ('        "tour",\n', '        "tour",\n        "count",\n'),
-    )
+    copy.change("core/experiments/__init__.py", ('        "tour",\n', '        "tour",\n        "count",\n'))
     assert json.loads(copy.python("-m", "console", "experiment", "count", "--runs", "3", "--json"))["runs"] == 3

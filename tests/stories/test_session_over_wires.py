@@ -5,15 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.benchmarks.real_sessions import (
-    DRIFT,
-    WALLS,
-    motions,
-    occupied_cells,
-    session,
-    to_surfaces,
-    watched,
-)
+from tests.benchmarks.real_sessions import DRIFT, WALLS, motions, occupied_cells, session, to_surfaces, watched
 
 
 @pytest.mark.campaign

@@ -97,13 +97,7 @@ def _squares(grey: Array, grid: Array) -> tuple[Array, Array]:
     return shades, np.add.outer(np.arange(shades.shape[0]), np.arange(shades.shape[1])) % 2 == 0
 
 
-def glimpse(
-    grey: Array,
-    board: Board,
-    last: Array | None = None,
-    *,
-    thorough: bool = True,
-) -> BoardView | None:
+def glimpse(grey: Array, board: Board, last: Array | None = None, *, thorough: bool = True) -> BoardView | None:
     """The same for a live picture: where the board was a moment ago, else after a glance at a small copy.
 
     `last`: corners (N, 2) [pixel] in the picture before. `thorough`: look at the whole picture when the glance, which

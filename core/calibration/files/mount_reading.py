@@ -72,10 +72,7 @@ def mount_from_urdf(text: str) -> Transform:
         raise BadInput("The joint between laser and camera has to be fixed.")
     origin = joint.find("origin")
     given = {} if origin is None else origin.attrib
-    shift, turn = (
-        _numbers(given.get("xyz", "0 0 0").split(), 3),
-        _numbers(given.get("rpy", "0 0 0").split(), 3),
-    )
+    shift, turn = (_numbers(given.get("xyz", "0 0 0").split(), 3), _numbers(given.get("rpy", "0 0 0").split(), 3))
     return _directed(_placed(shift, _turned(*turn)), _link(joint, "parent"), _link(joint, "child"))
 
 

@@ -125,12 +125,7 @@ class TakenPose:
 class LaserSession:
     """One calibration of the laser against a calibrated camera. Owned by one thread."""
 
-    def __init__(
-        self,
-        board: Board,
-        model: CameraModel,
-        mount: Mount | None = None,
-    ) -> None:
+    def __init__(self, board: Board, model: CameraModel, mount: Mount | None = None) -> None:
         self.board, self.model, self.mount = board, model, mount or Mount()
         self.taken: list[TakenPose] = []
         self.calibration: LaserCalibration | None = None

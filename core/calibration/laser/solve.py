@@ -5,14 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.laser.board_line import (
-    MIN_BEAM_COUNT,
-    BeamRun,
-    MeanScan,
-    find_lines,
-    foreground,
-    select_inside,
-)
+from core.calibration.laser.board_line import MIN_BEAM_COUNT, BeamRun, MeanScan, find_lines, foreground, select_inside
 from core.calibration.laser.extrinsics import Freedom, solve
 from core.calibration.laser.plane_pairs import Guess, PlanePair, disagreement
 from core.calibration.laser.planes import BoardPose, Plane
@@ -155,11 +148,7 @@ def _first_beams(pose: LaserPose, board: Board, background: Array | None, mount:
 
 
 def _solve(
-    poses: Sequence[LaserPose],
-    beams: Sequence[Array],
-    mount: Mount,
-    freedom: Freedom,
-    start: Transform | None = None,
+    poses: Sequence[LaserPose], beams: Sequence[Array], mount: Mount, freedom: Freedom, start: Transform | None = None
 ) -> Extrinsics:
     seen = [(pose, each) for pose, each in zip(poses, beams, strict=True) if len(each)]
     if len(seen) < 3:

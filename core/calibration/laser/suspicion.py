@@ -14,13 +14,7 @@ from core.calibration.board.board import Board
 from core.calibration.laser.board_line import BeamRun, MeanScan
 from core.calibration.laser.explanation import MAX_MISFIT
 from core.calibration.laser.range_lines import unit_rays
-from core.calibration.laser.solve import (
-    LaserCalibration,
-    LaserPose,
-    calibrate_laser,
-    lines_of,
-    nearest_line,
-)
+from core.calibration.laser.solve import LaserCalibration, LaserPose, calibrate_laser, lines_of, nearest_line
 from core.calibration.mount import Mount
 from core.errors import BadInput
 from core.message import Array

@@ -103,12 +103,7 @@ class GatheredCoordinates:
             weight = LEGS_WEIGHT * legs.legs / 2
             self._seen.append(
                 Coordinate(
-                    sense="laser",
-                    stamp=stamp,
-                    ray=ray,
-                    distance=legs.distance,
-                    distance_sd=LEGS_SD,
-                    weight=weight,
+                    sense="laser", stamp=stamp, ray=ray, distance=legs.distance, distance_sd=LEGS_SD, weight=weight
                 )
             )
 

@@ -110,12 +110,7 @@ class PersonPictures:
         self._waiting, self._asked = waiting, waiting.stamp
         bearing, sd = towards
         question = LookQuestion(
-            pixels=image.pixels,
-            camera=camera,
-            stamp=waiting.stamp,
-            bearing=bearing,
-            sd=sd,
-            distances=distances,
+            pixels=image.pixels, camera=camera, stamp=waiting.stamp, bearing=bearing, sd=sd, distances=distances
         )
         self._look.ask(question)
 

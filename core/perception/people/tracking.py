@@ -188,13 +188,7 @@ class PersonTrack:
         return Glance(search, stamp, pose, standers)
 
     def follow(
-        self,
-        stamp: float,
-        pose: Pose,
-        points: Array,
-        scanned: float,
-        image: Image | None,
-        camera: Camera | None,
+        self, stamp: float, pose: Pose, points: Array, scanned: float, image: Image | None, camera: Camera | None
     ) -> None:
         """One frame further: predict, and correct by what is new; `scanned` [s]: the stamp of the points' scan."""
         if self._seen is None:

@@ -68,13 +68,7 @@ def framed(samples: Array, rate: int, settings: DirectionFindingSettings) -> Spe
     for channel in range(frames.shape[1]):  # one after the other: all frames together take much memory
         values[:, channel] = np.fft.rfft(frames[:, channel] * window)[:, band].T
     times = (hop * np.arange(len(frames)) + size / 2) / rate
-    return Spectra(
-        values=values,
-        frequencies=frequencies[band],
-        times=times,
-        size=size,
-        rate=rate,
-    )
+    return Spectra(values=values, frequencies=frequencies[band], times=times, size=size, rate=rate)
 
 
 def quiet_frames(seen: Spectra, settings: DirectionFindingSettings, speech_from: float | None = None) -> Array:

@@ -89,9 +89,7 @@ def _choice(role: Role, topics: RosTopics, settings: RosSettings) -> RoleChoice:
     chosen: str | tuple[str, ...] = topics.scans if role == "scan" else getattr(topics, role)
     said = getattr(settings, role, "")
     return RoleChoice(
-        role=role,
-        topics=(chosen,) if isinstance(chosen, str) else chosen,
-        switched_off=said in (NOTHING, (NOTHING,)),
+        role=role, topics=(chosen,) if isinstance(chosen, str) else chosen, switched_off=said in (NOTHING, (NOTHING,))
     )
 
 

@@ -126,10 +126,7 @@ BUILDERS: dict[What, Callable[[Thing], tuple[Solid, ...]]] = {
 
 ROUND: frozenset[What] = frozenset(("stool", "bin", "pillar", "person"))
 
-SIZES: dict[What, tuple[float, float, float]] = {
-    "box": (0.35, 0.35, 0.35),
-    "person": (0.40, 0.40, 1.75),
-}
+SIZES: dict[What, tuple[float, float, float]] = {"box": (0.35, 0.35, 0.35), "person": (0.40, 0.40, 1.75)}
 """Things that may be placed, and their size when nothing is said: length, depth, height [m]."""
 
 

@@ -40,8 +40,7 @@ class BearingSettings(BearingThresholds, Section):
     """
 
     used: Annotated[
-        bool,
-        Meta(meaning="whether they correct the pose; where the laser sees corners it is as good alone"),
+        bool, Meta(meaning="whether they correct the pose; where the laser sees corners it is as good alone")
     ] = False
     farthest: Annotated[float, Meta("m", 1, 100, "distance of a new landmark, at most")] = 12.0
 

@@ -98,10 +98,7 @@ def information(
     than that of the settings' least sd.
     """
     found = match_information(
-        points,
-        point_sd=settings.point_sd,
-        wall=settings.wall,
-        believed=field.values_at(points, match.pose),
+        points, point_sd=settings.point_sd, wall=settings.wall, believed=field.values_at(points, match.pose)
     )
     doubt = np.diag(np.square([settings.place_sd, settings.place_sd, settings.heading_sd]))
     back = rotation(-match.pose.heading)

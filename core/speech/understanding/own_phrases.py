@@ -17,14 +17,7 @@ from core.commands import SPECS, VOCABULARY
 from core.commands.command import CommandSpec
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput
-from core.speech.understanding.grammar import (
-    OTHER_WORDS,
-    OwnPhrase,
-    OwnPhrases,
-    compiled,
-    says_stop,
-    slips,
-)
+from core.speech.understanding.grammar import OTHER_WORDS, OwnPhrase, OwnPhrases, compiled, says_stop, slips
 
 MOST_BYTES, MOST_PHRASES = 20_000, 50
 LEAST_LETTERS, MAX_LETTERS = 3, 60  # of a phrase

@@ -42,15 +42,7 @@ from core.speech.recognition.decision import (
 )
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE_HZ
-from core.speech.understanding.grammar import (
-    STOP_WORD,
-    OwnPhrases,
-    Refusal,
-    faithful,
-    parse,
-    says_stop,
-    slips,
-)
+from core.speech.understanding.grammar import STOP_WORD, OwnPhrases, Refusal, faithful, parse, says_stop, slips
 from core.speech.understanding.numbers import number_words
 from core.speech.whisper.chance import by_chance
 from core.speech.whisper.joint_search import Columns, Found, JointSearch, ScoredText

@@ -267,9 +267,7 @@ def test_a_stop_of_a_viewer_that_has_no_row_of_its_own_runs_and_ends(tmp_path: P
     history.close()
 
 
-def test_what_moves_the_robot_is_always_written_down_and_refusals_of_one_operator_are_counted(
-    tmp_path: Path,
-) -> None:
+def test_what_moves_the_robot_is_always_written_down_and_refusals_of_one_operator_are_counted(tmp_path: Path) -> None:
     history = opened(tmp_path)
     for number in range(3 * REFUSED_ALLOWANCE[0]):
         history.add("command", ANNA, state="refused")

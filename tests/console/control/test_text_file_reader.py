@@ -102,10 +102,7 @@ def test_a_folder_or_pipe_of_that_name_blocks_nothing(tmp_path: Path) -> None:
     assert [files.look(1000.0 + k) for k in range(3)] == [None, None, None]
 
 
-@pytest.mark.parametrize(
-    ("text", "azimuth", "sd"),
-    [("30", 30, 10), ("-45.5 4\n", -45.5, 4), ("350, 2", -10, 2)],
-)
+@pytest.mark.parametrize(("text", "azimuth", "sd"), [("30", 30, 10), ("-45.5 4\n", -45.5, 4), ("350, 2", -10, 2)])
 def test_a_direction_is_read_in_degrees(tmp_path: Path, text: str, azimuth: float, sd: float) -> None:
     (tmp_path / SOURCE).write_text(text)
     told = TextFileReader(tmp_path).source(time.time())

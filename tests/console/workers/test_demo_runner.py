@@ -71,7 +71,7 @@ def test_two_that_are_started_at_once_follow_each_other() -> None:
 
     asyncio.run(work())
     assert [words for words in room.seen if "shows" not in words and "leaves" not in words] == [
-        *("a begins", "a ends", "b begins", "b ends", "c begins", "c ends"),
+        *("a begins", "a ends", "b begins", "b ends", "c begins", "c ends")
     ]
 
 

@@ -32,9 +32,7 @@ def test_a_spoken_command_is_carried_out_in_either_form(column: Column, command:
 
 
 @speaking
-def test_the_table_has_the_drive_and_every_command_in_both_columns(
-    tmp_path: Path,
-) -> None:
+def test_the_table_has_the_drive_and_every_command_in_both_columns(tmp_path: Path) -> None:
     drive = DriveOutcome(
         average_error_m={FIGURED: 0.1, PLAIN: 0.2},
         path_m={FIGURED: 3.2, PLAIN: 3.2},

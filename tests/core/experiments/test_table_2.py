@@ -20,8 +20,7 @@ understands = pytest.mark.skipif(
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["turn_left", *(pytest.param(name, marks=pytest.mark.campaign) for name in ("continue", "stop_at"))],
+    "name", ["turn_left", *(pytest.param(name, marks=pytest.mark.campaign) for name in ("continue", "stop_at"))]
 )
 def test_what_a_voice_asks_for_is_done(name: str) -> None:
     row = trial(name, 0, 1, words=False)

@@ -8,14 +8,7 @@ import numpy as np
 import pytest
 
 from core.message import Array
-from core.perception.people.appearance import (
-    NO_LIMBS,
-    Appearance,
-    alike,
-    likelihood_ratio,
-    mean_of,
-    tones_of,
-)
+from core.perception.people.appearance import NO_LIMBS, Appearance, alike, likelihood_ratio, mean_of, tones_of
 from core.perception.people.enrollment import HeightGauge
 from core.perception.people.legs import stander_at
 from core.perception.people.pose.view import Viewpoint

@@ -42,12 +42,7 @@ def test_each_sensor_is_late_and_lost_by_its_own_rate() -> None:
         "camera camera": "stale",
     }
     found = states(watch, frame(1.2, wheels=False))
-    assert found == {
-        "wheels": "lost",
-        "laser front": "lost",
-        "laser rear": "live",
-        "camera camera": "lost",
-    }
+    assert found == {"wheels": "lost", "laser front": "lost", "laser rear": "live", "camera camera": "lost"}
     assert states(watch, frame(3.3))["laser rear"] == "lost"
 
 

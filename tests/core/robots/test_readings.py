@@ -51,10 +51,7 @@ MALFORMED: list[tuple[str, Callable[[Readings], object]]] = [
     ),
     ("odometry.malformed", lambda readings: readings.wheels(Pose(), 0.0, 0.0, stamp=NAN)),
     *(
-        (
-            "picture.malformed",
-            lambda readings, odd=odd: readings.image(replace(PICTURE, **odd)),
-        )
+        ("picture.malformed", lambda readings, odd=odd: readings.image(replace(PICTURE, **odd)))
         for odd in (
             {"pixels": PICTURE.pixels[:, :, 0]},
             {"pixels": PICTURE.pixels[:0]},

@@ -295,15 +295,7 @@ def test_the_sensors_time_is_put_on_the_robots_clock(apart: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "lines",
-    [
-        [b"PP", b"00P"],
-        [b"PP", b"00P", b"MODL:x;1"],
-        [b"PP", b"0Ee"],
-        [b"QT", b"00P"],
-        [b"PP"],
-        [],
-    ],
+    "lines", [[b"PP", b"00P"], [b"PP", b"00P", b"MODL:x;1"], [b"PP", b"0Ee"], [b"QT", b"00P"], [b"PP"], []]
 )
 def test_what_is_no_description_is_refused(lines: list[bytes]) -> None:
     with pytest.raises(BadReply):

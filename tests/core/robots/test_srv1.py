@@ -249,8 +249,7 @@ def test_a_hundred_thousand_malformed_messages(robot_there: Srv1Emulator) -> Non
 
 
 @pytest.mark.parametrize(
-    "rest",
-    ["", "///dev/ttyUSB0", "//h?wheelbase=0", "//h?left=a", "//h?camera=2", "//h?colour=1", "//h?pictures=0"],
+    "rest", ["", "///dev/ttyUSB0", "//h?wheelbase=0", "//h?left=a", "//h?camera=2", "//h?colour=1", "//h?pictures=0"]
 )
 def test_an_address_that_cannot_be_is_a_sentence(rest: str) -> None:
     with pytest.raises(BadInput, match=r"\.$"):

@@ -39,10 +39,7 @@ def frame(stamp: float, odometry: Pose, scan: Scan | None = None) -> SensorFrame
 def open_view(distance: float) -> Scan:
     laser = Laser()
     return Scan(
-        stamp=0.0,
-        ranges=np.full(laser.beams, distance),
-        angle_min=laser.angle_min,
-        angle_step=laser.angle_step,
+        stamp=0.0, ranges=np.full(laser.beams, distance), angle_min=laser.angle_min, angle_step=laser.angle_step
     )
 
 

@@ -62,12 +62,7 @@ def drive(
             if frame.scan is not None:
                 corners = find_corners(frame.scan, laser, *deskew(frame.scan, laser, frame.wheels, frame.stamp))
                 sightings, edges = sight(
-                    corners,
-                    edges,
-                    stamp=frame.stamp,
-                    edges_stamp=edges_stamp,
-                    wheels=frame.wheels,
-                    camera=camera,
+                    corners, edges, stamp=frame.stamp, edges_stamp=edges_stamp, wheels=frame.wheels, camera=camera
                 )
                 outcome.confirmed += sum(sighting.confirmed for sighting in sightings)
             pose, truth = slam.update(frame, sightings).pose, frame.truth

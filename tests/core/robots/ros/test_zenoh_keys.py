@@ -5,14 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.robots.ros.zenoh_keys import (
-    Endpoint,
-    OwnNode,
-    attachment,
-    endpoint_id,
-    parse_token,
-    topic_key,
-)
+from core.robots.ros.zenoh_keys import Endpoint, OwnNode, attachment, endpoint_id, parse_token, topic_key
 
 LASER_HASH = "RIHS01_64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828"
 TOKEN = (

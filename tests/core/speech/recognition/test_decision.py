@@ -60,8 +60,7 @@ def test_uncertain_words_move_nothing_and_are_said_back_for_correction():
 
 
 @pytest.mark.parametrize(
-    ("words", "offered"),
-    [("continue two meters", "continue 2 meters"), ("come over here", ""), ("start", "")],
+    ("words", "offered"), [("continue two meters", "continue 2 meters"), ("come over here", ""), ("start", "")]
 )
 def test_uncertain_words_are_offered_when_they_are_a_command(words, offered):
     one = unsure(words)

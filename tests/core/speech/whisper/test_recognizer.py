@@ -106,10 +106,7 @@ def test_what_is_refused_is_said_back_and_what_resembles_it_is_offered():
     assert told.did_you_mean == ("continue 5 meters",)
 
 
-@pytest.mark.parametrize(
-    ("lead", "verdict"),
-    [(0.5, "reject"), (1.0, "reject"), (1.1, "confirm"), (2.5, "accept")],
-)
+@pytest.mark.parametrize(("lead", "verdict"), [(0.5, "reject"), (1.0, "reject"), (1.1, "confirm"), (2.5, "accept")])
 def test_a_small_lead_over_other_numbers_is_rejected_or_confirmed(lead, verdict):
     assert decided({"continue 2 meters": -1.0, "continue 3 meters": -1.0 - lead}, {}).verdict == verdict
 
