@@ -49,9 +49,11 @@ class PlaybackController(Part):
         self._marks: tuple[requests.PlaybackMark, ...] | None = None
 
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """Take how it plays."""
+        """Take how it plays, and what is said of that; no pilot hands it on."""
         if isinstance(frame, ReplayFrame):
             self.state = frame.playback
+            for note in frame.notes:
+                self._notifications.tell("info", note)
 
     async def steer(self, order: PlaybackOrder, who: Person) -> None:
         """Play, pause, change the speed, seek, show another way. Raises Problem 403, 409, 422."""

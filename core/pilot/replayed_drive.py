@@ -230,7 +230,7 @@ class ReplayedDrive:
         shown = frame or replace(last, scan=None, image=None, sound=None, notes=(), faults=())
         self._shown = shown
         whole: dict[str, Any] = {key: getattr(shown, key) for key in SensorFrame.__dataclass_fields__}
-        whole |= {"notes": (*shown.notes, *notes), "running": running, "progress": self._progress, "trouble": ""}
+        whole |= {"notes": notes, "running": running, "progress": self._progress, "trouble": ""}
         if self._snapshot is None:
             return SensorFrame(**whole)
         snapshot = replace(

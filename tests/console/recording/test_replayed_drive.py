@@ -70,6 +70,7 @@ def test_computed_now_over_recorded_is_the_same_to_the_last_bit(live: Live) -> N
     assert steer(live, "seek", t_s=0.0) == steer(live, "way", way="recorded", compare=True) == 200
     assert steer(live, "speed", speed=20.0) == steer(live, "play") == 200
     live.until(lambda: live.runtime.snapshot.progress == 1.0 and not live.runtime.snapshot.running, seconds=120.0)
+    live.until(lambda: any(one.text == "The recording ends here." for one in live.runtime.notifications.shown))
     other = live.runtime.snapshot.other
     assert other.same and other.frames == FRAMES and other.worst == 0.0
     told = live.ask("GET", "/api/state").json["playback"]["comparison"]
