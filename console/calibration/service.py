@@ -125,6 +125,7 @@ class CalibrationService(Part):
         self.solver = Worker("solver")
         self.picture_turns, self.export_turns = QueueLimit(MOST_PICTURES), QueueLimit(MOST_EXPORTS)
         self.newest: Image | None = None  # the robot's picture; set by the pilot's thread
+        self._drives = False  # a command was under way in the newest snapshot
         self._home = home / "calibration"
         self._robot, self._tell, self._recalibrated = robot, tell, recalibrated
         self._news = SessionUpdates(broadcaster)
@@ -312,6 +313,7 @@ class CalibrationService(Part):
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """Keep its picture; show the frame to the sessions that look at the robot."""
         self.newest = frame.image or self.newest
+        self._drives = snapshot.active_command is not None
         for live in self._live.values():
             live.saw(frame)
 
@@ -327,6 +329,8 @@ class CalibrationService(Part):
     async def show_demo(self, session: CalibrationSession, *, on: bool) -> None:
         """The simulated person holds the board for this session, or stops. Raises Problem 409."""
         if on:
+            if self._drives:  # the board would stand in the laser's way, and cost the robot its place
+                raise Problem(409, "The robot is driving. Press STOP first; then the person comes with the board.")
             self.live(session, on=True)
             await self._demo.start(demo_of(session, self._ask, seed=len(self.sessions)))
         elif self._demo.shows(session.card.id):

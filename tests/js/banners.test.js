@@ -24,6 +24,15 @@ test("a lost link is told whatever else there is, and alone", () => {
   assert.deepEqual(others, []);
 });
 
+test("a recording that is being opened is no lost link", () => {
+  const link = { ...VIEW.link, is: /** @type {const} */ ("down") };
+  const [banner, ...others] = told({ link, opening: "log:/data/recordings/walk.mcap" });
+  assert.equal(banner?.tone, "calm");
+  assert.match(banner?.text ?? "", /^Opening walk\.mcap/);
+  assert.deepEqual(others, []);
+  assert.deepEqual(told({ opening: "log:/data/walk.mcap" }), []);
+});
+
 test("the console's own reason for hanging up is passed on", () => {
   const link = { ...VIEW.link, is: /** @type {const} */ ("down"), why: "Too many people watch now; try again later." };
   assert.match(told({ link })[0]?.text ?? "", /Too many people watch now/);

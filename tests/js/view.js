@@ -133,6 +133,7 @@ export const VIEW = {
   up: true,
   lostControl: null,
   restarted: false,
+  opening: "",
   mine: true,
   permission: { may: "yes", why: "" },
   secure: true,

@@ -3,6 +3,7 @@
 import { post } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
 import { make, mark } from "../ui/element.js";
+import { remember, remembered } from "../ui/local-storage.js";
 import { t } from "../ui/texts.js";
 
 /** @import { Session } from "../net/session.js" */
@@ -10,12 +11,17 @@ import { t } from "../ui/texts.js";
 /** A name for a map that has none. @param {Date} now */
 export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).replace(":", "-")}`;
 
+/** URL of the robot that a recording was opened instead of; "" where none is known. */
+export const robotBefore = () => remembered("robot", "");
+
 /**
  * Open a URL: the console starts again with it, and so does the page. Throws with the reason where it did not open.
  * @param {Session} session @param {string} url
  */
 export async function openInstead(session, url) {
   const [before, ends] = [session.hello?.console, new AbortController()];
+  if (session.hello && session.hello.robot.kind !== "LOG") remember("robot", session.hello.robot.url);
+  session.opening = url;
   /** @param {(heard: true) => void} then */
   const listen = (then) => session.on("heard", () => session.hello?.console !== before && then(true), ends);
   const again = new Promise(listen); // of the console that starts again, perhaps before it has answered
@@ -26,6 +32,7 @@ export async function openInstead(session, url) {
     const why = session.state?.notices.findLast(({ level }) => level === "error")?.text;
     throw new Error(why ?? t("connection-model.url_did_not_open", { url }));
   } finally {
+    session.opening = "";
     ends.abort();
   }
 }

@@ -26,6 +26,7 @@ import { Asking } from "./pending-answers.js";
  * @property {Permission} permission
  * @property {boolean} mine this page holds the lease
  * @property {LostControl | null} lostControl until it is dismissed or control is back
+ * @property {string} opening URL of what is being opened instead of this robot; "": nothing is
  * @property {boolean} restarted the console began again while this page was open; until it is dismissed
  * @property {boolean} secure the connection is encrypted or local
  */
@@ -75,6 +76,7 @@ export class Session {
   kinds = [];
   /** @type {HistoryRow[]} */
   history = [];
+  opening = ""; // URL of what is being opened instead of this robot
   historyAt = 0; // [ms] when the page learned of new rows
   #events = new EventTarget();
   #asking = new Asking();
@@ -132,6 +134,7 @@ export class Session {
       mine,
       lostControl,
       restarted: this.#restarted,
+      opening: this.opening,
       permission: permission({ hello, state, up }),
       secure: isSecureContext,
     };

@@ -127,7 +127,8 @@ export class CoachMarks extends Panel {
       hello?.robot.capabilities.includes("simulate") &&
       permission.may !== "no" &&
       state &&
-      !state.slam.looking_around
+      !state.slam.looking_around &&
+      !state.command
     )
       this.begin();
     const hint = this.#hints[this.#step];

@@ -1,5 +1,6 @@
-// Element <robot-badge>: name of the robot, and whether it is simulated, recorded or real, and whether the chapter's own forms run.
+// Element <robot-badge>: name of the robot; whether it is simulated, recorded or real; the way back from a recording.
 
+import { openInstead, robotBefore } from "../connect/opening.js";
 import { icon, make, redraw, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
@@ -33,11 +34,20 @@ class RobotBadge extends Panel {
     make("span.badge-more", "\u00a0", t("robot-badge.real_time")),
   );
 
+  #back = make(
+    "button",
+    { class: "bar-chip", hidden: true, title: t("robot-badge.back_to_the_robot") },
+    icon("undo"),
+    make("span", { class: "badge-more" }, t("robot-badge.back_to_the_robot")),
+  );
+
   /** @override */
   build() {
-    this.append(this.#badge, this.#pace, this.#printed, this.#name);
+    this.append(this.#badge, this.#pace, this.#printed, this.#name, this.#back);
+    this.#back.addEventListener("click", () => void this.#leave());
     this.hidden = true;
-    this.session.on("hello", ({ robot, chapter }) => {
+    this.session.on("hello", ({ robot, chapter, you }) => {
+      this.#back.hidden = robot.kind !== "LOG" || robotBefore() === "" || you.role === "viewer";
       this.hidden = false;
       const kind = KINDS[robot.kind];
       this.#badge.dataset["kind"] = robot.kind;
@@ -48,6 +58,12 @@ class RobotBadge extends Panel {
       write(this.#name, robot.name);
       this.#name.title = robot.url;
     });
+  }
+
+  async #leave() {
+    this.#back.disabled = true;
+    await openInstead(this.session, robotBefore()).catch((refusal) => this.session.complain(refusal.message));
+    this.#back.disabled = false;
   }
 
   /** @override @param {View} view */

@@ -56,7 +56,8 @@ class StopButton extends Panel {
 
   /** @override @param {View} view */
   show({ hello, state, up }) {
-    const recording = hello?.robot.capabilities.includes("replay") === true && !state?.command;
+    const tried = state?.command && state.playback?.way !== "recorded"; // here and now, and shown only
+    const recording = hello?.robot.capabilities.includes("replay") === true && !tried;
     const lost = !up && state !== null && !recording;
     mark(this.#button, "data-recording", recording);
     mark(this.#button, "data-unlinked", lost);

@@ -21,6 +21,10 @@ const PLAIN =
 export function banners(view) {
   const { state, hello, link } = view;
   if (link.is === "opening" && !state) return [];
+  if (link.is !== "up" && view.opening) {
+    const name = view.opening.split("/").at(-1) ?? "";
+    return [calmly("opening", "calm", "tape", t("banners.opening_name", { name }))];
+  }
   if (link.is !== "up") return [lost(view)];
   if (!state || !hello) return [];
   /** @type {Array<Banner | null>} */

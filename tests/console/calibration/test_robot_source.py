@@ -53,6 +53,20 @@ def test_the_demo_shows_the_board_and_views_are_taken_by_themselves(live: Live) 
     assert not any(one.shown.live for one in live.runtime.parts[CalibrationService].sessions.values())
 
 
+def test_nobody_steps_before_a_robot_that_drives(live: Live) -> None:
+    """The board before its laser would cost it its place."""
+    wizard = Wizard(live, source="robot", board=PANEL)
+    bench = live.runtime.parts[CalibrationService]
+    told = live.ask("POST", "/api/commands", {"text": "continue 1 meters"}, token=live.operator)
+    assert told.status == 202
+    live.until(lambda: bench._drives)
+    assert show_demo(wizard, on=True) == 409
+    assert live.ask("POST", "/api/stop", token=live.operator).status == 200
+    live.until(lambda: not bench._drives)
+    assert show_demo(wizard, on=True) == 200
+    assert show_demo(wizard, on=False) == 200
+
+
 def test_looking_ends_with_a_sentence_when_it_breaks_and_when_the_session_is_accepted(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
