@@ -35,10 +35,10 @@ class RobotBadge extends Panel {
   );
 
   #back = make(
-    "button",
-    { class: "bar-chip", hidden: true, title: t("robot-badge.back_to_the_robot") },
+    "button.bar-chip",
+    { hidden: true, title: t("robot-badge.back_to_the_robot") },
     icon("undo"),
-    make("span", { class: "badge-more" }, t("robot-badge.back_to_the_robot")),
+    make("span.badge-more", t("robot-badge.back_to_the_robot")),
   );
 
   /** @override */
