@@ -7,6 +7,8 @@ import { day, duration, size } from "../ui/format.js";
 import { PageModel } from "../ui/page-model.js";
 import { t } from "../ui/texts.js";
 
+const CLOCK_SET_S = 946_684_800; // the year 2000: what says less is a clock that was never set
+
 /** @import { Session } from "../net/session.js" */
 /** @import { FinishedRecording as Recording } from "../net/rest.js" */
 
@@ -107,7 +109,9 @@ export const urlOf = (name) => `log:${name}.mcap`;
 
 /** What is said of a recording below its name: when, how long, how large, which robot. @param {Recording} recording */
 export const about = ({ started_s: started, seconds, bytes, robot }) =>
-  [started > 0 && day(started), seconds > 0 && duration(seconds), size(bytes), robot].filter(Boolean).join(" · ");
+  [started > CLOCK_SET_S && day(started), seconds > 0 && duration(seconds), size(bytes), robot]
+    .filter(Boolean)
+    .join(" · ");
 
 /**
  * The state of a recording: only what is whole can be played and taken away, and what runs is not changed.

@@ -22,7 +22,7 @@ export function banners(view) {
   const { state, hello, link } = view;
   if (link.is === "opening" && !state) return [];
   if (link.is !== "up" && view.opening) {
-    const name = view.opening.split("/").at(-1) ?? "";
+    const name = view.opening.replace(/^log:/, "").split("/").at(-1) ?? "";
     return [calmly("opening", "calm", "tape", t("banners.opening_name", { name }))];
   }
   if (link.is !== "up") return [lost(view)];
