@@ -67,7 +67,7 @@ def test_a_map_is_saved_replaced_taken_along_and_deleted(visit: Open, console: R
         assert download.value.failure() is None
     assert console.ask("api/maps")["current"] == "my lab"
     row.get_by_role("button", name="Delete my lab").click()
-    row.get_by_role("button", name="Leave it").click()
+    row.get_by_role("button", name="Cancel").click()
     row.get_by_role("button", name="Delete my lab").click()
     row.get_by_role("button", name="Delete", exact=True).click()
     expect(row).to_have_count(0)
