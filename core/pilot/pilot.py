@@ -229,8 +229,8 @@ class Pilot:
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """Contradictions between the senses that were found."""
-        return self._odometry.faults
+        """What was found in the readings over time: contradictions between the senses, sensors that hang."""
+        return (*self._odometry.faults, *self._repeats.faults)
 
     @property
     def anchored_pose(self) -> AnchoredPose:
@@ -506,7 +506,7 @@ class Pilot:
             frame.pace < 1 and not self._profile.simulated
         )  # a simulated robot's clock waits, and the page shows it
         yield "pace", SLOW if slow else "", "warning", KEEPS_UP
-        for fault in self.faults:
+        for fault in self._odometry.faults:
             yield fault.code, fault.statement, "warning", ""
 
     def _lost_sensors(self) -> Iterator[tuple[str, str, Level, str]]:

@@ -7,11 +7,14 @@ import numpy as np
 
 from core.message import Array
 from core.robots import Profile
-from core.sensors import SensorFrame, Wheels
+from core.sensors import Fault, SensorFrame, Wheels
+from core.sensors.checks import fault
 from core.sentences import Statement
 from core.snapshot import SensorKind
 
 MIN_REPEATS = 2  # equal readings in a row, on the move, that mean the sensor hangs
+MIN_FROZEN, FROZEN_SHARE = 5, 0.05  # of the scans on the move that repeat: said
+USELESS_SHARE = 0.75  # of them: nothing of the laser can be used
 
 Sensor = tuple[SensorKind, str]  # kind and name
 
@@ -28,6 +31,7 @@ class RepeatedReadings:
         self._cameras = [camera.name for camera in profile.cameras]
         self._last: dict[Sensor, Array] = {}
         self._repeats: dict[Sensor, int] = {}  # of the newest reading, on the move
+        self._frozen: dict[str, tuple[int, int]] = {}  # by laser: scans that repeated, and all of them, on the move
 
     def taken_out(self, frame: SensorFrame, wheels: Wheels | None) -> SensorFrame:
         """The frame without what a hanging sensor repeats; `wheels`: the newest motion, None: not known."""
@@ -54,12 +58,29 @@ class RepeatedReadings:
             sentence = Statement("sensor.repeats", which=which, what=what)
             yield sensor, sentence if repeats >= MIN_REPEATS else ""
 
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """The lasers that repeated their scans."""
+        return tuple(
+            fault("scan.frozen", name or "the laser", used=count < USELESS_SHARE * every, count=count, all=every)
+            for name, (count, every) in self._frozen.items()
+            if count >= max(MIN_FROZEN, FROZEN_SHARE * every)
+        )
+
     def hangs(self, kind: SensorKind, name: str) -> bool:
         """Return whether this sensor repeats itself."""
         return self._repeats.get((kind, name), 0) >= MIN_REPEATS
 
     def _hangs(self, sensor: Sensor, data: Array, moving: bool) -> bool:
         last, self._last[sensor] = self._last.get(sensor), data
+        before = self._repeats.get(sensor, 0)
+        hangs = self._counts(sensor, last, data, moving)
+        if sensor[0] == "laser" and moving:
+            count, every = self._frozen.get(sensor[1], (0, 0))
+            self._frozen[sensor[1]] = count + (self._repeats.get(sensor, 0) > before), every + 1
+        return hangs
+
+    def _counts(self, sensor: Sensor, last: Array | None, data: Array, moving: bool) -> bool:
         if last is None or not np.array_equal(last, data, equal_nan=data.dtype.kind == "f"):
             self._repeats[sensor] = 0
         elif moving:

@@ -22,6 +22,7 @@ from core.recording.drive import DriveRecording, is_drive
 from core.recording.frame_record import FRAME
 from core.robots.replayed import profile_of
 from core.sensors import SensorFrame
+from core.sensors.checks import UnusableReading
 from core.settings import Settings
 from core.slam.ekf_slam import EkfSlam
 from core.slam.estimate import Landmark
@@ -218,6 +219,9 @@ def _scans(recording: ScanRecording, settings: Settings, progress: WorkProgress)
     """Scans go through the pilot itself, frame by frame."""
     pilot = Pilot(profile_of(recording), settings)
     run = _steered(pilot, recording, len(recording), progress)
+    useless = tuple(one for one in pilot.faults if not one.used)
+    if useless:
+        raise UnusableReading(f"{recording.path.name}: {useless[0].sentence}", useless)
     recording = recording.with_faults(pilot.faults)
     return _result(recording, recording.report, pilot, run)
 

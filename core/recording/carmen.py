@@ -17,13 +17,14 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array
-from core.recording.clocks import StampedStream, evenly_spread, settled_stamps
+from core.recording.clocks import StampedStream, evenly_spread, seconds_per_unit, settled_stamps
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording, stamped
-from core.recording.scans import RangeUnit, in_time_order, make_scan, scan_recording, spread
+from core.recording.scans import in_time_order, make_scan, scan_recording, spread
 from core.recording.source import TextLog
 from core.sensors import Scan
+from core.sensors.scan_gate import RangeUnit
 
 NO_RETURN = 80.0  # [m]: readings from here on mean that nothing came back
 FORM = "CARMEN text"
@@ -168,9 +169,10 @@ class _Carmen:
         odometry = np.array(self._odometry).reshape(-1, 7)
         lasers, robots = beside[:, :3], beside[:, 3:]
         posed = np.isfinite(robots).all(axis=1)
-        stamps = self._settled(
-            np.array([scan.stamp for scan in scans]), np.array(self._logged)[used], "the laser", tally
-        )
+        own, logged = np.array([scan.stamp for scan in scans]), np.array(self._logged)[used]
+        units = seconds_per_unit(own, "the laser", tally), seconds_per_unit(logged, "the laser", tally)
+        odometry[:, :2] *= units
+        stamps = self._settled(own * units[0], logged * units[1], "the laser", tally)
         if posed.any() and np.ptp(robots[posed], axis=0).max() > 0:
             track = believable_track("the poses beside the scans", stamps[posed], robots[posed], None, tally)
             source = "robot pose beside the scans: odometry"

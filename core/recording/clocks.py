@@ -5,6 +5,7 @@ better one as long as it can be true: devices with clocks of their own, clocks t
 and stamps without a value are found by comparing both.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,12 @@ MAX_BACKWARD_SHARE = 0.05  # of the stamps that are older than the one before
 MIN_DRIFT_S = 0.3  # by which two clocks run apart over a log
 MAX_REPEATED = 3  # stamps that repeat the one before in a short log
 MAX_REPEATED_SHARE = 0.1  # of stamps that repeat the one before: beyond it they are rounded or have no value
+MIN_BACK_S = 1.0  # by which the stamps of a file that begins again go back
+MAX_PARTS = 8  # of a file; what goes back more often is in no order
+MIN_OVERLAP = 0.2  # of the shorter part, in which the longer one has stamps, too
+MIN_PART_ROWS = 10
+MAX_PERIOD_S, MIN_PERIOD_S = 20.0, 0.001  # between scans; what lies outside is in another unit
+PARTS_OF_SECOND = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds", 1e3: "kiloseconds"}
 DEFAULT_PERIOD_S = 0.1  # between scans that carry no times at all
 
 
@@ -38,7 +45,13 @@ class RecorderClock:
         self._newest: float | None = None  # [s] of the message before, of any topic
         self._seen: dict[str, tuple[float, int]] = {}  # topic → time of its newest message [s], jumps until then
         self._shift_s = 0.0
+        self._messages = 0
         self.jumps_s: list[float] = []  # by which it was set
+
+    @property
+    def is_unordered(self) -> bool:
+        """True where the messages lie in no order, so that nothing can be known of the clock."""
+        return len(self.jumps_s) > max(MAX_PARTS, MAX_BACKWARD_SHARE * self._messages)
 
     def begin_file(self) -> None:
         """Begin with another file, whose times may lie before those of the last one."""
@@ -47,6 +60,7 @@ class RecorderClock:
 
     def corrected(self, topic: str, logged: float) -> float:
         """Return the time [s] of the next message as if the clock had never been set."""
+        self._messages += 1
         last, jumps = self._seen.get(topic, (logged, 0))
         step = logged - last
         if self._newest is not None and jumps == len(self.jumps_s) and not -MAX_BACKWARD_S <= step <= MAX_PAUSE_S:
@@ -199,3 +213,36 @@ def evenly_spread(stamps: Array, report: ReadReport, sensor: str) -> Array:
         else:
             spread[first : first + length] = stamps[first] + span * np.arange(length) / length
     return spread
+
+
+def seconds_per_unit(stamps: Array, sensor: str, report: ReadReport) -> float:
+    """Stamps (N,) of a text log, of which nothing says their unit → [s] of one, by the time between two scans."""
+    steps = np.diff(stamps[np.isfinite(stamps)])
+    period = float(np.median(steps[steps > 0])) if np.count_nonzero(steps > 0) >= MIN_PART_ROWS else 1.0
+    if MIN_PERIOD_S <= period <= MAX_PERIOD_S:
+        return 1.0
+    unit = next((one for one in PARTS_OF_SECOND if MIN_PERIOD_S < one * period < MAX_PERIOD_S), 1.0)
+    if unit != 1.0:
+        report.fault("clock.unit", sensor, used=True, period=f"{period:.3g}", unit=PARTS_OF_SECOND[unit])
+    return unit
+
+
+def longest_part(stamps: Array) -> tuple[int, int]:
+    """Stamps (N,) [s] in the order of the file → first and last row + 1 of its longest part.
+
+    That is the whole file, unless its times begin again within those that were before: two recordings in one file.
+    """
+    backs = np.flatnonzero(np.diff(stamps) < -MIN_BACK_S) + 1
+    edges = [0, *backs.tolist(), len(stamps)]
+    parts = [(a, b) for a, b in itertools.pairwise(edges) if b - a >= MIN_PART_ROWS]
+    if not 2 <= len(parts) <= MAX_PARTS or len(edges) > MAX_PARTS + 1:
+        return 0, len(stamps)
+    first, last = max(parts, key=lambda part: part[1] - part[0])
+    low, high = stamps[first:last].min(), stamps[first:last].max()
+
+    def overlaps(part: tuple[int, int]) -> bool:
+        times = stamps[part[0] : part[1]]
+        return bool(np.mean((times >= low) & (times <= high)) > MIN_OVERLAP)
+
+    again = any(overlaps(part) for part in parts if part != (first, last))
+    return (first, last) if again else (0, len(stamps))

@@ -1,9 +1,13 @@
 """Scans as text, one JSON object a line."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from core.errors import BadInput
+from core.recording.clocks import seconds_per_unit
 from core.recording.json_scan import read_json_scan
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording
@@ -46,4 +50,6 @@ def read(path: Path, settings: LogSettings) -> ScanRecording:
             f'{path.name} holds no scans: lines like {{"t": 0.1, "ranges": [1.0, 2.0]}} are expected.{reasons}'
         )
     tally.topics = ["ranges: laser"]
+    unit = seconds_per_unit(np.array([scan.stamp for scan in scans]), "the laser", tally)
+    scans = [replace(scan, stamp=unit * scan.stamp) for scan in scans] if unit != 1.0 else scans
     return scan_recording(path, scans, None, tally, "JSON lines", settings)

@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 
-from core.geometry import rotation, wrap_all
+from core.geometry import Pose, rotation, wrap_all
 from core.message import Array
+from core.recording.clocks import longest_part
 from core.recording.odometry_track import OdometryTrack
 from core.recording.read_report import ReadReport
 from core.sensors.publishers import odometry_turns
+from core.sensors.wheels import ORIGIN_M, ORIGIN_RAD
 
 MAX_SPEED_M_S = 6.0  # of a robot that maps rooms
 MAX_TURN_RATE_RAD_S = 7.0
@@ -17,6 +19,14 @@ MIN_DEGREES = 12.0  # of a heading in them
 MIN_SPIN_RAD_S = 4.0  # that no base turns all the time
 MAX_CARRIED_S = 2.0  # over which speeds are carried on, and a jump is judged by them
 MIN_WAY_M = 0.5  # by the speeds, over which the place must have moved
+MIN_HEADED_WAY_M = 2.0  # over which the direction of the way is compared with the heading, …
+MIN_CHORDS, CHORD_M, MAX_CHORDS = 15, 0.1, 2000  # … in so many pieces of such a length
+MIRRORED_LENGTH, ACROSS_LENGTH = 0.85, 0.6  # of the mean direction of the way: mirrored, and else along the heading
+AXIS_OFF_RAD = 0.2  # of the axis of a mirror from one of the frame's own
+MIN_HELD_SPAN_RAD, HELD_MARGIN_RAD = 2.2, 0.03  # of headings that are kept within half a turn
+HALF_TURN_OFF_RAD = 0.35  # of a jump of such a heading from a half turn
+ASIDE_SHARE = 0.15  # of the way that leads aside of the heading
+MIN_SILENCE_S, SILENCE_PERIODS = 1.0, 8.0  # after which an odometry that is at its origin begins anew
 STANDING_SHARE = 0.02  # of that way: less, and the place stands
 JUMP_M, JUMP_RAD = 0.3, 0.6  # beyond what the speeds allow: the base was restarted
 JUMP_SPEEDS = 3.0  # times its usual speed that a base may have between two readings
@@ -30,6 +40,8 @@ def believable_track(
     Times (N,) [s], poses (N, 3), headings NaN where they carry none, twists (N, 2) [m/s, rad/s]. What was found is a
     fault of the report.
     """
+    part = slice(*longest_part(times))
+    times, poses, twists = times[part], poses[part], None if twists is None else twists[part]
     order = np.argsort(times, kind="stable")
     times, poses = times[order], poses[order]
     twists = None if twists is None else twists[order]
@@ -43,6 +55,8 @@ def believable_track(
     elif _counts_degrees(times, poses[:, 2]):
         report.fault("odometry.degrees", name, used=True)
         driven = np.column_stack([poses[:, :2], np.radians(poses[:, 2])])
+    if driven is poses:
+        driven = _of_one_sense(name, poses, report)
     track = None if driven is None else OdometryTrack.of(times, driven, twists)
     if track is None:
         if len(times) > 1 and not np.isfinite(poses).all(axis=1).any() and driven is not None:
@@ -55,7 +69,44 @@ def believable_track(
     if speed > MAX_SPEED_M_S:
         report.fault("odometry.too_fast", name, speed=f"{speed:.3g}")
         return None
-    return _without_restarts(name, track, speed, report)
+    first = poses[np.isfinite(poses).all(axis=1)][:1]
+    origin = Pose(*first[0].tolist()).inverse() if len(first) and driven is poses else Pose()
+    return _without_restarts(name, track, speed, origin, report)
+
+
+def _of_one_sense(name: str, poses: Array, report: ReadReport) -> Array | None:
+    """Poses (N, 3) → the same with headings and places of one sense; None: the headings are kept within half a turn.
+
+    A base goes along its heading. Where the direction of its way turns against its heading, one of both is mirrored
+    (x and y exchanged, one of them negated).
+    """
+    finite = np.isfinite(poses).all(axis=1)
+    rows = poses[finite]
+    way = np.cumsum(np.hypot(*np.diff(rows[:, :2], axis=0, prepend=rows[:1, :2]).T)) if len(rows) else np.zeros(1)
+    if not np.isfinite(way[-1]) or way[-1] < MIN_HEADED_WAY_M or len(rows) < MIN_CHORDS:
+        return poses
+    chord = max(CHORD_M, float(way[-1]) / MAX_CHORDS)
+    at = np.unique(np.searchsorted(way, np.arange(0.0, way[-1], chord)))
+    if len(at) < MIN_CHORDS:
+        return poses
+    steps, headings = np.diff(rows[at, :2], axis=0), rows[(at[:-1] + at[1:]) // 2, 2]
+    directions = np.arctan2(steps[:, 1], steps[:, 0])
+    aside, mirrored = directions - headings, directions + headings
+    along, against = abs(np.exp(2j * aside).mean()), abs(np.exp(2j * mirrored).mean())
+    if against > MIRRORED_LENGTH and along < ACROSS_LENGTH:
+        axis = float(np.angle(np.exp(1j * mirrored).mean()))
+        square = round(axis / (math.pi / 2)) * math.pi / 2
+        axis = square if abs(axis - square) < AXIS_OFF_RAD else axis
+        report.fault("odometry.mirrored", name, used=True, axis=f"{math.degrees(axis):.0f}")
+        return np.column_stack([(poses[:, :2] * [1.0, -1.0]) @ rotation(axis).T, poses[:, 2]])
+    within = rows[:, 2] - min(0.0, float(rows[:, 2].min()))
+    halves = np.abs(np.abs(np.diff(rows[:, 2])) - math.pi) < HALF_TURN_OFF_RAD
+    kept = MIN_HELD_SPAN_RAD < float(np.ptp(rows[:, 2])) < math.pi + HELD_MARGIN_RAD
+    kept &= bool(rows[:, 2].min() > -math.pi / 2 - HELD_MARGIN_RAD and within.max() < math.pi + HELD_MARGIN_RAD)
+    if kept and (halves.any() or np.mean(np.abs(np.sin(aside)) > 0.5) > ASIDE_SHARE):
+        report.fault("odometry.half_turn", name)
+        return None
+    return poses
 
 
 def _counts_degrees(times: Array, headings: Array) -> bool:
@@ -104,14 +155,27 @@ def _usual_speed(track: OdometryTrack) -> float:
     return float(np.quantile(way[moved] / lasted[moved], 0.9)) if moved.any() else 0.0
 
 
-def _without_restarts(name: str, track: OdometryTrack, speed: float, report: ReadReport) -> OdometryTrack:
-    """Join the track where its base was restarted: it goes on from where it was."""
+def _begins_anew(track: OdometryTrack, origin: Pose, way: Array, turned: Array) -> Array:
+    """Return which steps (N-1,) lead to the origin of the base or of the log, from afar, after a silence."""
+    lasted = np.diff(track.times)
+    silent = lasted > max(MIN_SILENCE_S, SILENCE_PERIODS * float(np.median(lasted)))
+    home = np.zeros(len(lasted), bool)
+    for place in (origin, Pose()):
+        off = np.hypot(track.poses[1:, 0] - place.x, track.poses[1:, 1] - place.y)
+        home |= (off < 2 * ORIGIN_M) & (np.abs(wrap_all(track.poses[1:, 2] - place.heading)) < 2 * ORIGIN_RAD)
+    return silent & home & ((way > JUMP_M) | (turned > JUMP_RAD))
+
+
+def _without_restarts(
+    name: str, track: OdometryTrack, speed: float, origin: Pose, report: ReadReport
+) -> OdometryTrack:
+    """Join the track where its base was restarted: it goes on from where it was. `origin` is the base's."""
     lasted = np.diff(track.times)
     way = np.hypot(*np.diff(track.poses[:, :2], axis=0).T)
     turned = np.abs(wrap_all(np.diff(track.poses[:, 2])))
     far = way > JUMP_M + JUMP_SPEEDS * speed * np.minimum(lasted, MAX_CARRIED_S)
     round_ = (turned > JUMP_RAD + MAX_TURN_RATE_RAD_S * np.minimum(lasted, MAX_CARRIED_S)) & (lasted < MAX_CARRIED_S)
-    jumps = np.flatnonzero(far | round_) + 1
+    jumps = np.flatnonzero(far | round_ | _begins_anew(track, origin, way, turned)) + 1
     if not len(jumps):
         return track
     report.fault(

@@ -27,9 +27,10 @@ from core.recording.robot_names import OTHER_ODOMETRY, robot_of, robots_in
 from core.recording.ros_frames import FrameTree, Placed
 from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE, RosPictures
 from core.recording.ros_sound import AUDIO_DATA, AUDIO_INFO, AUDIO_STAMPED, RAW_AUDIO, RosSounds, with_sound
-from core.recording.scans import RangeUnit, checked_angles, in_time_order, make_scan, scan_recording
+from core.recording.scans import in_time_order, make_scan, scan_recording
 from core.sensors import Scan
 from core.sensors.checks import refusal
+from core.sensors.scan_gate import RangeUnit, checked_angles
 
 LASER_SCAN, ODOMETRY, TF = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"
 SAME_AS = {"tf/msg/tfMessage": TF}
@@ -198,7 +199,9 @@ class RosMessages:
 
     def finish(self, path: Path, form: str) -> ScanRecording:
         """All that was taken → the recording. Raises BadInput when it holds no scans."""
-        for jump in self._clock.jumps_s:
+        if self._clock.is_unordered:
+            self._forget_order()
+        for jump in () if self._clock.is_unordered else self._clock.jumps_s:
             self._tally.fault("clock.recorder_set", used=True, jump=f"{jump:+.0f}")
         robots = self._robots()
         name, topic = self._chosen_scans(path, robots)
@@ -227,6 +230,17 @@ class RosMessages:
         heard = () if self._sounds is None else self._sounds.finish(self._tally)
         recording = scan_recording(path, scans, track, self._tally, form, self._settings, placed.pose, placed.height)
         return replace(recording, pictures=seen, camera=camera, sounds=heard)
+
+    def _forget_order(self) -> None:
+        """The messages lie in no order: their own stamps are all there is."""
+        for topic in self._scans.values():
+            topic.scans.sort(key=logged_stamp)
+            topic.logged[:] = array("d", map(logged_stamp, topic.scans))
+        for topic in self._odometry.values():
+            rows = np.array(topic.rows).reshape(-1, 7)
+            rows = rows[np.argsort(rows[:, 0], kind="stable")]
+            rows[:, 1] = rows[:, 0]
+            topic.rows = array("d", rows.ravel())
 
     def _robots(self) -> tuple[str, ...]:
         """The names of the robots in the log; () where it is one."""

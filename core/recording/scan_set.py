@@ -1,7 +1,7 @@
 """Scan sets: an archive with `t` (N,) [s], `scan_cm` (N, beams) [cm] and, with odometry, `odo_raw` (N, 3)."""
 
 from core.errors import BadInput
-from core.recording.clocks import evenly_spread
+from core.recording.clocks import evenly_spread, seconds_per_unit
 from core.recording.npz import Archive
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import BadRecord, ReadReport
@@ -33,7 +33,8 @@ def read(archive: Archive, settings: LogSettings) -> ScanRecording:
             tally.skip(str(problem), f"row {number}")
     if not scans:
         raise BadInput(f"{archive.path.name} holds no scan that can be used. {tally.reasons()}")
-    stamps = evenly_spread(times[used], tally, "t")
+    stamps = times[used] * seconds_per_unit(times[used], "t", tally)
+    stamps = evenly_spread(stamps, tally, "t")
     scans = in_time_order([stamped(scan, float(stamp)) for scan, stamp in zip(scans, stamps, strict=True)], tally)
     wanted = poses is not None and settings.odometry_topic != "none"
     track = believable_track("odo_raw", stamps, poses[used], None, tally) if wanted and poses is not None else None

@@ -1,6 +1,7 @@
 """Rows of ranges → scans: one meaning for "no measurement" and "nothing there", one direction, sane numbers."""
 
 import math
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array
+from core.recording.clocks import longest_part
 from core.recording.odometry_track import OdometryTrack
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording
@@ -15,24 +17,20 @@ from core.sensors import Laser, Scan
 from core.sensors.checks import refusal
 from core.sensors.laser import MAX_STAMP_S, MAX_SWEEP_S, beams_malformation
 from core.sensors.publishers import scan_turns
+from core.sensors.scan_gate import is_constant
 
 AT_THE_ORIGIN = Pose()
 MIN_SAMPLED_BEAMS = 2000
 MAX_SAMPLED_SCANS = 200  # of a log, by which its ranges are judged
-MAX_RANGE_MIN_M = 2.0  # from which the nearest range of a laser is no metres
-MAX_MEDIAN_M = 100.0
-MIN_JUDGED_BEAMS = 5  # that measured something
-MIN_WITHIN_SHARE = 0.02  # of the ranges within their limits
-MIN_SPAN_DEG = 60.0  # of a scan in degrees
-MIN_ANGLE_OFF_RAD = math.radians(5)  # by which the angles of a scan contradict each other
 MIN_HIT_SHARE = 0.005  # of the beams of a log that measure something
-MIN_MEDIAN_MM = 600.0  # between ranges in millimetres and in centimetres
 MARK_BAND = 0.01  # of the longest range, in which marks of nothing there lie, with their noise
 MARK_CROWDING = 4.0  # times as many beams as in the three such bands before it
 MIN_MARK_SHARE = 0.02  # of the beams
 MIN_MARK_RANGE = 0.8  # times the longest range, where such a mark lies
+MAX_CONSTANT_SHARE = 0.5  # of the scans, all of whose beams are as long
+MAX_ECHO_SCANS, MIN_UNIQUE_SHARE = 8, 0.45  # within which a scan comes again; of a log that holds some twice
 MAX_MIXED_SHARE = 0.5  # of a log, in which two robots' scans take turns
-MIN_KEPT_SHARE = 0.5  # of the scans that a log must have a time for
+MIN_KEPT_SHARE = 0.45  # of the scans that a log must have a time for
 DEFAULT_RANGE = 100.0  # [m] taken for range_max where a log does not give it
 
 
@@ -94,11 +92,32 @@ def in_time_order(scans: list[Scan], tally: ReadReport) -> list[Scan]:
 
     Raises BadInput where less than half of them are left.
     """
+    stamps = np.array([scan.stamp for scan in scans])
+    first, last = longest_part(stamps)
+    if last - first < len(scans):
+        tally.fault("clock.begins_again", "the laser", used=True, kept=last - first, all=len(scans))
+        scans = scans[first:last]
     ordered = sorted(scans, key=lambda scan: scan.stamp)
     kept = [scan for index, scan in enumerate(ordered) if index == 0 or scan.stamp > ordered[index - 1].stamp]
     tally.drop("the stamp is that of another scan", count=len(ordered) - len(kept))
+    kept = _without_echoes(kept, tally)
     if len(kept) < MIN_KEPT_SHARE * len(scans):
         raise refusal("clock.few_left", kept=len(kept), all=len(scans))
+    return kept
+
+
+def _without_echoes(scans: list[Scan], tally: ReadReport) -> list[Scan]:
+    """Scans in time order → the same without those that come once more after another one, to the last bit."""
+    recent: deque[bytes] = deque(maxlen=MAX_ECHO_SCANS)
+    kept = list[Scan]()
+    for scan in scans:
+        content = scan.ranges.tobytes()
+        if content not in recent or content == recent[-1] or not scan.valid.any():
+            kept.append(scan)
+        recent.append(content)
+    if len(kept) < MIN_UNIQUE_SHARE * len(scans):
+        return scans
+    tally.drop("it is written twice", count=len(scans) - len(kept))
     return kept
 
 
@@ -119,80 +138,6 @@ def without_walls_at_the_end(scans: list[Scan], tally: ReadReport, settings: Log
         tally.fault("scan.no_return_mark", "the laser", used=True, share=f"{100 * share:.0f}", range=f"{top:.2f}")
         scans = [_without_mark(scan, (1 - MARK_BAND) * top) for scan in scans]
     return scans
-
-
-class RangeUnit:
-    """Units of a laser's ranges and of their limits, by the first scan that measured something."""
-
-    def __init__(self, name: str, report: ReadReport) -> None:
-        self._name, self._report = name, report
-        self._unit: float | None = None  # metres per unit of the ranges …
-        self._limits: float | None = 1.0  # … and of their limits; None: they cannot be
-
-    def metres(self, ranges: Array, limits: tuple[float, float]) -> tuple[Array, tuple[float, float]]:
-        """Ranges (N,) and (range_min, range_max) as logged → both in metres; limits that cannot be are 0 and NaN."""
-        hits = ranges[np.isfinite(ranges) & (ranges > 0)]
-        if self._unit is None and len(hits) >= MIN_JUDGED_BEAMS:
-            self._judge(hits, *limits)
-        unit, scale = self._unit or 1.0, self._limits
-        low, high = (0.0, math.nan) if scale is None else (limits[0] * scale, limits[1] * scale)
-        return ranges if unit == 1.0 else ranges * np.float32(unit), (low, high)
-
-    def _judge(self, hits: Array, low: float, high: float) -> None:
-        self._unit, unit = unit_of(hits, low)
-        if unit != "metres":
-            nearest, farthest = f"{hits.min():.4g}", f"{hits.max():.4g}"
-            self._report.fault("scan.units", self._name, used=True, nearest=nearest, farthest=farthest, unit=unit)
-        hits = hits * self._unit
-        if len(np.unique(hits)) < 0.5 * len(hits):  # marks of nothing there, most of them
-            self._limits = self._unit
-            return
-
-        def fits(scale: float) -> bool:
-            within = (hits >= low * scale) & ((hits <= high * scale) | (not 0 < high < math.inf))
-            return bool(np.mean(within) > MIN_WITHIN_SHARE)
-
-        self._limits = next((scale for scale in (self._unit, 1.0, 0.001, 0.01) if fits(scale)), None)
-        if self._limits != self._unit:
-            limits = {"low": f"{low:.4g}", "high": f"{high:.4g}", "median": f"{np.median(hits):.3g}"}
-            self._report.fault("scan.limits", self._name, used=True, **limits)
-
-
-def unit_of(hits: Array, range_min: float) -> tuple[float, str]:
-    """Ranges (N,) as logged and the nearest one that the laser measures → metres per unit, and the unit."""
-    median = float(np.median(hits))
-    kept = range_min > MAX_RANGE_MIN_M and np.mean(hits >= range_min) > 0.5
-    if median <= (MAX_RANGE_MIN_M if kept else MAX_MEDIAN_M):
-        return 1.0, "metres"
-    return (0.001, "millimetres") if median > MIN_MEDIAN_MM else (0.01, "centimetres")
-
-
-def checked_angles(
-    name: str, beams: int, ends: tuple[float, float], step: float, report: ReadReport
-) -> tuple[float, float]:
-    """Beams of a scan, the angles of the first and the last one and the step between them → (angle_min, step) [rad].
-
-    The step counts; where it cannot be, the angles of the ends do. Degrees are converted.
-    """
-    first, last = ends
-    whole = math.tau + 0.1
-    if beams < 2 or not math.isfinite(first) or not math.isfinite(step):
-        return first, step
-    if MIN_SPAN_DEG <= abs(step) * (beams - 1) <= 361.0 and abs(first) <= 361.0:
-        report.fault("scan.degrees", name, used=True)
-        return first if abs(first) <= whole else math.radians(first), math.radians(step)
-    if not math.isfinite(last) or last in (0.0, first):
-        if step == 0:
-            return first, step
-        last = first + step * (beams - 1)
-    between = (last - first) / (beams - 1)
-    if step == 0:
-        report.fault("scan.step_zero", name, used=True)
-        return first, between
-    if abs(step - between) * (beams - 1) > max(2.5 * abs(step), 2.5 * abs(between), MIN_ANGLE_OFF_RAD):
-        spans = {"by_step": f"{math.degrees(step) * (beams - 1):.0f}", "by_ends": f"{math.degrees(last - first):.0f}"}
-        report.fault("scan.step_differs", name, used=True, **spans)
-    return first, step
 
 
 def _without_mark(scan: Scan, top: float) -> Scan:
@@ -234,6 +179,9 @@ def scan_recording(
         raise refusal("scan.empty", "the laser")
     if share < MIN_HIT_SHARE:
         tally.fault("scan.few_hits", "the laser", used=True, share=f"{100 * share:.1f}")
+    sample = scans[:: max(1, len(scans) // MAX_SAMPLED_SCANS)]
+    if np.mean([is_constant(scan.ranges) for scan in sample]) > MAX_CONSTANT_SHARE:
+        raise refusal("scan.constant", "the laser")
     if (mixed := scan_turns(scans, None if track is None else track.wheels_at)) > MAX_MIXED_SHARE:
         raise refusal("robots.mixed", "the laser")
     if mixed > 0:

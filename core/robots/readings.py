@@ -12,9 +12,10 @@ from dataclasses import dataclass, field, replace
 from core.geometry import Pose
 from core.message import Array
 from core.sensors import Camera, Fault, Image, Laser, Scan, SensorFrame, Sound, Wheels
-from core.sensors.checks import are_finite, distinct, fault, time_fault
+from core.sensors.checks import UnusableReading, are_finite, distinct, fault, time_fault
 from core.sensors.microphones import joined
 from core.sensors.publishers import PublisherWatch, odometry_watch, scan_watch, sector_ranges
+from core.sensors.scan_gate import RangeUnit
 from core.sensors.wheels import is_restart
 
 MAX_WHEELS_AGE_S = 0.5  # over which a reading of the wheels is carried on to the frame; then nothing is known of them
@@ -74,6 +75,7 @@ class Readings:
 
     def _watch(self) -> None:
         """Watch for two publishers under one name, of this device alone: others may have the same names at first."""
+        self._units: dict[str, RangeUnit] = {}  # of the ranges, by laser
         self._scanners: defaultdict[str, PublisherWatch[Array]] = defaultdict(scan_watch)
         self._base = odometry_watch()
 
@@ -121,6 +123,12 @@ class Readings:
         name = self._names.get((Laser, scan.laser), scan.laser)
         if scan.malformation:
             self._leave_out("scan.malformed", name or "the laser", scan.malformation)
+            return
+        try:
+            scan = self._units.setdefault(name, RangeUnit(name or "the laser", self)).of_scan(scan)
+        except UnusableReading as refused:
+            for one in refused.faults:
+                self._find(one)
             return
         if self._scanners[name].take(sector_ranges(scan, self._heading(scan.stamp)), self.now(), source):
             self._mix(name or "the laser")
@@ -242,6 +250,10 @@ class Readings:
     def _mixture(self, now: float) -> str:
         """Why the robot cannot be driven: readings of two robots came lately; "": none did."""
         return next((one.statement for at, one in self._mixed.values() if now - at < MIXED_HELD_S), "")
+
+    def fault(self, code: str, sensor: str = "", *, used: bool = False, **values: object) -> None:
+        """Add what a check found in readings of this device."""
+        self._find(fault(code, sensor, used=used, **values))
 
     def _leave_out(self, code: str, sensor: str, what: str) -> None:
         """Say why a reading is left out."""

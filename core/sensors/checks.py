@@ -84,6 +84,9 @@ SCAN_CHECKS = (
     ReadingCheck(
         "scan.limits", "limits", "the ranges of a laser with range_min and range_max: some lie between them"
     ),
+    ReadingCheck("scan.whole_numbers", "limits", "the ranges of a laser with whole numbers of metres"),
+    ReadingCheck("scan.constant", "limits", "the ranges of a scan with each other: 2 % of difference at least"),
+    ReadingCheck("scan.frozen", "agreement", "each scan with the one before while the wheels roll"),
     ReadingCheck("scan.empty", "limits", "how many beams of a log measure something: some do"),
     ReadingCheck("scan.few_hits", "limits", "how many beams of a log measure something: 0.5 % at least"),
     ReadingCheck("scan.degrees", "form", "the span of a scan's angles with a full turn in radians"),
@@ -108,6 +111,8 @@ RECORDED_ODOMETRY_CHECKS = (
     ReadingCheck(
         "odometry.degrees", "limits", "the turn rate by the odometry's headings with that of a base: 4 rad/s"
     ),
+    ReadingCheck("odometry.mirrored", "agreement", "the direction of the odometry's way with its own heading"),
+    ReadingCheck("odometry.half_turn", "agreement", "the range of the odometry's headings with the way that it goes"),
     ReadingCheck("odometry.stands", "agreement", "the way of the odometry's place with the way of its own speeds"),
     ReadingCheck(
         "odometry.too_fast", "limits", "speed by the odometry's places with that of any robot that maps rooms: 6 m/s"
@@ -141,6 +146,8 @@ CLOCK_CHECKS = (
     ReadingCheck("clock.apart", "time", "the time of the scans with the time of the odometry"),
     ReadingCheck("clock.none", "time", "stamps of readings with each other"),
     ReadingCheck("clock.rounded", "time", "stamps of readings with each other: one in ten may repeat"),
+    ReadingCheck("clock.unit", "time", "the time between two scans with that of a laser: 1 ms to 20 s"),
+    ReadingCheck("clock.begins_again", "time", "the order of the times with the order of the file, part by part"),
     ReadingCheck("clock.few_left", "time", "how many scans have a time of their own"),
 )
 
@@ -186,6 +193,7 @@ AGREEMENT_CHECKS = (
     ReadingCheck(
         "agreement.early", "agreement", "the times of the turns by wheels and by scans: 0.15 s of difference at most"
     ),
+    ReadingCheck("agreement.no_fit", "agreement", "scans of a moving robot with each other: one in five fits"),
     ReadingCheck("agreement.wheels_stand", "agreement", "wheels that stand for 1.5 s with scans that move"),
     ReadingCheck("agreement.wheels_spin", "agreement", "wheels that roll for 1.5 s with scans that stand"),
 )

@@ -32,6 +32,7 @@ MOVED_M, MOVED_RATIO = 0.1, 0.05  # and of the range: by which a sector's range 
 MOVED_SECTORS_SHARE = 0.1  # of the sectors that both scans read, from which on they are of two places
 MIN_COMPARED_SECTORS = 12
 APART_M, APART_RAD = 0.1, 0.1  # from which on two readings of odometry are of two places
+MIN_PLACE_RETURNS_SHARE = 0.2  # of the places of a log: those by satellite jump about, and come back by chance
 MAX_SAMPLED_BLOCKS = 40  # of a log, by which it is judged
 
 
@@ -60,6 +61,11 @@ class PublisherWatch(Generic[ReadingT]):
         self._returned.append(self._comes_back(new))
         self._recent.append(new)
         return sum(self._returned) >= MIN_RETURNS
+
+    @property
+    def returns_share(self) -> float:
+        """Of the newest readings, those that come back to an older one."""
+        return sum(self._returned) / max(1, len(self._returned))
 
     def _comes_back(self, new: WatchedReading[ReadingT]) -> bool:
         """Return whether a reading is like an older one, and between is a run that is unlike both.
@@ -122,11 +128,18 @@ def scan_turns(scans: Sequence[Scan], wheels_at: Callable[[float], Wheels] | Non
 
 def odometry_turns(times: Array, poses: Array) -> float:
     """Odometry of a log, times (N,) [s] and poses (N, 3) → the share of it in which two publishers take turns."""
-    return _turns(len(times), odometry_watch, lambda number: (Pose(*map(float, poses[number])), float(times[number])))
+
+    def read(number: int) -> tuple[Pose, float]:
+        return Pose(*map(float, poses[number])), float(times[number])
+
+    return _turns(len(times), odometry_watch, read, MIN_PLACE_RETURNS_SHARE)
 
 
 def _turns(
-    count: int, make: Callable[[], PublisherWatch[ReadingT]], reading: Callable[[int], tuple[ReadingT, float]]
+    count: int,
+    make: Callable[[], PublisherWatch[ReadingT]],
+    reading: Callable[[int], tuple[ReadingT, float]],
+    least: float = 0.0,
 ) -> float:
     """Judge blocks of the readings, spread over the log: it may have a million."""
     blocks = max(1, min(MAX_SAMPLED_BLOCKS, count // WATCHED_READINGS))
@@ -134,7 +147,7 @@ def _turns(
     for start in np.linspace(0, max(0, count - WATCHED_READINGS), blocks).astype(int).tolist():
         watch = make()
         judged = [watch.take(*reading(number)) for number in range(start, min(start + WATCHED_READINGS, count))]
-        mixed += any(judged)
+        mixed += any(judged) and watch.returns_share >= least
     return mixed / blocks
 
 

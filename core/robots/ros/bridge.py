@@ -34,8 +34,9 @@ from core.robots.ros.topics import COMPRESSED_IMAGE, RosSettings, RosTopics
 from core.robots.ros.typestore import RobotTypes
 from core.robots.urdf import Body, parse_body
 from core.sensors import Camera, Fault, Image, Laser, Scan, Sound
-from core.sensors.checks import fault
+from core.sensors.checks import UnusableReading, fault
 from core.sensors.microphones import load_array
+from core.sensors.scan_gate import RangeUnit, checked_angles
 
 FAILSAFE_WORDS = "Unknown whether it stops by itself; ask the robot's maker."
 NO_FAILSAFE = "The robot's controller has cmd_vel_timeout = 0: it does not stop when the link is lost. Set it to 0.5."
@@ -130,6 +131,7 @@ class RosSensors:
         self.place: Pose | None = None  # by its odometry; None: none came yet
         self._rolled: tuple[float, Pose] | None = None  # by speeds, of an odometry without heading: stamp [s], place
         self._faults: list[Fault] = []
+        self._units: dict[str, RangeUnit] = {}  # of the ranges of each laser's topic
         self._takers: dict[str, Callable[[str, Any, float], None]] = {
             topic: taker
             for topic, taker in (
@@ -288,15 +290,27 @@ class RosSensors:
             placed = self.body.links.get(frame) or self.body.links.get(f"/{frame}")
         return placed
 
+    def fault(self, code: str, sensor: str = "", *, used: bool = False, **values: object) -> None:
+        """Add what a check found in a topic; each kind is said once."""
+        if all((one.code, one.sensor) != (code, sensor) for one in self._faults):
+            self._faults.append(fault(code, sensor, used=used, **values))
+            self.notices.append(self._faults[-1].sentence)
+            self.doubt(self._faults[-1])
+
     def _take_scan(self, topic: str, content: Any, received: float) -> None:
         stamp = self._clocks.stamp(topic, stamp_of(content.header), received)
-        scan = make_scan(
-            stamp,
-            content.ranges,
-            (content.angle_min, content.angle_increment),
-            (content.range_min, content.range_max),
-            content.time_increment,
-        )
+        unit = self._units.setdefault(topic, RangeUnit(topic, self))
+        try:
+            ranges, limits = unit.metres(
+                np.asarray(content.ranges, np.float32), (content.range_min, content.range_max)
+            )
+        except UnusableReading as refused:
+            for one in refused.faults:
+                self.fault(one.code, one.sensor)
+            raise
+        ends = content.angle_min, content.angle_max
+        angles = checked_angles(topic, len(ranges), ends, content.angle_increment, self)
+        scan = make_scan(stamp, ranges, angles, limits, content.time_increment)
         self._lasers.setdefault(topic, (content.header.frame_id.strip("/"), _laser_of(scan, content.scan_time)))
         if self._readings is None:
             return
@@ -323,8 +337,7 @@ class RosSensors:
     def _by_speeds(self, topic: str, speed: float, turn_rate: float, stamp: float) -> Pose:
         """Return where the speeds [m/s], [rad/s] of an odometry without heading have led until `stamp` [s]."""
         if self._rolled is None:
-            self._faults.append(fault("odometry.no_heading", topic, used=True, instead="its speeds are used"))
-            self.notices.append(self._faults[-1].sentence)
+            self.fault("odometry.no_heading", topic, used=True, instead="its speeds are used")
         last, pose = self._rolled or (stamp, Pose())
         elapsed = min(max(stamp - last, 0.0), MAX_SPEED_HELD_S)
         self._rolled = stamp, pose @ arc(speed * elapsed, turn_rate * elapsed)

@@ -15,7 +15,7 @@ from core.geometry import Pose, wrap, wrap_all
 from core.message import Array, message
 from core.sensors import Fault, Laser, Scan, Wheels
 from core.sensors.checks import fault
-from core.slam.scan_matching.point_to_line import WallPoints
+from core.slam.scan_matching.point_to_line import MIN_POINTS, WallPoints
 from core.slam.scan_matching.scan_pairs import PairMatcher, ScanMove, walls_of
 
 MIN_PAIR_S, LONG_PAIR_S, MAX_PAIR_S = 0.09, 0.45, 6.0  # between two scans: at least, enough at rest, at most
@@ -23,7 +23,8 @@ PAIR_M, PAIR_RAD = 0.04, math.radians(4)  # of a move that is long enough to com
 SCANS_PER_PAIR = 4  # at least, while all is well …
 CALM_PAIRS = 3  # … which so many that agree show
 GUESSED_TURNS_RAD = (-0.15, 0.15)  # from which the search begins where nothing else fits
-TRACK_S = 8.0  # of odometry that is kept
+MIN_TRIED, MIN_FIT_SHARE = 16, 0.2  # moves, of which so many fit: else the ranges are no distances
+TRACK_S, MAX_CARRIED_S = 8.0, 0.5  # of odometry that is kept, and carried on to the middle of a scan
 
 STILL_M, STILL_RAD = 0.008, math.radians(0.5)  # below which a move is none
 MOVED_M, MOVED_RAD = 0.025, math.radians(1.5)  # from which it is one
@@ -140,9 +141,12 @@ class OdometryPast:
         while self._rows[0][0] < stamp - TRACK_S:
             self._rows.popleft()
 
-    def columns(self) -> Array:
-        """Stamps [s], x, y [m], headings [rad] without jumps, (K, 4)."""
-        return np.array(self._rows).reshape(-1, 4)
+    def columns(self, until: float) -> Array:
+        """Stamps [s], x, y [m], headings [rad] without jumps, (K, 4), carried on `until` [s] a scan is over."""
+        rows = np.array(self._rows).reshape(-1, 4)
+        if len(rows) < 2 or not 0 < (ahead := until - rows[-1, 0]) < MAX_CARRIED_S:
+            return rows
+        return np.vstack([rows, rows[-1] + (rows[-1] - rows[-2]) * (ahead / (rows[-1, 0] - rows[-2, 0]))])
 
 
 class LoneMoves:
@@ -205,6 +209,7 @@ class SenseAgreement:
         self._base: PairStart | None = None
         self._last: MovePair | None = None  # None: the newest scans did not fit
         self._scans, self._calm, self._looked = 0, 0, 0
+        self._tried, self._fitted = 0, 0  # moves by the wheels with walls to see, and those that scans show
         self._began: float | None = None  # [s] of the first frame
         self._pairs: deque[MovePair] = deque(maxlen=KEPT_PAIRS)
         self._ripening: deque[MovePair] = deque(maxlen=KEPT_PAIRS)
@@ -263,6 +268,7 @@ class SenseAgreement:
 
     def finish(self) -> None:
         """Judge what is left: nothing more comes."""
+        self._say_misfit()
         self._judge()
 
     def _length(self, rolled: Pose, elapsed: float) -> float:
@@ -274,13 +280,17 @@ class SenseAgreement:
     def _compare(self, base: PairStart, now: PairStart, fresh: bool) -> None:
         """Find the move by scans from one to the other, and compare it with the wheels'."""
         self._scans, self._base = 0, now
-        track = self._past.columns()
+        track = self._past.columns(now.stamp)
         if now.walls is None or len(track) < 2 or track[0, 0] > base.stamp + 1e-6:
             return
         rolled = _moved(track, base.stamp, now.stamp)
         walls = base.walls or walls_of(base.scan, self._laser)
         found = self._matcher.match(walls, now.walls, self._guesses(rolled, now.stamp - base.stamp))
+        if _has_moved(rolled) and min(len(walls.points), len(now.walls.points)) >= MIN_POINTS:
+            self._tried += 1
+            self._fitted += found is not None
         if found is None:
+            self._say_misfit()
             self._last, self._calm = None, 0
             self._lone.end_run()
             return
@@ -294,6 +304,13 @@ class SenseAgreement:
         if self._lone.missed is not None:
             self._forget_since(self._lone.began)
         self._keep(pair, track)
+
+    def _say_misfit(self) -> None:
+        """Say where hardly any two scans fit on each other although they show walls."""
+        if self._tried >= MIN_TRIED and self._fitted < MIN_FIT_SHARE * self._tried:
+            self._say("agreement.no_fit", used=False, fits=f"{self._fitted}", tried=f"{self._tried}")
+        else:
+            self._found.pop("agreement.no_fit", None)
 
     def _forget_since(self, start: float) -> None:
         """Leave out the pairs from `start` [s] on: in them the wheels were wrong."""
@@ -359,9 +376,9 @@ class SenseAgreement:
             heading = wrap(self._laser.mounting.heading - aside)
             self._say("agreement.mount", off=f"{math.degrees(aside):.0f}", heading=f"{heading:.2f}")
 
-    def _say(self, code: str, **values: str) -> None:
+    def _say(self, code: str, *, used: bool = True, **values: str) -> None:
         name = self._laser.name or "the laser"
-        self._found[code] = fault(code, name, used=True, **values)
+        self._found[code] = fault(code, name, used=used, **values)
 
 
 LATES_S = np.arange(-MAX_LATE_S, MAX_LATE_S + 1e-9, LATE_STEP_S)

@@ -43,7 +43,9 @@ def archive_of(**arrays) -> bytes:
 
 def scan_set() -> bytes:
     poses = np.column_stack([np.arange(8) * 0.1, np.zeros((8, 2))])
-    return archive_of(t=START + np.arange(8.0), odo_raw=poses, scan_cm=np.full((8, 180), 300, np.uint16))
+    return archive_of(
+        t=START + np.arange(8.0), odo_raw=poses, scan_cm=np.tile(np.arange(210, 390, dtype=np.uint16), (8, 1))
+    )
 
 
 def frozen_runs() -> bytes:

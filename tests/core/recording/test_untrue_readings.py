@@ -17,10 +17,10 @@ import pytest
 
 from core.errors import BadInput
 from core.recording import open_log
-from core.recording.clocks import StampedStream, on_one_clock, settled_stamps
+from core.recording.clocks import StampedStream, longest_part, on_one_clock, seconds_per_unit, settled_stamps
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import ReadReport
-from core.recording.scans import RangeUnit, checked_angles
+from core.sensors.scan_gate import RangeUnit, checked_angles
 from tests.core.recording.log_writers import carmen_lines, robot_messages, two, write_mcap
 
 RANGES = np.linspace(1.7, 6.4, 180).astype(np.float32)
@@ -41,6 +41,7 @@ def codes(report: ReadReport) -> list[str]:
         (1000, (100, 10000), ["scan.units"]),
         (100, (10, 1000), ["scan.units"]),
         (1000, (0.1, 10), ["scan.units", "scan.limits"]),
+        (0.001, (0.0001, 0.01), ["scan.units"]),
         (1, (100, 10000), ["scan.limits"]),
     ],
 )
@@ -265,3 +266,88 @@ def test_what_cannot_be_read_is_refused_with_its_remedy(content, words, tmp_path
 def test_a_bag_from_before_version_2_names_its_remedy(tmp_path):
     with pytest.raises(BadInput, match="rosbag fix"):
         open_log(written(tmp_path, b"#ROSBAG V1.2\n" + bytes(500), "old.bag"))
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (lambda p: p[:, [1, 0, 2]], ["odometry.mirrored"]),
+        (lambda p: p * [-1, 1, 1], ["odometry.mirrored"]),
+        (lambda p: p * [1, -1, 1], ["odometry.mirrored"]),
+        (lambda p: p * [1, 1, -1], ["odometry.mirrored"]),
+        (lambda p: p * [-1, -1, 1], []),
+        (lambda p: p + np.array([0, 0, math.pi / 2]), []),
+        (lambda p: p, []),
+    ],
+)
+def test_places_mirrored_against_their_headings_are_mirrored_back(change, found):
+    report = ReadReport(Path("x"))
+    track = believable_track("odo", TIMES, change(circle(TIMES)), None, report)
+    assert track is not None and codes(report) == found
+    if found:
+        assert np.abs(track.speeds - 0.3).max() < 0.01
+
+
+@pytest.mark.parametrize(
+    "kept",
+    [
+        lambda h: np.clip((h + math.pi) % math.tau - math.pi, 0, math.pi),
+        lambda h: np.clip(h % math.tau, 0, math.pi),
+        lambda h: h % math.pi,
+        lambda h: np.abs((h + math.pi) % math.tau - math.pi),
+        lambda h: np.arctan(np.tan(h)),
+    ],
+)
+def test_headings_kept_within_half_a_turn_are_not_believed(kept):
+    report, poses = ReadReport(Path("x")), circle(TIMES)
+    poses[:, 2] = kept(poses[:, 2])
+    assert believable_track("odo", TIMES, poses, None, report) is None and codes(report) == ["odometry.half_turn"]
+
+
+def test_a_base_that_goes_sideways_has_sound_headings():
+    report, way = ReadReport(Path("x")), np.linspace(0.0, 4.0, 200)
+    aside = np.column_stack([np.minimum(way, 2.0), np.maximum(way - 2.0, 0.0), 0.1 * way])
+    assert believable_track("odo", TIMES, aside, None, report) is not None and codes(report) == []
+
+
+def test_an_odometry_at_its_origin_after_a_silence_began_anew():
+    report, poses = ReadReport(Path("x")), np.column_stack([0.01 * np.arange(200), np.zeros(200), np.zeros(200)])
+    times, twice = np.concatenate([TIMES, TIMES + 60.0]), np.concatenate([poses, poses])
+    track = believable_track("odo", times, twice, None, report)
+    assert track is not None and codes(report) == ["odometry.restarted"] and track.poses[-1, 0] > 3.9
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e-6, 1e3])
+def test_times_in_another_unit_are_taken_for_it(unit):
+    report, stamps = ReadReport(Path("x")), 0.2 * np.arange(50)
+    assert seconds_per_unit(stamps / unit, "the laser", report) == unit and codes(report) == ["clock.unit"]
+    assert seconds_per_unit(1e4 + 15 * stamps, "the laser", report) == 1.0
+
+
+def test_a_file_that_begins_again_is_used_in_its_longest_part_and_one_in_no_order_whole():
+    stamps = np.concatenate([TIMES[:150], TIMES])
+    assert longest_part(stamps) == (150, 350)
+    assert longest_part(np.random.default_rng(1).permutation(TIMES)) == (0, 200)
+    assert longest_part(np.concatenate([TIMES[100:], TIMES[:100]])) == (0, 200)
+
+
+def test_messages_in_no_order_are_read_by_their_stamps(tmp_path):
+    messages = robot_messages(two, scans=60)
+    np.random.default_rng(1).shuffle(messages)
+    recording = open_log(write_mcap(tmp_path / "shuffled.mcap", messages))
+    assert len(recording.scans) == 60 and recording.report.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("ranges", "words"),
+    [
+        (np.full(180, 2.0), "as long, scan after scan"),
+        (2.0 + np.random.default_rng(2).normal(0, 0.01, 180), "as long, scan after scan"),
+        (np.arange(180) % 90, "whole numbers"),
+    ],
+)
+def test_what_fills_in_for_ranges_is_refused(ranges, words, tmp_path):
+    told = [(topic, kind, stamp, two.scan(stamp, ranges) if topic == "/scan" else one)
+            for topic, kind, stamp, one in robot_messages(two)]  # fmt: skip
+    with pytest.raises(BadInput, match=words):
+        open_log(write_mcap(tmp_path / "filled.mcap", told))

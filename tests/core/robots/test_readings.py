@@ -19,7 +19,7 @@ from core.sensors import Image, Laser, Scan, SensorFrame, Sound
 
 NAN, INF = float("nan"), float("inf")
 LASER = Laser(beams=360, angle_min=-np.pi, angle_step=np.pi / 180)
-GOOD = Scan(stamp=0.0, ranges=np.full(360, 2.0), angle_min=-np.pi, angle_step=np.pi / 180)
+GOOD = Scan(stamp=0.0, ranges=np.linspace(1.6, 2.4, 360), angle_min=-np.pi, angle_step=np.pi / 180)
 PICTURE = Image(stamp=0.0, pixels=np.zeros((4, 6, 3), np.uint8))
 
 MALFORMED: list[tuple[str, Callable[[Readings], object]]] = [
@@ -169,7 +169,7 @@ def interleaved(kind: str) -> tuple[list[SensorFrame], Readings]:
                 readings.wheels(Pose(9.0), 0.0, 0.0)
         else:
             far = 1.0 if two and number % 2 else 2.0
-            readings.scan(replace(GOOD, stamp=now, ranges=np.full(360, far + 0.001 * number)))
+            readings.scan(replace(GOOD, stamp=now, ranges=GOOD.ranges - 2.0 + far + 0.001 * number))
         frames.append(readings.frame())
     return frames, readings
 

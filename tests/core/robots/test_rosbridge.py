@@ -17,6 +17,7 @@ import pytest
 from core.errors import BadInput, Unavailable
 from core.gate import ZERO, Twist
 from core.install import install_extra
+from core.robots.connection import ReadConnection
 from core.robots.ros.typestore import TWIST_STAMPED
 from core.robots.rosbridge import RosbridgeRobot, open_device
 from core.sensors import Scan
@@ -183,3 +184,46 @@ def test_damaged_json_ends_nothing_either(emulator: RosbridgeEmulator, ros1: boo
         assert memory() - before < 20.0
         until(lambda: emulator.log("/scan", emulator.maker.scan(scan(1e5))) or robot.read().scan is not None)
         assert is_up(robot) and emulator.received == []
+
+
+@pytest.mark.parametrize(
+    ("unit", "codes"),
+    [(1.0, set[str]()), (1000.0, {"scan.units"}), (100.0, {"scan.units"}), (0.001, {"scan.units"})],
+)
+def test_ranges_in_another_unit_come_in_metres_and_the_unit_is_named(
+    emulator: RosbridgeEmulator, unit: float, codes: set[str]
+) -> None:
+    emulator.start()
+    shown = Scan(
+        stamp=0.0,
+        ranges=np.linspace(1.7, 4.4, 90, dtype=np.float32) * np.float32(unit),
+        angle_min=-0.5,
+        angle_step=0.01,
+        range_min=0.1 * unit,
+        range_max=5.0 * unit,
+    )
+    with live(device_of(emulator)) as robot:
+        until(lambda: "/scan" in emulator.subscribed)
+        seen: list[Scan] = []
+        found: set[str] = set()
+        while not seen or (codes and not found):
+            emulator.log("/scan", emulator.maker.scan(shown))
+            for frame in frames(robot, 0.1):
+                seen += [frame.scan] if frame.scan is not None else []
+                found |= {one.code for one in frame.faults if one.code.startswith("scan.")}
+        (part,) = robot.ask(ReadConnection()).parts
+    assert seen[-1].ranges == pytest.approx(np.linspace(1.7, 4.4, 90), rel=1e-4)
+    assert seen[-1].range_max == pytest.approx(5.0)
+    assert {one.code for one in part.findings.faults if one.code.startswith("scan.u")} == codes
+
+
+def test_intensities_in_the_place_of_ranges_never_become_a_scan(emulator: RosbridgeEmulator) -> None:
+    emulator.start()
+    shown = Scan(stamp=0.0, ranges=np.arange(90.0) % 64 + 1, angle_min=-0.5, angle_step=0.01, range_max=100.0)
+    with live(device_of(emulator)) as robot:
+        until(lambda: "/scan" in emulator.subscribed)
+        emulator.log("/scan", emulator.maker.scan(shown))
+        until(
+            lambda: "scan.whole_numbers" in {one.code for one in robot.ask(ReadConnection()).parts[0].findings.faults}
+        )
+        assert all(frame.scan is None for frame in frames(robot, 0.3))

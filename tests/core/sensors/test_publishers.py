@@ -14,6 +14,7 @@ from core.sensors.publishers import (
     WATCHED_READINGS,
     PublisherWatch,
     ReadingT,
+    odometry_turns,
     odometry_watch,
     scan_watch,
     sector_ranges,
@@ -108,3 +109,20 @@ def test_a_base_that_shakes_is_one_base() -> None:
         pose = pose @ Pose(0.04 * chance.random(), 0.0, chance.normal(0, 0.05))
         shaken = pose @ Pose(chance.normal(0, 0.01), chance.normal(0, 0.01), chance.normal(0, 0.02))
         assert not watch.take(shaken, 0.02 * number)
+
+
+@pytest.mark.parametrize("sd_m", [0.1, 0.3, 1.0, 3.0])
+@pytest.mark.parametrize("rate_hz", [1, 5, 10])
+def test_places_by_satellite_in_a_log_that_jump_about_are_of_one_robot(sd_m: float, rate_hz: int) -> None:
+    for seed in range(5):
+        times = np.arange(400) / rate_hz
+        chance = np.random.default_rng(seed)
+        places = np.column_stack([0.4 * times, 0 * times, 0 * times]) + chance.normal(0, sd_m, (400, 3)) * [1, 1, 0]
+        assert odometry_turns(times, places) == 0.0
+
+
+@pytest.mark.parametrize("turns", TURNS.values(), ids=TURNS)
+def test_a_log_of_two_odometries_in_turns_is_told(turns: str) -> None:
+    order = list(itertools.islice(itertools.cycle(turns), 400))
+    places = np.array([(0.006 * n, 0.0, 0.0) if who == "A" else (4.0, -2.0, 3.0) for n, who in enumerate(order)])
+    assert odometry_turns(0.1 * np.arange(400), places) == 1.0

@@ -35,11 +35,11 @@ class Member:
 Making = Callable[[Laser, list[Member]], tuple[Laser, list[Member]]]
 
 
-def sound_drive(world: str) -> list[Member]:
-    """A drive whose wheels slip by a few percent."""
+def sound_drive(world: str, sweep_s: float = 0.0) -> list[Member]:
+    """A drive whose wheels slip by a few percent; each scan takes `sweep_s` from its stamp on."""
     rng = np.random.default_rng(3)
     laser, place, truth, rolled, found = (
-        SimulatedLaser(LASER, rng),
+        SimulatedLaser(replace(LASER, time_step=sweep_s / LASER.beams), rng),
         world_named(world),
         Pose(),
         Pose(),
@@ -51,7 +51,9 @@ def sound_drive(world: str) -> list[Member]:
             truth = truth @ arc(way, turn)
             rolled = rolled @ arc(1.02 * way + 0.02 * way * rng.normal(), 0.98 * turn + 0.03 * turn * rng.normal())
             stamp = PERIOD_S * len(found)
-            scan = laser.scan(place, stamp, np.array([stamp - 1, stamp + 1]), np.tile(truth.vector, (2, 1)))
+            ahead = truth @ arc(speed * sweep_s, rate * sweep_s)
+            course = np.array([truth.vector, (ahead.x, ahead.y, truth.heading + rate * sweep_s)])
+            scan = laser.scan(place, stamp, np.array([stamp, stamp + (sweep_s or 1.0)]), course)
             found.append(Member(scan, rolled, truth))
     return found
 
@@ -141,6 +143,15 @@ def test_sound_wheels_and_scans_agree(drives: dict[str, list[Member]], world: st
     assert len(made) > 200
     assert odometry.faults == ()
     assert odometry.lateness == 0.0
+
+
+@pytest.mark.parametrize("world", ["lab", "floor"])
+@pytest.mark.parametrize("sweep_s", [0.05, 0.1, 0.15])
+def test_a_scan_that_takes_a_while_agrees_with_the_wheels(world: str, sweep_s: float) -> None:
+    odometry, _, _ = listened(lambda laser, drive: (laser, drive), sound_drive(world, sweep_s))
+    assert odometry.faults == ()
+    assert odometry.compared.way_scale == pytest.approx(1.02, abs=0.05)
+    assert odometry.compared.turn_scale == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.parametrize(

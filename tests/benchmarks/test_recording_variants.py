@@ -1,0 +1,31 @@
+"""A slice of the recordings made wrong: each is read rightly, named or refused; the sound one has no word said."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.benchmarks.recording_variants import campaign
+
+SLICE = {
+    "sound": "right",
+    "records in random order": "right",
+    "x negated": "odometry.mirrored",
+    "heading modulo 180": "odometry.half_turn",
+    "frozen now and then": "scan.frozen",
+    "the log twice": "clock.begins_again",
+    "intensities 0-1": "refused",
+}
+
+
+@pytest.fixture(scope="module")
+def rows() -> dict[object, dict[str, object]]:
+    return {row["variant"]: row for row in campaign(["lab"], ["log"], list(SLICE))}
+
+
+@pytest.mark.parametrize(("variant", "end"), SLICE.items())
+def test_a_wrong_recording_is_never_wrong_without_a_word(
+    rows: dict[object, dict[str, object]], variant: str, end: str
+) -> None:
+    row = rows[variant]
+    codes = row.get("codes", [])
+    assert row["verdict"] == end or codes == [end]
