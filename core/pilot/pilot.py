@@ -229,7 +229,7 @@ class Pilot:
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """What was found in the readings over time: contradictions between the senses, sensors that hang."""
+        """Faults found in the readings over time: contradictions between the senses, sensors that hang."""
         return (*self._odometry.faults, *self._repeats.faults)
 
     @property

@@ -26,7 +26,7 @@ AXIS_OFF_RAD = 0.2  # of the axis of a mirror from one of the frame's own
 MIN_HELD_SPAN_RAD, HELD_MARGIN_RAD = 2.2, 0.03  # of headings that are kept within half a turn
 HALF_TURN_OFF_RAD = 0.35  # of a jump of such a heading from a half turn
 ASIDE_SHARE = 0.15  # of the way that leads aside of the heading
-MIN_SILENCE_S, SILENCE_PERIODS = 1.0, 8.0  # after which an odometry that is at its origin begins anew
+MIN_SILENCE_S, SILENCE_PERIODS = 1.0, 8.0  # after which an odometry that is at its origin started again
 STANDING_SHARE = 0.02  # of that way: less, and the place stands
 JUMP_M, JUMP_RAD = 0.3, 0.6  # beyond what the speeds allow: the base was restarted
 JUMP_SPEEDS = 3.0  # times its usual speed that a base may have between two readings
@@ -155,7 +155,7 @@ def _usual_speed(track: OdometryTrack) -> float:
     return float(np.quantile(way[moved] / lasted[moved], 0.9)) if moved.any() else 0.0
 
 
-def _begins_anew(track: OdometryTrack, origin: Pose, way: Array, turned: Array) -> Array:
+def _starts_again(track: OdometryTrack, origin: Pose, way: Array, turned: Array) -> Array:
     """Return which steps (N-1,) lead to the origin of the base or of the log, from afar, after a silence."""
     lasted = np.diff(track.times)
     silent = lasted > max(MIN_SILENCE_S, SILENCE_PERIODS * float(np.median(lasted)))
@@ -175,7 +175,7 @@ def _without_restarts(
     turned = np.abs(wrap_all(np.diff(track.poses[:, 2])))
     far = way > JUMP_M + JUMP_SPEEDS * speed * np.minimum(lasted, MAX_CARRIED_S)
     round_ = (turned > JUMP_RAD + MAX_TURN_RATE_RAD_S * np.minimum(lasted, MAX_CARRIED_S)) & (lasted < MAX_CARRIED_S)
-    jumps = np.flatnonzero(far | round_ | _begins_anew(track, origin, way, turned)) + 1
+    jumps = np.flatnonzero(far | round_ | _starts_again(track, origin, way, turned)) + 1
     if not len(jumps):
         return track
     report.fault(
