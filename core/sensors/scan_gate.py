@@ -1,7 +1,5 @@
 """Gatekeeper of scans, for live drivers and recordings alike: ranges and angles, checked with each other."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Protocol

@@ -299,12 +299,7 @@ def to_mcap(drive: Drive, path: Path, rng: np.random.Generator, shuffled: bool =
     """Write the drive as messages; the twists are those of the sound wheels."""
     twists = speeds(drive.times, drive.poses)
     told = [
-        (
-            "/odom",
-            ODOMETRY,
-            float(t),
-            two.odometry(float(t), row, twist=tuple(twist)),
-        )
+        ("/odom", ODOMETRY, float(t), two.odometry(float(t), row, twist=tuple(twist)))
         for t, row, twist in zip(drive.times, drive.poses.tolist(), twists.tolist(), strict=True)
     ]
     first, step = drive.angles

@@ -1,7 +1,5 @@
 """A slice of the recordings made wrong: each is read rightly, named or refused; the sound one has no word said."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.benchmarks.recording_variants import campaign

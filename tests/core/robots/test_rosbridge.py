@@ -187,8 +187,7 @@ def test_damaged_json_ends_nothing_either(emulator: RosbridgeEmulator, ros1: boo
 
 
 @pytest.mark.parametrize(
-    ("unit", "codes"),
-    [(1.0, set[str]()), (1000.0, {"scan.units"}), (100.0, {"scan.units"}), (0.001, {"scan.units"})],
+    ("unit", "codes"), [(1.0, set[str]()), (1000.0, {"scan.units"}), (100.0, {"scan.units"}), (0.001, {"scan.units"})]
 )
 def test_ranges_in_another_unit_come_in_metres_and_the_unit_is_named(
     emulator: RosbridgeEmulator, unit: float, codes: set[str]
