@@ -292,6 +292,7 @@ FILE_CHECKS = (
     ReadingCheck(
         "laser.other_form", "agreement", "camera's boards with the scans, as they are and in other units and senses"
     ),
+    ReadingCheck("laser.mixed_units", "agreement", "the ranges of the scans of one place with each other: six times"),
     ReadingCheck(
         "laser.other_pairing", "agreement", "camera's boards with the scans of the same and of other pictures"
     ),

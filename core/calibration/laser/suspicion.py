@@ -5,6 +5,7 @@ Ranges in another unit, angles that run the other way and scans that belong to o
 as they would have been. One that explains far more poses, far better, names the cause.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -28,7 +29,14 @@ FULL_TRIALS = 6  # rivals that are solved in full, those that show most boards f
 AT_BOARD = 0.4  # share of the board's distance by which the nearest range may differ, in a unit worth trying
 LEAST_SD_M = 0.001  # of an averaged range
 
-UNITS = (("millimetres", 1e-3), ("centimetres", 1e-2), ("inches", 0.0254), ("feet", 0.3048))
+METRES = {"metres": 1.0, "millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "feet": 0.3048}  # of one
+UNITS = tuple(
+    (true if said == "metres" else f"{true}, not in {said}", METRES[true] / METRES[said])
+    for said in METRES
+    for true in METRES
+    if true != said
+)
+MIXED_TIMES = 6.0  # by which the median ranges of scans of one place differ at most
 ANGLES = (
     ("its angles run the other way (clockwise)", -1.0, 0.0),
     ("its angles are turned by half a turn", 1.0, np.pi),
@@ -59,6 +67,11 @@ def doubt_of(
     """Return the error that names what explains the poses far better; None: nothing does, or nothing is odd."""
     if not is_suspicious(found, len(poses)):
         return None
+    medians = np.array([np.nanmedian(pose.scan.ranges) for pose in poses])
+    large = medians > math.sqrt(MIXED_TIMES) * medians.min()
+    if medians.max() > MIXED_TIMES * medians.min() and not np.any(large & (medians < medians.max() / 2)):
+        times = f"{np.median(medians[large]) / np.median(medians[~large]):.3g}"
+        return refusal("laser.mixed_units", large=int(large.sum()), count=len(poses), times=times)
     cause = find_cause(found, poses, pairings, board, background, mount)
     if cause is None:
         return None
@@ -157,6 +170,6 @@ def _changed(pose: LaserPose, factor: float, along: float, turn: float) -> Laser
     scan = MeanScan(
         ranges=pose.scan.ranges * factor,
         rays=unit_rays(along * bearings + turn),
-        sd=max(pose.scan.sd * factor, LEAST_SD_M),
+        sd=max(pose.scan.sd * min(factor, 1.0), LEAST_SD_M),
     )
     return replace(pose, scan=scan, background=None if pose.background is None else pose.background * factor)

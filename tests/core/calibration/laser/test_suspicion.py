@@ -82,6 +82,10 @@ def test_a_sound_set_is_not_suspected(sound: list[LaserPose]) -> None:
     ("factor", "along", "turn", "words"),
     [
         (1000.0, 1.0, 0.0, "if its ranges are in millimetres."),
+        (1e-3, 1.0, 0.0, "are in metres, not in millimetres."),
+        pytest.param(0.0254, 1.0, 0.0, "are in metres, not in inches.", marks=pytest.mark.campaign),
+        pytest.param(25.4, 1.0, 0.0, "are in millimetres, not in inches.", marks=pytest.mark.campaign),
+        pytest.param(1 / 25.4, 1.0, 0.0, "are in inches, not in millimetres.", marks=pytest.mark.campaign),
         pytest.param(1.0, -1.0, 0.0, "if its angles run the other way", marks=pytest.mark.campaign),
         pytest.param(1.0, 1.0, np.pi, "if its angles are turned by half a turn", marks=pytest.mark.campaign),
         pytest.param(
@@ -93,6 +97,12 @@ def test_another_unit_or_sense_is_named(
     sound: list[LaserPose], factor: float, along: float, turn: float, words: str
 ) -> None:
     assert words in refusal([other(pose, factor, along, turn) for pose in sound])
+
+
+@pytest.mark.parametrize("factor", [1000.0, 39.37])
+def test_scans_of_which_some_are_in_another_unit_are_told(sound: list[LaserPose], factor: float) -> None:
+    mixed = [other(pose, factor) if number % 2 else pose for number, pose in enumerate(sound)]
+    assert f"{COUNT // 2} of {COUNT} scans have ranges" in refusal(mixed)
 
 
 @pytest.mark.campaign
