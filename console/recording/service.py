@@ -376,7 +376,9 @@ class RecordingService(Part):
     async def stop(self, who: Person | None = None) -> FinishedRecording:
         """End the recording → the finished file. Raises Problem 409, Unwritable, WorkerLost."""
         async with self._change:
-            return await self._stop(who)
+            done = await self._stop(who)
+            self._listens = self.ring_limit_s > 0 or self.foxglove_port > 0
+            return done
 
     async def _stop(self, who: Person | None = None) -> FinishedRecording:
         if self._running is None:
