@@ -208,22 +208,20 @@ def _own(path: Path, settings: Settings, progress: WorkProgress) -> SlamResult |
         return None  # recorded before there was a description, or without a page
     run = _steered(pilot, drive, drive.counts.get(FRAME, 0), progress)
     drive.close()
-    report = drive.report
     if not run.stamps:
-        raise BadInput(f"{path.name} holds no scans. It holds {', '.join(report.topics[:8])}.")
-    warnings = (*report.warnings, *(one.sentence for one in pilot.faults))
-    return _result(drive, replace(report, faults=pilot.faults, warnings=warnings), pilot, run)
+        raise BadInput(f"{path.name} holds no scans. It holds {', '.join(drive.report.topics[:8])}.")
+    return _result(drive, pilot, run)
 
 
 def _scans(recording: ScanRecording, settings: Settings, progress: WorkProgress) -> SlamResult:
     """Scans go through the pilot itself, frame by frame."""
     pilot = Pilot(profile_of(recording), settings)
     run = _steered(pilot, recording, len(recording), progress)
+    result = _result(recording, pilot, run)
     useless = tuple(one for one in pilot.faults if not one.used)
     if useless:
         raise UnusableReading(f"{recording.path.name}: {useless[0].sentence}", useless)
-    recording = recording.with_faults(pilot.faults)
-    return _result(recording, recording.report, pilot, run)
+    return result
 
 
 class _PilotRun(NamedTuple):
@@ -251,11 +249,15 @@ def _steered(pilot: Pilot, frames: Iterable[SensorFrame], count: int, progress: 
     return _PilotRun(stamps, stands, taker.course(closures))
 
 
-def _result(
-    recording: ScanRecording | DriveRecording, report: RecordingReport, pilot: Pilot, run: _PilotRun
-) -> SlamResult:
-    """The poses are those of the final map."""
+def _result(recording: ScanRecording | DriveRecording, pilot: Pilot, run: _PilotRun) -> SlamResult:
+    """The poses are those of the final map; what the pilot found in the readings stands in the report."""
     landmarks, grid = pilot.finish()
+    if isinstance(recording, ScanRecording):
+        recording = recording.with_faults(pilot.faults)
+        report = recording.report
+    else:
+        warnings = (*recording.report.warnings, *(one.sentence for one in pilot.faults))
+        report = replace(recording.report, faults=pilot.faults, warnings=warnings)
     poses = tuple(pilot.where(stand) for stand in run.stands)
     return SlamResult(recording, report, tuple(run.stamps), poses, landmarks, run.course, grid=grid)
 

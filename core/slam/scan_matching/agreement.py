@@ -432,7 +432,7 @@ def _turning(seen: Array, rolled: Array) -> Array:
 
 def _straight(seen: Array, rolled: Array) -> Array:
     """Return which moves show a way (N,)."""
-    long = (np.hypot(*seen[:, :2].T) > WAY_M) & (np.hypot(*rolled[:, :2].T) > 0.3 * WAY_M)
+    long = (np.hypot(*seen[:, :2].T) > WAY_M) & (np.hypot(*rolled[:, :2].T) > 0.1 * WAY_M)
     return long & (np.abs(seen[:, 2]) < STRAIGHT_RAD)
 
 
