@@ -50,13 +50,13 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 def add_out(parser: argparse.ArgumentParser, purpose: str, *, required: bool = False) -> None:
     """Give a subcommand `--out DIR`, which is checked before anything is computed."""
-    parser.add_argument("--out", type=Path, default=None, required=required, metavar="DIR", help=purpose)
+    parser.add_argument("--out", type=Path, required=required, metavar="DIR", help=purpose)
     parser.set_defaults(check_out=check_folder)
 
 
 def add_out_file(parser: argparse.ArgumentParser, name: str, purpose: str, *, required: bool = False) -> None:
     """The same for a single file."""
-    parser.add_argument("--out", type=Path, default=None, required=required, metavar=name, help=purpose)
+    parser.add_argument("--out", type=Path, required=required, metavar=name, help=purpose)
     parser.set_defaults(check_out=check_file)
 
 

@@ -28,7 +28,7 @@ def add(places: Any) -> None:
     returning.set_defaults(run=restore)
     for parser in (keeping, returning):
         parser.add_argument("file", type=Path, metavar="FILE", help="such as beckon.tar.gz")
-        parser.add_argument("--data", type=Path, default=None, metavar="DIR", help="the console's data folder")
+        parser.add_argument("--data", type=Path, metavar="DIR", help="the console's data folder")
         add_json(parser)
 
 

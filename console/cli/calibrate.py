@@ -119,7 +119,7 @@ def _add_camera(kinds: Any) -> None:
         help="the four extreme inner corners of pictures in which the board is not found, marked by hand: "
         '{"one.png": [[u, v], [u, v], [u, v], [u, v]]} in pixels, in any order (figure 3)',
     )
-    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml", help=SETTINGS)
+    parser.add_argument("--settings", type=Path, metavar="FILE.toml", help=SETTINGS)
     add_out(parser, "where the camera files go")
     add_json(parser)
     parser.set_defaults(run=run_camera)
@@ -140,12 +140,11 @@ def _add_laser(kinds: Any) -> None:
     parser.add_argument(
         "--height",
         type=height,
-        default=None,
         metavar="M",
         help="the camera above the laser by ruler [m], for boards that stand upright",
     )
     parser.add_argument("--offset", action="store_true", help="also estimate a constant error of the laser's ranges")
-    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml", help=SETTINGS)
+    parser.add_argument("--settings", type=Path, metavar="FILE.toml", help=SETTINGS)
     add_out(parser, "where the mount's files go")
     add_json(parser)
     parser.set_defaults(run=run_laser)
@@ -155,7 +154,7 @@ def _add_board_page(kinds: Any) -> None:
     parser: argparse.ArgumentParser = kinds.add_parser("board", help="a board to print, as SVG in real size")
     add_board(parser, required=True)
     parser.add_argument(
-        "--page", choices=("A4", "letter", "A3"), default=None, help="the smallest of these that fits, unless chosen"
+        "--page", choices=("A4", "letter", "A3"), help="the smallest of these that fits, unless chosen"
     )
     add_out_file(parser, "FILE.svg", "without it: standard output")
     add_json(parser)
@@ -253,7 +252,6 @@ def add_board(parser: argparse.ArgumentParser, *, required: bool) -> None:
     parser.add_argument(
         "--panel",
         type=panel_size,
-        default=None,
         metavar="WxH",
         help="the stiff panel that carries the print, in metres; the laser sees the panel",
     )

@@ -41,7 +41,7 @@ def add(places: Any) -> None:
         metavar="SECTION.SETTING=A,B,…",
         help="sweep: a setting and its values, as ekf.gate=3,5,9; with several of them all combinations",
     )
-    parser.add_argument("--runs", type=runs, default=None, help="how often (the experiment's own number)")
+    parser.add_argument("--runs", type=runs, help="how often (the experiment's own number)")
     parser.add_argument("--seed", type=seed, help="the same seed gives the same answer (default 0)")
     add_out(parser, "where files go; every run's figures as soon as it is done")
     parser.add_argument(

@@ -27,8 +27,8 @@ def add(places: Any) -> None:
         metavar="NAME",
         help="a name or address by which browsers and robots may find this computer; may stand several times",
     )
-    parser.add_argument("--tls-cert", type=Path, default=None, metavar="CERT.pem", help="speak HTTPS with this")
-    parser.add_argument("--tls-key", type=Path, default=None, metavar="KEY.pem", help="the key of the certificate")
+    parser.add_argument("--tls-cert", type=Path, metavar="CERT.pem", help="speak HTTPS with this")
+    parser.add_argument("--tls-key", type=Path, metavar="KEY.pem", help="the key of the certificate")
     parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
     add_data(parser)
     parser.set_defaults(run=run)
@@ -52,7 +52,7 @@ def add(places: Any) -> None:
 
 def add_data(parser: argparse.ArgumentParser) -> None:
     """Give a subcommand `--data`."""
-    parser.add_argument("--data", type=Path, default=None, metavar="DIR", help="where the fleet keeps its files")
+    parser.add_argument("--data", type=Path, metavar="DIR", help="where the fleet keeps its files")
 
 
 def run(chosen: argparse.Namespace) -> int:

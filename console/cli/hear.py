@@ -21,16 +21,15 @@ def add(places: Any) -> None:
     )
     parser.add_argument("sounds", nargs="+", type=Path, metavar="SOUND")
     parser.add_argument(
-        "--array", default=None, metavar="ARRAY.toml", help="the microphones: a profile or the name of a known board"
+        "--array", metavar="ARRAY.toml", help="the microphones: a profile or the name of a known board"
     )
     parser.add_argument(
         "--channel",
         type=int,
-        default=None,
         metavar="N",
         help="the channel in which words are read, from 0 (else: the array's beam, or the first that is used)",
     )
-    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
+    parser.add_argument("--settings", type=Path, metavar="FILE.toml")
     add_json(parser)
     parser.set_defaults(run=run)
 

@@ -15,7 +15,7 @@ def add(places: Any) -> None:
     parser: argparse.ArgumentParser = places.add_parser("link", help="a link by which someone else may sign in")
     parser.add_argument("--role", choices=("viewer", "operator"), default="operator", help="default: operator")
     parser.add_argument("--name", default="", help="what who opens it is called, such as tablet")
-    parser.add_argument("--data", type=Path, default=None, metavar="DIR", help="the console's data folder")
+    parser.add_argument("--data", type=Path, metavar="DIR", help="the console's data folder")
     add_json(parser)
     parser.set_defaults(run=run)
 

@@ -34,23 +34,15 @@ def add(places: Any) -> None:
     parser.add_argument("--text-files", type=Path, required=True, metavar="DIR", help="the folder to write into")
     parser.add_argument(
         "--array",
-        default=None,
         metavar="ARRAY",
         help="the microphones: a robot's URL (audio://ReSpeaker, sim:lab …; default audio://default); "
         "with --from a profile ARRAY.toml or the name of a known board",
     )
     parser.add_argument(
-        "--from",
-        dest="recording",
-        type=Path,
-        default=None,
-        metavar="SOUND",
-        help="a WAV, FLAC or Ogg file, at its own pace",
+        "--from", dest="recording", type=Path, metavar="SOUND", help="a WAV, FLAC or Ogg file, at its own pace"
     )
-    parser.add_argument(
-        "--say", default=None, metavar="WORDS", help="in a simulated room: someone says this, then listening ends"
-    )
-    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
+    parser.add_argument("--say", metavar="WORDS", help="in a simulated room: someone says this, then listening ends")
+    parser.add_argument("--settings", type=Path, metavar="FILE.toml")
     parser.set_defaults(run=run)
 
 

@@ -23,23 +23,15 @@ def add(places: Any) -> None:
     parser.add_argument(
         "--every", type=float, default=1.0, metavar="S", help="of a recording: time between two of its pictures"
     )
-    parser.add_argument(
-        "--ask", type=Path, default=None, metavar="FILE.json", help="a list of questions: picture, azimuth_rad, …"
-    )
-    parser.add_argument(
-        "--azimuth", type=float, default=None, metavar="RAD", help="where a voice comes from, left positive"
-    )
+    parser.add_argument("--ask", type=Path, metavar="FILE.json", help="a list of questions: picture, azimuth_rad, …")
+    parser.add_argument("--azimuth", type=float, metavar="RAD", help="where a voice comes from, left positive")
     parser.add_argument("--azimuth-sd", type=float, default=0.05, metavar="RAD", help="how sure that is")
-    parser.add_argument("--distance", type=float, default=None, metavar="M", help="what a laser measured there")
+    parser.add_argument("--distance", type=float, metavar="M", help="what a laser measured there")
     places_of_camera = parser.add_mutually_exclusive_group()
-    places_of_camera.add_argument(
-        "--fov", type=float, default=None, metavar="RAD", help="width of the picture (1.05)"
-    )
-    places_of_camera.add_argument(
-        "--camera", type=Path, default=None, metavar="CAMERA.json", help="the calibrated camera"
-    )
-    parser.add_argument("--draw", type=Path, default=None, metavar="DIR", help="where annotated pictures go")
-    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
+    places_of_camera.add_argument("--fov", type=float, metavar="RAD", help="width of the picture (1.05)")
+    places_of_camera.add_argument("--camera", type=Path, metavar="CAMERA.json", help="the calibrated camera")
+    parser.add_argument("--draw", type=Path, metavar="DIR", help="where annotated pictures go")
+    parser.add_argument("--settings", type=Path, metavar="FILE.toml")
     add_json(parser)
     parser.set_defaults(run=run)
 

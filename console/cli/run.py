@@ -23,8 +23,8 @@ def add(places: Any) -> None:
         metavar="NAME",
         help="a name or address under which browsers may open the console; may stand several times",
     )
-    parser.add_argument("--tls-cert", type=Path, default=None, metavar="CERT.pem", help="speak HTTPS with this")
-    parser.add_argument("--tls-key", type=Path, default=None, metavar="KEY.pem", help="the key of the certificate")
+    parser.add_argument("--tls-cert", type=Path, metavar="CERT.pem", help="speak HTTPS with this")
+    parser.add_argument("--tls-key", type=Path, metavar="KEY.pem", help="the key of the certificate")
     parser.add_argument("--port", type=int, default=8420, help="0 takes any free port (default 8420)")
     parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
     parser.add_argument(
@@ -33,7 +33,6 @@ def add(places: Any) -> None:
     parser.add_argument(
         "--token-file",
         type=Path,
-        default=None,
         metavar="FILE",
         help="the operator's key, the same over restarts; a new one is written there when there is no such file",
     )
@@ -46,13 +45,11 @@ def add(places: Any) -> None:
         "a name, with or without :PORT, or a folder of recordings; may stand several times (default: nothing)",
     )
     parser.add_argument("--seed", type=int, default=0, help="the simulator's chance")
-    parser.add_argument("--data", type=Path, default=None, metavar="DIR", help="where history and maps are kept")
+    parser.add_argument("--data", type=Path, metavar="DIR", help="where history and maps are kept")
+    parser.add_argument("--gate-trace", type=Path, metavar="FILE", help="write all that moves the wheels")
+    parser.add_argument("--settings", type=Path, metavar="FILE.toml", help="numbers of every algorithm")
     parser.add_argument(
-        "--gate-trace", type=Path, default=None, metavar="FILE", help="write all that moves the wheels"
-    )
-    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml", help="numbers of every algorithm")
-    parser.add_argument(
-        "--text-files", type=Path, default=None, metavar="DIR", help="obey speech.txt (and source.txt) in this folder"
+        "--text-files", type=Path, metavar="DIR", help="obey speech.txt (and source.txt) in this folder"
     )
     parser.add_argument(
         "--precedence",
@@ -66,14 +63,12 @@ def add(places: Any) -> None:
     parser.add_argument(
         "--write-text-files",
         type=Path,
-        default=None,
         metavar="DIR",
         help="write what the robot's microphones understood into speech.txt and source.txt in this folder",
     )
     parser.add_argument(
         "--foxglove",
         type=int,
-        default=None,
         metavar="PORT",
         help="serve the topics of a recording live to Foxglove and Lichtblick on this computer, to look at only",
     )
@@ -82,7 +77,6 @@ def add(places: Any) -> None:
     parser.add_argument(
         "--fleet-cert",
         type=Path,
-        default=None,
         metavar="DIR",
         help="the folder that beckon fleet cert NAME made (default: fleet/NAME in the data folder)",
     )

@@ -17,7 +17,7 @@ def add(places: Any) -> None:
         help="MCAP, ROS bag, CARMEN text, JSON lines, .npz or a folder; FILE#N picks a run or robot",
     )
     add_out(parser, "where trajectory, map and landmarks go")
-    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
+    parser.add_argument("--settings", type=Path, metavar="FILE.toml")
     parser.add_argument(
         "--ids",
         choices=("given", "hidden"),

@@ -31,7 +31,7 @@ def add(places: Any) -> None:
     revoking.add_argument("which", metavar="ID|NAME", help="as beckon token list shows them")
     revoking.set_defaults(run=revoke)
     for one in (adding, listing, revoking):
-        one.add_argument("--data", type=Path, default=None, metavar="DIR", help="the console's data folder")
+        one.add_argument("--data", type=Path, metavar="DIR", help="the console's data folder")
         add_json(one)
 
 
