@@ -9,6 +9,7 @@ import pickle
 import re
 import shutil
 import time
+from collections.abc import Iterable
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -426,7 +427,7 @@ class RecordingService(Part):
         try:
             async with self._turn:
                 await self._ready()
-                packed = await asyncio.to_thread(pickle.dumps, moments, pickle.HIGHEST_PROTOCOL)
+                packed = await asyncio.to_thread(pickled, moments)
                 written = await self._worker.ask(RecordMoments(packed), budget=BATCH_BUDGET_S)
         except BeckonError as trouble:
             self._lost(str(trouble))
@@ -706,6 +707,15 @@ class RecordingService(Part):
         content = msgspec.json.encode(self._notes)
         with saving("The note could not be saved"):
             await asyncio.to_thread(write_atomic, self._notes_file, content)
+
+
+def pickled(moments: Iterable[RecordedMoment]) -> list[bytes]:
+    """Pickle each by itself: between two of them the pilot may have the interpreter."""
+    found: list[bytes] = []
+    for one in moments:
+        found.append(pickle.dumps(one, pickle.HIGHEST_PROTOCOL))
+        time.sleep(0)
+    return found
 
 
 def slimmed(snapshot: Snapshot, *, with_map: bool) -> Snapshot:

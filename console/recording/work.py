@@ -123,7 +123,7 @@ class BeginRecording(Job[None], frozen=True):
 class RecordMoments(Job[FinishedRecording | None], frozen=True):
     """Take these; answered at once with the file as far as it is written by then, None where none is."""
 
-    moments: bytes  # pickled list of RecordedMoment; it comes from our own console
+    moments: list[bytes]  # each a pickled RecordedMoment; it comes from our own console
 
 
 class FinishRecording(Job[FinishedRecording], frozen=True):
@@ -194,7 +194,7 @@ class RecorderWorker:
         self._before: dict[str, RosMessage] = {}  # the same at the beginning of the ring
         self._ring_s = 0.0
         self._foxglove: FoxgloveServer | None = None
-        self._waiting: queue.Queue[bytes] = queue.Queue(MAX_WAITING_BATCHES)
+        self._waiting: queue.Queue[list[bytes]] = queue.Queue(MAX_WAITING_BATCHES)
         self._written: FinishedRecording | None = None  # the file after the newest batch
         self._trouble: Exception | None = None  # with what came, not yet answered
         threading.Thread(target=self._write, name="recorder", daemon=True).start()
@@ -231,8 +231,8 @@ class RecorderWorker:
         while True:
             moments = self._waiting.get()
             try:
-                for moment in pickle.loads(moments):
-                    self._record(moment)
+                for moment in moments:
+                    self._record(pickle.loads(moment))
                 if self._recording is not None:
                     self._recording.flush_when_due()
                     self._written = FinishedRecording.of(self._recording.written)

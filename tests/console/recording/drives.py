@@ -105,7 +105,7 @@ class RecordedPilot:
 
     def _send(self) -> None:
         moments, self._waiting = self._waiting, []
-        self._recorder.record(RecordMoments(pickle.dumps(moments)))
+        self._recorder.record(RecordMoments([pickle.dumps(one) for one in moments]))
         if not self.hurries:
             self._recorder._waiting.join()
 
