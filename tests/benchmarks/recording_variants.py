@@ -1,7 +1,7 @@
 """Recordings made wrong in known ways: `python -m tests.benchmarks.recording_variants [--base NAME] [--only NAME]`.
 
 Each sound drive is written again and again, every time with another defect (units, signs, clocks, frozen scans …),
-and goes through `slam_log`. Right is an error of at most twice the sound drive's (0.1 m at least), or a sentence;
+and goes through `slam_log`. Right is an error of at most twice the sound drive's (0.03 m at least), or a sentence;
 wrong is what has neither.
 """
 
@@ -34,7 +34,7 @@ LASER = Laser(beams=181, angle_min=-math.pi / 2 * 1.33, angle_step=math.radians(
 PERIOD_S = 0.2
 LEGS = ((2, 0, 0), (12, 0.2, 0.1), (7, 0.05, 0.6), (10, 0.25, -0.12), (6, 0.05, -0.7), (8, 0.25, 0.15), (2, 0, 0))
 START = 1.7e9  # [s]
-LEAST_ERROR_M = 0.1
+LEAST_ERROR_M = 0.03
 
 
 @dataclass(frozen=True)
