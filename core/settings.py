@@ -59,6 +59,7 @@ FORMER = {
 """Sections under their former names, read for one version more."""
 
 
+PRINTED_GATE = 9.21  # χ² of range and bearing at 99 %; the chapter says "a threshold"
 PRINTED_MISSES = 10.0  # of a landmark that is suppressed; the chapter says "a specific number"
 ChapterMode = Literal["ours", "printed"]
 NEVER_FOUND_AGAIN, NEVER_SLIPS = 1000, 50  # the largest values: what needs so many together does not happen
@@ -193,6 +194,7 @@ def as_printed(settings: Settings) -> Settings:
         mode="paper",
         sighting_noise="paper",
         form="nearest",
+        gate=PRINTED_GATE,
         soft_gate=0.0,
         still_scans=0,
         at_once=0,

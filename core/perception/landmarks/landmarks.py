@@ -120,7 +120,8 @@ def _in_picture(space: Array, camera: Camera) -> tuple[Array, Array]:
     off_axis = np.hypot(in_camera[:, 0], in_camera[:, 1]) / np.where(ahead, in_camera[:, 2], np.nan)
     inside = ahead & (off_axis <= model.widest_ray)  # beyond, the distortion folds back
     pixels[inside] = model.project(in_camera[inside])
-    return pixels, ((pixels >= -0.5) & (pixels < (model.width - 0.5, model.height - 0.5))).all(axis=1)
+    (u, v), (width, height) = pixels.T, (model.width - 0.5, model.height - 0.5)
+    return pixels, (u >= -0.5) & (u < width) & (v >= -0.5) & (v < height)
 
 
 def _moved(wheels: Wheels | None, elapsed: float) -> Pose:
