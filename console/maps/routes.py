@@ -147,7 +147,7 @@ class RouteService(Part):
         dispatcher.when_cancelled.append(self._cancelled)
         dispatcher.handlers |= {
             START_ROUTE.name: lambda command, who: self.start(command.place, who, unattended=False),
-            PAUSE_ROUTE.name: lambda _, who: self.pause(who),
+            PAUSE_ROUTE.name: lambda _, who: self._pause_or_stop(who),
             RESUME_ROUTE.name: lambda _, who: self.resume(who),
         }
 
@@ -500,6 +500,12 @@ class RouteService(Part):
         if not who.may("operator"):
             raise Problem(403, VIEWERS_WATCH)
         return run
+
+    def _pause_or_stop(self, who: Person) -> None:
+        """Pause by words; what else moves the robot, or is about to, stops, as it does without routes."""
+        if who.may("operator") and self.run_now is not None and self.run_now.state in ("driving", "waiting"):
+            self.pause(who)
+        self._dispatcher.stop(who, "words")
 
     def _stand(self, run: RouteRun, state: RouteState, why: str) -> None:
         """The robot stands; the route waits for a person, or is over."""

@@ -7,19 +7,24 @@ numbers; voices of one accent are one speaker, in whichever pitch. Every clip is
 For each speaker the thresholds that decide about a number are chosen anew, one after the other, twice over, on all
 others: as many right as possible, where a wrong one costs `--price` right ones. Told, with those and those in use:
 right, refused, stopped, wrong, and how many wrong ones move without being said back. `--every N`: every Nth clip.
+`--into FILE` keeps every search as it is ready, and goes on with those that it holds.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import sys
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
+
+import msgspec
 
 from core.message import Array
 from core.speech.recognition.engines import open_engine
@@ -43,6 +48,7 @@ from tests.benchmarks.phrases import (
 )
 from tests.benchmarks.voices import REFUSED, RIGHT, STOPPED, WRONG, speaker_of, utterance
 from tests.benchmarks.word_hearing import padded
+from tests.benchmarks.word_scenes import Clip as Recorded
 from tests.benchmarks.word_scenes import clips_of, synthetic
 
 DRAWN_SEED = 300
@@ -64,20 +70,25 @@ USED = {
 }
 
 Thresholds = tuple[float, ...]  # in the order of GRID
-Clip = tuple[str, set[str], str, Array]  # the speaker, what the words may be, the words, the sound
+Clip = tuple[str, set[str], str, Callable[[], Array]]  # the speaker, what the words may be, the words, the sound
 
 
 class Remembered(whisper.WhisperRecognizer):
-    """A recognizer that searches each sound once."""
+    """A recognizer that searches each sound once, and keeps what it found in a file."""
 
-    def __init__(self, other: whisper.WhisperRecognizer) -> None:
+    def __init__(self, other: whisper.WhisperRecognizer, kept: Path | None) -> None:
         self.__dict__.update(other.__dict__)
-        self._known: dict[tuple[bytes, tuple[int, ...]], Found] = {}
+        lines = kept.read_text().splitlines() if kept is not None and kept.exists() else []
+        self._known = dict(msgspec.json.decode(line, type=tuple[str, Found]) for line in lines)
+        self._kept = kept
 
     def search(self, samples: Array, begun: tuple[int, ...] = ()) -> Found:
-        sound = samples.tobytes(), begun
+        sound = hashlib.sha256(samples.tobytes() + repr(begun).encode()).hexdigest()
         if (known := self._known.get(sound)) is None:
             known = self._known[sound] = super().search(samples, begun)
+            if self._kept is not None:
+                with self._kept.open("ab") as file:
+                    file.write(msgspec.json.encode((sound, known)) + b"\n")
         return known
 
 
@@ -88,16 +99,24 @@ def clips(data: Path) -> Iterator[Clip]:
             speaker_of(kind.removeprefix("espeak:"), clip.name).split()[0],
             rules(clip.text),
             clip.text,
-            clip.samples,
+            partial(_samples, clip),
         )
     for number, voice in enumerate(ENGLISH_VOICES):
         for seed, (words, pace) in enumerate(drawn(DRAWN_SEED + number)):
-            yield voice, rules(words), words, said(words, voice, seed, pace)
+            yield voice, rules(words), words, partial(said, words, voice, seed, pace)
     phrases = (one for one in number_phrases(data) if SPEAKABLE.fullmatch(one[0]))
     for number, (words, may) in enumerate((*islice(phrases, NUMBER_PHRASES), *odd_numbers())):
         voice, pitch = UNUSED_VOICES[number % len(UNUSED_VOICES)]
-        sound = speak(words, VoiceSettings(voice=voice, pitch=pitch, speed=NATURAL_WORDS_MIN))
-        yield voice, as_it_sounds(words, may), words, padded(for_words(sound).samples[:, 0], number)
+        yield voice, as_it_sounds(words, may), words, partial(_pitched, words, voice, pitch, number)
+
+
+def _samples(clip: Recorded) -> Array:
+    return clip.samples
+
+
+def _pitched(words: str, voice: str, pitch: int, seed: int) -> Array:
+    sound = speak(words, VoiceSettings(voice=voice, pitch=pitch, speed=NATURAL_WORDS_MIN))
+    return padded(for_words(sound).samples[:, 0], seed)
 
 
 def rules(words: str) -> set[str]:
@@ -109,8 +128,9 @@ def rules(words: str) -> set[str]:
 class Scored:
     """What becomes of every clip with any thresholds."""
 
-    def __init__(self, recognizer: whisper.WhisperRecognizer, spoken: list[Clip], price: float) -> None:
-        self._recognizer, self._spoken, self._price = Remembered(recognizer), spoken, price
+    def __init__(self, recognizer: Remembered, spoken: list[Clip], price: float) -> None:
+        self._recognizer, self._price = recognizer, price
+        self._spoken = [(speaker, may, utterance(sound())) for speaker, may, _, sound in spoken]
         self._known: dict[Thresholds, list[str]] = {}
         self.told: dict[Thresholds, list[str]] = {}
         self.unsaid = 0
@@ -123,7 +143,7 @@ class Scored:
             whisper.NUMBER_BOUNDS = whisper.Bounds(score=values.pop("score"), behind_free=values.pop("behind_free"))
             for name, value in values.items():
                 setattr(whisper, name, value)
-            decisions = [self._recognizer.decide(utterance(sound)) for *_, sound in self._spoken]
+            decisions = [self._recognizer.decide(one) for *_, one in self._spoken]
             self._known[chosen] = [
                 judged([one.command], may) for one, (_, may, *_) in zip(decisions, self._spoken, strict=True)
             ]
@@ -154,12 +174,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--into", type=Path, help="a file of searches")
     parser.add_argument("--price", type=float, default=20.0)
     chosen = parser.parse_args()
     recognizer = open_engine(SpeechSettings(engine="whisper")).recognizer
     assert isinstance(recognizer, whisper.WhisperRecognizer)
     spoken = list(clips(chosen.data))[:: chosen.every]
-    scored = Scored(recognizer, spoken, chosen.price)
+    scored = Scored(Remembered(recognizer, chosen.into), spoken, chosen.price)
     used = tuple(USED[name] for name in GRID)
     totals: dict[str, Counter[str]] = defaultdict(Counter)
 

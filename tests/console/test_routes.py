@@ -304,12 +304,21 @@ def test_pictures_are_listed_newest_first_and_one_that_is_gone_meanwhile_is_left
 
 
 def test_it_is_started_paused_and_resumed_by_words(live: Live) -> None:
-    said = ("start the route patrol", "pause", "go on", "stop moving", "go on")  # a “pause” may be heard as a stop
+    said = ("start the route patrol", "pause", "go on", "stop moving", "go on")
     for words, state in zip(said, ("driving", "paused", "driving", "paused", "driving"), strict=True):
         entry = call(live, "POST", "/api/commands", {"text": words}, status=202)
         assert progress(live)["state"] == state and entry["command"]["name"].endswith(("_route", "stop_moving"))
     call(live, "POST", "/api/commands", {"text": "start the route patrol"}, status=409)
     call(live, "POST", "/api/commands", {"text": "start the route nowhere"}, status=422)
+    call(live, "POST", "/api/commands", {"text": "follow wall"}, status=202)
+    call(live, "POST", "/api/commands", {"text": "pause"}, status=202)
+
+    def follows() -> str:
+        history = call(live, "GET", "/api/commands/history")["commands"]
+        return next(one["state"] for one in history if one["words"] == "follow wall")
+
+    live.until(lambda: follows() == "cancelled")
+    assert progress(live)["state"] == "paused"
 
 
 @pytest.mark.campaign

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Literal
 
-from core.commands import has_said_numbers, needs_confirmation
+from core.commands import has_said_numbers, needs_confirmation, spec_of
 from core.commands.command import Command
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import message
@@ -50,9 +50,9 @@ class Decision:
     @property
     def waits(self) -> bool:
         """True where the command is said back and waits for the confirmation delay: uncertain words, a far way, and
-        every number, because no voice is so sure that it is never another. STOP never does.
+        every number, because no voice is so sure that it is never another. What moves nothing never does.
         """
-        if self.command is None or self.stops:
+        if self.command is None or not spec_of(self.command.name).moves:
             return False
         return self.verdict == "confirm" or has_said_numbers(self.command) or needs_confirmation(self.command)
 

@@ -92,8 +92,10 @@ def spoken_name(name: str) -> str:
 
 
 def _read(pattern: str, name: str) -> re.Pattern[str]:
-    """Words of STOP AT with this name, whether its parts are written together or not: "book shelf", "bookshelf"."""
-    letters = " ?".join(re.escape(letter) for letter in name if letter != " ")
+    """Words of STOP AT with this name, whether its parts are written together or not: "book shelf", "bookshelf"; its
+    marks are not heard: "lunch-room", "lunchroom".
+    """
+    letters = "[ '-]?".join(letter for letter in name if letter.isalnum())
     return re.compile(compiled(pattern.format(name="@")).pattern.replace("@", letters))
 
 

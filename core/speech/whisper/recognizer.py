@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
@@ -18,7 +19,7 @@ import numpy as np
 
 from core.commands import SPECS, VOCABULARY, spec_of
 from core.commands.command import CommandSpec
-from core.commands.routes import START_ROUTE
+from core.commands.routes import PAUSE_ROUTE, START_ROUTE
 from core.commands.stop_at import SAID_OF_PLACES, TO_PLACE, command_to
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import Array, message
@@ -42,7 +43,7 @@ from core.speech.recognition.decision import (
 )
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE_HZ
-from core.speech.understanding.grammar import STOP_WORD, OwnPhrases, Refusal, faithful, parse, says_stop, slips
+from core.speech.understanding.grammar import OwnPhrases, Refusal, faithful, parse, says_stop, slips
 from core.speech.understanding.numbers import number_words
 from core.speech.whisper.chance import by_chance
 from core.speech.whisper.joint_search import Columns, Found, JointSearch, ScoredText
@@ -88,6 +89,7 @@ OTHER_LENGTH = re.compile(
 """Words of free text that are doubted like a digit more: neither two meters and a half, nor the second meter, nor two
 feet, nor two meters to the left is 2 meters ahead.
 """
+DOUBLED = re.compile(r"\.([1-9])\1")  # the same decimal twice: it is also written where it was said three times
 LEAST_SPOKEN_M = 0.05  # [m] of a spoken length or place but 0: "one centimeters" is written for "one or two meters"
 OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
@@ -101,9 +103,9 @@ NO_WORDS = re.compile(r"(?i:you)?[\s.,!?♪♫>]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*
 STOP_MISHEARD = "start moving"
 """Free text where a machine or a room makes "stop moving" unclear; nothing that moves the robot is called so."""
 NAME_STOP = frozenset(
-    kind.name for kind in VOCABULARY if kind is not STOP_MOVING and any(STOP_WORD.search(one) for one in kind.words)
+    kind.name for kind in (*VOCABULARY, PAUSE_ROUTE) if kind is not STOP_MOVING and any(map(says_stop, kind.words))
 )
-"""Commands with the word stop in them that go somewhere."""
+"""Commands with words that stop which do something else: "stop at 1 and 2", "pause"."""
 TO_PERSON = frozenset(kind.name for kind in VOCABULARY if kind.target == "person")
 LONG = 1.2  # [s] of an utterance from which more was said in it than the words of such a command
 EXACT = 0.3  # [s] to which the times of words are known
@@ -164,6 +166,7 @@ class WhisperRecognizer:
         """
         self._folder = folder
         self.encode = Encoder(ModelFile(folder / "model.bin"))
+        self._heard = lru_cache(2)(lambda pcm: self.encode(log_mel(np.frombuffer(pcm))))  # both readings of a sound
         self._chance = _ChanceOfPhrases()
         self.learn(own)
 
@@ -292,7 +295,7 @@ class WhisperRecognizer:
         if len(samples) < SHORTEST * RATE_HZ or not np.any(samples):
             return Found(spellings=(), free=())
         heard = samples[-LONGEST * RATE_HZ :]
-        return self._search.search(self.encode(log_mel(heard)), len(heard) / RATE_HZ, begun)
+        return self._search.search(self._heard(np.asarray(heard, float).tobytes()), len(heard) / RATE_HZ, begun)
 
     def meanings(self, found: Found, rejected: Iterable[str] = ()) -> list[Meaning]:
         """The commands of all spellings that were found, the likeliest first."""
@@ -356,7 +359,8 @@ class WhisperRecognizer:
         digits = count_digits(best.spelling)
         near = (one.text for one in found.free if digits and one.nats > best.nats - NEAR_FREE)
         other = (text for text in near if key_of(text, self._own) != best.key)
-        return MORE_DIGITS if any(count_digits(text) > digits or OTHER_LENGTH.search(text) for text in other) else ""
+        more = any(count_digits(text) > digits or OTHER_LENGTH.search(text) for text in other)
+        return MORE_DIGITS if more or any(DOUBLED.search(f"{value:.2f}") for _, value in best.key[1]) else ""
 
     def _owed_to_chance(self, key: Key) -> float:
         """[nats] by which its numbers with one decimal are written more often than others, as far as it counts."""
