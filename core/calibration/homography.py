@@ -11,6 +11,9 @@ import numpy as np
 from core.calibration.projection import Poses
 from core.message import Array
 
+MOST_FOCAL = 100.0  # times the picture's longer side: beyond it, it is rounding that speaks
+RIDGE = 1e-12  # keeps corners that lie on one spot from having no answer at all
+
 
 class Start(NamedTuple):
     """The starting point of the refinement."""
@@ -31,8 +34,10 @@ def homographies(points: Array, pixels: Array) -> Array:
     rows[..., 0, 6:9] = -seen[..., 0:1] * ground
     rows[..., 1, 6:9] = -seen[..., 1:2] * ground
     stacked = rows.reshape(views, 2 * count, 9)
-    _, vectors = np.linalg.eigh(np.swapaxes(stacked, 1, 2) @ stacked)
-    return np.linalg.inv(from_seen) @ vectors[:, :, 0].reshape(views, 3, 3) @ from_flat
+    product = np.swapaxes(stacked, 1, 2) @ stacked
+    solved = np.linalg.solve(product[:, :8, :8] + RIDGE * count * np.eye(8), -product[:, :8, 8:])
+    mapping = np.concatenate((solved[..., 0], np.ones((views, 1))), axis=1)  # the board's middle is never at infinity
+    return np.linalg.inv(from_seen) @ mapping.reshape(views, 3, 3) @ from_flat
 
 
 def start(points: Array, pixels: Array, size: tuple[int, int]) -> Start:
@@ -40,8 +45,8 @@ def start(points: Array, pixels: Array, size: tuple[int, int]) -> Start:
     mapping = homographies(points, pixels)
     centre = np.array([(size[0] - 1) / 2, (size[1] - 1) / 2])
     focal = focal_lengths(mapping, centre)
-    known = focal is not None
-    if focal is None:
+    known = focal is not None and focal.max() < MOST_FOCAL * max(size)
+    if focal is None or not known:
         focal = np.full(2, float(max(size)))
     camera = np.array([focal[0], focal[1], centre[0], centre[1], 0.0, 0.0, 0.0, 0.0, 0.0])
     return Start(camera, board_poses(points, pixels, camera), known)

@@ -9,17 +9,16 @@ from core.message import Array
 
 State = TypeVar("State")
 Linear = TypeVar("Linear")
-Place = TypeVar("Place")
 
 FIRST_DAMPING, LEAST_DAMPING = 1e-3, 1e-9
 
 
 class Linearisation(NamedTuple, Generic[State, Linear]):
-    """M independent problems at one state, M = 1 for a problem that is solved as a whole."""
+    """A problem at one state."""
 
     state: State
     linear: Linear  # what the next step is computed from
-    costs: Array  # (M,); not finite where the state is not admissible
+    cost: float  # not finite where the state is not admissible
 
 
 class LeastSquaresFit(NamedTuple, Generic[State]):
@@ -46,37 +45,37 @@ def soft_costs(lengths: Array, scale: float) -> Array:
     return 2 * scale**2 * (np.sqrt(1 + (lengths / scale) ** 2) - 1)
 
 
-def whole(better: Array, there: Place, here: Place) -> Place:
-    """Choose for a problem that is solved as a whole: `there` if it improved."""
-    return there if better.all() else here
-
-
 def descend(
     linearise: Callable[[State], Linearisation[State, Linear]],
-    advance: Callable[[State, Linear, Array], State],
+    advance: Callable[[State, Linear, float], tuple[State, float]],
     start: State,
     *,
     iterations: int,
     close: float,
     hopeless: float = 1e9,
-    choose: Callable[
-        [Array, Linearisation[State, Linear], Linearisation[State, Linear]], Linearisation[State, Linear]
-    ] = whole,
+    damping: float = FIRST_DAMPING,
 ) -> Linearisation[State, Linear]:
-    """Descend until no problem gains more than the share `close` of its cost, or its damping exceeds `hopeless`.
+    """Descend until no more than the share `close` of the cost is to be gained, or the damping exceeds `hopeless`.
 
-    `advance(state, linear, damping (M,))` takes a step whose information has its diagonal raised by the factor
-    1 + damping; `choose(better (M,), there, here)` moves the problems that improved.
+    `damping`: the first; less where the start is near.
+    `advance(state, linear, damping)` takes a step whose information has its diagonal raised by the factor
+    1 + damping, and promises by how much that lowers the cost.
     """
     here = linearise(start)
-    damping = np.full(here.costs.shape, FIRST_DAMPING)
     for _ in range(iterations):
-        there = linearise(advance(here.state, here.linear, damping))
-        better = np.isfinite(there.costs) & (there.costs <= here.costs)
-        before, here = here.costs, choose(better, there, here)
-        damping = np.maximum(np.where(better, damping / 10, damping * 10), LEAST_DAMPING)
-        if ((before - here.costs <= close * here.costs) & (better | (damping > hopeless))).all():
+        state, promised = advance(here.state, here.linear, damping)
+        if damping <= FIRST_DAMPING and promised <= close * here.cost:
             break
+        there = linearise(state)
+        if np.isfinite(there.cost) and there.cost <= here.cost:
+            gain, here = here.cost - there.cost, there
+            damping = max(damping / 10, LEAST_DAMPING)
+            if gain <= close * here.cost:
+                break
+        else:
+            damping *= 10
+            if damping > hopeless:
+                break
     return here
 
 
@@ -95,18 +94,19 @@ def minimise(
 
     def linearise(state: State) -> Linearisation[State, tuple[Array, Array]]:
         residuals, jacobian = model(state)
-        return Linearisation(state, (residuals, jacobian), np.array([_cost(residuals, soft)]))
+        return Linearisation(state, (residuals, jacobian), _cost(residuals, soft))
 
-    def advance(state: State, linear: tuple[Array, Array], damping: Array) -> State:
+    def advance(state: State, linear: tuple[Array, Array], damping: float) -> tuple[State, float]:
         residuals, jacobian = linear
         weights = np.ones_like(residuals) if soft is None else soft_weights(residuals, soft)
         information = (jacobian.T * weights) @ jacobian
         gradient = jacobian.T @ (weights * residuals)
         diagonal = np.maximum(np.diag(information), 1e-12 * max(1e-12, float(np.trace(information))))
-        return move(state, np.linalg.lstsq(information + np.diag(damping * diagonal), -gradient, rcond=1e-15)[0])
+        step = np.linalg.lstsq(information + np.diag(damping * diagonal), -gradient, rcond=1e-15)[0]
+        return move(state, step), float(-gradient @ step)
 
     found = descend(linearise, advance, start, iterations=iterations, close=1e-12)
-    return LeastSquaresFit(found.state, *found.linear, float(found.costs[0]))
+    return LeastSquaresFit(found.state, *found.linear, found.cost)
 
 
 def _cost(residuals: Array, soft: float | None) -> float:

@@ -6,10 +6,10 @@ into the camera frame; it is moved by (rotation vector, translation) as R ← ex
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from core.message import Array
 from core.optics import CameraModel
@@ -39,8 +39,9 @@ class Poses(NamedTuple):
 
 
 def exponential(vectors: Array) -> Array:
-    """Rotation vectors (M, 3) [rad] → rotation matrices (M, 3, 3)."""
-    return Rotation.from_rotvec(vectors).as_matrix()
+    """Rotation vectors (M, 3) [rad] → rotation matrices (M, 3, 3), by Rodrigues' formula."""
+    angles, turn = np.linalg.norm(vectors, axis=1)[:, None, None], cross_matrices(vectors)
+    return np.eye(3) + np.sinc(angles / np.pi) * turn + 0.5 * np.sinc(angles / (2 * np.pi)) ** 2 * (turn @ turn)
 
 
 def cross_matrices(vectors: Array) -> Array:
@@ -63,71 +64,87 @@ def model_of(vector: Array, size: tuple[int, int]) -> CameraModel:
 
 def project(camera: Array, poses: Poses, points: Array) -> Array:
     """Points (N, 3) [m] of the board in M poses → pixels (M, N, 2)."""
-    space = poses.points(points)
-    return camera[:2] * _distort(camera, *_normalised(space)[:2])[0] + camera[2:4]
+    space = poses.rotations @ points.T + poses.translations[:, :, None]
+    place = space[:, :2] / np.maximum(space[:, 2:], MIN_DEPTH_M)
+    x, y = place[:, 0], place[:, 1]
+    k1, k2, p1, p2, k3 = camera[4:9]
+    r2, cross = x * x + y * y, 2 * x * y
+    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    pixels = np.empty((*x.shape, 2))
+    pixels[..., 0] = camera[0] * (x * radial + p1 * cross + p2 * (r2 + 2 * x * x)) + camera[2]
+    pixels[..., 1] = camera[1] * (y * radial + p1 * (r2 + 2 * y * y) + p2 * cross) + camera[3]
+    return pixels
 
 
 class Linearised(NamedTuple):
-    """Pixels and their derivatives; rows u, v interleaved per point."""
+    """Pixels and their derivatives; the rows of all points' u come before those of v."""
 
     pixels: Array  # (M, N, 2)
-    by_camera: Array  # (M, 2N, 9)
-    by_pose: Array  # (M, 2N, 6), rotation then translation
+    columns: Array  # (M, 15 + K, 2N): by camera (9), by pose (6: rotation, then translation), by the board's shapes
+
+    @property
+    def by_camera(self) -> Array:
+        """(M, 2N, 9)."""
+        return np.swapaxes(self.columns[:, :9], 1, 2)
+
+    @property
+    def by_pose(self) -> Array:
+        """(M, 2N, 6)."""
+        return np.swapaxes(self.columns[:, 9:15], 1, 2)
 
 
-def linearise(camera: Array, poses: Poses, points: Array) -> Linearised:
-    """Points (N, 3) [m] of the board in M poses → pixels with derivatives by camera and by pose."""
-    turned = points @ np.swapaxes(poses.rotations, 1, 2)
-    space = turned + poses.translations[:, None, :]
-    x, y, depth = _normalised(space)
-    distorted, r2, radial, slope = _distort(camera, x, y)
-    fx, fy, p1, p2 = camera[0], camera[1], camera[6], camera[7]
-    views, count = x.shape
+def linearise(camera: Array, poses: Poses, points: Array, shapes: Sequence[Array] = ()) -> Linearised:
+    """Points (N, 3) [m] of the board in M poses → pixels with derivatives by camera, pose and K shapes.
 
-    by_camera = np.zeros((views, count, 2, 9))
-    by_camera[..., 0, 0], by_camera[..., 1, 1] = distorted[..., 0], distorted[..., 1]
-    by_camera[..., 0, 2] = by_camera[..., 1, 3] = 1.0
-    shapes = np.stack((r2, r2 * r2, r2 * r2 * r2), axis=-1)
-    for row, (focal, along) in enumerate(((fx, x), (fy, y))):
-        by_camera[..., row, 4:6] = focal * along[..., None] * shapes[..., :2]
-        by_camera[..., row, 8] = focal * along * shapes[..., 2]
-    by_camera[..., 0, 6] = 2 * fx * x * y
-    by_camera[..., 0, 7] = fx * (r2 + 2 * x * x)
-    by_camera[..., 1, 6] = fy * (r2 + 2 * y * y)
-    by_camera[..., 1, 7] = 2 * fy * x * y
-
-    mixed = 2 * x * y * slope + 2 * p1 * x + 2 * p2 * y
-    along_x = radial + 2 * x * x * slope + 2 * p1 * y + 6 * p2 * x
-    along_y = radial + 2 * y * y * slope + 6 * p1 * y + 2 * p2 * x
-    by_space = np.empty((views, count, 2, 3))
-    for row, (focal, by_x, by_y) in enumerate(((fx, along_x, mixed), (fy, mixed, along_y))):
-        by_space[..., row, 0] = focal * by_x / depth
-        by_space[..., row, 1] = focal * by_y / depth
-        by_space[..., row, 2] = -focal * (by_x * x + by_y * y) / depth
-    by_rotation = np.empty_like(by_space)
+    `shapes`: displacements (N, 3) of the points per unit, in the board's frame.
+    """
+    turned = poses.rotations @ points.T
+    depth = np.maximum(turned[:, 2] + poses.translations[:, 2:], MIN_DEPTH_M)
+    place = (turned[:, :2] + poses.translations[:, :2, None]) / depth[:, None]
+    columns = np.empty((len(depth), 15 + len(shapes), 2, len(points)))
+    pixels = _fill_by_camera(camera, place, columns)
+    by_space = columns[:, 12:15]
+    _fill_by_space(camera, place, depth, by_space)
     for axis, (one, other) in enumerate(((1, 2), (2, 0), (0, 1))):  # turned × gradient
-        by_rotation[..., axis] = (
-            turned[..., None, one] * by_space[..., other] - turned[..., None, other] * by_space[..., one]
-        )
-    by_pose = np.concatenate((by_rotation, by_space), axis=-1)
-    pixels = camera[:2] * distorted + camera[2:4]
-    return Linearised(pixels, by_camera.reshape(views, 2 * count, 9), by_pose.reshape(views, 2 * count, 6))
+        np.multiply(turned[:, None, one], by_space[:, other], out=columns[:, 9 + axis])
+        columns[:, 9 + axis] -= turned[:, None, other] * by_space[:, one]
+    for number, shape in enumerate(shapes):
+        moved = poses.rotations @ shape.T
+        columns[:, 15 + number] = sum(moved[:, None, axis] * by_space[:, axis] for axis in range(3))
+    return Linearised(np.swapaxes(pixels, 1, 2), columns.reshape(len(depth), len(columns[0]), -1))
 
 
-def _normalised(space: Array) -> tuple[Array, Array, Array]:
-    """Camera-frame points (M, N, 3) → x/z, y/z and the depth (M, N), kept positive."""
-    depth = np.maximum(space[..., 2], MIN_DEPTH_M)
-    return space[..., 0] / depth, space[..., 1] / depth, depth
+def _fill_by_camera(camera: Array, place: Array, columns: Array) -> Array:
+    """Ideal coordinates (M, 2, N) → pixels (M, 2, N); the first nine columns get their derivatives by the camera."""
+    x, y = place[:, 0], place[:, 1]
+    focal, (k1, k2, p1, p2, k3) = camera[:2, None], camera[4:9]
+    r2, cross = x * x + y * y, 2 * x * y
+    scaled = focal * place
+    np.multiply(scaled, r2[:, None], out=columns[:, 4])
+    np.multiply(columns[:, 4], r2[:, None], out=columns[:, 5])
+    np.multiply(columns[:, 5], r2[:, None], out=columns[:, 8])
+    columns[:, 6, 0], columns[:, 6, 1] = focal[0] * cross, focal[1] * (r2 + 2 * y * y)
+    columns[:, 7, 0], columns[:, 7, 1] = focal[0] * (r2 + 2 * x * x), focal[1] * cross
+    for number, coefficient in ((4, k1), (5, k2), (6, p1), (7, p2), (8, k3)):
+        if coefficient:
+            scaled += coefficient * columns[:, number]
+    columns[:, :4] = 0.0
+    columns[:, 0, 0], columns[:, 1, 1] = scaled[:, 0] / focal[0], scaled[:, 1] / focal[1]
+    columns[:, 2, 0] = columns[:, 3, 1] = 1.0
+    return scaled + camera[2:4, None]
 
 
-def _distort(camera: Array, x: Array, y: Array) -> tuple[Array, Array, Array, Array]:
-    """Ideal coordinates (M, N) → distorted (M, N, 2), r², the radial factor and its slope by r² (eq. 4-5)."""
+def _fill_by_space(camera: Array, place: Array, depth: Array, by_space: Array) -> None:
+    """Fill (M, 3, 2, N): the pixels' derivatives by the points in the camera frame."""
+    x, y = place[:, 0], place[:, 1]
     k1, k2, p1, p2, k3 = camera[4:9]
     r2 = x * x + y * y
     radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    slope = k1 + r2 * (2 * k2 + r2 * 3 * k3)
-    cross = 2 * x * y
-    distorted = np.stack(
-        (x * radial + p1 * cross + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + p2 * cross), axis=-1
-    )
-    return distorted, r2, radial, slope
+    slope = 2 * (k1 + r2 * (2 * k2 + r2 * 3 * k3))
+    mixed = x * y * slope + 2 * (p1 * x + p2 * y)
+    across = camera[0] / depth, camera[1] / depth
+    by_space[:, 0, 0] = across[0] * (radial + x * x * slope + 2 * p1 * y + 6 * p2 * x)
+    by_space[:, 1, 1] = across[1] * (radial + y * y * slope + 6 * p1 * y + 2 * p2 * x)
+    by_space[:, 1, 0], by_space[:, 0, 1] = across[0] * mixed, across[1] * mixed
+    np.multiply(by_space[:, 0], -x[:, None], out=by_space[:, 2])
+    by_space[:, 2] -= by_space[:, 1] * y[:, None]

@@ -5,7 +5,7 @@ from typing import Literal, NotRequired, TypedDict
 
 import cv2
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from core.calibration.board.board import Board
 from core.calibration.camera.facts import BoardEntry, BoardPoseEntry, CameraFacts
@@ -274,7 +274,7 @@ def camera_report(calibration: Calibration) -> CameraReport:
 def board_poses(calibration: Calibration) -> list[BoardPoseEntry]:
     """List the poses of the board in every view, camera_from_board (figure 15)."""
     poses = calibration.poses
-    vectors = Rotation.from_matrix(poses.rotations).as_rotvec()
+    vectors = scipy.spatial.transform.Rotation.from_matrix(poses.rotations).as_rotvec()
     return [
         {"rvec_rad": turn, "tvec_m": place, "sd_rotation_rad": sds[:3], "sd_translation_m": sds[3:]}
         for turn, place, sds in zip(
@@ -321,7 +321,7 @@ def laser_report(
     covariance = found.shown_covariance
     sds = np.sqrt(np.diag(covariance))
     where = landings(found, model)
-    turn = Rotation.from_matrix(found.transform.rotation @ OPTICAL.T)
+    turn = scipy.spatial.transform.Rotation.from_matrix(found.transform.rotation @ OPTICAL.T)
     return {
         "rotation": found.transform.rotation.tolist(),
         "translation_m": found.transform.translation.tolist(),

@@ -6,15 +6,20 @@ intrinsic unknowns are solved together; the same elimination gives their covaria
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from core.calibration.levenberg_marquardt import Linearisation, descend, soft_costs, soft_weights
-from core.calibration.projection import Poses, exponential, linearise, project
+from core.calibration.levenberg_marquardt import FIRST_DAMPING, LEAST_DAMPING, Linearisation, descend
+from core.calibration.projection import PARAMETERS, Poses, exponential, linearise, project
 from core.message import Array
 
 MAX_STEPS = 60
+POSE_BEGIN, POSE_END = len(PARAMETERS), len(PARAMETERS) + 6  # columns of a pose in `linearise`
+NEAR_DAMPING = 1e-6  # the first, from a start that is nearly the solution
+MOST_OF_PROMISE = 3.0  # times what a step promises, that a pose may still gain
+HOPELESS_DAMPING = 1e6  # of a pose
 RIDGE_SHARE = 1e-13  # of the scaled information
 
 
@@ -34,19 +39,19 @@ class Corners(NamedTuple):
         """The chosen views."""
         return Corners(self.points, self.pixels[which], self.used[which])
 
+    def thinned(self, count: int) -> Corners:
+        """So many of the board's corners at most, picked at random but the same every time."""
+        if count >= len(self.points):
+            return self
+        some = np.sort(np.random.default_rng(0).permutation(len(self.points))[:count])
+        return Corners(self.points[some], self.pixels[:, some], self.used[:, some])
+
 
 class BundleSolution(NamedTuple):
     """A camera and the poses of the board."""
 
     camera: Array  # (9,)
     poses: Poses
-
-
-class PoseGram(NamedTuple):
-    """Products of the Jacobians by the poses alone, view by view."""
-
-    information: Array  # (M, 6, 6)
-    gradient: Array  # (M, 6)
 
 
 class Gram(NamedTuple):
@@ -71,52 +76,68 @@ def view_rms(corners: Corners, solution: BundleSolution) -> Array:
 
 
 def refine(
-    corners: Corners, start: BundleSolution, free: tuple[int, ...], *, soft: float | None = None
+    corners: Corners,
+    start: BundleSolution,
+    free: tuple[int, ...],
+    *,
+    soft: float | None = None,
+    close: float = 1e-10,
+    damping: float = NEAR_DAMPING,
 ) -> BundleSolution:
     """Levenberg-Marquardt on eq. 9 over the `free` parameters and all poses; `soft` [pixel]: soft-L1 loss."""
 
     def at(solution: BundleSolution) -> Linearisation[BundleSolution, Gram]:
         gram, cost = _gram(corners, solution, free, soft)
         admissible = solution.camera[0] > 0 and solution.camera[1] > 0
-        return Linearisation(solution, gram, np.array([cost if admissible else np.inf]))
+        return Linearisation(solution, gram, cost if admissible else np.inf)
 
-    def advance(solution: BundleSolution, gram: Gram, damping: Array) -> BundleSolution:
-        camera_step, pose_steps = _step(gram, damping)
+    def advance(solution: BundleSolution, gram: Gram, damping: float) -> tuple[BundleSolution, float]:
+        camera_step, pose_steps, promised = _step(gram, damping)
         camera = solution.camera.copy()
         camera[list(free)] += camera_step
-        return BundleSolution(camera, solution.poses.moved(pose_steps))
+        return BundleSolution(camera, solution.poses.moved(pose_steps)), promised
 
-    return descend(at, advance, start, iterations=MAX_STEPS, close=1e-10).state
+    return descend(at, advance, start, iterations=MAX_STEPS, close=close, damping=damping).state
 
 
 def refine_poses(
-    corners: Corners, start: BundleSolution, *, soft: float | None = None, steps: int = 12, close: float = 1e-9
+    corners: Corners,
+    start: BundleSolution,
+    *,
+    soft: float | None = None,
+    steps: int = 12,
+    close: float = 1e-9,
+    beyond: Array | None = None,
 ) -> Poses:
-    """Refine every pose by itself with the camera held, until none gains more than the share `close` of its cost."""
+    """Refine every pose by itself with the camera held, until no more than the share `close` is to be gained.
 
-    def at(poses: Poses) -> Linearisation[Poses, PoseGram]:
-        gram, costs = _pose_gram(corners, start.camera, poses, soft)
-        return Linearisation(poses, gram, costs)
-
-    def advance(poses: Poses, gram: PoseGram, damping: Array) -> Poses:
-        return poses.moved(-_solve(_damped(gram.information, damping), gram.gradient))
-
-    found = descend(at, advance, start.poses, iterations=steps, close=close, hopeless=1e6, choose=_the_better_poses)
-    return found.state
-
-
-def _the_better_poses(
-    better: Array, there: Linearisation[Poses, PoseGram], here: Linearisation[Poses, PoseGram]
-) -> Linearisation[Poses, PoseGram]:
-    """Move the boards (M,) that improved."""
-    return Linearisation(
-        _chosen(better, there.state, here.state),
-        PoseGram(
-            np.where(better[:, None, None], there.linear.information, here.linear.information),
-            np.where(better[:, None], there.linear.gradient, here.linear.gradient),
-        ),
-        np.where(better, there.costs, here.costs),
-    )
+    A pose that is done takes no part in the further steps, nor one that will hardly cost less than `beyond` (M,).
+    """
+    found = Poses(*(each.copy() for each in start.poses))
+    going, poses = np.arange(len(corners.pixels)), start.poses
+    level, pull, costs = _by_pose(corners, start.camera, poses, soft)
+    damping = np.full(len(going), FIRST_DAMPING)
+    for _ in range(steps):
+        step = -_solve(_damped(level, damping), pull)
+        promised = -np.sum(step * pull, axis=1)
+        on = np.where(damping > FIRST_DAMPING, damping < HOPELESS_DAMPING, promised > close * costs)
+        if beyond is not None:
+            on &= costs - MOST_OF_PROMISE * promised < beyond
+            beyond = beyond[on]
+        if not on.any():
+            break
+        going, poses, damping = going[on], poses.take(on), damping[on]
+        there = poses.moved(step[on])
+        here, ahead = (level[on], pull[on], costs[on]), _by_pose(corners.take(going), start.camera, there, soft)
+        better = ahead[2] <= here[2]
+        level, pull, costs = (
+            np.where(better.reshape(-1, *[1] * (new.ndim - 1)), new, old)
+            for new, old in zip(ahead, here, strict=True)
+        )
+        poses = _chosen(better, there, poses)
+        found.rotations[going], found.translations[going] = poses
+        damping = np.maximum(np.where(better, damping / 10, damping * 10), LEAST_DAMPING)
+    return found
 
 
 def _chosen(which: Array, poses: Poses, others: Poses) -> Poses:
@@ -144,40 +165,49 @@ def rescue(
 ) -> tuple[BundleSolution, Array]:
     """Turn boards over where the mirrored pose fits better by `ratio`; also (M,) bool: which were turned."""
     other = mirrored(solution.poses, corners.points.mean(axis=0))
-    other = refine_poses(corners, BundleSolution(solution.camera, other), soft=soft, steps=8, close=0.01)
-    turned = _losses(corners, BundleSolution(solution.camera, other), soft) < ratio**2 * _losses(
-        corners, solution, soft
+    beyond = ratio**2 * _losses(corners, solution, soft)
+    other = refine_poses(
+        corners, BundleSolution(solution.camera, other), soft=soft, steps=8, close=0.01, beyond=beyond
     )
+    turned = _losses(corners, BundleSolution(solution.camera, other), soft) < beyond
     return BundleSolution(solution.camera, _chosen(turned, other, solution.poses)), turned
+
+
+class Equations(NamedTuple):
+    """Every view's share of the normal equations, its own pose eliminated: PARAMETERS, then shapes of the board."""
+
+    precision: Array  # (M, P, P) [1/pixel²]
+    pull: Array  # (M, P): gradient of half of the view's cost with its pose following
+
+    def of(self, columns: Sequence[int]) -> Equations:
+        """Those of some unknowns alone."""
+        chosen = list(columns)
+        return Equations(self.precision[:, chosen][:, :, chosen], self.pull[:, chosen])
+
+
+def equations(corners: Corners, solution: BundleSolution, shapes: Sequence[Array] = ()) -> Equations:
+    """The normal equations at a solution; `shapes`: displacements (N, 3) of the corners per unit, K more unknowns."""
+    unknowns = (*range(len(PARAMETERS)), *range(POSE_END, POSE_END + len(shapes)))
+    gram, _ = _gram(corners, solution, unknowns, None, shapes)
+    pose = _damped(gram.pose, 0.0)  # a view without corners adds nothing and divides by nothing
+    right = np.concatenate((np.swapaxes(gram.mixed, 1, 2), gram.pose_gradient[..., None]), axis=2)
+    less = gram.mixed @ _solve(pose, right)
+    return Equations(gram.camera - less[..., :-1], gram.camera_gradient - less[..., -1])
 
 
 def information(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> Array:
     """(M, P, P) [1/pixel²]: what each view contributes to the free parameters once its own pose is accounted for."""
-    return information_and_pull(corners, solution, free)[0]
-
-
-def information_and_pull(
-    corners: Corners, solution: BundleSolution, free: tuple[int, ...], more: Array | None = None
-) -> tuple[Array, Array]:
-    """`information` (M, P, P), and the gradient (M, P) of half of every view's cost with its pose following.
-
-    `more` (M, 2N, K): derivatives by more unknowns of all views, which become the last of P.
-    """
-    gram, _ = _gram(corners, solution, free, None, more)
-    pose = _damped(gram.pose, np.zeros(len(gram.pose)))  # a view without corners adds nothing and divides by nothing
-    right = np.concatenate((np.swapaxes(gram.mixed, 1, 2), gram.pose_gradient[..., None]), axis=2)
-    less = gram.mixed @ _solve(pose, right)
-    return gram.camera - less[..., :-1], gram.camera_gradient - less[..., -1]
+    return equations(corners, solution).of(free).precision
 
 
 def covariance(precision: Array, spread: float) -> Array:
-    """Information (P, P) [1/pixel²] and the corners' noise [pixel] → covariance (P, P).
+    """Information (..., P, P) [1/pixel²] and the corners' noise [pixel] → covariance (..., P, P).
 
     Directions without any information get a huge variance; a pseudo-inverse would give them none.
     """
-    scale = 1 / np.sqrt(np.maximum(np.diag(precision), 1e-300))
-    level = precision * np.outer(scale, scale) + RIDGE_SHARE * np.eye(len(precision))
-    return spread**2 * np.linalg.inv(level) * np.outer(scale, scale)
+    scale = 1 / np.sqrt(np.maximum(np.diagonal(precision, axis1=-2, axis2=-1), 1e-300))
+    scales = scale[..., :, None] * scale[..., None, :]
+    return spread**2 * np.linalg.inv(precision * scales + RIDGE_SHARE * np.eye(precision.shape[-1])) * scales
 
 
 def pose_covariances(
@@ -188,7 +218,7 @@ def pose_covariances(
     `camera` (P, P): covariance of the free parameters, which the poses follow; `spread`: the corners' noise [pixel].
     """
     gram, _ = _gram(corners, solution, free, None)
-    pose = _damped(gram.pose, np.zeros(len(gram.pose)))
+    pose = _damped(gram.pose, 0.0)
     follows = _solve(pose, np.swapaxes(gram.mixed, 1, 2))  # (M, 6, P)
     alone = _solve(pose, np.broadcast_to(np.eye(6), pose.shape))
     return spread**2 * alone + follows @ camera @ np.swapaxes(follows, 1, 2)
@@ -202,70 +232,76 @@ def noise(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> 
 
 
 def _gram(
-    corners: Corners, solution: BundleSolution, free: tuple[int, ...], soft: float | None, more: Array | None = None
+    corners: Corners,
+    solution: BundleSolution,
+    free: tuple[int, ...],
+    soft: float | None,
+    shapes: Sequence[Array] = (),
 ) -> tuple[Gram, float]:
-    linear = linearise(solution.camera, solution.poses, corners.points)
-    error, weights, cost = _weighted(corners, linear.pixels, soft)
-    by_camera = linear.by_camera[..., list(free)]
-    by_camera = by_camera if more is None else np.concatenate((by_camera, more), axis=2)
-    count = by_camera.shape[2]
-    stacked = np.concatenate((by_camera, linear.by_pose, error[..., None]), axis=2)
-    product = np.swapaxes(stacked * weights[..., None], 1, 2) @ stacked
-    last = count + 6
-    gram = Gram(
-        product[:, :count, :count],
-        product[:, :count, count:last],
-        product[:, count:last, count:last],
-        product[:, :count, last],
-        product[:, count:last, last],
-    )
-    return gram, float(cost.sum())
+    """`free`: numbers of the columns of `linearise` that count as the camera's."""
+    linear = linearise(solution.camera, solution.poses, corners.points, shapes)
+    error, weights, costs = _weighted(corners, linear.pixels, soft)
+    product, gradient = _products(linear.columns, error, weights)
+    camera, pose = list(free), slice(POSE_BEGIN, POSE_END)
+    some = product[:, camera]
+    gram = Gram(some[:, :, camera], some[:, :, pose], product[:, pose, pose], gradient[:, camera], gradient[:, pose])
+    return gram, float(costs.sum())
 
 
-def _pose_gram(corners: Corners, camera: Array, poses: Poses, soft: float | None) -> tuple[PoseGram, Array]:
+def _by_pose(corners: Corners, camera: Array, poses: Poses, soft: float | None) -> tuple[Array, Array, Array]:
+    """Every pose's information (M, 6, 6), its gradient (M, 6) and its cost (M,), the camera held."""
     linear = linearise(camera, poses, corners.points)
     error, weights, costs = _weighted(corners, linear.pixels, soft)
-    weighted = np.swapaxes(linear.by_pose * weights[..., None], 1, 2)
-    return PoseGram(weighted @ linear.by_pose, (weighted @ error[..., None])[..., 0]), costs
+    return *_products(linear.columns[:, POSE_BEGIN:], error, weights), costs
 
 
-def _weighted(corners: Corners, pixels: Array, soft: float | None) -> tuple[Array, Array, Array]:
-    """Errors (M, 2N), their weights (M, 2N) and the cost of every view (M,)."""
-    error = pixels - corners.pixels
-    lengths = np.where(corners.used, np.linalg.norm(error, axis=2), 0.0)
+def _products(columns: Array, error: Array, weights: Array | None) -> tuple[Array, Array]:
+    """Derivatives (M, C, 2N), errors and their weights (M, 2N) → JᵀWJ (M, C, C) and JᵀWe (M, C)."""
+    if weights is not None:
+        root = np.sqrt(weights)
+        columns, error = columns * root[:, None], error * root
+    return columns @ np.swapaxes(columns, 1, 2), (columns @ error[..., None])[..., 0]
+
+
+def _weighted(corners: Corners, pixels: Array, soft: float | None) -> tuple[Array, Array | None, Array]:
+    """Errors (M, 2N), u before v, their weights (M, 2N), None for one each, and the cost of every view (M,)."""
+    error = np.ascontiguousarray(np.swapaxes(pixels - corners.pixels, 1, 2))
+    squares, used = error[:, 0] ** 2 + error[:, 1] ** 2, corners.used
+    flat = error.reshape(len(error), -1)
     if soft is None:
-        weights, costs = corners.used.astype(float), np.sum(lengths**2, axis=1)
-    else:
-        weights = corners.used * soft_weights(lengths, soft)
-        costs = soft_costs(lengths, soft).sum(axis=1)
-    return error.reshape(len(error), -1), np.repeat(weights, 2, axis=1), costs
+        weights = None if used.all() else np.tile(used.astype(float), 2)
+        return flat, weights, np.sum(squares * used, axis=1)
+    rising = np.sqrt(1 + squares / soft**2)
+    return flat, np.tile(used / rising, 2), np.sum(2 * soft**2 * (rising - 1) * used, axis=1)
 
 
 def _losses(corners: Corners, solution: BundleSolution, soft: float | None) -> Array:
     return _weighted(corners, project(solution.camera, solution.poses, corners.points), soft)[2]
 
 
-def _step(gram: Gram, damping: Array) -> tuple[Array, Array]:
-    """One step, damped by one number (1,): the camera's (P,) and every pose's (M, 6)."""
+def _step(gram: Gram, damping: float) -> tuple[Array, Array, float]:
+    """One damped step: the camera's (P,), every pose's (M, 6), and by how much it should lower the cost."""
     pose = _damped(gram.pose, damping)
     right = np.concatenate((np.swapaxes(gram.mixed, 1, 2), gram.pose_gradient[..., None]), axis=2)
     solved = _solve(pose, right)
     camera = gram.camera.sum(axis=0)
     camera = camera + np.diag(damping * np.diag(camera))
-    schur = camera - np.sum(gram.mixed @ solved[..., :-1], axis=0)
-    gradient = gram.camera_gradient.sum(axis=0) - np.sum(gram.mixed @ solved[..., -1:], axis=0)[:, 0]
+    less = np.sum(gram.mixed @ solved, axis=0)
+    schur, pull = camera - less[:, :-1], gram.camera_gradient.sum(axis=0)
+    gradient = pull - less[:, -1]
     scale = np.sqrt(np.maximum(np.diag(schur), 1e-300))
     step = -np.linalg.lstsq(schur / np.outer(scale, scale), gradient / scale, rcond=1e-14)[0] / scale
-    return step, -(solved[..., -1] + solved[..., :-1] @ step)
+    steps = -(solved[..., -1] + solved[..., :-1] @ step)
+    return step, steps, float(-pull @ step - np.sum(gram.pose_gradient * steps))
 
 
-def _damped(matrices: Array, damping: Array) -> Array:
-    """Matrices (M, 6, 6) with their diagonals raised by the factor 1 + damping, (M,) or (1,) for all alike."""
+def _damped(matrices: Array, damping: Array | float) -> Array:
+    """Matrices (M, 6, 6) with their diagonals raised by the factor 1 + damping, (M,) or one for all."""
     raised = matrices.copy()
     index = np.arange(matrices.shape[-1])
     diagonal = raised[:, index, index]
     floor = 1e-12 * np.maximum(diagonal.max(axis=1, keepdims=True), 1e-12)
-    raised[:, index, index] = diagonal * (1 + damping[:, None]) + floor
+    raised[:, index, index] = diagonal * (1 + np.reshape(damping, (-1, 1))) + floor
     return raised
 
 

@@ -9,16 +9,18 @@ lengths that lie near each other hardly raise the errors; they are found by an F
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import fdtrc
+import scipy
 
 from core.calibration.camera import bundle_adjustment
-from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
-from core.calibration.projection import PAPER, Poses, project
+from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, Equations
+from core.calibration.projection import PAPER, PARAMETERS, Poses
 from core.message import Array, message
 
 LEAST_SHARE = 0.2  # of the squared errors that a rival must explain …
 LEAST_F = 30.0  # … and by how much more per unknown than noise does
 ASPECT_SDS, LEAST_ASPECT = 6.0, 0.002  # a square's height over its width differs from 1 by so many sds and by so much
+BY_ASPECT = (len(PARAMETERS),)  # number in `equations`
+BY_BEND = tuple(range(len(PARAMETERS) + 1, len(PARAMETERS) + 4))  # numbers in `equations`
 LEAST_BEND = 0.0015  # of a board's diagonal, from its lowest to its highest corner, from which it is called bent
 MAX_NOISE_RATIO = 2.0  # a part that another camera explains errs at most so many times more than the others
 MIN_VIEWS = 3  # views that determine a camera of their own
@@ -107,7 +109,7 @@ def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int])
     return None
 
 
-def find_two_focal_lengths(corners: Corners, solution: BundleSolution) -> PictureGroup | None:
+def find_two_focal_lengths(corners: Corners, solution: BundleSolution, known: Equations) -> PictureGroup | None:
     """Find the smaller part of the used views, if two focal lengths explain them beyond doubt; None: one does.
 
     F-test over groups of views: the gain of a second focal length over what the views' own cameras would still gain,
@@ -118,15 +120,14 @@ def find_two_focal_lengths(corners: Corners, solution: BundleSolution) -> Pictur
     count = len(kept)
     if count < 2 * MIN_VIEWS:
         return None
-    some = corners.take(kept)
-    pooled = bundle_adjustment.refine(some, BundleSolution(solution.camera, solution.poses.take(kept)), PAPER)
-    test = _FocalTest(some, pooled)
+    some = BundleSolution(solution.camera, solution.poses.take(kept))
+    test = _FocalTest(corners.take(kept), some, Equations(*(each[kept] for each in known.of(PAPER))))
     for order, ways, share in (
         (np.arange(count), float(count), SHARE_IN_TIME),
         (np.argsort(test.own), 2.0 ** (count - 1), SHARE_SORTED),
     ):
-        parts = [np.isin(np.arange(count), order[:first]) for first in range(2, count - 1)]
-        gain, odd = max(((test.gain(part), part) for part in parts), key=lambda each: each[0])
+        gains = test.gains(order)[1:-2]  # of the first two views, the first three, ...
+        gain, odd = float(gains.max()), np.isin(np.arange(count), order[: 2 + int(gains.argmax())])
         if gain > share * test.most_gain and ways * test.chance(gain) < FALSE_ALARM_CHANCE:
             odd = odd if 2 * odd.sum() <= count else ~odd
             rest, camera = test.cameras(odd)
@@ -137,47 +138,52 @@ def find_two_focal_lengths(corners: Corners, solution: BundleSolution) -> Pictur
 class _FocalTest:
     """The quadratic costs of views about their common camera, and what a second focal length gains."""
 
-    def __init__(self, some: Corners, pooled: BundleSolution) -> None:
+    def __init__(self, some: Corners, pooled: BundleSolution, equations: Equations) -> None:
         self._camera = pooled.camera
-        self._precision, self._pull = bundle_adjustment.information_and_pull(some, pooled, PAPER)
+        self._precision, self._pull = equations
         self._spread = bundle_adjustment.covariance(self._precision.sum(axis=0), 1.0)
         self._along = np.zeros(len(PAPER))
         self._along[:2] = pooled.camera[:2]  # change with the logarithm of f
         by_view = self._precision @ self._along  # (M, P)
-        self.own = -(self._pull @ self._along) / np.maximum(by_view @ self._along, 1e-300)  # (M,) logarithm of f
-        coupled = np.diag(by_view @ self._along) - by_view @ self._spread @ by_view.T
-        force = self._pull @ self._along - by_view @ self._spread @ self._pull.sum(axis=0)
-        self.most_gain = float(force @ np.linalg.pinv(coupled, rcond=1e-9, hermitian=True) @ force)
+        stiff, force = np.maximum(by_view @ self._along, 1e-300), self._pull @ self._along
+        self.own = -force / stiff  # (M,) logarithm of f
+        self.most_gain = self._gain_of_own_focal_lengths(by_view, stiff, force)
         self._own_gain, self._own_freedom = _gain_of_own_cameras(self._precision, self._pull)
         freedom = 2 * np.count_nonzero(some.used) - 6 * len(some.pixels) - self._own_freedom
         self._noise = (float(_costs(some, pooled).sum()) - self._own_gain) / max(freedom, 1)  # [pixel²]
 
-    def gain(self, odd: Array) -> float:
-        """Return by how much a focal length of their own for the views `odd` (M,) bool lowers the cost [pixel²]."""
-        force, stiff = self._own_step(odd)
-        return force**2 / max(stiff, 1e-300)
+    def _gain_of_own_focal_lengths(self, by_view: Array, stiff: Array, force: Array) -> float:
+        """Every view's focal length eliminated first, by the slope and curvature of its cost, then the camera."""
+        pull = self._pull.sum(axis=0)
+        rest = (self._pull - by_view * (force / stiff)[:, None]).sum(axis=0)
+        scale = np.sqrt(np.diag(self._spread))  # what is left says nothing of a change of all focal lengths
+        level = (self._precision.sum(axis=0) - by_view.T @ (by_view / stiff[:, None])) * np.outer(scale, scale)
+        step = np.linalg.pinv(level, rcond=1e-9, hermitian=True) @ (rest * scale)
+        return float(np.sum(force**2 / stiff) + step @ (rest * scale) - pull @ self._spread @ pull)
+
+    def gains(self, order: Array) -> Array:
+        """(M,): by how much a focal length of their own for the first views in `order` lowers the cost [pixel²]."""
+        by_step = np.cumsum((self._precision @ self._along)[order], axis=0)
+        force = np.cumsum(self._pull[order] @ self._along) - by_step @ self._spread @ self._pull.sum(axis=0)
+        stiff = by_step @ self._along - np.sum(by_step @ self._spread * by_step, axis=1)
+        return force**2 / np.maximum(stiff, 1e-300)
 
     def chance(self, gain: float) -> float:
         """Return how likely so much is gained where there is one focal length."""
         freedom = self._own_freedom - len(PAPER) - 1
         between = max((self._own_gain - gain) / freedom, self._noise)
-        return float(fdtrc(1, freedom, gain / max(between, 1e-300)))
+        return float(scipy.special.fdtrc(1, freedom, gain / max(between, 1e-300)))
 
     def cameras(self, odd: Array) -> tuple[Array, Array]:
         """Return the cameras (9,) of the others and of the views `odd`."""
-        force, stiff = self._own_step(odd)
-        apart = -force / stiff
+        by_step = self._precision[odd].sum(axis=0) @ self._along
+        force = self._along @ self._pull[odd].sum(axis=0) - by_step @ self._spread @ self._pull.sum(axis=0)
+        apart = -force / (self._along @ by_step - by_step @ self._spread @ by_step)
         pull = self._pull.sum(axis=0) + self._precision[odd].sum(axis=0) @ self._along * apart
         rest, other = self._camera.copy(), self._camera.copy()
         rest[list(PAPER)] -= self._spread @ pull
         other[list(PAPER)] = rest[list(PAPER)] + apart * self._along
         return rest, other
-
-    def _own_step(self, odd: Array) -> tuple[float, float]:
-        """Slope and curvature of half the cost by the logarithm of the focal length of the views `odd`."""
-        by_step = self._precision[odd].sum(axis=0) @ self._along
-        force = self._along @ self._pull[odd].sum(axis=0) - by_step @ self._spread @ self._pull.sum(axis=0)
-        return float(force), float(self._along @ by_step - by_step @ self._spread @ by_step)
 
 
 def _significant(some: Corners, split: _Split, solution: BundleSolution, open_views: Array) -> PictureGroup | None:
@@ -203,11 +209,11 @@ def _chance_of_parts(some: Corners, split: _Split, gain: float) -> float:
     for label, solution in enumerate(split.solutions):
         which = split.labels == label
         part = BundleSolution(solution.camera, solution.poses.take(which))
-        more, known = _gain_of_own_cameras(*bundle_adjustment.information_and_pull(some.take(which), part, PAPER))
+        more, known = _gain_of_own_cameras(*bundle_adjustment.equations(some.take(which), part).of(PAPER))
         own_gain, freedom = own_gain + more, freedom + known
     between = max(own_gain / max(freedom, 1), 1e-300)
     ways = 2.0 ** (len(some.pixels) - 1)
-    return ways * float(fdtrc(len(PAPER), max(freedom, 1), gain / len(PAPER) / between))
+    return ways * float(scipy.special.fdtrc(len(PAPER), max(freedom, 1), gain / len(PAPER) / between))
 
 
 def _gain_of_own_cameras(precision: Array, pull: Array) -> tuple[float, int]:
@@ -243,8 +249,11 @@ def _split(some: Corners, solution: BundleSolution, size: tuple[int, int]) -> _S
 
 def _mixture(some: Corners, solution: BundleSolution) -> Array | None:
     """(M,) 0 or 1: the parts whose own cameras lower the cost most, to second order; None where none does much."""
-    precision, pull = bundle_adjustment.information_and_pull(some, solution, PAPER)
+    precision, pull = bundle_adjustment.equations(some, solution).of(PAPER)
     costs = _costs(some, solution)
+    most = float(costs.sum())
+    if not _explains(some, most, max(most - _gain_of_own_cameras(precision, pull)[0], 1e-12 * most)):
+        return None  # not even a camera of its own for every view would explain that much
     noise = float(np.median(costs / np.maximum(2 * some.used.sum(axis=1) - 6, 1)))
     scale = np.array([*solution.camera[:2], *[2 * solution.camera[2]] * 2, 1, 1, 1, 1])
     prior = np.diag(noise / (PRIOR * scale) ** 2)
@@ -328,7 +337,7 @@ def _other_settings(few: Corners, camera: Array, poses: Poses, size: tuple[int, 
     zoomed = camera
     for _ in range(8):  # Gauss-Newton in the logarithm of f
         here = _with_camera(few, BundleSolution(camera, poses), zoomed)
-        precision, pull = bundle_adjustment.information_and_pull(few, here, (0, 1))
+        precision, pull = bundle_adjustment.equations(few, here).of((0, 1))
         along = zoomed[:2]
         step = -float(along @ pull.sum(axis=0)) / max(float(along @ precision.sum(axis=0) @ along), 1e-300)
         zoomed = _moved(zoomed, zoomed[:2] * np.exp(np.clip(step, -0.3, 0.3)), zoomed[2:4])
@@ -371,13 +380,20 @@ def _cause(camera: Array, rest: Array, size: tuple[int, int]) -> str:
     return cause if away < NEARER_SHARE * apart else "another camera, or its lens was moved"
 
 
-def find_aspect(corners: Corners, solution: BundleSolution) -> Aspect | None:
-    """The squares' height over their width, if it is not 1 beyond doubt."""
+def equations(corners: Corners, solution: BundleSolution) -> Equations:
+    """The normal equations of PARAMETERS, the squares' aspect (BY_ASPECT) and the board's bend (BY_BEND)."""
+    points, bends = corners.points, _bends(corners.points)
+    return bundle_adjustment.equations(
+        corners, solution, (points * (0.0, 1.0, 0.0), *(each[:, None] * (0.0, 0.0, 1.0) for each in bends.T))
+    )
+
+
+def find_aspect(corners: Corners, solution: BundleSolution, known: Equations) -> Aspect | None:
+    """The squares' height over their width, if it is not 1 beyond doubt; `known`: the equations at this solution."""
     noise = bundle_adjustment.noise(corners, solution, PAPER)
     found, scaled, sd = 1.0, corners, 1.0
     for turn in range(4):
-        slope = by_aspect(scaled, solution)
-        precision, pull = bundle_adjustment.information_and_pull(scaled, solution, PAPER, slope)
+        precision, pull = (known if turn == 0 else equations(scaled, solution)).of((*PAPER, *BY_ASPECT))
         covariance = bundle_adjustment.covariance(precision.sum(axis=0), 1.0)
         step, sd = float(-(covariance @ pull.sum(axis=0))[-1]), float(np.sqrt(covariance[-1, -1]))
         if turn == 0 and abs(step) < max(LEAST_ASPECT / 2, ASPECT_SDS / 2 * sd * noise):
@@ -391,17 +407,18 @@ def find_aspect(corners: Corners, solution: BundleSolution) -> Aspect | None:
     return Aspect(value=found, sd=sd)
 
 
-def find_bend(corners: Corners, solution: BundleSolution, least_bend: float = LEAST_BEND) -> Bend | None:
+def find_bend(
+    corners: Corners, solution: BundleSolution, known: Equations, least_bend: float = LEAST_BEND
+) -> Bend | None:
     """The board's shape by heights of second order across it, if the used views show beyond doubt that it is bent, by
-    so much of its diagonal at least.
+    so much of its diagonal at least. `known`: the equations at this solution.
     """
     flat, bends = corners.points, _bends(corners.points)
     found, curved = np.zeros(bends.shape[1]), corners
     covariance = np.zeros((0, 0))
     least = least_bend * 2 * float(np.linalg.norm(flat - flat.mean(axis=0), axis=1).max())
     for turn in range(3):
-        slope = by_bend(curved, solution)
-        precision, pull = bundle_adjustment.information_and_pull(curved, solution, PAPER, slope)
+        precision, pull = (known if turn == 0 else equations(curved, solution)).of((*PAPER, *BY_BEND))
         covariance = bundle_adjustment.covariance(precision.sum(axis=0), 1.0)
         found = found - (covariance @ pull.sum(axis=0))[len(PAPER) :]
         if turn == 0 and np.ptp(bends @ found) < least / 2:
@@ -426,27 +443,6 @@ def _bends(points: Array) -> Array:
 
 def _raised(points: Array, heights: Array) -> Array:
     return points + heights[:, None] * (0.0, 0.0, 1.0)
-
-
-def by_bend(corners: Corners, solution: BundleSolution) -> Array:
-    """(M, 2N, 3) [pixel]: motion of the corners as the board is bent in each way."""
-    change = 1e-4
-    ways: list[Array] = []
-    for heights in change * _bends(corners.points).T:
-        there = [
-            project(solution.camera, solution.poses, _raised(corners.points, sign * heights)) for sign in (-1, 1)
-        ]
-        ways.append(((there[1] - there[0]) / (2 * change)).reshape(len(corners.pixels), -1))
-    return np.stack(ways, axis=2)
-
-
-def by_aspect(corners: Corners, solution: BundleSolution) -> Array:
-    """(M, 2N, 1) [pixel]: motion of the corners with the squares' height."""
-    change = 1e-4
-    there = [
-        project(solution.camera, solution.poses, corners.points * (1.0, 1 + sign * change, 1.0)) for sign in (-1, 1)
-    ]
-    return ((there[1] - there[0]) / (2 * change)).reshape(len(corners.pixels), -1, 1)
 
 
 def focal_range(corners: Corners, solution: BundleSolution, free: tuple[int, ...], sd: float) -> FocalRange:

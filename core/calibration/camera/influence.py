@@ -7,7 +7,7 @@ is left out because it disagrees with the others, the others may be wrong. So bo
 import numpy as np
 
 from core.calibration.camera import bundle_adjustment
-from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
+from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, Equations
 from core.message import Array, message
 
 NAMES = ("f", "fx", "fy", "cx", "cy")
@@ -35,8 +35,8 @@ class Figures:
 
 def figures(camera: Array, covariance: Array) -> Figures:
     """Camera (9,) and the covariance (P, P) of its free parameters, which begin with fx, fy, cx and cy."""
-    spread = MEANS @ covariance[:4, :4] @ MEANS.T
-    return Figures(values=MEANS @ camera[:4], sds=np.sqrt(np.abs(np.diag(spread))))
+    spread = np.sum(MEANS @ covariance[..., :4, :4] * MEANS, axis=-1)
+    return Figures(values=MEANS @ camera[:4], sds=np.sqrt(np.abs(spread)))
 
 
 def with_each(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> dict[int, Array]:
@@ -57,21 +57,22 @@ def with_each(corners: Corners, solution: BundleSolution, free: tuple[int, ...])
 
 
 def without_each(
-    corners: Corners, solution: BundleSolution, free: tuple[int, ...], noise: float
+    corners: Corners, solution: BundleSolution, known: Equations, free: tuple[int, ...], noise: float
 ) -> dict[int, Figures]:
     """Every view that is used → by number, what the others give without it, to first order.
 
-    At the best solution the pulls of all views cancel out; without one the others give way to what it held.
+    At the best solution the pulls of all views cancel out; without one the others give way to what it held. `known`:
+    the equations at this solution.
     """
-    precisions, pull = bundle_adjustment.information_and_pull(corners, solution, free)
-    whole = precisions.sum(axis=0)
-    found: dict[int, Figures] = {}
-    for number in np.flatnonzero(corners.views_used):
-        doubt = bundle_adjustment.covariance(whole - precisions[number], 1.0)
-        camera = solution.camera.copy()
-        camera[list(free)] += doubt @ pull[number]
-        found[int(number)] = figures(camera, noise**2 * doubt)
-    return found
+    used = np.flatnonzero(corners.views_used)
+    precision, pull = known.of(free)
+    doubts = bundle_adjustment.covariance(precision.sum(axis=0) - precision[used], 1.0)
+    cameras = np.tile(solution.camera, (len(used), 1))
+    cameras[:, list(free)] += (doubts @ pull[used, :, None])[..., 0]
+    return {
+        number: figures(camera, doubt)
+        for number, camera, doubt in zip(used.tolist(), cameras, noise**2 * doubts, strict=True)
+    }
 
 
 def words_with(values: Array, known: Figures, *, advise: bool) -> str:

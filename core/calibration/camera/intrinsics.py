@@ -9,10 +9,11 @@ import numpy as np
 from core.calibration import homography
 from core.calibration.board.board import Board
 from core.calibration.camera import bundle_adjustment, consistency, influence
-from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
+from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, Equations
 from core.calibration.camera.consistency import Aspect, Bend, PictureGroup
 from core.calibration.camera.influence import Figures
-from core.calibration.camera.suspects import accuse, odd_line
+from core.calibration.camera.suspects import accuse, odd_lines
+from core.calibration.levenberg_marquardt import FIRST_DAMPING
 from core.calibration.projection import PAPER, PARAMETERS, Poses, model_of
 from core.errors import BadInput
 from core.message import Array, message
@@ -24,6 +25,8 @@ MOST_NAMES = 4  # of pictures in a sentence
 
 # Thresholds for corners and views that do not fit.
 SOFT_LOSS_PX = 0.3  # [pixel] scale of the soft-L1 loss of the first solve
+START_CORNERS, START_CORNERS_OF_A_VIEW = 3000, 16  # corners of the first solve in all, and of each view at least
+START_CLOSE = 1e-4  # share of the cost that the first solve leaves
 FLAT_VIEW_FACTOR = 8.0  # views this many times less flat than the median view wait until the camera is known
 BAD_VIEW_FACTOR = 3.0  # a view this many times worse than the median view is left out
 BAD_REST_FACTOR = 1.5  # the same for a view of which some corners have been left out already
@@ -33,6 +36,7 @@ MAX_CORNERS_OUT_SHARE = 0.25  # a view that would lose a larger share of its cor
 MAX_SOLVE_ROUNDS = 4  # of leaving out and solving again
 MIN_K3_GAIN = 0.01  # k3 has to lower the hold-out error by this share …
 MIN_K3_SDS = 3.0  # … and to differ from zero by this many standard deviations
+SURELY_LESS = 0.7  # share of these, of what the first order says, below which k3 is not solved for
 HOLD_OUT_FOLDS = 10  # of the hold-out
 
 
@@ -115,22 +119,22 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
     pixels = np.stack([view.corners for view in views])
     found = _consistently(Corners(board.points, pixels, np.ones(pixels.shape[:2], bool)), size)
     everything, corners, solution = found.everything, found.corners, found.solution
-    free = PAPER
-    if _deserves_k3(corners, solution):
+    free, known = PAPER, found.equations
+    if _deserves_k3(corners, solution, known):
         free = (*PAPER, PARAMETERS.index("k3"))
         solution = bundle_adjustment.refine(corners, solution, free)
+        known = consistency.equations(corners, solution)
     noise = bundle_adjustment.noise(corners, solution, free)
-    slope = found.slope(solution)
-    precision = bundle_adjustment.information_and_pull(corners, solution, free, slope)[0].sum(axis=0)
+    precision = known.of((*free, *found.unknowns_of_board)).precision.sum(axis=0)
     covariance = bundle_adjustment.covariance(precision, noise)[: len(free), : len(free)]
     covariance, doubts = _with_focal_doubt(corners, solution, free, covariance)
-    known = influence.figures(solution.camera, covariance)
+    figures = influence.figures(solution.camera, covariance)
     brought = influence.with_each(corners, solution, free)
-    verdicts = _verdicts(views, corners, everything, solution, board, known, brought)
+    verdicts = _verdicts(views, corners, everything, solution, board, figures, brought)
     faults = (*_faults(found, views, board), *doubts)
     undecided = next((each.sentence for each in faults if each.code in UNDECIDED_CODES), "")
-    others = {} if undecided else influence.without_each(corners, solution, free, noise)
-    deciding = _deciding(views, others, known)
+    others = {} if undecided else influence.without_each(corners, solution, known, free, noise)
+    deciding = _deciding(views, others, figures)
     squares = np.sum(bundle_adjustment.errors(corners, solution) ** 2, axis=2)[corners.used]
     sentences = tuple(each.sentence for each in faults)
     return Calibration(
@@ -161,40 +165,42 @@ class _Found(NamedTuple):
     corners: Corners  # as they are used
     solution: BundleSolution
     focal_known: bool
+    equations: Equations  # at this solution
     aspect: Aspect | None = None
     bend: Bend | None = None
     part: PictureGroup | None = None
 
-    def slope(self, solution: BundleSolution) -> Array | None:
-        """(M, 2N, K) [pixel]: motion of the corners with the board's own unknowns; None: it has none."""
+    @property
+    def unknowns_of_board(self) -> tuple[int, ...]:
+        """Numbers of the board's own unknowns among the equations."""
         if self.aspect is not None:
-            return consistency.by_aspect(self.corners, solution)
-        return None if self.bend is None else consistency.by_bend(self.corners, solution)
+            return consistency.BY_ASPECT
+        return () if self.bend is None else consistency.BY_BEND
 
 
 def _consistently(everything: Corners, size: tuple[int, int]) -> _Found:
     """Solve; where two cameras, squares that are not square or a bent board explain the pictures far better, take
     that up.
     """
-    found = _Found(everything, *_solve_robustly(everything, size))
+    found = _solve_robustly(everything, size)
     rivals: list[_Found] = []
-    aspect = consistency.find_aspect(found.corners, found.solution)
+    aspect = consistency.find_aspect(found.corners, found.solution, found.equations)
     if aspect is not None:
         oblong = everything._replace(points=everything.points * (1.0, aspect.value, 1.0))
-        rivals.append(_Found(oblong, *_solve_robustly(oblong, size), aspect=aspect))
+        rivals.append(_solve_robustly(oblong, size)._replace(aspect=aspect))
     part = _part_of(found, size)
     least_bend = consistency.LEAST_BEND if part is None else 0.0  # any bend is likelier than a second camera
-    bend = consistency.find_bend(found.corners, found.solution, least_bend)
+    bend = consistency.find_bend(found.corners, found.solution, found.equations, least_bend)
     if bend is not None:
         curved = everything._replace(points=bend.points)
-        rivals.append(_Found(curved, *_solve_robustly(curved, size), bend=bend))
+        rivals.append(_solve_robustly(curved, size)._replace(bend=bend))
     whole = [rival for rival in rivals if _part_of(rival, size) is None]
     if whole:
         return min(whole, key=lambda each: bundle_adjustment.noise(each.corners, each.solution, PAPER))
     if part is None or not part.is_minority(len(everything.pixels)):
         return found._replace(part=part)
     others = ~np.isin(np.arange(len(everything.pixels)), part.views)
-    return _Found(everything, *_solve_robustly(everything, size, others), part=part)
+    return _solve_robustly(everything, size, others)._replace(part=part)
 
 
 def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | None:
@@ -202,7 +208,7 @@ def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | None:
     used = found.corners.used
     every = found.corners._replace(used=used | ~found.corners.views_used[:, None])
     part = consistency.find_part(every, found.solution, size)
-    return part or consistency.find_two_focal_lengths(found.corners, found.solution)
+    return part or consistency.find_two_focal_lengths(found.corners, found.solution, found.equations)
 
 
 def _with_focal_doubt(
@@ -273,9 +279,7 @@ def _with_odd_part(
     )
 
 
-def _solve_robustly(
-    everything: Corners, size: tuple[int, int], open_views: Array | None = None
-) -> tuple[Corners, BundleSolution, bool]:
+def _solve_robustly(everything: Corners, size: tuple[int, int], open_views: Array | None = None) -> _Found:
     """Soft loss first, then leave out what does not fit and finish with plain least squares.
 
     `open_views` (M,) bool: the only ones that may take part.
@@ -297,7 +301,8 @@ def _solve_robustly(
         if np.array_equal(again, used):
             break
         used = again
-    return Corners(everything.points, everything.pixels, used), solution, focal_known
+    corners = Corners(everything.points, everything.pixels, used)
+    return _Found(everything, corners, solution, focal_known, consistency.equations(corners, solution))
 
 
 def _flat(everything: Corners) -> Array:
@@ -311,12 +316,19 @@ def _flat(everything: Corners) -> Array:
 
 
 def _from_scratch(corners: Corners, size: tuple[int, int], soft: float) -> tuple[BundleSolution, bool]:
-    """Homographies, both poses of every board, Levenberg-Marquardt; also whether they determine the focal length."""
+    """Homographies, both poses of every board, Levenberg-Marquardt; also whether they determine the focal length.
+
+    Of many corners some will do, as this is only where the solution begins.
+    """
     first = homography.start(corners.points, corners.pixels, size)
+    corners = corners.thinned(max(START_CORNERS // len(corners.pixels), START_CORNERS_OF_A_VIEW))
     solution = BundleSolution(first.camera, first.poses)
-    solution = BundleSolution(solution.camera, bundle_adjustment.refine_poses(corners, solution, soft=soft, steps=6))
+    solution = BundleSolution(
+        solution.camera, bundle_adjustment.refine_poses(corners, solution, soft=soft, steps=6, close=1e-3)
+    )
     solution, _ = bundle_adjustment.rescue(corners, solution, soft=soft, ratio=1.0)
-    return _upright(corners, bundle_adjustment.refine(corners, solution, PAPER, soft=soft), soft), first.focal_known
+    solution = bundle_adjustment.refine(corners, solution, PAPER, soft=soft, close=START_CLOSE, damping=FIRST_DAMPING)
+    return _upright(corners, solution, soft), first.focal_known
 
 
 def _upright(corners: Corners, solution: BundleSolution, soft: float | None) -> BundleSolution:
@@ -325,7 +337,7 @@ def _upright(corners: Corners, solution: BundleSolution, soft: float | None) -> 
         solution, turned = bundle_adjustment.rescue(corners, solution, soft=soft)
         if not turned.any():
             break
-        solution = bundle_adjustment.refine(corners, solution, PAPER, soft=soft)
+        solution = bundle_adjustment.refine(corners, solution, PAPER, soft=soft, close=START_CLOSE)
     return solution
 
 
@@ -357,7 +369,7 @@ def _fitting(everything: Corners, solution: BundleSolution) -> Array:
     return fits
 
 
-def _deserves_k3(corners: Corners, solution: BundleSolution) -> bool:
+def _deserves_k3(corners: Corners, solution: BundleSolution, known: Equations) -> bool:
     """Return whether k3 is clearly not zero and improves the prediction of views that took no part in the fit."""
     kept = corners.views_used
     some = corners.take(kept)
@@ -365,6 +377,11 @@ def _deserves_k3(corners: Corners, solution: BundleSolution) -> bool:
         return False
     paper = BundleSolution(solution.camera, solution.poses.take(kept))
     more = (*PAPER, PARAMETERS.index("k3"))
+    precision, pull = known.of(more)
+    spread = bundle_adjustment.covariance(precision.sum(axis=0), 1.0)
+    noise = bundle_adjustment.noise(some, paper, PAPER)
+    if abs((spread @ pull.sum(axis=0))[-1]) < SURELY_LESS * MIN_K3_SDS * np.sqrt(spread[-1, -1]) * noise:
+        return False  # to first order it is far from that
     longer = bundle_adjustment.refine(some, paper, more)
     precision = bundle_adjustment.information(some, longer, more).sum(axis=0)
     sd = float(np.sqrt(bundle_adjustment.covariance(precision, bundle_adjustment.noise(some, longer, more))[-1, -1]))
@@ -405,6 +422,7 @@ def _verdicts(
     lengths = np.linalg.norm(errors, axis=2)
     rms = bundle_adjustment.view_rms(everything, solution)
     typical = float(np.median(lengths[corners.used]))
+    lines = odd_lines(errors.reshape(-1, board.rows, board.columns, 2), typical)
     verdicts: list[ViewVerdict] = []
     for number, view in enumerate(views):
         out = np.flatnonzero(~corners.used[number])
@@ -416,7 +434,7 @@ def _verdicts(
             elif number in brought:
                 reason += f"; {influence.words_with(brought[number], known, advise=not certain)}"
         else:
-            reason = odd_line(errors[number].reshape(board.rows, board.columns, 2), typical)
+            reason = lines[number]
         verdicts.append(ViewVerdict(name=view.name, used=used, rms=float(rms[number]), reason=reason, left_out=out))
     return tuple(verdicts)
 

@@ -39,15 +39,18 @@ def accuse(pixels: Array, number: int, solution: BundleSolution, board: Board, t
     return words, False
 
 
-def odd_line(errors: Array, typical: float) -> str:
-    """Errors (rows, columns, 2) [pixel] of a view that is used → words if one line of corners is off as a whole."""
+def odd_lines(errors: Array, typical: float) -> list[str]:
+    """Errors (M, rows, columns, 2) [pixel] of views that are used → words where a line of corners is off."""
     spread = typical / 1.18  # the median length of a two-dimensional error is 1.18 standard deviations of one axis
-    for axis, word in ((1, "row"), (0, "column")):
-        means = np.linalg.norm(errors.mean(axis=axis), axis=1)
-        worst = int(np.argmax(means))
-        if means[worst] * np.sqrt(errors.shape[axis]) > ODD_ROW_SDS * max(spread, 0.01):
-            return f"used, but its {word} {worst + 1} of corners is off by {means[worst]:.2f} px as a whole"
-    return ""
+    words = [""] * len(errors)
+    for axis, word in ((1, "column"), (2, "row")):  # what is said of a row goes before
+        means = np.linalg.norm(errors.mean(axis=axis), axis=2)
+        worst = means.argmax(axis=1)
+        most = means[np.arange(len(errors)), worst]
+        for view in np.flatnonzero(most * np.sqrt(errors.shape[axis]) > ODD_ROW_SDS * max(spread, 0.01)).tolist():
+            line = f"its {word} {worst[view] + 1} of corners is off by {most[view]:.2f} px as a whole"
+            words[view] = f"used, but {line}"
+    return words
 
 
 def _orders(board: Board) -> list[tuple[Array, str]]:

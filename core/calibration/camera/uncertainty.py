@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from core.calibration.camera import bundle_adjustment
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
@@ -91,7 +91,7 @@ def difference(one: CameraModel, other: CameraModel) -> Array:
     ]
     known = np.isfinite(rays[0]).all(axis=1) & np.isfinite(rays[1]).all(axis=1)
     units = [each[known] / np.linalg.norm(each[known], axis=1, keepdims=True) for each in rays]
-    turned = Rotation.align_vectors(units[0], units[1])[0].inv().apply(rays[0])
+    turned = scipy.spatial.transform.Rotation.align_vectors(units[0], units[1])[0].inv().apply(rays[0])
     placed = other.distort(turned[:, :2] / turned[:, 2:]) * (other.fx, other.fy) + (other.cx, other.cy)
     return np.linalg.norm(placed - map_pixels(one), axis=1).reshape(MAP_ROWS, MAP_COLUMNS)
 
@@ -113,11 +113,8 @@ def view_information(camera: Array, poses: Poses, points: Array, free: tuple[int
 def _derivatives(model: CameraModel, pixels: Array, free: tuple[int, ...]) -> tuple[Array, Array]:
     """Pixels (K, 2) → their derivatives by the free parameters (K, 2, P) and by a turn of the camera (K, 2, 3)."""
     rays = np.column_stack((_ideal(model, pixels), np.ones(len(pixels))))
-    linear = linearise(vector_of(model), AHEAD, rays)
-    return (
-        linear.by_camera[0].reshape(-1, 2, len(PARAMETERS))[:, :, list(free)],
-        linear.by_pose[0].reshape(-1, 2, 6)[:, :, :3],
-    )
+    columns = linearise(vector_of(model), AHEAD, rays).columns[0].reshape(15, 2, -1).transpose(2, 1, 0)
+    return columns[:, :, list(free)], columns[:, :, len(PARAMETERS) : len(PARAMETERS) + 3]
 
 
 def _ideal(model: CameraModel, pixels: Array) -> Array:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
+import scipy
 
 from core.calibration.levenberg_marquardt import minimise
 from core.message import Array
@@ -98,7 +98,9 @@ def table_1_map(model: CameraModel) -> Array:
     focal, centre = np.array([model.fx, model.fy]), np.array([model.cx, model.cy])
     corrected = apply_inverse(inverse_parameters(model, grid), grid.distorted) * focal + centre
     u, v = _grid_lines(model, TIE_POINTS)
-    across, down = (RectBivariateSpline(v, u, corrected[:, axis].reshape(len(v), len(u))) for axis in (0, 1))
+    across, down = (
+        scipy.interpolate.RectBivariateSpline(v, u, corrected[:, axis].reshape(len(v), len(u))) for axis in (0, 1)
+    )
     wanted = all_pixels(model) * focal + centre
     seen = model.distort(all_pixels(model)) * focal + centre
     for _ in range(5):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, TypedDict
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from core.calibration.files.camera_files import number
 from core.calibration.mount import Extrinsics, inverse_covariance
@@ -41,7 +41,7 @@ class MountEntry(MountMatrices, MountFacts):
 def static_transform(laser_from_camera: Transform, parent: str = LASER, child: str = CAMERA) -> str:
     """The ROS 2 command that publishes the mount: the pose of the child in the parent, exactly eq. 11."""
     x, y, z = laser_from_camera.translation
-    qx, qy, qz, qw = Rotation.from_matrix(laser_from_camera.rotation).as_quat()
+    qx, qy, qz, qw = scipy.spatial.transform.Rotation.from_matrix(laser_from_camera.rotation).as_quat()
     numbers = {"x": x, "y": y, "z": z, "qx": qx, "qy": qy, "qz": qz, "qw": qw}
     words = " ".join(f"--{name} {number(value)}" for name, value in numbers.items())
     return f"ros2 run tf2_ros static_transform_publisher {words} --frame-id {parent} --child-frame-id {child}"
@@ -50,7 +50,10 @@ def static_transform(laser_from_camera: Transform, parent: str = LASER, child: s
 def urdf_joint(laser_from_camera: Transform, parent: str = LASER, child: str = CAMERA) -> str:
     """The fixed joint of a URDF. Its angles are singular at a pitch of 90 degrees; the quaternion is the truth."""
     xyz = " ".join(number(value) for value in laser_from_camera.translation)
-    rpy = " ".join(number(value) for value in Rotation.from_matrix(laser_from_camera.rotation).as_euler("xyz"))
+    rpy = " ".join(
+        number(value)
+        for value in scipy.spatial.transform.Rotation.from_matrix(laser_from_camera.rotation).as_euler("xyz")
+    )
     return (
         f'<joint name="{parent}_to_{child}" type="fixed">\n  <parent link="{parent}"/>\n  <child link="{child}"/>\n'
         f'  <origin xyz="{xyz}" rpy="{rpy}"/>\n</joint>\n'

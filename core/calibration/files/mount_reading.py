@@ -6,7 +6,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from core.calibration.files.camera_files import read_json
 from core.calibration.files.mount_files import BACK, FORWARD, matrix, rigid
@@ -152,18 +152,18 @@ def _link(joint: ElementTree.Element, which: str) -> str:
     return "" if found is None else found.get("link", "")
 
 
-def _turned(roll: float, pitch: float, yaw: float) -> Rotation:
+def _turned(roll: float, pitch: float, yaw: float) -> scipy.spatial.transform.Rotation:
     """About fixed axes: first roll about x, then pitch about y, then yaw about z."""
-    return Rotation.from_euler("xyz", [roll, pitch, yaw])
+    return scipy.spatial.transform.Rotation.from_euler("xyz", [roll, pitch, yaw])
 
 
-def _quaternion(numbers: Sequence[float]) -> Rotation:
+def _quaternion(numbers: Sequence[float]) -> scipy.spatial.transform.Rotation:
     if abs(float(np.linalg.norm(numbers)) - 1) > 1e-3:
         raise BadInput("The mount's quaternion has to be of length 1.")
-    return Rotation.from_quat(numbers)
+    return scipy.spatial.transform.Rotation.from_quat(numbers)
 
 
-def _placed(shift: Sequence[float], turn: Rotation) -> Transform:
+def _placed(shift: Sequence[float], turn: scipy.spatial.transform.Rotation) -> Transform:
     return Transform(rotation=turn.as_matrix(), translation=np.array(shift))
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from core.calibration.laser.plane_pairs import (
     UNKNOWNS_COUNT,
@@ -141,13 +141,13 @@ def _search(problem: ExtrinsicsProblem) -> Transform:
     if least < OUTLIER_CHI2:
         return nominal
     least *= RIVAL_COST_SHARE
-    turns = Rotation.create_group("O").as_matrix()
+    turns = scipy.spatial.transform.Rotation.create_group("O").as_matrix()
     for turn in turns:
         other = _settle(problem, Guess(turn, np.zeros(3)), soft=SOFT_LOSS_SDS).guess
         middle = float(np.median(chi_squares(problem.seen(), other)))
         if middle < least and not behind(problem.seen(), other):
             least, best = middle, other.rotation
-    if Rotation.from_matrix(best @ nominal.rotation.T).magnitude() < ANOTHER:
+    if scipy.spatial.transform.Rotation.from_matrix(best @ nominal.rotation.T).magnitude() < ANOTHER:
         return nominal
     axes = turns[int(np.argmax(np.trace(turns @ best.T, axis1=1, axis2=2)))]
     problem.mount = Mount(nominal=Transform(rotation=axes, translation=np.zeros(3)), spread=problem.mount.spread)
@@ -210,7 +210,7 @@ def _settle(
 
 def _from_mount(mount: Mount, guess: Guess) -> tuple[Array, Array]:
     """Distance from the nominal mount in its standard deviations (6,) and the derivative (6, 8)."""
-    turned = Rotation.from_matrix(guess.rotation @ mount.nominal.rotation.T).as_rotvec()
+    turned = scipy.spatial.transform.Rotation.from_matrix(guess.rotation @ mount.nominal.rotation.T).as_rotvec()
     away = np.concatenate((turned, guess.translation - mount.nominal.translation))
     slope = np.zeros((6, UNKNOWNS_COUNT))
     cross = cross_matrices(turned)

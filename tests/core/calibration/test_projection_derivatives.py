@@ -27,7 +27,7 @@ def test_derivatives_equal_finite_differences(model: CameraModel) -> None:
     for column in range(15):
         step = np.zeros(15)
         step[column] = 1e-6 * max(1.0, abs(camera[column]) if column < 4 else 1.0)
-        ahead, back = (project(*moved(camera, poses, sign * step), BOARD.points)[0].ravel() for sign in (1, -1))
+        ahead, back = (project(*moved(camera, poses, sign * step), BOARD.points)[0].T.ravel() for sign in (1, -1))
         difference = (ahead - back) / (2 * step[column])
         assert np.allclose(told[:, column], difference, rtol=1e-5, atol=1e-5 * np.abs(difference).max())
 

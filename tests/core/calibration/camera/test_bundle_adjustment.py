@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -9,7 +11,7 @@ from core.calibration.camera import bundle_adjustment
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
 from core.calibration.levenberg_marquardt import Linearisation, descend, minimise
 from core.calibration.practice import BoardPlacement
-from core.calibration.projection import PAPER, linearise, project, vector_of
+from core.calibration.projection import PAPER, Poses, linearise, project, vector_of
 from core.message import Array
 from core.optics import TABLE_3, CameraModel
 from tests.core.calibration.seen_boards import BOARD, SIZE, some_corners, some_poses
@@ -123,43 +125,57 @@ def test_levenberg_marquardt_finds_the_bottom_of_a_curved_valley() -> None:
     assert np.allclose(fit.state, (1, 1), atol=1e-6)
 
 
-def quadratic(bottoms: Array, steps: Array) -> tuple[Linearisation[Array, Array], list[Array], int]:
-    """Descend M parabolas (x - bottom)² with steps too long by the factor `steps`; also count the evaluations."""
+def parabola(bottom: float, steps: float) -> tuple[Linearisation[float, float], list[float], int]:
+    """Descend (x - bottom)² with steps too long by the factor `steps`; also count the evaluations."""
     evaluated = 0
-    dampings: list[Array] = []
+    dampings: list[float] = []
 
-    def at(x: Array) -> Linearisation[Array, Array]:
+    def at(x: float) -> Linearisation[float, float]:
         nonlocal evaluated
         evaluated += 1
-        return Linearisation(x, bottoms - x, np.where(np.abs(x) > 9, np.inf, (x - bottoms) ** 2))
+        return Linearisation(x, bottom - x, math.inf if abs(x) > 9 else (x - bottom) ** 2)
 
-    def advance(x: Array, ahead: Array, damping: Array) -> Array:
+    def advance(x: float, ahead: float, damping: float) -> tuple[float, float]:
         dampings.append(damping)
-        return x + steps * ahead / (1 + damping)
+        return x + steps * ahead / (1 + damping), ahead**2
 
-    def each(better: Array, there: Linearisation[Array, Array], here: Linearisation[Array, Array]):
-        return Linearisation(*(np.where(better, new, old) for new, old in zip(there, here, strict=True)))
-
-    found = descend(at, advance, np.zeros_like(bottoms), iterations=40, close=1e-12, hopeless=1e6, choose=each)
-    return found, dampings, evaluated
+    return descend(at, advance, 0.0, iterations=40, close=1e-12, hopeless=1e6), dampings, evaluated
 
 
-def test_every_one_of_several_independent_problems_has_its_own_damping() -> None:
-    found, dampings, _ = quadratic(np.array([1.0, 2.0]), np.array([1.0, 50.0]))
-    assert np.allclose(found.state, (1.0, 2.0), atol=1e-5)
-    raised = np.array(dampings)
-    assert raised[:, 1].max() >= 10 and raised[:, 0].max() == 1e-3 and raised.min() >= 1e-9
+def test_steps_that_are_too_long_are_damped_until_they_help() -> None:
+    found, dampings, _ = parabola(2.0, 50.0)
+    assert math.isclose(found.state, 2.0, abs_tol=1e-5)
+    assert max(dampings) >= 10 and min(dampings) >= 1e-9
+
+
+def test_a_start_that_is_the_solution_is_evaluated_once() -> None:
+    found, _, evaluated = parabola(0.0, 1.0)
+    assert found.state == 0.0 and evaluated == 1
 
 
 def test_a_descent_keeps_away_from_a_state_that_is_not_admissible() -> None:
-    found, _, _ = quadratic(np.array([12.0]), np.array([1.0]))
-    assert np.isfinite(found.costs[0]) and 0 < found.state[0] <= 9
+    found, _, _ = parabola(12.0, 1.0)
+    assert math.isfinite(found.cost) and 0 < found.state <= 9
 
 
 def test_a_descent_ends_where_no_damping_helps() -> None:
-    found, dampings, evaluated = quadratic(np.array([1.0]), np.array([-1.0]))
-    assert found.state[0] == 0.0
-    assert evaluated == len(dampings) + 1 < 41 and dampings[-1][0] <= 1e6 < 10.001 * dampings[-1][0]
+    found, dampings, evaluated = parabola(1.0, -1.0)
+    assert found.state == 0.0
+    assert evaluated == len(dampings) + 1 < 41 and dampings[-1] <= 1e6 < 10.001 * dampings[-1]
+
+
+def test_every_pose_is_refined_as_if_it_were_alone() -> None:
+    corners, truth = some_corners(6, noise=0.2, seed=3)
+    off = truth.poses.moved(np.random.default_rng(1).normal(0, 0.05, (6, 6)))
+    hopeless = Poses(off.rotations, off.translations * np.where(np.arange(6) == 2, 40.0, 1.0)[:, None])
+    start = BundleSolution(truth.camera, hopeless)
+    together = bundle_adjustment.refine_poses(corners, start)
+    for view in range(6):
+        one = slice(view, view + 1)
+        alone = bundle_adjustment.refine_poses(corners.take(one), BundleSolution(truth.camera, hopeless.take(one)))
+        assert np.allclose(together.translations[view], alone.translations[0], atol=1e-12)
+        if view != 2:
+            assert np.allclose(alone.translations[0], truth.poses.translations[view], atol=0.01)
 
 
 def test_the_camera_of_table_3_is_found_from_perfect_corners() -> None:

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from core.calibration.camera import bundle_adjustment, influence
+from core.calibration.camera import bundle_adjustment, consistency, influence
 from core.calibration.camera.bundle_adjustment import BundleSolution
 from core.calibration.camera.intrinsics import Calibration, calibrate
 from core.calibration.camera.session import AcceptedView, CameraSession
@@ -59,7 +59,13 @@ def rows_swapped(corners: Array) -> Array:
 def test_what_the_others_give_without_a_view_is_what_solving_without_it_gives(count: int) -> None:
     found = solved(some_corners(count, noise=0.15, seed=3)[0].pixels)
     known = known_of(found)
-    others = influence.without_each(found.corners, found.solution, free_of(found), found.noise)
+    others = influence.without_each(
+        found.corners,
+        found.solution,
+        consistency.equations(found.corners, found.solution),
+        free_of(found),
+        found.noise,
+    )
     assert len(others) == count
     for number in range(count):
         alone = refined(found, np.arange(count) != number)
