@@ -70,10 +70,17 @@ def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: 
     others = ~(near & believed).any(axis=1, keepdims=True) & ~believed
 
     def choose(allowed: Array) -> Pairs:
-        if not (near & allowed).any():
+        fitting = near & allowed
+        rows, columns = fitting.nonzero()
+        if not len(rows):
             return ()
+        if (
+            len(set(rows.tolist())) == len(rows) == len(set(columns.tolist()))
+        ):  # no sighting and no landmark has a choice
+            alone = tuple(zip(rows.tolist(), columns.tolist(), strict=True))
+            return _together(look, state, fitting, columns, settings, alone) if _crowded(state, columns) else alone
         alone = associate(distances, sizes, allowed, gate=settings.gate, fresh=settings.fresh, margin=settings.margin)
-        return _together(look, state, near & allowed, settings, alone.matches)
+        return _together(look, state, fitting, np.unique(columns), settings, alone.matches)
 
     far = np.where(alike, distances > settings.fresh, distances > settings.gate).all(axis=1)
     matches = (*choose(alike & believed), *choose(alike & others))
@@ -81,12 +88,13 @@ def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: 
     return Assignment(matches, tuple(row for row in np.flatnonzero(far).tolist() if row not in matched))
 
 
-def _together(look: Observation, state: Filter, allowed: Array, settings: MatchSettings, alone: Pairs) -> Pairs:
-    """The pairs that the sightings agree on together, where one by one there is a choice; else those chosen alone."""
-    columns = np.flatnonzero(allowed.any(axis=0))
-    contested = (allowed.sum(axis=1) > 1).any() or (allowed.sum(axis=0) > 1).any()
-    if settings.joint_nodes == 0 or not (contested or _crowded(state, columns)):
+def _together(
+    look: Observation, state: Filter, allowed: Array, columns: Array, settings: MatchSettings, alone: Pairs
+) -> Pairs:
+    """The pairs that the sightings agree on together; those chosen alone where the search would take too long."""
+    if settings.joint_nodes == 0:
         return alone
+    columns = np.sort(columns)
     candidates = JointCandidates(
         residuals=residual(look.readings[:, None], look.expectations[None, columns]),
         states=state.innovate(columns, look.expectations[columns]).state,
@@ -101,9 +109,7 @@ def _crowded(state: Filter, columns: Array) -> bool:
     """Return whether the robot knows its place less well than to half the way from a landmark to its neighbour."""
     if len(columns) < 2:
         return False
-    covariance = state.pose_covariance()
-    uncertain = 2 * math.sqrt(covariance[0, 0] + covariance[1, 1])
-    off = state.places - state.places[columns][:, None]
-    away = np.hypot(off[..., 0], off[..., 1])
+    covariance, (x, y) = state.pose_covariance(), state.places.T
+    away = (x - x[columns, None]) ** 2 + (y - y[columns, None]) ** 2
     away[np.arange(len(columns)), columns] = math.inf
-    return bool(uncertain > away.min())
+    return bool(4 * (covariance[0, 0] + covariance[1, 1]) > away.min())

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtri
+import scipy
 
 from core.message import Array
 
@@ -65,7 +65,7 @@ class JointCandidates:
             for column in np.flatnonzero(self.allowed[row]).tolist():
                 if column not in taken:
                     longer = self._extended(branch, row, column)
-                    if longer.distance < chdtri(2 * len(longer.pairs), chance):
+                    if longer.distance < scipy.special.chdtri(2 * len(longer.pairs), chance):
                         further.append(longer)
             further.sort(key=lambda one: -one.cost)
             open_branches += [(depth + 1, one) for one in further if one.cost <= best + margin]

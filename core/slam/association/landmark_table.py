@@ -72,6 +72,7 @@ COLUMNS = np.dtype(
     [(one.name, COLUMN_TYPES[str(one.type).removesuffix(" | None")]) for one in fields(LandmarkRecord)]
 )
 """A record's fields: the kind by its number, NaN for no opening, NO_IDENTITY for none."""
+HIT_COLUMNS = ["id", "opening", "farthest", "hits", "seen", "tentative"]  # what a further sighting needs to know
 
 
 class LandmarkTable:
@@ -151,18 +152,19 @@ class LandmarkTable:
 
     def hit(self, index: int, sighting: Sighting, heading: float) -> tuple[int, bool]:
         """Seen again → its id, and whether it is past its probation."""
-        row = self._rows[index]
-        row["met_again"] |= self._is_behind(row)
-        row["hits"] += 1
-        row["unseen"], row["seen"] = 0, self.travelled
-        row["farthest"] = max(float(row["farthest"]), sighting.range)
-        hits, opening = int(row["hits"]), float(row["opening"])
+        rows = self._rows
+        number, opening, farthest, hits, seen, tentative = rows[index][HIT_COLUMNS].item()
+        hits += 1
+        if not rows["met_again"][index]:
+            rows["met_again"][index] = self.travelled - seen > self.settings.behind * farthest
+        rows["hits"][index], rows["unseen"][index], rows["seen"][index] = hits, 0, self.travelled
+        rows["farthest"][index] = max(farthest, sighting.range)
         if sighting.opening is not None and not math.isnan(opening):
             off = wrap(sighting.opening + heading - opening)
-            row["opening"] = wrap(opening + off / min(hits, STEADY_HITS))
-        if hits >= self.settings.probation:
-            row["tentative"] = False
-        return int(row["id"]), not row["tentative"]
+            rows["opening"][index] = wrap(opening + off / min(hits, STEADY_HITS))
+        if tentative and hits >= self.settings.probation:
+            rows["tentative"][index] = tentative = False
+        return number, not tentative
 
     def hits(self, index: int) -> int:
         """Return how often a landmark was seen."""

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtri
+import scipy
 
 from core.message import Array
 from core.setting import ThresholdSet
@@ -45,7 +45,9 @@ def found_again(pairs: Pairs, apart: Array, spread: Array, *, gate: float, fewes
         taken = {pairs[k][1] for k in held}
         for k in choices[order[depth]]:
             longer = (*held, k)
-            if pairs[k][1] not in taken and _distance(longer, apart, spread) < chdtri(2 * len(longer), chance):
+            if pairs[k][1] not in taken and _distance(longer, apart, spread) < scipy.special.chdtri(
+                2 * len(longer), chance
+            ):
                 branches.append((depth + 1, longer))
     rivals = [one for one in fitting if len(one) >= largest - 1]
     whole = [one for one in rivals if not any(one < other for other in rivals)]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from core.message import Array
 
@@ -58,7 +58,7 @@ def _solve(costs: Array, allowed: Array, gate: float) -> list[tuple[int, int]]:
     if (allowed.sum(axis=1) <= 1).all() and (allowed.sum(axis=0) <= 1).all():
         return [(int(row), int(columns[square[i].argmin()])) for i, row in enumerate(rows)]
     nobody = np.full((len(rows), len(rows)), _leaving_out(costs, allowed, gate))
-    picked, chosen = linear_sum_assignment(np.hstack((square, nobody)))
+    picked, chosen = scipy.optimize.linear_sum_assignment(np.hstack((square, nobody)))
     pairs = [(int(rows[i]), int(columns[j])) for i, j in zip(picked, chosen, strict=True) if j < len(columns)]
     return [pair for pair in pairs if allowed[pair]]
 

@@ -1,16 +1,13 @@
 """The covariance of the whole state: stored once, changed in place."""
 
 from functools import lru_cache
-from typing import Any, cast
 
 import numpy as np
-from scipy.linalg import get_blas_funcs, get_lapack_funcs
+import scipy
 
 from core.message import Array
 
 BLOCK_SIZE = 64  # capacity comes in multiples of this
-syrk: Any = get_blas_funcs("syrk", dtype=np.float64)
-potrf, trtrs = cast(tuple[Any, Any], get_lapack_funcs(("potrf", "trtrs"), dtype=np.float64))
 
 
 class Covariance:
@@ -40,6 +37,12 @@ class Covariance:
             full[row, index:] = self._square[index, index:size]
         return full.reshape(*indices.shape, size)
 
+    def first_rows(self, count: int) -> Array:
+        """The first rows (count, size)."""
+        full = self._square[:count, : self.size].copy()
+        full[:, :count] = self.block(0, count)
+        return full
+
     def block(self, first: int, count: int) -> Array:
         """The square block (count, count) on the diagonal from `first`."""
         upper = self._square[first : first + count, first : first + count]
@@ -55,11 +58,11 @@ class Covariance:
 
     def lower(self, factor: Array) -> None:
         """P ← P − WᵀW with W (k, size)."""
-        self._accumulate(-1.0, factor)
+        self._accumulate(-1.0, self._padded(factor))
 
     def lift(self, factor: Array) -> None:
         """P ← P + WᵀW with W (k, size)."""
-        self._accumulate(1.0, factor)
+        self._accumulate(1.0, self._padded(factor))
 
     def add_to_row(self, index: int, change: Array) -> None:
         """Add `change` (size,) to a row and to the column of the same index; the diagonal element once."""
@@ -107,19 +110,24 @@ class Covariance:
         `crossing` HP (k, size), `innovation` S (k, k), symmetric, `residual` ν (k,): with S = LLᵀ and W = L⁻¹HP,
         P ← P − WᵀW, correction WᵀL⁻¹ν. Raises ValueError if S is not positive definite.
         """
-        root, failed = potrf(innovation, lower=1)
+        root, failed = scipy.linalg.lapack.dpotrf(innovation, lower=1)
         if failed:
             raise ValueError("The innovation covariance is not positive definite.")
-        both = np.column_stack((crossing, residual))
-        solved, _ = trtrs(root, both, lower=1)
-        self.lower(solved[:, :-1])
-        return solved[:, :-1].T @ solved[:, -1]
+        padded = np.zeros((len(crossing), 1 + len(self._square)), order="F")
+        padded[:, : self.size], padded[:, -1] = crossing, residual
+        solved, _ = scipy.linalg.lapack.dtrtrs(root, padded, lower=1, overwrite_b=1)
+        self._accumulate(-1.0, solved[:, :-1])
+        return solved[:, : self.size].T @ solved[:, -1]
 
-    def _accumulate(self, sign: float, factor: Array) -> None:
-        """P ← P + sign WᵀW in place: dsyrk copies anything but a whole Fortran-ordered array, so it gets that."""
+    def _padded(self, factor: Array) -> Array:
+        """W (k, size) → the same (k, capacity), zero where there are no states."""
         padded = np.zeros((len(factor), len(self._square)), order="F")
         padded[:, : self.size] = factor
-        changed = syrk(sign, padded, beta=1.0, c=self._square, trans=1, lower=0, overwrite_c=1)
+        return padded
+
+    def _accumulate(self, sign: float, padded: Array) -> None:
+        """P ← P + sign WᵀW in place: dsyrk copies anything but a whole Fortran-ordered array, so it gets that."""
+        changed = scipy.linalg.blas.dsyrk(sign, padded, beta=1.0, c=self._square, trans=1, lower=0, overwrite_c=1)
         assert np.shares_memory(changed, self._square), "dsyrk worked on a copy"
 
 

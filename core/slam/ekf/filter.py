@@ -128,7 +128,7 @@ class Filter(ABC):
         self.settle()
         sightings, slopes = expected(self.pose, self.places)
         lever, count = self.lever(self.places), len(self.places)
-        robot = self.covariance.rows(np.arange(POSE_SIZE))
+        robot = self.covariance.first_rows(POSE_SIZE)
         own, cross = robot[:, :POSE_SIZE], robot[:, POSE_SIZE : POSE_SIZE + 2 * count].reshape(POSE_SIZE, count, 2)
         shared = cross[:2].transpose(1, 2, 0)
         spread = self._own_blocks() + own[:2, :2] - shared - shared.transpose(0, 2, 1)
@@ -144,7 +144,7 @@ class Filter(ABC):
         expectations, slopes = expected(self.pose, self.places[indices])
         lever = self.lever(self.places[indices])
         columns = POSE_SIZE + 2 * indices[:, None] + np.arange(2)
-        robot = self.covariance.rows(np.arange(POSE_SIZE))
+        robot = self.covariance.first_rows(POSE_SIZE)
         relative = self.covariance.rows(columns) - robot[:2] + lever[:, :, None] * robot[2]
         crossing = (slopes @ relative).reshape(2 * count, -1)
         seen = crossing[:, columns] - crossing[:, None, :2] + crossing[:, 2, None, None] * lever
@@ -184,7 +184,7 @@ class Filter(ABC):
         self.settle()
         place, slope = place_of(self.pose, sighting)
         lever = self.lever(place[None])[0]
-        robot = self.covariance.rows(np.arange(POSE_SIZE))
+        robot = self.covariance.first_rows(POSE_SIZE)
         rows = robot[:2] - lever[:, None] * robot[2]
         return place, rows, rows[:, :2] - np.outer(rows[:, 2], lever) + slope @ noise @ slope.T
 

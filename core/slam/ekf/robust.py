@@ -3,15 +3,12 @@
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
-from scipy.linalg import get_lapack_funcs
+import scipy
 
 from core.message import Array
 from core.setting import ThresholdSet
-
-potrf, potri, potrs = cast(tuple[Any, Any, Any], get_lapack_funcs(("potrf", "potri", "potrs"), dtype=np.float64))
 
 MAX_ROUNDS = 3  # in which trust is withdrawn, at most
 WEIGHT_EXPONENT = 1.5  # with which it falls beyond the limit
@@ -41,11 +38,11 @@ def mahalanobis(innovation: Array, residuals: Array) -> Array:
     The others' residuals have a common cause where the robot is not quite where it was predicted; what they share is
     taken off. With S the covariance and ν the residuals, (S⁻¹ν)_i has the covariance (S⁻¹)_ii.
     """
-    root, failed = potrf(innovation, lower=1)
+    root, failed = scipy.linalg.lapack.dpotrf(innovation, lower=1)
     if failed:
         raise ValueError("The innovation covariance is not positive definite.")
-    pulls, _ = potrs(root, residuals.ravel(), lower=1)
-    inverse, _ = potri(root, lower=1)
+    pulls, _ = scipy.linalg.lapack.dpotrs(root, residuals.ravel(), lower=1)
+    inverse, _ = scipy.linalg.lapack.dpotri(root, lower=1)
     diagonal = inverse.diagonal()
     a, b, c = diagonal[::2], inverse.diagonal(-1)[::2], diagonal[1::2]
     u, v = pulls[::2], pulls[1::2]
