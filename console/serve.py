@@ -235,6 +235,7 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
             with contextlib.suppress(BeckonError):  # where nothing reads words, who speaks reads so
                 chosen(settings.speech)
                 runtime.parts[RoomTranscriber].warm(robot.profile.microphones)
+            gc.enable()
             gc.freeze()  # objects loaded by now stay; to go through it again and again would take 70 ms each time
             if first:
                 announce(options, port, access)

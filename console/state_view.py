@@ -39,8 +39,6 @@ from core.slam.estimate import Estimate, Landmark
 from core.slam.scan_matching.agreement import MoveAgreement
 from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Notice, Snapshot
 
-NIS_BAND = faded_band(NIS_FADE)
-
 
 @dataclass(frozen=True)
 class StateContext:
@@ -172,7 +170,7 @@ def slam(snapshot: Snapshot, step_ms: float | None) -> messages.SlamState:
         mode=health.mode,
         updates=health.updates,
         nis=health.nis,
-        nis_band=NIS_BAND,
+        nis_band=faded_band(NIS_FADE),
         nees=squared,
         error_m=error_m,
         error_rad=error_rad,

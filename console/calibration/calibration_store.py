@@ -17,7 +17,7 @@ from pathlib import Path
 from threading import Lock
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from console.calibration.jobs import Document
 from console.http.problems import Problem
@@ -198,6 +198,8 @@ def numbers_of(kind: CalibrationKind, report: Document) -> dict[str, float]:
     """The numbers of a report that two calibrations are compared by."""
     if kind == "camera":
         return {name: report[name] for name in COMPARED if name in report}
-    turns = Rotation.from_matrix(np.array(report["rotation"]) @ OPTICAL.T).as_euler("xyz", degrees=True)
+    turns = scipy.spatial.transform.Rotation.from_matrix(np.array(report["rotation"]) @ OPTICAL.T).as_euler(
+        "xyz", degrees=True
+    )
     names = ("x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg")
     return dict(zip(names, [*report["translation_m"], *turns.tolist()], strict=True))

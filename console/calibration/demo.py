@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from console.calibration.codec import board_of
 from console.calibration.jobs import SkipAdvice
@@ -158,7 +158,7 @@ class BoardDemo:
         rng = self._rng
         about = rng.normal(size=3)
         about *= care * AIM_SD_RAD * abs(rng.normal()) / np.linalg.norm(about)
-        rotation = Rotation.from_rotvec(about).as_matrix() @ advised.rotation
+        rotation = scipy.spatial.transform.Rotation.from_rotvec(about).as_matrix() @ advised.rotation
         shift = rng.normal(0.0, care * AIM_SD_M / np.sqrt(3), 3) + np.array([0.0, -lift, 0.0])
         middle = advised.apply(self._board.centre[None])[0] + shift
         return Transform(rotation=rotation, translation=middle - rotation @ self._board.centre)

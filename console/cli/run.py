@@ -1,6 +1,7 @@
 """`beckon run`: the console, by default on the simulated robot."""
 
 import argparse
+import gc
 import sys
 from pathlib import Path
 from typing import Any
@@ -88,6 +89,7 @@ def run(chosen: argparse.Namespace) -> int:
     if not chosen.log_json:
         sys.stderr.write(f"Starting {chosen.robot}…\n")  # at once: the imports take seconds
         sys.stderr.flush()
+    gc.disable()  # what is imported stays, and looking for garbage in it takes a seventh of the start; on in `serve`
     from console.serve import Options, serve  # the web stack takes a second to import: only here
 
     serve(

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from console.scene.viser_host.mount import close_viser, open_viser
 from core.calibration.board.board import Board
@@ -33,7 +33,7 @@ def boards_html(boards: Sequence[Mapping[str, Any]], board: Board, fov: float, a
         )
         for number, pose in enumerate(boards):
             name, colour = f"/boards/{number + 1}", colour_of(number / len(boards))
-            turn = Rotation.from_matrix(np.array(pose["rotation"])).as_quat(scalar_first=True)
+            turn = scipy.spatial.transform.Rotation.from_matrix(np.array(pose["rotation"])).as_quat(scalar_first=True)
             scene.add_frame(name, wxyz=turn, position=np.array(pose["translation_m"]), show_axes=False)
             rim = np.array(board.outline, float)
             sides = np.stack((rim, np.roll(rim, -1, axis=0)), axis=1)

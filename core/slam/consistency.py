@@ -1,9 +1,10 @@
 """Consistency of an estimator: its errors against its covariance (NEES, NIS)."""
 
 import math
+from functools import cache
 
 import numpy as np
-from scipy.special import gammaincinv
+import scipy
 
 from core.geometry import Pose, wrap
 from core.message import Array
@@ -18,6 +19,7 @@ def squared_error(error: Array, covariance: Array) -> float:
     return float(((vectors.T @ error) ** 2 / values).sum())
 
 
+@cache
 def faded_band(memory: float, share: float = 0.95) -> tuple[float, float]:
     """Return the band in which a fading mean of 2-D normalised innovations lies for `share` of the time; ideal 1.
 
@@ -25,7 +27,7 @@ def faded_band(memory: float, share: float = 0.95) -> tuple[float, float]:
     itself with every new one weighs (1 + memory) / (1 - memory) of them, and is close to a gamma distribution.
     """
     count = (1 + memory) / (1 - memory)
-    low, high = (float(gammaincinv(count, tail)) / count for tail in ((1 - share) / 2, (1 + share) / 2))
+    low, high = (float(scipy.special.gammaincinv(count, tail)) / count for tail in ((1 - share) / 2, (1 + share) / 2))
     return low, high
 
 

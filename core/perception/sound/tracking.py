@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from core.geometry import rotation, wrap
 from core.message import Array, message
@@ -88,7 +88,7 @@ class VoiceTracker:
         costs = np.array([[_distance(voice, one) for one in heard] for voice in self._voices])
         taken: set[int] = set()
         if costs.size:
-            for row, column in zip(*linear_sum_assignment(np.minimum(costs, 1e3)), strict=True):
+            for row, column in zip(*scipy.optimize.linear_sum_assignment(np.minimum(costs, 1e3)), strict=True):
                 if costs[row, column] <= GATE_CHI2:
                     hit = _corrected(self._voices[row], heard[column], now)
                     self._voices[row] = replace(hit, confirmed=hit.confirmed or hit.hits >= CONFIRMING_HITS)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from core.geometry import Pose, wrap, wrap_all
 from core.message import Array
@@ -173,7 +173,7 @@ class BearingLandmarks:
             return [], set()
         gaps = self._gaps(seen, eye) / reach
         gaps[~_alike(np.array([track.look for track in self._tracks]), seen.looks)] = NO_PAIR_COST
-        rows, columns = linear_sum_assignment(np.minimum(gaps, NO_PAIR_COST))
+        rows, columns = scipy.optimize.linear_sum_assignment(np.minimum(gaps, NO_PAIR_COST))
         pairs = [
             (self._tracks[a], b)
             for a, b in zip(rows.tolist(), columns.tolist(), strict=True)

@@ -5,8 +5,7 @@ from collections.abc import Iterable, Sequence
 from itertools import islice
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
+import scipy
 
 from core.geometry import Pose, rotation, wrap_all
 from core.message import Array
@@ -47,8 +46,8 @@ def reweighted(coarse: EdgeTable, fine: EdgeTable, headings: Array) -> EdgeTable
 
 def _parts(fine: EdgeTable, count: int) -> Array:
     """The part (N,) that every view belongs to: from one to the other there is a way along fine edges."""
-    graph = sparse.coo_matrix((np.ones(len(fine)), (fine.a, fine.b)), shape=(count, count))
-    return csgraph.connected_components(graph, directed=False)[1]
+    graph = scipy.sparse.coo_matrix((np.ones(len(fine)), (fine.a, fine.b)), shape=(count, count))
+    return scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
 
 
 def _information(fine: EdgeTable, headings: Array) -> Array:
@@ -203,8 +202,8 @@ class MapGraph:
         count, shortest = len(self.views), np.argsort(lengths, kind="stable")
         # of several edges between two views the shortest one: a sparse matrix would add them up
         pairs, first = np.unique((a * count + b)[shortest].astype(int), return_index=True)
-        graph = sparse.csr_matrix((lengths[shortest[first]], divmod(pairs, count)), shape=(count, count))
-        return csgraph.dijkstra(graph, directed=False, indices=view, limit=limit)
+        graph = scipy.sparse.csr_matrix((lengths[shortest[first]], divmod(pairs, count)), shape=(count, count))
+        return scipy.sparse.csgraph.dijkstra(graph, directed=False, indices=view, limit=limit)
 
     def spread_of(self, submap: int) -> Array:
         """Covariance (3, 3) of a submap's place in the world."""

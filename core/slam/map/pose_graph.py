@@ -9,8 +9,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import linalg
+import scipy
 
 from core.geometry import Pose, wrap_all
 from core.message import Array
@@ -164,7 +163,7 @@ class Equations:
         kept = np.flatnonzero((rows >= 0) & (columns >= 0))
         keys, slot = np.unique(rows[kept] * size + columns[kept], return_inverse=True)
         self._indices, self._indptr = keys % size, np.searchsorted(keys, size * np.arange(size + 1))
-        self._gather = sparse.csr_matrix((np.ones(len(kept)), (slot, kept)), shape=(len(keys), len(rows)))
+        self._gather = scipy.sparse.csr_matrix((np.ones(len(kept)), (slot, kept)), shape=(len(keys), len(rows)))
 
     def weigh(self, poses: Array, doubt: float) -> tuple[Array, Array]:
         """Poses (N, 3) → squared Mahalanobis distance (E,) and weight (E,) of every edge."""
@@ -194,9 +193,11 @@ class Equations:
         settled = np.broadcast_to(MIN_DAMPING * np.eye(3), (size, 3, 3))
         parts = np.concatenate((*own, mixed, mixed.transpose(0, 2, 1), settled)).reshape(-1, 9)
         blocks = (self._gather @ parts).reshape(-1, 3, 3)
-        whole: Any = sparse.bsr_matrix((blocks, self._indices, self._indptr), shape=(3 * size, 3 * size)).tocsr()
+        whole: Any = scipy.sparse.bsr_matrix(
+            (blocks, self._indices, self._indptr), shape=(3 * size, 3 * size)
+        ).tocsr()
         entries = (whole.data, whole.indices, whole.indptr)  # by rows, which are the columns too
-        return sparse.csc_matrix(entries, whole.shape), slope[:-1].ravel()
+        return scipy.sparse.csc_matrix(entries, whole.shape), slope[:-1].ravel()
 
 
 class Marginals:
@@ -224,16 +225,16 @@ class Marginals:
 def _order(edges: EdgeTable, count: int) -> Array:
     """Edges between `count` poses → place of every pose's block (N,); -1: the first pose."""
     ends = (np.concatenate((edges.a, edges.b)), np.concatenate((edges.b, edges.a)))
-    linked: Any = sparse.coo_matrix((np.full(len(ends[0]), -1.0), ends), shape=(count, count)).tocsc()[1:, 1:]
+    linked: Any = scipy.sparse.coo_matrix((np.full(len(ends[0]), -1.0), ends), shape=(count, count)).tocsc()[1:, 1:]
     degrees = 1.0 - np.asarray(linked.sum(axis=0)).ravel()
     order = np.full(count, -1)
-    order[1:] = _factor(linked + sparse.diags(degrees, format="csc"), "MMD_AT_PLUS_A").perm_c
+    order[1:] = _factor(linked + scipy.sparse.diags(degrees, format="csc"), "MMD_AT_PLUS_A").perm_c
     return order
 
 
 def _factor(system: Any, order: str) -> Any:
     options = {"SymmetricMode": True}
-    return linalg.splu(system, permc_spec=order, diag_pivot_thresh=0.0, options=options)
+    return scipy.sparse.linalg.splu(system, permc_spec=order, diag_pivot_thresh=0.0, options=options)
 
 
 def compose_covariance(base: Pose, spread: Array, local: Pose, inner: Array) -> Array:

@@ -6,7 +6,7 @@ import math
 from copy import copy
 
 import numpy as np
-from scipy.spatial import KDTree
+import scipy
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
@@ -37,7 +37,7 @@ class WallPoints:
         good = (length < MAX_WALL_M) & (length > 1e-6) & (steps[:-1] < MAX_GAP_M) & (steps[1:] < MAX_GAP_M)
         self.points = points[1:-1][good]  # (M, 2) [m], robot frame
         self.normals = np.column_stack((-along[good, 1], along[good, 0])) / length[good, None]  # (M, 2)
-        self._tree = KDTree(self.points) if len(self.points) else None
+        self._tree = scipy.spatial.KDTree(self.points) if len(self.points) else None
 
     def thinned(self, most: int) -> WallPoints:
         """At most `most` of these points, evenly; they can be laid on others, not others on them."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-from scipy.linalg import solve_triangular
+import scipy
 
 from core.geometry import Pose, wrap
 from core.message import Array, message
@@ -184,8 +184,8 @@ def fit_time_offset(
     misfit, information = 0.0, 0.0
     for _ in range(REFINEMENT_ROUNDS):
         times = stamps + offset
-        slopes = solve_triangular(whitener, _rates(times, track), lower=True)
-        left = solve_triangular(whitener, headings - np.interp(times, *track), lower=True)
+        slopes = scipy.linalg.solve_triangular(whitener, _rates(times, track), lower=True)
+        left = scipy.linalg.solve_triangular(whitener, headings - np.interp(times, *track), lower=True)
         information = float(slopes @ slopes)
         if information <= 0.0:
             return None
@@ -206,7 +206,7 @@ def _search(
     best, fits = 0.0, list[tuple[float, float, Array]]()
     for jitter in JITTER_SDS_S:
         whitener, log_volume = _whitener(stamps + best, track, jitter, settings)
-        costs = (solve_triangular(whitener, differences, lower=True) ** 2).sum(axis=0)
+        costs = (scipy.linalg.solve_triangular(whitener, differences, lower=True) ** 2).sum(axis=0)
         best = float(offsets[costs.argmin()])
         fits.append((float(costs.min()) + log_volume, jitter, costs))
     _, jitter, costs = min(fits, key=lambda fit: fit[0])

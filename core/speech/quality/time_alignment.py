@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from scipy.fft import next_fast_len
+import scipy
 
 from core.errors import BadInput
 from core.message import Array, message
@@ -67,7 +67,7 @@ def at_rate(sound: Sound, rate: int) -> Array:
 
 def _delay(ours: Array, theirs: Array) -> tuple[int, float]:
     """Samples by which `theirs` is later, and the correlation there, -1..1 of the part that overlaps."""
-    size = int(next_fast_len(len(ours) + len(theirs), real=True) or 0)
+    size = int(scipy.fft.next_fast_len(len(ours) + len(theirs), real=True) or 0)
     product = np.conj(np.fft.rfft(ours, size)) * np.fft.rfft(theirs, size)
     table = np.fft.irfft(product, size)
     best = int(np.argmax(np.abs(table)))

@@ -1,0 +1,34 @@
+"""The time until the console's address is shown is mostly that of its imports: what may be among them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+HEAVY = ("scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.sparse", "scipy.spatial", "scipy.stats")
+LATE = (*HEAVY, "matplotlib", "onnxruntime", "pocketsphinx", "sounddevice", "torch", "zenoh")
+MOST_MODULES = 1500  # 1,430; 1,854 before scipy came late
+MOST_SECONDS = 3.0  # of processor time; 1.0 on the machine on which it was measured, which was busy
+
+
+def loaded(module: str) -> tuple[set[str], float]:
+    """Import a module in a process of its own → the modules there then, and the seconds that it took."""
+    code = f"import gc, sys, time; gc.disable(); import {module}; print(time.process_time(), *sys.modules)"
+    told = subprocess.run(
+        [sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True, env=dict(os.environ)
+    ).stdout.split()
+    return set(told[1:]), float(told[0])
+
+
+def test_the_console_loads_nothing_before_its_address_that_can_come_later() -> None:
+    modules, seconds = loaded("console.serve")
+    assert "fastapi" in modules and "numpy" in modules
+    assert not modules & set(LATE)
+    assert len(modules) < MOST_MODULES and seconds < MOST_SECONDS
+
+
+def test_the_driver_and_the_workers_do_without_scipy_and_the_web() -> None:
+    for module in ("core.robots.process", "console.workers.process"):
+        modules, _ = loaded(module)
+        assert not {name.partition(".")[0] for name in modules} & {"scipy", "fastapi", "viser", "pydantic"}
