@@ -173,26 +173,26 @@ def rescue(
     return BundleSolution(solution.camera, _chosen(turned, other, solution.poses)), turned
 
 
-class Equations(NamedTuple):
+class NormalEquations(NamedTuple):
     """Every view's share of the normal equations, its own pose eliminated: PARAMETERS, then shapes of the board."""
 
     precision: Array  # (M, P, P) [1/pixel²]
     pull: Array  # (M, P): gradient of half of the view's cost with its pose following
 
-    def of(self, columns: Sequence[int]) -> Equations:
+    def of(self, columns: Sequence[int]) -> NormalEquations:
         """Those of some unknowns alone."""
         chosen = list(columns)
-        return Equations(self.precision[:, chosen][:, :, chosen], self.pull[:, chosen])
+        return NormalEquations(self.precision[:, chosen][:, :, chosen], self.pull[:, chosen])
 
 
-def equations(corners: Corners, solution: BundleSolution, shapes: Sequence[Array] = ()) -> Equations:
+def equations(corners: Corners, solution: BundleSolution, shapes: Sequence[Array] = ()) -> NormalEquations:
     """The normal equations at a solution; `shapes`: displacements (N, 3) of the corners per unit, K more unknowns."""
     unknowns = (*range(len(PARAMETERS)), *range(POSE_END, POSE_END + len(shapes)))
     gram, _ = _gram(corners, solution, unknowns, None, shapes)
     pose = _damped(gram.pose, 0.0)  # a view without corners adds nothing and divides by nothing
     right = np.concatenate((np.swapaxes(gram.mixed, 1, 2), gram.pose_gradient[..., None]), axis=2)
     less = gram.mixed @ _solve(pose, right)
-    return Equations(gram.camera - less[..., :-1], gram.camera_gradient - less[..., -1])
+    return NormalEquations(gram.camera - less[..., :-1], gram.camera_gradient - less[..., -1])
 
 
 def information(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from core.calibration.camera import bundle_adjustment
-from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, Equations
+from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, NormalEquations
 from core.calibration.projection import PAPER, PARAMETERS, Poses
 from core.message import Array, message
 
@@ -109,7 +109,7 @@ def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int])
     return None
 
 
-def find_two_focal_lengths(corners: Corners, solution: BundleSolution, known: Equations) -> PictureGroup | None:
+def find_two_focal_lengths(corners: Corners, solution: BundleSolution, known: NormalEquations) -> PictureGroup | None:
     """Find the smaller part of the used views, if two focal lengths explain them beyond doubt; None: one does.
 
     F-test over groups of views: the gain of a second focal length over what the views' own cameras would still gain,
@@ -121,7 +121,7 @@ def find_two_focal_lengths(corners: Corners, solution: BundleSolution, known: Eq
     if count < 2 * MIN_VIEWS:
         return None
     some = BundleSolution(solution.camera, solution.poses.take(kept))
-    test = _FocalTest(corners.take(kept), some, Equations(*(each[kept] for each in known.of(PAPER))))
+    test = _FocalTest(corners.take(kept), some, NormalEquations(*(each[kept] for each in known.of(PAPER))))
     for order, ways, share in (
         (np.arange(count), float(count), SHARE_IN_TIME),
         (np.argsort(test.own), 2.0 ** (count - 1), SHARE_SORTED),
@@ -138,7 +138,7 @@ def find_two_focal_lengths(corners: Corners, solution: BundleSolution, known: Eq
 class _FocalTest:
     """The quadratic costs of views about their common camera, and what a second focal length gains."""
 
-    def __init__(self, some: Corners, pooled: BundleSolution, equations: Equations) -> None:
+    def __init__(self, some: Corners, pooled: BundleSolution, equations: NormalEquations) -> None:
         self._camera = pooled.camera
         self._precision, self._pull = equations
         self._spread = bundle_adjustment.covariance(self._precision.sum(axis=0), 1.0)
@@ -380,7 +380,7 @@ def _cause(camera: Array, rest: Array, size: tuple[int, int]) -> str:
     return cause if away < NEARER_SHARE * apart else "another camera, or its lens was moved"
 
 
-def equations(corners: Corners, solution: BundleSolution) -> Equations:
+def equations(corners: Corners, solution: BundleSolution) -> NormalEquations:
     """The normal equations of PARAMETERS, the squares' aspect (BY_ASPECT) and the board's bend (BY_BEND)."""
     points, bends = corners.points, _bends(corners.points)
     return bundle_adjustment.equations(
@@ -388,7 +388,7 @@ def equations(corners: Corners, solution: BundleSolution) -> Equations:
     )
 
 
-def find_aspect(corners: Corners, solution: BundleSolution, known: Equations) -> Aspect | None:
+def find_aspect(corners: Corners, solution: BundleSolution, known: NormalEquations) -> Aspect | None:
     """The squares' height over their width, if it is not 1 beyond doubt; `known`: the equations at this solution."""
     noise = bundle_adjustment.noise(corners, solution, PAPER)
     found, scaled, sd = 1.0, corners, 1.0
@@ -408,7 +408,7 @@ def find_aspect(corners: Corners, solution: BundleSolution, known: Equations) ->
 
 
 def find_bend(
-    corners: Corners, solution: BundleSolution, known: Equations, least_bend: float = LEAST_BEND
+    corners: Corners, solution: BundleSolution, known: NormalEquations, least_bend: float = LEAST_BEND
 ) -> Bend | None:
     """The board's shape by heights of second order across it, if the used views show beyond doubt that it is bent, by
     so much of its diagonal at least. `known`: the equations at this solution.

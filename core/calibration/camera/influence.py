@@ -7,7 +7,7 @@ is left out because it disagrees with the others, the others may be wrong. So bo
 import numpy as np
 
 from core.calibration.camera import bundle_adjustment
-from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, Equations
+from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, NormalEquations
 from core.message import Array, message
 
 NAMES = ("f", "fx", "fy", "cx", "cy")
@@ -57,7 +57,7 @@ def with_each(corners: Corners, solution: BundleSolution, free: tuple[int, ...])
 
 
 def without_each(
-    corners: Corners, solution: BundleSolution, known: Equations, free: tuple[int, ...], noise: float
+    corners: Corners, solution: BundleSolution, known: NormalEquations, free: tuple[int, ...], noise: float
 ) -> dict[int, Figures]:
     """Every view that is used → by number, what the others give without it, to first order.
 

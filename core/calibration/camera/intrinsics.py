@@ -9,7 +9,7 @@ import numpy as np
 from core.calibration import homography
 from core.calibration.board.board import Board
 from core.calibration.camera import bundle_adjustment, consistency, influence
-from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, Equations
+from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, NormalEquations
 from core.calibration.camera.consistency import Aspect, Bend, PictureGroup
 from core.calibration.camera.influence import Figures
 from core.calibration.camera.suspects import accuse, odd_lines
@@ -165,7 +165,7 @@ class _Found(NamedTuple):
     corners: Corners  # as they are used
     solution: BundleSolution
     focal_known: bool
-    equations: Equations  # at this solution
+    equations: NormalEquations  # at this solution
     aspect: Aspect | None = None
     bend: Bend | None = None
     part: PictureGroup | None = None
@@ -369,7 +369,7 @@ def _fitting(everything: Corners, solution: BundleSolution) -> Array:
     return fits
 
 
-def _deserves_k3(corners: Corners, solution: BundleSolution, known: Equations) -> bool:
+def _deserves_k3(corners: Corners, solution: BundleSolution, known: NormalEquations) -> bool:
     """Return whether k3 is clearly not zero and improves the prediction of views that took no part in the fit."""
     kept = corners.views_used
     some = corners.take(kept)
