@@ -12,7 +12,7 @@ from core.calibration.projection import Poses
 from core.message import Array
 
 MOST_FOCAL = 100.0  # times the picture's longer side: beyond it, it is rounding that speaks
-RIDGE = 1e-12  # keeps corners that lie on one spot from having no answer at all
+RIDGE_SHARE = 1e-12  # keeps corners that lie on one spot from having no answer at all
 
 
 class Start(NamedTuple):
@@ -35,7 +35,7 @@ def homographies(points: Array, pixels: Array) -> Array:
     rows[..., 1, 6:9] = -seen[..., 1:2] * ground
     stacked = rows.reshape(views, 2 * count, 9)
     product = np.swapaxes(stacked, 1, 2) @ stacked
-    solved = np.linalg.solve(product[:, :8, :8] + RIDGE * count * np.eye(8), -product[:, :8, 8:])
+    solved = np.linalg.solve(product[:, :8, :8] + RIDGE_SHARE * count * np.eye(8), -product[:, :8, 8:])
     mapping = np.concatenate((solved[..., 0], np.ones((views, 1))), axis=1)  # the board's middle is never at infinity
     return np.linalg.inv(from_seen) @ mapping.reshape(views, 3, 3) @ from_flat
 
