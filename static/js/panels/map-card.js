@@ -140,6 +140,7 @@ class MapCard extends Panel {
   }
 
   #draw() {
+    if (this.#list.querySelector(".map-question")) return; // it would take the question away
     this.#empty.hidden = this.#maps.length > 0;
     this.#list.replaceChildren(...this.#maps.map((map) => this.#row(map)));
   }
@@ -223,7 +224,10 @@ class MapCard extends Panel {
       question.remove();
       void this.#try(then);
     });
-    no.addEventListener("click", () => question.remove());
+    no.addEventListener("click", () => {
+      question.remove();
+      this.#draw();
+    });
     row.append(question);
     no.focus();
     question.scrollIntoView({ block: "nearest" });
