@@ -111,7 +111,7 @@ def linearise(camera: Array, poses: Poses, points: Array, shapes: Sequence[Array
     for number, shape in enumerate(shapes):
         moved = poses.rotations @ shape.T
         columns[:, 15 + number] = sum(moved[:, None, axis] * by_space[:, axis] for axis in range(3))
-    return Linearised(np.swapaxes(pixels, 1, 2), columns.reshape(len(depth), len(columns[0]), -1))
+    return Linearised(np.swapaxes(pixels, 1, 2), columns.reshape(*columns.shape[:2], 2 * len(points)))
 
 
 def _fill_by_camera(camera: Array, place: Array, columns: Array) -> Array:

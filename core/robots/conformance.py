@@ -320,9 +320,9 @@ class Suite:
         for name, twist, wait in (("stop", ZERO, slack), ("silence", None, TWIST_TIMEOUT_S + slack)):
             self.session.frames(TEST_DRIVE_S, ahead)
             self.session.frames(wait, twist)
-            went_on = abs(self._way_by_scans(TEST_DRIVE_S, twist))
+            went_on = abs(self._way_by_scans(SCANNED_DRIVE_S / 2, twist))
             advice = f"By the scans the base goes on {1000 * wait:.0f} ms after the last request."
-            self.add(name, went_on < 0.5 * TEST_SPEED_M_S * TEST_DRIVE_S, 100 * went_on, "cm", advice)
+            self.add(name, went_on < asked / 4, 100 * went_on, "cm", advice)
         self.session.frames(MAX_STOPPING_S, ZERO)
 
     def _way_by_scans(self, seconds: float, twist: Twist | None) -> float:

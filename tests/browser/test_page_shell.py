@@ -55,7 +55,7 @@ def test_pages_change_without_loading_and_stop_link_and_operator_stay(visit: Ope
 def test_beside_a_page_keys_stop_but_do_not_drive(visit: Open, console: Running) -> None:
     here = visit()
     open_page(here, "Help")
-    expect(here.find(".docs h3").first).to_be_visible()
+    expect(here.find(".docs h2").first).to_be_visible()
     here.page.keyboard.down("w")
     here.wait(0.5)
     here.page.keyboard.up("w")

@@ -76,11 +76,17 @@ async function read(file) {
       const at = picture.getAttribute(name);
       if (at) picture.setAttribute(name, new URL(at, url).href);
     }
+  if (file === CONTENTS) main.querySelector("h1")?.remove(); // the page's own title says it
+  else lowerHeadings(main);
+  return [...main.childNodes].map((node) => document.adoptNode(node));
+}
+
+/** @param {Element} main whose headings stand below the page's own one */
+function lowerHeadings(main) {
   for (const heading of [...main.querySelectorAll("h1, h2, h3, h4, h5")].reverse()) {
     const lower = document.createElement(`h${Number(heading.localName.slice(1)) + 1}`);
     lower.id = heading.id;
     lower.append(...heading.childNodes);
     heading.replaceWith(lower);
   }
-  return [...main.childNodes].map((node) => document.adoptNode(node));
 }
