@@ -27,7 +27,8 @@ class Cinema:
 def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cinema]:
     folder = tmp_path_factory.mktemp("recording")
     log = folder / "room.jsonl"
-    log.write_text("".join(json.dumps({"t": stamp, "ranges": [2.0 + 0.01 * beam for beam in range(90)]}) + "\n" for stamp in STAMPS))
+    ranges = [2.0 + 0.01 * beam for beam in range(90)]
+    log.write_text("".join(json.dumps({"t": stamp, "ranges": ranges}) + "\n" for stamp in STAMPS))
     with Live(folder, url=f"log:{log}") as live:
         yield Cinema(live)
 

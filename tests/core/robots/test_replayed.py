@@ -29,7 +29,8 @@ def scans(tmp_path):
 def drive(tmp_path):
     """A scan set of 2 scans 1 s apart with odometry 0.5 m apart."""
     path = tmp_path / "drive.npz"
-    np.savez(path, t=[0.0, 1.0], odo_raw=[[1, 1, 0], [1.5, 1, 0]], scan_cm=np.tile(np.linspace(150, 250, 180).astype(np.uint16), (2, 1)))
+    scan = np.linspace(150, 250, 180).astype(np.uint16)
+    np.savez(path, t=[0.0, 1.0], odo_raw=[[1, 1, 0], [1.5, 1, 0]], scan_cm=[scan, scan])
     return path
 
 
