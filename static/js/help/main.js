@@ -76,7 +76,8 @@ async function read(file) {
       const at = picture.getAttribute(name);
       if (at) picture.setAttribute(name, new URL(at, url).href);
     }
-  if (file === CONTENTS) main.querySelector("h1")?.remove(); // the page's own title says it
+  if (file === CONTENTS)
+    main.querySelector("h1")?.remove(); // the page's own title says it
   else lowerHeadings(main);
   return [...main.childNodes].map((node) => document.adoptNode(node));
 }
