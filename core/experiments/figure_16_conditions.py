@@ -87,7 +87,12 @@ class Condition:
 
 
 CHAPTER = Condition("camera", "hidden")
-CONDITIONS = (CHAPTER, Condition("camera", "given"), Condition("laser", "hidden"), Condition("laser", "given"))
+CHAPTER_CONDITIONS = (
+    CHAPTER,
+    Condition("camera", "given"),
+    Condition("laser", "hidden"),
+    Condition("laser", "given"),
+)
 
 ABOUT = About(
     title="Figure 16 under the chapter's own conditions",
@@ -104,7 +109,7 @@ ABOUT = About(
             unit="m",
             ours=f"conditions.{row}.slam_worst_m",
         )
-        for row, one in enumerate(CONDITIONS)
+        for row, one in enumerate(CHAPTER_CONDITIONS)
     ),
 )
 DETECTION_RANGE_M = 5.6  # [m], the farthest that the URG-04LX-UG01 detects; its maker states its accuracy up to 4 m
@@ -167,7 +172,7 @@ def plan(*, runs: int | None = None, seed: int = 0, data: Path | None = None) ->
     count = runs or DEFAULT_RUNS
     if data is not None and count > len(frozen(data).speeds):
         raise BadInput(f"{data.name} has {len(frozen(data).speeds)} runs; {count} cannot be had from it.")
-    conditions = CONDITIONS if data is not None else (*CONDITIONS, *FURTHER, *FAIR_CONDITIONS)
+    conditions = CHAPTER_CONDITIONS if data is not None else (*CHAPTER_CONDITIONS, *FURTHER, *FAIR_CONDITIONS)
     rows = {one: one.draws(seed, data) for one in conditions}
     batches = tuple(RunBatch(partial(errors, draws, one.still), count, DriveErrors) for one, draws in rows.items())
     return ExperimentPlan(batches, partial(_result, rows, data.name if data else f"seed {seed}", seed))

@@ -32,7 +32,7 @@ MAX_PIXELS = 25_000_000
 MAX_YAML_BYTES = 65_536
 MAX_PICTURE_BYTES = 200_000_000  # unpacked
 FAR_M = 100_000.0
-YES, NO = ("1", "true", "yes", "y", "on"), ("0", "false", "no", "n", "off")  # as Nav2 reads them
+TRUE_WORDS, FALSE_WORDS = ("1", "true", "yes", "y", "on"), ("0", "false", "no", "n", "off")  # as Nav2 reads them
 MAC_SIDE_FILE = "._"  # how the names of files begin that macOS puts beside others in a zip
 PICTURE_ENDINGS = (".pgm", ".png", ".bmp")
 PGM_HEAD = re.compile(rb"(P[25])(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)\s")
@@ -129,10 +129,10 @@ def read_nav2_map(text: bytes, picture: bytes) -> Nav2Cells:
     if free >= occupied:
         raise BadInput(Statement("nav2.thresholds", free=f"{free:g}", occupied=f"{occupied:g}"))
     negate = str(settings.get("negate", 0)).lower()
-    if negate not in YES + NO:
+    if negate not in TRUE_WORDS + FALSE_WORDS:
         raise BadInput(Statement("nav2.bad_key", key="negate", value=settings["negate"]))
     shade, opaque = _shades(_pixels(picture), mode)
-    p = shade if negate in YES else 1.0 - shade
+    p = shade if negate in TRUE_WORDS else 1.0 - shade
     values = np.full(shade.shape, UNKNOWN_VALUE, np.int8)
     if mode == "raw":
         level = np.rint(shade * 255)

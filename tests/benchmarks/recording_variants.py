@@ -20,20 +20,19 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import BadInput
-from core.geometry import Pose, arc
+from core.geometry import Pose
 from core.pipelines.slam import slam_log
 from core.recording import ScanRecording, open_log
 from core.sensors import Laser
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import world_named
 from tests.core.recording.log_writers import ODOMETRY, SCAN, TF, two, write_mcap
+from tests.core.slam.scan_matching.slipping_wheels import PERIOD_S, slipping_wheels
 
 STRANGERS = Path(__file__).parents[3] / "shared" / "data" / "strangers" / "recordings"
 INTEL = Path(__file__).parents[3] / "shared" / "data" / "intel-lab" / "intel.npz"
 LASER = Laser(beams=181, angle_min=-math.pi / 2 * 1.33, angle_step=math.radians(1.33), time_step=0.0, rate=5.0)
-PERIOD_S = 0.2
-LEGS = ((2, 0, 0), (12, 0.2, 0.1), (7, 0.05, 0.6), (10, 0.25, -0.12), (6, 0.05, -0.7), (8, 0.25, 0.15), (2, 0, 0))
-START = 1.7e9  # [s]
+BEGUN_S = 1.7e9  # Unix time
 LEAST_ERROR_M = 0.03
 
 
@@ -58,24 +57,19 @@ Making = Callable[[Drive, np.random.Generator], Drive]
 def simulated(world: str, seed: int) -> Drive:
     """A drive in a world of the simulator; its wheels slip by a few percent."""
     rng = np.random.default_rng(seed)
-    laser, place, truth, rolled = SimulatedLaser(LASER, rng), world_named(world), Pose(), Pose()
-    rows = []
-    for lasts, speed, rate in LEGS:
-        for _ in range(round(lasts / PERIOD_S)):
-            way, turn = speed * PERIOD_S, rate * PERIOD_S
-            truth = truth @ arc(way, turn)
-            rolled = rolled @ arc(1.02 * way + 0.02 * way * rng.normal(), 0.98 * turn + 0.03 * turn * rng.normal())
-            stamp = PERIOD_S * len(rows)
-            scan = laser.scan(place, stamp, np.array([stamp - 1, stamp + 1]), np.tile(truth.vector, (2, 1)))
-            rows.append((stamp, scan.ranges, rolled.vector, truth.vector))
+    laser, place, rows = SimulatedLaser(LASER, rng), world_named(world), []
+    for _, _, truth, rolled in slipping_wheels(rng):
+        stamp = PERIOD_S * len(rows)
+        scan = laser.scan(place, stamp, np.array([stamp - 1, stamp + 1]), np.tile(truth.vector, (2, 1)))
+        rows.append((stamp, scan.ranges, rolled.vector, truth.vector))
     stamps, ranges, poses, true = (np.array(column) for column in zip(*rows, strict=True))
     return Drive(
         f"sim:{world}",
-        START + stamps,
+        BEGUN_S + stamps,
         ranges,
         (LASER.angle_min, LASER.angle_step),
         LASER.range_max,
-        START + stamps,
+        BEGUN_S + stamps,
         poses,
         true,
     )
@@ -277,10 +271,10 @@ VARIANTS: dict[str, Making] = {
     "two logs at once": two_after_each_other(0.2),
     "two logs, a day apart": two_after_each_other(86400.0),
     "stamps x 1000": lambda d, _: replace(
-        d, stamps=START + 1000 * (d.stamps - d.stamps[0]), times=START + 1000 * (d.times - d.times[0])
+        d, stamps=BEGUN_S + 1000 * (d.stamps - d.stamps[0]), times=BEGUN_S + 1000 * (d.times - d.times[0])
     ),
     "stamps / 1000": lambda d, _: replace(
-        d, stamps=START + (d.stamps - d.stamps[0]) / 1000, times=START + (d.times - d.times[0]) / 1000
+        d, stamps=BEGUN_S + (d.stamps - d.stamps[0]) / 1000, times=BEGUN_S + (d.times - d.times[0]) / 1000
     ),
     "scans' stamps x 1.5": lambda d, _: replace(d, stamps=d.stamps[0] + 1.5 * (d.stamps - d.stamps[0])),
     "scans' stamps x 60": lambda d, _: replace(d, stamps=d.stamps[0] + 60 * (d.stamps - d.stamps[0])),

@@ -9,7 +9,7 @@ import numpy as np
 
 from core.errors import BadInput
 from core.message import message
-from core.speech.understanding.numbers import DIGITS, TEENS, TENS
+from core.speech.understanding.numbers import DIGITS, TEEN_WORDS, TENS
 
 Kind = Literal["same", "substituted", "deleted", "inserted"]
 
@@ -75,7 +75,7 @@ def _below_1000(value: int) -> list[str]:
         rest %= 10
         return words if rest == 0 else [*words, DIGITS[rest]]
     if rest or not hundreds:
-        words.append((DIGITS + TEENS)[rest])
+        words.append((DIGITS + TEEN_WORDS)[rest])
     return words
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from core.commands import VOCABULARY
 from core.speech.understanding.grammar import OTHER_WORDS
-from core.speech.understanding.numbers import DIGITS, TEENS, TENS
+from core.speech.understanding.numbers import DIGITS, TEEN_WORDS, TENS
 
 SLOT = re.compile(r"\{\w+\}")
 UNITS = ("meters", "meter")  # spoken; other spellings sound the same
@@ -17,7 +17,7 @@ FAR_LIKELIHOOD = 1e-22  # of a number from ten over that of a digit: no robot is
 FINE_LIKELIHOOD = 1e-18  # how likely a second decimal is: the end of "nine" sounds like an "eight"
 
 ARTICLE_LIKELIHOOD = 1e-10  # how likely "the" is where the command does without it: an echo sounds like it
-RARE = frozenset((*TEENS, *TENS, "hundred"))  # words of numbers from ten
+RARE = frozenset((*TEEN_WORDS, *TENS, "hundred"))  # words of numbers from ten
 
 NUMBER_RULES = {
     "number": "[minus] <size>",
@@ -25,7 +25,7 @@ NUMBER_RULES = {
     "decimals": f"/1/ point <digit> | /{FINE_LIKELIHOOD:g}/ point <digit> <digit>+",
     "whole": f"/1/ <below_hundred> | /{FAR_LIKELIHOOD:g}/ <one_to_nine> hundred [<below_hundred>]",
     "below_hundred": f"/1/ <digit> | /{FAR_LIKELIHOOD:g}/ <from_ten>",
-    "from_ten": f"{' | '.join(TEENS)} | <tens> [<one_to_nine>]",
+    "from_ten": f"{' | '.join(TEEN_WORDS)} | <tens> [<one_to_nine>]",
     "tens": " | ".join(TENS),
     "one_to_nine": " | ".join(DIGITS[1:]),
     "digit": " | ".join(DIGITS),

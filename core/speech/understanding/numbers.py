@@ -7,10 +7,21 @@ a comma before decimals only where a unit follows.
 import re
 
 DIGITS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
-TEENS = ("ten", "eleven", "twelve", "thirteen", "fourteen", "fifteen", "sixteen", "seventeen", "eighteen", "nineteen")
+TEEN_WORDS = (
+    "ten",
+    "eleven",
+    "twelve",
+    "thirteen",
+    "fourteen",
+    "fifteen",
+    "sixteen",
+    "seventeen",
+    "eighteen",
+    "nineteen",
+)
 TENS = ("twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety")
 
-VALUES = {word: value for value, word in enumerate(DIGITS + TEENS)} | {
+VALUES = {word: value for value, word in enumerate(DIGITS + TEEN_WORDS)} | {
     word: 10 * (place + 2) for place, word in enumerate(TENS)
 }
 
@@ -21,7 +32,7 @@ WHOLE_WORDS = {str(value): word for word, value in VALUES.items()} | {
 
 _DIGIT = "(?:" + "|".join(DIGITS) + ")"
 _ONE_TO_NINE = "(?:" + "|".join(DIGITS[1:]) + ")"
-_BELOW_100 = f"(?:(?:{'|'.join(TENS)})(?:[ -]{_ONE_TO_NINE})?|{'|'.join(TEENS)}|{_DIGIT})"
+_BELOW_100 = f"(?:(?:{'|'.join(TENS)})(?:[ -]{_ONE_TO_NINE})?|{'|'.join(TEEN_WORDS)}|{_DIGIT})"
 _WHOLE = f"(?:{_ONE_TO_NINE} hundred(?: {_BELOW_100})?|{_BELOW_100})"
 _SPOKEN = f"(?:{_WHOLE}(?: point(?: {_DIGIT})+)?|point(?: {_DIGIT})+)"
 _TYPED = r"(?:[0-9]{1,9}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})"

@@ -20,7 +20,7 @@ from core.speech.understanding.numbers import (
     DIGITS,
     HALF,
     NUMBER,
-    TEENS,
+    TEEN_WORDS,
     TENS,
     number_words,
     read_number,
@@ -164,7 +164,7 @@ class _SpellingBuilder:
         """Add what stands before the point."""
         for value in range(HIGHEST + 1):
             self._write(f" {value}", source, digits)
-        for word in (*DIGITS, *TEENS, *TENS, "one hundred"):
+        for word in (*DIGITS, *TEEN_WORDS, *TENS, "one hundred"):
             self._write(f" {word}", source, words)
         for tens in TENS:
             place = self._new()
@@ -257,7 +257,7 @@ def count_digits(text: str) -> int:
 def lacks_whole_part(spelling: str) -> bool:
     """Return whether a number begins with its point: what stands before it may not have been heard."""
     words = re.findall(r"[a-z]+|[\d.]+", spelling.lower())
-    numerals = {*DIGITS, *TEENS, *TENS, "hundred"}
+    numerals = {*DIGITS, *TEEN_WORDS, *TENS, "hundred"}
     return any(
         (word.startswith(".") and word != ".")
         or (word == "point" and before not in numerals and not before.isdigit())

@@ -14,7 +14,7 @@ from core.experiments.course_draws import Draws
 from core.experiments.course_traces import reckoned
 from core.experiments.figure_16_conditions import (
     CHAPTER,
-    CONDITIONS,
+    CHAPTER_CONDITIONS,
     FAIR_CONDITIONS,
     PAPER_ERROR_M,
     errors,
@@ -25,8 +25,8 @@ from core.experiments.figure_16_conditions import (
 
 def test_the_first_condition_is_the_chapter_s_and_the_four_are_its_field_and_names() -> None:
     assert (CHAPTER.field, CHAPTER.ids, CHAPTER.still, CHAPTER.spacing) == ("camera", "hidden", False, None)
-    assert CONDITIONS[0] is CHAPTER
-    assert {(one.field, one.ids) for one in CONDITIONS} == {
+    assert CHAPTER_CONDITIONS[0] is CHAPTER
+    assert {(one.field, one.ids) for one in CHAPTER_CONDITIONS} == {
         (field, ids) for field in ("camera", "laser") for ids in ("given", "hidden")
     }
 
@@ -42,7 +42,7 @@ def test_the_limit_follows_what_is_seen_and_how_well_the_wheels_know() -> None:
     as_printed, fair, far = (
         limit(one.draws(0), still=False) for one in (CHAPTER, FAIR_CONDITIONS[0], FAIR_CONDITIONS[3])
     )
-    assert as_printed > fair > far > limit(CONDITIONS[2].draws(0), still=False) > 0
+    assert as_printed > fair > far > limit(CHAPTER_CONDITIONS[2].draws(0), still=False) > 0
 
 
 def test_in_the_fair_rows_dead_reckoning_errs_as_in_print() -> None:
@@ -67,7 +67,7 @@ def test_who_knows_the_map_errs_less_than_who_has_to_make_it() -> None:
 
 
 def test_the_table_says_the_condition_under_every_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(figure_16_conditions, "CONDITIONS", (CHAPTER,))
+    monkeypatch.setattr(figure_16_conditions, "CHAPTER_CONDITIONS", (CHAPTER,))
     monkeypatch.setattr(figure_16_conditions, "FURTHER", ())
     monkeypatch.setattr(figure_16_conditions, "FAIR_CONDITIONS", ())
     result: Any = EXPERIMENTS["figure-16-conditions"](runs=1, out=tmp_path, workers=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from core.speech.understanding.numbers import DIGITS, TEENS, TENS
+from core.speech.understanding.numbers import DIGITS, TEEN_WORDS, TENS
 
 
 def spell(value: float) -> str:
@@ -21,6 +21,6 @@ def spell_whole(value: int) -> str:
         rest = f" {spell_whole(value % 100)}" if value % 100 else ""
         return f"{DIGITS[value // 100]} hundred{rest}"
     if value < 20:
-        return (*DIGITS, *TEENS)[value]
+        return (*DIGITS, *TEEN_WORDS)[value]
     rest = f" {DIGITS[value % 10]}" if value % 10 else ""
     return TENS[value // 10 - 2] + rest

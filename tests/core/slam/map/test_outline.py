@@ -12,7 +12,7 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.outline import MapOutline, trace_outline
 
 CELL_M = 0.05
-FINER = 4  # picture elements along a cell, where rings are filled again
+PX_PER_CELL = 4  # picture elements along a cell, where rings are filled again
 ORIGIN = np.array([-1.0, -2.0])
 
 
@@ -78,9 +78,11 @@ def test_what_is_drawn_is_what_is_known_under_any_turn() -> None:
     for turns, mirrored in itertools.product(range(4), (False, True)):
         turned = np.rot90(odds, turns)
         turned = turned[:, ::-1] if mirrored else turned
-        known = np.kron(turned > 0, np.ones((FINER, FINER)))
+        known = np.kron(turned > 0, np.ones((PX_PER_CELL, PX_PER_CELL)))
         drawn = np.zeros(known.shape, np.uint8)
-        rings = [np.round((ring - ORIGIN) * FINER / CELL_M - 0.5).astype(np.int32) for ring in outlined(turned).walls]
+        rings = [
+            np.round((ring - ORIGIN) * PX_PER_CELL / CELL_M - 0.5).astype(np.int32) for ring in outlined(turned).walls
+        ]
         cv2.fillPoly(drawn, rings, 1)
         assert (drawn == known).mean() > 0.96
 

@@ -17,10 +17,9 @@ from core.simulation.world import world_named
 from core.slam.motion import MotionSettings
 from core.slam.odometry import Odometry
 from core.slam.scan_matching.scan_odometry import ScanOdometrySettings
+from tests.core.slam.scan_matching.slipping_wheels import PERIOD_S, slipping_wheels
 
 LASER = Laser(beams=181, angle_min=-math.pi / 2 * 1.33, angle_step=math.radians(1.33), time_step=0.0, rate=5.0)
-PERIOD_S = 0.2
-LEGS = ((2, 0, 0), (12, 0.2, 0.1), (7, 0.05, 0.6), (10, 0.25, -0.12), (6, 0.05, -0.7), (8, 0.25, 0.15), (2, 0, 0))
 
 
 @dataclass(frozen=True)
@@ -38,23 +37,14 @@ Making = Callable[[Laser, list[Member]], tuple[Laser, list[Member]]]
 def sound_drive(world: str, sweep_s: float = 0.0) -> list[Member]:
     """A drive whose wheels slip by a few percent; each scan takes `sweep_s` from its stamp on."""
     rng = np.random.default_rng(3)
-    laser, place, truth, rolled, found = (
-        SimulatedLaser(replace(LASER, time_step=sweep_s / LASER.beams), rng),
-        world_named(world),
-        Pose(),
-        Pose(),
-        list[Member](),
-    )
-    for lasts, speed, rate in LEGS:
-        for _ in range(round(lasts / PERIOD_S)):
-            way, turn = speed * PERIOD_S, rate * PERIOD_S
-            truth = truth @ arc(way, turn)
-            rolled = rolled @ arc(1.02 * way + 0.02 * way * rng.normal(), 0.98 * turn + 0.03 * turn * rng.normal())
-            stamp = PERIOD_S * len(found)
-            ahead = truth @ arc(speed * sweep_s, rate * sweep_s)
-            course = np.array([truth.vector, (ahead.x, ahead.y, truth.heading + rate * sweep_s)])
-            scan = laser.scan(place, stamp, np.array([stamp, stamp + (sweep_s or 1.0)]), course)
-            found.append(Member(scan, rolled, truth))
+    laser = SimulatedLaser(replace(LASER, time_step=sweep_s / LASER.beams), rng)
+    place, found = world_named(world), list[Member]()
+    for speed, rate, truth, rolled in slipping_wheels(rng):
+        stamp = PERIOD_S * len(found)
+        ahead = truth @ arc(speed * sweep_s, rate * sweep_s)
+        course = np.array([truth.vector, (ahead.x, ahead.y, truth.heading + rate * sweep_s)])
+        scan = laser.scan(place, stamp, np.array([stamp, stamp + (sweep_s or 1.0)]), course)
+        found.append(Member(scan, rolled, truth))
     return found
 
 
