@@ -57,14 +57,13 @@ def _walls(grid: OccupancyGrid, evidence: Array) -> tuple[Array, ...]:
     raster = _raster(grid, evidence, WALL_FINENESS, WALL_BLUR_CELLS, WALL_EVIDENCE, margin=2 + JOINED_GAP_CELLS)
     if raster is None:
         return ()
-    inside, fineness = (
-        cv2.morphologyEx(raster.inside, cv2.MORPH_CLOSE, raster.disc(JOINED_GAP_CELLS)),
-        raster.fineness,
-    )
-    _, pieces, figures, _ = cv2.connectedComponentsWithStats(inside)
+    fineness = raster.fineness
+    inside: Array = cv2.morphologyEx(raster.inside, cv2.MORPH_CLOSE, raster.disc(JOINED_GAP_CELLS))
+    _, found, figures, _ = cv2.connectedComponentsWithStats(inside)
+    pieces = np.asarray(found, np.int32)
     inside &= (figures[:, cv2.CC_STAT_AREA] > MIN_WALL_CELLS * fineness**2)[pieces]
     lines = _thinned(inside)
-    drawn = cv2.morphologyEx(inside, cv2.MORPH_OPEN, raster.disc(SOLID_CELLS))
+    drawn: Array = cv2.morphologyEx(inside, cv2.MORPH_OPEN, raster.disc(SOLID_CELLS))
     drawn |= inside & ~np.isin(pieces, pieces[lines > 0])  # a small square has no line
     # a contour goes along one side of a line and back along the other, around every branch
     for line in cv2.findContours(lines, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)[0]:
@@ -121,7 +120,7 @@ def _thinned(inside: Array) -> Array:
         before = np.count_nonzero(lines)
         for removable in _REMOVABLE:
             around = cv2.filter2D(lines, cv2.CV_8U, _NEIGHBOURS, borderType=cv2.BORDER_CONSTANT)
-            lines &= ~cv2.LUT(around, removable)
+            lines &= np.invert(cv2.LUT(around, removable))
         if np.count_nonzero(lines) == before:
             return lines
 
