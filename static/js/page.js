@@ -13,6 +13,7 @@ import "./panels/theme-toggle.js";
 import { Session } from "./net/session.js";
 import { Shell } from "./shell/shell.js";
 import { Panel } from "./ui/panel.js";
+import { isPressed } from "./ui/press.js";
 import { writeTexts } from "./ui/texts.js";
 
 const SHOW_MS = 200; // ages grow without news, and a browser that draws slowly must not keep quiet about it
@@ -68,7 +69,7 @@ function redraw(session, panels, shell) {
     [due, shownAt] = [false, performance.now()];
     const { view } = session;
     document.body.classList.toggle("is-lost", !view.up);
-    for (const panel of panels) if (shell.shows(panel)) panel.show(view);
+    for (const panel of panels) if (shell.shows(panel) && !isPressed(panel)) panel.show(view);
   }
 
   session.on("heard", () => {

@@ -8,6 +8,7 @@ import "./calibration-review.js";
 import "./calibration-setup.js";
 import "./steps.js";
 import { make } from "../ui/element.js";
+import { unlessPressed } from "../ui/press.js";
 import { CalibrationModel } from "./calibration-model.js";
 import { placeOf } from "./router.js";
 
@@ -46,14 +47,14 @@ export function create(session) {
     const waits = "id" in place && calibration === null;
     const wanted = waits || !session.hello || !here ? "" : STEPS[place.at];
     const key = `${wanted} ${JSON.stringify({ ...place, at: wanted })}`;
-    indicator.draw();
+    unlessPressed(indicator, () => indicator.draw());
     for (const step of steps) {
       const open = step.localName === wanted;
       if (!open && !step.hidden) step.left();
       step.hidden = !open;
       if (!open) continue;
       if (key !== opened) step.opened();
-      step.draw();
+      unlessPressed(step, () => step.draw());
     }
     if (key !== opened && here) document.title = `${NAMES[place.at]} · Beckon`;
     opened = key;

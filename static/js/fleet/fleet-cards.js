@@ -3,6 +3,7 @@
 import { address } from "../net/api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
+import { unlessPressed } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 import { activityOf, groupOf, isOpen, linkOf, needOf, noticeOf } from "./words.js";
 
@@ -129,7 +130,7 @@ export class FleetCards extends HTMLElement {
   join(session) {
     this.#session = session;
     this.append(this.#empty);
-    session.on("changed", () => this.show());
+    session.on("changed", () => unlessPressed(this, () => this.show()));
     setInterval(() => this.#look(), SHARED_MS);
   }
 

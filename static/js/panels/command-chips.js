@@ -4,6 +4,7 @@ import { exampleNumbers, filled, holes } from "../drive/suggest.js";
 import { icon, make, mark, onSubmit, write } from "../ui/element.js";
 import { age, inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { refill } from "../ui/press.js";
 import { LastVoice } from "../ui/sensed.js";
 import { t } from "../ui/texts.js";
 
@@ -41,7 +42,7 @@ class CommandChips extends Panel {
     this.session.on("kinds", (kinds) => {
       this.#back(false);
       const given = kinds.filter(({ name }) => name !== "start").sort((one, other) => place(one) - place(other));
-      this.#chips.replaceChildren(...given.map((kind) => this.#chip(kind)));
+      refill(this.#chips, ...given.map((kind) => this.#chip(kind)));
       this.#able();
       this.#fit();
     });

@@ -6,6 +6,7 @@ import { icon, make } from "../ui/element.js";
 import { age, quantities, timeOfDay } from "../ui/format.js";
 import { couldCall, goesToPerson, letCall } from "../ui/let-call.js";
 import { Panel } from "../ui/panel.js";
+import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 
 /** @import { HistoryRow } from "../net/rest.js" */
@@ -86,7 +87,7 @@ class HistoryList extends Panel {
 
   /** @param {HistoryRow[]} rows newest first */
   #draw(rows) {
-    this.#list.replaceChildren(...rows.slice(0, MOST).map((row, index) => this.#row(row, index === 0)));
+    refill(this.#list, ...rows.slice(0, MOST).map((row, index) => this.#row(row, index === 0)));
     this.#empty.hidden = rows.length > 0;
   }
 

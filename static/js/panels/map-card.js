@@ -5,6 +5,7 @@ import * as maps from "../net/maps-api.js";
 import { icon, make, write } from "../ui/element.js";
 import { day, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
@@ -46,6 +47,7 @@ class MapCard extends Panel {
   #current = null;
   #operates = false;
   #busy = false;
+  #saving = false;
 
   /** @override */
   build() {
@@ -97,7 +99,8 @@ class MapCard extends Panel {
     const text = name === null ? t("map-card.this_map_is_not_saved") : t("map-card.this_is_the_map_name", { name });
     write(this.#now, text);
     for (const button of this.querySelectorAll("button")) button.disabled = !this.#operates || this.#busy;
-    write(this.#saveWords, this.#replaces ? t("map-card.replace") : t("map-card.save"));
+    const words = this.#replaces ? t("map-card.replace") : t("map-card.save");
+    write(this.#saveWords, this.#saving ? t("trouble-line.saving") : words);
     if (name !== this.#current) {
       this.#current = name;
       if (name !== null) this.#name.value = name;
@@ -118,8 +121,8 @@ class MapCard extends Panel {
   }
 
   async #fetch() {
-    await this.#try(async () => {
-      this.#maps = await maps.list();
+    await this.#trouble.attempt(async () => {
+      this.#maps = await maps.list(); // the buttons stay: one may be pressed just now
       this.#draw();
     });
   }
@@ -133,16 +136,19 @@ class MapCard extends Panel {
       return;
     }
     const replace = this.#replaces;
+    this.#saving = true;
+    write(this.#saveWords, t("trouble-line.saving"));
     await this.#try(async () => {
       const kept = await maps.save(name, replace);
       this.session.announce(t("map-card.the_map_name_is_saved", { name: kept.name }));
     });
+    this.#saving = false;
   }
 
   #draw() {
     if (this.#list.querySelector(".map-question")) return; // it would take the question away
     this.#empty.hidden = this.#maps.length > 0;
-    this.#list.replaceChildren(...this.#maps.map((map) => this.#row(map)));
+    refill(this.#list, ...this.#maps.map((map) => this.#row(map)));
   }
 
   /** @param {SavedMap} map */

@@ -5,6 +5,7 @@ import { addRoom, marksOf } from "../net/marks-api.js";
 import { make, mark, write } from "../ui/element.js";
 import { FloorView } from "../ui/floor-view.js";
 import { Panel } from "../ui/panel.js";
+import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 import { onTheme } from "../ui/theme.js";
 import { TroubleLine } from "../ui/trouble-line.js";
@@ -172,7 +173,7 @@ class MapEditor extends Panel {
   #show({ edits }) {
     this.#undo.hidden = !edits.some(({ holds }) => holds);
     this.#redo.hidden = edits.every(({ holds }) => holds);
-    this.#list.replaceChildren(...[...edits].reverse().map((row) => this.#row(row)));
+    refill(this.#list, ...[...edits].reverse().map((row) => this.#row(row)));
   }
 
   /** @param {EditRow} row */

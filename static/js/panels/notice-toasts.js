@@ -2,6 +2,7 @@
 
 import { icon, make, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { unlessPressed } from "../ui/press.js";
 import { speedsOffer } from "../ui/speeds-offer.js";
 import { t } from "../ui/texts.js";
 
@@ -73,7 +74,7 @@ class NoticeToasts extends Panel {
       this.dispatchEvent(new CustomEvent(event, { bubbles: true }));
       toast.remove();
     });
-    setTimeout(() => toast.remove(), OFFER_STAYS_MS);
+    setTimeout(() => takeAway(toast), OFFER_STAYS_MS);
   }
 
   /**
@@ -107,12 +108,16 @@ class NoticeToasts extends Panel {
   }
 }
 
+/** @param {HTMLElement} toast leaves, though not from under a press */
+const takeAway = (toast) => unlessPressed(toast, () => toast.remove());
+
 /** @param {Level} level */
 const drawing = (level) => (level === "info" ? "info" : "warning");
 
 /** @param {HTMLElement} toast @param {Level} level */
 function leave(toast, level) {
-  if (STAYS_MS[level] < Infinity) setTimeout(() => toast.dataset["level"] === level && toast.remove(), STAYS_MS[level]);
+  if (STAYS_MS[level] < Infinity)
+    setTimeout(() => toast.dataset["level"] === level && takeAway(toast), STAYS_MS[level]);
 }
 
 customElements.define("notice-toasts", NoticeToasts);

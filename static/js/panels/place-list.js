@@ -5,6 +5,7 @@ import { sure } from "../ui/confirm-button.js";
 import { icon, make } from "../ui/element.js";
 import { degrees, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 
 /** @import { Place } from "../net/marks-api.js" */
@@ -55,9 +56,9 @@ class PlaceList extends Panel {
     if (drawn === this.#drawn) return;
     this.#drawn = drawn;
     this.#empty.hidden = places.length > 0;
-    this.#list.replaceChildren(...places.map((place) => this.#row(place)));
+    refill(this.#list, ...places.map((place) => this.#row(place)));
     this.#noZone.hidden = zones.length > 0;
-    this.#zones.replaceChildren(...zones.map((zone) => this.#zoneRow(zone)));
+    refill(this.#zones, ...zones.map((zone) => this.#zoneRow(zone)));
   }
 
   /** @param {string} name @param {(name: string) => Promise<unknown>} remove */

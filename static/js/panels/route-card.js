@@ -4,6 +4,7 @@ import { addRoute, marksOf, removeRoute, routeNow, startRoute, steerRoute } from
 import { sure } from "../ui/confirm-button.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
+import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
@@ -169,7 +170,7 @@ class RouteCard extends Panel {
     if (drawn === this.#drawn) return;
     this.#drawn = drawn;
     this.#empty.hidden = routes.length > 0;
-    this.#list.replaceChildren(...routes.map((route) => this.#row(route)));
+    refill(this.#list, ...routes.map((route) => this.#row(route)));
     this.#drawForm();
   }
 
@@ -217,11 +218,12 @@ class RouteCard extends Panel {
 
   #drawForm() {
     const { places } = marksOf(this.session);
-    this.#choice.replaceChildren(
+    refill(
+      this.#choice,
       make("option", { value: "" }, t("route-card.add_a_stop")),
       ...places.map(({ name }) => make("option", { value: name }, name)),
     );
-    this.#stops.replaceChildren(...this.#made.map((stop, index) => this.#stopRow(stop, index)));
+    refill(this.#stops, ...this.#made.map((stop, index) => this.#stopRow(stop, index)));
     this.#save.disabled = this.#made.length === 0;
     if (!this.#form.hidden) this.#save.scrollIntoView({ block: "nearest" }); // a stop more has pushed it down
   }
@@ -314,15 +316,15 @@ class RouteCard extends Panel {
     const every = loop ? this.#every.valueAsNumber || 0 : 0;
     const replace = name === this.#changes;
     const made = { name, stops: this.#made, loop, begins, ends, every_min: every, replace };
-    if (!(await this.#try(() => addRoute(made)))) return;
+    if (!(await this.#try(() => addRoute(made), this.#save))) return;
     this.#lay(NEW);
     this.#form.hidden = true;
     this.#new.scrollIntoView({ block: "nearest" }); // the form was long: the new route is above it
   }
 
-  /** @param {() => Promise<unknown>} act @returns {Promise<boolean>} whether it was done */
-  async #try(act) {
-    const done = await this.#trouble.attempt(act);
+  /** @param {() => Promise<unknown>} act @param {HTMLButtonElement} [button] @returns {Promise<boolean>} whether it was done */
+  async #try(act, button) {
+    const done = await this.#trouble.attempt(act, button);
     if (done) await this.#ask();
     return done;
   }

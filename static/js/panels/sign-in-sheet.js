@@ -3,6 +3,7 @@
 import * as api from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
 import { make, onSubmit, svg, write } from "../ui/element.js";
+import { refill } from "../ui/press.js";
 import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
 
@@ -81,7 +82,8 @@ export class SignInSheet extends Sheet {
     const box = make("input.field-box", { readonly: true, value: address, "aria-label": t("sign-in-sheet.link") });
     box.addEventListener("focus", () => box.select());
     const copy = make("button.button", { onclick: () => void this.#copy(box, copy) }, t("sign-in-sheet.copy"));
-    this.#made.replaceChildren(
+    refill(
+      this.#made,
       drawn(qr),
       make(
         "div.link-words",
@@ -115,7 +117,8 @@ export class SignInSheet extends Sheet {
     /** @type {{sessions: SignedIn[], keys: Key[]}} */
     const { sessions, keys } = await api.signIns();
     const newest = (/** @type {{id: string}[]} */ rows) => rows.toReversed();
-    this.#sessions.replaceChildren(
+    refill(
+      this.#sessions,
       .../** @type {SignedIn[]} */ (newest(sessions)).map((one) => {
         const here = one.yours
           ? t("sign-in-sheet.you")
@@ -126,7 +129,8 @@ export class SignInSheet extends Sheet {
         return this.#row(one, `${MAY[one.role]} · ${here}`, t("sign-in-sheet.sign_out"), one.yours ? null : end);
       }),
     );
-    this.#keys.replaceChildren(
+    refill(
+      this.#keys,
       .../** @type {Key[]} */ (newest(keys)).map((one) => {
         const about = `${MAY[one.role]} · ${KINDS[one.kind]} · ${until(one.end_s)}`;
         return this.#row(one, about, t("sign-in-sheet.revoke"), () => api.revokeKey(one.id));

@@ -47,11 +47,9 @@ export class NameSheet extends Sheet {
       this.#name.focus();
       return;
     }
-    this.#keep.disabled = true;
     await this.#trouble.attempt(async () => {
       this.session.announce(await this.save(name));
       this.shut();
-    });
-    this.#keep.disabled = false;
+    }, this.#keep);
   }
 }

@@ -1,5 +1,7 @@
 // Base classes of the panels: custom elements that are built once and then show views, or the model of their page.
 
+import { unlessPressed } from "./press.js";
+
 /** @import { Session, View } from "../net/session.js" */
 
 export class Panel extends HTMLElement {
@@ -52,7 +54,7 @@ export class PagePanel extends Panel {
   }
 
   changed() {
-    this.draw();
+    unlessPressed(this, () => this.draw());
   }
 
   draw() {}

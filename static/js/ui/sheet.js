@@ -17,7 +17,7 @@ export class Sheet extends Panel {
     const head = make("div.card-head", heading, make("span.spring"), this.#close);
     this.append(make("div.card.sheet", head, ...content));
     this.#close.addEventListener("click", () => this.shut());
-    this.addEventListener("click", (event) => event.target === this && this.shut());
+    this.addEventListener("click", (event) => event.target === this && this.#leave(event));
     addEventListener("keydown", (event) => event.key === "Escape" && this.shut());
   }
 
@@ -29,6 +29,15 @@ export class Sheet extends Panel {
     this.#cameFrom = document.activeElement instanceof HTMLElement ? document.activeElement : null;
     this.hidden = false;
     this.#close.focus();
+  }
+
+  /** A press beside the dialog closes it. On a tool or a tab it is a press on that, too. @param {MouseEvent} event */
+  #leave({ clientX, clientY }) {
+    this.shut();
+    const below = document
+      .elementFromPoint(clientX, clientY)
+      ?.closest("[role=toolbar] button, [role=tab], page-menu a");
+    if (below instanceof HTMLElement) below.click();
   }
 
   shut() {

@@ -2,6 +2,7 @@
 
 import { sentenceOf } from "../net/api.js";
 import { make, mark, write } from "./element.js";
+import { t } from "./texts.js";
 
 export class TroubleLine {
   element = make("p.map-trouble", { role: "alert", hidden: true });
@@ -22,9 +23,15 @@ export class TroubleLine {
   /**
    * Do something and say why it could not be done.
    * @param {() => Promise<unknown>} act
+   * @param {HTMLButtonElement} [button] of words alone, which says "Saving…" meanwhile
    * @returns {Promise<boolean>} whether it was done
    */
-  async attempt(act) {
+  async attempt(act, button) {
+    const words = button?.textContent ?? "";
+    if (button) {
+      button.disabled = true;
+      write(button, t("trouble-line.saving"));
+    }
     try {
       await act();
       this.say("");
@@ -32,6 +39,11 @@ export class TroubleLine {
     } catch (refusal) {
       this.say(sentenceOf(refusal));
       return false;
+    } finally {
+      if (button) {
+        button.disabled = false;
+        write(button, words);
+      }
     }
   }
 }
