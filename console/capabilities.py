@@ -16,8 +16,8 @@ from console.control.notices import Notifications
 from console.control.own_navigation import OwnNavigationService
 from console.control.pending_commands import PendingCommands
 from console.control.playback import PlaybackController
-from console.control.settings_in_use import NAME as SETTINGS
 from console.control.settings_in_use import SettingsInUse
+from console.data_folder import SETTINGS_FILE
 from console.experiments.runs import ExperimentRuns
 from console.maps.edits import EditService
 from console.maps.places import PlaceService
@@ -60,7 +60,7 @@ class ConsoleBase:
 
 def recorder(base: ConsoleBase, parts: Parts) -> RecordingService:
     """The words near the robot go into its recordings, too."""
-    calibrations = (base.home / "calibration", base.settings_file or base.home / SETTINGS)
+    calibrations = (base.home / "calibration", base.settings_file or base.home / SETTINGS_FILE)
     service = RecordingService(
         base.home, base.settings.recording, base.robot, base.history, base.notifications, base.lease, calibrations
     )
@@ -145,7 +145,7 @@ CAPABILITIES: tuple[Callable[[ConsoleBase, Parts], Part], ...] = (
         base.notifications,
         parts[RobotVoice],
     ),
-    lambda base, _: SettingsInUse(base.settings, base.settings_file or base.home / SETTINGS, base.adopted),
+    lambda base, _: SettingsInUse(base.settings, base.settings_file or base.home / SETTINGS_FILE, base.adopted),
     lambda base, parts: ConnectionService(base.home, base.robot, parts[MapService], base.settings.log),
     lambda base, _: QualityRuns(base.home, base.settings.simulation, base.settings.speech),
     lambda base, _: ExperimentRuns(base.home),

@@ -129,6 +129,7 @@ def home_folder(chosen: str | Path | None = None) -> Path:
 
 log = logging.getLogger(__name__)
 
+SETTINGS_FILE = "settings.toml"
 NAME = "lock"
 MAX_OWNER_CHARACTERS = 1000  # characters of what stands in it
 NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP})  # of file systems that know none

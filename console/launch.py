@@ -7,6 +7,7 @@ import importlib.util
 import sys
 from pathlib import Path
 
+INTERRUPTED_CODE = 130
 MARKS = {"console": "def beckon_version", "core": "The robot's perception and motion"}
 
 
@@ -20,9 +21,12 @@ def main() -> int:
                 "an environment of its own (python3 -m venv), or remove the other one and install Beckon again.\n"
             )
             return 1
-    from console.__main__ import main as run
+    try:
+        from console.__main__ import main as run
 
-    return run()
+        return run()
+    except KeyboardInterrupt:  # while it was imported
+        return INTERRUPTED_CODE
 
 
 def found_at(name: str) -> str:

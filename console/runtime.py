@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -55,15 +54,6 @@ from core.speech.understanding.own_phrases import own_phrases
 log = logging.getLogger(__name__)
 
 BEAT_S = 0.05
-
-
-PILOTS_MATHEMATICS = ("linalg", "optimize", "sparse.csgraph", "sparse.linalg", "spatial", "special")  # of scipy
-
-
-def load_mathematics() -> None:
-    """Import what the pilot would else import at its first need, in the middle of a drive; the robot is starting."""
-    for name in PILOTS_MATHEMATICS:
-        import_module(f"scipy.{name}")
 
 
 class Runtime:
@@ -143,7 +133,6 @@ class Runtime:
         self._loop = asyncio.get_running_loop()
         self.robot.alarm = partial(self._call, self.notifications.tell, "error")
         self._opening = True
-        loading = asyncio.create_task(asyncio.to_thread(load_mathematics))
         try:
             await asyncio.to_thread(self.robot.start)
         except BeckonError as trouble:
@@ -154,7 +143,6 @@ class Runtime:
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.dispatcher, self.sockets)
         await self.parts.open()
-        await loading
         self.dispatcher.freshness.time.simulated = self.robot.profile.simulated
         self.pilots.start()
         for work in (self._beat, *(part.run for part in self.parts)):

@@ -20,7 +20,7 @@ OWN = {
     "core/recording/mcap_writing.py": "a recording that grows for minutes; it has its name when it is finished",
     "core/recording/mcap_recovery.py": "finishes one in place: a full disk has no room for two",
     "core/recording/source.py": "a recording unpacked into a temporary folder",
-    "console/serve.py": "only looks whether --gate-trace can be written",
+    "console/options.py": "only looks whether --gate-trace can be written",
 }
 WRITES = {"write_text", "write_bytes", "save", "savez", "savez_compressed", "savetxt", "imwrite", "tofile"}
 MODULES = {"np", "cv2", "numpy"}  # whose `save` and so on takes a path; others' methods of that name are their own

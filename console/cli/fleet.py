@@ -60,7 +60,7 @@ def run(chosen: argparse.Namespace) -> int:
     sys.stderr.write("Starting the fleet…\n")
     sys.stderr.flush()
     from console.fleet_server.serve import FleetOptions, serve_fleet
-    from console.serve import Options
+    from console.options import Options
 
     web = Options(
         host=chosen.host,

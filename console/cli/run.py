@@ -90,7 +90,8 @@ def run(chosen: argparse.Namespace) -> int:
         sys.stderr.write(f"Starting {chosen.robot}…\n")  # at once: the imports take seconds
         sys.stderr.flush()
     gc.disable()  # what is imported stays, and looking for garbage in it takes a seventh of the start; on in `serve`
-    from console.serve import Options, serve  # the web stack takes a second to import: only here
+    from console.options import Options
+    from console.serve import serve  # takes part of a second to import: only here
 
     serve(
         Options(

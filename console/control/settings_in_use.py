@@ -97,7 +97,6 @@ def _filled(document: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
     return {section: values for section, values in document.items() if values}
 
 
-NAME = "settings.toml"  # in the data folder
 KINDS = {bool: "switch", int: "whole", float: "number", str: "text"}
 NOW = "{name} is {value} now."
 LATER = "Saved. {name} is {value} from the next start of the console on."

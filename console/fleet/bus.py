@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from console.fleet.authority import CertificateFiles, FleetCertificate
+from console.fleet.authority import CERTIFICATE_NAME, CertificateFiles, FleetCertificate
 from core.errors import BadInput, Unavailable
 from core.robots.ros.zenoh_session import load_zenoh
 from core.sentences import Statement
@@ -139,6 +139,21 @@ class FleetAddress:
     def name(self) -> str:
         """host:port."""
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+
+@dataclass(frozen=True)
+class MemberOptions:
+    """The options `--fleet`, `--name` and `--fleet-cert`."""
+
+    address: FleetAddress
+    name: str
+    files: CertificateFiles
+
+    def check(self) -> None:
+        """Raises BadInput for a name that no certificate can bear, or certificates that are not there."""
+        if CERTIFICATE_NAME.fullmatch(self.name) is None:
+            raise BadInput(Statement("fleet.name_refused", name=self.name[:60]))
+        self.files.check()
 
 
 def trusting(certificate: str) -> ssl.SSLContext:

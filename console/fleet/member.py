@@ -8,7 +8,6 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -18,16 +17,15 @@ from console.access.logins import Logins, Person
 from console.control.dispatcher import CommandDispatcher
 from console.control.lease import Lease
 from console.control.notices import Notifications
-from console.fleet.authority import CERTIFICATE_NAME, CertificateFiles
 from console.fleet.bus import (
     CONNECT_TIMEOUT_S,
     CommandReport,
-    FleetAddress,
     FleetKeyAnswer,
     FleetKeyRequest,
     FleetStopAnswer,
     FleetStopRequest,
     MapReport,
+    MemberOptions,
     NoticeReport,
     PoseReport,
     RobotReport,
@@ -57,21 +55,6 @@ PICTURE_QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 70]
 FAREWELL_S = 0.3
 ADMISSION_PAUSE_S = 0.3  # before the router is asked once more
 NOTICE_CAUSE = "fleet"  # of the notices
-
-
-@dataclass(frozen=True)
-class MemberOptions:
-    """The options `--fleet`, `--name` and `--fleet-cert`."""
-
-    address: FleetAddress
-    name: str
-    files: CertificateFiles
-
-    def check(self) -> None:
-        """Raises BadInput for a name that no certificate can bear, or certificates that are not there."""
-        if CERTIFICATE_NAME.fullmatch(self.name) is None:
-            raise BadInput(Statement("fleet.name_refused", name=self.name[:60]))
-        self.files.check()
 
 
 class FleetMember(Part):

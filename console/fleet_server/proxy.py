@@ -26,7 +26,7 @@ from console.control.durable_answers import URGENT
 from console.fleet.bus import FleetKeyAnswer, trusting
 from console.fleet_server.runtime import FleetRuntime
 from console.http.problems import Problem
-from console.serve import LOOPBACK, in_address
+from console.options import LOOPBACK, in_address
 from core.sentences import Statement
 
 CONNECT_TIMEOUT_S = 3.0

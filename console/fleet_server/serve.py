@@ -36,21 +36,10 @@ from console.fleet_server.proxy import RobotConsoles
 from console.fleet_server.runtime import FleetRuntime
 from console.http.connection_limits import raise_file_limit
 from console.http.problems import Problem
+from console.http.server import Server, configured, run_until_left
 from console.logging_setup import start_logging
-from console.serve import (
-    LOOPBACK,
-    Options,
-    Server,
-    address_of,
-    announce,
-    bound,
-    check,
-    configured,
-    hosts_of,
-    in_address,
-    is_wildcard,
-    run_until_left,
-)
+from console.options import LOOPBACK, Options, address_of, bound, check, hosts_of, in_address, is_wildcard
+from console.serve import announce
 from core.errors import BeckonError
 from core.sentences import static_folder
 

@@ -42,6 +42,7 @@ class DriverProcess:
     """Started by making one; `hello` waits until the robot is there."""
 
     def __init__(self, module: str, opening: OpenRequest) -> None:
+        self.ready = False  # the robot is there
         self.stream, their_stream = socket.socketpair()
         self._control, their_control = packet_pair()
         self._gate_end, their_gate_end = packet_pair()
@@ -73,6 +74,7 @@ class DriverProcess:
                     raise message.error
                 if isinstance(message, DriverHello):
                     self.stream.setblocking(False)
+                    self.ready = True
                     return message.profile
         if given_up():
             raise Unavailable("The robot was let go before it was ready.")

@@ -1,10 +1,12 @@
 """The pilot's thread: for each frame of the robot, step, send the setpoint, publish."""
 
 import logging
+import math
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from importlib import import_module
 
 from console.robot.setpoint_sender import SetpointSender
 from console.robot.supervisor import RobotSupervisor
@@ -21,6 +23,7 @@ HUNG_S = 2.0  # without a turn after which the pilot hangs; the gate has the bas
 HUNG_SIMULATED_S = 20.0  # … or the time of a simulated robot stands meanwhile
 MAX_REMEMBERED_STEPS = 400  # steps, ten seconds of them
 NEWEST_STEPS = 8  # steps; at 40 Hz at least one of them has a scan
+PILOTS_MATHEMATICS = ("linalg", "optimize", "sparse.csgraph", "sparse.linalg", "spatial", "special")  # of scipy
 
 
 class PilotPace:
@@ -76,6 +79,12 @@ def quantile_ms(spans: Sequence[float], part: float) -> float | None:
     return round(1000 * sorted(spans)[min(int(part * len(spans)), len(spans) - 1)], 2) if spans else None
 
 
+def load_mathematics() -> None:
+    """Import what a pilot would else import at its first need, in the middle of a drive."""
+    for name in PILOTS_MATHEMATICS:
+        import_module(f"scipy.{name}")
+
+
 class PilotThread:
     """Owns one pilot. When the pilot fails the robot is stopped and `failed` is called, once, from this thread."""
 
@@ -97,7 +106,7 @@ class PilotThread:
         self._failed = failed
         self._deaf = deaf
         self._over = threading.Event()
-        self._turned = 0.0  # [s] when it last was at the beginning of a turn
+        self._turned = math.inf  # [s] when it last was at the beginning of a turn
         self._thread = threading.Thread(target=self._run, name="pilot", daemon=True)
 
     @property
@@ -113,7 +122,6 @@ class PilotThread:
 
     def start(self) -> None:
         """Begin."""
-        self._turned = time.monotonic()
         self._thread.start()
 
     def close(self) -> None:
@@ -131,6 +139,7 @@ class PilotThread:
     def _run(self) -> None:
         stay_first(PILOT_RANK)
         try:
+            load_mathematics()
             while not self._over.is_set():
                 self._turned = time.monotonic()
                 frame = self._robot.next_frame(FRAME_WAIT_S)

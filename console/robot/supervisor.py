@@ -124,6 +124,13 @@ class RobotSupervisor:
 
     # life
 
+    def launch(self) -> None:
+        """Let the driver begin to open the robot; `start` waits for it. Raises Unavailable."""
+        try:
+            self._driver = DriverProcess(self.driver_module, self._opening)
+        except (OSError, MemoryError) as trouble:
+            raise Unavailable(f"The robot could not be started: {reason_of(trouble)}.") from None
+
     def start(self) -> None:
         """Bring up driver and gate. Raises BadInput or Unavailable with the driver's sentence."""
         try:
@@ -268,10 +275,10 @@ class RobotSupervisor:
 
     def _start(self) -> None:
         """Both, or whichever is missing. Raises BadInput or Unavailable."""
-        if self._driver is None:
-            self._driver = DriverProcess(self.driver_module, self._opening)
+        driver = self._driver = self._driver or DriverProcess(self.driver_module, self._opening)
+        if not driver.ready:
             try:
-                self._profile = self._driver.hello(self._over.is_set)
+                self._profile = driver.hello(self._over.is_set)
             except (OSError, MemoryError):
                 self._end_driver(0.0)
                 raise
@@ -281,7 +288,7 @@ class RobotSupervisor:
             limits = limits_of(self.profile, self._limits)
             spent, halted = self._presses, self._halt.asked
             self._gate = GateProcess(
-                self._driver,
+                driver,
                 limits,
                 self._home,
                 trace=self._trace,

@@ -24,9 +24,9 @@ from websockets.sync.connection import Connection
 from console.access.guard import Access
 from console.access.logins import Logins
 from console.app import create_app
+from console.http.server import Server, configured
 from console.recording.service import RecordingService
 from console.runtime import Runtime
-from console.serve import Server, configured
 from console.speech.quality_runs import QualityRuns
 from core.pilot import Pilot
 from core.recording.settings import RecordingSettings

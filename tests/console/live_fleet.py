@@ -14,7 +14,7 @@ from console.fleet.authority import Authority
 from console.fleet.bus import FleetAddress
 from console.fleet_server.runtime import FleetRuntime
 from console.fleet_server.serve import create_fleet_app
-from console.serve import Server, configured
+from console.http.server import Server, configured
 from tests.console.live import MORE, Served
 from tests.core.robots.links import until
 from tests.emulators.light_console import LightConsole

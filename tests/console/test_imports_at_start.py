@@ -22,10 +22,15 @@ def loaded(module: str) -> tuple[set[str], float]:
 
 
 def test_the_console_loads_nothing_before_its_address_that_can_come_later() -> None:
-    modules, seconds = loaded("console.serve")
+    modules, seconds = loaded("console.serve, console.app, console.assembly")
     assert "fastapi" in modules and "numpy" in modules
     assert not modules & set(LATE_MODULES)
     assert len(modules) < MOST_MODULES and seconds < MOST_SECONDS
+
+
+def test_the_robot_is_begun_to_be_opened_before_the_web_stack_is_loaded() -> None:
+    modules, _ = loaded("console.serve")
+    assert not {name.partition(".")[0] for name in modules} & {"fastapi", "pydantic", "uvicorn", "viser"}
 
 
 def test_the_driver_and_the_workers_do_without_scipy_and_the_web() -> None:

@@ -27,7 +27,8 @@ from console.__main__ import main
 from console.access.browser import written
 from console.access.guard import Access
 from console.data_folder import locked
-from console.serve import Options, announce, check, hosts_of, warn_without_words
+from console.options import Options, check, hosts_of
+from console.serve import announce, warn_without_words
 from core.errors import BadInput
 from core.gate import Limits, read_trace
 from core.gate import check as check_trace

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from console.control.settings_in_use import NAME, SettingsInUse, common, sections, with_value
-from console.serve import Options, settings_file
+from console.control.settings_in_use import SettingsInUse, common, sections, with_value
+from console.data_folder import SETTINGS_FILE
+from console.options import Options, settings_file
 from console.speech.robot_voice import RobotVoice
 from core.errors import BadInput
 from core.pilot.pilot import live as holding_at_once
@@ -76,7 +77,7 @@ def _other(section: str) -> str:
 
 def test_a_live_setting_holds_at_once_and_another_from_the_next_start_on(live: Live) -> None:
     runtime, file = live.runtime, Path(live.runtime.parts[SettingsInUse].state.file)
-    assert file.name == NAME
+    assert file.name == SETTINGS_FILE
     changed = ask(live, "voice/speed", 123)
     assert changed.status == 200 and changed.json["sentence"] == "[voice] speed is 123 words/min now."
     assert runtime.parts[RobotVoice].settings.speed == 123
@@ -105,6 +106,6 @@ def test_what_is_refused_gets_the_sentence_of_the_declaration(live: Live) -> Non
 
 def test_the_file_of_the_data_folder_is_read_unless_another_is_named(tmp_path: Path) -> None:
     assert settings_file(Options(), tmp_path) is None
-    (tmp_path / NAME).write_text("[limits]\nmax_speed = 0.2\n")
-    assert settings_file(Options(), tmp_path) == tmp_path / NAME
+    (tmp_path / SETTINGS_FILE).write_text("[limits]\nmax_speed = 0.2\n")
+    assert settings_file(Options(), tmp_path) == tmp_path / SETTINGS_FILE
     assert settings_file(Options(settings=Path("own.toml")), tmp_path) == Path("own.toml")

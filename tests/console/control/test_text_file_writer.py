@@ -16,7 +16,7 @@ import pytest
 from console.control.command_freshness import Spoken
 from console.control.text_file_reader import SOURCE, SPEECH, TextFileCommand, TextFileReader, TextFileSource
 from console.control.text_file_writer import TextFileWriter
-from console.serve import Options, check
+from console.options import Options, check
 from console.speech.listener import SpokenOutcome
 from console.speech.spoken_text_files import SpokenTextFiles
 from core.commands import VOCABULARY

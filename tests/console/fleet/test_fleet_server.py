@@ -25,11 +25,12 @@ from websockets.exceptions import InvalidStatus
 
 from console.access.guard import Access
 from console.access.logins import Logins
+from console.assembly import shown_certificate
 from console.fleet.authority import Authority, CertificateFiles
 from console.fleet.bus import FleetAddress, FleetKeyAnswer
 from console.fleet_server.runtime import FleetRuntime
 from console.fleet_server.serve import create_fleet_app
-from console.serve import configured, shown_certificate
+from console.http.server import configured
 from tests.emulators.light_console import LightConsole
 from tests.emulators.zenoh_robot import free_port
 

@@ -18,6 +18,7 @@ from typing import Any
 import pytest
 
 import console.fleet_server.serve
+import console.options
 import console.serve
 from console.access.records import AccessFile
 from console.cli import build_parser
@@ -54,9 +55,9 @@ def test_every_beckon_command_of_both_pages_does_what_it_says_and_servers_take_w
         chosen = build_parser().parse_args(shlex.split(line)[1:])
         assert chosen.run(chosen) == 0, line
     fleet, *consoles = checked
-    console.serve.check(fleet.web)
+    console.options.check(fleet.web)
     for options in consoles:  # their certificates are there, and go with their keys
-        console.serve.check(options)
+        console.options.check(options)
     home = tmp_path / "home" / "fleet"
     assert len(commands) == 14 and [one.fleet_name for one in consoles] == ["robot1", "robot2", "robot3", "robot1"]
     assert [one.name for one in Authority(home).certificates()] == ["robot2", "robot3", "robot1"]

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from websockets.sync.client import ClientConnection, connect
 
-from console.serve import Options, check
+from console.options import Options, check
 from core.errors import BadInput, Unavailable
 from core.recording import foxglove_server
 from core.recording.ros_writing import typestore

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+import console.options
 import console.serve
 from console.cli import build_parser
 from console.recording.service import RecordingService
@@ -44,7 +45,7 @@ def test_every_command_of_the_three_pages_does_what_it_says(
             shutil.copy("walk.mcap", "contact.mcap")
     assert len(commands) == 7 and len(served) == 3
     for options in served:
-        console.serve.check(options)
+        console.options.check(options)
     ways = [Path(folder, "trajectory.tum").read_text().splitlines() for folder in ("before", "after")]
     assert len(ways[0]) == len(ways[1]) > 10 and all(len(row.split()) == 8 for way in ways for row in way)
     assert [line for line in lines if line.startswith("evo_ape")] == [

@@ -13,7 +13,7 @@ def test_the_reader_of_words_and_drivers_do_without_scipy_and_the_pilot_has_what
     for imports, module, present in (
         (worker, planner, False),
         (drivers, "scipy", False),
-        ("console.runtime as runtime; runtime.load_mathematics()", planner, True),
+        ("console.robot.pilot_thread as thread; thread.load_mathematics()", planner, True),
     ):
         script = f"import sys, {imports}; print({module!r} in sys.modules)"
         done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
