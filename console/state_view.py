@@ -13,6 +13,7 @@ from console.control.notices import Notifications
 from console.control.pending_commands import LateCommand, PendingCommand, PendingCommands
 from console.control.pilot_supervisor import PilotSupervisor
 from console.control.playback import PlaybackController
+from console.maps.routes import RouteRun, RouteService
 from console.maps.service import MapService
 from console.messages import hearing, person, picture
 from console.messages import state as messages
@@ -72,6 +73,7 @@ class StateContext:
             self.parts[RoomTranscriber].status.starting,
             self.robot.link()[0],
             self.parts[RecordingService].revision,
+            route(self.parts[RouteService].run_now),
         )
 
 
@@ -116,6 +118,7 @@ def state_message(snapshot: Snapshot, around: StateContext, seq: int, now: float
         history_revision=around.history.revision,
         truth=None if snapshot.truth is None else true_pose(snapshot),
         by_laser=by_laser(snapshot),
+        route=route(parts[RouteService].run_now),
         chapter=around.chapter,
     )
 
@@ -202,6 +205,14 @@ def command(status: ActiveCommandStatus) -> messages.CommandState:
         progress=status.progress,
         **code_of(status.remark)._asdict(),
     )
+
+
+def route(run: RouteRun | None) -> messages.RouteUnderWay | None:
+    """How the route goes."""
+    if run is None:
+        return None
+    place, stops, found = run.here.place, len(run.route.stops), code_of(run.reason)
+    return messages.RouteUnderWay(run.route.name, place, run.stop + 1, stops, run.state, run.reason, *found)
 
 
 def camera(view: CameraView) -> messages.CameraOverlay:

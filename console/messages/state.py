@@ -94,6 +94,19 @@ class CommandState(CommandPayload, omit_defaults=True):
     values: dict[str, str] | None = None  # in that sentence, by their names
 
 
+class RouteUnderWay(Struct):
+    """The route that runs, or the last one."""
+
+    name: str
+    place: str  # of the stop that is driven to, or stood at
+    stop: int  # its number, from 1
+    of: int
+    state: Literal["idle", "driving", "waiting", "paused", "ended"]
+    reason: str  # a sentence: why it stands, or ended
+    code: str | None = None  # of the sentence in `reason`
+    values: dict[str, str] | None = None
+
+
 class EdgeLine(Struct):
     """A vertical edge in the newest picture, in pixels."""
 
@@ -287,6 +300,7 @@ class State(Struct, tag_field="kind", tag="state"):
     history_revision: int
     truth: TruePose | None
     by_laser: LaserReferenceState | None = None  # None: `[chapter] laser_reference` is off, or there is no laser
+    route: RouteUnderWay | None = None  # None: none ran yet
     chapter: Literal["ours", "printed"] = "ours"  # the form that runs; printed: the chapter's own equations
 
 

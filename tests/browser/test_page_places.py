@@ -148,6 +148,17 @@ def build_stops(card: Locator) -> None:
     card.get_by_role("button", name="desk earlier").click()
 
 
+def paused_in_the_status_line(here: Visit) -> None:
+    """It names the route, as the card does; pause it there and let it go on."""
+    expect(here.find("route-card:visible .route-now")).to_contain_text("waits at desk (1 of 2)")
+    pill = here.find("command-status")
+    expect(pill).to_contain_text("round waits at desk (1 of 2)")
+    pill.get_by_role("button", name="Pause").click()
+    expect(pill).to_contain_text("round paused at desk")
+    pill.get_by_role("button", name="Go on").click()
+    expect(pill).to_contain_text("round waits at desk")
+
+
 def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: Open, console: Running) -> None:
     for name, x in (("desk", 0.05), ("sofa", 0.3)):
         console.ask("api/places", {"name": name, "x_m": x, "y_m": 0.0})
@@ -184,7 +195,7 @@ def test_a_route_is_built_on_the_page_run_paused_and_says_why_it_stands(visit: O
         ("say", 25.5, "Tea is ready"),
     ]
     card.get_by_role("button", name="Start round").click()
-    expect(card.locator(".route-now")).to_contain_text("waits at desk (1 of 2)")
+    paused_in_the_status_line(here)
     card.get_by_role("button", name="Go on").click()
     expect(card.locator(".route-now")).to_contain_text("sofa (2 of 2)")
     card.get_by_role("button", name="Pause").click()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Callable
 
 import pytest
@@ -23,6 +24,16 @@ def open_page(here: Visit, name: str) -> None:
     if menu.is_visible():
         menu.click()
     here.page.get_by_role("navigation", name="Pages").get_by_role("link", name=name, exact=True).click()
+
+
+def test_a_press_in_the_rail_shows_at_once_while_its_page_comes(visit: Open) -> None:
+    here = visit()
+    here.page.route("**/connect/main.js", lambda route: (time.sleep(1.0), route.continue_()))
+    open_page(here, "Connect")
+    link = here.page.get_by_role("link", name="Connect", exact=True)
+    assert link.get_attribute("data-opening") == "" and link.get_attribute("aria-current") is None
+    expect(link).to_have_attribute("aria-current", "page")
+    assert link.get_attribute("data-opening") is None
 
 
 @pytest.mark.parametrize("size", [DESK, PHONE])
@@ -106,7 +117,7 @@ def test_experiments_are_listed_and_one_is_cancelled(visit: Open, console: Runni
     expect(here.page.get_by_role("progressbar", name="Progress")).to_be_visible()
     expect(card.get_by_role("button", name=re.compile("^Run"))).to_be_disabled()
     here.button("Cancel").click()
-    expect(here.find(".experiment-before .rows")).to_contain_text("9000 runs, seed 0")
+    expect(here.find(".experiment-before .rows")).to_contain_text("9000 drives, seed 0")
     here.until(lambda: console.ask("api/experiments")["runs"][0]["state"] == "cancelled", "it was cancelled")
     here.page.get_by_role("button", name=re.compile("^Delete: Figure 16")).first.click()
     expect(here.find(".experiment-before .rows li")).to_have_count(0)

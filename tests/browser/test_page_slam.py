@@ -74,6 +74,20 @@ def test_a_map_is_saved_replaced_taken_along_and_deleted(visit: Open, console: R
     expect(here.find(".map-now")).to_contain_text("not saved")
 
 
+def test_a_robot_that_lost_its_place_claims_no_accuracy(visit: Open) -> None:
+    here = visit()
+    expect(here.find("estimate-line")).to_contain_text("mm")
+    lost = """name => {
+        const panel = document.querySelector(name), state = structuredClone(panel.session.state);
+        state.floor.lost = { candidates: [] };
+        panel.show({ ...panel.session.view, state });
+        return panel.innerText;
+    }"""
+    for name in ("estimate-line", "estimate-card"):
+        words = here.page.evaluate(lost, name)
+        assert words.count("± ?") == 3 and "mm" not in words and "lost" in words.lower(), words
+
+
 def test_the_robot_is_shown_where_it_is_by_press_and_drag(visit: Open, console: Running) -> None:
     here = visit(size=PHONE)
     here.open_tab("Mapping")

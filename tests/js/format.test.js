@@ -93,3 +93,7 @@ test("the difference of two headings goes the short way round", () => {
     }
   }
 });
+
+test("a day is written as every country reads it", () => {
+  assert.equal(format.date(new Date(2026, 10, 9, 8, 5).getTime() / 1000), "2026-11-09");
+});

@@ -122,6 +122,7 @@ export const STATE = {
   history_revision: 0,
   truth: null,
   by_laser: null,
+  route: null,
   chapter: "ours",
 };
 

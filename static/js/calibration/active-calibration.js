@@ -1,6 +1,6 @@
 // Sentences about the active calibration of the camera and of the laser mount.
 
-import { age, fixed } from "../ui/format.js";
+import { age, date, fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 
 /** @import { Kind } from "./types.js" */
@@ -47,5 +47,5 @@ export function since(at) {
     ? t("active-calibration.just_now")
     : seconds < 86400
       ? t("active-calibration.age_ago", { age: age(seconds) })
-      : new Date(at * 1000).toLocaleDateString();
+      : date(at);
 }

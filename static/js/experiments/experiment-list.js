@@ -1,6 +1,7 @@
 // Element <experiment-list>: every experiment, what it reproduces, how long it takes, and its start.
 
 import { icon, make, mark, onSubmit, write } from "../ui/element.js";
+import { date } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { costOf, figure, inWords, secondsOf } from "./runs-model.js";
@@ -121,7 +122,7 @@ function lastOf(run) {
   if (!run) return ["–"];
   const first = run.compared.find(({ ours }) => ours !== null);
   const result = first ? figure(first.ours, first.unit) : run.reason || t(`state.${run.state}`);
-  return [result, note(new Date(run.at_s * 1000).toLocaleDateString())];
+  return [result, note(date(run.at_s))];
 }
 
 /** @param {string} [words] */

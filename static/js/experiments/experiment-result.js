@@ -2,7 +2,7 @@
 
 import { address } from "../net/api.js";
 import { icon, make, mark, write } from "../ui/element.js";
-import { timeOfDay } from "../ui/format.js";
+import { day, timeOfDay } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { runRow } from "../ui/run-row.js";
 import { t } from "../ui/texts.js";
@@ -78,7 +78,7 @@ class ExperimentResult extends PagePanel {
     write(
       this.#about,
       t("experiment-result.runs_runs_seed_seed_who_timeofday", {
-        runs: run.runs,
+        runs: this.model.count(run),
         seed: run.seed,
         who: run.who,
         timeofday: timeOfDay(run.at_s),
@@ -111,7 +111,7 @@ class ExperimentResult extends PagePanel {
 
   /** @param {ExperimentRun} run */
   #row(run) {
-    const about = { runs: run.runs, seed: run.seed, who: run.who, dayof: dayOf(run.at_s) };
+    const about = { runs: this.model.count(run), seed: run.seed, who: run.who, dayof: day(run.at_s) };
     const away = make(
       "button.icon-button",
       {
@@ -136,9 +136,6 @@ const STATES = {
   cancelled: t("experiment-result.cancelled_after"),
   failed: t("experiment-result.failed_after"),
 };
-
-/** @param {number} seconds Unix time */
-const dayOf = (seconds) => `${new Date(seconds * 1000).toLocaleDateString()} ${timeOfDay(seconds).slice(0, 5)}`;
 
 /** @param {ExperimentRun} run */
 function result(run) {

@@ -59,6 +59,11 @@ export class ExperimentRuns extends RunsModel {
     return (this.experiments ?? []).filter((one) => secondsOf(one) <= SHORT_S);
   }
 
+  /** What a run consists of: "240 utterances". @param {ExperimentRun} run */
+  count({ experiment, runs }) {
+    return `${runs} ${this.experiments?.find(({ name }) => name === experiment)?.counts ?? "runs"}`;
+  }
+
   beginShort() {
     this.queue = this.short.map(({ name }) => name);
     return this.read();

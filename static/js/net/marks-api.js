@@ -54,9 +54,6 @@ export const startRoute = (name) => post(`${one(ROUTES, name)}/start`, {});
 /** @param {"pause" | "resume" | "skip" | "stop"} act @returns {Promise<RouteProgress>} */
 export const steerRoute = (act) => post(`api/route/${act}`);
 
-/** @returns {Promise<RouteProgress>} */
-export const routeNow = () => call("api/route");
-
 /**
  * Give every robot of one map the places, zones and routes that only others have; what it has under a name stays.
  * @param {string[]} roots of the consoles, "robots/r1/" @param {(root: string) => boolean} mayWrite

@@ -593,6 +593,18 @@ export interface RobotState {
   battery: number | null;
 }
 
+/** The route that runs, or the last one. */
+export interface RouteUnderWay {
+  name: string;
+  place: string;
+  stop: number;
+  of: number;
+  state: "idle" | "driving" | "waiting" | "paused" | "ended";
+  reason: string;
+  code: string | null;
+  values: Record<string, string> | null;
+}
+
 /** A bearing of a person, with the point from which they are seen or heard. */
 export interface SensedBearing {
   x_m: number;
@@ -658,6 +670,7 @@ export interface State {
   history_revision: number;
   truth: TruePose | null;
   by_laser: LaserReferenceState | null;
+  route: RouteUnderWay | null;
   chapter: "ours" | "printed";
 }
 

@@ -372,6 +372,7 @@ export class Session {
       this.state = message;
       for (const notice of message.notices) translate(notice, "text");
       translate(message.gate, "reason");
+      translate(message.route, "reason");
       translate(message.command, "remark");
       this.#watchLease(message.lease);
       this.#dispatch("heard", this.view);

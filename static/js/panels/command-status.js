@@ -1,6 +1,7 @@
 // Element <command-status>: status line with the running command, the newest result or refusal.
 
 import { wordsOf } from "../net/api.js";
+import { steerRoute } from "../net/marks-api.js";
 import * as room from "../net/room-api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { couldCall, goesToPerson, isEmptyRoom, letCall } from "../ui/let-call.js";
@@ -8,6 +9,7 @@ import { Panel } from "../ui/panel.js";
 import { StatusLog } from "../ui/status.js";
 import { t } from "../ui/texts.js";
 import { ToGo } from "../ui/to-go.js";
+import { routeWords } from "./route-card.js";
 
 /** @import { HistoryRow } from "../net/rest.js" */
 /** @import { Said, View } from "../net/session.js" */
@@ -39,6 +41,8 @@ class CommandStatus extends Panel {
     this.#bar,
   );
   #cancel = make("button.button", icon("close"), t("command-status.cancel"));
+  #steerWords = make("span");
+  #steer = make("button.button", { hidden: true }, this.#steerWords);
   #log = new StatusLog();
   #toGo = new ToGo();
 
@@ -51,9 +55,14 @@ class CommandStatus extends Panel {
       this.#suggestions,
       this.#progress,
       this.#left,
+      this.#steer,
       this.#cancel,
     );
-    this.#cancel.addEventListener("click", () => this.session.stop());
+    this.#cancel.addEventListener("click", () => this.#end());
+    this.#steer.addEventListener("click", () => {
+      const paused = this.session.state?.route?.state === "paused";
+      void this.session.attempt(() => steerRoute(paused ? "resume" : "pause"));
+    });
     this.session.on("said", (said) => this.#answered(said));
     this.session.on("transcript", (transcript) => this.#log.heard(transcript, performance.now()));
     this.session.on("reading", (words) => this.#log.reads(performance.now(), words));
@@ -75,11 +84,15 @@ class CommandStatus extends Panel {
     this.#log.saw(view, now);
     const { state, up, permission } = view;
     const command = state?.command?.state === "running" ? state.command : null;
-    this.#cancel.hidden = !command;
+    const route = command && command.source !== "route" ? null : routeUnderWay(state);
+    this.#cancel.hidden = !command && !route;
+    this.#steer.hidden = !route;
+    this.#steer.disabled = !up;
+    write(this.#steerWords, route?.state === "paused" ? t("route-card.go_on") : t("route-card.pause"));
     this.#progress.hidden = !command || command.progress === null;
     this.#cancel.disabled = !up;
     const left = state ? this.#toGo.saw(state, view.hello?.robot.cruise_m_s ?? 0) : [];
-    this.#left.hidden = left.length === 0;
+    this.#left.hidden = left.length === 0 || !command;
     if (left.length) write(this.#left, t("command-status.join_to_go", { join: left.join(", ") }));
     if (command) {
       const percent = Math.round((command.progress ?? 0) * 100);
@@ -92,7 +105,16 @@ class CommandStatus extends Panel {
     const late = line.state === "refused" ? (state?.late_command ?? null) : null;
     if (late && permission.may !== "no") this.#offerLate(line, late);
     else if (permission.held && refused && !offered.length) this.#offerControl(line, state?.lease.asked_by ?? "");
+    else if (route && ["", "running", "done"].includes(line.state))
+      this.#show({ ...line, icon: "running", words: routeWords(route), remark: route.reason, state: "running" });
     else this.#show({ ...line, suggestions: offered });
+  }
+
+  /** End what moves the robot, and the route that would go on. */
+  #end() {
+    const route = routeUnderWay(this.session.state);
+    this.session.stop();
+    if (route) void this.session.attempt(() => steerRoute("stop"));
   }
 
   /** @param {Said} said */
@@ -192,6 +214,10 @@ class CommandStatus extends Panel {
     return button;
   }
 }
+
+/** The route that goes on by itself, or by a press. @param {import("../net/messages.js").State | null} state */
+const routeUnderWay = (state) =>
+  state?.route && ["driving", "waiting", "paused"].includes(state.route.state) ? state.route : null;
 
 const howItWorks = () => make("a.chip", { href: "help#how-to/call-the-robot.md" }, t("command-status.how_it_works"));
 

@@ -106,7 +106,7 @@ export class DrivePad extends Panel {
     }
     const top = (PRESETS[drive.preset - 1] ?? 0) * hello.robot.max_speed_m_s;
     write(this.#preset, drive.slow ? t("drive-pad.slow") : t("drive-pad.speed_preset", { preset: drive.preset }));
-    write(this.#top, speed(drive.slow ? SLOW * top : top));
+    write(this.#top, t("drive-pad.up_to", { speed: speed(drive.slow ? SLOW * top : top) }));
     this.#less.disabled = drive.preset === 1;
     this.#more.disabled = drive.preset === PRESETS.length;
     write(this.#moving, speed(state.velocity.v_m_s));

@@ -47,11 +47,16 @@ class EstimateCard extends Panel {
     const { pose, dead_reckoning: wheels, slam, truth, by_laser: laser } = state;
     const sigma = sigmas(pose.cov);
     const { x, y, heading } = this.#figures;
-    const modeWords = slam.looking_around ? t("estimate-card.looking_around") : (MODES[slam.mode] ?? slam.mode);
+    const lost = state.floor.lost !== null; // then no spread holds
+    const modeWords = lost
+      ? t("estimate-card.lost")
+      : slam.looking_around
+        ? t("estimate-card.looking_around")
+        : (MODES[slam.mode] ?? slam.mode);
     write(this.#mode, modeWords);
-    say(x, metres(pose.x_m), spread(sigma.x));
-    say(y, metres(pose.y_m), spread(sigma.y));
-    say(heading, degrees(pose.heading_rad, 1), `± ${degrees(sigma.heading, 1)}`);
+    say(x, metres(pose.x_m), lost ? "± ?" : spread(sigma.x));
+    say(y, metres(pose.y_m), lost ? "± ?" : spread(sigma.y));
+    say(heading, degrees(pose.heading_rad, 1), lost ? "± ?" : `± ${degrees(sigma.heading, 1)}`);
     const trial = slam.tentative ? t("estimate-card.tentative_on_trial", { tentative: slam.tentative }) : "";
     write(this.#facts.landmarks.value, `${state.landmarks.length}${trial}`);
     write(this.#facts.nis.value, slam.nis === null ? "–" : fixed(slam.nis, 1));

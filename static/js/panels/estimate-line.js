@@ -9,7 +9,8 @@ import { t } from "../ui/texts.js";
 
 class EstimateLine extends Panel {
   #values = [0, 1, 2].map(() => ({ value: make("span.where-value", "–"), sigma: make("span.figure-sigma") }));
-  #button = make("button.row.where", { title: t("estimate-line.where_the_robot_believes_it_is") });
+  #lost = make("span.where-lost", { hidden: true }, t("estimate-line.lost"));
+  #button = make("button.row.where", { title: t("estimate-line.where_the_robot_believes_it_is") }, this.#lost);
 
   /** @override */
   build() {
@@ -26,6 +27,8 @@ class EstimateLine extends Panel {
     this.classList.toggle("is-old", !up);
     if (!state) return;
     const { x_m, y_m, heading_rad, cov } = state.pose;
+    const lost = state.floor.lost !== null; // then no spread holds
+    this.#lost.hidden = !lost;
     const sigma = sigmas(cov);
     /** @type {Array<[string, string]>} */
     const said = [
@@ -36,7 +39,7 @@ class EstimateLine extends Panel {
     for (const [index, part] of this.#values.entries()) {
       const [value, spreads] = said[index] ?? ["", ""];
       write(part.value, value);
-      write(part.sigma, spreads);
+      write(part.sigma, lost ? "± ?" : spreads);
     }
   }
 }

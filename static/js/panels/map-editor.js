@@ -4,6 +4,7 @@ import * as api from "../net/edits-api.js";
 import { addRoom, marksOf } from "../net/marks-api.js";
 import { make, mark, write } from "../ui/element.js";
 import { FloorView } from "../ui/floor-view.js";
+import { day } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
@@ -178,7 +179,7 @@ class MapEditor extends Panel {
 
   /** @param {EditRow} row */
   #row({ id, kind, by, at_s: at, holds }) {
-    const words = t("map-editor.what_by_at", { what: DONE[kind], by, at: new Date(1000 * at).toLocaleTimeString() });
+    const words = t("map-editor.what_by_at", { what: DONE[kind], by, at: day(at) });
     const act = make(
       "button.button.small",
       { type: "button", "aria-label": `${holds ? t("map-editor.undo") : t("map-editor.redo")} ${id}` },

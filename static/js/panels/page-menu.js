@@ -36,6 +36,8 @@ export class PageMenu extends Panel {
       this.dispatchEvent(new CustomEvent("show-settings", { bubbles: true })),
     );
     for (const one of [...this.#links.values(), this.#settings]) one.addEventListener("click", close);
+    for (const one of this.#links.values()) one.addEventListener("click", () => this.#opening(one)); // at once: a page takes a moment the first time
+    this.session.on("trouble", () => this.#opening(null));
     const lay = () => {
       this.#nav.classList.toggle("popover", NARROW.matches);
       this.#nav.hidden = NARROW.matches;
@@ -45,8 +47,14 @@ export class PageMenu extends Panel {
     lay();
   }
 
+  /** @param {HTMLElement | null} link that was pressed, and whose page is on its way */
+  #opening(link) {
+    for (const one of this.#links.values()) mark(one, "data-opening", one === link);
+  }
+
   /** @param {PageRow} row the page that is open */
   open(row) {
+    this.#opening(null);
     for (const [path, one] of this.#links) mark(one, "aria-current", path === row.path ? "page" : null);
     write(this.#name, row.name);
     redraw(this.#icon, row.icon);

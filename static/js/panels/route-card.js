@@ -1,6 +1,6 @@
 // Element <route-card>: the routes of the map, one in the making, and how the one under way goes.
 
-import { addRoute, marksOf, removeRoute, routeNow, startRoute, steerRoute } from "../net/marks-api.js";
+import { addRoute, marksOf, removeRoute, startRoute, steerRoute } from "../net/marks-api.js";
 import { sure } from "../ui/confirm-button.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
@@ -9,10 +9,9 @@ import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
 
 /** @import { Route, Stop } from "../net/marks-api.js" */
-/** @import { RouteProgress } from "../net/rest.js" */
+/** @import { RouteUnderWay } from "../net/messages.js" */
 /** @import { View } from "../net/session.js" */
 
-const ASK_MS = 1000; // between two looks at the route under way
 const STEERS = /** @type {const} */ (["pause", "resume", "skip", "stop"]);
 /** @type {Readonly<Record<string, string>>} */
 const STEER_WORDS = {
@@ -21,7 +20,7 @@ const STEER_WORDS = {
   skip: t("route-card.skip"),
   stop: t("route-card.end"),
 };
-/** @type {Readonly<Record<RouteProgress["state"], string>>} */
+/** @type {Readonly<Record<RouteUnderWay["state"], string>>} */
 const STATES = {
   idle: "",
   driving: t("route-card.drives_to"),
@@ -35,6 +34,10 @@ const MAY = {
   waiting: ["pause", "resume", "skip", "stop"],
   paused: STEERS.slice(1),
 };
+
+/** A route that runs or stands, in words: "round drives to desk (1 of 2)". @param {RouteUnderWay} route */
+export const routeWords = ({ name, stop, of, state, place }) =>
+  t("route-card.name_doing_place", { name, doing: STATES[state], place, stop, of });
 
 /** @type {Route} */
 const NEW = { name: "", stops: [], loop: false };
@@ -81,7 +84,6 @@ class RouteCard extends Panel {
   #made = [];
   #operates = false;
   #drawn = "";
-  #askedAt = -Infinity; // [ms]
   #changes = ""; // name of the route that is changed; "": a new one is made
   #dragged = -1; // index of the stop that is dragged
 
@@ -140,28 +142,17 @@ class RouteCard extends Panel {
    * @override
    * @param {View} view
    */
-  show({ hello, up }) {
+  show({ hello, state }) {
     this.#operates = hello !== null && hello.you.role !== "viewer" && hello.robot.drives;
     this.#new.hidden = !this.#operates;
     this.#draw();
-    const now = performance.now();
-    if (up && this.offsetParent !== null && now - this.#askedAt > ASK_MS) void this.#ask();
-  }
-
-  async #ask() {
-    this.#askedAt = performance.now();
-    const progress = await routeNow().catch(() => null);
-    if (progress) this.#tell(progress);
-  }
-
-  /** @param {RouteProgress} progress */
-  #tell({ name, stop, of, state, reason, place }) {
-    this.#under.hidden = state === "idle";
-    if (state === "idle") return;
-    write(this.#now, t("route-card.name_doing_place", { name: name ?? "", doing: STATES[state], place, stop, of }));
-    write(this.#why, reason);
+    const route = state?.route;
+    this.#under.hidden = !route;
+    if (!route) return;
+    write(this.#now, routeWords(route));
+    write(this.#why, route.reason);
     for (const [act, button] of this.#steers)
-      button.hidden = !(MAY[state] ?? []).includes(act) || (!this.#operates && act !== "stop");
+      button.hidden = !(MAY[route.state] ?? []).includes(act) || (!this.#operates && act !== "stop");
   }
 
   #draw() {
@@ -323,10 +314,8 @@ class RouteCard extends Panel {
   }
 
   /** @param {() => Promise<unknown>} act @param {HTMLButtonElement} [button] @returns {Promise<boolean>} whether it was done */
-  async #try(act, button) {
-    const done = await this.#trouble.attempt(act, button);
-    if (done) await this.#ask();
-    return done;
+  #try(act, button) {
+    return this.#trouble.attempt(act, button);
   }
 }
 

@@ -3,6 +3,7 @@
 import * as api from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
 import { make, onSubmit, svg, write } from "../ui/element.js";
+import { date } from "../ui/format.js";
 import { refill } from "../ui/press.js";
 import { Sheet } from "../ui/sheet.js";
 import { t } from "../ui/texts.js";
@@ -178,9 +179,7 @@ function drawn(rows) {
 /** @param {number | null} end Unix time */
 function until(end) {
   if (end === null) return t("sign-in-sheet.until_revoked");
-  return t("sign-in-sheet.until_tolocaledatestring", {
-    tolocaledatestring: new Date(1000 * end).toLocaleDateString("en", { day: "numeric", month: "short" }),
-  });
+  return t("sign-in-sheet.until_date", { date: date(end) });
 }
 
 customElements.define("sign-in-sheet", SignInSheet);

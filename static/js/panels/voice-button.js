@@ -167,6 +167,7 @@ export class VoiceButton extends Panel {
     }
     this.hidden = onlyWatched(hello);
     this.#button.disabled = !up;
+    mark(this.#button, "data-halted", state?.gate.state === "halted"); // words move nothing then
     if (!up && this.#held) this.hold(false);
   }
 

@@ -72,7 +72,12 @@ export function day(seconds) {
   const at = new Date(seconds * 1000);
   const clock = timeOfDay(seconds).slice(0, 5);
   if (at.toDateString() === new Date().toDateString()) return t("format.today_clock", { clock });
-  return `${at.toLocaleDateString(undefined, { dateStyle: "medium" })} ${clock}`;
+  return `${date(seconds)} ${clock}`;
+}
+
+/** The day of a Unix time as every country reads it: "2026-11-29". @param {number} seconds */
+export function date(seconds) {
+  return new Date(seconds * 1000).toLocaleDateString("sv");
 }
 
 /** Time of day of a Unix time. @param {number} seconds */
