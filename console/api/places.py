@@ -57,6 +57,7 @@ class PlaceRow(msgspec.Struct, frozen=True):
     y_m: float
     heading_rad: float | None
     outline_m: list[tuple[float, float]] = []  # corners of a room
+    wall_m: float | None = None  # to the nearest wall, where it was named or moved just now and one is near
 
 
 class PlaceList(msgspec.Struct, frozen=True):
@@ -65,11 +66,11 @@ class PlaceList(msgspec.Struct, frozen=True):
     places: list[PlaceRow]
 
 
-def row_of(place: NamedPlace) -> PlaceRow:
-    """A place, to a millimetre."""
+def row_of(place: NamedPlace, wall: float | None = None) -> PlaceRow:
+    """A place, to a millimetre; `wall` [m]: distance to the nearest one."""
     heading = None if place.heading_rad is None else round(place.heading_rad, 4)
     outline = [(round(x, 3), round(y, 3)) for x, y in place.outline_m]
-    return PlaceRow(place.name, round(place.x_m, 3), round(place.y_m, 3), heading, outline)
+    return PlaceRow(place.name, round(place.x_m, 3), round(place.y_m, 3), heading, outline, wall)
 
 
 @places.get("/places")
@@ -84,7 +85,8 @@ async def listed(service: Places) -> PlaceList:
 async def add(asked: NamePlaceRequest, service: Places, who: Who) -> PlaceRow:
     """Name a place. A name that sounds like a command, a number or another place is refused with the pair."""
     outline = tuple((x, y) for x, y in asked.outline_m)
-    return row_of(await service.add(asked.name, _at(asked), asked.heading_rad, who, outline))
+    place = await service.add(asked.name, _at(asked), asked.heading_rad, who, outline)
+    return row_of(place, service.wall_near(place))
 
 
 @places.patch("/places/{name}")
@@ -92,9 +94,10 @@ async def add(asked: NamePlaceRequest, service: Places, who: Who) -> PlaceRow:
 async def change(name: PlaceName, asked: PlaceChange, service: Places, who: Who) -> PlaceRow:
     """Rename or move a place."""
     turned = "heading_rad" in asked.model_fields_set
-    return row_of(
-        await service.change(name, who, to_name=asked.name, at=_at(asked), heading=asked.heading_rad, turned=turned)
+    place = await service.change(
+        name, who, to_name=asked.name, at=_at(asked), heading=asked.heading_rad, turned=turned
     )
+    return row_of(place, service.wall_near(place))
 
 
 @places.delete("/places/{name}", status_code=204)

@@ -54,6 +54,7 @@ async def drive_report(maps: SavedMaps, history: HistoryInUse) -> Response:
             entry.remark,
         )
         for entry in history.newest_first(commands_only=True, limit=MAX_LISTED)[::-1]
+        if entry.wall >= maps.trajectory.begun
     ]
     return sent(await asyncio.to_thread(lambda: drive_document(maps, rows)), "drive")
 

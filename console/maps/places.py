@@ -16,6 +16,7 @@ from console.part import Part
 from core.errors import BadInput
 from core.geometry import wrap
 from core.navigation.places import NamedPlace
+from core.navigation.planner import PlannerThresholds
 from core.navigation.zones import roomiest_spot
 from core.sentences import Statement
 from core.speech.understanding.place_names import MAX_PLACES, check_name_apart, place_phrases, spoken_name, tidy_name
@@ -23,6 +24,7 @@ from core.speech.understanding.place_names import MAX_PLACES, check_name_apart, 
 NO_SUCH_PLACE = Statement("places.gone")
 BEYOND_MAP_M = 10.0  # [m] that a place may lie outside the known map
 MAX_ROOM_CORNERS = 200
+WALL_NEAR_M = 1.0
 LOST = Statement("places.lost")
 
 Outline = tuple[tuple[float, float], ...]
@@ -99,6 +101,14 @@ class PlaceService(Part):
             return msgspec.structs.replace(marks, places=tuple(one for one in marks.places if one.name != old.name))
 
         await self._maps.mark(change, f"place {old.name} removed", who)
+
+    def wall_near(self, place: NamedPlace) -> float | None:
+        """Distance [m] from a place to the nearest wall of the map; None: none within `WALL_NEAR_M`."""
+        grid = self._maps.grid
+        cells = np.argwhere(grid.log_odds > PlannerThresholds.occupied)[:, ::-1]  # (N, 2) column, row
+        away = grid.origin + grid.resolution * (cells + 0.5) - (place.x_m, place.y_m)
+        nearest = float(np.hypot(*away.T).min(initial=math.inf))
+        return round(nearest, 2) if nearest <= WALL_NEAR_M else None
 
     # steps of the above
 

@@ -1,5 +1,7 @@
 """The robot's trajectory, stored in the frames of its submaps: a closure that moves a submap moves these poses."""
 
+import math
+import time
 from array import array
 
 import numpy as np
@@ -22,6 +24,7 @@ class Trajectory:
         self._rows = array("d")
         self._gap = POSE_GAP_S
         self._newest = -np.inf
+        self.begun = math.inf  # Unix time [s] of its first pose
 
     def __len__(self) -> int:
         """How many poses it has."""
@@ -29,7 +32,7 @@ class Trajectory:
 
     def forget(self) -> None:
         """Begin again."""
-        self._rows, self._gap, self._newest = array("d"), POSE_GAP_S, -np.inf
+        self._rows, self._gap, self._newest, self.begun = array("d"), POSE_GAP_S, -np.inf, math.inf
 
     def add(self, snapshot: Snapshot) -> None:
         """Add the pose of a snapshot. A robot whose clock began again begins another trajectory."""
@@ -38,6 +41,7 @@ class Trajectory:
         if snapshot.stamp - self._newest < self._gap - 1e-6:
             return
         self._newest = snapshot.stamp
+        self.begun = min(self.begun, time.time())
         room, pose = active(snapshot.floor), snapshot.estimate.pose
         local = pose if room is None else room.pose.inverse() @ pose
         number = NOWHERE if room is None else room.id

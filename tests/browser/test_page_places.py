@@ -7,7 +7,7 @@ import urllib.parse
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import Locator, expect
+from playwright.sync_api import Locator, Route, expect
 
 from tests.browser.running_console import Running
 from tests.browser.visit import PHONE, Visit
@@ -146,6 +146,25 @@ def build_stops(card: Locator) -> None:
     card.get_by_role("button", name="sofa earlier").click()
     expect(card.locator(".route-stop .place-name")).to_have_text(["sofa", "desk"])
     card.get_by_role("button", name="desk earlier").click()
+
+
+def test_a_place_in_a_wall_is_warned_of(visit: Open, console: Running) -> None:
+    here = visit()
+    here.page.route(
+        "**/api/places", lambda route: route.fulfill(status=201, json=NEAR) if posted(route) else route.continue_()
+    )
+    here.open_tab("Maps")
+    here.button("Remember this place").click()
+    here.find("place-sheet #place-name").fill("niche")
+    here.find("place-sheet [type=submit]").click()
+    expect(here.find("notice-toasts")).to_contain_text("“niche” is 4.0 cm from a wall: the robot has no room there")
+
+
+NEAR = {"name": "niche", "x_m": 0.1, "y_m": 0.0, "heading_rad": None, "outline_m": [], "wall_m": 0.04}
+
+
+def posted(route: Route) -> bool:
+    return route.request.method == "POST"
 
 
 def paused_in_the_status_line(here: Visit) -> None:

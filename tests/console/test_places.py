@@ -12,6 +12,7 @@ import pytest
 
 from console.maps.marks import MARKS, Anchor, MapMarks, PlaceMark, anchor_at, read_marks, write_marks
 from console.maps.places import PlaceService
+from console.maps.service import MapService
 from core.errors import BadInput
 from core.geometry import Pose
 from core.slam.map.status import SubmapView
@@ -46,7 +47,15 @@ def test_a_place_is_named_moved_gone_to_and_kept_with_its_map(live: Live) -> Non
     call(live, "POST", "/api/places", {"name": "WINDOW", "x_m": 0.1, "y_m": 0.1}, status=409)
 
     moved = call(live, "PATCH", "/api/places/desk", {"name": "table", "heading_rad": None})
+    wall = moved.pop("wall_m")
     assert moved == {"name": "table", "x_m": 0.4, "y_m": 0.1, "heading_rad": None, "outline_m": []}
+    assert wall is None
+    grid = live.runtime.parts[MapService].grid
+    row, column = np.argwhere(grid.log_odds > 1.0)[0]
+    x, y = (grid.origin + grid.resolution * (np.array([column, row]) + 0.5)).tolist()
+    inside = call(live, "PATCH", "/api/places/table", {"x_m": x, "y_m": y})
+    assert inside["wall_m"] < grid.resolution
+    call(live, "PATCH", "/api/places/table", {"x_m": 0.4, "y_m": 0.1})
     call(live, "PATCH", "/api/places/desk", {"name": "chair"}, status=404)
 
     begun = live.ask("POST", "/api/commands", {"text": "Go to the table."}, token=live.operator)

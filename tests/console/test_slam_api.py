@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import time
 import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
@@ -268,3 +269,18 @@ def test_a_damaged_map_is_refused_and_the_robot_goes_on_as_it_was(lab: Live) -> 
     arrays.write_bytes(arrays.read_bytes()[:200])
     assert "damaged" in sentence(post(lab, "/api/maps/lab/load"), 422)
     assert lab.runtime.snapshot is not None and lab.runtime.pilots.failure == ""
+
+
+def test_the_report_of_a_drive_lists_the_commands_of_this_drive_alone(live: Live) -> None:
+    def report() -> str:
+        return live.ask("GET", "/api/reports/drive", token=live.viewer).body.decode()
+
+    trajectory = live.runtime.parts[MapService].trajectory
+    live.until(lambda: len(trajectory) > 0)
+    live.ask("POST", "/api/commands", {"text": "fly to the old moon"}, token=live.operator)
+    assert "old moon" in report()
+    time.sleep(0.01)
+    trajectory.forget()  # as a restart, or another map, does
+    live.until(lambda: len(trajectory) > 0)
+    live.ask("POST", "/api/commands", {"text": "fly to the new moon"}, token=live.operator)
+    assert "new moon" in report() and "old moon" not in report()

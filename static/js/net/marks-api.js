@@ -6,7 +6,7 @@ import { call, post, sentenceOf } from "./api.js";
 /** @import { Kind } from "../drive/suggest.js" */
 /** @import { RouteProgress, ZoneRow as Zone } from "./rest.js" */
 /** @import { Session } from "./session.js" */
-/** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number | null, outline_m?: Array<[number, number]>}} Place */
+/** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number | null, outline_m?: Array<[number, number]>, wall_m?: number | null}} Place */
 
 /** @typedef {"wait_for_continue" | "come_here" | "say" | "take_a_picture" | "record"} StopAction */
 /** @typedef {{place: string, wait_s: number, action: StopAction | null, text?: string}} Stop */

@@ -680,6 +680,7 @@ export interface PlaceRow {
   y_m: number;
   heading_rad: number | null;
   outline_m: [number, number][];
+  wall_m: number | null;
 }
 
 /** The chessboard that is held up: its middle, its axes as columns of `rotation`, and its outline. */

@@ -64,6 +64,7 @@ class CommandChips extends Panel {
     this.style.setProperty("--room", `${down ? innerHeight - top : words - 2 * OVER}px`);
     mark(this, "data-spread", all && (down ? "down" : "up"));
     mark(this.#more, "aria-expanded", String(all));
+    write(this.#more, all ? t("command-chips.fewer") : t("command-chips.more"));
     this.#fit();
     const over = /** @type {HTMLElement | null} */ (this.#chips.querySelector("[data-over]"));
     if (all) over?.focus();

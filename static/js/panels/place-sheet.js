@@ -2,13 +2,14 @@
 
 import { addPlace, changePlace } from "../net/marks-api.js";
 import { make, write } from "../ui/element.js";
-import { fixed } from "../ui/format.js";
+import { fixed, spread } from "../ui/format.js";
 import { NameSheet } from "../ui/name-sheet.js";
 import { t } from "../ui/texts.js";
 
 /** @import { Place } from "../net/marks-api.js" */
 
 const DEGREE = Math.PI / 180;
+const SPARE_M = 0.035; // as the planner keeps free at least
 
 class PlaceSheet extends NameSheet {
   #where = make("p.note");
@@ -64,6 +65,9 @@ class PlaceSheet extends NameSheet {
     const wrapped = heading === null ? null : Math.atan2(Math.sin(heading), Math.cos(heading));
     const place = { name, x_m: this.#at.x, y_m: this.#at.y, heading_rad: wrapped };
     const kept = await (this.#place ? changePlace(this.#place.name, place) : addPlace(place));
+    const radius = this.session.hello?.robot.radius_m ?? 0;
+    if (typeof kept.wall_m === "number" && kept.wall_m < radius + SPARE_M)
+      this.session.complain(t("place-sheet.near_a_wall", { name: kept.name, wall: spread(kept.wall_m).slice(2) }));
     return t("place-sheet.name_is_saved", { name: kept.name });
   }
 }

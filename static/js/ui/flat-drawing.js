@@ -63,7 +63,9 @@ export function drawFlat(canvas, view, scene) {
   const colour = (name) => colourOf(canvas, name);
   const brush = new Brush(context, view, colour, canvas.clientWidth < SMALL_PX);
   const { state, layers, robot } = scene;
+  brush.inside = { left: scene.covered.left, right: canvas.clientWidth - scene.covered.right };
   brush.keepFree(robot);
+  if (layers.has("places")) for (const { x_m: x, y_m: y } of scene.places) brush.keepFree({ x, y }, PIN_PX / 2);
   context.drawImage(
     scene.ground.picture(canvas, view, scene.plan, layers.has("grid"), colour),
     0,
@@ -136,6 +138,7 @@ const fanReach = ({ scale }) => Math.min(FAN_M * scale, MAX_FAN_PX);
 class Brush {
   /** @type {Line[]} */
   #written = [];
+  inside = { left: -Infinity, right: Infinity }; // [px] where words can be read
 
   /**
    * @param {CanvasRenderingContext2D} context @param {FloorView} view @param {(name: string) => string} colour
@@ -539,7 +542,12 @@ class Brush {
     const wide = context.measureText(words).width;
     const beside = [x + 13, x - 13 - wide, x + FARTHER_PX, x - FARTHER_PX - wide]; // farther off: the robot stands on it
     const sides = [down, ABOVE + BELOW - down].flatMap((dy) => beside.map((left) => [left, y + dy]));
-    const free = sides.find(([left = 0, low = 0]) => !this.#written.some((one) => meet(one, { left, low, wide })));
+    const free = sides.find(
+      ([left = 0, low = 0]) =>
+        left >= this.inside.left &&
+        left + wide <= this.inside.right &&
+        !this.#written.some((one) => meet(one, { left, low, wide })),
+    );
     if (!free) return;
     const [left = 0, low = 0] = free;
     this.#written.push({ left, low, wide });
