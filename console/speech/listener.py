@@ -17,12 +17,13 @@ from console.control.pending_commands import PendingCommand, PendingCommands
 from console.http.problems import Problem
 from console.messages import audio
 from core.commands.stop_at import STOP_AT
-from core.sentences import code_of
+from core.sentences import Statement, code_of
 from core.speech.recognition.decision import Decision, RecognizedUtterance, stop
 from core.speech.settings import PIECE_S
 
 Heard = Literal["words", "stop", "stopped"]
 """Words without a STOP, a STOP that is to be obeyed, or the rest of an utterance whose STOP was obeyed."""
+BESIDE_STOP = Statement("speech.beside_stop")
 SAME_STOP_S = 1.0  # by which the whole sentence may place the STOP later than it was first heard
 
 
@@ -129,10 +130,16 @@ class WordListener:
             self._stops.obeyed(self._dispatcher.freshness)
             return SpokenOutcome(utterance, said, entry=entry, heard=heard)
         if heard == "stopped":
-            return SpokenOutcome(_stopped(utterance), said, heard=heard)
+            return self._beside_stop(utterance, said)
         if utterance.decision.command is not None:
             return self._obey(utterance, said)
         return self._refuse(utterance, said, utterance.decision.reason, maybe_noise=maybe_noise)
+
+    def _beside_stop(self, utterance: RecognizedUtterance, said: Spoken) -> SpokenOutcome:
+        """Write down the words in which a STOP was obeyed that the whole sentence does not say: they move nothing."""
+        lost = utterance.final and not utterance.decision.stops
+        entry = self._refuse(utterance, said, BESIDE_STOP, maybe_noise=True).entry if lost else None
+        return SpokenOutcome(_stopped(utterance), said, entry=entry, heard="stopped")
 
     def _stop(self, decision: Decision, said: Spoken) -> int | None:
         """Stop the robot → the entry of the history."""

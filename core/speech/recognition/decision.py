@@ -25,11 +25,13 @@ NOT_SURE = "I am not sure that I heard every word right."
 TOO_LONG = "That was longer than any command."
 NO_WHOLE_NUMBER = "I did not hear the whole number."
 MORE_DIGITS = "I may have missed a part of the numbers."
+TOO_MANY_DECIMALS = "Spoken numbers have one point, and two digits behind it at most."
 OBJECTIONS = {
     NOT_SURE: Statement("words.not_sure"),
     TOO_LONG: Statement("words.longer"),
     NO_WHOLE_NUMBER: Statement("words.not_whole_number"),
     MORE_DIGITS: Statement("words.more_digits"),
+    TOO_MANY_DECIMALS: Statement("words.too_many_decimals"),
 }  # against words, and how each is said with them
 
 
@@ -50,11 +52,12 @@ class Decision:
     @property
     def waits(self) -> bool:
         """True where the command is said back and waits for the confirmation delay: uncertain words, a far way, and
-        every number, because no voice is so sure that it is never another. What moves nothing never does.
+        every number and name, because no voice is so sure that it is never another. What moves nothing never does.
         """
         if self.command is None or not spec_of(self.command.name).moves:
             return False
-        return self.verdict == "confirm" or has_said_numbers(self.command) or needs_confirmation(self.command)
+        particular = has_said_numbers(self.command) or self.command.place != ""
+        return self.verdict == "confirm" or particular or needs_confirmation(self.command)
 
     @property
     def stops(self) -> bool:

@@ -31,6 +31,7 @@ from core.speech.recognition.decision import (
     NO_WHOLE_NUMBER,
     NOT_SURE,
     TOO_LONG,
+    TOO_MANY_DECIMALS,
     Decision,
     Scores,
     Sentence,
@@ -53,9 +54,11 @@ from core.speech.whisper.spellings import (
     Spellings,
     as_understood,
     count_digits,
+    has_more_decimals,
     lacks_whole_part,
     misheard,
     misspelt,
+    one_point,
     seldom_said,
     sound_of,
 )
@@ -112,7 +115,7 @@ EXACT = 0.3  # [s] to which the times of words are known
 MOST_SPANS = 2  # of the times at which they may have been said that are read
 
 Key = tuple[str, tuple[tuple[str, float], ...], bool]
-"""A command's name, or its words where they name a place; its numbers, and whether one lacks its whole part."""
+"""A command's name, or its words where they name a place; its numbers, and whether one of them is none or not whole."""
 
 
 @message
@@ -354,6 +357,8 @@ class WhisperRecognizer:
 
     def _objection(self, best: Meaning, found: Found) -> str:
         """Why these numbers must not move the robot; "": they may."""
+        if has_more_decimals(best.spelling):
+            return TOO_MANY_DECIMALS
         if best.key[2] or any(0 < abs(value) < LEAST_SPOKEN_M for _, value in best.key[1]):
             return NO_WHOLE_NUMBER
         digits = count_digits(best.spelling)
@@ -391,10 +396,11 @@ class WhisperRecognizer:
 
 def key_of(words: str, own: OwnPhrases = ()) -> Key | None:
     """The meaning of words, whatever the bounds of their numbers; None: no command."""
-    found = parse(as_understood(words), own).found
+    found = parse(one_point(as_understood(words)), own).found
     if isinstance(found, Refusal):
         return None
-    return _named(found.kind, found.place), tuple(found.numbers.items()), lacks_whole_part(words)
+    whole = not lacks_whole_part(words) and not has_more_decimals(words)
+    return _named(found.kind, found.place), tuple(found.numbers.items()), not whole
 
 
 def _named(kind: CommandSpec, place: NamedPlace | None) -> str:

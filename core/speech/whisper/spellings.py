@@ -29,10 +29,12 @@ from core.speech.understanding.numbers import (
 from core.speech.understanding.own_phrases import sound_key
 
 HIGHEST = 100  # numbers beyond the bounds of speech compete too: else "seven" would be read as the nearest below
-DECIMALS = 2  # behind the point
+DECIMALS = 3  # behind the point: one more than are obeyed, for the same reason
 SLOT = re.compile(r"\{(\w+)\}")
 POINT_BETWEEN_DIGITS = re.compile(r"(?<=\d) point (?=\d)")
 DIGIT = rf"(?:\d|(?:{'|'.join(DIGITS)})\b)"
+SECOND_POINT = re.compile(rf"(\.\d+)(?:\.| point )(?=\d)|(\bpoint(?: {DIGIT})+) point(?= {DIGIT})")
+MORE_DECIMALS = re.compile(rf"(?:\.|\bpoint )(?:\d{{3}}|{DIGIT} {DIGIT} {DIGIT})")
 ANY_NUMBER = re.compile(rf"(?<!\w)(?:{NUMBER})(?!\w)")
 SELDOM_SAID = re.compile(rf"\.(?:0|(\d)\1)|\bpoint (?:0|zero|({DIGIT}) \2)")
 LIKE_DIGITS = frozenset(("ate", "fore", "for", "free", "to", "too", "tree", "won"))
@@ -124,7 +126,7 @@ class _SpellingBuilder:
         self._write(AND_A_HALF, whole, target)
 
     def _write_number(self, source: int, target: int) -> None:
-        """Add a number up to 100, in digits or in words."""
+        """Add a number up to 100, in digits or in words; with more decimals and points, too, than any has."""
         negative, digits, words = self._new(), self._new(), self._new()
         self._write(" minus", source, negative)
         self._skip(source, negative)
@@ -135,12 +137,11 @@ class _SpellingBuilder:
             self._write(str(value), minus, digits)
         for whole in (digits, words):
             self._skip(whole, target)
-        self._write_digits(".", digits, target)
-        self._write_digits(" .", negative, target)
-        point = self._new()
-        self._write(" point", digits, point)
-        for digit in range(10):
-            self._write(f" {digit}", point, target)
+        behind = self._new()  # a point: there may be another, which is no number
+        self._write_digits(" .", negative, behind)
+        self._write_decimals(digits, behind)
+        self._write_decimals(behind, target)
+        self._skip(behind, target)
         spoken = self._new()
         for whole in (words, negative):
             self._write(" point", whole, spoken)
@@ -149,7 +150,17 @@ class _SpellingBuilder:
             for digit in DIGITS:
                 self._write(f" {digit}", spoken, following)
             self._skip(following, target)
+            for digit in DIGITS:
+                self._write(f" point {digit}", following, target)
             spoken = following
+
+    def _write_decimals(self, source: int, target: int) -> None:
+        """Add a point and what stands behind it."""
+        self._write_digits(".", source, target)
+        point = self._new()
+        self._write(" point", source, point)
+        for digit in range(10):
+            self._write(f" {digit}", point, target)
 
     def _write_digits(self, point: str, source: int, target: int) -> None:
         """Add what stands behind the point. Without a last zero: "0.10" is written where "0.9" was said."""
@@ -252,6 +263,17 @@ def count_digits(text: str) -> int:
     marked = ANY_NUMBER.sub("#", BEFORE_ZERO.sub("", text.lower().replace("go to", "go")))
     words = [word for word in re.findall(r"[a-z]+|#", marked) if word not in FILLERS]
     return digits + sum("#" in pair and not LIKE_DIGITS.isdisjoint(pair) for pair in pairwise(words))
+
+
+def one_point(words: str) -> str:
+    """Words that are understood, without the second point of a number: all digits behind the first are decimals."""
+    return SECOND_POINT.sub(r"\1\2", words)
+
+
+def has_more_decimals(spelling: str) -> bool:
+    """Return whether a number has more digits behind its point than are obeyed, or a second point."""
+    words = as_understood(spelling)
+    return one_point(words) != words or MORE_DECIMALS.search(words) is not None
 
 
 def lacks_whole_part(spelling: str) -> bool:

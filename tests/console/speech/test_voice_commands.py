@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from console.control.pending_commands import PendingCommands
-from console.speech.listener import SpokenOutcome
+from console.speech.listener import BESIDE_STOP, SpokenOutcome
 from console.speech.room_transcription import RoomTranscriber, RoomUtterance
 from console.speech.transcription_client import within_bounds
 from console.speech.voice_commands import HIGHER, NOT_OBEYED, VoiceCommands
 from core.commands.command import Command
 from core.errors import Refused
 from core.snapshot import VoiceDirection
-from core.speech.recognition.decision import Decision, RecognizedUtterance
+from core.speech.recognition.decision import Decision, RecognizedUtterance, stop
 from core.speech.understanding.grammar import parse, understand
 from tests.console.live import Live
 from tests.core.speech.ears import sure
@@ -159,6 +159,22 @@ def test_what_waits_is_dropped_when_voices_are_obeyed_no_more(
     assert listen(live, False).status == 200
     assert live.runtime.parts[PendingCommands].waiting is None
     assert "no more" in newest(live)["remark"]
+
+
+def test_words_in_which_a_stop_was_heard_are_written_down(live: Live, spoken: VoiceCommands) -> None:
+    """As "follow me" that the spotter took for STOP: the robot stops, and nobody's words vanish."""
+    assert listen(live, True).status == 200
+    transcriber = live.runtime.parts[RoomTranscriber]
+    end = transcriber.stamp
+    early = RecognizedUtterance(begin=end - 1.0, end=end - 0.4, decision=stop(), final=False)
+    whole = RecognizedUtterance(begin=end - 1.0, end=end, decision=decision("follow me"))
+    live.on_loop(lambda: transcriber._hear(early))
+    live.on_loop(lambda: transcriber._hear(whole))
+    row = newest(live)
+    assert (row["words"], row["state"], row["remark"]) == ("follow me", "refused", BESIDE_STOP)
+    again = RecognizedUtterance(begin=end - 1.0, end=end + 0.1, decision=stop("stop moving"))
+    live.on_loop(lambda: transcriber._hear(again))
+    assert newest(live)["id"] == row["id"]  # that stop has its row
 
 
 def test_words_are_let_go_with_the_wheel(live: Live, spoken: VoiceCommands) -> None:

@@ -175,6 +175,23 @@ def test_numbers_beyond_the_bounds_of_speech_win_and_are_refused():
     assert decided({"continue 7 meters": -1.0, "continue 5 meters": -4.0}, {}).verdict == "reject"
 
 
+@pytest.mark.parametrize("words", ["continue 1.2.3 meters", "continue one point two five five meters"])
+def test_a_number_with_two_points_or_three_decimals_is_not_cut(words):
+    """As one "continue one point two point three meters" became 1.3, and "zero point zero zero five" 0.05."""
+    told = decided({words: -1.0, "continue 1.25 meters": -4.0}, {})
+    assert told.command is None and "one point, and two digits behind it at most" in told.reason
+    assert decided({"continue 1.25 meters": -1.0, words: -1.5}, {}).command is None
+    assert decided({"continue 1.25 meters": -1.0, words: -4.0}, {}).command is not None
+
+
+def test_numbers_that_are_none_are_heard_as_such():
+    reader = whisper()
+    for number in ("one point two point three", "one point five five five", "zero point zero zero five"):
+        for voice, pitch in (("en-us", 10), ("en-029", 10), ("en-gb-x-rp", 90)):
+            sound = speak(f"continue {number} meters", VoiceSettings(voice=voice, pitch=pitch, speed=175))
+            assert reader.decide(utterance(padded(for_words(sound).samples[:, 0]))).command is None
+
+
 def test_a_number_without_its_whole_part_never_moves_the_robot():
     told = decided({"continue .3 meters": -0.5, "continue 4.3 meters": -6.0}, {})
     assert told.verdict == "reject" and "whole number" in told.reason

@@ -8,7 +8,7 @@ import pytest
 
 from core.commands import VOCABULARY
 from core.speech.whisper.recognizer import key_of
-from core.speech.whisper.spellings import Spellings, count_digits, lacks_whole_part, seldom_said
+from core.speech.whisper.spellings import Spellings, count_digits, has_more_decimals, lacks_whole_part, seldom_said
 
 
 def by_letters(text: str) -> tuple[int, ...]:
@@ -63,6 +63,10 @@ def test_the_example_of_every_command_is_a_spelling(kind):
         "Stop at -1 and point three",
         "go to 1 meters and 2 meters!",
         "continue 0.05 meters",
+        "continue 1.555 meters",
+        "continue 1.2.3 meters",
+        "stop at one point two point three and 1",
+        "continue 12.5 point 3 meters",
         "Follow the world.",
         "Father wall",
         "stop",
@@ -88,6 +92,24 @@ def test_numbers_are_spelt_in_digits_in_words_and_beyond_their_bounds(words):
 )
 def test_what_is_no_whole_command_is_no_spelling(words):
     assert not accepts(words)
+
+
+@pytest.mark.parametrize(
+    ("words", "more"),
+    [
+        ("continue 1.555 meters", True),
+        ("continue one point zero zero five meters", True),
+        ("continue 1.2.3 meters", True),
+        ("stop at 1 and one point two point three", True),
+        ("continue 1 point 2 point 3 meters", True),
+        ("stop at one point five five and two point three two", False),
+        ("continue 100.25 meters", False),
+        ("stop at 1.25 and 2.5.", False),
+        ("go to room 317", False),
+    ],
+)
+def test_a_number_with_more_points_or_decimals_than_are_obeyed_is_known(words, more):
+    assert has_more_decimals(words) is more
 
 
 @pytest.mark.parametrize(
