@@ -1,8 +1,9 @@
-"""Names of places by all English voices of espeak-ng: `python -m tests.benchmarks.place_names`.
+"""Names of places by all English voices of espeak-ng, and flite's: `python -m tests.benchmarks.place_names`.
 
 Thirty rooms and things are learnt at once. Each voice says "go to the NAME" (`--stop-at`: "stop at the NAME"), quiet
 and in echoes (direct sound 6 dB over a tail that falls by 60 dB in 0.4 s), goes to places without a name, steers the
-three routes that are known, and says what only resembles that. Ten names on which nothing was chosen are known beside
+three routes that are known, and says what only resembles that. Nothing was chosen on the absent names, which are on
+no map. `--kinds NAME…` takes only such kinds of sentences. Ten names on which nothing was chosen are known beside
 them. A name that begins with whose it is (*Anna's office*) is said without *the*; the same with it, as nobody says
 it, stands in a row of its own. Printed for each: right, refused, stopped (or paused), wrong; every wrong motion is
 listed, with `--misses` every miss. `--every N` takes every Nth sentence, `--into FILE` keeps every result as it is
@@ -15,11 +16,14 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import subprocess
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
+from shutil import which
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -28,14 +32,17 @@ from core.commands.routes import PAUSE_ROUTE, RESUME_ROUTE, START_ROUTE
 from core.commands.stop_at import STOP_AT as STOP_AT_COMMAND
 from core.message import Array
 from core.navigation.places import NamedPlace
+from core.recording.sound_file import read_sound
 from core.speech.recognition.decision import Decision
 from core.speech.recognition.engines import open_engine
+from core.speech.recognition.recognizer import for_words
 from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.synthesis import ENGLISH_VOICES
 from core.speech.understanding.place_names import check_name_apart, place_phrases
 from core.speech.whisper.recognizer import WhisperRecognizer
 from tests.benchmarks.accents import said
 from tests.benchmarks.voices import REFUSED, RIGHT, STOPPED, WRONG, utterance
+from tests.benchmarks.word_hearing import padded
 from tests.benchmarks.word_scenes import real, synthetic
 
 NAMES = (
@@ -58,6 +65,13 @@ NEW_NAMES = (
 """Names on which nothing was chosen."""
 WHOSE = re.compile(r"[A-Z][a-z]+'s ")  # a name that begins with a person's is said without an article
 UNNAMED = ("museum", "cinema", "bedroom", "chicken", "winter", "harbour", "pencil", "airport", "market", "river")
+ABSENT = (
+    *("attic", "cellar", "classroom", "canteen", "cupboard", "desk", "dishwasher", "dresser", "escalator", "lamp"),
+    *("laboratory", "locker", "nursery", "oven", "pantry", "patio", "porch", "radiator", "restroom", "sandbox"),
+    *("stage", "studio", "toaster", "wardrobe", "courtyard", "staircase", "greenhouse", "driveway", "side door"),
+    *("conference room", "vending machine", "washing machine", "room 15", "Peter's office", "bay 4", "lecture hall"),
+    *("ticket counter", "cash desk", "boiler room", "tea kitchen", "window seat", "sewing machine"),
+)
 ROUTE_NAMES = ("round", "evening patrol", "night watch")
 STEERING = {
     **{f"start the route {name}": (START_ROUTE.name, name) for name in ROUTE_NAMES},
@@ -82,6 +96,8 @@ ROUTE_TALK = (
 )
 GO_TO, STOP_AT = "go to the {}", "stop at the {}"
 TAIL_S, TAIL_DB = 0.4, -6.0
+FLITE_VOICES = ("kal16", "awb", "rms", "slt") if which("flite") else ()
+VOICES = (*ENGLISH_VOICES, *FLITE_VOICES)
 
 
 def places() -> tuple[NamedPlace, ...]:
@@ -108,25 +124,39 @@ Wanted = tuple[str, str] | None
 """The command that was said, and its place; None: no command."""
 
 
-def sentences(every: int, to: str) -> Iterator[tuple[str, str, str, Wanted, Callable[[], Array]]]:
-    """(voice, kind, words, the command, its sound) of every Nth sentence of every voice, quiet and in echoes."""
+def sentences(every: int, to: str, kinds: list[str]) -> Iterator[tuple[str, str, str, Wanted, Callable[[], Array]]]:
+    """(voice, kind, words, the command, its sound) of every Nth sentence of every voice, quiet and in echoes.
+
+    `kinds`: those that are taken; none: all.
+    """
     said_of_all: list[tuple[str, str, Wanted]] = [
         *(("named", _said(to, name), (STOP_AT_COMMAND.name, name)) for name in NAMES),
         *(("new names", _said(to, name), (STOP_AT_COMMAND.name, name)) for name in NEW_NAMES),
         *(("with the", to.format(name), (STOP_AT_COMMAND.name, name)) for name in NAMES if WHOSE.match(name)),
         *(("unnamed", to.format(name), None) for name in UNNAMED),
+        *(("absent", _said(to, name), None) for name in ABSENT),
         *(("routes", words, wanted) for words, wanted in STEERING.items()),
         *(("talk of routes", words, None) for words in ROUTE_TALK),
     ]
     number = 0
-    for voice in ENGLISH_VOICES:
+    for voice in VOICES:
         for kind, words, wanted in said_of_all:
             number += 1
-            if number % every:
+            if number % every or (kinds and kind not in kinds):
                 continue
-            spoken = partial(said, words, voice, number)
+            spoken = partial(_spoken, words, voice, number)
             yield voice, f"{kind}, quiet", words, wanted, spoken
             yield voice, f"{kind}, echoes", words, wanted, partial(_in_echoes, spoken, number)
+
+
+def _spoken(words: str, voice: str, seed: int) -> Array:
+    """A sentence at 16 kHz (N,), with faint noise around it."""
+    if voice not in FLITE_VOICES:
+        return said(words, voice, seed)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "said.wav"
+        subprocess.run(["flite", "-voice", voice, "-t", words, "-o", str(path)], check=True)
+        return padded(for_words(read_sound(path)).samples[:, 0], seed)
 
 
 def _in_echoes(spoken: Callable[[], Array], seed: int) -> Array:
@@ -153,6 +183,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--misses", action="store_true")
+    parser.add_argument("--kinds", nargs="+", default=[])
     parser.add_argument("--stop-at", action="store_true")
     parser.add_argument("--into", type=Path, help="a file of results")
     parser.add_argument("--talk", type=Path)
@@ -172,7 +203,9 @@ def main() -> None:
         known = [json.loads(line) for line in chosen.into.read_text().splitlines()]
     done = {(one["voice"], one["kind"], one["words"]): one for one in known}
     results: dict[str, Counter[str]] = {}
-    for voice, kind, words, wanted, sound in sentences(chosen.every, STOP_AT if chosen.stop_at else GO_TO):
+    for voice, kind, words, wanted, sound in sentences(
+        chosen.every, STOP_AT if chosen.stop_at else GO_TO, chosen.kinds
+    ):
         told = done.get((voice, kind, words))
         if told is None:
             decision = recognizer.decide(utterance(sound()))

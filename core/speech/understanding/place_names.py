@@ -59,7 +59,7 @@ def check_name_apart(name: str, places: Iterable[str], own: OwnPhrases = ()) -> 
     `places`: names of the others; `own`: phrases of the user's.
     """
     for other in places:
-        if _names_alike(spoken_name(name), spoken_name(other)):
+        if names_alike(spoken_name(name), spoken_name(other)):
             raise _alike(name, other)
     for pattern in TO_PLACE:
         words = pattern.format(name=spoken_name(name))
@@ -78,7 +78,7 @@ def _confusable(one: str, other: str) -> bool:
     return alike or sound_key(one) == sound_key(other)
 
 
-def _names_alike(one: str, other: str) -> bool:
+def names_alike(one: str, other: str) -> bool:
     """Return whether two names are too near: nobody hears which of them stands alone after "go to"."""
     keys = sound_key(one), sound_key(other)
     sounds, letters = slips(*keys) / max(map(len, keys)), slips(one, other) / max(len(one), len(other))

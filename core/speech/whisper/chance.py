@@ -10,12 +10,15 @@ from core.message import Array
 from core.speech.whisper.transformer import Decoder
 
 
-def by_chance(decoder: Decoder, begin: tuple[int, int], end: int, texts: Sequence[Sequence[int]]) -> Array:
+def by_chance(
+    decoder: Decoder, begin: tuple[int, int], end: int, texts: Sequence[Sequence[int]], first: int | None = None
+) -> Array:
     """Return the logarithmic probability [nats] of each text without a sound, (N,).
 
-    `texts`: columns of the decoder, each at least one; `begin` and `end`: those around every text.
+    `texts`: columns of the decoder, each at least one; `begin` and `end`: those around every text; `first`: how many
+    columns are written at all, None: all.
     """
-    decoding = decoder.begin(np.zeros((1, decoder.embeddings.shape[1]), np.float32))
+    decoding = decoder.begin(np.zeros((1, decoder.embeddings.shape[1]), np.float32), first)
     scores = decoding.prefill(begin)
     rows = list(range(len(texts)))
     nats = np.zeros(len(texts))

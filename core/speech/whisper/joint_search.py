@@ -11,13 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.message import Array, message
+from core.speech.whisper.chance import by_chance
 from core.speech.whisper.spellings import Spellings, State
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder
 
 START_TOKEN, NO_TIMESTAMPS_TOKEN, END_TOKEN = 50257, 50362, 50256  # special tokens of English-only models
 BLANK_TOKEN = 220  # a lone space, which nothing begins with
-COMMON_TOKENS = 10_000  # tokens in the order of frequency: only these and those of spellings are scored
+COMMON_TOKENS = (
+    10_000  # tokens in the order of frequency: only these and those of spellings are scored, but for names
+)
 GRAMMAR_ROWS, FREE_ROWS, MAX_BRANCHES = 10, 3, 4
 BEHIND_FREE, BEHIND_DONE = 12.0, 9.0  # [nats] behind free text and behind a whole spelling, at which a row is dropped
 FIRST_TOKENS, TOKENS_A_SECOND = 8, 6  # tokens that a sentence may have, at most
@@ -57,10 +60,12 @@ class _Row:
 class Columns:
     """The tokens that are written, and the columns of their scores."""
 
-    def __init__(self, spellings: Spellings, tokenizer: Tokenizer) -> None:
-        self.tokens: Array = np.array(
-            sorted({*range(COMMON_TOKENS), *spellings.tokens, START_TOKEN, NO_TIMESTAMPS_TOKEN, END_TOKEN})
-        )  # (V,)
+    def __init__(self, spellings: Spellings, tokenizer: Tokenizer, *, names: bool = False) -> None:
+        """`names`: known names compete with all others, so all tokens follow behind the common ones."""
+        common = {*range(COMMON_TOKENS), *spellings.tokens, START_TOKEN, NO_TIMESTAMPS_TOKEN, END_TOKEN}
+        self.common = len(common)  # columns that everything but names is written with
+        rare = sorted(set(range(END_TOKEN)) - common) if names else ()
+        self.tokens: Array = np.array([*sorted(common), *rare])  # (V,)
         self._of = {int(token): column for column, token in enumerate(self.tokens)}
         self.start, self.no_timestamps, self.end = (
             self._of[START_TOKEN],
@@ -102,7 +107,7 @@ class JointSearch:
         """
         columns = self._columns
         beam = _Beam(self._spellings, columns, begun)
-        decoding = self._decoder.begin(heard)
+        decoding = self._decoder.begin(heard, None if begun else columns.common)
         scores = decoding.prefill((*columns.begin, *begun))
         scores[:, columns.blank] = -np.inf
         for _ in range(FIRST_TOKENS + math.ceil(TOKENS_A_SECOND * seconds)):
@@ -117,6 +122,15 @@ class JointSearch:
         """Return the columns of that one of some words, in small letters, with which a text begins; (): with none."""
         begins = (text.columns[:count] for count in range(1, len(text.columns)))
         return next((begin for begin in begins if self._columns.text(begin).lower() in words), ())
+
+    def text(self, columns: tuple[int, ...]) -> str:
+        """Return what columns spell."""
+        return self._columns.text(columns)
+
+    def by_chance(self, texts: Iterable[ScoredText]) -> Array:
+        """Return how likely [nats] texts that were found are written without any sound, (N,)."""
+        columns = self._columns
+        return by_chance(self._decoder, columns.begin, columns.end, [text.columns for text in texts])
 
     def attention(self, heard: Array, text: ScoredText) -> Array:
         """Attention (W, T) to what the encoder heard (T, width), while a text is written that was found in it.

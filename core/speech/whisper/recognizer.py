@@ -25,6 +25,7 @@ from core.commands.stop_moving import START, STOP_MOVING
 from core.message import Array, message
 from core.navigation.places import NamedPlace
 from core.sensors.resampling import resampled
+from core.sentences import Statement
 from core.speech.recognition.decision import (
     MORE_DIGITS,
     MOST_OFFERED,
@@ -46,6 +47,7 @@ from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE_HZ
 from core.speech.understanding.grammar import OwnPhrases, Refusal, faithful, parse, says_stop, slips
 from core.speech.understanding.numbers import number_words
+from core.speech.understanding.place_names import names_alike
 from core.speech.whisper.chance import by_chance
 from core.speech.whisper.joint_search import Columns, Found, JointSearch, ScoredText
 from core.speech.whisper.log_mel import log_mel
@@ -99,6 +101,12 @@ BELOW = 2.0  # [nats] below its bound, down to which its score may be then
 SELDOM = 1.0  # [nats] by which "3.0", "1.05", "0.77" are less likely: they are written for "3.2", "1.25", "0.7"
 DECIMAL = "Continue 1.{digit} meters."  # in which decimals by chance are compared
 NAMES_BY_CHANCE = 0.3  # of their nats that count
+USUAL_WORDS = -23.0  # [nats] of a usual name by chance: "Go to the bedroom."
+UNUSUAL_WORDS, MOST_UNUSUAL = (
+    0.6,
+    5.0,
+)  # of the nats below that words are rarer by chance that count against them; [nats]
+ALIKE_NAMES = 2.5  # [nats] by which a name must be likelier than other words that sound like it
 USUAL_NAME = -21.0  # [nats] of "Go to the garden." by chance
 DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
 NO_WORDS = re.compile(r"(?i:you)?[\s.,!?♪♫>]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫>]*)*")
@@ -115,7 +123,7 @@ EXACT = 0.3  # [s] to which the times of words are known
 MOST_SPANS = 2  # of the times at which they may have been said that are read
 
 Key = tuple[str, tuple[tuple[str, float], ...], bool]
-"""A command's name, or its words where they name a place; its numbers, and whether one of them is none or not whole."""
+"""A command's name, or its words where they name a place; its numbers, and whether one is not whole, or is none."""
 
 
 @message
@@ -133,7 +141,7 @@ NUMBER_BOUNDS, COMMON_BOUNDS, RARE_BOUNDS, STOP_BOUNDS, NAME_BOUNDS = (
     Bounds(score=-6, behind_free=0.7),
     Bounds(score=-8, behind_free=3),
     Bounds(score=-7, behind_free=2),
-    Bounds(score=-5, behind_free=6),
+    Bounds(score=-5, behind_free=1),
 )
 """Middles of wide plateaus (`tests.benchmarks.voices`). Whisper rather writes "to", "by" or "for" than numbers."""
 
@@ -177,7 +185,7 @@ class WhisperRecognizer:
         """Hear these phrases of the user's beside the vocabulary from now on, and no others. Raises BadInput."""
         tokenizer = Tokenizer(self._folder / "tokenizer.json")  # 30 MB, not needed after this
         spellings = Spellings(tokenizer.encode, _patterns(own))
-        columns = Columns(spellings, tokenizer)
+        columns = Columns(spellings, tokenizer, names=any(one.place for one in own))
         decoder = Decoder(ModelFile(self._folder / "model.bin"), self.encode.width, columns.tokens)
         self._search = JointSearch(decoder, spellings, columns)
         phrases = _phrases(own)
@@ -273,20 +281,49 @@ class WhisperRecognizer:
         readings = [_all_as_spellings(self.search(one, begun)) for one in (samples, slower)]
         first, second = (self.meanings(one, rejected) for one in readings)
         if not (first and second):
-            return decision if decision.command is None else no_command()
+            return self._unknown_place(decision, found, readings[0])
         both = _read_twice(first, second, *readings)
         best, lead = _best(both)
-        others = [max((one.nats for one in self._other_texts(best, read)), default=-math.inf) for read in readings]
         nats = 0.5 * (best.nats + (best.again or 0.0))
-        bounds = self._bounds(best)
-        fits = min(nats - bounds.score, nats - 0.5 * sum(others) + bounds.behind_free)
+        fits = min(nats - self._bounds(best).score, self._over_other_names(best, readings, begun))
+        if best.key[0] in SPECS and decision.command is None:
+            return decision
         if fits <= 0 or best.key[0] in SPECS:
-            if decision.command is None:
-                return decision
-            return _not_understood(found.free_text, map(self._sentence, both[:MOST_OFFERED]), fits)
+            return self._unknown_place(decision, found, readings[0], both, fits)
         sentences = [self._sentence(one) for one in (best, *(one for one in both[:3] if one is not best))]
         scores = Scores(sentence=nats, over_free_text=fits, over_second_best=min(lead, THRESHOLDS.accept))
         return decide(sentences[0], scores, THRESHOLDS, others=sentences[1:])
+
+    def _over_other_names(self, meaning: Meaning, readings: list[Found], begun: tuple[int, ...]) -> float:
+        """By how much [nats] a name keeps its bounds beside all words that nobody has named, in the worse reading.
+
+        Words that nobody writes by themselves, like "Malcony", are rather a known name that was not heard well; those
+        that sound like it, like "bedroom", must be less likely.
+        """
+        before = len(self._search.text(begun))
+        name = _name(meaning.spelling[before:])
+        over = [math.inf]
+        for read, nats in zip(readings, (meaning.nats, meaning.again or 0.0), strict=True):
+            others: dict[str, list[ScoredText]] = {}
+            for one in self._other_texts(meaning, read):
+                others.setdefault(_name(one.text[before:]), []).append(one)
+            groups = {words: texts for words, texts in others.items() if words != name}
+            usual = self._search.by_chance([texts[0] for texts in groups.values()]) if groups else ()
+            for (words, texts), chance in zip(groups.items(), usual, strict=True):
+                likely = float(np.logaddexp.reduce([one.nats for one in texts]))
+                unusual = min(UNUSUAL_WORDS * max(USUAL_WORDS - float(chance), 0.0), MOST_UNUSUAL)
+                over.append(nats - likely + unusual - ALIKE_NAMES * names_alike(words, name))
+        return min(over)
+
+    def _unknown_place(
+        self, decision: Decision, found: Found, read: Found, near: Iterable[Meaning] = (), fits: float = 0.0
+    ) -> Decision:
+        """The decision about words that go to no place which is known: say which words, if any of them are clear."""
+        words = read.free_text.rstrip(" .,!?")
+        if decision.command is None and not any(map(found.free_text.lower().startswith, TO_NAMES)):
+            return decision
+        refused = _not_understood(words, map(self._sentence, self._near([*near], read.free[0].nats)), fits)
+        return replace(refused, words=words, reason=Statement("places.no_such_sound", words=words))
 
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""
@@ -403,6 +440,11 @@ def key_of(words: str, own: OwnPhrases = ()) -> Key | None:
     return _named(found.kind, found.place), tuple(found.numbers.items()), not whole
 
 
+def _name(words: str) -> str:
+    """The name of a place in words that go to it, in small letters without marks."""
+    return " ".join(re.findall("[a-z0-9]+", re.sub("[-']", "", words.lower()))).removeprefix("the ")
+
+
 def _named(kind: CommandSpec, place: NamedPlace | None) -> str:
     """The name of a command in a key: one to a place is called by its words."""
     return kind.name if place is None else command_to(place).heard_as
@@ -493,7 +535,8 @@ class _ChanceOfPhrases(dict[str, float]):
         fresh = [text for text in wanted if text not in self]
         if fresh:
             written = [columns.columns(tokenizer.encode(f" {text}")) for text in fresh]
-            self.update(zip(fresh, by_chance(decoder, columns.begin, columns.end, written).tolist(), strict=True))
+            nats = by_chance(decoder, columns.begin, columns.end, written, columns.common)
+            self.update(zip(fresh, nats.tolist(), strict=True))
         return [self[text] for text in wanted]
 
 

@@ -191,16 +191,17 @@ class Decoder:
         self.layers = [_decoder_layer(model, f"decoder/layer_{i}", width) for i in range(model.layers("decoder"))]
         self.norm = _norm(model, "decoder", width)
 
-    def begin(self, heard: Array) -> Decoding:
-        """Begin to write down what was heard (T, width)."""
-        return Decoding(self, heard)
+    def begin(self, heard: Array, first: int | None = None) -> Decoding:
+        """Begin to write down what was heard (T, width), with the first so many of the tokens; None: with all."""
+        return Decoding(self, heard, first)
 
 
 class Decoding:
     """Rows of tokens that grow together, over one sound."""
 
-    def __init__(self, decoder: Decoder, heard: Array) -> None:
+    def __init__(self, decoder: Decoder, heard: Array, first: int | None = None) -> None:
         self._decoder = decoder
+        self._written = decoder.embeddings[:first].T
         self._sound = [
             tuple(heads(part) for part in np.split(layer.cross.stacked(heard), 2, axis=-1))
             for layer in decoder.layers
@@ -256,7 +257,7 @@ class Decoding:
             x = x + layer.cross.out(joined(looks @ value))
             x = x + layer.feed(x)
         self._caches = caches
-        return decoder.norm(x[count - 1 :: count]) @ decoder.embeddings.T
+        return decoder.norm(x[count - 1 :: count]) @ self._written
 
 
 def _convolution(model: ModelFile, name: str, outputs: int, inputs: int) -> Linear:

@@ -11,8 +11,8 @@ from core.commands.stop_at import TO_PLACE
 from core.errors import BadInput
 from core.navigation.places import NamedPlace
 from core.speech.recognition.decision import Decision
-from core.speech.recognition.recognizer import for_words
-from core.speech.settings import SpeechSettings
+from core.speech.recognition.recognizer import Utterance, for_words
+from core.speech.settings import RATE_HZ, SpeechSettings
 from core.speech.synthesis import VoiceSettings, speak
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.understanding.grammar import Refusal, understand
@@ -141,9 +141,31 @@ def test_names_are_heard_as_soon_as_they_are_learnt_and_no_longer_when_they_are_
 
     going = hears("go to the window")
     assert going.command is not None and going.command.place == "window" and going.waits
-    for voice in ("en-gb-scotland", "en-us-nyc"):
-        going = hears("go to Anna's office", voice)
-        assert going.command is not None and going.command.place == "Anna's office"
+    going = hears("go to Anna's office", "en-gb-scotland")
+    assert going.command is not None and going.command.place == "Anna's office"
+    going = hears("go to Anna's office", "en-us-nyc")  # which sounds like "random office"
+    assert going.command is None and going.did_you_mean == ("go to anna's office",)
     assert hears("go to the chicken").command is None and hears("go to the market").command is None
     recognizer.learn(())
     assert hears("go to the window").command is None
+
+
+def test_a_name_that_is_not_on_the_map_is_refused_however_near_another_one_sounds() -> None:
+    """As "go to the bedroom" went to the bathroom: its word was not among those that are written."""
+    recognizer = whisper()
+    recognizer.learn(place_phrases([*PLACES, NamedPlace(name="bathroom", x_m=1.0, y_m=1.0)]))
+
+    def hears(text: str, voice: str) -> Decision:
+        sound = for_words(speak(text, VoiceSettings(voice=voice, speed=175))).samples[:, 0]
+        samples = padded(sound)
+        return recognizer.decide(Utterance(sound=mono(samples), begin=0.0, end=len(samples) / RATE_HZ))
+
+    try:
+        for voice in ("en-us", "en-gb-x-rp", "en-029"):
+            told = hears("go to the bedroom", voice)
+            assert told.command is None and "bedroom" in told.reason and "no place" in told.reason
+            assert told.words.lower() == "go to the bedroom" and set(told.did_you_mean) <= {"go to bathroom"}
+            known = hears("go to the bathroom", voice)
+            assert known.command is not None and known.command.place == "bathroom" and known.waits
+    finally:
+        recognizer.learn(())
