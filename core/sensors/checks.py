@@ -218,6 +218,9 @@ PICTURE_CHECKS = (
     ReadingCheck(
         "camera.one_tilt", "agreement", "tilts of the board in the pictures with each other: 3 degrees at least"
     ),
+    ReadingCheck(
+        "camera.off_centre", "agreement", "middle of the lens with the picture's: 15 % of a side away at most"
+    ),
     ReadingCheck("board.unequal_squares", "agreement", "height of the squares with their width, from all pictures"),
     ReadingCheck(
         "board.bent",

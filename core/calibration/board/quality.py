@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from core.calibration.board.board import Board
-from core.calibration.board.chessboard import QUICK, BoardView, sample, search
+from core.calibration.board.chessboard import QUICK, BoardView, sample, search, smallest_spacing
 from core.calibration.homography import homographies
 from core.calibration.levenberg_marquardt import minimise
 from core.message import Array, message
@@ -20,6 +20,8 @@ LONE_GAP, LONE_GAP_PX = 0.15, 4.0  # share of their side, and [pixel]: corners o
 LONE_CONTRAST = 60.0  # grey levels between such squares and the paper
 LEAST_SEARCHED = 60  # [pixel] of a picture's side
 LEAST_COUNT = 12  # corners of a board that is believed
+PASSED_OVER_SHARE = 0.15  # of the spacing that a corner lies off its grid where others were passed over
+LEAST_OTHER_SHARE = 0.2  # of the picture's longest side that a board of another size spans at least: the one shown
 MIN_LONE_SQUARES = 12  # that stand apart
 LONE_PICTURE_SHARE = 3e-4  # of the picture that such a square fills at least
 LONE_FULL_SHARE = 0.9  # of its outline's area that it fills at least
@@ -59,12 +61,12 @@ def judge(grey: Array, view: BoardView, board: Board) -> ViewQuality:
         refusals.append(f"A corner is too close to the {side} rim of the picture; move the board away from it.")
     if view.spacing < MIN_SPACING_PX:
         refusals.append(f"The board is too far: its corners are only {view.spacing:.0f} px apart. Come closer.")
-    sharpness = edge_width(grey, view, board)
+    sharpness = edge_width(grey, view.corners, board)
     finer = max(1.0, max(grey.shape) / ORDINARY_SIDE_PX)
     if sharpness > NO_EDGE_PX:
         refusals.append("The edges cannot be measured: hold still, come closer, or add light.")
     elif sharpness > BLURRED_EDGE_PX * finer:
-        refusals.append(f"Blurred: edges are {sharpness:.1f} px wide. Hold still, or add light.")
+        refusals.append(_blurred(sharpness))
     elif sharpness > SOFT_EDGE_PX * finer:
         warnings.append(f"Slightly blurred: edges are {sharpness:.1f} px wide.")
     off = off_grid(view.corners, board, grey.shape)
@@ -105,7 +107,11 @@ def why_none(grey: Array, board: Board, longest: int = 640) -> BoardNotSeen:
     if other is not None:
         what = miscount_words(other, board)
         return BoardNotSeen(fault("board.other_count", seen=other.name, entered=board.name, what=what), other.name)
-    if search(255 - small, board, QUICK) is not None:
+    negative = search(255 - small, board, QUICK)
+    if negative is not None:
+        width = edge_width(small, negative, board)
+        if width > BLURRED_EDGE_PX:
+            return BoardNotSeen(_blurred(width / scale))
         return BoardNotSeen(fault("board.inverted"))
     if _lone_squares(small) >= MIN_LONE_SQUARES:
         return BoardNotSeen(fault("board.separate_squares"))
@@ -114,8 +120,12 @@ def why_none(grey: Array, board: Board, longest: int = 640) -> BoardNotSeen:
 
 def miscount_words(seen: Board, board: Board) -> str:
     """The size that was counted instead of the inner corners of the board that is seen."""
-    squares = (seen.columns, seen.rows) == (board.columns - 1, board.rows - 1)
-    return "squares instead of inner corners" if squares else "the wrong number of corners"
+    return "squares instead of inner corners" if _are_squares(seen, board) else "the wrong number of corners"
+
+
+def _are_squares(seen: Board, board: Board) -> bool:
+    """Return whether the squares were counted of the board that is seen."""
+    return (seen.columns, seen.rows) == (board.columns - 1, board.rows - 1)
 
 
 def _another_board(grey: Array, board: Board) -> Board | None:
@@ -131,10 +141,17 @@ def _another_board(grey: Array, board: Board) -> Board | None:
     seen = Board(columns=columns, rows=rows, square=board.square)
     if {columns, rows} == {board.columns, board.rows} or search(grey, seen, QUICK) is None:
         return None  # the other detector sees boards in noise as well
-    if continues(grey, corners.reshape(-1, 2).astype(float), seen):
+    grid = corners.reshape(-1, 2).astype(float)
+    if np.ptp(grid, axis=0).max() < LEAST_OTHER_SHARE * max(grey.shape):
         return None
+    if np.any(off_grid(grid, seen, grey.shape) > PASSED_OVER_SHARE * smallest_spacing(grid, seen)):
+        return None  # corners of a larger board, some passed over
+    cut, more = (any(sides) for sides in zip(*_beyond(grey, grid, seen).values(), strict=True))
     wide = (columns >= rows) == (board.columns >= board.rows)
-    return seen if wide else Board(columns=rows, rows=columns, square=board.square)
+    named = seen if wide else Board(columns=rows, rows=columns, square=board.square)
+    if more or (cut and named.count < board.count and not _are_squares(named, board)):
+        return None  # it goes on, or may go on out of the picture
+    return named
 
 
 def _lone_squares(grey: Array) -> int:
@@ -211,15 +228,19 @@ def unseen(grey: Array, board: Board) -> str:
     )
 
 
-def edge_width(grey: Array, view: BoardView, board: Board) -> float:
+def _blurred(width: float) -> str:
+    return f"Blurred: edges are {width:.1f} px wide. Hold still, or add light."
+
+
+def edge_width(grey: Array, corners: Array, board: Board) -> float:
     """[pixel]: mean width of the edges between squares, of those along rows or columns, whichever are wider.
 
     2.5 to 3.5 is sharp. Motion along the rows leaves the rows' own edges sharp, so both have to be looked at.
     """
-    corners = np.ascontiguousarray(view.corners.reshape(-1, 1, 2), dtype=np.float32)
+    places = np.ascontiguousarray(corners.reshape(-1, 1, 2), dtype=np.float32)
     size = (board.columns, board.rows)
     widths = [
-        np.asarray(cv2.estimateChessboardSharpness(grey, size, corners, vertical=vertical)[0]).ravel()[0]
+        np.asarray(cv2.estimateChessboardSharpness(grey, size, places, vertical=vertical)[0]).ravel()[0]
         for vertical in (False, True)
     ]
     return float(max(widths))
@@ -228,19 +249,20 @@ def edge_width(grey: Array, view: BoardView, board: Board) -> float:
 def off_grid(corners: Array, board: Board, shape: tuple[int, ...]) -> Array:
     """Corners (N, 2) → distance (N,) [pixel] of each from the best smooth grid.
 
-    The grid is a homography followed by two radial terms about the picture's centre: lens distortion alone would move
-    good corners by several pixels off a plain homography.
+    The grid is a homography followed by a lens: two radial and two tangential terms about the picture's centre, as
+    distortion alone would move good corners by several pixels off a plain homography. The tangential ones also stand
+    for a lens that has its middle elsewhere (a picture that was cut).
     """
     height, width = shape[:2]
     centre, unit = np.array([(width - 1) / 2, (height - 1) / 2]), max(width, height) / 2
     seen = (corners - centre) / unit
     flat = (board.points - board.centre)[:, :2] / board.width
     mapping = homographies(np.column_stack((flat, np.zeros(len(flat)))), seen[None])[0]
-    start = np.concatenate(((mapping / mapping[2, 2]).ravel()[:8], (0.0, 0.0)))
+    start = np.concatenate(((mapping / mapping[2, 2]).ravel()[:8], np.zeros(4)))
 
     def model(numbers: Array) -> tuple[Array, Array]:
         placed, jacobian = _grid(numbers, flat)
-        return (placed - seen).ravel() * unit, jacobian.reshape(-1, 10) * unit
+        return (placed - seen).ravel() * unit, jacobian.reshape(-1, 12) * unit
 
     fit = minimise(model, start, lambda state, step: state + step, soft=SOFT_LOSS_PX, iterations=25)
     return np.linalg.norm(fit.residuals.reshape(-1, 2), axis=1)
@@ -248,6 +270,11 @@ def off_grid(corners: Array, board: Board, shape: tuple[int, ...]) -> Array:
 
 def continues(grey: Array, corners: Array, board: Board) -> str:
     """'' or the side on which the pattern goes on beyond the corners (N, 2), as the board was entered too small."""
+    return next((side for side, (_, more) in _beyond(grey, corners, board).items() if more), "")
+
+
+def _beyond(grey: Array, corners: Array, board: Board) -> dict[str, tuple[bool, bool]]:
+    """For each side of the corners (N, 2): is the next line of corners out of the picture, and is it there."""
     mapping = homographies(board.points / board.square, corners[None])[0]
     across, down = np.arange(board.columns, dtype=float), np.arange(board.rows, dtype=float)
     contrast = np.median(_crossing(grey, mapping, _pairs(across, down)))
@@ -257,37 +284,50 @@ def continues(grey: Array, corners: Array, board: Board) -> str:
         "top": _pairs(across, np.array([-1.0])),
         "bottom": _pairs(across, np.array([float(board.rows)])),
     }
+    found = {}
     for side, places in sides.items():
         strength = _crossing(grey, mapping, places)
-        if np.isfinite(strength).mean() > 0.5 and np.nanmean(strength > SADDLE_CONTRAST_SHARE * contrast) > 0.7:
-            return side
-    return ""
+        out = bool(np.isfinite(strength).mean() <= 0.5)
+        found[side] = (out, not out and bool(np.nanmean(strength > SADDLE_CONTRAST_SHARE * contrast) > 0.7))
+    return found
 
 
 def _grid(numbers: Array, flat: Array) -> tuple[Array, Array]:
-    """Homography (8) and two radial terms (2), places (N, 2) → placed in the picture (N, 2), Jacobian (N, 2, 10)."""
+    """Homography (8), radial and tangential terms (4), places (N, 2) → pixels (N, 2), Jacobian (N, 2, 12)."""
     ground = np.column_stack((flat, np.ones(len(flat))))
     above, below = ground @ numbers[:6].reshape(2, 3).T, ground @ np.append(numbers[6:8], 1.0)
     plane = above / below[:, None]
-    r2 = np.sum(plane**2, axis=1)
+    (x, y), r2 = plane.T, np.sum(plane**2, axis=1)
     radial = 1 + r2 * (numbers[8] + r2 * numbers[9])
+    by_tangential = np.stack((2 * x * y, r2 + 2 * x * x, r2 + 2 * y * y, 2 * x * y), axis=1).reshape(-1, 2, 2)
+    one = numbers[10] * x + numbers[11] * y
     slope = numbers[8] + 2 * r2 * numbers[9]
     by_plane = radial[:, None, None] * np.eye(2) + 2 * slope[:, None, None] * plane[:, :, None] * plane[:, None, :]
+    by_plane[:, 0, 1] += 2 * one
+    by_plane[:, 1, 0] += 2 * one
+    by_plane[:, 0, 0] += 6 * numbers[11] * x + 2 * numbers[10] * y
+    by_plane[:, 1, 1] += 2 * numbers[11] * x + 6 * numbers[10] * y
     by_mapping = np.zeros((len(flat), 2, 8))
     by_mapping[:, 0, 0:3] = by_mapping[:, 1, 3:6] = ground / below[:, None]
     by_mapping[:, :, 6:8] = -plane[:, :, None] * (flat / below[:, None])[:, None, :]
     by_radial = plane[:, :, None] * np.column_stack((r2, r2 * r2))[:, None, :]
-    return plane * radial[:, None], np.concatenate((by_plane @ by_mapping, by_radial), axis=2)
+    placed = plane * radial[:, None] + by_tangential @ numbers[10:12]
+    return placed, np.concatenate((by_plane @ by_mapping, by_radial, by_tangential), axis=2)
 
 
 def _crossing(grey: Array, mapping: Array, places: Array) -> Array:
     """Places (K, 2) in squares → how clearly four squares of alternating colour meet there [grey level]."""
     reach = 0.32
     offsets = np.array([[reach, reach], [-reach, -reach], [reach, -reach], [-reach, reach]])
-    around = np.concatenate((places[:, None] + offsets, np.ones((len(places), 4, 1))), axis=2) @ mapping.T
-    levels = sample(grey, around[..., :2] / around[..., 2:])
+    levels = _levels(grey, mapping, places[:, None] + offsets)
     one, other = levels[:, :2], levels[:, 2:]
     return np.maximum(one.min(axis=1) - other.max(axis=1), other.min(axis=1) - one.max(axis=1))
+
+
+def _levels(grey: Array, mapping: Array, places: Array) -> Array:
+    """Grey levels (...) at places (..., 2) in squares."""
+    seen = np.concatenate((places, np.ones((*places.shape[:-1], 1))), axis=-1) @ mapping.T
+    return sample(grey, seen[..., :2] / seen[..., 2:])
 
 
 def _pairs(across: Array, down: Array) -> Array:

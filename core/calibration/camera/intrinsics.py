@@ -131,7 +131,7 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
     figures = influence.figures(solution.camera, covariance)
     brought = influence.with_each(corners, solution, free)
     verdicts = _verdicts(views, corners, everything, solution, board, figures, brought)
-    faults = (*_faults(found, views, board), *doubts)
+    faults = (*_faults(found, views, board), *doubts, *_off_centre(solution.camera, covariance, size))
     undecided = next((each.sentence for each in faults if each.code in UNDECIDED_CODES), "")
     others = {} if undecided else influence.without_each(corners, solution, known, free, noise)
     deciding = _deciding(views, others, figures)
@@ -155,6 +155,7 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
 
 
 UNDECIDED_CODES = ("camera.two_settings", "camera.focal_undecided", "camera.one_tilt")
+MAX_OFF_CENTRE = 0.15  # of the longer side of the picture that the lens may have its middle away from the picture's
 MIN_TILT_DEG = 3.0  # between the boards of any two views: parallel boards do not tell the focal length
 
 
@@ -229,6 +230,16 @@ def _with_focal_doubt(
         return covariance, alike
     doubt = fault("camera.focal_undecided", low=f"{around.low:.0f}", high=f"{around.high:.0f}")
     return covariance, (doubt,)
+
+
+def _off_centre(camera: Array, covariance: Array, size: tuple[int, int]) -> tuple[Fault, ...]:
+    """The fault of a lens that has its middle far from the picture's, if it is one."""
+    middle = (np.array(size) - 1) / 2
+    off = np.abs(camera[2:4] - middle) - consistency.TWO_SDS * np.sqrt(np.diag(covariance)[2:4])
+    if np.all(off < MAX_OFF_CENTRE * max(size)):
+        return ()
+    at = "{:.0f}, {:.0f}"
+    return (fault("camera.off_centre", used=True, seen=at.format(*camera[2:4]), middle=at.format(*middle)),)
 
 
 def _faults(found: _Found, views: Sequence[ViewCorners], board: Board) -> tuple[Fault, ...]:

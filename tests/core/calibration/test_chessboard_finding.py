@@ -217,3 +217,25 @@ def test_a_chessboard_of_which_a_row_is_out_of_sight_is_not_said_to_be_of_separa
     cut = shot()
     cut[: cut.shape[0] // 3] = 120
     assert "touch at their corners" not in reason_of(cut, BOARD)
+
+
+def test_a_lens_whose_middle_is_not_the_pictures_is_smooth_too() -> None:
+    cut = CameraModel(width=700, height=600, fx=533, fy=533, cx=402, cy=334, k1=-0.29, k2=0.1)
+    for turn in np.linspace(-0.5, 0.5, 5):
+        tilted = cv2.Rodrigues(np.array([turn, -turn, 0.1]))[0][None]
+        corners = project(vector_of(cut), Poses(tilted, np.array([[-0.25, -0.15, 0.35]])), BOARD.points)[0]
+        assert off_grid(corners, BOARD, (600, 700)).max() < 0.6
+
+
+def test_a_board_that_leaves_the_picture_is_not_told_to_be_a_smaller_one() -> None:
+    spacing = TABLE_3.fx * BOARD.square / 0.42
+    right = Poses(np.eye(3)[None], np.array([[0.075 - 0.03, -0.075, 0.42]]))
+    grey = shot(right)
+    last = true_corners(right)[:, 0].max()
+    grey = np.ascontiguousarray(grey[:, : int(last - spacing / 2)])  # without the last column of corners
+    assert find_board(grey, BOARD) is None
+    assert why_none(grey, BOARD).seen == ""
+
+
+def test_a_blurred_board_that_only_its_negative_shows_is_called_blurred() -> None:
+    assert "Blurred" in reason_of(cv2.GaussianBlur(255 - shot(), (0, 0), 3.5), BOARD)

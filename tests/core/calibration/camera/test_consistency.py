@@ -146,3 +146,13 @@ def test_sound_pictures_raise_no_fault(count: int, noise: float, seeds: range) -
     for seed in seeds:
         found = calibrate(views_of(pictures(count, seed=10 + seed, noise=noise)), BOARD, SIZE)
         assert found.faults == () and found.undecided == ""
+
+
+@pytest.mark.parametrize("beside", [0, 1])
+def test_halves_of_stereo_pictures_are_told_by_the_middle_of_the_lens(beside: int) -> None:
+    pixels = pictures(12)
+    width, height = SIZE
+    found = calibrate(views_of(pixels + np.array([beside * width, 0.0])), BOARD, (2 * width, height))
+    assert [each.code for each in found.faults] == ["camera.off_centre"]
+    whole = calibrate(views_of(pixels), BOARD, SIZE)
+    assert not whole.faults and found.model.fx == pytest.approx(whole.model.fx, rel=1e-6)
