@@ -53,6 +53,7 @@ from core.speech.whisper.joint_search import Columns, Found, JointSearch, Scored
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.model_file import ModelFile
 from core.speech.whisper.spellings import (
+    ROUTE_SPELLINGS,
     Spellings,
     as_understood,
     count_digits,
@@ -83,7 +84,11 @@ OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is of
 BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
 UNHEARD_WORDS = 1.5  # [nats] by which a number is likelier beside one without some of its words: they get lost
 NEAR_FREE = 1.0  # [nats] behind the best meaning, down to which free text with more digits makes it doubtful
-TO_NAMES = frozenset(one.split(" {name}")[0].removesuffix(" the") for one in (*TO_PLACE, *START_ROUTE.words))
+TO_NAMES = frozenset(
+    one.split(" {name}")[0].removesuffix(" the").replace("route", spelling)
+    for one in (*TO_PLACE, *START_ROUTE.words)
+    for spelling in ROUTE_SPELLINGS
+)
 """Words before the names of places and routes: "go to"."""
 MOST_SLURRED = 8.0  # [nats] behind the best free text, down to which those words may be meant
 OTHER_LENGTH = re.compile(
@@ -140,7 +145,7 @@ NUMBER_BOUNDS, COMMON_BOUNDS, RARE_BOUNDS, STOP_BOUNDS, NAME_BOUNDS = (
     Bounds(score=-8, behind_free=4),
     Bounds(score=-6, behind_free=0.7),
     Bounds(score=-8, behind_free=3),
-    Bounds(score=-7, behind_free=2),
+    Bounds(score=-7, behind_free=3.4),
     Bounds(score=-5, behind_free=1),
 )
 """Middles of wide plateaus (`tests.benchmarks.voices`). Whisper rather writes "to", "by" or "for" than numbers."""
@@ -412,7 +417,7 @@ class WhisperRecognizer:
     def _bounds(self, meaning: Meaning) -> Bounds:
         """How well this command must fit."""
         name, numbers, _ = meaning.key
-        if name == STOP_MOVING.name:
+        if name in (STOP_MOVING.name, PAUSE_ROUTE.name):
             return STOP_BOUNDS
         fixed = NUMBER_BOUNDS if numbers else self._fixed.get(name, COMMON_BOUNDS)
         return replace(fixed, behind_free=COMMON_BOUNDS.behind_free) if misheard(meaning.spelling) else fixed

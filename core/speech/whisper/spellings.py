@@ -47,6 +47,8 @@ WRITTEN_FOR = {"follow world": "follow wall", "follow the world": "follow the wa
 MISHEARD_FOR = dict.fromkeys(("father wall", "father world", "father woe"), "follow wall")
 """The same of an American voice in a room with echoes: nothing else that is written may be nearly as likely."""
 MISSPELT = WRITTEN_FOR | MISHEARD_FOR
+ROUTE_SPELLINGS = ("route", "root")  # which sound the same
+ROOT = re.compile(r"(?<=^start )root\b|((?:^start|^pause|^go on with) the )root\b")
 
 State = frozenset[int]
 
@@ -115,7 +117,8 @@ class _SpellingBuilder:
                     comma = self._new()
                     self._write(",", source, comma)
                     self._write(f" {word}", comma, target)
-                for spelling in {word, word.capitalize() if i == 0 else word}:
+                same = ROUTE_SPELLINGS if word == "route" else (word,)
+                for spelling in {*same, word.capitalize() if i == 0 else word}:
                     self._write(f" {spelling}", source, target)
 
     def _write_half(self, source: int, target: int) -> None:
@@ -222,8 +225,8 @@ class Spellings:
 
 
 def as_understood(spelling: str) -> str:
-    """A spelling as the grammar reads it: small, without its end, and "2 point 5" is "2.5"."""
-    words = POINT_BETWEEN_DIGITS.sub(".", _plain(spelling))
+    """A spelling as the grammar reads it: small, without its end, "2 point 5" is "2.5", and a route no root."""
+    words = ROOT.sub(r"\1route", POINT_BETWEEN_DIGITS.sub(".", _plain(spelling)))
     return MISSPELT.get(words, words)
 
 

@@ -10,12 +10,14 @@ import pytest
 from scipy.special import erf
 
 from core.message import Array
+from core.navigation.places import NamedPlace
 from core.recording.sound_file import read_sound
 from core.speech.recognition.decision import NO_COMMAND, Decision, Sentence
 from core.speech.recognition.recognizer import Utterance, for_words
 from core.speech.settings import RATE_HZ
 from core.speech.synthesis import VoiceSettings, speak
-from core.speech.whisper.joint_search import Found, ScoredText
+from core.speech.understanding.place_names import place_phrases
+from core.speech.whisper.joint_search import Found, JointSearch, ScoredText
 from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter
 from core.speech.whisper.log_mel import filters, log_mel
 from core.speech.whisper.recognizer import COMMON_BOUNDS, LEAST_RIGHT, RARE_BOUNDS, WhisperRecognizer
@@ -312,6 +314,16 @@ def test_words_that_are_rarely_said_may_be_further_behind_free_text_and_are_conf
     assert decided({"follow the wall": -6.0}, {"follow them world": -4.0}).verdict == "reject"
 
 
+def test_a_pause_of_a_route_is_as_easily_heard_as_a_stop():
+    """In echoes "pause the route" is written "pass the route"; it moves nothing."""
+    known = Searched({"Pause the route.": -5.0}, {"Pass the route": -2.7})
+    known._own = place_phrases([NamedPlace(name="round", x_m=0.0, y_m=0.0, route=True)])
+    known._search = JointSearch.__new__(JointSearch)
+    known._search.begin_of = lambda *_: ()
+    told = known.decide(utterance(np.ones(RATE_HZ)))
+    assert told.command is not None and told.command.name == "pause_route"
+
+
 def test_what_people_say_often_has_narrow_bounds():
     bounds = whisper()._fixed
     assert all(
@@ -340,6 +352,8 @@ def test_a_command_that_was_rejected_just_before_is_less_likely():
         ({}, "Wait, wait!", True),
         ({"come here": -2.5}, "No.", True),
         ({"halt": -3.0}, "Alt.", True),
+        ({"Cancel": -5.2}, "Council.", True),
+        ({"Wait.": -5.8}, "8", False),
         ({}, "Wait for the bus.", False),
     ],
 )

@@ -8,7 +8,14 @@ import pytest
 
 from core.commands import VOCABULARY
 from core.speech.whisper.recognizer import key_of
-from core.speech.whisper.spellings import Spellings, count_digits, has_more_decimals, lacks_whole_part, seldom_said
+from core.speech.whisper.spellings import (
+    Spellings,
+    as_understood,
+    count_digits,
+    has_more_decimals,
+    lacks_whole_part,
+    seldom_said,
+)
 
 
 def by_letters(text: str) -> tuple[int, ...]:
@@ -92,6 +99,20 @@ def test_numbers_are_spelt_in_digits_in_words_and_beyond_their_bounds(words):
 )
 def test_what_is_no_whole_command_is_no_spelling(words):
     assert not accepts(words)
+
+
+@pytest.mark.parametrize(
+    ("words", "read"),
+    [
+        ("Go on with the root.", "go on with the route"),
+        ("start root night watch", "start route night watch"),
+        ("Pause the root!", "pause the route"),
+        ("go to the root cellar", "go to the root cellar"),
+        ("start the rooted", "start the rooted"),
+    ],
+)
+def test_a_route_may_be_written_as_a_root(words, read):
+    assert as_understood(words) == read
 
 
 @pytest.mark.parametrize(
