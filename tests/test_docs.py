@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from console.cli import build_parser
-from console.published import MARK, filled, filled_pages, results
-from console.reference import reference_pages
 from core.experiments import EXPERIMENTS
 from core.models import MODELS
 from tests.campaign.rows import ROWS
+from tests.reference.figures import MARK, filled, filled_pages, results
+from tests.reference.pages import reference_pages
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "static/docs"
@@ -63,6 +63,7 @@ def test_every_command_is_understood_by_the_command_line(page: str, line: str) -
         "settings.md",
         "robot-file.md",
         "rest.md",
+        "../../js/net/messages.d.ts",
         "../../js/net/rest.d.ts",
         "socket.md",
         "socket.schema.json",
@@ -72,12 +73,12 @@ def test_every_command_is_understood_by_the_command_line(page: str, line: str) -
     ],
 )
 def test_the_reference_is_that_of_the_code(name: str) -> None:
-    assert (DOCS / "reference" / name).read_text() == reference_pages()[name], "run: python -m console.reference"
+    assert (DOCS / "reference" / name).read_text() == reference_pages()[name], "run: python -m tests.reference"
 
 
 def test_every_marked_figure_is_that_of_a_stored_run_on_a_named_commit() -> None:
     pages = filled_pages()
-    assert [str(page) for page, text in pages.items() if page.read_text() != text] == [], "run: -m console.reference"
+    assert [str(page) for page, text in pages.items() if page.read_text() != text] == [], "run: -m tests.reference"
     stored = results()
     named = {mark[1] for text in pages.values() for mark in MARK.findall(text)}
     assert named == stored.keys(), "a result that no page shows, or the other way round"

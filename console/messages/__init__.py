@@ -1,1 +1,1 @@
-"""Messages of the sockets, typed once; `python -m console.messages.generate_js` writes the browser's types."""
+"""Messages of the sockets, typed once; `python -m tests.reference` writes the browser's types."""

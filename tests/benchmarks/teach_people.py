@@ -21,8 +21,7 @@ from core.errors import Unwritable
 from core.files import check_file, replacing
 from core.message import Array
 from core.perception.people.brightness import levelled
-from core.perception.people.edge_orientation import edge_cells
-from core.perception.people.part_model import FILE, PartModel, likelihoods
+from core.perception.people.detector import FILE, PartModel, edge_cells, likelihoods
 from core.perception.people.parts import (
     CELLS_PER_METRE,
     HIGHEST_SHIFT,

@@ -266,6 +266,13 @@ class Copy:
             text = text.replace(before, after, 1)
         (self.folder / path).write_text(text)
 
+    def described(self, page: str) -> str:
+        """Write the reference pages; the text of one of them."""
+        shutil.copytree(ROOT / "tests/reference", self.folder / "tests/reference", ignore=SKIPPED)
+        (self.folder / "tests/__init__.py").touch()
+        self.python("-m", "tests.reference")
+        return (self.folder / "static/docs/reference" / page).read_text()
+
     def python(self, *arguments: str) -> str:
         done = subprocess.run(
             [sys.executable, *arguments],
@@ -295,8 +302,7 @@ def test_a_command_is_one_file_and_one_row(copy: Copy) -> None:
     heard = json.loads(copy.python("-m", "console", "understand", "dance", "--json"))
     assert heard["accepted"] and heard["command"]["name"] == "dance"
     assert "dance" in copy.python("-c", "from core.speech.sphinx.jsgf import phrases; print(phrases())")
-    copy.python("-m", "console.reference")
-    assert "`dance`" in (copy.folder / "static/docs/reference/commands.md").read_text()
+    assert "`dance`" in copy.described("commands.md")
 
 
 @pytest.mark.campaign
@@ -376,8 +382,7 @@ def test_an_endpoint_is_one_file_and_one_row(copy: Copy) -> None:
         ),
         ("    people,\n", "    people,\n    parrot,\n"),
     )
-    copy.python("-m", "console.reference")
-    assert "/api/parrot/{word}" in (copy.folder / "static/docs/reference/rest.md").read_text()
+    assert "/api/parrot/{word}" in copy.described("rest.md")
 
 
 def test_a_capability_is_a_part_a_router_and_a_row_each_and_nothing_in_the_runtime(copy: Copy) -> None:

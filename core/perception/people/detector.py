@@ -2,16 +2,19 @@
 
 import math
 from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from core.message import Array, message
 from core.perception.people.appearance import Appearance, PersonProfile, alike, colours_seen
-from core.perception.people.edge_orientation import edge_cells
-from core.perception.people.part_model import PartModel, general_model, likelihoods
 from core.perception.people.parts import (
     BODY_COLUMNS,
     CEILING_M,
+    CELL_PX,
     CELLS_PER_METRE,
     HIGHEST_SHIFT,
     LOWEST_SHIFT,
@@ -21,6 +24,87 @@ from core.perception.people.parts import (
     PeopleSettings,
 )
 from core.perception.people.vertical_plane import VerticalPlanes, columns_of
+
+FILE = Path(__file__).with_name("general.npz")
+
+
+class PartModel(NamedTuple):
+    """Classifier of one part: likelihood = logistic(offset + sum of weights · (cells - usual))."""
+
+    part: BodySegment
+    usual: Array  # (rows, columns, DIRECTIONS): the mean over people and everything else
+    weights: Array  # (rows, columns, DIRECTIONS)
+    offset: float
+
+
+@cache
+def general_model() -> tuple[PartModel, ...]:
+    """The model of any person, in the order of PARTS."""
+    with np.load(FILE) as stored:
+        return tuple(
+            PartModel(
+                part,
+                stored[f"{part.name}_usual"].astype(np.float32),
+                stored[f"{part.name}_weights"].astype(np.float32),
+                float(stored[f"{part.name}_offset"]),
+            )
+            for part in PARTS
+        )
+
+
+def likelihoods(model: PartModel, cells: Array, valid: Array, rises: range) -> tuple[Array, Array]:
+    """Cells (ROWS, C, DIRECTIONS) of a compared view, which of them are in the picture (ROWS, C), by how many cells
+    the part may lie higher than the model's (a range that goes up by ones) → the part's log odds for every rise and
+    every place along (R, C - columns + 1), and the share of the part that is in the picture, the same shape. What is
+    not in the picture says nothing.
+    """
+    part = model.part
+    band = slice(part.top - rises[-1], part.top - rises[0] + part.rows)
+    seen = valid[band].astype(np.float32)
+    shown = cells[band] * seen[:, :, None]
+    size = (part.rows, part.columns)
+    windows = np.lib.stride_tricks.sliding_window_view(shown, size, axis=(0, 1))  # (R, P, D, rows, columns)
+    here = np.lib.stride_tricks.sliding_window_view(seen, size)  # (R, P, rows, columns)
+    many = windows.shape[:2]
+    weights = model.weights.transpose(2, 0, 1).ravel()
+    usual = (model.usual * model.weights).sum(axis=2).ravel()
+    area = here.reshape(*many, -1)
+    odds = windows.reshape(*many, -1) @ weights - area @ usual + model.offset
+    return odds[::-1], area.mean(axis=2)[::-1]
+
+
+DIRECTION_COUNT = 9  # of an edge, over half a turn
+MIN_GRADIENT = 6.0  # grey levels per pixel: weaker gradients are mostly noise
+MAX_HISTOGRAM = 0.4
+
+
+def edge_cells(pixels: Array) -> Array:
+    """Picture (H, W, 3) uint8, both sides multiples of CELL → (H / CELL, W / CELL, DIRECTIONS) float32, 0 to 1.
+
+    Histograms of oriented gradients (Dalal and Triggs 2005): per pixel the channel that changes most, its direction
+    shared by the two nearest bins, the cells levelled by their neighbourhood.
+    """
+    rows, columns = pixels.shape[0] // CELL_PX, pixels.shape[1] // CELL_PX
+    dx = cv2.Sobel(pixels, cv2.CV_32F, 1, 0, ksize=1)
+    dy = cv2.Sobel(pixels, cv2.CV_32F, 0, 1, ksize=1)
+    strongest = (dx * dx + dy * dy).argmax(axis=2)[:, :, None]
+    gx, gy = (np.take_along_axis(d, strongest, axis=2)[:, :, 0] for d in (dx, dy))
+    size, angle = cv2.cartToPolar(gx, gy)
+    place = angle * np.float32(DIRECTION_COUNT / np.pi) - np.float32(0.5)
+    low = np.floor(place)
+    share = place - low
+    first = low.astype(np.int32) % DIRECTION_COUNT
+    second = (first + 1) % DIRECTION_COUNT
+    row, column = np.arange(pixels.shape[0]) // CELL_PX, np.arange(pixels.shape[1]) // CELL_PX
+    cell = (row[:, None] * columns + column[None, :]) * DIRECTION_COUNT
+    total = rows * columns * DIRECTION_COUNT
+    sums = np.bincount((cell + first).ravel(), (size * (1 - share)).ravel(), total)
+    sums += np.bincount((cell + second).ravel(), (size * share).ravel(), total)
+    histograms = sums.reshape(rows, columns, DIRECTION_COUNT).astype(np.float32)
+    energy = cv2.blur(np.square(histograms).sum(axis=2), (3, 3), borderType=cv2.BORDER_REPLICATE)
+    level = np.sqrt(energy + np.float32((MIN_GRADIENT * CELL_PX) ** 2))
+    return np.minimum(histograms / level[:, :, None], MAX_HISTOGRAM)
+
 
 SHIFTS = tuple(range(LOWEST_SHIFT, HIGHEST_SHIFT + 1))
 MIN_SHOWN_SHARE = 0.3  # share of a part in the picture below which it says nothing

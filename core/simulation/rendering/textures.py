@@ -1,6 +1,6 @@
 """The textures of one world, painted once: its walls in one image, its floor and ceiling, its furniture."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -8,10 +8,217 @@ import cv2
 import numpy as np
 
 from core.message import Array
-from core.simulation.rendering.furniture import FURNITURE, paint_round
-from core.simulation.rendering.mipmap import TextureCanvas, pyramid, shade
-from core.simulation.rendering.walls import DRESSINGS, PAINTS, corners, paint_wall
+from core.simulation.rendering.mipmap import BOOKS, Colour, TextureCanvas, darker, pyramid, shade
 from core.simulation.world import Dressing, Solid, World
+
+
+class Paint(NamedTuple):
+    """Two colours of a wall, the rail between them, and whether it is of brick."""
+
+    lower: Colour
+    upper: Colour
+    rail: Colour
+    split: float  # [m] height of the rail
+    brick: bool = False
+
+
+PAINTS: dict[str, Paint] = {
+    "mint": Paint((166, 184, 118), (218, 230, 230), (232, 236, 238), 0.95),
+    "sand": Paint((122, 168, 206), (206, 226, 236), (228, 236, 240), 0.95),
+    "slate": Paint((142, 106, 78), (190, 172, 156), (216, 208, 200), 1.15),
+    "brick": Paint((90, 110, 170), (130, 150, 194), (206, 214, 222), 0.0, brick=True),
+}
+
+
+def paint_wall(sheet: TextureCanvas, paint: Paint) -> None:
+    """Cover a whole wall."""
+    sheet.pixels[:] = paint.upper
+    if paint.brick:
+        _bricks(sheet, paint)
+    else:
+        sheet.fill(0, 0, sheet.width, paint.split, paint.lower)
+        sheet.fill(0, paint.split - 0.05, sheet.width, paint.split, paint.rail)
+        sheet.fill(0, paint.split - 0.062, sheet.width, paint.split - 0.05, darker(paint.lower, 0.75))
+    sheet.grain(0.012)
+    sheet.fill(0, 0, sheet.width, 0.085, (78, 74, 70))
+    sheet.fill(0, 0.075, sheet.width, 0.085, (120, 116, 112))
+
+
+def _bricks(sheet: TextureCanvas, paint: Paint) -> None:
+    length, course, joint = 0.25, 0.085, 0.012
+    rows = (sheet.z / course).astype(int)
+    shifted = sheet.u[None, :] / length + 0.5 * (rows % 2)[:, None]
+    columns = shifted.astype(int)
+    tone = sheet.rng.normal(1.0, 0.07, (rows.max() + 1, columns.max() + 1)).astype(np.float32)
+    sheet.pixels[:] = np.asarray(paint.lower, np.float32) * tone[rows[:, None], columns][:, :, None]
+    mortar = ((sheet.z % course) < joint)[:, None] | ((shifted % 1.0) * length < joint)
+    sheet.pixels[mortar] = paint.upper
+
+
+def corners(sheet: TextureCanvas, left: int, right: int) -> None:
+    """Darken towards a concave corner (-1), brighten the worn edge of a convex one (+1)."""
+    for kind, distance in ((left, sheet.u), (right, sheet.width - sheet.u)):
+        if kind < 0:
+            sheet.times((1 - 0.16 * np.exp(-distance / 0.16))[None, :])
+        elif kind > 0:
+            sheet.times((1 + 0.12 * (distance < 0.018))[None, :])
+
+
+def _door(sheet: TextureCanvas, u: float, z: float, w: float, h: float) -> None:
+    wood = (96, 132, 172)
+    sheet.fill(u, z, u + w, z + h, (206, 212, 216))
+    a, b = u + 0.06, u + w - 0.06
+    sheet.fill(a, z, b, z + h - 0.06, wood)
+    sheet.fill(a, z, b, z + 0.22, (168, 166, 162))
+    for low, high in ((0.34, 0.92), (1.08, h - 0.22)):
+        sheet.fill(a + 0.1, z + low, b - 0.1, z + high, darker(wood, 0.74))
+        sheet.fill(a + 0.125, z + low + 0.025, b - 0.1, z + high, darker(wood, 0.94))
+    sheet.fill(b - 0.13, z + 0.98, b - 0.03, z + 1.02, (60, 60, 60))
+    sheet.fill(b - 0.015, z, b, z + h - 0.06, darker(wood, 0.45))
+    sheet.fill(a, z, a + 0.015, z + h - 0.06, darker(wood, 0.45))
+
+
+def _poster(sheet: TextureCanvas, u: float, z: float, w: float, h: float) -> None:
+    back = BOOKS[int(sheet.rng.integers(4))]
+    sheet.fill(u, z, u + w, z + h, (244, 246, 246))
+    sheet.fill(u + 0.03, z + 0.03, u + w - 0.03, z + h - 0.03, back)
+    sheet.fill(u + 0.07, z + h - 0.17, u + w - 0.07, z + h - 0.09, (240, 244, 246))
+    centre = (round((u + 0.5 * w) * sheet.scale), round((sheet.height - z - 0.45 * h) * sheet.scale))
+    radius = round(0.28 * min(w, h) * sheet.scale)
+    cv2.circle(sheet.pixels, centre, radius, (120, 210, 245), -1, cv2.LINE_AA)
+    cv2.circle(sheet.pixels, centre, radius * 2 // 3, darker(back, 0.8), -1, cv2.LINE_AA)
+    for line in range(3):
+        low = z + 0.06 + 0.045 * line
+        sheet.fill(u + 0.08, low, u + w * (0.9 - 0.12 * line), low + 0.018, (236, 236, 236))
+
+
+def _board(sheet: TextureCanvas, u: float, z: float, w: float, h: float) -> None:
+    sheet.fill(u, z, u + w, z + h, (150, 150, 150))
+    sheet.fill(u + 0.03, z + 0.03, u + w - 0.03, z + h - 0.03, (246, 248, 248))
+    for row in range(4):
+        high = z + h - 0.16 - 0.16 * row
+        length = float(sheet.rng.uniform(0.3, 0.8)) * w
+        for piece in np.arange(0.1, length, 0.09):
+            ink = ((60, 60, 70), (170, 80, 40), (50, 50, 190))[int(sheet.rng.integers(3))]
+            sheet.fill(u + piece, high, u + piece + 0.06, high + 0.022, ink)
+    sheet.fill(u + 0.2, z - 0.03, u + w - 0.2, z, (110, 110, 112))
+
+
+def _window(sheet: TextureCanvas, u: float, z: float, w: float, h: float) -> None:
+    sheet.fill(u, z, u + w, z + h, (236, 240, 240))
+    a, b, low, high = u + 0.06, u + w - 0.06, z + 0.06, z + h - 0.06
+    for share in np.linspace(0, 1, 24):
+        sky = (255 - 10 * share, 236 - 40 * share, 220 - 80 * share)
+        sheet.fill(a, low + (high - low) * share * 0.98, b, high, sky)
+    sheet.fill(a, low, b, low + 0.18, (120, 160, 130))
+    sheet.fill(u + w / 2 - 0.025, z, u + w / 2 + 0.025, z + h, (236, 240, 240))
+    sheet.fill(u - 0.05, z - 0.05, u + w + 0.05, z, (220, 226, 228))
+
+
+def _sign(sheet: TextureCanvas, u: float, z: float, w: float, h: float) -> None:
+    sheet.fill(u, z, u + w, z + h, (130, 84, 40))
+    sheet.fill(u + 0.02, z + h * 0.55, u + w - 0.02, z + h * 0.8, (245, 245, 245))
+
+
+DRESSINGS: dict[str, Callable[[TextureCanvas, float, float, float, float], None]] = {
+    "door": _door,
+    "poster": _poster,
+    "board": _board,
+    "window": _window,
+    "sign": _sign,
+}
+
+
+def _cabinet(sheet: TextureCanvas) -> None:
+    body = (204, 212, 214)
+    sheet.pixels[:] = body
+    count = max(1, round(sheet.width / 0.5))
+    for door in range(count + 1):
+        u = door * sheet.width / count
+        sheet.fill(u - 0.01, 0.08, u + 0.01, sheet.height - 0.03, (112, 118, 120))
+        sheet.fill(u + 0.05, sheet.height * 0.5, u + 0.07, sheet.height * 0.5 + 0.16, (70, 70, 72))
+    sheet.fill(0, sheet.height - 0.03, sheet.width, sheet.height, (96, 130, 168))
+    sheet.fill(0, 0, sheet.width, 0.08, (64, 62, 60))
+
+
+def _shelf(sheet: TextureCanvas) -> None:
+    frame = (120, 156, 188)
+    sheet.pixels[:] = (62, 70, 78)
+    level = 0.08
+    while level < sheet.height - 0.2:
+        u = 0.05
+        while u < sheet.width - 0.08:
+            thick, tall = float(sheet.rng.uniform(0.025, 0.06)), float(sheet.rng.uniform(0.18, 0.28))
+            book = BOOKS[int(sheet.rng.integers(len(BOOKS)))]
+            if sheet.rng.random() < 0.88:
+                sheet.fill(u, level, min(u + thick, sheet.width - 0.04), level + tall, book)
+                sheet.fill(
+                    u, level + tall * 0.7, min(u + thick, sheet.width - 0.04), level + tall * 0.78, (210, 220, 224)
+                )
+            u += thick + 0.004
+        level += 0.34
+        sheet.fill(0, level - 0.03, sheet.width, level, frame)
+    sheet.fill(0, sheet.height - 0.04, sheet.width, sheet.height, frame)
+    sheet.fill(0, 0, sheet.width, 0.08, darker(frame, 0.7))
+    sheet.fill(0, 0, 0.035, sheet.height, frame)
+    sheet.fill(sheet.width - 0.035, 0, sheet.width, sheet.height, frame)
+
+
+def _cardboard(sheet: TextureCanvas) -> None:
+    card = (112, 158, 196)
+    sheet.pixels[:] = card
+    sheet.grain(0.03)
+    middle = sheet.width / 2
+    sheet.fill(middle - 0.03, 0, middle + 0.03, sheet.height, (150, 190, 216))
+    sheet.fill(sheet.width * 0.62, sheet.height * 0.2, sheet.width * 0.9, sheet.height * 0.45, (236, 240, 240))
+    sheet.fill(sheet.width * 0.66, sheet.height * 0.3, sheet.width * 0.86, sheet.height * 0.34, (60, 60, 60))
+    for u in (0.0, sheet.width - 0.012):
+        sheet.fill(u, 0, u + 0.012, sheet.height, darker(card, 0.8))
+
+
+def _concrete(sheet: TextureCanvas) -> None:
+    sheet.pixels[:] = (178, 182, 182)
+    sheet.grain(0.02)
+    sheet.fill(0, 0, sheet.width, 0.9, (140, 152, 158))
+    sheet.fill(0, 0.9, sheet.width, 0.93, (40, 150, 220))
+
+
+def _steel(sheet: TextureCanvas) -> None:
+    sheet.pixels[:] = (150, 146, 142)
+
+
+def _bin(sheet: TextureCanvas) -> None:
+    sheet.pixels[:] = (120, 76, 44)
+    for z in (0.04, sheet.height - 0.05):
+        sheet.fill(0, z, sheet.width, z + 0.03, (168, 120, 76))
+
+
+def _wood(sheet: TextureCanvas) -> None:
+    sheet.pixels[:] = (118, 158, 194)
+
+
+def _seat(sheet: TextureCanvas) -> None:
+    sheet.pixels[:] = (58, 54, 150)
+
+
+FURNITURE: dict[str, Callable[[TextureCanvas], None]] = {
+    "cabinet": _cabinet,
+    "shelf": _shelf,
+    "box": _cardboard,
+    "column": _concrete,
+    "pillar": _concrete,
+    "steel": _steel,
+    "bin": _bin,
+    "wood": _wood,
+    "seat": _seat,
+}
+
+
+def paint_round(sheet: TextureCanvas) -> None:
+    """Light a texture that goes around a post, u from the side that looks to +x."""
+    around = sheet.u / sheet.width * 2 * np.pi
+    sheet.times(np.asarray(shade(around), np.float32)[None, :])
+
 
 # Floor and ceiling.
 

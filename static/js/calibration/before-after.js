@@ -1,6 +1,6 @@
 // Element <before-after>: one view as taken and undistorted, with a movable divider.
 
-import { make, mark, write } from "../ui/element.js";
+import { isNew, make, mark, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 
@@ -27,7 +27,6 @@ export class BeforeAfter extends HTMLElement {
     this.#slider,
   );
   #which = make("p.note");
-  #of = "";
 
   connectedCallback() {
     if (this.children.length) return;
@@ -49,9 +48,7 @@ export class BeforeAfter extends HTMLElement {
   show({ id, size, solution, kind, progress }, name) {
     this.hidden = kind !== "camera" || !solution || !name;
     if (this.hidden) return;
-    const of = `${id} ${name} ${progress.views} ${solution?.["rms_px"]}`;
-    if (of === this.#of) return;
-    this.#of = of;
+    if (!isNew(this, id, name, progress.views, solution?.["rms_px"])) return;
     if (size) this.#box.style.aspectRatio = `${size[0]} / ${size[1]}`;
     write(this.#which, name);
     mark(this.#before, "src", api.thumbnail(id, name, "full"));

@@ -1,6 +1,6 @@
 // Element <board-drawing>: chessboard whose inner corners are numbered as the operator has to count them.
 
-import { svg } from "../ui/element.js";
+import { isNew, svg } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 
 /** @typedef {{columns: number, rows: number}} Counts */
@@ -9,13 +9,9 @@ const SQUARE = 10;
 const ROOM = 11; // around the board, for the numbers
 
 export class BoardDrawing extends HTMLElement {
-  #drawn = "";
-
   /** @param {Counts} counts inner corners */
   show({ columns, rows }) {
-    const key = `${columns}x${rows}`;
-    if (key === this.#drawn || !(columns > 0 && rows > 0)) return;
-    this.#drawn = key;
+    if (!(columns > 0 && rows > 0) || !isNew(this, columns, rows)) return;
     const [width, height] = [(columns + 1) * SQUARE, (rows + 1) * SQUARE];
     const drawing = svg("svg", {
       viewBox: `${-ROOM} ${-ROOM} ${width + 1.4 * ROOM} ${height + 1.4 * ROOM}`,

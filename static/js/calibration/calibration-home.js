@@ -2,7 +2,7 @@
 
 import { address } from "../net/api.js";
 import { sure } from "../ui/confirm-button.js";
-import { icon, make, write } from "../ui/element.js";
+import { icon, isNew, make, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { inWords, since, standing } from "./active-calibration.js";
 import * as api from "./api.js";
@@ -49,7 +49,6 @@ class CalibrationHome extends WizardStep {
     id: "camera-file",
     accept: ".json,.yaml,.yml,.txt,.xml,.urdf,.sh",
   });
-  #drawn = "";
 
   /** @override */
   build() {
@@ -112,9 +111,7 @@ class CalibrationHome extends WizardStep {
   /** @override */
   draw() {
     const { rows, inUse, may } = this.model;
-    const key = JSON.stringify([rows, inUse, may]);
-    if (key === this.#drawn) return;
-    this.#drawn = key;
+    if (!isNew(this, rows, inUse, may)) return;
     for (const [kind, card] of /** @type {const} */ ([
       ["camera", this.#camera],
       ["laser", this.#laser],

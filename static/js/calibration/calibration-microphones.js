@@ -1,6 +1,6 @@
 // Wizard for the microphone array: claps from known directions give its orientation on the robot.
 
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { degrees } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 import { action } from "./action.js";
@@ -33,7 +33,6 @@ class CalibrationMicrophones extends WizardStep {
   #accept = make("button.button.primary.large", t("calibration-microphones.use_this_orientation"));
   #used = make("p.note");
   #undo = make("button.button.plain", t("calibration-microphones.use_the_profile_s_own_orientation"));
-  #drawn = "";
 
   /** @override */
   build() {
@@ -109,9 +108,7 @@ class CalibrationMicrophones extends WizardStep {
     this.#accept.disabled = this.#busy;
     this.#undo.hidden = calibration.active === null || !may;
     this.#progress.hidden = !this.#busy;
-    const key = JSON.stringify([calibration, this.#busy, may]);
-    if (key === this.#drawn) return;
-    this.#drawn = key;
+    if (!isNew(this, calibration, this.#busy, may)) return;
     this.#compass.show(calibration, this.#next);
     write(
       this.#advice,

@@ -1,6 +1,6 @@
 // Element <known-card>: coverage of the picture, projection uncertainty, and four measures of variety.
 
-import { make, mark, write } from "../ui/element.js";
+import { isNew, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 import { heatPicture, heatWords, SPAN } from "./uncertainty-map.js";
@@ -25,7 +25,6 @@ export class KnownCard extends HTMLElement {
   #legend = make("p.inline.note", make("span"), make("span.heat-ramp"), make("span"));
   #words = make("p.note.heat-words");
   #bars = BARS.map(([key, name]) => ({ key, ...bar(name) }));
-  #drawn = "";
 
   connectedCallback() {
     if (this.children.length) return;
@@ -45,9 +44,7 @@ export class KnownCard extends HTMLElement {
 
   /** @param {Calibration} calibration */
   show({ progress, uncertainty, size }) {
-    const drawn = JSON.stringify([progress.cells, progress.bars, progress.p95_px, uncertainty?.sd_px[0], size]);
-    if (drawn === this.#drawn) return;
-    this.#drawn = drawn;
+    if (!isNew(this, progress.cells, progress.bars, progress.p95_px, uncertainty?.sd_px[0], size)) return;
     const shape = size ? `${size[0]} / ${size[1]}` : "4 / 3";
     this.#cells.style.aspectRatio = this.#heat.style.aspectRatio = shape;
     this.#showCells(progress.cells ?? NOWHERE);

@@ -1,6 +1,6 @@
 // Element <exports-card>: download links of the calibration in several formats.
 
-import { icon, make } from "../ui/element.js";
+import { icon, isNew, make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import * as api from "./api.js";
 
@@ -23,7 +23,6 @@ const FORMS = {
 
 export class ExportsCard extends HTMLElement {
   #list = make("ul.exports");
-  #of = "";
 
   connectedCallback() {
     if (this.children.length) return;
@@ -35,9 +34,7 @@ export class ExportsCard extends HTMLElement {
   show({ id, kind, solution }) {
     this.hidden = solution === null;
     const bent = typeof solution?.["k3"] === "number";
-    const of = `${id} ${bent}`;
-    if (of === this.#of) return;
-    this.#of = of;
+    if (!isNew(this, id, bent)) return;
     const forms = [
       ...FORMS[kind],
       ["all", t("exports-card.everything"), t("exports-card.pictures_corners_solution_zip")],

@@ -1,6 +1,6 @@
 // Element <fields-card>: residual vectors and projection uncertainty over the picture.
 
-import { make, mark, write } from "../ui/element.js";
+import { isNew, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 import { isDark } from "../ui/theme.js";
@@ -17,7 +17,6 @@ export class FieldsCard extends HTMLElement {
   #heat = make("canvas.field.heat", { role: "img" });
   #arrowWords = make("figcaption");
   #heatWords = make("figcaption");
-  #drawn = "";
 
   connectedCallback() {
     if (this.children.length) return;
@@ -34,9 +33,7 @@ export class FieldsCard extends HTMLElement {
     const residuals = solution?.["residuals"] ?? [];
     this.hidden = !size || (!residuals.length && !uncertainty);
     if (this.hidden || !size) return;
-    const drawn = JSON.stringify([residuals.length, residuals[0], progress.p95_px, isDark()]);
-    if (drawn === this.#drawn) return;
-    this.#drawn = drawn;
+    if (!isNew(this, residuals.length, residuals[0], progress.p95_px, isDark())) return;
     this.#arrows.style.aspectRatio = this.#heat.style.aspectRatio = `${size[0]} / ${size[1]}`;
     const longer = draw(this.#arrows, residuals, size);
     const rms = solution?.["rms_px"];

@@ -1,6 +1,6 @@
 // Element <findings-card>: findings about a solution in sentences: predicted error, warnings, checks.
 
-import { icon, make, write } from "../ui/element.js";
+import { icon, isNew, make, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 
@@ -23,7 +23,6 @@ export class FindingsCard extends HTMLElement {
     this.#offsets,
   );
   #list = make("ul.findings");
-  #drawn = "";
 
   connectedCallback() {
     if (this.children.length) return;
@@ -34,10 +33,8 @@ export class FindingsCard extends HTMLElement {
   /** @param {Calibration} calibration */
   show({ solution, check, kind }) {
     const findings = solution ? sentences(kind, solution, check?.words ?? "") : [];
-    const drawn = JSON.stringify([findings, solution?.["laser_offset"]]);
     this.hidden = findings.length === 0 && !solution?.["laser_offset"];
-    if (drawn === this.#drawn) return;
-    this.#drawn = drawn;
+    if (!isNew(this, findings, solution?.["laser_offset"])) return;
     /** @type {Array<{distance_m: number, sideways_px: number, up_down_px: number}>} */
     const offsets = solution?.["laser_offset"] ?? [];
     this.#table.hidden = offsets.length === 0;

@@ -1,6 +1,6 @@
 // Element <picture-stage>: the large picture with its overlay.
 
-import { make, mark } from "../ui/element.js";
+import { isNew, make, mark } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { hint } from "./board-hint.js";
 import { drawCorners, drawGhost, drawLaser, drawWay } from "./overlay.js";
@@ -14,7 +14,6 @@ const APART_S = 0.5; // a verdict on an older picture is not drawn on a newer on
 
 export class PictureStage extends HTMLElement {
   #canvas = make("canvas.stage-picture", { role: "img", "aria-label": t("picture-stage.picture") });
-  #drawn = "";
   #timer = 0;
 
   connectedCallback() {
@@ -37,9 +36,7 @@ export class PictureStage extends HTMLElement {
     const advice = calibration.progress.ready ? null : calibration.advice;
     const seen = fits(frame, verdict) ? verdict : null;
     const film = this.#film(frame, `${width}px`, `${height}px`, mirrored);
-    const drawn = [frame.key, seen?.number, seen?.stamp_s, advice?.words, width, unit, mirrored].join();
-    if (drawn === this.#drawn) return;
-    this.#drawn = drawn;
+    if (!isNew(this, frame.key, seen?.number, seen?.stamp_s, advice?.words, width, unit, mirrored)) return;
 
     const canvas = this.#canvas;
     const [across, down] = [Math.round(width * unit), Math.round(height * unit)];

@@ -1,6 +1,6 @@
 // Element <poses-card>: where the board was in every view, in the camera's frame, with standard deviations.
 
-import { make } from "../ui/element.js";
+import { isNew, make } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { poseRows } from "./figures.js";
 
@@ -8,7 +8,6 @@ import { poseRows } from "./figures.js";
 
 export class PosesCard extends HTMLElement {
   #body = make("tbody");
-  #drawn = "";
 
   connectedCallback() {
     if (this.children.length) return;
@@ -26,9 +25,7 @@ export class PosesCard extends HTMLElement {
   show({ solution, kind }) {
     const rows = poseRows(kind === "camera" ? (solution?.["views"] ?? []) : []);
     this.hidden = rows.length === 0;
-    const drawn = JSON.stringify(rows);
-    if (drawn === this.#drawn) return;
-    this.#drawn = drawn;
+    if (!isNew(this, rows)) return;
     this.#body.replaceChildren(
       ...rows.map(([name, place, turned]) =>
         make("tr", make("th", { scope: "row" }, name), make("td", place), make("td", turned)),

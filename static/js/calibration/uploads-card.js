@@ -1,6 +1,6 @@
 // Element <uploads-card>: result of each uploaded file.
 
-import { icon, make, write } from "../ui/element.js";
+import { icon, isNew, make, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { grouped } from "./uploads.js";
 
@@ -13,7 +13,6 @@ const ICONS = /** @type {Readonly<Record<string, string>>} */ ({ counted: "done"
 export class UploadsCard extends HTMLElement {
   #title = make("h2.card-title");
   #list = make("ul.attempts");
-  #drawn = "";
 
   connectedCallback() {
     if (this.children.length) return;
@@ -23,10 +22,8 @@ export class UploadsCard extends HTMLElement {
 
   /** @param {Uploads} uploads */
   show({ attempts, waiting }) {
-    const drawn = `${attempts.length} ${waiting}`;
     this.hidden = attempts.length + waiting === 0;
-    if (drawn === this.#drawn) return;
-    this.#drawn = drawn;
+    if (!isNew(this, attempts.length, waiting)) return;
     const taken = attempts.filter(({ kind }) => kind === "counted").length;
     write(
       this.#title,

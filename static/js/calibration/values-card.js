@@ -1,6 +1,6 @@
 // Element <values-card>: estimated values and standard deviations (Table 3), next to the active ones.
 
-import { make, mark, write } from "../ui/element.js";
+import { isNew, make, mark, write } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 import { cameraRows, mountRows } from "./figures.js";
 
@@ -11,7 +11,6 @@ export class ValuesCard extends HTMLElement {
   #head = make("tr");
   #body = make("tbody");
   #note = make("p.note");
-  #drawn = "";
 
   connectedCallback() {
     if (this.children.length) return;
@@ -25,10 +24,8 @@ export class ValuesCard extends HTMLElement {
 
   /** @param {Calibration} calibration */
   show({ kind, solution, active_compare: compare }) {
-    const drawn = JSON.stringify([solution?.["sd"], solution?.["fx"], solution?.["translation_m"], compare]);
     this.hidden = solution === null;
-    if (drawn === this.#drawn || !solution) return;
-    this.#drawn = drawn;
+    if (!solution || !isNew(this, solution?.["sd"], solution?.["fx"], solution?.["translation_m"], compare)) return;
     const rows = kind === "camera" ? cameraRows(solution, compare) : mountRows(solution, compare);
     const compared = rows.some((row) => row.other);
     write(this.#title, kind === "camera" ? t("values-card.the_camera") : t("values-card.the_camera_on_the_laser"));

@@ -1,6 +1,6 @@
 // Element <views-card>: views of a session, largest error first, with a button to leave each out.
 
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { t } from "../ui/texts.js";
 import * as api from "./api.js";
@@ -15,7 +15,6 @@ export class ViewsCard extends HTMLElement {
   #note = make("p.note.views-note");
   /** @type {CalibrationModel | null} */
   #model = null;
-  #drawn = "";
   /** @type {(name: string) => void} */
   chosen = () => undefined;
 
@@ -33,9 +32,7 @@ export class ViewsCard extends HTMLElement {
   show(model, calibration, selected = "") {
     this.#model = model;
     const { views, kind, id } = calibration;
-    const drawn = JSON.stringify([views, id, model.may, selected]);
-    if (drawn === this.#drawn) return;
-    this.#drawn = drawn;
+    if (!isNew(this, views, id, model.may, selected)) return;
     const word = kind === "camera" ? "view" : "pose";
     write(this.#title, `${views.length} ${word}${views.length === 1 ? "" : "s"}`);
     const solved = views.some((view) => errorOf(view) !== null);

@@ -1,6 +1,6 @@
 // Element <connect-parts>: the robot's parts; for a part with topics, which of them is what, to be chosen.
 
-import { icon, make, write } from "../ui/element.js";
+import { icon, isNew, make, write } from "../ui/element.js";
 import { age, fixed } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { speedsOffer } from "../ui/speeds-offer.js";
@@ -39,7 +39,6 @@ class ConnectParts extends PagePanel {
   );
   /** @type {Map<string, {rate: HTMLElement, said: HTMLElement}>} cells that change with every reading */
   #cells = new Map();
-  #drawn = "";
 
   /** @override */
   build() {
@@ -58,10 +57,8 @@ class ConnectParts extends PagePanel {
     this.#again.disabled = Boolean(model.busy);
     const { found } = model;
     if (!found) return;
-    const key = JSON.stringify([found.parts.map(lasting), model.may]);
     this.hidden = found.parts.every((part) => isBare(part, found));
-    if (key !== this.#drawn) {
-      this.#drawn = key;
+    if (isNew(this, found.parts.map(lasting), model.may)) {
       this.#cells.clear();
       this.#list.replaceChildren(
         ...found.parts.flatMap((part, index) => (isBare(part, found) ? [] : this.#part(part, index))),

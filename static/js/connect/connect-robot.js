@@ -1,6 +1,6 @@
 // Element <connect-robot>: the robot that is shown, and the URL of another one to look at.
 
-import { icon, make, mark, onSubmit, redraw, write } from "../ui/element.js";
+import { icon, isNew, make, mark, onSubmit, redraw, write } from "../ui/element.js";
 import { takeDrops } from "../ui/file-drop.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -57,7 +57,6 @@ class ConnectRobot extends PagePanel {
   /** @type {import("../net/rest.js").FoundAddresses | null} that are drawn */
   #asked = null;
   #filled = "";
-  #drawn = "";
 
   #file = make("input.visually-hidden", { type: "file", tabindex: "-1", "aria-hidden": "true" });
   #choose = make("button.button", { hidden: true }, icon("upload"), t("connect-robot.choose_a_file"));
@@ -207,9 +206,7 @@ class ConnectRobot extends PagePanel {
   #drawOthers(model, disabled) {
     const begins = KINDS.find(([kind]) => kind === this.#kind)?.[2] ?? "";
     const urls = model.openedHere.filter((url) => url !== model.found?.url && url.startsWith(begins));
-    const drawn = `${disabled} ${this.#kind} ${urls.join(" ")}`;
-    if (drawn === this.#drawn) return;
-    this.#drawn = drawn;
+    if (!isNew(this, disabled, this.#kind, urls.join(" "))) return;
     for (const [kind, one] of this.#tiles) {
       mark(one, "aria-pressed", String(kind === this.#kind));
       one.disabled = !model.may;

@@ -1,6 +1,6 @@
 // Element <connect-sensors>: where the sensors are mounted, the robot's size and limits; all to be confirmed or entered.
 
-import { make, write } from "../ui/element.js";
+import { isNew, make, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -34,7 +34,6 @@ export class ConnectSensors extends PagePanel {
   #entries = [];
   /** @type {Map<string, HTMLButtonElement>} by laser: take its estimated time offset */
   #estimates = new Map();
-  #drawn = "";
 
   /** @override */
   build() {
@@ -68,16 +67,7 @@ export class ConnectSensors extends PagePanel {
     const found = this.model.found;
     this.hidden = !found || Boolean(this.model.whyNot);
     if (!found) return;
-    const key = JSON.stringify([
-      found.url,
-      found.limits,
-      found.lasers,
-      found.cameras,
-      found.microphones,
-      this.model.may,
-    ]);
-    if (key === this.#drawn) return;
-    this.#drawn = key;
+    if (!isNew(this, found.url, found.limits, found.lasers, found.cameras, found.microphones, this.model.may)) return;
     this.#entries = [];
     this.#estimates.clear();
     this.#body.replaceChildren(

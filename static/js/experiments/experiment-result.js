@@ -1,7 +1,7 @@
 // Element <experiment-result>: progress of a run, then its figures beside the chapter's, its table and its files.
 
 import { address } from "../net/api.js";
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { day, timeOfDay } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { runRow } from "../ui/run-row.js";
@@ -39,8 +39,6 @@ class ExperimentResult extends PagePanel {
     make("div.card-head", make("h2.card-title", t("experiment-result.runs"))),
     this.#list,
   );
-  #drawn = "";
-  #listed = "";
 
   /** @override */
   build() {
@@ -69,8 +67,7 @@ class ExperimentResult extends PagePanel {
       write(this.#title, t("experiment-result.nothing_was_run_yet"));
       write(this.#about, NOTHING);
       this.#going.hidden = true;
-      this.#content.replaceChildren();
-      this.#drawn = "";
+      if (isNew(this.#content)) this.#content.replaceChildren();
       return;
     }
     const running = run.state === "running";
@@ -93,20 +90,18 @@ class ExperimentResult extends PagePanel {
     mark(this.#progress, "aria-valuenow", percent);
     mark(this.#progress, "data-uncounted", percent === null);
     this.#cancel.disabled = !this.model.may;
-    const key = running ? run.id : JSON.stringify([run.id, run.state, run.files.length]);
-    if (key === this.#drawn) return;
-    this.#drawn = key;
-    this.#content.replaceChildren(...(running ? [] : result(run)));
+    if (isNew(this.#content, run.id, run.state, run.files.length)) {
+      this.#content.replaceChildren(...(running ? [] : result(run)));
+    }
   }
 
   #drawList() {
     const runs = this.model.runs ?? [];
     this.#before.hidden = runs.length === 0;
     const shown = this.model.selected?.id;
-    const key = JSON.stringify([runs.map(({ id, state }) => [id, state]), shown, this.model.may]);
-    if (key === this.#listed) return;
-    this.#listed = key;
-    this.#list.replaceChildren(...runs.map((run) => this.#row(run)));
+    const states = runs.map(({ id, state }) => [id, state]);
+    if (isNew(this.#list, states, shown, this.model.may))
+      this.#list.replaceChildren(...runs.map((run) => this.#row(run)));
   }
 
   /** @param {ExperimentRun} run */

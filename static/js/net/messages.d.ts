@@ -1,4 +1,4 @@
-// Written by `python -m console.messages.generate_js`; a test keeps it equal to the code. Do not edit.
+// Written by `python -m tests.reference`; a test keeps it equal to the code. Do not edit.
 
 /** Comes back as it is. */
 export interface EchoMessage {

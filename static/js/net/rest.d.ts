@@ -1,4 +1,4 @@
-// Written by `python -m console.reference`; a test keeps it equal to the code. Do not edit.
+// Written by `python -m tests.reference`; a test keeps it equal to the code. Do not edit.
 
 import type { State, ClosureRow } from "./messages.js";
 

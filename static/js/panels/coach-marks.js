@@ -1,6 +1,6 @@
 // Element <coach-marks>: first hints, shown once and only on the simulator; each notices when it was followed.
 
-import { icon, make, write } from "../ui/element.js";
+import { icon, isNew, make, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { apart, placed } from "../ui/placement.js";
@@ -86,7 +86,6 @@ export class CoachMarks extends Panel {
   #asked = false;
   /** @type {Set<number>} commands that had ended when the hint was shown */
   #old = new Set();
-  #placedFor = "";
   #leaving = 0; // timer
 
   /** @override */
@@ -109,7 +108,6 @@ export class CoachMarks extends Panel {
       const ended = this.#hints[this.#step]?.ended;
       if (ended && rows.some((row) => !this.#old.has(row.id) && ended(row))) this.#go(this.#step + 1);
     });
-    addEventListener("resize", () => (this.#placedFor = ""));
   }
 
   begin() {
@@ -150,7 +148,6 @@ export class CoachMarks extends Panel {
     this.#hints = fitting();
     this.#step = step;
     this.#remember();
-    this.#placedFor = "";
     const hint = this.#hints[step];
     this.#point(hint);
     clearTimeout(this.#leaving);
@@ -194,9 +191,7 @@ export class CoachMarks extends Panel {
     if (!at || !stop) return;
     const target = at.getBoundingClientRect();
     const now = document.querySelector(".now")?.getBoundingClientRect() ?? target; // status and notices
-    const key = [this.#step, target.left, target.top, target.width, now.top, innerWidth, innerHeight].join();
-    if (key === this.#placedFor) return;
-    this.#placedFor = key;
+    if (!isNew(this, this.#step, target.left, target.top, target.width, now.top, innerWidth, innerHeight)) return;
     const inMap = at.classList.contains("over");
     const { width, height } = this.#card.getBoundingClientRect();
     const space = { width: innerWidth, height: innerHeight };

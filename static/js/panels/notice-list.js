@@ -1,6 +1,6 @@
 // Element <notice-list>: notices of the console, newest first; tells its tab how many were not seen yet.
 
-import { icon, make, mark } from "../ui/element.js";
+import { icon, isNew, make, mark } from "../ui/element.js";
 import { age } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { speedsOffer } from "../ui/speeds-offer.js";
@@ -12,7 +12,6 @@ import { t } from "../ui/texts.js";
 class NoticeList extends Panel {
   #list = make("ol.record-list", { "aria-label": t("notice-list.notices_newest_first") });
   #empty = make("p.record-empty", t("notice-list.nothing_to_report"));
-  #listed = "";
   #seen = -1; // id of the newest notice that was seen
 
   /** @override */
@@ -26,9 +25,7 @@ class NoticeList extends Panel {
     if (this.offsetParent !== null) this.#seen = notices.at(-1)?.id ?? -1;
     const unseen = notices.filter(({ id }) => id > this.#seen).length;
     mark(this, "data-unseen", unseen ? String(unseen) : null);
-    const listed = notices.map(({ id, text }) => `${id} ${text}`).join("|"); // a notice can change and end
-    if (listed === this.#listed) return;
-    this.#listed = listed;
+    if (!isNew(this, ...notices.map(({ id, text }) => [id, text]))) return; // a notice can change and end
     this.#list.replaceChildren(...[...notices].reverse().map((one) => row(one, this.session)));
     this.#empty.hidden = notices.length > 0;
   }

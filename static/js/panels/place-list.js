@@ -2,7 +2,7 @@
 
 import { marksOf, removePlace, removeZone, wordsTo } from "../net/marks-api.js";
 import { sure } from "../ui/confirm-button.js";
-import { icon, make } from "../ui/element.js";
+import { icon, isNew, make } from "../ui/element.js";
 import { degrees, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
@@ -24,7 +24,6 @@ class PlaceList extends Panel {
   #zones = make("ul.places", { "aria-label": t("place-list.zones") });
   #operates = false;
   #drives = false;
-  #drawn = "";
 
   /** @override */
   build() {
@@ -52,9 +51,7 @@ class PlaceList extends Panel {
 
   #draw() {
     const { places, zones } = marksOf(this.session);
-    const drawn = JSON.stringify([places, zones, this.#operates, this.#drives]);
-    if (drawn === this.#drawn) return;
-    this.#drawn = drawn;
+    if (!isNew(this, places, zones, this.#operates, this.#drives)) return;
     this.#empty.hidden = places.length > 0;
     refill(this.#list, ...places.map((place) => this.#row(place)));
     this.#noZone.hidden = zones.length > 0;

@@ -2,7 +2,7 @@
 
 import { addRoute, marksOf, removeRoute, startRoute, steerRoute } from "../net/marks-api.js";
 import { sure } from "../ui/confirm-button.js";
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
@@ -83,7 +83,6 @@ class RouteCard extends Panel {
   /** @type {Stop[]} of the route in the making */
   #made = [];
   #operates = false;
-  #drawn = "";
   #changes = ""; // name of the route that is changed; "": a new one is made
   #dragged = -1; // index of the stop that is dragged
 
@@ -157,9 +156,7 @@ class RouteCard extends Panel {
 
   #draw() {
     const { routes, places } = marksOf(this.session);
-    const drawn = JSON.stringify([routes, places, this.#operates]);
-    if (drawn === this.#drawn) return;
-    this.#drawn = drawn;
+    if (!isNew(this, routes, places, this.#operates)) return;
     this.#empty.hidden = routes.length > 0;
     refill(this.#list, ...routes.map((route) => this.#row(route)));
     this.#drawForm();

@@ -2,7 +2,7 @@
 
 import { call, obeyVoices, post } from "../net/api.js";
 import * as room from "../net/room-api.js";
-import { make, write } from "../ui/element.js";
+import { isNew, make, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { placed } from "../ui/placement.js";
 import { t } from "../ui/texts.js";
@@ -33,7 +33,6 @@ class TourGuide extends Panel {
   /** @type {string | null} whom the robot came to before */
   #chosen = null;
   #at = ".over"; // selector of what the step shows
-  #placedFor = "";
   #taught = ""; // id of the person whom the tour made known
 
   /** @override */
@@ -65,11 +64,7 @@ class TourGuide extends Panel {
     const shown = target ?? box(".over");
     if (!shown || !stop) return;
     const { width, height } = this.#card.getBoundingClientRect();
-    const key = [shown, stop, camera, { width, height, innerWidth, innerHeight }]
-      .map((one) => JSON.stringify(one))
-      .join();
-    if (key === this.#placedFor) return;
-    this.#placedFor = key;
+    if (!isNew(this, shown, stop, camera, width, height, innerWidth, innerHeight)) return;
     const { left, top } = placed(
       shown,
       { width, height },

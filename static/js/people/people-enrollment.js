@@ -1,7 +1,7 @@
 // Element <people-enrollment>: enrollment of a person: empty room, gestures, name.
 
 import { action, say } from "../calibration/action.js";
-import { icon, make, mark, onSubmit, write } from "../ui/element.js";
+import { icon, isNew, make, mark, onSubmit, write } from "../ui/element.js";
 import { takeDrops } from "../ui/file-drop.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { PagePanel } from "../ui/panel.js";
@@ -111,7 +111,6 @@ class PeopleEnrollment extends PagePanel {
   );
   #counting = 0;
   #away = false; // another page is open: no camera
-  #drawn = "";
 
   /** @override */
   build() {
@@ -249,14 +248,16 @@ class PeopleEnrollment extends PagePanel {
     this.#retakeRoom.disabled = !this.#idle;
     this.#naming.hidden = !enrollment.ready;
     this.#keep.disabled = !this.#idle || this.#name.value.trim() === "";
-    const key = JSON.stringify([
-      enrollment.id,
-      enrollment.background,
-      enrollment.next,
-      enrollment.pictures.map((one) => one.number),
-    ]);
-    if (key === this.#drawn) return;
-    this.#drawn = key;
+    if (
+      !isNew(
+        this,
+        enrollment.id,
+        enrollment.background,
+        enrollment.next,
+        enrollment.pictures.map((one) => one.number),
+      )
+    )
+      return;
     const have = new Set(enrollment.pictures.map((one) => one.gesture));
     const steps = [
       ["empty", t("people-enrollment.empty_room"), enrollment.background],

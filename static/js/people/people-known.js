@@ -3,7 +3,7 @@
 import { action } from "../calibration/action.js";
 import { since } from "../calibration/active-calibration.js";
 import { fetchLookingModel, looking } from "../net/api.js";
-import { icon, make, onSubmit, write } from "../ui/element.js";
+import { icon, isNew, make, onSubmit, write } from "../ui/element.js";
 import { ModelOffer } from "../ui/model-offer.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -27,7 +27,6 @@ class PeopleKnown extends PagePanel {
   #offer = new ModelOffer(looking, fetchLookingModel, async (act) => this.model.session.attempt(act));
   /** @type {{id: string, what: "rename" | "forget"} | null} person whose row shows a question */
   #asked = null;
-  #drawn = "";
 
   /** @override @param {EnrollmentModel} model */
   watch(model) {
@@ -61,9 +60,7 @@ class PeopleKnown extends PagePanel {
     this.#call.disabled = this.#leave.disabled = enrollments.busy;
     write(this.#outcome, enrollments.outcome);
     const { people, chosen } = enrollments.state;
-    const key = JSON.stringify([people, chosen, enrollments.may, this.#asked]);
-    if (key === this.#drawn) return;
-    this.#drawn = key;
+    if (!isNew(this, people, chosen, enrollments.may, this.#asked)) return;
     const held = this.#rows.contains(document.activeElement) ? document.activeElement?.getAttribute("value") : null;
     const anybody = this.#choice(null, chosen === null, t("people-known.anybody"), t("people-known.every_caller"));
     this.#rows.replaceChildren(make("li", anybody), ...people.map((one) => this.#row(one, one.id === chosen)));
@@ -131,7 +128,7 @@ class PeopleKnown extends PagePanel {
   async #choose(id) {
     const done = await this.model.choose(id);
     if (done) return;
-    this.#drawn = ""; // restore the former choice
+    isNew(this); // restore the former choice
     this.draw();
   }
 

@@ -1,7 +1,7 @@
 // Element <quality-list>: stored measurements, newest first.
 
 import { since } from "../calibration/active-calibration.js";
-import { icon, make } from "../ui/element.js";
+import { icon, isNew, make } from "../ui/element.js";
 import { PagePanel } from "../ui/panel.js";
 import { runRow } from "../ui/run-row.js";
 import { t } from "../ui/texts.js";
@@ -12,7 +12,6 @@ import { t } from "../ui/texts.js";
 /** @extends {PagePanel<Runs>} */
 class QualityList extends PagePanel {
   #rows = make("ul.rows");
-  #drawn = "";
 
   /** @override */
   build() {
@@ -25,9 +24,14 @@ class QualityList extends PagePanel {
   draw() {
     const all = this.model.runs ?? [];
     this.hidden = all.length === 0;
-    const key = JSON.stringify([all.map(({ id, state, summary }) => [id, state, summary]), this.model.selected?.id]);
-    if (key === this.#drawn) return;
-    this.#drawn = key;
+    if (
+      !isNew(
+        this,
+        all.map(({ id, state, summary }) => [id, state, summary]),
+        this.model.selected?.id,
+      )
+    )
+      return;
     this.#rows.replaceChildren(...all.map((run) => this.#row(run)));
   }
 

@@ -1,6 +1,6 @@
 // Element <quality-result>: progress and results of one measurement, one row per place.
 
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { timeOfDay } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -42,7 +42,6 @@ class QualityResult extends PagePanel {
     { tabindex: "0", role: "group", "aria-label": t("quality-result.figures") },
     make("table", make("thead", make("tr", ...HEADS.map((name) => make("th", { scope: "col" }, name)))), this.#body),
   );
-  #drawn = "";
 
   /** @override */
   build() {
@@ -93,9 +92,7 @@ class QualityResult extends PagePanel {
     const [judged] = run.rows.filter((row) => row.verdict);
     write(this.#verdict, judged ? `${place(judged)}: ${judged.verdict}` : "");
     this.#verdict.hidden = !judged;
-    const key = JSON.stringify([run.id, run.rows, run.reports, running]);
-    if (key === this.#drawn) return;
-    this.#drawn = key;
+    if (!isNew(this, run.id, run.rows, run.reports, running)) return;
     this.#body.replaceChildren(...run.rows.map((row, index) => line(run, row, index)));
   }
 }

@@ -89,6 +89,20 @@ export function mark(element, name, value) {
   }
 }
 
+/** @type {WeakMap<object, string>} */
+const LATEST = new WeakMap();
+
+/**
+ * Whether these values differ from those of the call before for the same owner, so that it has to be drawn again.
+ * @param {object} owner @param {...unknown} values
+ */
+export function isNew(owner, ...values) {
+  const key = JSON.stringify(values);
+  const differs = LATEST.get(owner) !== key;
+  if (differs) LATEST.set(owner, key);
+  return differs;
+}
+
 /** Do it when the form is sent, instead of sending it. @param {HTMLFormElement} form @param {() => void} act */
 export function onSubmit(form, act) {
   form.addEventListener("submit", (event) => {

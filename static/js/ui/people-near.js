@@ -2,7 +2,7 @@
 
 import { post } from "../net/api.js";
 import * as room from "../net/room-api.js";
-import { icon, make, mark, onSubmit, write } from "./element.js";
+import { icon, isNew, make, mark, onSubmit, write } from "./element.js";
 import { inWords, metres } from "./format.js";
 import { Near } from "./near.js";
 import { t } from "./texts.js";
@@ -29,7 +29,6 @@ export class PeopleNear extends HTMLElement {
   #people = [];
   #askedAt = -Infinity; // [ms]
   #near = new Near();
-  #drawn = "";
   #who = "";
 
   /** @param {Session} session */
@@ -99,9 +98,7 @@ export class PeopleNear extends HTMLElement {
   #tellNear(state, off) {
     const near = this.#near.saw(state);
     this.hidden = near.length === 0;
-    const ids = near.map(({ id }) => id).join("|");
-    if (ids !== this.#drawn) {
-      this.#drawn = ids;
+    if (isNew(this.#row, ...near.map(({ id }) => id))) {
       this.#row.replaceChildren(...near.map((one) => this.#sighting(one)));
     }
     for (const [index, button] of [...this.#row.querySelectorAll("button")].entries()) {
@@ -132,9 +129,7 @@ export class PeopleNear extends HTMLElement {
 
   /** @param {{id: string, where: string}[]} rows @param {boolean} off */
   #draw(rows, off) {
-    const ids = rows.map(({ id }) => id).join("|");
-    if (ids !== this.#drawn) {
-      this.#drawn = ids;
+    if (isNew(this.#row, ...rows.map(({ id }) => id))) {
       this.#row.replaceChildren(...rows.map(({ id }) => this.#person(id)));
       if (!rows.some(({ id }) => id === this.#who)) this.#open("");
     }

@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from console.calibration.microphone_recorder import MicrophoneRecorder
-from console.calibration.microphones import MicrophoneCalibration
+from console.calibration.microphones import MicrophoneCalibration, MicrophoneRecorder
 from console.http.problems import Problem
 from core.errors import Refused
 from core.perception.sound.array_orientation import Clap
@@ -90,7 +89,7 @@ def test_what_was_accepted_is_used_and_stays(tmp_path: Path) -> None:
 
 
 def test_microphones_from_which_nothing_comes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.calibration.microphone_recorder.RECORDING_TIMEOUT_S", 0.0)
+    monkeypatch.setattr("console.calibration.microphones.RECORDING_TIMEOUT_S", 0.0)
 
     async def silent(_: dict[str, Any]) -> dict[str, Any]:
         return {}

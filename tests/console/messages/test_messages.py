@@ -3,20 +3,12 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import msgspec
 import pytest
 
 from console.messages import inbound
 from console.messages import state as messages
-from console.messages.generate_js import socket_types
-
-SCRIPTS = Path(__file__).parents[3] / "static" / "js" / "net"
-
-
-def test_the_browsers_types_are_those_of_python() -> None:
-    assert (SCRIPTS / "messages.d.ts").read_text() == socket_types(), "run: python -m console.messages.generate_js"
 
 
 @pytest.mark.parametrize(

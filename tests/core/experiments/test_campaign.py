@@ -98,7 +98,7 @@ def test_an_interrupted_campaign_keeps_its_runs_and_goes_on_with_those_that_lack
 
 
 def checksum_of(plan: ExperimentPlan) -> str:
-    from core.experiments.run_log import checksum
+    from core.experiments.campaign import checksum
 
     return checksum(plan.batches)
 

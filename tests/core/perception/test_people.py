@@ -12,8 +12,7 @@ from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array
 from core.perception.people.brightness import levelled
-from core.perception.people.detector import Rectangle, find_people
-from core.perception.people.edge_orientation import edge_cells
+from core.perception.people.detector import Rectangle, edge_cells, find_people
 from core.perception.people.enrollment import contour_of, learn, person_image
 from core.perception.people.fusion import Ray, along, fuse
 from core.perception.people.legs import find_standers

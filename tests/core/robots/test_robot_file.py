@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from console.reference import robot_file_page
 from core.errors import BadInput
 from core.geometry import Pose
 from core.optics import TABLE_3
@@ -18,6 +17,7 @@ from core.robots.device import Base, Equipment
 from core.robots.live import LiveRobot
 from core.robots.robot_file import RobotFile, load_robot_file, profile_of
 from core.sensors import Camera, Laser
+from tests.reference.pages import robot_file_page
 
 DRIVER = """
 import threading
