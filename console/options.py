@@ -1,11 +1,14 @@
 """The options of `beckon run`, and whether they can be followed."""
 
+from __future__ import annotations
+
+import argparse
 import contextlib
 import ipaddress
 import socket
 import ssl
-from collections.abc import Generator
-from dataclasses import dataclass
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 from console.access.guard import HOST_NAME
@@ -28,7 +31,7 @@ class Options:
 
     robot: str = "sim:lab"
     host: str = "127.0.0.1"
-    allow_hosts: tuple[str, ...] = ()  # further names that the console answers to
+    allow_hosts: Sequence[str] = ()  # further names that the console answers to
     port: int = 8420  # 0: any free one
     no_auth: bool = False
     seed: int = 0
@@ -40,7 +43,7 @@ class Options:
     log_json: bool = False  # a JSON object a line, on the terminal too
     tls_cert: Path | None = None  # PEM; with it and its key it is HTTPS, which microphones of phones want
     tls_key: Path | None = None
-    connect: tuple[str, ...] = ()  # what operators may connect to
+    connect: Sequence[str] = ()  # what operators may connect to
     token_file: Path | None = None  # holds the operator's key; None: a new one with every start
     text_files: Path | None = None  # the folder of speech.txt and source.txt
     precedence: bool = False  # run before other programs with a simulated robot, too
@@ -50,6 +53,11 @@ class Options:
     fleet: str = ""  # tls/HOST:PORT of the fleet to join; "": none
     fleet_name: str = ""  # of the robot in it
     fleet_cert: Path | None = None  # folder of its certificate; None: in the data folder
+
+    @classmethod
+    def of(cls, chosen: argparse.Namespace) -> Options:
+        """The options as the command line has them; what it does not ask for stays as it is."""
+        return cls(**{one.name: getattr(chosen, one.name) for one in fields(cls) if one.name in chosen})
 
 
 def check(options: Options) -> None:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
 from console.access.open_sockets import OpenSockets
@@ -169,20 +170,9 @@ def slam(snapshot: Snapshot, step_ms: float | None) -> messages.SlamState:
     """How the filter fares; without a time of its own, how long the step took that had most to see."""
     health = snapshot.slam
     error_m, error_rad, squared = accuracy(snapshot.estimate, snapshot.truth)
-    return messages.SlamState(
-        mode=health.mode,
-        updates=health.updates,
-        nis=health.nis,
-        nis_band=faded_band(NIS_FADE),
-        nees=squared,
-        error_m=error_m,
-        error_rad=error_rad,
-        matched=health.matched,
-        ignored=health.ignored,
-        tentative=health.tentative,
-        update_ms=step_ms if health.update_ms is None else health.update_ms,
-        looking_around=health.looking_around,
-    )
+    update_ms = step_ms if health.update_ms is None else health.update_ms
+    own = {"nees": squared, "error_m": error_m, "error_rad": error_rad, "update_ms": update_ms}
+    return msgspec.convert({**vars(health), "nis_band": faded_band(NIS_FADE), **own}, messages.SlamState)
 
 
 def notice_line(notice: Notice) -> messages.NoticeLine:
@@ -193,18 +183,7 @@ def notice_line(notice: Notice) -> messages.NoticeLine:
 
 def command(status: ActiveCommandStatus) -> messages.CommandState:
     """A command and how it goes."""
-    return messages.CommandState(
-        id=status.id,
-        name=status.name,
-        numbers=dict(status.numbers),
-        heard_as=status.heard_as,
-        source=status.source,
-        who=status.who,
-        state=status.state,
-        remark=status.remark,
-        progress=status.progress,
-        **code_of(status.remark)._asdict(),
-    )
+    return msgspec.convert({**vars(status), **code_of(status.remark)._asdict()}, messages.CommandState)
 
 
 def route(run: RouteRun | None) -> messages.RouteUnderWay | None:

@@ -165,38 +165,11 @@ def pointed(azimuth: float, snapshot: Snapshot | None) -> VoiceBearing:
 
 def row_of(kind: CommandSpec) -> VocabularyRow:
     """One row of Table 2."""
-    numbers = [
-        ParameterRow(number.name, number.says, number.unit, number.low, number.high, number.default)
-        for number in kind.numbers
-    ]
-    return VocabularyRow(
-        name=kind.name,
-        words=kind.words,
-        example=kind.example,
-        summary=kind.summary,
-        icon=kind.icon,
-        target=kind.target,
-        endless=kind.endless,
-        numbers=numbers,
-    )
+    return msgspec.convert(kind, VocabularyRow, from_attributes=True)
 
 
 def entry_row(entry: HistoryEntry) -> HistoryRow:
     """A row of the history."""
-    return HistoryRow(
-        id=entry.id,
-        what=entry.what,
-        words=entry.words,
-        name=entry.name,
-        numbers=entry.numbers,
-        heard_as=entry.heard_as,
-        source=entry.source,
-        who=entry.who,
-        role=entry.role,
-        state=entry.state,
-        remark=entry.remark,
-        at_s=entry.wall,
-        ended_s=entry.ended,
-        duration_s=None if entry.ended is None else round(entry.ended - entry.wall, 3),
-        **code_of(entry.remark)._asdict(),
-    )
+    duration = None if entry.ended is None else round(entry.ended - entry.wall, 3)
+    times = {"at_s": entry.wall, "ended_s": entry.ended, "duration_s": duration}
+    return msgspec.convert({**vars(entry), **times, **code_of(entry.remark)._asdict()}, HistoryRow)

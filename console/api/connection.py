@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
-from typing import Annotated, cast
+from typing import Annotated, TypeVar, cast
 
 import msgspec
 from msgspec import structs
@@ -22,6 +22,8 @@ from core.robots.connection import FoundRobot
 from core.robots.requests import SentSpeeds, SpeedsType
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile, converted
 from core.robots.robot_file_text import ChosenRole, TopicChoice
+
+Table = TypeVar("Table", LaserTable, CameraTable, MicrophonesTable)
 
 connection = router("connection", 409, 503, 507)
 RobotConnection = Annotated[ConnectionService, part(ConnectionService)]
@@ -238,37 +240,10 @@ def confirmed(file: RobotFile, asked: RobotFileRequest) -> RobotFile:
         "max_turn_rate": asked.max_turn_rate_rad_s,
     }
     given = {key: value for key, value in figures.items() if value is not None}
-    lasers = {
-        name: structs.replace(
-            file.lasers.get(name, LaserTable()),
-            x=place.x_m,
-            y=place.y_m,
-            heading_deg=degrees(place.heading_rad),
-            height=place.height_m,
-            time_offset=place.time_offset_s,
-        )
-        for name, place in asked.lasers.items()
-    }
-    cameras = {
-        name: structs.replace(
-            file.cameras.get(name, CameraTable()),
-            x=place.x_m,
-            y=place.y_m,
-            z=place.z_m,
-            yaw_deg=degrees(place.yaw_rad),
-            pitch_deg=degrees(place.pitch_rad),
-            roll_deg=degrees(place.roll_rad),
-        )
-        for name, place in asked.cameras.items()
-    }
+    lasers = {name: placed(file.lasers.get(name, LaserTable()), place) for name, place in asked.lasers.items()}
+    cameras = {name: placed(file.cameras.get(name, CameraTable()), place) for name, place in asked.cameras.items()}
     microphones = {
-        name: structs.replace(
-            file.microphones.get(name, MicrophonesTable()),
-            x=place.x_m,
-            y=place.y_m,
-            heading_deg=degrees(place.heading_rad),
-            height=place.height_m,
-        )
+        name: placed(file.microphones.get(name, MicrophonesTable()), place)
         for name, place in asked.microphones.items()
     }
     whole = structs.replace(
@@ -280,6 +255,15 @@ def confirmed(file: RobotFile, asked: RobotFileRequest) -> RobotFile:
         **given,
     )
     return converted(cast(Mapping[str, object], msgspec.to_builtins(whole)), RobotFile, "The robot file")
+
+
+def placed(table: Table, place: RequestBody) -> Table:
+    """A sensor's table of a robot file at this place: entries without units, angles in degrees."""
+    entries: dict[str, float | None] = {}
+    for key, value in place:
+        name, _, unit = key.rpartition("_")
+        entries |= {f"{name}_deg": degrees(value)} if unit == "rad" else {name: value}
+    return structs.replace(table, **entries)
 
 
 def degrees(angle: float) -> float:

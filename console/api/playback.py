@@ -59,16 +59,8 @@ class PlaybackDescription(msgspec.Struct, frozen=True):
 async def state(player: Playback) -> PlaybackDescription:
     """Return where a recording is, and its marks: commands, speech, contacts, trips, gaps. 404 where none plays."""
     now, marks = await player.read()
-    return PlaybackDescription(
-        t_s=now.position_s,
-        duration_s=now.duration_s,
-        playing=now.playing,
-        speed=now.speed,
-        way=now.way,
-        compare=now.compare,
-        ways=now.ways,
-        computed_since_s=now.computed_since_s,
-        marks=marks,
+    return msgspec.convert(
+        {**msgspec.structs.asdict(now), "t_s": now.position_s, "marks": marks}, PlaybackDescription
     )
 
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from console.access.roles import needs
 from console.api import RequestBody, Who, part, problems, router
 from console.http.problems import Problem
-from console.maps.marks import RouteMark, RouteStop, StopAction
+from console.maps.marks import RouteMark
 from console.maps.routes import MAX_SAID_LETTERS, MAX_STOPS, MAX_WAIT_S, RouteRun, RouteService, RouteState
 from console.maps.store import MAX_NAME_LETTERS as MAX_ROUTE_LETTERS
 from core.sentences import Statement
@@ -57,30 +57,10 @@ class StartRequest(RequestBody):
     unattended: bool = False
 
 
-class StopRow(msgspec.Struct, frozen=True):
-    """A stop of a route."""
-
-    place: str
-    wait_s: float
-    action: StopAction | None
-    text: str = ""
-
-
-class RouteRow(msgspec.Struct, frozen=True):
-    """A route of the map."""
-
-    name: str
-    stops: list[StopRow]
-    loop: bool
-    begins: str = ""
-    ends: str = ""
-    every_min: float = 0.0
-
-
 class RouteList(msgspec.Struct, frozen=True):
     """All routes of the map in use."""
 
-    routes: list[RouteRow]
+    routes: tuple[RouteMark, ...]
 
 
 class RouteProgress(msgspec.Struct, frozen=True):
@@ -95,12 +75,6 @@ class RouteProgress(msgspec.Struct, frozen=True):
     place: str = ""
     owner: str = ""
     skipped: int = 0
-
-
-def row_of(route: RouteMark) -> RouteRow:
-    """A route as it is kept."""
-    stops = [StopRow(one.place, one.wait_s, one.action, one.text) for one in route.stops]
-    return RouteRow(route.name, stops, route.loop, route.begins, route.ends, route.every_min)
 
 
 def progress_of(run: RouteRun | None) -> RouteProgress:
@@ -124,16 +98,14 @@ def progress_of(run: RouteRun | None) -> RouteProgress:
 @needs("viewer")
 async def listed(service: Routes) -> RouteList:
     """The routes of the map in use."""
-    return RouteList([row_of(one) for one in service.routes])
+    return RouteList(service.routes)
 
 
 @routes.post("/routes", responses=problems(404), status_code=201)
 @needs("operator")
-async def add(asked: RouteRequest, service: Routes, who: Who) -> RouteRow:
+async def add(asked: RouteRequest, service: Routes, who: Who) -> RouteMark:
     """Keep a route. A stop without a place of that name is refused."""
-    stops = tuple(RouteStop(one.place, one.wait_s, one.action, one.text) for one in asked.stops)
-    route = RouteMark(asked.name, stops, asked.loop, asked.begins, asked.ends, asked.every_min)
-    return row_of(await service.add(route, who, replace=asked.replace))
+    return await service.add(msgspec.convert(asked, RouteMark, from_attributes=True), who, replace=asked.replace)
 
 
 @routes.delete("/routes/{name}", status_code=204)

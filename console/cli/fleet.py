@@ -22,6 +22,7 @@ def add(places: Any) -> None:
     parser.add_argument("--host", default="127.0.0.1", help="address of the page (default 127.0.0.1)")
     parser.add_argument(
         "--allow-host",
+        dest="allow_hosts",
         action="append",
         default=[],
         metavar="NAME",
@@ -29,7 +30,7 @@ def add(places: Any) -> None:
     )
     parser.add_argument("--tls-cert", type=Path, metavar="CERT.pem", help="speak HTTPS with this")
     parser.add_argument("--tls-key", type=Path, metavar="KEY.pem", help="the key of the certificate")
-    parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
+    parser.add_argument("--no-browser", dest="open_browser", action="store_false", help="do not open a browser")
     add_data(parser)
     parser.set_defaults(run=run)
     doings = parser.add_subparsers(dest="doing", metavar="DOING")
@@ -62,16 +63,7 @@ def run(chosen: argparse.Namespace) -> int:
     from console.fleet_server.serve import FleetOptions, serve_fleet
     from console.options import Options
 
-    web = Options(
-        host=chosen.host,
-        allow_hosts=tuple(chosen.allow_host),
-        port=chosen.port,
-        data=chosen.data,
-        open_browser=not chosen.no_browser,
-        tls_cert=chosen.tls_cert,
-        tls_key=chosen.tls_key,
-    )
-    serve_fleet(FleetOptions(web, chosen.listen))
+    serve_fleet(FleetOptions(Options.of(chosen), chosen.listen))
     return 0
 
 

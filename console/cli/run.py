@@ -19,6 +19,7 @@ def add(places: Any) -> None:
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
     parser.add_argument(
         "--allow-host",
+        dest="allow_hosts",
         action="append",
         default=[],
         metavar="NAME",
@@ -27,7 +28,7 @@ def add(places: Any) -> None:
     parser.add_argument("--tls-cert", type=Path, metavar="CERT.pem", help="speak HTTPS with this")
     parser.add_argument("--tls-key", type=Path, metavar="KEY.pem", help="the key of the certificate")
     parser.add_argument("--port", type=int, default=8420, help="0 takes any free port (default 8420)")
-    parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
+    parser.add_argument("--no-browser", dest="open_browser", action="store_false", help="do not open a browser")
     parser.add_argument(
         "--no-auth", action="store_true", help="nobody has to sign in; on 127.0.0.1 with the simulator only"
     )
@@ -74,7 +75,13 @@ def add(places: Any) -> None:
         help="serve the topics of a recording live to Foxglove and Lichtblick on this computer, to look at only",
     )
     parser.add_argument("--fleet", default="", metavar="tls/HOST:PORT", help="join the fleet that listens there")
-    parser.add_argument("--name", default="", help="of the robot in the fleet, as in its certificate")
+    parser.add_argument(
+        "--name",
+        dest="fleet_name",
+        default="",
+        metavar="NAME",
+        help="of the robot in the fleet, as in its certificate",
+    )
     parser.add_argument(
         "--fleet-cert",
         type=Path,
@@ -93,31 +100,5 @@ def run(chosen: argparse.Namespace) -> int:
     from console.options import Options
     from console.serve import serve  # takes part of a second to import: only here
 
-    serve(
-        Options(
-            robot=chosen.robot,
-            host=chosen.host,
-            allow_hosts=tuple(chosen.allow_host),
-            port=chosen.port,
-            no_auth=chosen.no_auth,
-            seed=chosen.seed,
-            data=chosen.data,
-            gate_trace=chosen.gate_trace,
-            log_json=chosen.log_json,
-            settings=chosen.settings,
-            open_browser=not chosen.no_browser,
-            tls_cert=chosen.tls_cert,
-            tls_key=chosen.tls_key,
-            token_file=chosen.token_file,
-            connect=tuple(chosen.connect),
-            text_files=chosen.text_files,
-            nobody=chosen.nobody,
-            precedence=chosen.precedence,
-            write_text_files=chosen.write_text_files,
-            foxglove=chosen.foxglove,
-            fleet=chosen.fleet,
-            fleet_name=chosen.name,
-            fleet_cert=chosen.fleet_cert,
-        )
-    )
+    serve(Options.of(chosen))
     return 0

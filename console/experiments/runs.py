@@ -164,23 +164,8 @@ class ExperimentRun(StoredRun, kw_only=True):
     @property
     def shown(self) -> ExperimentRunState:
         """Everything as it is now."""
-        return ExperimentRunState(
-            id=self.id,
-            experiment=self.entry.name,
-            title=self.entry.title,
-            who=self.who,
-            at_s=self.at_s,
-            runs=self.runs,
-            seed=self.seed,
-            state=self.state,
-            doing=self.doing,
-            reason=self.reason,
-            progress=self.progress,
-            took_s=self.elapsed_s,
-            compared=self.compared,
-            text=self.text,
-            files=self.files,
-        )
+        of = {"experiment": self.entry.name, "title": self.entry.title, "took_s": self.elapsed_s}
+        return msgspec.convert({**msgspec.structs.asdict(self), **of}, ExperimentRunState)
 
 
 class ExperimentRuns(RunStore[ExperimentRun]):

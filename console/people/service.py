@@ -137,14 +137,7 @@ class EnrollmentService(Part):
     def shown(self) -> PeopleState:
         """Everything that the page shows."""
         rows = [
-            KnownPerson(
-                id=one.id,
-                name=one.name,
-                learnt_s=one.learnt_s,
-                by=one.by,
-                pictures=one.pictures,
-                colours=middle_colours(one.who.looks),
-            )
+            msgspec.convert({**msgspec.structs.asdict(one), "colours": middle_colours(one.who.looks)}, KnownPerson)
             for one in sorted(self.people.values(), key=lambda card: card.name.casefold())
         ]
         profile = self._robot.profile

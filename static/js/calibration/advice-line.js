@@ -9,7 +9,7 @@ import { mirrored as inMirror } from "./words.js";
 export class AdviceLine extends HTMLElement {
   #words = make("p.advice-words");
   #skip = make("button.button.plain", icon("again"), make("span", t("advice-line.another")));
-  #amend = make("button.button.primary");
+  #amend = make("button.button.primary", { onclick: () => this.#counts && this.amend(this.#counts) });
   /** @type {{columns: number, rows: number} | null} */
   #counts = null;
   #of = ""; // session
@@ -23,7 +23,6 @@ export class AdviceLine extends HTMLElement {
     this.#skip.title = t("advice-line.suggest_another_view");
     this.#skip.addEventListener("click", () => this.skip());
     this.append(make("span.advice-sign", icon("ghost")), this.#words, this.#amend, this.#skip);
-    this.#amend.addEventListener("click", () => this.#counts && this.amend(this.#counts));
     this.#amend.hidden = true;
   }
 

@@ -20,9 +20,13 @@ class CalibrationReview extends WizardStep {
   #title = make("h2.heading.review-title", { tabindex: "-1" });
   #words = make("p.review-words");
   #accept = make("button.button.primary.large", t("calibration-review.use_this_calibration"));
-  #force = make("button.button", t("calibration-review.use_it_anyway"));
+  #force = make("button.button", { onclick: () => void this.#use(true) }, t("calibration-review.use_it_anyway"));
   #more = make("button.button", t("calibration-review.take_more_views"));
-  #again = make("button.button", t("calibration-review.solve_again"));
+  #again = make(
+    "button.button",
+    { onclick: () => void this.model.request(api.solve) },
+    t("calibration-review.solve_again"),
+  );
   #undo = make("button.button", t("calibration-review.take_the_former_one_back"));
   #next = make("a.button.primary.large", { href: "#new=laser" }, t("calibration-review.now_the_laser"));
   #says = make("p.review-says", { role: "alert" });
@@ -56,8 +60,6 @@ class CalibrationReview extends WizardStep {
     );
     const { model } = this;
     this.#accept.addEventListener("click", () => void this.#use(false));
-    this.#force.addEventListener("click", () => void this.#use(true));
-    this.#again.addEventListener("click", () => void model.request(api.solve));
     this.#more.addEventListener(
       "click",
       () => model.calibration && model.go({ at: "capture", id: model.calibration.id }),

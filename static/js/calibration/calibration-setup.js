@@ -107,7 +107,7 @@ class CalibrationSetup extends WizardStep {
     );
     const form = make(
       "form.setup",
-      { novalidate: true },
+      { novalidate: true, oninput: () => this.#show() },
       make("div.setup-head", this.#title, this.#plan, this.#against),
       this.#where,
       board,
@@ -115,7 +115,6 @@ class CalibrationSetup extends WizardStep {
     );
     this.append(form);
     this.#remembered();
-    form.addEventListener("input", () => this.#show());
     onSubmit(form, () => void this.#start());
   }
 

@@ -40,16 +40,14 @@ export class CornerMarker extends HTMLElement {
   connectedCallback() {
     if (this.children.length) return;
     this.hidden = true;
-    const use = make("button.button.primary", t("corner-marker.use_these_corners"));
-    const leave = make("button.button", t("corner-marker.cancel"));
+    const use = make("button.button.primary", { onclick: () => this.#send() }, t("corner-marker.use_these_corners"));
+    const leave = make("button.button", { onclick: () => (this.hidden = true) }, t("corner-marker.cancel"));
     this.#lines.append(...this.#handles);
     this.append(
       make("div.marker-stage", this.#canvas, this.#lines),
       make("p.marker-words", t("corner-marker.drag_the_four_corners")),
       make("div.marker-actions", use, leave),
     );
-    use.addEventListener("click", () => this.#send());
-    leave.addEventListener("click", () => (this.hidden = true));
     for (const [index, handle] of this.#handles.entries()) this.#listen(handle, index);
   }
 

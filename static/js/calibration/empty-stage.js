@@ -4,14 +4,13 @@ import { make, write } from "../ui/element.js";
 
 export class EmptyStage extends HTMLElement {
   #words = make("p");
-  #button = make("button.button.primary.large");
+  #button = make("button.button.primary.large", { onclick: () => this.pressed() });
   /** @type {() => void} */
   pressed = () => undefined;
 
   connectedCallback() {
     if (this.children.length) return;
     this.append(this.#words, this.#button);
-    this.#button.addEventListener("click", () => this.pressed());
   }
 
   /**

@@ -22,12 +22,12 @@ class ConnectFile extends PagePanel {
   #write = make("button.button.primary.large", { type: "submit" }, icon("save"), this.#writeWords);
   #why = make("p.note", { role: "status" });
   #question = make("p");
-  #replace = make("button.button.primary", t("connect-file.replace_it"));
+  #replace = make("button.button.primary", { onclick: () => void this.#send(true) }, t("connect-file.replace_it"));
   #keep = make("button.button", t("connect-file.keep_it"));
   #asks = make("div.row.connect-asks", { hidden: true }, this.#question, this.#replace, this.#keep);
   #command = make("code.connect-command", { tabindex: "0" });
   #copyWords = make("span", t("connect-file.copy"));
-  #copy = make("button.button", this.#copyWords);
+  #copy = make("button.button", { onclick: () => void this.#take() }, this.#copyWords);
   #path = make("p");
   #text = make("pre.connect-text", { tabindex: "0" });
   #done = make(
@@ -62,12 +62,10 @@ class ConnectFile extends PagePanel {
     );
     onSubmit(this.#form, () => this.#begin());
     this.#name.addEventListener("input", () => this.draw());
-    this.#replace.addEventListener("click", () => void this.#send(true));
     this.#keep.addEventListener("click", () => {
       this.#asks.hidden = true;
       this.#name.focus();
     });
-    this.#copy.addEventListener("click", () => void this.#take());
     this.draw();
   }
 

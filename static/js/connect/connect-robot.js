@@ -45,13 +45,13 @@ class ConnectRobot extends PagePanel {
   #others = make("div.connect-others", { role: "group", "aria-label": t("connect-robot.open_instead") });
   #back = make("button.button.plain", icon("undo"), t("connect-robot.back_to_this_console_s_robot"));
   #status = make("p.note.connect-status", { role: "status" });
-  #ask = make("button.button", t("connect-robot.ask_for_control"));
-  #take = make("button.button", t("connect-robot.take_over"));
+  #ask = make("button.button", { onclick: () => void this.session.lease("ask") }, t("connect-robot.ask_for_control"));
+  #take = make("button.button", { onclick: () => void this.session.lease("take") }, t("connect-robot.take_over"));
   #driving = make("p", { role: "status" });
   #control = make("div.connect-question", this.#driving, this.#ask, this.#take);
   #question = make("div.connect-question", { role: "group", hidden: true });
   #guide = make("a.link", t("connect-robot.how_to"));
-  #find = make("button.button", icon("antenna"), t("connect-robot.find"));
+  #find = make("button.button", { onclick: () => void this.model.find() }, icon("antenna"), t("connect-robot.find"));
   #answers = make("div.connect-others", { role: "status", hidden: true });
   #samples = make("div.connect-others", { role: "group", "aria-label": t("connect-robot.samples") });
   /** @type {import("../net/rest.js").FoundAddresses | null} that are drawn */
@@ -74,8 +74,6 @@ class ConnectRobot extends PagePanel {
       if (url) isOpened(url) ? this.#request(url) : void this.model.look(url);
     });
     this.#url.addEventListener("input", () => this.draw());
-    this.#ask.addEventListener("click", () => void this.session.lease("ask"));
-    this.#take.addEventListener("click", () => void this.session.lease("take"));
     this.#back.addEventListener("click", () => void this.model.back());
     for (const [kind, , begins] of KINDS)
       this.#tiles.get(kind)?.addEventListener("click", () => {
@@ -86,7 +84,6 @@ class ConnectRobot extends PagePanel {
       });
     this.#choose.addEventListener("click", () => this.#file.click());
     this.#file.addEventListener("change", () => void this.#takeIn(this.#file.files?.[0]));
-    this.#find.addEventListener("click", () => void this.model.find());
     this.#samples.append(
       make("p.note", t("connect-robot.samples_say")),
       ...SAMPLES.map((sample) => {
@@ -195,8 +192,7 @@ class ConnectRobot extends PagePanel {
     const { urls = [], looked_at: places = [] } = answers ?? {};
     const says = urls.length ? "connect-robot.these_answer" : "connect-robot.nobody_answers";
     const buttons = urls.map((url) => {
-      const button = make("button.button", icon("eye"), url);
-      button.addEventListener("click", () => void this.model.look(url));
+      const button = make("button.button", { onclick: () => void this.model.look(url) }, icon("eye"), url);
       return button;
     });
     this.#answers.replaceChildren(make("p.note", t(says, { places: places.join(", ") })), ...buttons);
@@ -213,9 +209,8 @@ class ConnectRobot extends PagePanel {
     }
     mark(this.#guide, "href", `help#how-to/${GUIDES[this.#kind] ?? "connect-a-ros-robot"}.md`);
     const buttons = urls.map((url) => {
-      const button = make("button.button.plain", icon("play"), url);
+      const button = make("button.button.plain", { onclick: () => this.#request(url) }, icon("play"), url);
       button.disabled = disabled;
-      button.addEventListener("click", () => this.#request(url));
       return button;
     });
     this.#others.hidden = urls.length === 0;

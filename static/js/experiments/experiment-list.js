@@ -16,7 +16,7 @@ const SKELETONS = 4; // rows without words, until the experiments were read
 class ExperimentList extends PagePanel {
   #list = make("tbody");
   #status = make("p.note", { role: "status" }, t("experiment-list.reading_what_experiments_there_are"));
-  #short = make("button.button.primary", { hidden: true });
+  #short = make("button.button.primary", { hidden: true, onclick: () => void this.model.beginShort() });
   /** @type {Map<string, {button: HTMLButtonElement, last: HTMLElement}>} */
   #starts = new Map();
 
@@ -36,7 +36,6 @@ class ExperimentList extends PagePanel {
     );
     const head = make("div.row.experiment-head", this.#status, this.#short);
     this.append(head, make("section.card.experiment-table", table));
-    this.#short.addEventListener("click", () => void this.model.beginShort());
     this.#list.replaceChildren(...Array.from({ length: SKELETONS }, skeleton));
   }
 

@@ -61,7 +61,7 @@ class SharedMap {
   #head = make("h2");
   #canvas = make("canvas.fleet-floor", { role: "img" });
   #spots = make("div.fleet-spots");
-  #share = make("button.button", { type: "button" }, t("fleet.share"));
+  #share = make("button.button", { type: "button", onclick: () => void this.#carry() }, t("fleet.share"));
   #says = make("p", { role: "status" });
   #foot = make("div.fleet-map-foot", this.#share, this.#says);
   element = make("section.card.fleet-map", this.#head, this.#canvas, this.#spots, this.#foot);
@@ -72,10 +72,6 @@ class SharedMap {
   #askedAt = -Infinity;
   /** @type {Map<string, HTMLAnchorElement>} the names beside the robots, by these */
   #spotOf = new Map();
-
-  constructor() {
-    this.#share.addEventListener("click", () => void this.#carry());
-  }
 
   /** What people marked at one of these robots, for the others too. */
   async #carry() {

@@ -868,7 +868,17 @@ export interface RoomUtterance {
 
 /** All routes of the map in use. */
 export interface RouteList {
-  routes: RouteRow[];
+  routes: RouteMark[];
+}
+
+/** Places in the order in which they are driven to. */
+export interface RouteMark {
+  name: string;
+  stops: RouteStop[];
+  loop: boolean;
+  begins: string;
+  ends: string;
+  every_min: number;
 }
 
 /** The route under way, or the last one. */
@@ -884,14 +894,12 @@ export interface RouteProgress {
   skipped: number;
 }
 
-/** A route of the map. */
-export interface RouteRow {
-  name: string;
-  stops: StopRow[];
-  loop: boolean;
-  begins: string;
-  ends: string;
-  every_min: number;
+/** A stop of a route. */
+export interface RouteStop {
+  place: string;
+  wait_s: number;
+  action: "wait_for_continue" | "come_here" | "say" | "take_a_picture" | "record" | null;
+  text: string;
 }
 
 /** All saved maps, the newest first, and the name of the one that the robot goes on in. */
@@ -1012,14 +1020,6 @@ export interface StartedRecording {
 export interface SteeredPlayback {
   done: "play" | "pause" | "seek" | "speed" | "way" | "export";
   recording: FinishedRecording | null;
-}
-
-/** A stop of a route. */
-export interface StopRow {
-  place: string;
-  wait_s: number;
-  action: "wait_for_continue" | "come_here" | "say" | "take_a_picture" | "record" | null;
-  text: string;
 }
 
 /** The robot stands. */

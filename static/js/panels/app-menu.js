@@ -32,7 +32,7 @@ class AppMenu extends Panel {
   );
   #language = make(
     "select.field-box",
-    { id: "language" },
+    { id: "language", onchange: () => chooseLanguage(this.#language.value) },
     ...Object.entries(LANGUAGES).map(([value, name]) => make("option", { value, lang: value }, name)),
   );
   #languageRow = make(
@@ -72,7 +72,6 @@ class AppMenu extends Panel {
     mark(this.#halt, "data-tone", "fault");
     const { close } = popover(this.#button, this.#panel);
     this.#language.value = language;
-    this.#language.addEventListener("change", () => chooseLanguage(this.#language.value));
     this.#single.checked = remembered("single-keys", "on") === "on";
     this.#single.addEventListener("keydown", (event) => event.key === "Enter" && this.#single.click()); // Space stops
     this.#single.addEventListener("change", () => {

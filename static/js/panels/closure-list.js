@@ -19,7 +19,7 @@ export class ClosureList extends HTMLElement {
   #list = make("ol.closures", { "aria-label": t("closure-list.closures_newest_first") });
   #count = make("span.note");
   #empty = make("p.note.closures-empty", t("closure-list.none_yet_a_closure_corrects_the"));
-  #all = make("button.button.wide", { hidden: true });
+  #all = make("button.button.wide", { hidden: true, onclick: () => void this.#fetch() });
   /** @type {Map<number, Line>} */
   #lines = new Map();
   /** @type {Session | null} */
@@ -36,7 +36,6 @@ export class ClosureList extends HTMLElement {
       this.#list,
       this.#all,
     );
-    this.#all.addEventListener("click", () => void this.#fetch());
   }
 
   /**

@@ -72,7 +72,7 @@ export class CoachMarks extends Panel {
   #title = make("h2.card-title");
   #text = make("p");
   #count = make("span.note");
-  #next = make("button.button.coach-next", t("coach-marks.skip"));
+  #next = make("button.button.coach-next", { onclick: () => this.#go(this.#step + 1) }, t("coach-marks.skip"));
   #tour = make("button.button.coach-tour", t("coach-marks.watch_the_tour"));
   #shut = make("button.icon-button.small", { "aria-label": t("coach-marks.close_the_hints") }, icon("close"));
   #card = make(
@@ -91,7 +91,6 @@ export class CoachMarks extends Panel {
   /** @override */
   build() {
     this.append(this.#card);
-    this.#next.addEventListener("click", () => this.#go(this.#step + 1));
     this.#tour.addEventListener("click", () => {
       this.#end();
       dispatchEvent(new CustomEvent("show-tour"));

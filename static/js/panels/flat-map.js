@@ -77,7 +77,7 @@ class FlatMap extends Panel {
   #namer = tool("pin", t("flat-map.name_a_place"));
   #zoner = tool("zone", t("flat-map.draw_a_zone"));
   #zoneWords = make("span");
-  #zoneDone = make("button.button.primary", t("flat-map.done"));
+  #zoneDone = make("button.button.primary", { onclick: () => this.#closeZone() }, t("flat-map.done"));
   #zoneBack = make("button.button", t("flat-map.last_corner_away"));
   #zoneLeave = make("button.button", t("place-view.cancel"));
   #zoneBar = make(
@@ -161,7 +161,6 @@ class FlatMap extends Panel {
       this.#corners = null;
       this.#draw();
     });
-    this.#zoneDone.addEventListener("click", () => this.#closeZone());
     this.#measure.addEventListener("click", () => {
       [this.#measures, this.#names, this.#corners] = [!this.#measures, false, null];
       this.#measured = [];

@@ -24,7 +24,7 @@ class HearingCard extends Panel {
     { "aria-pressed": "false", title: t("hearing-card.execute_commands_of_voices_in_the") },
     t("hearing-card.obey"),
   );
-  #check = make("button", CHECK);
+  #check = make("button", { onclick: () => void this.#examine() }, CHECK);
   #faults = make("ul.faults", { role: "status", hidden: true });
   #measure = make("a", { href: "hearing" }, t("hearing-card.how_well_does_it_hear_you"));
   #lines = make("ol.transcripts", { "aria-label": t("hearing-card.what_was_heard") });
@@ -49,7 +49,6 @@ class HearingCard extends Panel {
       make("div.hearing-foot", this.#check, this.#measure),
       this.#faults,
     );
-    this.#check.addEventListener("click", () => void this.#examine());
     this.#obey.addEventListener("click", () => void this.#takeOn());
     this.#listen.addEventListener("click", () => void this.#toggle());
     this.session.on("transcript", (transcript) => this.#add(transcript));

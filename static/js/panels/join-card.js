@@ -13,7 +13,7 @@ import { TroubleLine } from "../ui/trouble-line.js";
 class JoinCard extends Panel {
   #older = make("select.field-box", { "aria-label": t("join-card.older_map") });
   #newer = make("select.field-box", { "aria-label": t("join-card.newer_map") });
-  #look = make("button.button", t("join-card.match"));
+  #look = make("button.button", { onclick: () => void this.#try(() => this.#show()) }, t("join-card.match"));
   #trouble = new TroubleLine();
   #words = make("p", { role: "status" });
   #picture = make("img.join-picture", { alt: t("join-card.both_maps_over_each_other") });
@@ -25,7 +25,7 @@ class JoinCard extends Panel {
     "aria-label": t("join-card.name_of_the_joined_map"),
   });
   #join = make("button.button.primary", { type: "submit" }, t("join-card.join"));
-  #leave = make("button.button", t("map-card.leave_it"));
+  #leave = make("button.button", { onclick: () => (this.#question.hidden = true) }, t("map-card.leave_it"));
   #question = make("form.join-question", { hidden: true });
   #revision = -1;
   #match = "";
@@ -38,8 +38,6 @@ class JoinCard extends Panel {
     const about = make("p.note", t("join-card.two_maps_of_one_building"));
     this.append(make("h3", t("join-card.join_two_maps")), about, row, this.#trouble.element, this.#question);
     this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
-    this.#leave.addEventListener("click", () => (this.#question.hidden = true));
-    this.#look.addEventListener("click", () => void this.#try(() => this.#show()));
     this.#question.addEventListener("submit", (event) => {
       event.preventDefault();
       void this.#try(async () => {

@@ -54,8 +54,8 @@ class MapEditor extends Panel {
   /** @type {Map<Tool, HTMLButtonElement>} */
   #tools = new Map();
   #brush = make("select.field-box.map-edit-brush", { "aria-label": t("map-editor.width_of_the_brush") });
-  #undo = make("button.button", t("map-editor.undo"));
-  #redo = make("button.button", t("map-editor.redo"));
+  #undo = make("button.button", { onclick: () => void this.#try(() => api.takeBack("undo")) }, t("map-editor.undo"));
+  #redo = make("button.button", { onclick: () => void this.#try(() => api.takeBack("redo")) }, t("map-editor.redo"));
   #degrees = make("input.field-box.place-degrees", {
     type: "number",
     min: "-180",
@@ -73,7 +73,7 @@ class MapEditor extends Panel {
     "aria-label": t("map-editor.name_of_the_room"),
   });
   #done = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));
-  #cancel = make("button.button", t("place-view.cancel"));
+  #cancel = make("button.button", { onclick: () => this.#take(this.#tool) }, t("place-view.cancel"));
   #room = make("form.row.map-edit-row", { hidden: true }, this.#name, this.#cancel, this.#done);
   #list = make("ol.places.map-edit-list", { reversed: true, "aria-label": t("map-editor.edits") });
   #bar = make("div.row.map-edit-row", { role: "toolbar", "aria-label": t("map-editor.edit_the_map") });
@@ -98,8 +98,7 @@ class MapEditor extends Panel {
   /** @override */
   build() {
     for (const [tool, name, says] of TOOLS) {
-      const button = make("button.button.small", { title: says }, name);
-      button.addEventListener("click", () => this.#take(tool));
+      const button = make("button.button.small", { title: says, onclick: () => this.#take(tool) }, name);
       this.#tools.set(tool, button);
     }
     this.#brush.append(
@@ -107,10 +106,9 @@ class MapEditor extends Panel {
     );
     const near = make("button.button.small", { "aria-label": t("map-editor.larger") }, "+");
     const far = make("button.button.small", { "aria-label": t("map-editor.smaller") }, "−");
-    const whole = make("button.button.small", t("map-editor.whole_map"));
+    const whole = make("button.button.small", { onclick: () => this.#whole() }, t("map-editor.whole_map"));
     near.addEventListener("click", () => this.#zoom(ZOOM));
     far.addEventListener("click", () => this.#zoom(1 / ZOOM));
-    whole.addEventListener("click", () => this.#whole());
     this.#bar.append(...this.#tools.values(), this.#brush, this.#undo, this.#redo);
     this.append(
       make("h3", t("map-editor.edit_the_map")),
@@ -123,13 +121,10 @@ class MapEditor extends Panel {
       this.#list,
       this.#said,
     );
-    this.#undo.addEventListener("click", () => void this.#try(() => api.takeBack("undo")));
-    this.#redo.addEventListener("click", () => void this.#try(() => api.takeBack("redo")));
     this.#turn.addEventListener("click", () => {
       const angle = ((this.#degrees.valueAsNumber || 0) * Math.PI) / 180;
       void this.#try(() => api.edit({ kind: "turn", angle_rad: angle })).then(() => this.#whole());
     });
-    this.#cancel.addEventListener("click", () => this.#take(this.#tool));
     this.#room.addEventListener("submit", (event) => {
       event.preventDefault();
       void this.#keepRoom();
@@ -188,10 +183,9 @@ class MapEditor extends Panel {
     act.addEventListener("click", () => void this.#try(() => api.takeBack(holds ? "undo" : "redo", id)));
     const back = make(
       "button.button.small",
-      { "aria-label": t("map-editor.as_after_id", { id }) },
+      { "aria-label": t("map-editor.as_after_id", { id }), onclick: () => void this.#try(() => api.backTo(id)) },
       t("map-editor.as_it_was_then"),
     );
-    back.addEventListener("click", () => void this.#try(() => api.backTo(id)));
     const body = make("div.place-body", make("p", { class: holds ? "" : "note" }, words));
     return make("li.row.place", { "data-holds": String(holds), value: id }, body, holds && back, act);
   }

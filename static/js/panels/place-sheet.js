@@ -13,7 +13,7 @@ const SPARE_M = 0.035; // as the planner keeps free at least
 
 class PlaceSheet extends NameSheet {
   #where = make("p.note");
-  #turns = make("input", { type: "checkbox" });
+  #turns = make("input", { type: "checkbox", onchange: () => (this.#degrees.disabled = !this.#turns.checked) });
   #degrees = make("input.field-box.place-degrees", {
     type: "number",
     min: "-360",
@@ -40,7 +40,6 @@ class PlaceSheet extends NameSheet {
       [make("div.inline.place-heading", heading, this.#degrees, "°")],
     );
     addEventListener("name-place", (event) => this.#open(/** @type {CustomEvent} */ (event).detail));
-    this.#turns.addEventListener("change", () => (this.#degrees.disabled = !this.#turns.checked));
   }
 
   /** @param {{place?: Place, at?: {x: number, y: number}}} asked */

@@ -24,7 +24,7 @@ class PlaceView extends Panel {
   #trouble = new TroubleLine();
   #fields = { x: field("x", "m"), y: field("y", "m"), heading: field("heading", "°") };
   #put = make("button.button.primary", { type: "submit" }, icon("here"), make("span", t("place-view.it_is_here")));
-  #leave = make("button.button", t("place-view.cancel"));
+  #leave = make("button.button", { onclick: () => this.#close() }, t("place-view.cancel"));
   #form = make(
     "form.row.place-form",
     this.#fields.x.row,
@@ -63,7 +63,6 @@ class PlaceView extends Panel {
       this.#form,
     );
     addEventListener("place-robot", () => void this.#open());
-    this.#leave.addEventListener("click", () => this.#close());
     this.#form.addEventListener("submit", (event) => {
       event.preventDefault();
       void this.#tell();

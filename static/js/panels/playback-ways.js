@@ -26,7 +26,7 @@ class PlaybackWays extends Panel {
     return button;
   });
   #group = make("div.presets", { role: "group", "aria-label": t("playback-ways.way_of_the_recording") }, ...this.#ways);
-  #box = make("input", { type: "checkbox" });
+  #box = make("input", { type: "checkbox", onchange: () => this.#choose(this.#way, this.#box.checked) });
   #compare = make("label.compare", this.#box, t("playback-ways.compare"));
   #words = make("p.difference", { role: "status" });
   #compares = false;
@@ -37,7 +37,6 @@ class PlaybackWays extends Panel {
   build() {
     this.hidden = true;
     this.append(this.#group, this.#compare, this.#words);
-    this.#box.addEventListener("change", () => this.#choose(this.#way, this.#box.checked));
   }
 
   /** @override @param {View} view */

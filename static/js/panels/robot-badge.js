@@ -36,7 +36,7 @@ class RobotBadge extends Panel {
 
   #back = make(
     "button.bar-chip",
-    { hidden: true, title: t("robot-badge.back_to_the_robot") },
+    { hidden: true, title: t("robot-badge.back_to_the_robot"), onclick: () => void this.#leave() },
     icon("undo"),
     make("span.badge-more", t("robot-badge.back_to_the_robot")),
   );
@@ -44,7 +44,6 @@ class RobotBadge extends Panel {
   /** @override */
   build() {
     this.append(this.#badge, this.#pace, this.#printed, this.#name, this.#back);
-    this.#back.addEventListener("click", () => void this.#leave());
     this.hidden = true;
     this.session.on("hello", ({ robot, chapter, you }) => {
       this.#back.hidden = robot.kind !== "LOG" || robotBefore() === "" || you.role === "viewer";

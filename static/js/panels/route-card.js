@@ -60,7 +60,7 @@ class RouteCard extends Panel {
   });
   #stops = make("ol.route-stops", { "aria-label": t("route-card.stops") });
   #choice = make("select.field-box", { "aria-label": t("route-card.add_a_stop") });
-  #loop = make("input", { type: "checkbox" });
+  #loop = make("input", { type: "checkbox", onchange: () => (this.#hours.hidden = !this.#loop.checked) });
   #begins = make("input.field-box.route-wait", { type: "time", "aria-label": t("route-card.rounds_from") });
   #ends = make("input.field-box.route-wait", { type: "time", "aria-label": t("route-card.rounds_until") });
   #every = make("input.field-box.route-wait", {
@@ -111,7 +111,6 @@ class RouteCard extends Panel {
       this.#list,
       this.#form,
     );
-    this.#loop.addEventListener("change", () => (this.#hours.hidden = !this.#loop.checked));
     this.#new.addEventListener("click", () => {
       const shut = !this.#form.hidden && !this.#changes;
       if (this.#changes) this.#lay(NEW);

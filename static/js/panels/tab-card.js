@@ -61,7 +61,7 @@ export class TabCard extends Panel {
     const count = make("span.count", { hidden: true });
     const tab = make(
       "button.tab",
-      { role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}` },
+      { role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}`, onclick: () => this.open(name) },
       icon(panel.dataset["icon"] ?? name),
       make("span.tab-words", words),
       count,
@@ -71,7 +71,6 @@ export class TabCard extends Panel {
     panel.tabIndex = 0; // it scrolls
     panel.setAttribute("role", "tabpanel");
     panel.setAttribute("aria-labelledby", tab.id);
-    tab.addEventListener("click", () => this.open(name));
     this.#tabs.set(name, { panel, tab, count });
   }
 

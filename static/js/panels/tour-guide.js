@@ -19,7 +19,7 @@ class TourGuide extends Panel {
   #title = make("h2.card-title");
   #text = make("p");
   #count = make("span.note");
-  #end = make("button.button", t("tour-guide.end_the_tour"));
+  #end = make("button.button", { onclick: () => this.#tour?.end() }, t("tour-guide.end_the_tour"));
   #card = make(
     "div.tour.card",
     { role: "region", "aria-label": t("tour-guide.tour"), hidden: true },
@@ -38,7 +38,6 @@ class TourGuide extends Panel {
   /** @override */
   build() {
     this.append(this.#card);
-    this.#end.addEventListener("click", () => this.#tour?.end());
     addEventListener("show-tour", () => void this.#begin());
     addEventListener(
       "keydown",

@@ -49,7 +49,7 @@ class PeopleEnrollment extends PagePanel {
   #take = action("camera", t("people-enrollment.take_it"));
   #delay = make(
     "select.field-box",
-    { "aria-label": t("people-enrollment.when") },
+    { "aria-label": t("people-enrollment.when"), onchange: () => remember("people.delay", this.#delay.value) },
     ...DELAYS.map(([seconds, words]) => make("option", { value: String(seconds) }, words)),
   );
   #files = make("input.visually-hidden", {
@@ -116,7 +116,6 @@ class PeopleEnrollment extends PagePanel {
   build() {
     this.#take.classList.add("primary", "large");
     this.#delay.value = remembered("people.delay", "0");
-    this.#delay.addEventListener("change", () => remember("people.delay", this.#delay.value));
     this.append(this.#intro, this.#enrollment);
     this.#begin.addEventListener("click", () => void this.model.begin());
     this.#take.addEventListener("click", () => this.#press());

@@ -150,7 +150,7 @@ class RecordingsList extends PagePanel {
     });
     const noted = make("input.field-box", { value: note, maxlength: "2000", autocomplete: "off" });
     const form = this.#ask(row, "form", { "aria-label": t("recordings-list.change_name", { name }) });
-    const leave = make("button.button", t("map-card.leave_it"));
+    const leave = make("button.button", { onclick: () => close(form, row) }, t("map-card.leave_it"));
     form.append(
       make("label", t("recordings-list.name"), named),
       make("label", t("recordings-list.note"), noted),
@@ -164,7 +164,6 @@ class RecordingsList extends PagePanel {
       form.remove();
       focusOn(this.#rows.get(fresh.name)?.row ?? null);
     });
-    leave.addEventListener("click", () => close(form, row));
     form.addEventListener("keydown", (event) => event.key === "Escape" && close(form, row));
     named.focus();
     named.select();
@@ -176,13 +175,12 @@ class RecordingsList extends PagePanel {
     const sentence = t("recordings-list.delete_this_recording_for_good");
     const question = this.#ask(row, "div", { role: "group", "aria-label": sentence });
     const yes = make("button.button.primary", t("map-card.delete"));
-    const no = make("button.button", t("map-card.leave_it"));
+    const no = make("button.button", { onclick: () => close(question, row) }, t("map-card.leave_it"));
     question.append(make("p", sentence), yes, no);
     yes.addEventListener("click", () => {
       question.remove();
       void this.model.remove(name);
     });
-    no.addEventListener("click", () => close(question, row));
     no.focus();
     question.scrollIntoView({ block: "nearest" });
   }

@@ -85,7 +85,7 @@ export class SettingsSheet extends Sheet {
     const says = make("span.settings-says.note", { id: `${id}-says` });
     const back = make(
       "button.button.plain",
-      { hidden: true },
+      { hidden: true, onclick: () => void this.#change(one, null) },
       t("settings-sheet.back_to_inwords", { inwords: inWords(one.default, one.unit) }),
     );
     input.setAttribute("aria-describedby", says.id);
@@ -98,7 +98,6 @@ export class SettingsSheet extends Sheet {
       back,
     );
     input.addEventListener("change", () => void this.#change(one, chosenIn(one, input)));
-    back.addEventListener("click", () => void this.#change(one, null));
     this.#fields.set(key(one), { row, input, says, back });
     return row;
   }

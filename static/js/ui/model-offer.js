@@ -7,7 +7,7 @@ import { t } from "./texts.js";
 
 export class ModelOffer {
   #says = make("p.note");
-  #button = make("button.button.primary", { hidden: true });
+  #button = make("button.button.primary", { hidden: true, onclick: () => void this.#get() });
   /** @type {() => Promise<Offered>} */
   #read;
   /** @type {() => Promise<unknown>} */
@@ -24,7 +24,6 @@ export class ModelOffer {
     this.#read = read;
     this.#fetch = fetch;
     this.#attempt = attempt;
-    this.#button.addEventListener("click", () => void this.#get());
   }
 
   get elements() {
