@@ -81,3 +81,12 @@ test("values stand in the place of their names; a sentence without a translation
   assert.equal(t("command-chain.metres_to_go", { metres: "1.2 m" }), "1.2 m to go");
   assert.equal(said("The robot stands.", "no.such_code", {}), "The robot stands.");
 });
+
+test("a sentence without its code is known by its words, with what stands in them", async () => {
+  globalThis.localStorage = /** @type {any} */ ({ getItem: () => "de" });
+  const there = "../../static/js/ui/texts.js?german";
+  const { inLanguage } = /** @type {typeof import("../../static/js/ui/texts.js")} */ (await import(there));
+  const kept = "It stops by itself 0.35 s after the last command.";
+  assert.equal(inLanguage(kept), "Er hält von selbst 0.35 s nach dem letzten Befehl.");
+  assert.equal(inLanguage("Nobody wrote this sentence."), "Nobody wrote this sentence.");
+});

@@ -12,13 +12,11 @@ from core.perception.people.onnx.detector import open_own_model
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.detector import open_pose
 from core.perception.people.vertical_plane import VerticalPlanes
+from core.sentences import Statement
 
 # The embedded detector behind the protocol: it was taught with drawn figures, and knows nothing else.
 
-DRAWN_DETECTOR_SENTENCE = (
-    "The embedded detector looks for people: it was taught with drawn figures and knows those of the simulator only. "
-    "For real people run: beckon models get people"
-)
+DRAWN_DETECTOR_SENTENCE = Statement("people.embedded")
 ANYWHERE_HALF_RAD = 0.5  # to either side where no direction is known
 
 
@@ -70,11 +68,7 @@ def engine_of(settings: PeopleSettings) -> str:
 
 def says(settings: PeopleSettings) -> str:
     """Return a sentence on the detector that looks for people now."""
-    return (
-        "Pose networks look for people, real ones and drawn ones."
-        if sees_people(settings)
-        else DRAWN_DETECTOR_SENTENCE
-    )
+    return Statement("people.pose_networks") if sees_people(settings) else DRAWN_DETECTOR_SENTENCE
 
 
 def how_to_get() -> str:

@@ -3,7 +3,7 @@
 import { icon, isNew, make, mark, onSubmit, redraw, write } from "../ui/element.js";
 import { takeDrops } from "../ui/file-drop.js";
 import { PagePanel } from "../ui/panel.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { equipment } from "./connect-parts.js";
 import { isBare, isRecording } from "./connection-model.js";
 import { askToOpen } from "./opening.js";
@@ -156,7 +156,7 @@ class ConnectRobot extends PagePanel {
       const silent = found.parts.filter((part) => !part.up).map((part) => part.name);
       redraw(this.#state, silent.length ? "unlinked" : "link");
       this.#failsafe.hidden = isRecording(found.url);
-      write(this.#failsafe, failsafe(found.failsafe));
+      write(this.#failsafe, failsafe(inLanguage(found.failsafe)));
       if (this.#filled !== found.url) {
         this.#filled = found.url;
         this.#url.value = model.whyNot ? "" : found.url; // a simulator is not looked at

@@ -3,7 +3,7 @@
 import { call, post, sentenceOf } from "../net/api.js";
 import * as recordings from "../net/recordings-api.js";
 import { PageModel } from "../ui/page-model.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { openInstead, saveMap } from "./opening.js";
 
 /** @import { FoundPart as Part, FoundRobot as Connection, WrittenFile as Written } from "../net/rest.js" */
@@ -102,7 +102,7 @@ export class ConnectionModel extends PageModel {
     try {
       const { connection, why_not, files, opened_here } = await call(`${ROOT}/connection`);
       if (this.probed || this.changed) return;
-      [this.found, this.whyNot, this.files, this.openedHere] = [connection, why_not, files, opened_here];
+      [this.found, this.whyNot, this.files, this.openedHere] = [connection, inLanguage(why_not), files, opened_here];
       this.#unread = "";
     } catch (trouble) {
       this.#unread = sentenceOf(trouble);

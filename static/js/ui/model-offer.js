@@ -1,7 +1,7 @@
 // The offer of a model that is not here yet: what works now, and a button that fetches the better one.
 
 import { make, write } from "./element.js";
-import { t } from "./texts.js";
+import { inLanguage, t } from "./texts.js";
 
 /** @typedef {{active: string, installed: boolean, megabytes: number, gives: string, licence: string}} Offered */
 
@@ -34,7 +34,7 @@ export class ModelOffer {
   async show() {
     await this.#attempt(async () => {
       const { active, installed, megabytes, gives, licence } = await this.#read();
-      write(this.#says, active);
+      write(this.#says, inLanguage(active));
       write(this.#button, t("model-offer.gives_megabytes_mb", { gives, megabytes }));
       this.#button.title = licence;
       this.#button.hidden = installed;

@@ -76,11 +76,27 @@ export function writeTexts(page) {
 /** Values that are sentences of the console themselves, in this language. @param {Values} values @returns {Values} */
 const translated = (values) =>
   Object.fromEntries(
-    Object.entries(values).map(([name, value]) => {
-      const key = Object.keys(english).find((one) => one.startsWith("console.") && english[one] === value);
-      return [name, key === undefined ? value : texts[key]];
-    }),
+    Object.entries(values).map(([name, value]) => [name, typeof value === "string" ? inLanguage(value) : value]),
   );
+
+/** @type {Array<[RegExp, string]>} English sentences of the console and their keys, once one was looked for */
+const sentences = [];
+
+/** A sentence of the console that came without its code, in this language if the catalogue has it. @param {string} sentence */
+export function inLanguage(sentence) {
+  if (language === "en") return sentence;
+  if (!sentences.length)
+    for (const [key, pattern] of Object.entries(english)) {
+      const plain = pattern.replace(/[.*+?^$()|[\]\\]/g, "\\$&").replace(/\{(\w+)\}/g, "(?<$1>.+)");
+      if (key.startsWith("console.") && /\w{3}/.test(pattern.replace(/\{\w+\}/g, "")) && !/<(\w+)>.*<\1>/.test(plain))
+        sentences.push([new RegExp(`^${plain}$`), key]);
+    }
+  for (const [pattern, key] of sentences) {
+    const found = pattern.exec(sentence);
+    if (found) return filled(texts[key] ?? sentence, found.groups);
+  }
+  return sentence;
+}
 
 /** @param {string} pattern @param {Values} [values] */
 const filled = (pattern, values) =>
