@@ -98,6 +98,12 @@ def review(here: Visit) -> None:
     for picture in ("before-after img.after", ".review views-card img"):
         loaded = f"document.querySelector('{picture}').naturalWidth > 0"
         here.until(lambda loaded=loaded: page.evaluate(loaded), f"{picture} is loaded", 30.0)
+    cards = "[...document.querySelectorAll('.review-column > *')]"
+    within = cards + ".every(one => one.scrollWidth <= one.clientWidth)"
+    for width, height in ((1366, 650), (390, 844), (1100, 760)):  # no picture is wider than its place
+        page.set_viewport_size({"width": width, "height": height})
+        here.until(lambda: page.evaluate(within), f"nothing reaches out of its card, {width} px wide", 10.0)
+        assert page.evaluate("document.querySelector('main:not([hidden])').scrollWidth <= innerWidth"), width
     slider = page.get_by_label("Straightened from here on")
     slider.focus()
     page.keyboard.press("ArrowLeft")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Locator, expect
 
 from core.optics import TABLE_3
 from tests.browser.running_console import Running
@@ -79,6 +79,26 @@ def test_the_laser_is_calibrated_by_the_demo_while_the_page_tells_how(visit: Ope
     page.get_by_role("button", name="Use this calibration").click()
     expect(page.get_by_role("heading", name="In use", exact=True)).to_be_visible(timeout=SOON)
     assert console.ask("api/calibration/in-use")["laser"]["poses_used"] >= 6
+
+
+def test_the_wizards_next_step_is_in_sight_on_every_window_and_never_under_stop(
+    visit: Open, console: Running
+) -> None:
+    for size in (PHONE, (1366, 650)):
+        here = visit(size=size)
+        here.page.goto(console.url + "calibrate#new=camera")
+        start = here.button("Start")
+        expect(start).to_be_visible(timeout=SOON)
+        here.until(lambda start=start: is_on_top(start), f"Start is in sight at {size}, before any scrolling", 10.0)
+
+
+def is_on_top(button: Locator) -> bool:
+    """Whether a press on any corner of it would meet it."""
+    return button.evaluate("""one => {
+        const { left, right, top, bottom } = one.getBoundingClientRect();
+        const corners = [[left + 8, top + 8], [right - 8, top + 8], [left + 8, bottom - 8], [right - 8, bottom - 8]];
+        return corners.every(at => one.contains(document.elementFromPoint(...at)));
+    }""")
 
 
 def test_stop_is_in_reach_on_the_wizards_page_and_a_viewer_may_press_it(visit: Open, console: Running) -> None:

@@ -53,7 +53,10 @@ export function create(session) {
       if (!open && !step.hidden) step.left();
       step.hidden = !open;
       if (!open) continue;
-      if (key !== opened) step.opened();
+      if (key !== opened) {
+        step.closest("main")?.scrollTo(0, 0); // a step begins at its top
+        step.opened();
+      }
       unlessPressed(step, () => step.draw());
     }
     if (key !== opened && here) document.title = `${NAMES[place.at]} · Beckon`;
