@@ -24,13 +24,13 @@ from core.pilot.command_executor import AcceptedCommand, CommandExecutor
 from core.pilot.landmark_perception import LandmarkPerception
 from core.pilot.laser_reference import LaserReference
 from core.pilot.notices import KEEPS_UP, SLOW, Notices
-from core.pilot.repeated_readings import RepeatedReadings
 from core.pilot.scan_timing import ScanTiming
 from core.pilot.sensor_watch import SensorWatch, loss, recovery
 from core.pilot.sound_perception import SoundPerception
 from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
 from core.recording.frame_record import ClosureAct, EditAct, PlaceAct, TurnAct
 from core.robots import Profile
+from core.robots.repeated_readings import RepeatedReadings
 from core.sensors import Fault, SensorFrame, Wheels
 from core.sentences import Statement
 from core.settings import Settings

@@ -216,12 +216,7 @@ def _own(path: Path, settings: Settings, progress: WorkProgress) -> SlamResult |
 def _scans(recording: ScanRecording, settings: Settings, progress: WorkProgress) -> SlamResult:
     """Scans go through the pilot itself, frame by frame."""
     pilot = Pilot(profile_of(recording), settings)
-    run = _steered(pilot, recording, len(recording), progress)
-    result = _result(recording, pilot, run)
-    useless = tuple(one for one in pilot.faults if not one.used)
-    if useless:
-        raise UnusableReading(f"{recording.path.name}: {useless[0].sentence}", useless)
-    return result
+    return _result(recording, pilot, _steered(pilot, recording, len(recording), progress))
 
 
 class _PilotRun(NamedTuple):
@@ -250,8 +245,14 @@ def _steered(pilot: Pilot, frames: Iterable[SensorFrame], count: int, progress: 
 
 
 def _result(recording: ScanRecording | DriveRecording, pilot: Pilot, run: _PilotRun) -> SlamResult:
-    """The poses are those of the final map; what the pilot found in the readings stands in the report."""
+    """The poses are those of the final map; what the pilot found in the readings stands in the report.
+
+    Raises UnusableReading where it found them to be of no use.
+    """
     landmarks, grid = pilot.finish()
+    useless = tuple(one for one in pilot.faults if not one.used)
+    if useless:
+        raise UnusableReading(f"{recording.path.name}: {useless[0].sentence}", useless)
     if isinstance(recording, ScanRecording):
         recording = recording.with_faults(pilot.faults)
         report = recording.report

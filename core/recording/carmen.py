@@ -26,6 +26,7 @@ from core.recording.source import TextLog
 from core.sensors import Scan
 from core.sensors.scan_gate import RangeUnit
 
+MAX_STAMP_NS = 1e20  # of a record's time, in whatever unit
 NO_RETURN = 80.0  # [m]: readings from here on mean that nothing came back
 FORM = "CARMEN text"
 LASER = re.compile(r"[FR]LASER|(ROBOT|RAW)LASER\d")
@@ -80,7 +81,7 @@ class _Carmen:
     def __init__(self, settings: LogSettings, tally: ReadReport):
         self._settings = settings
         self._scans: list[Scan] = []
-        self._logged: list[float] = []  # [s] by the logger, of every scan
+        self._times: list[tuple[float, float]] = []  # of every scan: its own, and the logger's, in any unit
         self._kinds: list[str] = []  # of the record of every scan
         self._unit = RangeUnit("the laser", tally)
         self._beside = array("d")  # with every scan: laser x y θ, robot x y θ; NaN where it carries none
@@ -96,7 +97,7 @@ class _Carmen:
             self._take_header(words)
         elif word == "ODOM":
             x, y, heading, speed, turn_rate = (_finite(text) for text in words[1:6])
-            self._odometry.extend((_time(words, 7), _finite(words[-1]), x, y, heading, speed, turn_rate))
+            self._odometry.extend((*_times(words, 7), x, y, heading, speed, turn_rate))
             self.held += 56
         elif word in ("FLASER", "RLASER"):
             beams = _count(words[1])
@@ -147,11 +148,11 @@ class _Carmen:
             raise BadRecord("it is cut or no numbers")
         maximum = self._settings.range_max or maximum
         row, _ = self._unit.metres(np.array(ranges, np.float64), (0.0, math.inf))
-        scan = make_scan(_time(rest, time_at), row[::-1] if self._flipped else row, angles, (0.0, maximum))
-        logged = _finite(rest[-1])
+        times = _times(rest, time_at)
+        scan = make_scan(0.0, row[::-1] if self._flipped else row, angles, (0.0, maximum))
         self._scans.append(scan)
         self._kinds.append(kind)
-        self._logged.append(logged)
+        self._times.append(times)
         self._beside.extend(beside)
         self.held += 600 + scan.ranges.nbytes
 
@@ -169,7 +170,7 @@ class _Carmen:
         odometry = np.array(self._odometry).reshape(-1, 7)
         lasers, robots = beside[:, :3], beside[:, 3:]
         posed = np.isfinite(robots).all(axis=1)
-        own, logged = np.array([scan.stamp for scan in scans]), np.array(self._logged)[used]
+        own, logged = np.array(self._times)[used].T
         units = seconds_per_unit(own, "the laser", tally), seconds_per_unit(logged, "the laser", tally)
         odometry[:, :2] *= units
         stamps = self._settled(own * units[0], logged * units[1], "the laser", tally)
@@ -221,14 +222,15 @@ def _mounting(robots: Array, lasers: Array, tally: ReadReport) -> Pose:
     return Pose(*(float(number) if abs(number) > 1e-4 else 0.0 for number in middle))
 
 
-def _time(words: list[str], at: int) -> float:
-    """The record's time [s] at word `at`, or the logger's time at the end where that word is missing."""
-    return _finite(words[at]) if len(words) > at else _finite(words[-1])
+def _times(words: list[str], at: int) -> tuple[float, float]:
+    """The record's time at word `at`, and the logger's at the end, which stands in where that word is missing."""
+    logged = _finite(words[-1], MAX_STAMP_NS)
+    return (_finite(words[at], MAX_STAMP_NS) if len(words) > at else logged), logged
 
 
-def _finite(text: str) -> float:
+def _finite(text: str, most: float = 1e12) -> float:
     number = float(text)
-    if not abs(number) < 1e12:
+    if not abs(number) < most:
         raise BadRecord("a number cannot be")
     return number
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from core.message import Array
 from core.recording.read_report import ReadReport
+from core.sensors.laser import MAX_STAMP_S
 
 MAX_BACKWARD_S = 1.0  # by which the recorder's time may go back within a file: writers buffer
 MAX_PAUSE_S = 600.0  # of a recording that was paused; after more its clock was set
@@ -31,6 +32,7 @@ MAX_PARTS = 8  # of a file; what goes back more often is in no order
 MIN_OVERLAP = 0.2  # of the shorter part, in which the longer one has stamps, too
 MIN_PART_ROWS = 10
 MAX_PERIOD_S, MIN_PERIOD_S = 20.0, 0.001  # between scans; what lies outside is in another unit
+MAX_ODOMETRY_PERIOD_S = 1.0
 PARTS_OF_SECOND = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds", 1e3: "kiloseconds"}
 DEFAULT_PERIOD_S = 0.1  # between scans that carry no times at all
 
@@ -219,12 +221,29 @@ def seconds_per_unit(stamps: Array, sensor: str, report: ReadReport) -> float:
     """Stamps (N,) of a text log, of which nothing says their unit → [s] of one, by the time between two scans."""
     steps = np.diff(stamps[np.isfinite(stamps)])
     period = float(np.median(steps[steps > 0])) if np.count_nonzero(steps > 0) >= MIN_PART_ROWS else 1.0
-    if MIN_PERIOD_S <= period <= MAX_PERIOD_S:
-        return 1.0
-    unit = next((one for one in PARTS_OF_SECOND if MIN_PERIOD_S < one * period < MAX_PERIOD_S), 1.0)
+    newest = float(np.nanmax(np.abs(stamps), initial=0.0))
+
+    def fits(unit: float) -> bool:
+        return MIN_PERIOD_S <= unit * period <= MAX_PERIOD_S and unit * newest <= MAX_STAMP_S
+
+    unit = next((one for one in (1.0, *PARTS_OF_SECOND) if fits(one)), 1.0)
     if unit != 1.0:
         report.fault("clock.unit", sensor, used=True, period=f"{period:.3g}", unit=PARTS_OF_SECOND[unit])
     return unit
+
+
+def in_seconds(laser: StampedStream, wheels: Array, report: ReadReport) -> None:
+    """Bring times to seconds, in place, where all clocks of a recording count in another unit.
+
+    `wheels`: the odometry's stamps and the recorder's times of it (M, 2). Scans alone may be sparse.
+    """
+    steps = np.abs(np.diff(wheels[:, 0]))
+    rate = float(np.ptp(laser.own) / max(np.ptp(laser.logged), 1e-9))
+    if not 0.5 < rate < 2.0 or MIN_PERIOD_S < np.median(steps[steps > 0]) < MAX_ODOMETRY_PERIOD_S:
+        return
+    begun, unit = laser.own[0], seconds_per_unit(laser.own - laser.own[0], laser.name, report)
+    for times in (laser.own, laser.logged, wheels):
+        times[:] = begun + unit * (times - begun)
 
 
 def longest_part(stamps: Array) -> tuple[int, int]:

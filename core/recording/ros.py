@@ -17,7 +17,14 @@ from rosbags.typesys.store import Typestore
 from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array
-from core.recording.clocks import RecorderClock, StampedStream, evenly_spread, on_one_clock, settled_stamps
+from core.recording.clocks import (
+    RecorderClock,
+    StampedStream,
+    evenly_spread,
+    in_seconds,
+    on_one_clock,
+    settled_stamps,
+)
 from core.recording.json_scan import read_json_scan
 from core.recording.odometry_checks import believable_track
 from core.recording.odometry_track import OdometryTrack, heading_of
@@ -206,8 +213,9 @@ class RosMessages:
         robots = self._robots()
         name, topic = self._chosen_scans(path, robots)
         odometry = self._chosen_odometry(path, name, topic.frame, robots)
-        own = np.array([logged_stamp(scan) for scan in topic.scans])
-        laser, good = settled_stamps(StampedStream(name, own, np.array(topic.logged)), self._tally)
+        told = StampedStream(name, np.array([logged_stamp(scan) for scan in topic.scans]), np.array(topic.logged))
+        in_seconds(told, odometry.rows[:, :2], self._tally)
+        laser, good = settled_stamps(told, self._tally)
         self._tally.drop("its stamp lies far from those of the others", count=int((~good).sum()))
         track, laser_shift = self._track(odometry, laser)
         stamps = evenly_spread(laser.own[good] + laser_shift, self._tally, name)

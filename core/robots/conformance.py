@@ -28,8 +28,9 @@ from core.robots.connection import ReadConnection
 from core.robots.driver_session import DriverSession
 from core.robots.frame_sender import resting_rate
 from core.robots.process import TWIST_TIMEOUT_S
+from core.robots.repeated_readings import RepeatedReadings
 from core.robots.requests import SetListening, SpeedsType, SwitchSpeeds
-from core.sensors import SensorFrame
+from core.sensors import SensorFrame, Wheels
 from core.sensors.checks import MAX_AGE_S, Fault, distinct
 from core.sensors.microphones import MicrophoneArray, Sound, joined
 from core.slam.motion import MotionSettings
@@ -173,6 +174,8 @@ class Suite:
         self._heading = self._turned = 0.0  # [rad] by the wheels, now and in all
         self._place: Pose | None = None  # by the scans; None: there are wheels, or no scans
         self._odometry = Odometry(session.profile.laser, MotionSettings(), ScanOdometrySettings())
+        self._repeated = RepeatedReadings(session.profile)
+        self._wheels: Wheels | None = None  # the newest
         self.contradictions: tuple[Fault, ...] = ()  # of wheels and scans
         self.agreement: MoveAgreement | None = None
         session.watch = self._watch
@@ -415,6 +418,10 @@ class Suite:
         if drive and self._moved:
             self._drive_about()
         self._odometry.finish()
+        if self._repeated.faults:
+            self.contradictions = self._repeated.faults
+            self.add(AGREEMENT, False, advice=" ".join(one.sentence for one in self.contradictions))
+            return
         self.agreement, faults = self._odometry.compared, self._odometry.faults
         if self._turned > 2 * TURN_RAD and self.agreement.turns == 0:
             self.skip("The wheels roll, the scans stand: put the robot on the floor, and check again.", AGREEMENT)
@@ -434,7 +441,8 @@ class Suite:
 
     def _watch(self, frame: SensorFrame) -> None:
         """Follow the robot by its wheels and its scans."""
-        seen = self.session.profile.first_view(frame)
+        self._wheels = frame.wheels or self._wheels
+        seen = self._repeated.taken_out(self.session.profile.first_view(frame), self._wheels)
         if frame.wheels is not None:
             self._turned += abs(wrap(frame.wheels.odometry.heading - self._heading))
             self._heading = frame.wheels.odometry.heading

@@ -182,7 +182,7 @@ AGREEMENT_CHECKS = (
         "the size of the turns by wheels and by scans: a quarter of difference at most",
     ),
     ReadingCheck(
-        "agreement.way_scale", "agreement", "the length of the ways by wheels and by scans: 8 % of difference at most"
+        "agreement.way_scale", "agreement", "the length of the ways by wheels and by scans: 5 % of difference at most"
     ),
     ReadingCheck(
         "agreement.mount", "agreement", "the direction of the ways by wheels and by scans: 8° of difference at most"
@@ -192,6 +192,11 @@ AGREEMENT_CHECKS = (
     ),
     ReadingCheck(
         "agreement.early", "agreement", "the times of the turns by wheels and by scans: 0.15 s of difference at most"
+    ),
+    ReadingCheck(
+        "agreement.differ",
+        "agreement",
+        "each move by wheels with that by scans, where nothing above explains a difference",
     ),
     ReadingCheck("agreement.no_fit", "agreement", "scans of a moving robot with each other: one in five fits"),
     ReadingCheck("agreement.wheels_stand", "agreement", "wheels that stand for 1.5 s with scans that move"),

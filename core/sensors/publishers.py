@@ -104,11 +104,14 @@ def odometry_watch() -> PublisherWatch[Pose]:
 def sector_ranges(scan: Scan, heading: float = 0.0) -> Array:
     """A scan, and the robot's heading [rad] → the nearest range in every sector of 3° (120,) [m]; NaN: none measured.
 
-    So scans of a robot that turns, or of a laser whose number of beams varies, can be compared.
+    So scans of a robot that turns, or of a laser whose number of beams varies, can be compared. Drivers send a scan
+    that hit nothing now and then; it measured none.
     """
     sectors = np.floor((scan.angles + heading) / SECTOR_RAD).astype(int) % SECTORS
     nearest = np.full(SECTORS, np.nan)
-    np.fmin.at(nearest, sectors, np.where(scan.valid | np.isposinf(scan.ranges), scan.ranges, np.nan))
+    np.fmin.at(
+        nearest, sectors, np.where(scan.valid | (np.isposinf(scan.ranges) & scan.valid.any()), scan.ranges, np.nan)
+    )
     return np.minimum(nearest, FAR_M)
 
 

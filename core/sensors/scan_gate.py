@@ -16,6 +16,7 @@ MAX_MEDIAN_KM = 0.05  # below which a laser sees nothing: its ranges are kilomet
 MAX_RANGE_KM = 0.5  # … of at most so many
 MIN_MEDIAN_MM = 600.0  # between ranges in millimetres and in centimetres
 MIN_JUDGED_BEAMS = 5  # that measured something
+MIN_VALUE, MAX_VALUE, MAX_GARBAGE_SHARE = 1e-6, 1e8, 0.3  # of ranges in any unit; of those outside
 MIN_WITHIN_SHARE = 0.02  # of the ranges within their limits
 MIN_WHOLE_BEAMS, MIN_WHOLE_VALUES = 30, 4  # beams, different ranges, all whole: no metres
 MIN_CONSTANT_BEAMS, CONSTANT_RATIO = 60, 0.02  # beams whose ranges differ by less of their median: no place is so
@@ -44,6 +45,8 @@ class RangeUnit:
         Raises UnusableReading.
         """
         hits = ranges[np.isfinite(ranges) & (ranges > 0)]
+        if self._unit is None and len(hits) >= MIN_JUDGED_BEAMS and _is_garbage(np.unique(hits)):
+            raise refusal("scan.malformed", self._name, what="bytes of its ranges in another order")
         if self._unit is None and len(hits) >= MIN_JUDGED_BEAMS:
             self._judge(hits, *limits)
         elif len(hits) >= MIN_WHOLE_BEAMS and self._unit == 1.0 and _is_whole(hits):
@@ -93,6 +96,11 @@ def unit_of(hits: Array, range_min: float) -> tuple[float, str]:
     if median <= (MAX_RANGE_MIN_M if kept else MAX_MEDIAN_M):
         return 1.0, "metres"
     return (0.001, "millimetres") if median > MIN_MEDIAN_MM else (0.01, "centimetres")
+
+
+def _is_garbage(values: Array) -> bool:
+    """Return whether many of the different ranges (N,) are as small or large as no unit makes them."""
+    return bool(np.mean((values < MIN_VALUE) | (values > MAX_VALUE)) > MAX_GARBAGE_SHARE)
 
 
 def _is_whole(hits: Array) -> bool:

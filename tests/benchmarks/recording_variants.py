@@ -24,6 +24,7 @@ from core.geometry import Pose
 from core.pipelines.slam import slam_log
 from core.recording import ScanRecording, open_log
 from core.sensors import Laser
+from core.sensors.checks import faults_of
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import world_named
 from tests.core.recording.log_writers import ODOMETRY, SCAN, TF, two, write_mcap
@@ -120,7 +121,9 @@ def of_headings(change: Callable[[np.ndarray], np.ndarray]) -> Making:
 def of_ranges(change: Callable[[np.ndarray], np.ndarray], limit: float | None = None) -> Making:
     def make(drive: Drive, _: np.random.Generator) -> Drive:
         return replace(
-            drive, ranges=change(drive.ranges), range_max=drive.range_max * (1.0 if limit is None else limit)
+            drive,
+            ranges=np.ascontiguousarray(change(drive.ranges)),
+            range_max=drive.range_max * (1.0 if limit is None else limit),
         )
 
     return make
@@ -377,32 +380,37 @@ def apart(rows: np.ndarray, truth: np.ndarray) -> float:
     return float(np.hypot(*(mine[:, :2] - wanted).T).mean())
 
 
-def tried(base: str, name: str, form: str, drive: Drive, control: float, truth: np.ndarray) -> dict[str, object]:
-    """One variant of one drive in one form → its row."""
+def written(name: str, form: str, drive: Drive, folder: Path) -> tuple[Drive, Path]:
+    """A variant of a drive in a form, in a folder."""
     rng = np.random.default_rng(11)
-    shuffled = name == "records in random order"
     made = VARIANTS[name](drive, rng) if name in VARIANTS else drive
-    row: dict[str, object] = {"base": base, "form": form, "variant": name}
-    with tempfile.TemporaryDirectory() as folder:
-        path = WRITERS[form](made, Path(folder) / f"drive.{form}", rng, shuffled)
-        if name == "the log twice" and form == "log":
-            path.write_text(path.read_text() * 2)
-        try:
-            error, way, codes, others, _ = result(
-                path, truth if made.truth is not None or drive.truth is None else None
-            )
-        except BadInput as refused:
-            return row | {"verdict": "refused", "said": str(refused)[:160]}
+    path = WRITERS[form](made, folder / f"drive.{form}", rng, name == "records in random order")
+    if name == "the log twice" and form == "log":
+        path.write_text(path.read_text() * 2)
+    return made, path
+
+
+def tried(path: Path, control: float, truth: np.ndarray | None) -> dict[str, object]:
+    """Judge a log whose sound form is wrong by `control` [m]; its error is unknown without a truth."""
+    try:
+        error, way, codes, others, _ = result(path, truth)
+    except BadInput as refused:
+        return {"verdict": "refused", "codes": [one.code for one in faults_of(refused)], "said": str(refused)[:160]}
     limit = max(2 * control, LEAST_ERROR_M)
     fine = error is not None and error <= limit
-    row |= {
-        "error": None if error is None else round(error, 3),
-        "path": round(way, 2),
-        "codes": codes,
-        "said": others,
-    }
+    row = {"error": None if error is None else round(error, 3), "path": round(way, 2), "codes": codes, "said": others}
     verdict = "right" if fine and not codes else "named" if codes or others else "right" if fine else "WRONG"
     return row | {"verdict": verdict}
+
+
+def sound(base: str, form: str, drive: Drive) -> tuple[float, np.ndarray]:
+    """Error [m] of the sound drive, and the truth."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = WRITERS[form](drive, Path(folder) / f"drive.{form}", np.random.default_rng(11), False)
+        truth = None if drive.truth is None else np.column_stack([drive.stamps, drive.truth])
+        error, _, codes, others, places = result(path, truth)
+    sys.stdout.write(f"# {base} {form}: control {error or 0.0:.3f} m {codes} {others}\n")
+    return error or 0.0, places if truth is None else truth
 
 
 def campaign(bases: list[str], forms: list[str], only: list[str]) -> list[dict[str, object]]:
@@ -410,15 +418,12 @@ def campaign(bases: list[str], forms: list[str], only: list[str]) -> list[dict[s
     rows: list[dict[str, object]] = []
     for base, form in itertools.product(bases, forms):
         drive = BASES[base]()
-        with tempfile.TemporaryDirectory() as folder:
-            path = WRITERS[form](drive, Path(folder) / f"drive.{form}", np.random.default_rng(11), False)
-            truth = None if drive.truth is None else np.column_stack([drive.stamps, drive.truth])
-            error, _, codes, others, places = result(path, truth)
-        truth = places if truth is None else truth
-        control = error or 0.0
-        sys.stdout.write(f"# {base} {form}: control {control:.3f} m {codes} {others}\n")
+        control, truth = sound(base, form, drive)
         for name in only or [*VARIANTS, *VARIANTS_OF_FILES]:
-            rows.append(tried(base, name, form, drive, control, truth))
+            with tempfile.TemporaryDirectory() as folder:
+                made, path = written(name, form, drive, Path(folder))
+                known = truth if made.truth is not None or drive.truth is None else None
+                rows.append({"base": base, "form": form, "variant": name} | tried(path, control, known))
             sys.stdout.write(json.dumps(rows[-1]) + "\n")
             sys.stdout.flush()
     return rows

@@ -1,9 +1,10 @@
 """Agreement of wheels and scans: the moves that both claim are compared, and what explains a difference is named.
 
-The scans' moves do not depend on the wheels being right. One pair of scans in a few is looked at while all is well,
-every one while the two senses contradict each other.
+The scans' moves do not depend on the wheels being right, nor on the unit of the ranges. While all is well, scans far
+apart are compared: they tell more, and cost less. While the two senses contradict each other every scan is looked at.
 """
 
+import itertools
 import math
 from collections import deque
 from collections.abc import Iterator
@@ -16,35 +17,44 @@ from core.message import Array, message
 from core.sensors import Fault, Laser, Scan, Wheels
 from core.sensors.checks import fault
 from core.slam.scan_matching.point_to_line import MIN_POINTS, WallPoints
-from core.slam.scan_matching.scan_pairs import PairMatcher, ScanMove, walls_of
+from core.slam.scan_matching.scan_pairs import PairMatcher, ScanMove
 
 MIN_PAIR_S, LONG_PAIR_S, MAX_PAIR_S = 0.09, 0.45, 6.0  # between two scans: at least, enough at rest, at most
 PAIR_M, PAIR_RAD = 0.04, math.radians(4)  # of a move that is long enough to compare
-SCANS_PER_PAIR = 4  # at least, while all is well …
+CALM_FACTORS = (6.0, 2.5, 2.0)  # times that way, turn and time, while all is well …
 CALM_PAIRS = 3  # … which so many that agree show
-GUESSED_TURNS_RAD = (-0.15, 0.15)  # from which the search begins where nothing else fits
+GUESSED_TURNS_RAD = (-0.15, 0.15)  # from which the search begins where nothing else fits …
+GUESSED_WAYS_M, FAR_PAIR_S = (
+    (0.3, 0.6, 0.9, 1.3, 1.7, 2.1),
+    1.0,
+)  # … and ways in all directions, where so much time has passed
 MIN_TRIED, MIN_FIT_SHARE = 16, 0.2  # moves, of which so many fit: else the ranges are no distances
 TRACK_S, MAX_CARRIED_S = 8.0, 0.5  # of odometry that is kept, and carried on to the middle of a scan
 
 STILL_M, STILL_RAD = 0.008, math.radians(0.5)  # below which a move is none
 MOVED_M, MOVED_RAD = 0.025, math.radians(1.5)  # from which it is one
-UNLIKE_M, UNLIKE_RAD, UNLIKE_SHARE = 0.03, math.radians(1.5), 0.4  # of a move, by which both may differ
+UNLIKE_M, UNLIKE_RAD, UNLIKE_SHARE = 0.03, math.radians(1.5), 0.4  # of a move, by which both may differ …
+UNLIKE_RAD_M = 0.08  # … and per metre of it, by which wheels lead aside
 MAX_SQUARED = 16.0  # distance between both, by what the walls show
 ALONE_PAIRS, ALONE_M, ALONE_RAD = 3, 0.12, math.radians(8)  # of moves by one sense alone: wheels are not believed
 SAID_AFTER_S = 1.5  # of them that is said
 BACK_PAIRS = 3  # that agree on the move: the wheels are believed again
 
+KEPT_MOVES, MIN_MOVES, MAX_DIFFER_SHARE = 40, 30, 0.45  # that are looked at, and that contradict each other
 KEPT_PAIRS, PAIRS_PER_LOOK = 80, 8  # that are judged together, and after how many new ones
 MAX_SD_M, MAX_SD_RAD = 0.03, math.radians(1.0)  # of a move by scans that is judged
-MIN_TURNS, MIN_WAYS = 12, 12  # pairs that show a turn, a way
-TURN_RAD, WAY_M = math.radians(1.2), 0.02  # of one
-STRAIGHT_RAD = math.radians(8)  # of turn of a pair whose way is compared, at most
+MIN_TURNS, MIN_WAYS = 12, 8  # pairs that show a turn, a way
+TURN_RAD, WAY_M = math.radians(1.2), 0.02  # of one …
+MIN_WAY_SHARE = 0.005  # … and of it by the wheels: less, and they stand
+STRAIGHT_RAD = math.radians(15)  # of turn of a pair whose way is compared, at most
 AGAINST_SHARE = 0.8  # of the turns that are the wrong way round
-MAX_WAY_OFF, MAX_TURN_OFF = 0.085, 0.25  # of the logarithm of the wheels' share in a way, a turn
+MISSED_SHARE, MAX_MISSED = 0.1, 0.3  # of a turn that the wheels show at least; of the turns that may show less
+MAX_WAY_OFF, MAX_TURN_OFF = 0.05, 0.25  # of the logarithm of the wheels' share in a way, a turn
 MAX_MOUNT_RAD, MOUNT_LENGTH = math.radians(8), 0.8  # off ahead; length of the mean direction
-SURE_SDS = 4.0
+SURE_SDS, OUTLIER_SDS, KEPT_DOUBT = 4.0, 2.5, 0.7  # … of both for what was said before
 SCAN_SD_M, SCAN_SD_RAD = 0.01, math.radians(0.3)  # of one move by scans, at least
 MAX_LATE_S, LATE_STEP_S, MIN_LATE_S = 2.5, 0.05, 0.15  # of the search for a lateness; what is said
+MAX_RIPE_S = 1.2  # of a turn by which it is judged
 TURN_SD_RAD, TURN_SD_SHARE = math.radians(0.15), 0.05  # of a turn by scans
 MAX_TURN_SQUARED = 25.0  # difference of one turn that counts
 LATE_SHARE, MAX_LATE_SQUARED, MIN_LATE_GAIN = 0.35, 3.0, 30.0  # left of the differences; per pair; what is explained
@@ -75,8 +85,8 @@ class MovePair:
         seen, rolled = self.scans.pose, self.wheels
         off = rolled.inverse() @ seen
         far = math.hypot(off.x, off.y) > UNLIKE_M + UNLIKE_SHARE * max(_way(seen), _way(rolled))
-        turn = max(abs(seen.heading), abs(rolled.heading))
-        return (far or abs(off.heading) > UNLIKE_RAD + UNLIKE_SHARE * turn) and self._is_sure
+        turn = UNLIKE_SHARE * max(abs(seen.heading), abs(rolled.heading)) + UNLIKE_RAD_M * _way(seen)
+        return (far or abs(off.heading) > UNLIKE_RAD + turn) and self._is_sure
 
     @property
     def _is_sure(self) -> bool:
@@ -205,17 +215,20 @@ class SenseAgreement:
 
     def __init__(self, laser: Laser) -> None:
         self._laser = laser
-        self._past, self._matcher, self._lone = OdometryPast(), PairMatcher(), LoneMoves()
+        self._past, self._matcher, self._lone = OdometryPast(), PairMatcher(laser), LoneMoves()
         self._base: PairStart | None = None
         self._last: MovePair | None = None  # None: the newest scans did not fit
-        self._scans, self._calm, self._looked = 0, 0, 0
+        self._calm, self._looked = 0, 0
         self._tried, self._fitted = 0, 0  # moves by the wheels with walls to see, and those that scans show
         self._began: float | None = None  # [s] of the first frame
         self._pairs: deque[MovePair] = deque(maxlen=KEPT_PAIRS)
         self._ripening: deque[MovePair] = deque(maxlen=KEPT_PAIRS)
+        self._differ: deque[bool] = deque(
+            maxlen=KEPT_MOVES
+        )  # of the newest moves, whether both contradict each other
         self._turns: deque[tuple[float, Array]] = deque(maxlen=KEPT_PAIRS)  # by scans, by wheels at each lateness
         self._found: dict[str, Fault] = {}
-        self._late_before = 0.0  # [s], when it was judged last
+        self._late_before, self._scales_before = 0.0, (1.0, 1.0)  # [s] and of turns and ways, when judged last
         self.lateness = 0.0  # [s] to add to the stamps of the scans; 0: none is known
         self.compared = MoveAgreement(laser=laser.name)  # when it was judged last
 
@@ -250,7 +263,6 @@ class SenseAgreement:
         self._past.add(stamp, wheels)
         if scan is None:
             return
-        self._scans += 1
         middle = scan.stamp + self._laser.time_offset + 0.5 * scan.time_step * (len(scan.ranges) - 1)
         base = self._base
         if base is None or not 0 < middle - base.stamp <= MAX_PAIR_S:
@@ -258,33 +270,40 @@ class SenseAgreement:
             self._lone.end_run()
             return
         elapsed = middle - base.stamp
-        length = self._length(base.odometry.inverse() @ wheels.odometry, elapsed)
-        if elapsed < MIN_PAIR_S or (length < 1.0 and elapsed < LONG_PAIR_S):
-            return
-        if self._calm < CALM_PAIRS or self._scans >= SCANS_PER_PAIR:
-            self._compare(base, PairStart(middle, scan, wheels.odometry, walls_of(scan, self._laser)), fresh)
-        elif length > 2.0:
-            self._base = PairStart(middle, scan, wheels.odometry)
+        way, turn, lasts = CALM_FACTORS if self._calm >= CALM_PAIRS else (1.0, 1.0, 1.0)
+        rolled = base.odometry.inverse() @ wheels.odometry
+        moved = self._last is None or self._has_come(rolled, elapsed, way * PAIR_M, turn * PAIR_RAD)
+        if elapsed >= MIN_PAIR_S and (moved or elapsed >= lasts * LONG_PAIR_S):
+            self._compare(base, PairStart(middle, scan, wheels.odometry, self._matcher.walls_of(scan)), fresh)
 
     def finish(self) -> None:
         """Judge what is left: nothing more comes."""
         self._say_misfit()
         self._judge()
+        self._say_difference()
 
-    def _length(self, rolled: Pose, elapsed: float) -> float:
-        """How far the robot has come in `elapsed` [s] by either sense, over what is enough to compare."""
+    def _say_difference(self) -> None:
+        """Say where most moves by wheels and by scans contradict each other, and nothing explains it."""
+        share = sum(self._differ) / max(len(self._differ), MIN_MOVES)
+        if share > MAX_DIFFER_SHARE and not self._found:
+            self._say("agreement.differ", share=f"{100 * share:.0f}")
+        elif len(self._found) > 1:
+            self._found.pop("agreement.differ", None)
+
+    def _has_come(self, rolled: Pose, elapsed: float, far: float, turned: float) -> bool:
+        """Return whether the robot has come `far` [m] or `turned` [rad] in `elapsed` [s] by either sense."""
         rate = self.velocity or Pose()
-        way = max(_way(rolled), elapsed * _way(rate))
-        return max(way / PAIR_M, max(abs(rolled.heading), elapsed * abs(rate.heading)) / PAIR_RAD)
+        way, turn = max(_way(rolled), elapsed * _way(rate)), max(abs(rolled.heading), elapsed * abs(rate.heading))
+        return way >= far or turn >= turned
 
     def _compare(self, base: PairStart, now: PairStart, fresh: bool) -> None:
         """Find the move by scans from one to the other, and compare it with the wheels'."""
-        self._scans, self._base = 0, now
+        self._base = now
         track = self._past.columns(now.stamp)
         if now.walls is None or len(track) < 2 or track[0, 0] > base.stamp + 1e-6:
             return
         rolled = _moved(track, base.stamp, now.stamp)
-        walls = base.walls or walls_of(base.scan, self._laser)
+        walls = base.walls or self._matcher.walls_of(base.scan)
         found = self._matcher.match(walls, now.walls, self._guesses(rolled, now.stamp - base.stamp))
         if _has_moved(rolled) and min(len(walls.points), len(now.walls.points)) >= MIN_POINTS:
             self._tried += 1
@@ -295,7 +314,10 @@ class SenseAgreement:
             self._lone.end_run()
             return
         self._last = pair = MovePair(base.stamp, now.stamp, found, rolled)
-        self._calm = 0 if pair.differs or self.distrusts else self._calm + 1
+        differs = pair.differs
+        self._calm = 0 if differs or self.distrusts else self._calm + 1
+        if _has_moved(pair.wheels) or _has_moved(found.pose):
+            self._differ.append(differs)
         self._lone.take(pair)
         code, since, lasted = self._lone.newest
         if code and fresh and abs(self.lateness) < MIN_LATE_S:
@@ -329,15 +351,19 @@ class SenseAgreement:
         yield Pose(-rolled.x, -rolled.y, rolled.heading)
         for turn in GUESSED_TURNS_RAD:
             yield Pose(0.0, 0.0, turn)
+        if elapsed < FAR_PAIR_S or _is_still(rolled):
+            return
+        for way, direction in itertools.product(GUESSED_WAYS_M, np.arange(0.0, math.tau, math.pi / 4).tolist()):
+            yield Pose(way * math.cos(direction), way * math.sin(direction), rolled.heading)
 
     def _keep(self, pair: MovePair, track: Array) -> None:
         """Keep a pair whose move is sure, its turn once the odometry around it is known; judge now and then."""
         place_sd, heading_sd = pair.scans.sds
         if heading_sd > MAX_SD_RAD or self.distrusts:
             return
-        if place_sd < MAX_SD_M:
+        if place_sd * self._matcher.scale < MAX_SD_M:
             self._pairs.append(pair)
-        if pair.end - pair.start < 1.0:
+        if pair.end - pair.start < MAX_RIPE_S:
             self._ripening.append(pair)
         while self._ripening and self._ripening[0].end + MAX_LATE_S <= track[-1, 0]:
             ripe = self._ripening.popleft()
@@ -348,6 +374,8 @@ class SenseAgreement:
         self._looked += 1
         if self._looked % PAIRS_PER_LOOK == 0:
             self._judge()
+            if len(self._differ) == KEPT_MOVES:
+                self._say_difference()
 
     def _judge(self) -> None:
         """Name what explains the difference between wheels and scans."""
@@ -361,20 +389,30 @@ class SenseAgreement:
         moves = [pair.scans for pair in self._pairs]
         seen = np.array([move.pose.vector for move in moves]).reshape(-1, 3)
         rolled = np.array([pair.wheels.vector for pair in self._pairs]).reshape(-1, 3)
-        self.compared = compare(self._laser.name, seen, rolled, self.lateness)
+        self.compared = compare(self._laser.name, seen, rolled, self.lateness, SCAN_SD_M / self._matcher.scale)
         if abs(self.lateness) >= MIN_LATE_S or len(self._pairs) < MIN_TURNS:
             return
-        turned = find_turn_scale(seen, rolled)
+        turned = find_turn_scale(seen, rolled, self._doubt("agreement.turn_scale"))
+        doubt = self._doubt("agreement.way_scale")
+        scale, aside = find_way_scale(seen, rolled, SCAN_SD_M / self._matcher.scale, doubt)
+        before, self._scales_before = self._scales_before, (turned, scale)
         if turned < 0:
             self._say("agreement.mirrored")
-        elif turned != 1.0:
-            self._say("agreement.turn_scale", times=f"{turned:.2f}")
-        scale, aside = find_way_scale(seen, rolled)
-        if scale != 1.0:
-            self._say("agreement.way_scale", times=f"{scale:.3g}")
+        for code, size, one in (
+            ("agreement.turn_scale", turned, before[0]),
+            ("agreement.way_scale", 1.0 if aside or turned < 0 else scale, before[1]),
+        ):
+            if size > 0 and 1.0 not in (size, one):
+                self._say(code, times=f"{size:.3g}")
+            else:
+                self._found.pop(code, None)
         if aside:
             heading = wrap(self._laser.mounting.heading - aside)
             self._say("agreement.mount", off=f"{math.degrees(aside):.0f}", heading=f"{heading:.2f}")
+
+    def _doubt(self, code: str) -> float:
+        """Return the share of the usual proof that is enough: what was said once is not taken back at once."""
+        return KEPT_DOUBT if code in self._found else 1.0
 
     def _say(self, code: str, *, used: bool = True, **values: str) -> None:
         name = self._laser.name or "the laser"
@@ -397,10 +435,10 @@ def find_lateness(turns: deque[tuple[float, Array]]) -> float:
     return late if explains and abs(late) >= MIN_LATE_S - 1e-9 else 0.0
 
 
-def compare(laser: str, seen: Array, rolled: Array, lateness: float) -> MoveAgreement:
-    """Moves (N, 3) by scans and by wheels → what they say of each other."""
+def compare(laser: str, seen: Array, rolled: Array, lateness: float, least_sd: float = SCAN_SD_M) -> MoveAgreement:
+    """Moves (N, 3) by scans, with their sd [m], and by wheels → what they say of each other."""
     turns, ways = _turning(seen, rolled), _straight(seen, rolled)
-    turn_sd, way_sd = SCAN_SD_RAD / _rms(seen[turns, 2]), SCAN_SD_M / _rms(seen[ways, :2])
+    turn_sd, way_sd = SCAN_SD_RAD / _rms(seen[turns, 2]), least_sd / _rms(seen[ways, :2])
     return MoveAgreement(
         laser=laser,
         turns=int(turns.sum()),
@@ -432,11 +470,11 @@ def _turning(seen: Array, rolled: Array) -> Array:
 
 def _straight(seen: Array, rolled: Array) -> Array:
     """Return which moves show a way (N,)."""
-    long = (np.hypot(*seen[:, :2].T) > WAY_M) & (np.hypot(*rolled[:, :2].T) > 0.1 * WAY_M)
+    long = (np.hypot(*seen[:, :2].T) > WAY_M) & (np.hypot(*rolled[:, :2].T) > MIN_WAY_SHARE * WAY_M)
     return long & (np.abs(seen[:, 2]) < STRAIGHT_RAD)
 
 
-def find_turn_scale(seen: Array, rolled: Array) -> float:
+def find_turn_scale(seen: Array, rolled: Array, doubt: float = 1.0) -> float:
     """Moves (N, 3) by scans and by wheels → the wheels' turn over the scans'; 1: nothing is wrong, < 0: mirrored."""
     turns = _turning(seen, rolled)
     if turns.sum() < MIN_TURNS:
@@ -444,11 +482,16 @@ def find_turn_scale(seen: Array, rolled: Array) -> float:
     share = rolled[turns, 2] / seen[turns, 2]
     if np.mean(share < 0) >= AGAINST_SHARE:
         return -1.0
-    return _scale(share[share > 0], MAX_TURN_OFF, SCAN_SD_RAD / _rms(seen[turns, 2]))
+    alike, sizes = share > 0, np.abs(seen[turns, 2])
+    scale = _scale(share[alike], sizes[alike], doubt * MAX_TURN_OFF, doubt * SURE_SDS, SCAN_SD_RAD / _rms(sizes))
+    return scale if scale != 1.0 else _share_of_turns(seen[:, 2], rolled[:, 2])
 
 
-def find_way_scale(seen: Array, rolled: Array) -> tuple[float, float]:
-    """Moves (N, 3) by scans and by wheels → the wheels' way over the scans', and how far aside these lead [rad].
+def find_way_scale(
+    seen: Array, rolled: Array, least_sd: float = SCAN_SD_M, doubt: float = 1.0
+) -> tuple[float, float]:
+    """Moves (N, 3) by scans, with their sd [m], and by wheels → the wheels' way over the scans', and how far aside
+    these lead [rad].
 
     (1, 0): nothing is wrong.
     """
@@ -456,7 +499,7 @@ def find_way_scale(seen: Array, rolled: Array) -> tuple[float, float]:
     if ahead.sum() < MIN_WAYS:
         return 1.0, 0.0
     ways, claimed = np.hypot(*seen[ahead, :2].T), np.hypot(*rolled[ahead, :2].T)
-    scale = _scale(claimed / ways, MAX_WAY_OFF, SCAN_SD_M / _rms(ways))
+    scale = _scale(claimed / ways, ways, doubt * MAX_WAY_OFF, doubt * SURE_SDS, least_sd / _rms(ways))
     off = wrap_all(_direction(seen[ahead]) - _direction(rolled[ahead]))
     mean = np.exp(1j * off).mean()
     rest = wrap_all(off - np.angle(mean))
@@ -465,14 +508,26 @@ def find_way_scale(seen: Array, rolled: Array) -> tuple[float, float]:
     return scale, aside if sure else 0.0
 
 
-def _scale(shares: Array, most: float, least_sd: float) -> float:
-    """The median of shares (N,); 1 where it is not surely off by more than `most` of its logarithm.
+def _scale(shares: Array, sizes: Array, most: float, sds: float, least_sd: float) -> float:
+    """The mean of shares (N,), weighed by the sizes of the moves, outliers left out; 1 where it is not surely off by
+    more than `most` and `sds` of its logarithm.
 
     `least_sd` of it: few that happen to lie close together are no surer than the scans.
     """
-    off = np.log(shares)
-    middle = float(np.median(off))
-    return math.exp(middle) if abs(middle) > max(most, SURE_SDS * max(_median_sd(off), least_sd)) else 1.0
+    off, weights = np.log(shares), sizes**2
+    apart = np.abs(off - np.median(off))
+    weights = np.where(apart <= OUTLIER_SDS * 1.483 * np.median(apart), weights, 0.0) / weights.sum()
+    mean = float((weights * off).sum() / weights.sum())
+    sd = float(np.sqrt((weights**2 * (off - mean) ** 2).sum())) / float(weights.sum())
+    return math.exp(mean) if abs(mean) > max(most, sds * max(sd, least_sd)) else 1.0
+
+
+def _share_of_turns(seen: Array, rolled: Array) -> float:
+    """Turns (N,) by scans and by wheels → their share, where wheels do not show many of them; 1: they do."""
+    seen, rolled = seen[np.abs(seen) > TURN_RAD], rolled[np.abs(seen) > TURN_RAD]
+    share = float((seen * rolled).sum() / max((seen**2).sum(), 1e-9))
+    missed = np.abs(seen)[np.abs(rolled) < MISSED_SHARE * np.abs(seen)].sum()
+    return share if missed > MAX_MISSED * np.abs(seen).sum() and 0 < share < math.exp(-MAX_TURN_OFF) else 1.0
 
 
 def _direction(moves: Array) -> Array:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from types import SimpleNamespace
+from typing import cast
 
 import cv2
 import numpy as np
@@ -15,10 +17,15 @@ import pytest
 from core.errors import BadInput, Unavailable
 from core.gate import Twist
 from core.geometry import Pose
+from core.pilot import Pilot
+from core.pipelines import slam
 from core.pipelines.slam import slam_log
 from core.pipelines.slam_files import landmarks_csv, trajectory_tum
+from core.recording.drive import DriveRecording
 from core.robots.connect import connect
-from core.settings import read
+from core.sensors.checks import UnusableReading
+from core.settings import Settings, read
+from core.simulation.faulty_robot import open_robot
 from core.simulation.settings import SimulationSettings
 from core.slam.estimate import Landmark
 
@@ -212,3 +219,20 @@ def test_scans_alone_lead_close_to_it(driven):
     end, true = result.poses[-1], driven.truth[-1]
     assert end.distance_to(true.x, true.y) < 0.15
     assert abs((true.inverse() @ end).heading) < math.radians(5)
+
+
+def test_own_recordings_and_logs_alike_end_where_nothing_fits(tmp_path):
+    robot, rng = open_robot("lab", seed=5, settings=None), np.random.default_rng(2)
+    pilot, stamps, stands = Pilot(robot.profile, Settings()), [], []
+    for _ in range(400):
+        robot.drive(Twist(0.2, 0.4))
+        frame = replace(robot.read(), image=None)
+        if frame.scan is not None:
+            frame = replace(frame, scan=replace(frame.scan, ranges=rng.uniform(0.1, 1.0, len(frame.scan.ranges))))
+            stamps.append(frame.stamp)
+            stands.append(pilot.anchored_pose)
+        pilot.step(frame)
+    run = slam._PilotRun(stamps, stands, slam._CourseTaker().course())
+    with pytest.raises(UnusableReading, match="no distances") as told:
+        slam._result(cast(DriveRecording, SimpleNamespace(path=tmp_path / "own.mcap")), pilot, run)
+    assert [one.code for one in told.value.faults] == ["agreement.no_fit"]

@@ -9,6 +9,7 @@ import lzma
 import math
 import tarfile
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import lz4.frame
@@ -21,7 +22,7 @@ from core.recording.clocks import StampedStream, longest_part, on_one_clock, sec
 from core.recording.odometry_checks import believable_track
 from core.recording.read_report import ReadReport
 from core.sensors.scan_gate import RangeUnit, checked_angles
-from tests.core.recording.log_writers import carmen_lines, robot_messages, two, write_mcap
+from tests.core.recording.log_writers import START, carmen_lines, robot_messages, two, write_mcap
 
 RANGES = np.linspace(1.7, 6.4, 180).astype(np.float32)
 TIMES = 1.7e9 + 0.1 * np.arange(200)
@@ -231,6 +232,57 @@ def test_ranges_of_a_carmen_log_are_brought_to_metres(unit, tmp_path):
     recording = open_log(written(tmp_path, "\n".join(map(scaled, carmen_lines())).encode()))
     assert [one.code for one in recording.report.faults] == ["scan.units"]
     assert np.nanmedian(recording.scans[0].ranges) < 20
+
+
+@pytest.mark.parametrize(("unit", "since_start"), [(1e3, False), (1e6, False), (1e9, False), (1e3, True)])
+def test_times_of_a_carmen_log_in_parts_of_a_second_are_brought_to_seconds(unit, since_start, tmp_path):
+    def scaled(line: str) -> str:
+        words = line.split()
+        if words[0] in ("FLASER", "ODOM"):
+            words[-3], words[-1] = (f"{unit * (float(words[k]) - since_start * 1.7e9):.0f}" for k in (-3, -1))
+        return " ".join(words)
+
+    recording = open_log(written(tmp_path, "\n".join(map(scaled, carmen_lines(20))).encode()))
+    assert "clock.unit" in [one.code for one in recording.report.faults]
+    assert len(recording.scans) == 20 and recording.report.skipped == 0 and recording.track is not None
+    stamps = [scan.stamp for scan in recording.scans]
+    assert np.diff(stamps) == pytest.approx(0.2, abs=1e-3)
+    assert recording.track.times[-1] == pytest.approx(stamps[-1], abs=0.1)
+
+
+@pytest.mark.parametrize("times", [1000, 0.001])
+def test_times_of_all_clocks_in_another_unit_are_brought_to_seconds(times, tmp_path):
+    rows = []
+    for name, kind, stamp, message in robot_messages(two, scans=30):
+        stamp = START + times * (stamp - START)
+        timed = name in ("/scan", "/odom")
+        header = two.header(stamp, message.header.frame_id) if timed else None
+        rows.append((name, kind, stamp, replace(message, header=header) if timed else message))
+    recording = open_log(write_mcap(tmp_path / "a.mcap", rows))
+    assert [one.code for one in recording.report.faults] == ["clock.unit"]
+    assert recording.scans[-1].stamp - recording.scans[0].stamp == pytest.approx(2.9, abs=0.01)
+    assert recording.track is not None and np.ptp(recording.track.times) == pytest.approx(2.95, abs=0.01)
+
+
+def test_ranges_whose_bytes_are_in_another_order_are_refused(tmp_path):
+    rows = [
+        (*row[:3], replace(row[3], ranges=row[3].ranges.byteswap()) if row[0] == "/scan" else row[3])
+        for row in robot_messages(two)
+    ]
+    with pytest.raises(BadInput, match="order"):
+        open_log(write_mcap(tmp_path / "a.mcap", rows))
+
+
+def test_a_laser_that_sees_nothing_now_and_then_is_one_laser(tmp_path):
+    rows, number = [], 0
+    for name, kind, stamp, message in robot_messages(two, scans=60):
+        number += name == "/scan"
+        empty = name == "/scan" and number % 10 == 5
+        rows.append(
+            (name, kind, stamp, replace(message, ranges=np.full(90, np.inf, np.float32)) if empty else message)
+        )
+    recording = open_log(write_mcap(tmp_path / "a.mcap", rows))
+    assert len(recording.scans) == 60 and recording.report.faults == ()
 
 
 def test_a_cut_packed_log_is_read_as_far_as_it_goes(tmp_path):

@@ -79,6 +79,26 @@ def mirrored(laser: Laser, drive: list[Member]) -> tuple[Laser, list[Member]]:
     return laser, turned
 
 
+def ranged(scale: float) -> Making:
+    """Ranges and their limits in another unit."""
+
+    def changed(scan: Scan) -> Scan:
+        return replace(scan, ranges=scale * scan.ranges, range_max=scale * scan.range_max)
+
+    return lambda laser, drive: (laser, [replace(one, scan=changed(one.scan)) for one in drive])
+
+
+def at_random(laser: Laser, drive: list[Member]) -> tuple[Laser, list[Member]]:
+    """Wheels that lead as far as they should, in any direction."""
+    rng = np.random.default_rng(6)
+
+    def turned(_: float, move: Pose) -> Pose:
+        x, y = math.hypot(move.x, move.y) * np.array([np.cos(a := rng.uniform(0, math.tau)), np.sin(a)])
+        return Pose(float(x), float(y), float(rng.choice([-1.0, 1.0])) * move.heading)
+
+    return by_moves(turned)(laser, drive)
+
+
 def late(seconds: float) -> Making:
     steps = round(seconds / PERIOD_S)
     return lambda laser, drive: (
@@ -150,7 +170,13 @@ def test_a_scan_that_takes_a_while_agrees_with_the_wheels(world: str, sweep_s: f
         (scaled(1.2, 1.0), "agreement.way_scale"),
         (scaled(0.8, 1.0), "agreement.way_scale"),
         (scaled(100.0, 1.0), "agreement.way_scale"),
+        (scaled(0.01, 1.0), "agreement.way_scale"),
+        (ranged(1.1), "agreement.way_scale"),
+        (ranged(0.9), "agreement.way_scale"),
+        (ranged(10.0), "agreement.way_scale"),
         (scaled(1.0, 1.5), "agreement.turn_scale"),
+        (by_moves(lambda _, move: Pose(move.x, move.y, max(move.heading, 0.0))), "agreement.turn_scale"),
+        (at_random, "agreement.differ"),
         (scaled(1.0, -1.0), "agreement.mirrored"),
         (mirrored, "agreement.mirrored"),
         (scaled(-1.0, 1.0), "agreement.mount"),

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -10,12 +11,12 @@ from core.robots import Profile
 from core.sensors import Fault, SensorFrame, Wheels
 from core.sensors.checks import fault
 from core.sentences import Statement
-from core.snapshot import SensorKind
 
 MIN_REPEATS = 2  # equal readings in a row, on the move, that mean the sensor hangs
 MIN_FROZEN, FROZEN_SHARE = 5, 0.05  # of the scans on the move that repeat: said
 USELESS_SHARE = 0.75  # of them: nothing of the laser can be used
 
+SensorKind = Literal["laser", "camera"]
 Sensor = tuple[SensorKind, str]  # kind and name
 
 
@@ -67,9 +68,9 @@ class RepeatedReadings:
             if count >= max(MIN_FROZEN, FROZEN_SHARE * every)
         )
 
-    def hangs(self, kind: SensorKind, name: str) -> bool:
+    def hangs(self, kind: str, name: str) -> bool:
         """Return whether this sensor repeats itself."""
-        return self._repeats.get((kind, name), 0) >= MIN_REPEATS
+        return any(self._repeats.get((one, name), 0) >= MIN_REPEATS for one in ("laser", "camera") if one == kind)
 
     def _hangs(self, sensor: Sensor, data: Array, moving: bool) -> bool:
         last, self._last[sensor] = self._last.get(sensor), data

@@ -11,8 +11,8 @@ from core.gate import Twist
 from core.geometry import Pose
 from core.message import Array
 from core.pilot import Pilot
-from core.pilot.repeated_readings import RepeatedReadings
 from core.robots import Profile
+from core.robots.repeated_readings import RepeatedReadings
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
 from core.simulation.robot import SimulatedRobot
 from core.simulation.settings import SimulationSettings
