@@ -6,6 +6,7 @@ import shutil
 import socket
 import sys
 import threading
+from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -54,12 +55,21 @@ def add(places: Any) -> None:
         "doctor", help="what is installed, what is missing, what to do"
     )
     parser.add_argument("--self-test", action="store_true", help="drive the simulated robot for a minute and measure")
+    parser.add_argument(
+        "--profile",
+        nargs="?",
+        const="",
+        metavar="DRIVE.mcap",
+        help="measure where the time of the robot's steps goes, in a drive that Beckon recorded, or in the simulator",
+    )
     add_json(parser)
     parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
     """Exit code 1 when something needed is missing or the self-test fails."""
+    if chosen.profile is not None:
+        return profile(chosen)
     findings = [*examine()]
     if chosen.self_test:
         from console.cli.self_test import self_test  # the whole robot: only when it is asked for
@@ -95,6 +105,20 @@ def run(chosen: argparse.Namespace) -> int:
         if well:
             write(WELL)
     return 0 if well else 1
+
+
+def profile(chosen: argparse.Namespace) -> int:
+    """Tell where the time of the steps goes. Raises BadInput for a file that is no drive of ours."""
+    from console.cli.step_profile import lines_of, recorded_profile, simulated_profile  # the whole robot
+    from core.settings import Settings
+
+    found = recorded_profile(Path(chosen.profile), Settings()) if chosen.profile else simulated_profile()
+    if chosen.json:
+        write_json({**asdict(found), "rooms": dict(found.rooms)})
+        return 0
+    for line in lines_of(found):
+        write(line)
+    return 0
 
 
 def examine() -> list[CheckResult]:

@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 
 from core.commands.command import Command
@@ -42,6 +43,7 @@ class Rehearsal:
         self._near_field = NearField(self.robot.profile.lasers)
         self.endings: list[ActiveCommandStatus] = []
         self.when_stepped: list[Callable[[SensorFrame], None]] = []  # called with every frame
+        self.around_step: Callable[[], AbstractContextManager[None]] = nullcontext  # entered for every step
         self.contacts = 0
         self._touching = False
         self._ticks = itertools.count()
@@ -73,7 +75,8 @@ class Rehearsal:
         show(self.gate, self._near_field, frame, now)
         self.contacts += frame.contact and not self._touching
         self._touching = frame.contact
-        self.snapshot = self.pilot.step(frame)
+        with self.around_step():
+            self.snapshot = self.pilot.step(frame)
         self.endings += self.snapshot.endings
         self._request(self.snapshot, now)
         self._tick_until(now + 1 / self.robot.profile.rate)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from console.__main__ import main
-from console.cli import doctor, self_test
+from console.cli import doctor, self_test, step_profile
 from core.install import install_extra, install_packages
 from core.models import InstalledModel
 
@@ -98,3 +98,34 @@ def test_without_portaudio_all_is_well_and_the_library_is_named(
     assert main(["doctor"]) == 0
     told = capsys.readouterr().out
     assert re.search(r"^absent  microphones \(audio:\)", told, re.M) and "apt install libportaudio2" in told
+
+
+def test_the_profile_parts_the_time_of_the_steps(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(step_profile, "SIMULATED_S", 4.0)
+    assert main(["doctor", "--profile", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["steps"] == 4 * told["rate_hz"] and {"corners and edges", "scan matching", "filter"} <= set(
+        told["rooms"]
+    )
+    assert sum(told["rooms"].values()) == pytest.approx(told["mean_ms"], rel=1e-6)
+    assert told["p50_ms"] <= told["p95_ms"] <= told["p99_ms"]
+    assert main(["doctor", "--profile", "nowhere.mcap"]) == 1
+    assert "nowhere.mcap" in capsys.readouterr().err
+
+
+def test_a_slower_processor_is_multiplied_and_said_to_be() -> None:
+    one = step_profile.StepProfile(
+        source="sim:lab",
+        steps=100,
+        rate_hz=40.0,
+        mean_ms=5.0,
+        p50_ms=4.0,
+        p95_ms=10.0,
+        p99_ms=12.0,
+        rooms=(("map", 3.0), ("filter", 2.0)),
+    )
+    words = "\n".join(step_profile.lines_of(one))
+    assert "| map | 3.00 | 60 % |" in words and "multiplied, not measured" in words
+    assert "20.0 ms a step, 80 % of a core" in words and "do not fit into the 25 ms" in words
