@@ -106,11 +106,12 @@ BELOW = 2.0  # [nats] below its bound, down to which its score may be then
 SELDOM = 1.0  # [nats] by which "3.0", "1.05", "0.77" are less likely: they are written for "3.2", "1.25", "0.7"
 DECIMAL = "Continue 1.{digit} meters."  # in which decimals by chance are compared
 NAMES_BY_CHANCE = 0.3  # of their nats that count
-USUAL_WORDS = -23.0  # [nats] of a usual name by chance: "Go to the bedroom."
+USUAL_WORDS = -23.5  # [nats] of a usual name by chance: "Go to the bedroom."
 UNUSUAL_WORDS, MOST_UNUSUAL = (
     0.6,
     5.0,
 )  # of the nats below that words are rarer by chance that count against them; [nats]
+NO_OTHER = 5.0  # [nats] by which a name that no other words compete with is ahead of them
 ALIKE_NAMES = 2.5  # [nats] by which a name must be likelier than other words that sound like it
 USUAL_NAME = -21.0  # [nats] of "Go to the garden." by chance
 DECIMALS_BY_CHANCE = 0.5  # of their nats that do not count: 5 is written 3 nats more often than 9
@@ -300,25 +301,29 @@ class WhisperRecognizer:
         return decide(sentences[0], scores, THRESHOLDS, others=sentences[1:])
 
     def _over_other_names(self, meaning: Meaning, readings: list[Found], begun: tuple[int, ...]) -> float:
-        """By how much [nats] a name keeps its bounds beside all words that nobody has named, in the worse reading.
+        """By how much [nats] a name keeps its bounds beside all words that nobody has named, a mean of two readings.
 
-        Words that nobody writes by themselves, like "Malcony", are rather a known name that was not heard well; those
-        that sound like it, like "bedroom", must be less likely.
+        Words that nobody writes by themselves, like "Malcony", are rather a known name that was not heard well; usual
+        ones that sound like it, like "bedroom", must be less likely in both readings.
         """
         before = len(self._search.text(begun))
         name = _name(meaning.spelling[before:])
-        over = [math.inf]
+        over: list[float] = []
+        alike = math.inf
         for read, nats in zip(readings, (meaning.nats, meaning.again or 0.0), strict=True):
             others: dict[str, list[ScoredText]] = {}
             for one in self._other_texts(meaning, read):
                 others.setdefault(_name(one.text[before:]), []).append(one)
             groups = {words: texts for words, texts in others.items() if words != name}
             usual = self._search.by_chance([texts[0] for texts in groups.values()]) if groups else ()
+            least = NO_OTHER
             for (words, texts), chance in zip(groups.items(), usual, strict=True):
-                likely = float(np.logaddexp.reduce([one.nats for one in texts]))
-                unusual = min(UNUSUAL_WORDS * max(USUAL_WORDS - float(chance), 0.0), MOST_UNUSUAL)
-                over.append(nats - likely + unusual - ALIKE_NAMES * names_alike(words, name))
-        return min(over)
+                ahead = nats - float(np.logaddexp.reduce([one.nats for one in texts]))
+                if chance > USUAL_WORDS and names_alike(words, name):
+                    alike = min(alike, ahead - ALIKE_NAMES)
+                least = min(least, ahead + min(UNUSUAL_WORDS * max(USUAL_WORDS - float(chance), 0.0), MOST_UNUSUAL))
+            over.append(least)
+        return min(alike, sum(over) / len(over))
 
     def _unknown_place(
         self, decision: Decision, found: Found, read: Found, near: Iterable[Meaning] = (), fits: float = 0.0
@@ -327,6 +332,8 @@ class WhisperRecognizer:
         words = read.free_text.rstrip(" .,!?")
         if decision.command is None and not any(map(found.free_text.lower().startswith, TO_NAMES)):
             return decision
+        if key_of(words, self._own) is not None:
+            return decide(self._heard_as(words), Scores(sentence=read.free[0].nats), THRESHOLDS, objection=NOT_SURE)
         refused = _not_understood(words, map(self._sentence, self._near([*near], read.free[0].nats)), fits)
         return replace(refused, words=words, reason=Statement("places.no_such_sound", words=words))
 
@@ -433,7 +440,10 @@ class WhisperRecognizer:
         ]
 
     def _sentence(self, meaning: Meaning) -> Sentence:
-        return Sentence(as_understood(meaning.spelling), self._own)
+        return self._heard_as(meaning.spelling)
+
+    def _heard_as(self, spelling: str) -> Sentence:
+        return Sentence(as_understood(spelling), self._own)
 
 
 def key_of(words: str, own: OwnPhrases = ()) -> Key | None:

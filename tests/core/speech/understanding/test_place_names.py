@@ -141,10 +141,9 @@ def test_names_are_heard_as_soon_as_they_are_learnt_and_no_longer_when_they_are_
 
     going = hears("go to the window")
     assert going.command is not None and going.command.place == "window" and going.waits
-    going = hears("go to Anna's office", "en-gb-scotland")
-    assert going.command is not None and going.command.place == "Anna's office"
-    going = hears("go to Anna's office", "en-us-nyc")  # which sounds like "random office"
-    assert going.command is None and going.did_you_mean == ("go to anna's office",)
+    for voice in ("en-gb-scotland", "en-us-nyc"):
+        going = hears("go to Anna's office", voice)
+        assert going.command is not None and going.command.place == "Anna's office"
     assert hears("go to the chicken").command is None and hears("go to the market").command is None
     recognizer.learn(())
     assert hears("go to the window").command is None
