@@ -26,6 +26,31 @@ def open_page(here: Visit, name: str) -> None:
     here.page.get_by_role("navigation", name="Pages").get_by_role("link", name=name, exact=True).click()
 
 
+def test_a_picture_of_the_turning_robot_costs_the_page_less_than_a_twentieth_of_a_second(visit: Open) -> None:
+    here = visit()
+    here.page.emulate_media(reduced_motion="no-preference")
+    here.button("Flat").click()
+    costs = here.page.context.new_cdp_session(here.page)
+    costs.send("Performance.enable", {"timeDomain": "threadTicks"})  # processor time: what else runs does not count
+
+    def spent() -> float:
+        rows = costs.send("Performance.getMetrics")["metrics"]
+        return next(one["value"] for one in rows if one["name"] == "TaskDuration")
+
+    here.fresh()
+    here.say("turn left")
+    here.until(lambda: abs(here.console.turning()) > 0.1, "it turns")
+    before = spent()
+    pictures = here.page.evaluate("""() => new Promise(done => {
+        let count = 0, end = performance.now() + 2000;
+        const next = now => ++count && now < end ? requestAnimationFrame(next) : done(count);
+        requestAnimationFrame(next);
+    })""")
+    each = (spent() - before) / pictures
+    assert each < 0.05, f"{each:.3f} s for each of {pictures}"
+    here.button("STOP").click()
+
+
 def test_a_press_in_the_rail_shows_at_once_while_its_page_comes(visit: Open) -> None:
     here = visit()
     here.page.route("**/connect/main.js", lambda route: (time.sleep(1.0), route.continue_()))

@@ -132,4 +132,6 @@ export function poseRows(views) {
 
 /** @param {number[]} values @param {number[]} sds @param {number} unit of the values shown */
 const listed = (values, sds, unit) =>
-  values.map((value, axis) => `${fixed(unit * value, 1)} ± ${fixed(unit * (sds[axis] ?? NaN), 2)}`).join(", ");
+  values
+    .map((value, axis) => `${fixed(unit * value, 1)}\u00a0±\u00a0${fixed(unit * (sds[axis] ?? NaN), 2)}`)
+    .join(", ");
