@@ -39,11 +39,12 @@ ENGLISH_VOICES = (*ACCENTS, *(f"en-us+{timbre}" for timbre in TIMBRES))
 NATURAL_WORDS_MIN = 175  # [words/min] of espeak-ng by itself
 PERSONS_VOICE = "en-us+f5"  # of simulated people: not the robot's own, and the one that is understood best
 MAX_CHARACTERS = 500  # characters of a text
-PROGRAM_TIMEOUT_S = 10.0  # for the program
+PROGRAM_TIMEOUT_S = 30.0  # for the program, which takes 0.03 s: only a very busy computer is slower
 NO_VOICE = (
     f"Text cannot be spoken here: install the extra voice ({install_extra('voice')}) "
     "or the program espeak-ng (Debian: apt install espeak-ng)."
 )
+NO_ANSWER = f"The program espeak-ng does not answer within {PROGRAM_TIMEOUT_S:.0f} s; the computer is very busy."
 
 
 @dataclass(frozen=True)
@@ -85,14 +86,16 @@ def speak(text: str, settings: VoiceSettings | None = None, speakers: Sequence[S
         raise BadInput("There is nothing to say in that text.")
     if len(plain) > MAX_CHARACTERS:
         raise BadInput(f"Say at most {MAX_CHARACTERS} characters at once.")
+    why = Unavailable(NO_VOICE)
     for speaker in (by_library, by_program) if speakers is None else speakers:
         try:
             sound = speaker(plain, settings or VoiceSettings())
-        except Unavailable:
+        except Unavailable as trouble:
+            why = why if str(trouble) == NO_VOICE else trouble
             continue
         if len(sound.samples):
             return sound
-    raise Unavailable(NO_VOICE)
+    raise why
 
 
 def pcm(sound: Sound) -> bytes:
@@ -126,8 +129,10 @@ def _said(command: list[str], text: str) -> Sound:
     """Run a program that makes a WAV file of a text; its length may be missing. Raises Unavailable."""
     try:
         done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=PROGRAM_TIMEOUT_S)
-    except (OSError, subprocess.TimeoutExpired):
-        raise Unavailable("The program espeak-ng does not answer.") from None
+    except subprocess.TimeoutExpired:
+        raise Unavailable(NO_ANSWER) from None
+    except OSError as trouble:
+        raise Unavailable(f"The program espeak-ng cannot be run: {trouble.strerror}.") from None
     begin = done.stdout.find(b"data")
     if done.returncode or begin < 28:
         raise Unavailable("The program espeak-ng could not speak this text.")
@@ -148,6 +153,6 @@ def _bundled() -> list[str]:
     command = [sys.executable, "-I", "-S", str(Path(__file__).with_name("espeak.py")), *found]
     try:
         _said([*command, "en-us", "150", "50"], "a")
-    except Unavailable:
-        return []
+    except Unavailable as why:
+        return command if str(why) == NO_ANSWER else []  # it is there, if slow: what is found here is kept
     return command

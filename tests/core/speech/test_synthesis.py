@@ -13,7 +13,7 @@ import pytest
 
 from core.errors import BadInput, Unavailable
 from core.install import install_extra
-from core.speech.synthesis import VoiceSettings, by_library, by_program, can_speak, speak
+from core.speech.synthesis import VoiceSettings, _bundled, by_library, by_program, can_speak, speak
 
 speaking = pytest.mark.skipif(not can_speak(), reason="nothing here speaks: pip install espeakng-loader")
 
@@ -95,3 +95,16 @@ print(loaded)"""
 @speaking
 def test_markup_is_text_and_nothing_else() -> None:
     assert speak("<audio src='/etc/passwd'/> turn left [[pau]]", speakers=(by_library, by_program)).duration > 0.3
+
+
+@speaking
+def test_a_busy_computer_is_not_one_without_a_voice(monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_slow(*_: object, **__: object) -> None:
+        raise subprocess.TimeoutExpired("espeak-ng", 30)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(subprocess, "run", too_slow)
+        _bundled.cache_clear()
+        with pytest.raises(Unavailable, match="very busy"):
+            speak("turn left")
+    assert len(speak("turn left").samples)  # it was slow once, and is there
