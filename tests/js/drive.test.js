@@ -188,7 +188,7 @@ test("after a trip and a lost lease the page says who drives now", () => {
   p.keys(FORWARD);
   p.gate.needNeutral = true;
   p.wait(100);
-  assert.equal(p.drive.why, "The gate stopped the robot.");
+  assert.equal(p.drive.why, "The safety gate stopped the robot.");
   p.permission = { may: "no", why: "Ann drives. Take over first." };
   p.wait(100);
   assert.equal(p.drive.why, "Ann drives. Take over first.");
