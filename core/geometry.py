@@ -67,10 +67,6 @@ class Pose:
         """(x, y, heading) as an array (3,)."""
         return np.array([self.x, self.y, self.heading])
 
-    def is_finite(self) -> bool:
-        """Return whether all three numbers are finite."""
-        return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.heading)
-
 
 def arc(forward: float, turn: float) -> Pose:
     """Arc of length `forward` [m] that turns by `turn` [rad] → where it ends, seen from its start."""

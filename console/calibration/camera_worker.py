@@ -18,7 +18,6 @@ from console.messages.calibration import (
 )
 from console.workers.pictures import decode_upload
 from core.calibration.board.board import Board
-from core.calibration.camera.intrinsics import ViewCorners
 from core.calibration.camera.session import CameraSession, CameraState, PictureVerdict
 from core.calibration.reports import camera_report, kept
 from core.errors import Refused
@@ -28,21 +27,12 @@ from core.sentences import plain
 UNKNOWN_SD_SHARE = 0.05  # share of the focal length: a standard deviation beyond it means that nothing is known
 
 
-class CameraWorker(SessionWorker):
+class CameraWorker(SessionWorker[CameraSession]):
     """One camera session."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self._session = CameraSession(Board(columns=9, rows=6, square=0.03))
+        super().__init__(CameraSession(Board(columns=9, rows=6, square=0.03)))
         self._sized: tuple[int, int] | None = None  # of the pictures, as the page knows it
-
-    @property
-    def _wizard(self) -> CameraSession:
-        return self._session
-
-    @property
-    def _names(self) -> list[str]:
-        return [view.name for view in self._session.views]
 
     def open(self, job: jobs.OpenCamera) -> jobs.SessionAnswer:
         """Begin, or go on."""
@@ -76,18 +66,6 @@ class CameraWorker(SessionWorker):
     def refresh(self, _: jobs.RefreshSession | None = None) -> jobs.SessionAnswer:
         """All of it, as it is."""
         return jobs.SessionAnswer(size=self._session.size, change=self._change())
-
-    def adopt(self, job: jobs.AdoptSolution) -> jobs.SessionAnswer:
-        """Take over a solution of the solver worker."""
-        assert isinstance(job.solved, jobs.SolvedCamera)
-        views = tuple(
-            ViewCorners(name=each.name, corners=each.corners)
-            for each in self._session.taken
-            if each.name in job.solved.names
-        )
-        self._session.adopt(job.solved.calibration, views)
-        self._solved = tuple(view.name for view in views)
-        return self.refresh()
 
     def accept(self, job: jobs.AcceptCamera) -> jobs.AcceptedCamera:
         """The camera as it is stored."""
@@ -136,7 +114,7 @@ class CameraWorker(SessionWorker):
             views=self._views(),
             state=msgspec.json.encode(session.state(), enc_hook=plain),
             stale=session.stale,
-            names=self._names,
+            names=list(session.names),
         )
 
     def _views(self) -> list[CalibrationView]:

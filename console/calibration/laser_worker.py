@@ -31,23 +31,14 @@ from core.sentences import plain
 LIVE_SD = 0.01  # [m] of a single range, for the line that is shown live
 
 
-class LaserWorker(SessionWorker):
+class LaserWorker(SessionWorker[LaserSession]):
     """One laser session."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self._session = LaserSession(Board(columns=9, rows=6, square=0.03), TABLE_3)
+        super().__init__(LaserSession(Board(columns=9, rows=6, square=0.03), TABLE_3))
         self._grey: Array | None = None
         self._scan: Scan | None = None
         self._beams = np.empty(0, int)  # of the newest scan that end on the board
-
-    @property
-    def _wizard(self) -> LaserSession:
-        return self._session
-
-    @property
-    def _names(self) -> list[str]:
-        return [pose.name for pose in self._session.poses]
 
     def open(self, job: jobs.OpenLaser) -> jobs.SessionAnswer:
         """Begin, or go on."""
@@ -90,14 +81,6 @@ class LaserWorker(SessionWorker):
         """All of it, as it is."""
         return self._answer(changed=True)
 
-    def adopt(self, job: jobs.AdoptSolution) -> jobs.SessionAnswer:
-        """Take over a solution of the solver worker."""
-        assert isinstance(job.solved, jobs.SolvedMount)
-        poses = tuple(each.pose for each in self._session.taken if each.pose.name in job.solved.names)
-        self._session.adopt(job.solved.calibration, poses)
-        self._solved = tuple(pose.name for pose in poses)
-        return self.refresh()
-
     def accept(self, job: jobs.AcceptMount) -> jobs.AcceptedMount:
         """The mount as it is stored."""
         session, found = self._session, self._session.calibration
@@ -106,7 +89,7 @@ class LaserWorker(SessionWorker):
         if found.extrinsics.unknown:
             raise Refused(weak_words(found.extrinsics)[0])
         document = kept(session.model, board=session.board, laser=found)
-        return jobs.AcceptedMount(document, laser_report(found, self._names, session.board, session.model))
+        return jobs.AcceptedMount(document, laser_report(found, session.names, session.board, session.model))
 
     def _answer(self, *, changed: bool = False, verdict: LaserVerdict | None = None) -> jobs.SessionAnswer:
         model = self._session.model
@@ -130,20 +113,11 @@ class LaserWorker(SessionWorker):
         session, progress = self._session, self._session.progress()
         return jobs.SessionChange(
             advice=advised_view(session.advice()),
-            progress=CalibrationProgress(
-                views=progress.poses,
-                ready=progress.ready,
-                words=progress.words,
-                precision=progress.precision,
-                weak=list(progress.weak),
-                laser_offset=progress.laser_offset,
-                from_ruler=progress.from_ruler,
-                known_from=progress.known_from,
-            ),
+            progress=msgspec.convert({**progress._asdict(), "views": progress.poses}, CalibrationProgress),
             views=self._views(),
             state=msgspec.json.encode(LaserState.of(session), enc_hook=plain),
             stale=session.stale,
-            names=self._names,
+            names=list(session.names),
         )
 
     def _views(self) -> list[CalibrationView]:
@@ -151,7 +125,7 @@ class LaserWorker(SessionWorker):
         session, found = self._session, self._session.calibration
         fits: dict[str, tuple[str, Array]] = {}
         if found is not None:
-            fits = dict(zip(self._solved, zip(found.reasons, found.residuals, strict=True), strict=True))
+            fits = dict(zip(session.solved, zip(found.reasons, found.residuals, strict=True), strict=True))
         rows: list[CalibrationView] = []
         for each in session.taken:
             row = CalibrationView(each.pose.name, each.dropped)

@@ -19,7 +19,6 @@ from core.sentences import plain
 from core.snapshot import Ending, Level, SensorKind, SensorState
 
 Struct = msgspec.Struct
-Link = Literal["connecting", "live", "stale", "lost"]
 
 CAMERA_HEADER = struct.Struct("<BxxxId")  # kind = 1, sequence number, stamp [s]; the JPEG follows
 

@@ -15,7 +15,6 @@ from typing import Any, cast
 import numpy as np
 
 from core.errors import BadInput
-from core.gate import Twist
 from core.message import Array, message
 from core.pilot.recorded_drive import (
     MAP,
@@ -30,24 +29,8 @@ from core.pilot.trail import NO_POINTS
 from core.recording.drive import CAMERA_TOPIC, SAME_MOMENT_S, DriveMoment, DriveRecording, is_drive, text_of
 from core.robots import Profile, Robot, replayed
 from core.robots.frame_sender import merged
-from core.robots.replayed import MAX_PLAYBACK_SPEED, MIN_PLAYBACK_SPEED
-from core.robots.requests import (
-    AnswerT,
-    Pause,
-    Play,
-    PlaybackMark,
-    PlaybackMarks,
-    PlaybackState,
-    ReadMarks,
-    ReadPlayback,
-    Requests,
-    RobotRequest,
-    Seek,
-    SetSpeed,
-    ShowWay,
-    finite,
-    not_taken,
-)
+from core.robots.replayed import PlayedRecording
+from core.robots.requests import AnswerT, PlaybackMark, PlaybackState, Requests, RobotRequest, ShowWay
 from core.sensors import SensorFrame
 from core.sentences import Statement
 from core.settings import Settings
@@ -155,14 +138,17 @@ def _mark(at: float, event: dict[str, Any]) -> PlaybackMark | None:
     return PlaybackMark(t_s=round(max(at, 0.0), 3), kind=kind, text=f"{who}: {words}" if who and words else words)
 
 
-class ReplayedDrive:
-    """A `core.robots.Robot` that cannot be driven."""
+class ReplayedDrive(PlayedRecording):
+    """A drive that was recorded with its results."""
+
+    requests: Requests = (*PlayedRecording.requests, ShowWay)
 
     def __init__(self, path: Path, url: str, settings: Settings) -> None:
         """Raises BadInput where nothing of the recording can be played."""
+        super().__init__()
         self._drive, self._settings = DriveRecording(path, settings.log), settings
         self._robot = robot_of(self._drive)
-        self._marks = marks_of(self._drive)
+        self._events = marks_of(self._drive)
         self._has_results = self._drive.has_results
         self._recorded = AsRecorded(self._robot.built)
         self._computed: ComputedNow | None = None
@@ -170,8 +156,7 @@ class ReplayedDrive:
         self._comparison: Comparison | None = None
         self._way: str = "recorded" if self._has_results else "computed"
         self._compares = False
-        self._speed, self._reached = 1.0, 1.0
-        self._playing, self._waits = True, True
+        self._reached = 1.0
         self._clock = 0.0  # [s] from the start, of what was played
         self._shown = SensorFrame(stamp=0.0)
         self._snapshot: Snapshot | None = None
@@ -201,9 +186,6 @@ class ReplayedDrive:
     def profile(self) -> Profile:
         """The profile of the robot that was recorded."""
         return self._profile
-
-    def drive(self, twist: Twist) -> None:
-        """Ignore the twist: a recording does not move."""
 
     def read(self) -> SensorFrame:
         """One step of 1/rate further at the chosen speed; where computing takes longer, as far as it came."""
@@ -315,34 +297,16 @@ class ReplayedDrive:
 
     # requests
 
-    @property
-    def requests(self) -> Requests:
-        """Requests that a recording takes."""
-        return (Play, Pause, SetSpeed, Seek, ReadPlayback, ReadMarks, ShowWay)
-
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
-        """Play, pause, set the speed, seek, show another way → how it plays then. Raises BadInput."""
-        request_any: RobotRequest[Any] = request
-        match request_any:
-            case Play():
-                if self._next is None:
-                    self._go_to(0.0)
-                self._playing, self._waits = True, False
-            case Pause():
-                self._pause()
-            case SetSpeed(value=value):
-                self._set_speed(finite(value, "value"))
-            case Seek(value=value):
-                self._seek(finite(value, "value"))
-            case ShowWay(way=way, compare=compare):
-                self._show(way, compare)
-            case ReadMarks():
-                return cast(AnswerT, PlaybackMarks(self._marks))
-            case ReadPlayback():
-                pass
-            case _:
-                raise not_taken(self.requests)
+        """As any recording; or show another way. Raises BadInput."""
+        if not isinstance(request, ShowWay):
+            return super().ask(request)
+        self._show(request.way, request.compare)
         return cast(AnswerT, self._state)
+
+    @property
+    def _marks(self) -> tuple[PlaybackMark, ...]:
+        return self._events
 
     @property
     def _state(self) -> PlaybackState:
@@ -370,19 +334,15 @@ class ReplayedDrive:
         duration = self._drive.duration
         return 1.0 if self._next is None or duration <= 0 else min(self._clock / duration, 1.0)
 
-    def _pause(self) -> None:
-        self._playing = self._waits = False
+    @property
+    def _ended(self) -> bool:
+        return self._next is None
 
     def _set_speed(self, speed: float) -> None:
-        if not MIN_PLAYBACK_SPEED <= speed <= MAX_PLAYBACK_SPEED:
-            raise BadInput(
-                f"The speed of a recording lies between {MIN_PLAYBACK_SPEED:g} and {MAX_PLAYBACK_SPEED:g}."
-            )
-        self._speed, self._pace = speed, []
+        super()._set_speed(speed)
+        self._pace = []
 
     def _seek(self, share: float) -> None:
-        if not 0 <= share <= 1:
-            raise BadInput("The place in a recording lies between 0 (its start) and 1 (its end).")
         self._go_to(share * self._drive.duration)
         self._show_one()
 

@@ -38,12 +38,11 @@ from core.sensors.recordable import samples_of, unpack_picture
 
 LIBRARY = b"beckon"  # in the header of the file
 ODOMETRY_TOPIC = "/odom"
-CAMERA_TOPIC, INFO_TOPIC = "/camera/image/compressed", "/camera/camera_info"
+CAMERA_TOPIC = "/camera/image/compressed"
 READINGS = frozenset({LASER_SCAN, ODOMETRY, COMPRESSED, RAW_AUDIO})
 FORM = "Beckon's recording"
 NO_OWN_RECORDING = "A part can be exported only of a recording that Beckon made."
 SAME_MOMENT_S = 1e-6  # Unix times have no more digits
-BEFORE_SEEK_S = 2.0  # [s] before a place that are read for the newest of what changes often
 UNREADABLE = (ValueError, msgspec.MsgspecError, AttributeError, struct.error, UnicodeDecodeError, BadInput)
 
 

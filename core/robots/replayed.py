@@ -1,5 +1,6 @@
 """A recording that plays as if it were a robot: it is seen and heard, but it cannot be driven."""
 
+from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any, cast
 
@@ -57,7 +58,71 @@ def gaps_of(recording: ScanRecording) -> tuple[tuple[float, float], ...]:
     return tuple((float(stamps[number]), float(stamps[number + 1])) for number in longest)
 
 
-class ReplayedRobot:
+class PlayedRecording(ABC):
+    """A `core.robots.Robot` that cannot be driven: how a recording plays."""
+
+    requests: Requests = (Play, Pause, SetSpeed, Seek, ReadPlayback, ReadMarks)  # that it takes
+
+    def __init__(self) -> None:
+        self._speed = 1.0
+        self._playing = True
+        self._waits = True  # after its first scan
+
+    @property
+    @abstractmethod
+    def _marks(self) -> tuple[PlaybackMark, ...]: ...
+
+    @property
+    @abstractmethod
+    def _state(self) -> PlaybackState: ...
+
+    @property
+    @abstractmethod
+    def _ended(self) -> bool: ...
+
+    @abstractmethod
+    def _seek(self, share: float) -> None: ...
+
+    def drive(self, twist: Twist) -> None:
+        """Ignore the twist: a recording does not move."""
+        del twist
+
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        """Play, pause, set the speed, seek → how it plays then. Raises BadInput."""
+        request_any: RobotRequest[Any] = request
+        match request_any:
+            case Play():
+                if self._ended:
+                    self._seek(0.0)
+                self._playing, self._waits = True, False
+            case Pause():
+                self._pause()
+            case SetSpeed(value=value):
+                self._set_speed(finite(value, "value"))
+            case Seek(value=value):
+                if not 0 <= finite(value, "value") <= 1:
+                    raise BadInput("The place in a recording lies between 0 (its start) and 1 (its end).")
+                self._seek(value)
+            case ReadMarks():
+                return cast(AnswerT, PlaybackMarks(self._marks))
+            case ReadPlayback():
+                pass
+            case _:
+                raise not_taken(self.requests)
+        return cast(AnswerT, self._state)
+
+    def _pause(self) -> None:
+        self._playing = self._waits = False
+
+    def _set_speed(self, speed: float) -> None:
+        if not MIN_PLAYBACK_SPEED <= speed <= MAX_PLAYBACK_SPEED:
+            raise BadInput(
+                f"The speed of a recording lies between {MIN_PLAYBACK_SPEED:g} and {MAX_PLAYBACK_SPEED:g}."
+            )
+        self._speed = speed
+
+
+class ReplayedRobot(PlayedRecording):
     """Plays the scans of a recording in the log's own time; between them come frames with the wheels alone.
 
     It shows its first scan and waits there for a request to play, so that nobody misses its beginning.
@@ -65,24 +130,19 @@ class ReplayedRobot:
     """
 
     def __init__(self, recording: ScanRecording, url: str):
+        super().__init__()
         self._recording = recording
         self._profile = profile_of(recording, url)
         self._clock = self._shown = recording.start  # [s] log time that was played, and that of the newest frame
         self._next = 0  # number of the next scan
         self._pictured = 0  # number of the next picture
         self._heard = recording.start  # [s] log time up to which the sound was played
-        self._speed = 1.0
-        self._playing = True
-        self._waits = True  # after its first scan
         self._notes = tuple(recording.report.warnings)
 
     @property
     def profile(self) -> Profile:
         """The profile of the robot that was recorded, as far as the log gives it."""
         return self._profile
-
-    def drive(self, twist: Twist) -> None:
-        """Ignore the twist: a recording does not move."""
 
     def read(self) -> SensorFrame:
         """One step of 1/rate further at the chosen speed, or the next scan that is due."""
@@ -131,34 +191,9 @@ class ReplayedRobot:
         return None
 
     @property
-    def requests(self) -> Requests:
-        """Requests that a recording takes."""
-        return (Play, Pause, SetSpeed, Seek, ReadPlayback, ReadMarks)
-
-    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
-        """Play, pause, set the speed, seek → how it plays then. Raises BadInput."""
-        if isinstance(request, ReadMarks):
-            gaps = (
-                PlaybackMark(since, "gap", GAP_WORDS.format(until - since)) for since, until in self._profile.gaps
-            )
-            return cast(AnswerT, PlaybackMarks(tuple(gaps)))
-        self._obey(request)
-        return cast(AnswerT, self._state)
-
-    def _obey(self, request: RobotRequest[Any]) -> None:
-        match request:
-            case Play():
-                self._play()
-            case Pause():
-                self._pause()
-            case SetSpeed(value=value):
-                self._set_speed(finite(value, "value"))
-            case Seek(value=value):
-                self._seek(finite(value, "value"))
-            case ReadPlayback():
-                pass
-            case _:
-                raise not_taken(self.requests)
+    def _marks(self) -> tuple[PlaybackMark, ...]:
+        gaps = self._profile.gaps
+        return tuple(PlaybackMark(since, "gap", GAP_WORDS.format(until - since)) for since, until in gaps)
 
     @property
     def _state(self) -> PlaybackState:
@@ -198,25 +233,8 @@ class ReplayedRobot:
         duration = self._recording.duration
         return 1.0 if self._ended or duration <= 0 else (self._clock - self._recording.start) / duration
 
-    def _play(self) -> None:
-        if self._ended:
-            self._seek(0.0)
-        self._playing, self._waits = True, False
-
-    def _pause(self) -> None:
-        self._playing = self._waits = False
-
-    def _set_speed(self, speed: float) -> None:
-        if not MIN_PLAYBACK_SPEED <= speed <= MAX_PLAYBACK_SPEED:
-            raise BadInput(
-                f"The speed of a recording lies between {MIN_PLAYBACK_SPEED:g} and {MAX_PLAYBACK_SPEED:g}."
-            )
-        self._speed = speed
-
     def _seek(self, share: float) -> None:
         """Continue from there; the next scan from there on comes next."""
-        if not 0 <= share <= 1:
-            raise BadInput("The place in a recording lies between 0 (its start) and 1 (its end).")
         self._clock = self._shown = self._recording.start + share * self._recording.duration
         stamps = (logged_stamp(scan) for scan in self._recording.scans)
         self._next = sum(stamp < self._clock for stamp in stamps)

@@ -34,7 +34,7 @@ SAME_PLACE_M, SAME_HEADING_RAD = 0.4, math.radians(4.0)  # within which two view
 MIN_LINK_SCORE, MAX_LINK_CONFLICT = 0.62, 0.08
 LINK_SD_M, LINK_SD_RAD = 0.05, math.radians(0.6)
 POINT_GRAIN_M, MISS_GRAIN_M = 0.1, 0.3
-WALL_LOG_ODDS, FREE_LOG_ODDS = 0.6, -0.6
+WALL_LOG_ODDS = 0.6
 
 T = TypeVar("T")
 

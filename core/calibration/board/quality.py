@@ -95,12 +95,12 @@ class BoardNotSeen(UnusableReading):
         self.seen = seen  # another board that is there, as in "10x10"
 
 
-def why_none(grey: Array, board: Board, longest: int = 640) -> BoardNotSeen:
-    """A grey picture in which the board was not found → the likely reason, and what to do.
+LOOKED_AT_PX = 640  # longest side of the copy in which the reason is sought
 
-    Looks at a copy whose longest side is `longest` [pixel].
-    """
-    scale = min(2.0, longest / max(grey.shape))
+
+def why_none(grey: Array, board: Board) -> BoardNotSeen:
+    """A grey picture in which the board was not found → the likely reason, and what to do."""
+    scale = min(2.0, LOOKED_AT_PX / max(grey.shape))
     how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
     small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=how)
     other = _another_board(small, board)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypedDict
 
@@ -10,6 +11,7 @@ import numpy as np
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import BoardView, board_by_hand, find_board
 from core.calibration.board.quality import judge, why_none
+from core.calibration.board.session import BoardSession
 from core.calibration.board.tracking import Explainer, Watcher
 from core.calibration.camera.guidance import Advice, advise
 from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
@@ -125,21 +127,19 @@ class CameraState(TypedDict):
     taken: list[StoredView]
 
 
-class CameraSession:
+class CameraSession(BoardSession[AcceptedView, Calibration]):
     """One calibration from the first picture to the accepted camera. Owned by one thread."""
 
+    part, min_solved = "view", MIN_SOLVED_VIEWS
+
     def __init__(self, board: Board, still_for: float = STILL_TIME_S) -> None:
-        self.board = board
+        super().__init__(board)
         self._still_for = still_for  # [s] before a live picture is taken by itself
         self.size: tuple[int, int] | None = None  # [pixel] of the views; before the first, of the newest picture
-        self.taken: list[AcceptedView] = []
-        self.calibration: Calibration | None = None
-        self._solved: tuple[str, ...] = ()
         self._advice: Advice | None = None
         self._watcher = Watcher(board)
         self._still_since: float | None = None
         self._explainer = Explainer(board)
-        self._asked = 0  # how often another suggestion was asked for
 
     def look(self, grey: Array, stamp: float) -> PictureVerdict:
         """A live picture (H, W) uint8 of time `stamp` [s] → its verdict; it is taken when sharp, still and new."""
@@ -170,43 +170,22 @@ class CameraSession:
             return PictureVerdict(kind="nothing", words=str(why_none(grey, self.board)))
         return self._judged(grey, view, given=True) or self._take(name, view)
 
-    def drop(self, name: str) -> None:
-        """Leave a view out of the next solution. Raises BadInput when there is none of that name."""
-        self._named(name).dropped = True
-
-    def restore(self, name: str) -> None:
-        """Take a view back in. Raises BadInput when there is none of that name."""
-        self._named(name).dropped = False
-
     @property
     def views(self) -> tuple[ViewCorners, ...]:
         """The views that take part; with `size` and `board` all that a solver in another process needs."""
         return tuple(ViewCorners(name=each.name, corners=each.corners) for each in self.taken if not each.dropped)
-
-    @property
-    def stale(self) -> bool:
-        """True when the solution does not cover the present views."""
-        return len(self.views) >= MIN_SOLVED_VIEWS and self._solved != tuple(view.name for view in self.views)
 
     def solve(self) -> Calibration:
         """Solve here and now. Raises BadInput with too few views."""
         views = self.views
         if self.size is None or len(views) < MIN_SOLVED_VIEWS:
             raise BadInput(f"{len(views)} views are too few; take at least {MIN_SOLVED_VIEWS}.")
-        return self.adopt(calibrate(views, self.board, self.size), views)
+        return self.adopt(calibrate(views, self.board, self.size), self.names)
 
-    def adopt(self, calibration: Calibration, views: tuple[ViewCorners, ...]) -> Calibration:
-        """Take over a solution that was made of these views, perhaps in another process."""
-        self.calibration, self._advice = calibration, None
-        self._solved = tuple(view.name for view in views)
-        return calibration
-
-    def accept(self) -> Calibration:
-        """The calibration, if it is good enough to be used. Raises Refused with the reason."""
-        progress = self.progress()
-        if self.calibration is None or not progress.ready:
-            raise Refused(progress.words)
-        return self.calibration
+    def adopt(self, calibration: Calibration, names: Collection[str]) -> Calibration:
+        """Take over a solution; it changes what is advised."""
+        self._advice = None
+        return super().adopt(calibration, names)
 
     def uncertainty(self) -> UncertaintyMap | None:
         """The live map; None before the first solution."""
@@ -221,9 +200,8 @@ class CameraSession:
 
     def skip(self) -> Advice | None:
         """Another suggestion, for one who cannot reach the present one."""
-        self._asked += 1
         self._advice = None
-        return self.advice()
+        return super().skip()
 
     def progress(self) -> SessionProgress:
         """The progress so far, and what is missing."""
@@ -312,9 +290,3 @@ class CameraSession:
         self.taken.append(AcceptedView(unique, view.corners))
         self._advice, self._still_since = None, None
         return PictureVerdict(kind="counted", words=f"Counted as {unique}.", name=unique, corners=view.corners)
-
-    def _named(self, name: str) -> AcceptedView:
-        for each in self.taken:
-            if each.name == name:
-                return each
-        raise BadInput("There is no view of that name in this session.")

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from core.calibration.camera import bundle_adjustment
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
@@ -78,22 +77,6 @@ def sensitivity(model: CameraModel, free: tuple[int, ...], around: Array | None 
     known = np.isfinite(seen_camera).all(axis=(1, 2))
     turn = np.linalg.lstsq(seen_turn[known].reshape(-1, 3), seen_camera[known].reshape(-1, len(free)), rcond=None)[0]
     return Sensitivity(grid, by_camera - by_turn @ turn)
-
-
-def difference(one: CameraModel, other: CameraModel) -> Array:
-    """Distance at which two cameras of one picture size draw the same far point (ROWS, COLUMNS) [pixel].
-
-    The cameras may be turned against each other as a whole; NaN where either reaches no ray. For comparing a new
-    calibration with the one in use.
-    """
-    rays = [
-        np.column_stack((_ideal(model, map_pixels(one)), np.ones(MAP_ROWS * MAP_COLUMNS))) for model in (one, other)
-    ]
-    known = np.isfinite(rays[0]).all(axis=1) & np.isfinite(rays[1]).all(axis=1)
-    units = [each[known] / np.linalg.norm(each[known], axis=1, keepdims=True) for each in rays]
-    turned = scipy.spatial.transform.Rotation.align_vectors(units[0], units[1])[0].inv().apply(rays[0])
-    placed = other.distort(turned[:, :2] / turned[:, 2:]) * (other.fx, other.fy) + (other.cx, other.cy)
-    return np.linalg.norm(placed - map_pixels(one), axis=1).reshape(MAP_ROWS, MAP_COLUMNS)
 
 
 def map_pixels(model: CameraModel) -> Array:

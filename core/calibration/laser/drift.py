@@ -38,9 +38,9 @@ class Gathered:
 class TransformFit:
     """The turn and the shift that the pairs agree on."""
 
-    turn: float  # [rad]
+    turn: float  # [rad] counter-clockwise
     turn_sd: float
-    shift: float  # [m]
+    shift: float  # [m] to the left of where it looks
     shift_sd: float
     apparent: float  # [rad] the turn that looks like both together at the usual distance: known best
     apparent_sd: float
@@ -149,17 +149,9 @@ class DriftSettings(DriftThresholds, Section):
 
 
 @message
-class Drift:
+class Drift(TransformFit):
     """Estimated difference of the camera's mount from the calibration in use."""
 
-    turn: float  # [rad] counter-clockwise
-    turn_sd: float
-    shift: float  # [m] to the left of where it looks
-    shift_sd: float
-    apparent: float  # [rad] the turn that looks like both together at the usual distance: known best
-    apparent_sd: float
-    pairs: int  # of a corner and its edge that say so
-    corners: int  # different ones
     alarm: bool = False
     words: str = ""
 
@@ -241,18 +233,7 @@ class MountWatch:
         alarm = self._suspected is not None and (before or stamp - self._suspected >= settings.lasting)
         words = _words(found, shifted) if alarm else ""
         self._alarm = (self._alarm or words) if alarm else ""
-        return Drift(
-            turn=found.turn,
-            turn_sd=found.turn_sd,
-            shift=found.shift,
-            shift_sd=found.shift_sd,
-            apparent=found.apparent,
-            apparent_sd=found.apparent_sd,
-            pairs=found.pairs,
-            corners=found.corners,
-            alarm=alarm,
-            words=words,
-        )
+        return Drift(**vars(found), alarm=alarm, words=words)
 
 
 def _beyond(value: float, sd: float, matters: float, sure: float) -> bool:

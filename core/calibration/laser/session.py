@@ -7,6 +7,7 @@ import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.board.quality import judge
+from core.calibration.board.session import BoardSession
 from core.calibration.board.tracking import Explainer, Watcher
 from core.calibration.camera.guidance import Advice
 from core.calibration.laser import suspicion
@@ -19,7 +20,7 @@ from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.solve import LaserCalibration, LaserPose, calibrate_laser
 from core.calibration.mount import NAMES, Mount
 from core.calibration.projection import Poses
-from core.errors import BadInput, Refused
+from core.errors import BadInput
 from core.message import Array, message
 from core.optics import CameraModel
 from core.sensors.laser import Scan
@@ -121,14 +122,20 @@ class TakenPose:
     pose: LaserPose
     dropped: bool = False
 
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.pose.name
 
-class LaserSession:
+
+class LaserSession(BoardSession[TakenPose, LaserCalibration]):
     """One calibration of the laser against a calibrated camera. Owned by one thread."""
 
+    part, min_solved = "pose", MIN_SOLVED_POSES
+
     def __init__(self, board: Board, model: CameraModel, mount: Mount | None = None) -> None:
-        self.board, self.model, self.mount = board, model, mount or Mount()
-        self.taken: list[TakenPose] = []
-        self.calibration: LaserCalibration | None = None
+        super().__init__(board)
+        self.model, self.mount = model, mount or Mount()
         self.background: Array | None = None  # (B,) [m]
         self._scans: list[Array] = []
         self._rays = np.empty((0, 3))
@@ -136,8 +143,6 @@ class LaserSession:
         self._seen: BoardPose | None = None
         self._corners: list[Array] = []  # (N, 2) [pixel] each, in every picture since gathering began
         self._blind = 0  # scans since the last picture
-        self._solved: tuple[str, ...] = ()
-        self._asked = 0
 
     def sweep(self, scan: Scan) -> LaserVerdict | None:
         """One scan → a verdict where it completes something: first the background, then every still pose."""
@@ -195,23 +200,10 @@ class LaserSession:
         self.background = None
         self._forget()
 
-    def drop(self, name: str) -> None:
-        """Leave a pose out of the next solution. Raises BadInput when there is none of that name."""
-        self._named(name).dropped = True
-
-    def restore(self, name: str) -> None:
-        """Take a pose back in. Raises BadInput when there is none of that name."""
-        self._named(name).dropped = False
-
     @property
     def poses(self) -> tuple[LaserPose, ...]:
         """The poses that take part."""
         return tuple(each.pose for each in self.taken if not each.dropped)
-
-    @property
-    def stale(self) -> bool:
-        """True when the solution does not cover the present poses."""
-        return len(self.poses) >= MIN_SOLVED_POSES and self._solved != tuple(pose.name for pose in self.poses)
 
     def solve(self, *, printed: bool = False) -> LaserCalibration:
         """Solve here and now, `printed` by eq. 13.
@@ -229,19 +221,7 @@ class LaserSession:
             found = found and replace(found, doubt=str(doubt or ""))
         if found is None:
             raise trouble or BadInput("The poses give no mount.")
-        return self.adopt(found, poses)
-
-    def adopt(self, calibration: LaserCalibration, poses: tuple[LaserPose, ...]) -> LaserCalibration:
-        """Take over a solution that was made of these poses, perhaps in another process."""
-        self.calibration, self._solved = calibration, tuple(pose.name for pose in poses)
-        return calibration
-
-    def accept(self) -> LaserCalibration:
-        """The calibration, if it is good enough to be used. Raises Refused with the reason."""
-        progress = self.progress()
-        if self.calibration is None or not progress.ready:
-            raise Refused(progress.words)
-        return self.calibration
+        return self.adopt(found, self.names)
 
     def advice(self) -> Advice | None:
         """The most useful next pose; None before the first scan, or where none is in view of both sensors."""
@@ -264,11 +244,6 @@ class LaserSession:
             fresh=lambda plane: not self._same(plane, ADVISED_NEWNESS),
             asked=self._asked,
         )
-
-    def skip(self) -> Advice | None:
-        """Another suggestion, for one who cannot reach the present one."""
-        self._asked += 1
-        return self.advice()
 
     def progress(self) -> LaserProgress:
         """The progress so far, and what is missing."""
@@ -320,9 +295,3 @@ class LaserSession:
 
     def _forget(self) -> None:
         self._seen, self._scans, self._corners = None, [], []
-
-    def _named(self, name: str) -> TakenPose:
-        for each in self.taken:
-            if each.pose.name == name:
-                return each
-        raise BadInput("There is no pose of that name in this session.")

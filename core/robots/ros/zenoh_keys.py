@@ -102,24 +102,26 @@ def _bridge_endpoint(parts: Sequence[str]) -> Endpoint | None:
     )
 
 
+NODE_NAME = "beckon"
+
+
 class OwnNode:
     """The console as a node among the robot's: its tokens.
 
     A camera's driver may publish only while the graph shows a listener, so listeners are announced too.
     """
 
-    def __init__(self, domain: int, session: str, name: str = "beckon") -> None:
+    def __init__(self, domain: int, session: str) -> None:
         self._start = f"@ros2_lv/{domain}/{session}/0"
-        self._name = name
         self._endpoints = 0
-        self.token = f"{self._start}/0/NN/%/%/{name}"
+        self.token = f"{self._start}/0/NN/%/%/{NODE_NAME}"
 
     def endpoint_token(self, topic: str, name: str, type_hash: str, *, publishes: bool) -> str:
         """The token of a new publisher or listener, with ordinary quality of service."""
         self._endpoints += 1
         kind = "MP" if publishes else "MS"
         return (
-            f"{self._start}/{self._endpoints}/{kind}/%/%/{self._name}/"
+            f"{self._start}/{self._endpoints}/{kind}/%/%/{NODE_NAME}/"
             f"{topic.replace('/', '%')}/{dds_type(name)}/{type_hash}/::,10:,:,:,,"
         )
 

@@ -151,9 +151,8 @@ def test_nothing_is_accepted_before_it_is_good() -> None:
 
 def test_a_solution_may_come_from_another_process() -> None:
     session = gathered()
-    views = session.views
     found = gathered().solve()
-    session.adopt(found, views)
+    session.adopt(found, session.names)
     assert not session.stale and session.calibration is found
 
 

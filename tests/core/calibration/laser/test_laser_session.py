@@ -98,7 +98,7 @@ def test_poses_keep_the_empty_room_in_which_they_were_taken(monkeypatch: pytest.
     empty, poses = session.background, session.poses
     assert len(poses) == 3 and all(pose.background is empty for pose in poses)
     before = calibrate_laser(poses, BOARD)
-    session.adopt(before, poses)
+    session.adopt(before, session.names)
     session.forget_room()
     progress = session.progress()
     assert progress.poses == 3 and len(progress.precision) == 6 and "empty room" in progress.words

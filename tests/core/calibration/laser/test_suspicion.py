@@ -51,7 +51,7 @@ def test_a_mount_that_is_in_doubt_is_said_and_not_accepted(
     session.taken, session.background = [TakenPose(pose) for pose in sound], np.zeros(1)
     found = session.solve()
     assert found.doubt == "" and found.extrinsics.misfit < 100
-    session.adopt(replace(found, doubt="The scans show no boards."), session.poses)
+    session.adopt(replace(found, doubt="The scans show no boards."), session.names)
     assert session.progress().words == "The scans show no boards." and not session.progress().ready
     assert (
         laser_report(replace(found, doubt=session.progress().words), [""] * COUNT, BOARD, TABLE_3)["warnings"][0]

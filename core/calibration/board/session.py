@@ -1,0 +1,104 @@
+"""What the wizards of the camera and of the laser have in common: views of a board, and the solution of them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection
+from typing import ClassVar, Generic, Protocol, TypeVar
+
+from core.calibration.board.board import Board
+from core.calibration.camera.guidance import Advice
+from core.errors import BadInput, Refused
+
+
+class TakenView(Protocol):
+    """A view, or a pose, in the session."""
+
+    dropped: bool  # by the person
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+
+class WizardProgress(Protocol):
+    """How far a wizard is."""
+
+    @property
+    def ready(self) -> bool:
+        """Good enough to be used."""
+        ...
+
+    @property
+    def words(self) -> str:
+        """A sentence."""
+        ...
+
+
+TakenT = TypeVar("TakenT", bound=TakenView)
+CalibrationT = TypeVar("CalibrationT")
+
+
+class BoardSession(ABC, Generic[TakenT, CalibrationT]):
+    """One calibration. Owned by one thread."""
+
+    part: ClassVar[str]  # what is taken: "view"
+    min_solved: ClassVar[int]  # before a solution is tried
+
+    def __init__(self, board: Board) -> None:
+        self.board = board
+        self.taken: list[TakenT] = []
+        self.calibration: CalibrationT | None = None
+        self.solved: tuple[str, ...] = ()  # names of those that the solution was made of
+        self._asked = 0  # how often another suggestion was asked for
+
+    @abstractmethod
+    def advice(self) -> Advice | None:
+        """The most useful next one; None where nothing can be said yet."""
+
+    @abstractmethod
+    def progress(self) -> WizardProgress:
+        """The progress so far, and what is missing."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of those that take part."""
+        return tuple(each.name for each in self.taken if not each.dropped)
+
+    @property
+    def stale(self) -> bool:
+        """True when the solution does not cover those that take part."""
+        return len(self.names) >= self.min_solved and self.solved != self.names
+
+    def drop(self, name: str) -> None:
+        """Leave one out of the next solution. Raises BadInput when there is none of that name."""
+        self._named(name).dropped = True
+
+    def restore(self, name: str) -> None:
+        """Take one back in. Raises BadInput when there is none of that name."""
+        self._named(name).dropped = False
+
+    def adopt(self, calibration: CalibrationT, names: Collection[str]) -> CalibrationT:
+        """Take over a solution that was made of those of these names, perhaps in another process."""
+        self.calibration = calibration
+        self.solved = tuple(each.name for each in self.taken if each.name in names)
+        return calibration
+
+    def accept(self) -> CalibrationT:
+        """The calibration, if it is good enough to be used. Raises Refused with the reason."""
+        progress = self.progress()
+        if self.calibration is None or not progress.ready:
+            raise Refused(progress.words)
+        return self.calibration
+
+    def skip(self) -> Advice | None:
+        """Another suggestion, for one who cannot reach the present one."""
+        self._asked += 1
+        return self.advice()
+
+    def _named(self, name: str) -> TakenT:
+        for each in self.taken:
+            if each.name == name:
+                return each
+        raise BadInput(f"There is no {self.part} of that name in this session.")
