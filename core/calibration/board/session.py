@@ -1,4 +1,4 @@
-"""What the wizards of the camera and of the laser have in common: views of a board, and the solution of them."""
+"""The session that the wizards of the camera and of the laser share: views of a board, and the solution of them."""
 
 from __future__ import annotations
 
