@@ -238,8 +238,9 @@ def in_seconds(laser: StampedStream, wheels: Array, report: ReadReport) -> None:
     `wheels`: the odometry's stamps and the recorder's times of it (M, 2). Scans alone may be sparse.
     """
     steps = np.abs(np.diff(wheels[:, 0]))
+    period = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
     rate = float(np.ptp(laser.own) / max(np.ptp(laser.logged), 1e-9))
-    if not 0.5 < rate < 2.0 or MIN_PERIOD_S < np.median(steps[steps > 0]) < MAX_ODOMETRY_PERIOD_S:
+    if not 0.5 < rate < 2.0 or MIN_PERIOD_S < period < MAX_ODOMETRY_PERIOD_S:
         return
     begun, unit = laser.own[0], seconds_per_unit(laser.own - laser.own[0], laser.name, report)
     for times in (laser.own, laser.logged, wheels):

@@ -26,7 +26,10 @@ MIN_HIT_SHARE = 0.005  # of the beams of a log that measure something
 MARK_BAND = 0.01  # of the longest range, in which marks of nothing there lie, with their noise
 MARK_CROWDING = 4.0  # times as many beams as in the three such bands before it
 MIN_MARK_SHARE = 0.02  # of the beams
-MIN_MARK_RANGE = 0.8  # times the longest range, where such a mark lies
+MIN_MARK_RANGE = 0.8  # times the longest range, where such a mark lies, …
+MIN_EXACT_SHARE, MAX_EXACT_SHARE = 0.1, 0.9  # … or so many of the beams end there to the last bit
+MIN_STANDING_SHARE, STANDING_M, BODY_M = 0.1, 0.03, 0.6  # of the beams that stand, by how much, and how near
+MIN_VARYING_M, MIN_STANDING_SCANS = 0.3, 20  # by which half of the others vary: the robot moves
 MAX_CONSTANT_SHARE = 0.5  # of the scans, all of whose beams are as long
 MAX_ECHO_SCANS, MIN_UNIQUE_SHARE = 8, 0.45  # within which a scan comes again; of a log that holds some twice
 MAX_MIXED_SHARE = 0.5  # of a log, in which two robots' scans take turns
@@ -134,10 +137,35 @@ def without_walls_at_the_end(scans: list[Scan], tally: ReadReport, settings: Log
     below = ~marked & (hits > (1 - 4 * MARK_BAND) * top)
     share = float(np.count_nonzero(marked)) / len(ranges)
     crowded = np.count_nonzero(marked) > MARK_CROWDING * np.count_nonzero(below)
-    if share > MIN_MARK_SHARE and crowded and top > MIN_MARK_RANGE * typical.range_max and not settings.range_max:
+    exact = MIN_EXACT_SHARE * len(ranges) < np.count_nonzero(hits == top) < MAX_EXACT_SHARE * len(ranges)
+    at_the_end = exact or top > MIN_MARK_RANGE * typical.range_max
+    if share > MIN_MARK_SHARE and crowded and at_the_end and not settings.range_max:
         tally.fault("scan.no_return_mark", "the laser", used=True, share=f"{100 * share:.0f}", range=f"{top:.2f}")
         scans = [_without_mark(scan, (1 - MARK_BAND) * top) for scan in scans]
     return scans
+
+
+def without_standing_beams(scans: list[Scan], tally: ReadReport) -> list[Scan]:
+    """Scans of one laser → the same without beams whose range stands while the robot moves.
+
+    They end on the robot itself, a hand's breadth away, or are repeated to the last bit.
+    """
+    sample = [scan.ranges for scan in scans[:: max(1, len(scans) // MAX_SAMPLED_SCANS)]]
+    if len(sample) < MIN_STANDING_SCANS or len({len(ranges) for ranges in sample}) > 1:
+        return scans
+    rows = np.where(np.isfinite(sample), sample, np.float32(DEFAULT_RANGE))
+    low, middle, high = np.quantile(rows, (0.05, 0.5, 0.95), axis=0)
+    stands = (middle < DEFAULT_RANGE) & ((high == low) | ((high - low < STANDING_M) & (middle < BODY_M)))
+    share = float(stands.mean())
+    if not MIN_STANDING_SHARE < share < 1.0 or np.median((high - low)[~stands]) < MIN_VARYING_M:
+        return scans
+    tally.fault("scan.standing_beams", "the laser", used=True, share=f"{100 * share:.0f}")
+    return [
+        replace(scan, ranges=np.where(stands, np.float32(np.nan), scan.ranges))
+        if len(scan.ranges) == len(stands)
+        else scan
+        for scan in scans
+    ]
 
 
 def _without_mark(scan: Scan, top: float) -> Scan:
@@ -173,7 +201,7 @@ def scan_recording(
     height: float = Laser.height,
 ) -> ScanRecording:
     """Scans in time order (at least one) and odometry → the recording."""
-    scans = without_walls_at_the_end(scans, tally, settings)
+    scans = without_standing_beams(without_walls_at_the_end(scans, tally, settings), tally)
     share = float(np.mean([np.mean(np.isfinite(scan.ranges)) for scan in scans[:: max(1, len(scans) // 200)]]))
     if share == 0:
         raise refusal("scan.empty", "the laser")

@@ -87,6 +87,9 @@ SCAN_CHECKS = (
     ReadingCheck("scan.whole_numbers", "limits", "the ranges of a laser with whole numbers of metres"),
     ReadingCheck("scan.constant", "limits", "the ranges of a scan with each other: 2 % of difference at least"),
     ReadingCheck("scan.frozen", "agreement", "each scan with the one before while the wheels roll"),
+    ReadingCheck(
+        "scan.standing_beams", "agreement", "each beam over a log with the others, which vary as the robot moves"
+    ),
     ReadingCheck("scan.empty", "limits", "how many beams of a log measure something: some do"),
     ReadingCheck("scan.few_hits", "limits", "how many beams of a log measure something: 0.5 % at least"),
     ReadingCheck("scan.degrees", "form", "the span of a scan's angles with a full turn in radians"),

@@ -264,6 +264,39 @@ def test_times_of_all_clocks_in_another_unit_are_brought_to_seconds(times, tmp_p
     assert recording.track is not None and np.ptp(recording.track.times) == pytest.approx(2.95, abs=0.01)
 
 
+def on_the_move(change):
+    """An MCAP recording's messages, whose scans come nearer by 2 cm each; `change` their ranges (90,)."""
+    rng, number = np.random.default_rng(3), 0
+    for name, kind, stamp, message in robot_messages(two, scans=40):
+        if name == "/scan":
+            ranges = 3.0 - 0.02 * number + 0.01 * np.arange(90) + rng.normal(0, 0.01, 90)
+            message, number = replace(message, ranges=change(ranges.astype(np.float32))), number + 1
+        yield name, kind, stamp, message
+
+
+def of_part(value):
+    """Fill in `value` for a third of the ranges."""
+    return lambda ranges: np.where(np.arange(90) < 30, value, ranges).astype(np.float32)
+
+
+@pytest.mark.parametrize("change", [of_part(0.25), of_part(2.0)])
+def test_beams_that_stand_while_the_robot_moves_are_left_out_and_named(change, tmp_path):
+    recording = open_log(write_mcap(tmp_path / "a.mcap", on_the_move(change)))
+    assert [one.code for one in recording.report.faults] == ["scan.standing_beams"]
+    assert all(np.isnan(scan.ranges[:30]).all() and scan.valid[30:].all() for scan in recording.scans)
+
+
+def test_a_mark_for_nothing_there_is_told_wherever_it_lies(tmp_path):
+    rows = on_the_move(lambda ranges: np.where(ranges > 2.9, np.float32(4.0), ranges))
+    recording = open_log(write_mcap(tmp_path / "a.mcap", rows))
+    assert [one.code for one in recording.report.faults] == ["scan.no_return_mark"]
+    assert max(scan.ranges[scan.valid].max() for scan in recording.scans) < 2.9
+
+
+def test_sound_scans_of_a_robot_on_the_move_have_no_fault(tmp_path):
+    assert open_log(write_mcap(tmp_path / "a.mcap", on_the_move(lambda ranges: ranges))).report.faults == ()
+
+
 def test_ranges_whose_bytes_are_in_another_order_are_refused(tmp_path):
     rows = [
         (*row[:3], replace(row[3], ranges=row[3].ranges.byteswap()) if row[0] == "/scan" else row[3])
