@@ -290,11 +290,12 @@ class Copy:
             text = text.replace(before, after, 1)
         (self.folder / path).write_text(text)
 
-    def say(self, key: str, english: str, german: str, *, before: str) -> None:
-        """Write a text into both catalogues, in front of the first key that begins so."""
+    def say(self, key: str, english: str, german: str) -> None:
+        """Write a text into both catalogues, its key in order."""
         for language, words in (("en", english), ("de", german)):
-            copied = f'  "{before}'
-            self.change(f"static/i18n/{language}.json", (copied, f'  "{key}": "{words}",\n{copied}'))
+            file = self.folder / f"static/i18n/{language}.json"
+            texts = {**json.loads(file.read_text()), key: words}
+            file.write_text(json.dumps(dict(sorted(texts.items())), indent=2, ensure_ascii=False) + "\n")
 
     def check_scripts(self) -> None:
         """Check the texts of the page's modules, and their types where the tools are here."""
@@ -398,7 +399,7 @@ def test_a_panel_is_one_file_its_import_and_its_tag(copy: Copy) -> None:
         ('import "./panels/app-menu.js";', 'import "./panels/app-menu.js";\nimport "./panels/clock-card.js";'),
     )
     copy.change("static/index.html", ("<live-region>", "<clock-card></clock-card>\n  <live-region>"))
-    copy.say("clock-card.seconds", "Seconds", "Sekunden", before="closure-list.")
+    copy.say("clock-card.seconds", "Seconds", "Sekunden")
     copy.check_scripts()
 
 
@@ -409,14 +410,14 @@ def test_a_page_of_the_shell_is_one_module_and_two_rows(copy: Copy) -> None:
     row = '{ path: "clocks", name: t("clocks.seconds"), icon: "book", load: () => import("../clocks/main.js") },\n  '
     copy.change("static/js/shell/pages.js", ('{\n    path: "help"', row + '{\n    path: "help"'))
     copy.change("console/api/page.py", ('"connect", "help")', '"connect", "clocks", "help")'))
-    copy.say("clocks.seconds", "Seconds", "Sekunden", before="closure-list.")
+    copy.say("clocks.seconds", "Seconds", "Sekunden")
     copy.check_scripts()
     assert "`GET /clocks`" in copy.described("roles.md")
 
 
 @pytest.mark.campaign
 def test_a_sentence_of_the_console_is_its_words_in_two_languages_and_is_said_by_its_code(copy: Copy) -> None:
-    copy.say("console.parrot.gone", "{name} flew away.", "{name} flog fort.", before="console.picture.")
+    copy.say("console.parrot.gone", "{name} flew away.", "{name} flog fort.")
     copy.check_scripts()
     copy.write("say.py", SAID)
     assert copy.python("say.py").splitlines() == ["Ann flew away.", "parrot.gone Ann"]
