@@ -323,7 +323,7 @@ class WhisperRecognizer:
                     alike = min(alike, ahead - ALIKE_NAMES)
                 least = min(least, ahead + min(UNUSUAL_WORDS * max(USUAL_WORDS - float(chance), 0.0), MOST_UNUSUAL))
             over.append(least)
-        return min(alike, sum(over) / len(over))
+        return min(alike, sum(over) / len(over) + NAME_BOUNDS.behind_free)
 
     def _unknown_place(
         self, decision: Decision, found: Found, read: Found, near: Iterable[Meaning] = (), fits: float = 0.0
