@@ -29,7 +29,7 @@ from core.robots.device import Base, Equipment
 from core.robots.urdf import Body, load_body
 from core.sensors import Camera, Laser
 from core.sensors.microphones import MicrophoneArray, load_array
-from core.sentences import Statement
+from core.sentences import Statement, plain
 
 FLAT_TILT_COSINE = 0.7  # cosine of the tilt from which on a link no longer lies flat
 MAX_ROBOT_FILE_BYTES = 200_000  # bytes of a robot file
@@ -224,7 +224,7 @@ def failsafe_of(base: Base) -> str:
         return base.failsafe_words
     if base.failsafe is None:
         return "It does not stop by itself when the link to it is lost."
-    return Statement("robot.stops_by_itself", seconds=f"{base.failsafe:g}")
+    return plain(Statement("robot.stops_by_itself", seconds=f"{base.failsafe:g}"))
 
 
 def _all_known(kind: str, named: Mapping[str, object], there: list[str]) -> None:

@@ -32,7 +32,7 @@ from core.robots.requests import (
     not_taken,
 )
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame
-from core.sentences import Statement
+from core.sentences import Statement, plain
 from core.simulation.actors.board_motion import BoardMotion
 from core.simulation.actors.pedestrians import Pedestrians
 from core.simulation.actors.requests import BOARD, HOLDER, pose_asked_for, thing_asked_for
@@ -57,7 +57,7 @@ class SimulatedRobot:
             name=f"simulated robot in the {place}",
             url=f"sim:{place}",
             capabilities=frozenset({"drive", "simulate"}),
-            failsafe=Statement("robot.stops_by_itself", seconds="0.5"),
+            failsafe=plain(Statement("robot.stops_by_itself", seconds="0.5")),
             cruise=settings.cruise,
             max_speed=settings.max_speed,
             max_turn_rate=settings.max_turn_rate,

@@ -12,11 +12,11 @@ from core.perception.people.onnx.detector import open_own_model
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.detector import open_pose
 from core.perception.people.vertical_plane import VerticalPlanes
-from core.sentences import Statement
+from core.sentences import Statement, plain
 
 # The embedded detector behind the protocol: it was taught with drawn figures, and knows nothing else.
 
-DRAWN_DETECTOR_SENTENCE = Statement("people.embedded")
+DRAWN_DETECTOR_SENTENCE = plain(Statement("people.embedded"))
 ANYWHERE_HALF_RAD = 0.5  # to either side where no direction is known
 
 

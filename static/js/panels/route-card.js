@@ -90,7 +90,7 @@ class RouteCard extends Panel {
   build() {
     const steers = STEERS.map((act) => {
       const button = make("button.button", STEER_WORDS[act] ?? act);
-      button.addEventListener("click", () => void this.#try(() => steerRoute(act)));
+      button.addEventListener("click", () => void this.#trouble.attempt(() => steerRoute(act)));
       this.#steers.set(act, button);
       return button;
     });
@@ -175,14 +175,14 @@ class RouteCard extends Panel {
     const { name, stops, loop } = route;
     const way = stops.map(({ place }) => place).join(" → ");
     const start = make("button.button", { "aria-label": t("route-card.start_name", { name }) }, t("route-card.start"));
-    start.addEventListener("click", () => void this.#try(() => startRoute(name)));
+    start.addEventListener("click", () => void this.#trouble.attempt(() => startRoute(name)));
     const away = make(
       "button.button.small",
       { "aria-label": t("place-list.remove_name", { name }) },
       t("place-list.remove"),
     );
     away.addEventListener("click", () => {
-      if (sure(away, t("place-list.remove_it"))) void this.#try(() => removeRoute(name));
+      if (sure(away, t("place-list.remove_it"))) void this.#trouble.attempt(() => removeRoute(name));
     });
     const body = make("div.place-body", make("p.place-name", name), make("p.note", loop ? `${way} ↻` : way));
     const edit = make(
@@ -303,15 +303,10 @@ class RouteCard extends Panel {
     const every = loop ? this.#every.valueAsNumber || 0 : 0;
     const replace = name === this.#changes;
     const made = { name, stops: this.#made, loop, begins, ends, every_min: every, replace };
-    if (!(await this.#try(() => addRoute(made), this.#save))) return;
+    if (!(await this.#trouble.attempt(() => addRoute(made), this.#save))) return;
     this.#lay(NEW);
     this.#form.hidden = true;
     this.#new.scrollIntoView({ block: "nearest" }); // the form was long: the new route is above it
-  }
-
-  /** @param {() => Promise<unknown>} act @param {HTMLButtonElement} [button] @returns {Promise<boolean>} whether it was done */
-  #try(act, button) {
-    return this.#trouble.attempt(act, button);
   }
 }
 
