@@ -12,6 +12,7 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from console.access.browser import browse
 from console.access.guard import Access
@@ -119,8 +120,6 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
                 options, robot, address, home=home, access=access, settings=settings, settings_file=file
             )
 
-            readable = READABLE if is_readable(options) else ""
-
             def listening() -> None:
                 with contextlib.suppress(BeckonError):  # where nothing reads words, who speaks reads so
                     chosen(settings.speech)
@@ -131,9 +130,8 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
                     announce(options, port, access)
                     warn_without_words(settings.speech)
                 notify("READY=1")
-                for level, words in (("error", trouble), ("warning", readable), ("warning", damaged)):
-                    if words:
-                        runtime.notifications.tell(level, words)
+                for level, words in first_notices(options, trouble, damaged):
+                    runtime.notifications.tell(level, words)
 
             config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
             server = Server(config, runtime, listening)
@@ -144,6 +142,13 @@ def serve_robot(options: Options, *, first: bool = True, trouble: str = "") -> t
                 sys.stderr.write(f"Reading {recording}…\n")
             came_to_its_end = run_until_left(server, listener, runtime)
             return (connections.other if came_to_its_end else ""), port
+
+
+def first_notices(options: Options, trouble: str, damaged: str) -> list[tuple[Literal["error", "warning"], str]]:
+    """The notices of a start: why another robot did not come, that others can read along, which logins were lost."""
+    found: list[tuple[Literal["error", "warning"], str]] = [("error", trouble)] if trouble else []
+    readable = READABLE if is_readable(options) else ""
+    return [*found, *(("warning", words) for words in (readable, damaged) if words)]
 
 
 def share_arenas() -> None:
