@@ -92,7 +92,8 @@ class MapEditor extends Panel {
   #cursor = null;
   #askedAt = -Infinity; // [ms]
   #revision = -1;
-  #busy = false;
+  /** @type {Promise<void>} what was drawn waits for what was drawn before: no stroke is lost */
+  #edits = Promise.resolve();
   #operates = false;
 
   /** @override */
@@ -149,7 +150,7 @@ class MapEditor extends Panel {
   show({ state, hello, up }) {
     if (!state || this.offsetParent === null) return;
     this.#operates = up && hello !== null && hello.you.role !== "viewer";
-    for (const button of this.querySelectorAll("button")) button.disabled = !this.#operates || this.#busy;
+    for (const button of this.querySelectorAll("button")) button.disabled = !this.#operates;
     const { marks } = state.map;
     const now = performance.now();
     if (!up || this.#points.length || (marks === this.#revision && now - this.#askedAt < REFRESH_MS)) return;
@@ -212,7 +213,7 @@ class MapEditor extends Panel {
     if (this.#fingers.size > 1) {
       if (this.#tool !== "room") this.#points = []; // two fingers move the map
       this.#draw();
-    } else if (this.#operates && !this.#busy && this.#view && this.#tool !== "room") {
+    } else if (this.#operates && this.#view && this.#tool !== "room") {
       this.#points = [this.#view.floor({ x: event.offsetX, y: event.offsetY })];
       this.#draw();
     }
@@ -331,10 +332,11 @@ class MapEditor extends Panel {
   }
 
   /** @param {() => Promise<unknown>} act */
-  async #try(act) {
-    this.#busy = true;
-    if (await this.#trouble.attempt(act)) await this.#read();
-    this.#busy = false;
+  #try(act) {
+    this.#edits = this.#edits.then(async () => {
+      if (await this.#trouble.attempt(act)) await this.#read();
+    });
+    return this.#edits;
   }
 
   // drawing
