@@ -92,7 +92,7 @@ def camera_from(
     views, refused = looked.views, looked.refused
     if len(views) < 3:
         seen = Counter(each["seen"] for each in refused if "seen" in each)
-        if seen and max(seen.values()) > count / 2:
+        if seen and 2 * max(seen.values()) >= count:
             name, times = seen.most_common(1)[0]
             what = miscount_words(Board.parse(name, board.square), board)
             raise refusal("board.use_other", seen=name, entered=board.name, count=times, all=count, what=what)

@@ -146,11 +146,15 @@ def _another_board(grey: Array, board: Board) -> Board | None:
         return None
     if np.any(off_grid(grid, seen, grey.shape) > PASSED_OVER_SHARE * smallest_spacing(grid, seen)):
         return None  # corners of a larger board, some passed over
-    cut, more = (any(sides) for sides in zip(*_beyond(grey, grid, seen).values(), strict=True))
     wide = (columns >= rows) == (board.columns >= board.rows)
     named = seen if wide else Board(columns=rows, rows=columns, square=board.square)
-    if more or (cut and named.count < board.count and not _are_squares(named, board)):
-        return None  # it goes on, or may go on out of the picture
+    beyond = _beyond(grey, grid, seen)
+    if any(more for _, more in beyond.values()):
+        return None  # it goes on
+    across, down = (("left", "right"), ("top", "bottom"))[:: 1 if wide else -1]
+    lacking = (*(across if named.columns < board.columns else ()), *(down if named.rows < board.rows else ()))
+    if any(beyond[side][0] for side in lacking) and not _are_squares(named, board):
+        return None  # it may go on out of the picture
     return named
 
 
