@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 
 from tests.browser.running_console import Running
 from tests.browser.visit import PHONE, Visit
@@ -72,6 +72,21 @@ def test_a_map_is_saved_replaced_taken_along_and_deleted(visit: Open, console: R
     row.get_by_role("button", name="Delete", exact=True).click()
     expect(row).to_have_count(0)
     expect(here.find(".map-now")).to_contain_text("not saved")
+
+
+def test_a_list_that_is_read_meanwhile_takes_no_refusal_away(visit: Open) -> None:
+    here = visit()
+    late: list[Route] = []
+    here.page.route("**/api/maps", lambda route: late.append(route))
+    here.open_tab("Maps")
+    here.until(lambda: late, "the list of maps was asked for")
+    here.find("map-card input").fill("../etc")
+    here.button("Save").click()
+    with here.page.expect_response("**/api/maps"):
+        late[0].continue_()
+    here.page.unroute("**/api/maps")
+    here.wait(0.3)
+    expect(here.find("map-card .map-trouble")).to_contain_text("letters, digits")
 
 
 def test_a_robot_that_lost_its_place_claims_no_accuracy(visit: Open) -> None:

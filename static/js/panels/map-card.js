@@ -121,7 +121,7 @@ class MapCard extends Panel {
   }
 
   async #fetch() {
-    await this.#trouble.attempt(async () => {
+    await this.#trouble.read(async () => {
       this.#maps = await maps.list(); // the buttons stay: one may be pressed just now
       this.#draw();
     });

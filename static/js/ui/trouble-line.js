@@ -7,6 +7,7 @@ import { t } from "./texts.js";
 export class TroubleLine {
   element = make("p.map-trouble", { role: "alert", hidden: true });
   #field;
+  #ofRead = ""; // what a read in the background said last
 
   /** @param {HTMLElement | null} [field] that is marked as wrong meanwhile */
   constructor(field = null) {
@@ -18,6 +19,22 @@ export class TroubleLine {
     this.element.hidden = !sentence;
     write(this.element, sentence);
     if (this.#field) mark(this.#field, "aria-invalid", sentence ? "true" : null);
+  }
+
+  /**
+   * Read something in the background and say why it could not be read; what an act of the user's said stays.
+   * @param {() => Promise<unknown>} act
+   */
+  async read(act) {
+    const ours = () => this.element.textContent === this.#ofRead;
+    try {
+      await act();
+      if (ours()) this.say("");
+    } catch (refusal) {
+      if (!ours() && !this.element.hidden) return;
+      this.#ofRead = sentenceOf(refusal);
+      this.say(this.#ofRead);
+    }
   }
 
   /**
