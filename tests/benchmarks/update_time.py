@@ -34,7 +34,7 @@ SPACING = 2.9  # [m] between landmarks
 SDS = (0.02, math.radians(0.1))  # [m], [rad]
 NOISE = np.diag(np.square(SDS))
 STEP = Increment(Pose(0.1, 0.0, 0.02), np.diag([1e-5, 1e-6, 1e-5]))
-TARGETS = {100: 0.6, 500: 2.5, 1000: 8.0}  # [ms]
+TARGETS = {100: 0.3, 500: 1.2, 1000: 4.0}  # [ms]
 
 
 @dataclass(frozen=True)
