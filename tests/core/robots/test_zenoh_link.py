@@ -413,5 +413,6 @@ def test_damaged_messages_end_nothing_move_nothing_and_take_no_memory(emulator: 
                 before = memory()
         until(lambda: sum(device.types.errors.values()) > FUZZ // 4, 30.0)
         assert memory() - before < 20.0
-        assert is_up(robot) and emulator.received == [] and emulator.world.speeds[1:] == []
+        until(lambda: is_up(robot), 30.0)
+        assert emulator.received == [] and emulator.world.speeds[1:] == []
         until(lambda: robot.read().wheels is not None)
