@@ -23,7 +23,7 @@ SLOWER_TIMES = 4  # times a small board's core takes for the same
 SAMPLE_S = 0.001  # of processor time between two samples
 SIMULATED_S = 60.0  # of the drive in the simulator
 VOICE_PERIOD_S = 10.0  # between two voices in it
-ROOMS = (
+PARTS_OF_MODULES = (
     ("core.perception.landmarks", "corners and edges"),
     ("core.perception.people", "people"),
     ("core.perception.sound", "direction of sound"),
@@ -117,11 +117,11 @@ def room_of(frame: FrameType | None) -> str:
     """Return the room of the innermost function that belongs to one."""
     while frame is not None:
         module = frame.f_globals.get("__name__", "")
-        for prefix, name in ROOMS:
+        for prefix, name in PARTS_OF_MODULES:
             if module.startswith(prefix):
                 return name
         frame = frame.f_back
-    return ROOMS[-1][1]
+    return PARTS_OF_MODULES[-1][1]
 
 
 def simulated_profile() -> StepProfile:

@@ -30,7 +30,7 @@ from core.experiments.result import ExperimentResult, SpeedUp
 from core.experiments.workers import Workers, killed, timed, versions
 from core.files import saving
 
-BOOKKEEPING = ("number", "done", "of", "seconds")  # of every line, before the answer's own keys
+BOOKKEEPING_KEYS = ("number", "done", "of", "seconds")  # of every line, before the answer's own keys
 ANSWER = "answer"  # the key of an answer without keys
 
 
@@ -122,7 +122,7 @@ class RunLog:
     def _take(self, row: dict[str, Any]) -> None:
         number = row["number"]
         batch, _ = self._plan.batch_of(number)
-        rest = {key: value for key, value in row.items() if key not in BOOKKEEPING}
+        rest = {key: value for key, value in row.items() if key not in BOOKKEEPING_KEYS}
         answer = rest[ANSWER] if rest.keys() == {ANSWER} else rest
         self.answers[number] = msgspec.convert(answer, batch.kind, dec_hook=_array)
 

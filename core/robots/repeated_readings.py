@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
@@ -16,8 +15,7 @@ MIN_REPEATS = 2  # equal readings in a row, on the move, that mean the sensor ha
 MIN_FROZEN, FROZEN_SHARE = 5, 0.05  # of the scans on the move that repeat: said
 USELESS_SHARE = 0.75  # of them: nothing of the laser can be used
 
-SensorKind = Literal["laser", "camera"]
-Sensor = tuple[SensorKind, str]  # kind and name
+Sensor = tuple[str, str]  # "laser" or "camera", and its name
 
 
 class RepeatedReadings:
@@ -70,7 +68,7 @@ class RepeatedReadings:
 
     def hangs(self, kind: str, name: str) -> bool:
         """Return whether this sensor repeats itself."""
-        return any(self._repeats.get((one, name), 0) >= MIN_REPEATS for one in ("laser", "camera") if one == kind)
+        return self._repeats.get((kind, name), 0) >= MIN_REPEATS
 
     def _hangs(self, sensor: Sensor, data: Array, moving: bool) -> bool:
         last, self._last[sensor] = self._last.get(sensor), data

@@ -65,7 +65,7 @@ NEW_NAMES = (
 """Names on which nothing was chosen."""
 WHOSE = re.compile(r"[A-Z][a-z]+'s ")  # a name that begins with a person's is said without an article
 UNNAMED = ("museum", "cinema", "bedroom", "chicken", "winter", "harbour", "pencil", "airport", "market", "river")
-ABSENT = (
+ABSENT_NAMES = (
     *("attic", "cellar", "classroom", "canteen", "cupboard", "desk", "dishwasher", "dresser", "escalator", "lamp"),
     *("laboratory", "locker", "nursery", "oven", "pantry", "patio", "porch", "radiator", "restroom", "sandbox"),
     *("stage", "studio", "toaster", "wardrobe", "courtyard", "staircase", "greenhouse", "driveway", "side door"),
@@ -97,7 +97,7 @@ ROUTE_TALK = (
 GO_TO, STOP_AT = "go to the {}", "stop at the {}"
 TAIL_S, TAIL_DB = 0.4, -6.0
 FLITE_VOICES = ("kal16", "awb", "rms", "slt") if which("flite") else ()
-VOICES = (*ENGLISH_VOICES, *FLITE_VOICES)
+ALL_VOICES = (*ENGLISH_VOICES, *FLITE_VOICES)
 
 
 def places() -> tuple[NamedPlace, ...]:
@@ -134,12 +134,12 @@ def sentences(every: int, to: str, kinds: list[str]) -> Iterator[tuple[str, str,
         *(("new names", _said(to, name), (STOP_AT_COMMAND.name, name)) for name in NEW_NAMES),
         *(("with the", to.format(name), (STOP_AT_COMMAND.name, name)) for name in NAMES if WHOSE.match(name)),
         *(("unnamed", to.format(name), None) for name in UNNAMED),
-        *(("absent", _said(to, name), None) for name in ABSENT),
+        *(("absent", _said(to, name), None) for name in ABSENT_NAMES),
         *(("routes", words, wanted) for words, wanted in STEERING.items()),
         *(("talk of routes", words, None) for words in ROUTE_TALK),
     ]
     number = 0
-    for voice in VOICES:
+    for voice in ALL_VOICES:
         for kind, words, wanted in said_of_all:
             number += 1
             if number % every or (kinds and kind not in kinds):

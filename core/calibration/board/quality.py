@@ -18,6 +18,7 @@ ANY_SIZE = cv2.CALIB_CB_LARGER | cv2.CALIB_CB_NORMALIZE_IMAGE
 LONE_MOST = 0.5  # of all dark patches so large that are such squares: noise has patches of any form
 LONE_GAP, LONE_GAP_PX = 0.15, 4.0  # share of their side, and [pixel]: corners of squares so near each other touch
 LONE_CONTRAST = 60.0  # grey levels between such squares and the paper
+LOOKED_AT_PX = 640  # longest side of the copy in which the reason is sought
 LEAST_SEARCHED = 60  # [pixel] of a picture's side
 LEAST_COUNT = 12  # corners of a board that is believed
 PASSED_OVER_SHARE = 0.15  # of the spacing that a corner lies off its grid where others were passed over
@@ -95,9 +96,6 @@ class BoardNotSeen(UnusableReading):
         self.seen = seen  # another board that is there, as in "10x10"
 
 
-LOOKED_AT_PX = 640  # longest side of the copy in which the reason is sought
-
-
 def why_none(grey: Array, board: Board) -> BoardNotSeen:
     """A grey picture in which the board was not found → the likely reason, and what to do."""
     scale = min(2.0, LOOKED_AT_PX / max(grey.shape))
@@ -110,7 +108,7 @@ def why_none(grey: Array, board: Board) -> BoardNotSeen:
     negative = search(255 - small, board, QUICK)
     if negative is not None:
         width = edge_width(small, negative, board)
-        if width > BLURRED_EDGE_PX:
+        if BLURRED_EDGE_PX < width <= NO_EDGE_PX:
             return BoardNotSeen(_blurred(width / scale))
         return BoardNotSeen(fault("board.inverted"))
     if _lone_squares(small) >= MIN_LONE_SQUARES:

@@ -18,9 +18,7 @@ from core.speech.whisper.transformer import Decoder
 
 START_TOKEN, NO_TIMESTAMPS_TOKEN, END_TOKEN = 50257, 50362, 50256  # special tokens of English-only models
 BLANK_TOKEN = 220  # a lone space, which nothing begins with
-COMMON_TOKENS = (
-    10_000  # tokens in the order of frequency: only these and those of spellings are scored, but for names
-)
+COMMON_TOKENS = 10_000  # in the order of frequency: only these and those of spellings are scored, but for names
 GRAMMAR_ROWS, FREE_ROWS, MAX_BRANCHES = 10, 3, 4
 BEHIND_FREE, BEHIND_DONE = 12.0, 9.0  # [nats] behind free text and behind a whole spelling, at which a row is dropped
 FIRST_TOKENS, TOKENS_A_SECOND = 8, 6  # tokens that a sentence may have, at most

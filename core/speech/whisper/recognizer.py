@@ -107,10 +107,8 @@ SELDOM = 1.0  # [nats] by which "3.0", "1.05", "0.77" are less likely: they are 
 DECIMAL = "Continue 1.{digit} meters."  # in which decimals by chance are compared
 NAMES_BY_CHANCE = 0.3  # of their nats that count
 USUAL_WORDS = -23.5  # [nats] of a usual name by chance: "Go to the bedroom."
-UNUSUAL_WORDS, MOST_UNUSUAL = (
-    0.6,
-    5.0,
-)  # of the nats below that words are rarer by chance that count against them; [nats]
+UNUSUAL_SHARE = 0.6  # of the nats below that, by which rarer words may be likelier than a name
+MOST_UNUSUAL_NATS = 5.0  # by which they may be, at most
 NO_OTHER = 5.0  # [nats] by which a name that no other words compete with is ahead of them
 ALIKE_NAMES = 2.5  # [nats] by which a name must be likelier than other words that sound like it
 USUAL_NAME = -21.0  # [nats] of "Go to the garden." by chance
@@ -321,7 +319,9 @@ class WhisperRecognizer:
                 ahead = nats - float(np.logaddexp.reduce([one.nats for one in texts]))
                 if chance > USUAL_WORDS and names_alike(words, name):
                     alike = min(alike, ahead - ALIKE_NAMES)
-                least = min(least, ahead + min(UNUSUAL_WORDS * max(USUAL_WORDS - float(chance), 0.0), MOST_UNUSUAL))
+                least = min(
+                    least, ahead + min(UNUSUAL_SHARE * max(USUAL_WORDS - float(chance), 0.0), MOST_UNUSUAL_NATS)
+                )
             over.append(least)
         return min(alike, sum(over) / len(over) + NAME_BOUNDS.behind_free)
 

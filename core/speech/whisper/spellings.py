@@ -29,7 +29,7 @@ from core.speech.understanding.numbers import (
 from core.speech.understanding.own_phrases import sound_key
 
 HIGHEST = 100  # numbers beyond the bounds of speech compete too: else "seven" would be read as the nearest below
-DECIMALS = 3  # behind the point: one more than are obeyed, for the same reason
+SPELT_DECIMALS = 3  # behind the point: one more than are obeyed, for the same reason
 SLOT = re.compile(r"\{(\w+)\}")
 POINT_BETWEEN_DIGITS = re.compile(r"(?<=\d) point (?=\d)")
 DIGIT = rf"(?:\d|(?:{'|'.join(DIGITS)})\b)"
@@ -148,7 +148,7 @@ class _SpellingBuilder:
         spoken = self._new()
         for whole in (words, negative):
             self._write(" point", whole, spoken)
-        for _ in range(DECIMALS):
+        for _ in range(SPELT_DECIMALS):
             following = self._new()
             for digit in DIGITS:
                 self._write(f" {digit}", spoken, following)
@@ -169,7 +169,7 @@ class _SpellingBuilder:
         """Add what stands behind the point. Without a last zero: "0.10" is written where "0.9" was said."""
         place = self._new()
         self._write(point, source, place)
-        for count in range(1, DECIMALS + 1):
+        for count in range(1, SPELT_DECIMALS + 1):
             for value in range(10**count):
                 if count == 1 or value % 10:
                     self._write(f"{value:0{count}}", place, target)
