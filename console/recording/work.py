@@ -212,7 +212,7 @@ class RecorderWorker:
 
     def serve(self, job: ServeFoxglove) -> None:
         """Open a server. Raises Unavailable."""
-        self._foxglove = self._foxglove or FoxgloveServer(job.port, job.name)
+        self._foxglove = self._foxglove or FoxgloveServer(job.port, job.name, self._encoder.topics())
         self._foxglove.publish(self._latched.values(), time.time())
 
     def begin(self, job: BeginRecording) -> None:

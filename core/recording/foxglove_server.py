@@ -1,7 +1,7 @@
 """Messages live for Foxglove, Lichtblick and other programs on this computer, to look at only."""
 
 import importlib.util
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, cast
 
 from core.errors import Unavailable
@@ -22,8 +22,12 @@ def check_installed() -> None:
 class FoxgloveServer:
     """One server; it has no capability by which a client could publish, set a parameter or call a service."""
 
-    def __init__(self, port: int, name: str) -> None:
-        """`port` 0 takes any free one. Raises Unavailable."""
+    def __init__(self, port: int, name: str, topics: Mapping[str, str]) -> None:
+        """`port` 0 takes any free one; `topics`, with their types, are known to a client from its first moment.
+
+        The package (0.30) announces a later topic before it takes a subscription to it: who asks at once is refused.
+        Raises Unavailable.
+        """
         check_installed()
         import foxglove  # 54 MB
 
@@ -31,6 +35,8 @@ class FoxgloveServer:
         self._context = foxglove.Context()
         self._channels: dict[str, Any] = {}
         self._latched: dict[str, tuple[RosMessage, int]] = {}  # and its time [ns]
+        for topic, kind in topics.items():
+            self._channel(topic, kind)
         try:
             self._server = foxglove.start_server(
                 name=name,
@@ -55,7 +61,7 @@ class FoxgloveServer:
         for one in messages:
             if one.topic in LATCHED_TOPICS:
                 self._latched[one.topic] = one, log_time
-            self._channel(one).log(one.data, log_time=log_time)
+            self._channel(one.topic, one.kind).log(one.data, log_time=log_time)
 
     def on_subscribe(self, client: Any, channel: Any) -> None:
         """A client wants a topic: where its newest message holds until the next one, that is sent at once."""
@@ -73,10 +79,10 @@ class FoxgloveServer:
         """Hang up."""
         self._server.stop()
 
-    def _channel(self, one: RosMessage) -> Any:
-        if one.topic not in self._channels:
-            schema = self._make_schema(name=one.kind, encoding="ros2msg", data=definition(one.kind).encode())
-            self._channels[one.topic] = self._make_channel(
-                one.topic, schema=schema, message_encoding="cdr", context=self._context
+    def _channel(self, topic: str, kind: str) -> Any:
+        if topic not in self._channels:
+            schema = self._make_schema(name=kind, encoding="ros2msg", data=definition(kind).encode())
+            self._channels[topic] = self._make_channel(
+                topic, schema=schema, message_encoding="cdr", context=self._context
             )
-        return self._channels[one.topic]
+        return self._channels[topic]

@@ -34,6 +34,18 @@ LATCHED_QOS = (
     "  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}\n  avoid_ros_namespace_conventions: false\n"
 )
 LATCHED_TOPICS = frozenset({"/map", "/tf_static", "/camera/camera_info", ROBOT, WHOLE_MAP})
+COMMON_TOPICS = {  # of every robot, with their types
+    "/odom": ODOMETRY,
+    "/tf": TF,
+    "/pose": POSE,
+    "/landmarks": MARKERS,
+    "/map": MAP,
+    "/cmd_vel": TWIST,
+    "/sound_direction": DEGREES,
+    FRAME: TEXT,
+    ROBOT: TEXT,
+    WHOLE_MAP: BYTES,
+}
 
 
 @dataclass(frozen=True)
@@ -68,6 +80,21 @@ class RosEncoder:
     def __init__(self, lasers: tuple[Laser, ...] = (), cameras: tuple[Camera, ...] = ()) -> None:
         self._lasers, self._cameras = lasers, cameras
         self._types = typestore().types
+
+    def topics(self) -> dict[str, str]:
+        """Every topic with its type, but those of sound and of words."""
+        scans = {self._scan_topic(laser.name): LASER_SCAN for laser in self._lasers}
+        pictures = {self._picture_topic(camera.name): COMPRESSED for camera in self._cameras}
+        fixed = {one.topic: one.kind for one in self.fixed(0.0)}
+        return COMMON_TOPICS | scans | pictures | fixed
+
+    def _scan_topic(self, laser: str) -> str:
+        first = not self._lasers or laser in ("", self._lasers[0].name)
+        return "/scan" if first else f"/scan/{laser}"
+
+    def _picture_topic(self, camera: str) -> str:
+        first = not self._cameras or camera in ("", self._cameras[0].name)
+        return f"/camera{'' if first else f'/{camera}'}/image/compressed"
 
     # once
 
@@ -107,11 +134,9 @@ class RosEncoder:
         yield self._message("/tf", TF, stamp, transforms=[moved])
 
     def _scan(self, scan: Scan) -> RosMessage:
-        lasers = self._lasers
-        first = not lasers or scan.laser in ("", lasers[0].name)
-        ranges = scan.ranges.astype(np.float32)
+        lasers, ranges = self._lasers, scan.ranges.astype(np.float32)
         return self._message(
-            "/scan" if first else f"/scan/{scan.laser}",
+            self._scan_topic(scan.laser),
             LASER_SCAN,
             scan.stamp,
             header=self._header(scan.stamp, scan.laser or (_frame(lasers[0]) if lasers else "laser")),
@@ -130,9 +155,8 @@ class RosEncoder:
         first = self._cameras[0] if self._cameras else None
         name = image.camera or (first.name if first is not None else "camera")
         packed = image.packed or pack_picture(image.pixels)
-        topic = "/camera" if first is None or name == first.name else f"/camera/{name}"
         return self._message(
-            f"{topic}/image/compressed",
+            self._picture_topic(image.camera),
             COMPRESSED,
             image.stamp,
             header=self._header(image.stamp, name),

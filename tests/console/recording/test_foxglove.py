@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 from console.options import Options, check
 from core.errors import BadInput, Unavailable
 from core.recording import foxglove_server
-from core.recording.ros_writing import typestore
+from core.recording.ros_writing import RosEncoder, typestore
 from tests.console.live import Live
 
 PATIENCE_S = 60.0
@@ -74,6 +74,13 @@ def test_the_topics_of_a_recording_are_served_with_their_types(live: Live, clien
     assert laser is not None and len(scan.ranges) == laser.beams and (scan.ranges > 0).mean() > 0.5
     picture = first_of(client, channels["/camera/image/compressed"])
     assert picture.format == "jpeg" and bytes(picture.data[:2]) == b"\xff\xd8"
+
+
+def test_what_a_robot_sends_is_announced_before_a_client_can_ask_for_it(live: Live, client: ClientConnection) -> None:
+    encoder = RosEncoder(live.robot.profile.lasers, live.robot.profile.cameras)
+    assert json.loads(client.recv(timeout=PATIENCE_S))["op"] == "serverInfo"
+    first = json.loads(client.recv(timeout=PATIENCE_S))["channels"]
+    assert encoder.topics().items() <= {one["topic"]: one["schemaName"] for one in first}.items()
 
 
 def test_who_comes_late_gets_the_map_and_the_mounting_at_once(live: Live, client: ClientConnection) -> None:
