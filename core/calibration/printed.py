@@ -55,7 +55,8 @@ def mount_by_equation_13(found: Extrinsics, boards: Sequence[tuple[Plane, Array]
     """Planes that the camera saw, and the points (K, 3) [m] that the laser measured on each → the mount.
 
     The sum of squared distances of the points from the planes is minimised, all points alike, from the mount `found`;
-    what the points leave open stays there. The covariance is that of the residuals' own scatter.
+    what the points leave open stays there. The covariance is that of the points' scatter and, since all points of a
+    board have its error in common, of the planes', and grows as `found` does where both contradict each other.
     """
     alike = np.eye(3)
     pairs = [PointPair(plane=plane, point=point, covariance=alike) for plane, points in boards for point in points]
@@ -70,11 +71,17 @@ def mount_by_equation_13(found: Extrinsics, boards: Sequence[tuple[Plane, Array]
 
     start = Guess(found.transform.rotation, found.transform.translation)
     fit = minimise(model, start, move)
-    variance = fit.cost / max(len(pairs) - PARAMETER_COUNT, 1)
+    variance, bread = fit.cost / max(len(pairs) - PARAMETER_COUNT, 1), np.linalg.pinv(fit.information, hermitian=True)
+    spread, first = variance * fit.information, 0
+    for plane, points in boards:
+        in_camera = (points - fit.state.translation) @ fit.state.rotation
+        by_plane = np.column_stack((in_camera, np.full(len(points), -1.0)))
+        together = fit.jacobian[first : first + len(points)].T @ by_plane
+        spread, first = spread + together @ plane.covariance @ together.T, first + len(points)
     return replace(
         found,
         transform=Transform(rotation=fit.state.rotation, translation=fit.state.translation),
-        covariance=variance * np.linalg.pinv(fit.information, hermitian=True),
+        covariance=max(found.misfit, 1.0) * bread @ spread @ bread,
         misfit=1.0,
         offset=None,
         scale=None,

@@ -67,3 +67,14 @@ def test_a_measured_height_leaves_yaw_and_the_floor_offsets_to_the_data(told: To
     assert found["translation_m"][0] == pytest.approx(0.0858, abs=0.004)
     yaw = np.array(found["rotation"]) @ OPTICAL.T
     assert np.degrees(np.arctan2(yaw[1, 0], yaw[0, 0])) == pytest.approx(1.15, abs=0.1)
+
+
+def test_as_printed_a_direction_that_upright_boards_hardly_tell_has_a_deviation_as_large(
+    shared_data: Path, tmp_path: Path
+) -> None:
+    camera = tmp_path / "camera.json"
+    camera.write_text(json.dumps(CAMERA))
+    board = Board(columns=11, rows=8, square=0.019)
+    found = calibrate_laser(shared_data / "camera-lidar2d-acfr", camera, board, printed=True)
+    roll, pitch, yaw = found["sd_rotation_deg"]  # roll comes out as -10.4 degrees; ours says 0.6
+    assert roll > 5 and pitch > 5 and yaw < 2
