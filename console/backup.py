@@ -19,7 +19,7 @@ from typing import IO, Any, cast
 from console import beckon_version
 from console.data_folder import OURS, locked
 from core.errors import BadInput, Unwritable
-from core.files import reason
+from core.files import UNFINISHED, reason
 
 MANIFEST = "beckon-backup.json"
 BACKUP_FORMAT = 1
@@ -73,22 +73,32 @@ def restore_backup(file: Path, home: Path, *, replace: bool = False) -> BackupRe
     With `replace`, what is there moves into its folder `before-restore`. Raises BadInput for a file that is no sound
     backup or a folder that is not empty, Unavailable while a console runs, Unwritable.
     """
+    fresh = not home.exists()
     try:
-        home.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".restore-", dir=home.parent) as name:
+        with (
+            locked(home),  # beside the folder nothing may be writable: a volume, a service's folder
+            tempfile.TemporaryDirectory(prefix=".restore-", suffix=UNFINISHED, dir=home) as name,
+        ):
             staged = Path(name) / "home"
             rows = _unpacked(file, staged)
-            with locked(home):
-                _swap(staged, home, replace)
+            _swap(staged, home, replace)
     except OSError as trouble:
         raise Unwritable(f"The backup could not be put back into {home}: {reason(trouble)}") from None
+    except BadInput:
+        if fresh:
+            shutil.rmtree(home, ignore_errors=True)
+        raise
     return BackupReport(file, len(rows), sum(row["bytes"] for row in rows))
+
+
+def _lasts(name: str) -> bool:
+    return name not in NEVER_KEPT and not name.endswith(UNFINISHED)
 
 
 def _kept(home: Path, recordings: bool) -> Iterator[Path]:
     """Return every file of ours, in order."""
     for top in sorted(home.iterdir()):
-        if not OURS.fullmatch(top.name) or top.name in NEVER_KEPT or top.name.endswith(".new"):
+        if not OURS.fullmatch(top.name) or not _lasts(top.name):
             continue
         if top.name.startswith(DATABASE) and top.name != DATABASE:
             continue  # the journals: the database itself is copied whole
@@ -136,11 +146,15 @@ def _manifest(rows: list[dict[str, Any]]) -> bytes:
 
 def _unpacked(file: Path, folder: Path) -> list[dict[str, Any]]:
     """Unpack into a new folder and compare every checksum → rows of the manifest. Raises BadInput."""
+    try:
+        opened = file.open("rb")
+    except OSError as trouble:
+        raise BadInput(f"The backup {file} cannot be read: {trouble.strerror}.") from None
     folder.mkdir(mode=0o700)
     text: bytes | None = None
     found: dict[str, str] = {}
     try:
-        with tarfile.open(file, "r:gz") as box:
+        with opened, tarfile.open(fileobj=opened, mode="r:gz") as box:
             for entry in box:
                 content = box.extractfile(entry) if entry.isfile() else None
                 if content is None:
@@ -151,8 +165,6 @@ def _unpacked(file: Path, folder: Path) -> list[dict[str, Any]]:
                     text = content.read(MAX_MANIFEST_BYTES)
                 else:
                     found[entry.name] = _written(folder / _inside(entry.name, file), content)
-    except FileNotFoundError:
-        raise BadInput(f"There is no file {file}.") from None
     except (tarfile.TarError, EOFError, zlib.error, OSError) as trouble:
         if isinstance(trouble, OSError) and trouble.errno is not None:
             raise
@@ -203,7 +215,7 @@ def _written(path: Path, content: IO[bytes]) -> str:
 
 def _swap(staged: Path, home: Path, replace: bool) -> None:
     """Move every entry of `staged` into `home`, which is locked. Raises BadInput where something is in the way."""
-    present = [path for path in home.iterdir() if OURS.fullmatch(path.name) and path.name not in NEVER_KEPT]
+    present = [path for path in home.iterdir() if OURS.fullmatch(path.name) and _lasts(path.name)]
     if present and not replace:
         names = ", ".join(sorted(path.name for path in present)[:4])
         raise BadInput(

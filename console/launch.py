@@ -4,6 +4,8 @@ Another package or folder that is called `console` or `core` may stand before Be
 """
 
 import importlib.util
+import os
+import signal
 import sys
 from pathlib import Path
 
@@ -13,6 +15,8 @@ MARKS = {"console": "def beckon_version", "core": "The robot's perception and mo
 
 def main() -> int:
     """Run the command `beckon`; returns its exit code."""
+    if os.getpid() == 1:  # of a container: there a signal that nobody handles yet is lost
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     for name, mark in MARKS.items():
         place = found_at(name)
         if mark not in text_of(place):

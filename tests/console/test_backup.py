@@ -7,6 +7,7 @@ import io
 import json
 import sqlite3
 import tarfile
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -93,6 +94,27 @@ def test_a_folder_that_a_console_uses_is_left_alone(home: Path, tmp_path: Path) 
     packed = write_backup(home, tmp_path / "b.tar.gz").file
     with locked(home), pytest.raises(Unavailable, match="Another console"):
         restore_backup(packed, home, replace=True)
+
+
+def test_nothing_is_written_beside_the_folder(home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a container's volume and a service's folder are: what lies around them belongs to root."""
+    packed = write_backup(home, tmp_path / "b.tar.gz").file
+    volume = tmp_path / "root" / "data"
+    volume.mkdir(parents=True)
+    written: list[str] = []
+    made = tempfile.mkdtemp
+    monkeypatch.setattr(tempfile, "mkdtemp", lambda *of: written.append(str(of[-1])) or made(*of))
+    restore_backup(packed, volume)
+    assert written == [str(volume)]
+    assert content_of(volume)["settings.toml"] == FILES["settings.toml"]
+    assert not list(volume.glob(".restore-*"))
+
+
+def test_a_backup_that_cannot_be_read_says_so(tmp_path: Path) -> None:
+    (tmp_path / "b.tar.gz").mkdir()
+    with pytest.raises(BadInput, match="cannot be read: Is a directory"):
+        restore_backup(tmp_path / "b.tar.gz", tmp_path / "new")
+    assert not (tmp_path / "new").exists()
 
 
 def test_no_damage_is_put_back(home: Path, tmp_path: Path) -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from console import launch
 
 ROOT = Path(__file__).parents[2]
 
@@ -30,6 +33,16 @@ def test_what_hides_a_package_of_beckon_is_named_in_one_sentence(tmp_path: Path,
 def test_beckons_own_packages_are_run(tmp_path: Path) -> None:
     done = launched(tmp_path, [str(ROOT)])
     assert done.returncode == 0 and done.stdout.startswith("beckon ")
+
+
+def test_the_first_process_of_a_container_ends_at_a_stop_while_it_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr(os, "getpid", lambda: 1)
+    monkeypatch.setattr("console.__main__.main", lambda: signal.raise_signal(signal.SIGTERM))
+    try:
+        assert launch.main() == launch.INTERRUPTED_CODE
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def launched(place: Path, path: list[str]) -> subprocess.CompletedProcess[str]:
