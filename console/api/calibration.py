@@ -115,11 +115,10 @@ async def one(id: Id, calibration_service: CalibrationSessions) -> Response:
 
 @calibration.delete("/calibration/sessions/{id}", status_code=204)
 @needs("operator")
-async def delete(id: Id, calibration_service: CalibrationSessions, history: HistoryInUse, who: Who) -> Response:
+async def delete(id: Id, calibration_service: CalibrationSessions, history: HistoryInUse, who: Who) -> None:
     """Delete a session; a calibration accepted from it stays in use."""
     await calibration_service.delete(calibration_service.find(id))
     history.add("calibration", who, words="delete")
-    return Response(status_code=204)
 
 
 @calibration.post("/calibration/sessions/{id}/live")

@@ -77,10 +77,9 @@ async def cancel(id: Id, kept: ExperimentsInUse) -> ExperimentRunState:
 
 @experiments.delete("/experiments/runs/{id}", status_code=204)
 @needs("operator")
-async def delete(id: Id, kept: ExperimentsInUse) -> Response:
+async def delete(id: Id, kept: ExperimentsInUse) -> None:
     """Delete it and its files for good."""
     await kept.delete(kept.find(id))
-    return Response(status_code=204)
 
 
 @experiments.get("/experiments/runs/{id}/files/{name}", response_class=Response, responses=FILES)

@@ -238,10 +238,9 @@ async def load(name: Name, maps: SavedMaps, who: Who) -> LoadingMap:
 
 @maps.delete("/maps/{name}", status_code=204)
 @needs("operator")
-async def delete(name: Name, maps: SavedMaps, who: Who) -> Response:
+async def delete(name: Name, maps: SavedMaps, who: Who) -> None:
     """Away with a saved map; who goes on in it keeps it in memory."""
     await maps.delete(name, who)
-    return Response(status_code=204)
 
 
 @maps.get("/maps/{name}.zip", response_class=Response, responses=answers("application/zip"))

@@ -87,10 +87,9 @@ async def choose(asked: ChoiceRequest, people: PeopleEnrolled, history: HistoryI
 
 @people.delete("/people/demo", responses=problems(404), status_code=204)
 @needs("operator")
-async def send_away(people: PeopleEnrolled) -> Response:
+async def send_away(people: PeopleEnrolled) -> None:
     """Send the person who showed the gestures out of the simulated room."""
     await people.send_away()
-    return Response(status_code=204)
 
 
 @people.post("/people/{id}/background", openapi_extra=PICTURES)
@@ -172,7 +171,7 @@ async def rename(id: Id, asked: NameRequest, people: PeopleEnrolled, history: Hi
 
 @people.delete("/people/{id}", status_code=204)
 @needs("operator")
-async def forget(id: Id, people: PeopleEnrolled, lease: OperatorLease, history: HistoryInUse, who: Who) -> Response:
+async def forget(id: Id, people: PeopleEnrolled, lease: OperatorLease, history: HistoryInUse, who: Who) -> None:
     """Forget a person for good, or cancel an enrollment. A chosen person is no longer chosen."""
     if people.enrollment is not None and people.enrollment.id == id:
         await people.cancel(people.enrollment)
@@ -181,4 +180,3 @@ async def forget(id: Id, people: PeopleEnrolled, lease: OperatorLease, history: 
             lease.check_not_anothers(who)
         await people.forget(id)
         history.add("people", who, words="forget")
-    return Response(status_code=204)

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 import msgspec
-from fastapi import Path, Response
+from fastapi import Path
 from pydantic import Field
 
 from console.access.roles import needs
@@ -102,10 +102,9 @@ async def change(name: PlaceName, asked: PlaceChange, service: Places, who: Who)
 
 @places.delete("/places/{name}", status_code=204)
 @needs("operator")
-async def remove(name: PlaceName, service: Places, who: Who) -> Response:
+async def remove(name: PlaceName, service: Places, who: Who) -> None:
     """Forget a place."""
     await service.remove(name, who)
-    return Response(status_code=204)
 
 
 def _at(asked: NamePlaceRequest | PlaceChange) -> tuple[float, float] | None:

@@ -178,15 +178,13 @@ async def take_in(name: Name, request: Request, recorder: Recorder, who: Who) ->
 
 @recordings.patch("/recordings/{name}", status_code=204)
 @needs("operator")
-async def change(name: Name, asked: ChangeRecordingRequest, recorder: Recorder) -> Response:
+async def change(name: Name, asked: ChangeRecordingRequest, recorder: Recorder) -> None:
     """Change its note or its name."""
     await recorder.rewrite(name, asked.note, asked.name)
-    return Response(status_code=204)
 
 
 @recordings.delete("/recordings/{name}", status_code=204)
 @needs("operator")
-async def delete(name: Name, recorder: Recorder, who: Who) -> Response:
+async def delete(name: Name, recorder: Recorder, who: Who) -> None:
     """Delete it for good."""
     await recorder.delete(name, who)
-    return Response(status_code=204)

@@ -20,7 +20,6 @@ from core.speech.understanding.place_names import MAX_NAME_LETTERS
 routes = router("places", 409, 503, 507)
 
 Routes = Annotated[RouteService, part(RouteService)]
-NO_PICTURE = Statement("routes.picture_gone")
 MAX_EVERY_MIN = 1440.0
 PictureName = Annotated[str, Path(pattern=r"^[a-z0-9-]{1,100}\.jpg$")]
 RouteName = Annotated[str, Path(min_length=1, max_length=4 * MAX_ROUTE_LETTERS)]
@@ -110,10 +109,9 @@ async def add(asked: RouteRequest, service: Routes, who: Who) -> RouteMark:
 
 @routes.delete("/routes/{name}", status_code=204)
 @needs("operator")
-async def remove(name: RouteName, service: Routes, who: Who) -> Response:
+async def remove(name: RouteName, service: Routes, who: Who) -> None:
     """Remove a route; one that runs goes on with its own copy."""
     await service.remove(name, who)
-    return Response(status_code=204)
 
 
 @routes.post("/routes/{name}/start", status_code=202)
@@ -162,7 +160,7 @@ async def picture(name: PictureName, service: Routes) -> Response:
     try:
         return Response(await asyncio.to_thread((service.pictures / name).read_bytes), media_type="image/jpeg")
     except OSError:
-        raise Problem(404, NO_PICTURE) from None
+        raise Problem(404, Statement("routes.picture_gone")) from None
 
 
 @routes.post("/route/pause")

@@ -110,10 +110,9 @@ async def cancel(id: Id, quality: QualityTests) -> QualityRunState:
 
 @speech_quality.delete("/speech-quality/{id}", status_code=204)
 @needs("operator")
-async def delete(id: Id, quality: QualityTests) -> Response:
+async def delete(id: Id, quality: QualityTests) -> None:
     """Delete it for good."""
     await quality.delete(quality.find(id))
-    return Response(status_code=204)
 
 
 @speech_quality.get("/speech-quality/{id}/report/{row}", response_class=Response, responses=PAGE)

@@ -105,7 +105,6 @@ async def take_in(
 
 @zones.delete("/zones/{name}", status_code=204)
 @needs("operator")
-async def remove(name: ZoneName, service: Zones, who: Who) -> Response:
+async def remove(name: ZoneName, service: Zones, who: Who) -> None:
     """Remove a zone."""
     await service.remove(name, who)
-    return Response(status_code=204)

@@ -25,7 +25,6 @@ CERTIFIED_LINKS = ("foxglove", "rosbridge")  # whose robot may be asked for a ce
 FILE_OPTIONS = ("ca", "cert", "key")  # options that name a file
 AUTHORITY = re.compile(r"(?P<user>[^@/?#\\]*@)?(?P<host>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(?P<port>:[0-9]{1,5})?")
 SECRET = re.compile(r"(?<=[/:])([^/:@?#]*):[^/@?#]*@|(?i:([?&](?:password|passwd|pwd|pass|token|key|secret)=))[^&#]*")
-ONLY_ADMIN = Statement("connect.only_admin")
 ONLY_LOCAL = Statement("connect.only_local")
 NOT_FOUND = "There is no address for the name {host}; type the robot's address in digits."
 WRONG_ENTRY = (
@@ -95,7 +94,7 @@ class Reach:
         addresses = [unmapped(str(answer[4][0])) for answer in answers]
         allowed = [one for one in addresses if any(entry.allows(one, host, port) for entry in self._entries)]
         if not allowed:
-            raise Problem(403, ONLY_ADMIN(what=host[:80], entry=host[:80]))
+            raise Problem(403, Statement("connect.only_admin", what=host[:80], entry=host[:80]))
         return allowed[0]
 
 

@@ -92,10 +92,6 @@ LONGEST_URL = 2000
 FOLDER, RECORDINGS = "robots", "recordings"  # in the data folder
 MAX_KNOCKS = 60  # addresses of one search
 WORLDS = ("sim:lab", "sim:floor")
-KEEPS_REAL = Statement("connect.keeps_real")
-ONLY_RECORDINGS = Statement("connect.only_recordings")
-OPENED_HERE = Statement("connect.opened_here")
-NO_RECORDING = Statement("connect.no_recording")
 ROBOT_LOST = Statement("connect.not_looked_at")
 RECORDING_LOST = Statement("connect.recording_lost")
 REAL_ONLY = Statement("connect.no_file")
@@ -165,7 +161,7 @@ class ConnectionService(Part):
         Raises BadInput with the reader's sentence, Problem 403, Refused on a real robot, Unavailable.
         """
         if self.real:
-            raise Refused(KEEPS_REAL(url=shlex.quote(url)))
+            raise Refused(Statement("connect.keeps_real", url=shlex.quote(url)))
         if url in WORLDS:
             return url
         url = await asyncio.to_thread(self._recording, url, who)
@@ -182,19 +178,19 @@ class ConnectionService(Part):
         """The whole URL of a recording. Raises BadInput, Problem 403."""
         scheme, _, rest = url.partition(":")
         if scheme != "log" or not rest or not url.isprintable():
-            raise BadInput(OPENED_HERE)
+            raise BadInput(Statement("connect.opened_here"))
         name, mark, run = rest.partition("#")  # FILE#N picks a run
         file = self._recordings / Path(name).expanduser()
         if not self._is_free_for(who, url):
             self._check_inside(file)
         if not (file.is_file() or file.is_dir()):
-            raise BadInput(NO_RECORDING(name=Path(name).name[:80], folder=self._recordings))
+            raise BadInput(Statement("connect.no_recording", name=Path(name).name[:80], folder=self._recordings))
         return f"log:{file}{mark}{run}"
 
     def _check_inside(self, file: Path) -> None:
         """Raises Problem 403 for a file outside the folders from which operators open recordings."""
         if not inside(file, [self._recordings, *self.reach.folders]):
-            raise Problem(403, ONLY_RECORDINGS(folder=self._recordings))
+            raise Problem(403, Statement("connect.only_recordings", folder=self._recordings))
 
     async def look(self, url: str, choices: Sequence[TopicChoice], who: Person) -> FoundRobot:
         """Connect once more, or to another robot, and see what is there.

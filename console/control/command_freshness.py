@@ -60,8 +60,6 @@ class RobotTime:
 EARS = "ears"  # source of words that the robot itself heard, and dated
 SPOKEN_SOURCES = (EARS, "voice")  # sources of words that a person said aloud
 READ_SOURCES = (*SPOKEN_SOURCES, "file")  # sources whose words were there before the console knew them
-TOO_LATE = Statement("words.too_late")
-ON_ITS_WAY = Statement("command.too_late")
 VOID = Statement("command.overtaken")
 CLOSED = Statement("command.page_closed")
 ABSENT = Statement("command.page_open_first")
@@ -143,7 +141,7 @@ class CommandFreshness:
     def why_late(self, said: Spoken, source: str) -> str:
         """Why words of this age are not obeyed, a sentence; "" when they may be."""
         age = self.time.elapsed(said.ended, time.monotonic() if said.taken is None else said.taken)
-        late = TOO_LATE if source in READ_SOURCES else ON_ITS_WAY
+        late = Statement("words.too_late") if source in READ_SOURCES else Statement("command.too_late")
         return late(delay=f"{age:.1f}") if age > OBEYED_WITHIN else ""
 
     def why_not(self, said: Spoken, source: str, who: Person) -> str:

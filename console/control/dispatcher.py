@@ -36,15 +36,7 @@ from core.sentences import Statement
 from core.snapshot import ActiveCommandStatus, Ending
 from core.speech.understanding.grammar import OwnPhrases, Refusal, understand
 
-ONLY_TO_PERSONS = Statement("command.only_to_persons")
-TWO_CANNOT_STEER = Statement("command.two_cannot_steer")
-ONLY_OPERATORS = Statement("lease.only_operators")
-NOTHING_TO_RENEW = Statement("lease.nothing_to_renew")
-ENDING = Statement("console.ending")
 VIEWERS_WATCH = Statement("command.viewers_watch")
-UNREACHED = Statement("robot.unreached")
-NO_PILOT = Statement("pilot.not_running")
-HALTED = Statement("command.halted")
 
 REACHED = ("live", "stale")
 LeaseAction = Literal["acquire", "renew", "take", "release", "ask", "give", "keep"]
@@ -110,7 +102,7 @@ class CommandDispatcher:
         heard = understand(text, own=self.phrases)
         if call is not None and isinstance(heard, Command):
             if spec_of(heard.name).target != "person":
-                raise Problem(422, ONLY_TO_PERSONS)
+                raise Problem(422, Statement("command.only_to_persons"))
             heard = replace(heard, call=call)
         return self.accept(heard, text, source, who, said)
 
@@ -223,7 +215,7 @@ class CommandDispatcher:
         """
         self._check_motion(who)
         if self._active or self._jog is not None:
-            raise Problem(409, TWO_CANNOT_STEER)
+            raise Problem(409, Statement("command.two_cannot_steer"))
         self._obtain(who)
 
     def abandon(self, press: int) -> None:
@@ -255,7 +247,7 @@ class CommandDispatcher:
         Raises Problem 403, 409; Refused when another holds it.
         """
         if not who.may("operator"):
-            raise Problem(403, ONLY_OPERATORS)
+            raise Problem(403, Statement("lease.only_operators"))
         profile = self._robot.profile
         if not profile.drives and not profile.dry_run:
             raise Problem(409, profile.refusal())
@@ -270,7 +262,7 @@ class CommandDispatcher:
         elif do == "take":
             self._lease.take(who, time.monotonic())
         elif do == "renew" and not self._lease.held_by(who):
-            raise Problem(409, NOTHING_TO_RENEW)
+            raise Problem(409, Statement("lease.nothing_to_renew"))
         else:
             self._lease.acquire(who, time.monotonic())
         if self._lease.epoch == before:
@@ -414,18 +406,18 @@ class CommandDispatcher:
     def _check_motion(self, who: Person, heard: Command | None = None) -> None:
         """Check that this person may move the robot now, or give it this command. Raises Problem 403, 409, 503."""
         if self._closed:
-            raise Problem(503, ENDING)
+            raise Problem(503, Statement("console.ending"))
         if not who.may("operator"):
             raise Problem(403, VIEWERS_WATCH)
         profile = self._robot.profile
         if not profile.drives and (why := profile.refusal(None if heard is None else spec_of(heard.name))):
             raise Problem(409, why)
         if self._robot.link()[0] not in REACHED:
-            raise Problem(503, self._robot.trouble or UNREACHED)
+            raise Problem(503, self._robot.trouble or Statement("robot.unreached"))
         if self.pilot is None:
-            raise Problem(503, NO_PILOT)
+            raise Problem(503, Statement("pilot.not_running"))
         if self._robot.status().state == "halted":
-            raise Problem(409, HALTED)
+            raise Problem(409, Statement("command.halted"))
 
     def _obtain(self, who: Person) -> None:
         """The lease, when it is free or already theirs; the gate knows it before any command."""

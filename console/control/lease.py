@@ -13,9 +13,6 @@ from core.sentences import Statement
 ANSWER_TIME_S = 10.0  # that the holder has to answer who asks for control
 GRACE_S = 5.0  # without a sign of life of the holder: a message of their page, a request of their program
 OTHER_DRIVES = Statement("lease.other_drives")
-HAS_ASKED = Statement("lease.has_asked")
-NOBODY_ASKS = Statement("lease.nobody_asks")
-NOT_YOURS = Statement("lease.not_yours")
 
 
 @dataclass(frozen=True)
@@ -67,14 +64,14 @@ class Lease:
         if self.holder is None or self.held_by(person):
             self.acquire(person, now)
         elif self.request is not None and self.request.person.id != person.id:
-            raise Refused(HAS_ASKED(name=self.request.person.name))
+            raise Refused(Statement("lease.has_asked", name=self.request.person.name))
         elif self.request is None:
             self.request = ControlRequest(person, now + ANSWER_TIME_S)
 
     def answer(self, person: Person, now: float, *, give: bool) -> Person:
         """The holder gives control to who asks for it, or keeps it → who asked. Raises Refused."""
         if not self.held_by(person) or self.request is None:
-            raise Refused(NOBODY_ASKS)
+            raise Refused(Statement("lease.nobody_asks"))
         asker, self.request = self.request.person, None
         if give:
             self.take(asker, now)
@@ -92,7 +89,7 @@ class Lease:
         if self.holder is None:
             return
         if not self.held_by(person):
-            raise Refused(NOT_YOURS(holder=self.holder.name))
+            raise Refused(Statement("lease.not_yours", holder=self.holder.name))
         self._change(None)
 
     def forget(self, person: Person) -> None:

@@ -57,7 +57,6 @@ class LateCommand:
 
 
 LATE_OFFER_S = 20.0  # [s] for which a late command is offered
-GONE = Statement("command.pending_gone")
 
 
 class PendingCommands(Part):
@@ -166,7 +165,7 @@ class PendingCommands(Part):
 
     def _find(self, number: int) -> PendingCommand:
         if self.waiting is None or self.waiting.id != number:
-            raise Problem(404, GONE)
+            raise Problem(404, Statement("command.pending_gone"))
         return self.waiting
 
     def _begin_by_itself(self) -> None:

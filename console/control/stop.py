@@ -29,9 +29,6 @@ MAX_LATCHING_S = 0.2  # that the gate may take to latch a halt before the consol
 LOOK_PERIOD_S = 0.002
 CAUSE = "halt"  # of the notices about a halt: the newest replaces the others
 MAX_LIFTING_S = 1.0  # within which a reset must show
-ONLY_OPERATORS_RESET = Statement("stop.only_operators_reset")
-NOT_HALTED = Statement("stop.not_halted")
-NO_GATE = Statement("stop.no_gate")
 
 
 @dataclass
@@ -84,12 +81,12 @@ class StopController:
     def reset(self, who: Person, source: str) -> None:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
         if not who.may("operator"):
-            raise Problem(403, ONLY_OPERATORS_RESET)
+            raise Problem(403, Statement("stop.only_operators_reset"))
         if self._robot.status().state != "halted":
-            raise Problem(409, NOT_HALTED)
+            raise Problem(409, Statement("stop.not_halted"))
         self._lease.acquire(who, time.monotonic())
         if not self._robot.reset():
-            raise Problem(503, NO_GATE)
+            raise Problem(503, Statement("stop.no_gate"))
         self._setpoint_sender.hand_over(self._lease.epoch, who.name)
         self._lifted("cancelled", Statement("stop.reset_again"))
         entry = self._history.add("halt_reset", who, state="running", source=source)

@@ -27,7 +27,6 @@ MAX_BRUSH_M, MAX_REACH_M = 5.0, 500.0
 TURNED_WITHIN_S = 10.0  # for which a turn waits for the pilot
 TURN_LOOK_S = 0.02
 NOTHING_TO_UNDO = Statement("edits.nothing_to_undo")
-NOTHING_TO_REDO = Statement("edits.nothing_to_redo")
 
 
 class EditService(Part):
@@ -71,7 +70,7 @@ class EditService(Part):
         """Make an edit again, the one that was taken back last if none is named. Raises as `undo`."""
         gone = [one for one in self.edits if one.undone_s and number in (None, one.id)]
         if not gone:
-            raise Problem(404 if number else 409, NOTHING_TO_REDO)
+            raise Problem(404 if number else 409, Statement("edits.nothing_to_redo"))
         edit = max(gone, key=lambda one: (one.undone_s, -one.id))
         await self._mark_undone({edit.id}, 0.0, f"map edit {edit.id} redone", who)
         return edit

@@ -21,7 +21,6 @@ from core.navigation.zones import roomiest_spot
 from core.sentences import Statement
 from core.speech.understanding.place_names import MAX_PLACES, check_name_apart, place_phrases, spoken_name, tidy_name
 
-NO_SUCH_PLACE = Statement("places.gone")
 BEYOND_MAP_M = 10.0  # [m] that a place may lie outside the known map
 MAX_ROOM_CORNERS = 200
 WALL_NEAR_M = 1.0
@@ -43,7 +42,7 @@ class PlaceService(Part):
         """The place of this name, however it is written. Raises Problem 404."""
         found = next((one for one in self.places if _key(one.name) == _key(name)), None)
         if found is None:
-            raise Problem(404, NO_SUCH_PLACE)
+            raise Problem(404, Statement("places.gone"))
         return found
 
     async def add(

@@ -59,12 +59,10 @@ SAID = "say"  # cause of a notice that a browser with spoken answers says aloud
 SPEECH_START_S = 2.0  # until such a browser has begun
 DAY_S = 86_400
 HOUR_FORM = re.compile(r"(?:[01]\d|2[0-3]):[0-5]\d")
-NO_SUCH_ROUTE = Statement("routes.gone")
 NONE_RUNS = Statement("routes.none_runs")
 BUSY = Statement("routes.busy")
 LOST = Statement("routes.lost")
 LOW = Statement("routes.low")
-DONE = Statement("routes.done")
 EXPECTED_ENDS = ("routes.done", "routes.paused", "routes.stopped")  # what a person asked for is no warning
 NEVER_AGAIN = frozenset((AGAIN, NO_ODOMETRY, BLIND))
 """Ends of a command after which the way is not tried again: the robot does not know where it is."""
@@ -173,7 +171,7 @@ class RouteService(Part):
         """The route of this name. Raises Problem 404."""
         found = next((one for one in self.routes if key_of(one.name) == key_of(name)), None)
         if found is None:
-            raise Problem(404, NO_SUCH_ROUTE)
+            raise Problem(404, Statement("routes.gone"))
         return found
 
     async def add(self, route: RouteMark, who: Person, *, replace: bool) -> RouteMark:
@@ -428,7 +426,7 @@ class RouteService(Part):
             run.rounds += 1
             if not run.route.loop:
                 run.stop -= 1
-                self._stand(run, "ended", DONE if not run.skipped else Statement("routes.over"))
+                self._stand(run, "ended", Statement("routes.done") if not run.skipped else Statement("routes.over"))
                 return
             run.stop = 0
             if not stand and (rest := self._rest(run)) > 0.0:

@@ -37,7 +37,6 @@ MIN_AREA_M2 = 0.01
 MIN_SLOW_SPEED_M_S, MAX_SLOW_SPEED_M_S = 0.02, 1.0
 CAP_PERIOD_S = 0.25  # between two caps: a gate that was started again has forgotten the last one
 WARNED_S = 15.0  # for which another press may enter the zone that a hand was warned of
-NO_SUCH_ZONE = Statement("zones.gone")
 
 
 @dataclass(frozen=True)
@@ -131,7 +130,7 @@ class ZoneService(Part):
         def change(marks: MapMarks) -> MapMarks:
             left = tuple(one for one in marks.zones if key_of(one.name) != key_of(name))
             if len(left) == len(marks.zones):
-                raise Problem(404, NO_SUCH_ZONE)
+                raise Problem(404, Statement("zones.gone"))
             return msgspec.structs.replace(marks, zones=left)
 
         await self._maps.mark(change, f"zone {name} removed", who)

@@ -86,26 +86,13 @@ DISK_PERIOD_S = 2.0  # [s] between two looks at the disk
 BYTES_PER_MB = 1e6
 NEARLY_FULL = 0.9  # of the folder, from which on it is said which recording goes next
 RUNS = Statement("recording.runs")
-NOTHING_RUNS = Statement("recording.nothing_runs")
-NOTHING_HELD = Statement("recording.nothing_held")
 NOTHING_YET = Statement("recording.nothing_yet")
 KEPT_BY = Statement("recording.kept_by")
-RECORDS = Statement("recording.records")
-RECOVERING = Statement("recording.recovering")
 CUT = Statement("recording.cut")
-NO_PICTURE = Statement("recording.no_picture")
-UNKNOWN = Statement("recording.unknown")
-BAD_NAME = Statement("recording.bad_name")
 LOST = Statement("recording.lost")
-LEFT_OUT = Statement("recording.left_out")
-NOT_BEGUN = Statement("recording.not_begun")
-LOW_DISK = Statement("recording.low_disk")
 OLD_GOES, NEXT_GOES = Statement("recording.old_goes"), Statement("recording.next_goes")
-UNRECOVERED = Statement("recording.unrecovered")
 RECOVERED = Statement("recording.was_recovered")
-NOT_KEPT = Statement("recording.not_kept")
 KEPT = Statement("recording.kept")
-NO_ROOM = Statement("recording.no_room")
 
 
 class RecordingNote(msgspec.Struct):
@@ -188,7 +175,7 @@ class RecordingService(Part):
             try:
                 await self._begin_first_of("", "")
             except (BeckonError, Problem) as trouble:
-                self._notifications.tell("error", NOT_BEGUN(trouble=trouble), "recorder")
+                self._notifications.tell("error", Statement("recording.not_begun", trouble=trouble), "recorder")
 
     async def _recover(self) -> None:
         """Finish what a lost process left behind, once nothing is recorded and no process writes it."""
@@ -199,7 +186,7 @@ class RecordingService(Part):
                 self._unfinished = False
                 found = await self._worker.ask(RecoverRecordings(str(self._folder)), budget=FILE_BUDGET_S)
         except BeckonError as trouble:
-            self._notifications.tell("warning", UNRECOVERED(trouble=trouble), "recovery")
+            self._notifications.tell("warning", Statement("recording.unrecovered", trouble=trouble), "recovery")
             return
         self.revision += 1
         for one in found:
@@ -383,7 +370,7 @@ class RecordingService(Part):
 
     async def _stop(self, who: Person | None = None) -> FinishedRecording:
         if self._running is None:
-            raise Problem(409, NOTHING_RUNS)
+            raise Problem(409, Statement("recording.nothing_runs"))
         await self._send()
         running, self._running = self._running, None
         try:
@@ -401,7 +388,7 @@ class RecordingService(Part):
     async def keep(self, seconds: float, cause: str, who: Person | None = None) -> FinishedRecording:
         """Save the last part of the drive as a recording of its own. Raises Problem 409, Unwritable."""
         if self.ring_limit_s <= 0 or not self._listens:
-            raise Problem(409, NOTHING_YET if self.ring_limit_s > 0 else NOTHING_HELD)
+            raise Problem(409, NOTHING_YET if self.ring_limit_s > 0 else Statement("recording.nothing_held"))
         await self._send()
         await asyncio.to_thread(self._make_folder)
         async with self._turn:
@@ -418,7 +405,7 @@ class RecordingService(Part):
     async def _send(self) -> None:
         moments, self._moments = self._moments, []
         if self._left_out:
-            self._notifications.tell("warning", LEFT_OUT(count=self._left_out), "recorder")
+            self._notifications.tell("warning", Statement("recording.left_out", count=self._left_out), "recorder")
             self._left_out = 0
         if self._running is not None and not (self._worker.alive and self._worker.starts == self._writes):
             self._lost("its process has ended.")
@@ -471,7 +458,7 @@ class RecordingService(Part):
                 words = KEPT(seconds=f"{kept.seconds:.0f}", name=kept.name, cause=why.rstrip("."))
                 self._notifications.tell("info", words, "kept")
             except (BeckonError, Problem) as trouble:
-                self._notifications.tell("warning", NOT_KEPT(trouble=trouble), "kept")
+                self._notifications.tell("warning", Statement("recording.not_kept", trouble=trouble), "kept")
         if now - self._disk_at < DISK_PERIOD_S or (self._running is None and self._roomy == self.revision):
             return
         self._disk_at, self._roomy = now, self.revision
@@ -483,7 +470,7 @@ class RecordingService(Part):
         """End the file that grows where the disk runs low; go on in another one where it is long."""
         free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / BYTES_PER_MB)
         if free < self._settings.free_mb:
-            await self._end(LOW_DISK(free=f"{free:.0f}"))
+            await self._end(Statement("recording.low_disk", free=f"{free:.0f}"))
         elif self._is_long(now):
             await self._rotate()
 
@@ -544,16 +531,16 @@ class RecordingService(Part):
         for name, changed, size in await asyncio.to_thread(self._parts):
             if name not in (running and running.name, self._keeps):
                 left = FinishedRecording(name, 0.0, size, {}, changed, complete=False)
-                found.append(msgspec.structs.replace(left, **with_cause(RECOVERING)))
+                found.append(msgspec.structs.replace(left, **with_cause(Statement("recording.recovering"))))
         if running is not None:
-            found.append(msgspec.structs.replace(running, **with_cause(RECORDS)))
+            found.append(msgspec.structs.replace(running, **with_cause(Statement("recording.records"))))
         return sorted(found, key=lambda one: one.started_s, reverse=True)
 
     def file(self, name: str) -> Path:
         """The file of a finished recording. Raises Problem 404."""
         path = self._path(name) if NAME.fullmatch(name) else None
         if path is None or not path.is_file():
-            raise Problem(404, UNKNOWN)
+            raise Problem(404, Statement("recording.unknown"))
         return path
 
     async def picture(self, name: str) -> bytes:
@@ -562,7 +549,7 @@ class RecordingService(Part):
         async with self._turn:
             picture = await self._worker.ask(job, budget=FILE_BUDGET_S)
         if not picture:
-            raise Problem(404, NO_PICTURE)
+            raise Problem(404, Statement("recording.no_picture"))
         return picture
 
     async def cut(self, path: Path, begin_s: float, end_s: float, who: Person) -> FinishedRecording:
@@ -612,7 +599,7 @@ class RecordingService(Part):
         await asyncio.to_thread(self._make_folder)
         free = await asyncio.to_thread(lambda: shutil.disk_usage(self._folder).free / BYTES_PER_MB)
         if free < self._settings.free_mb:
-            raise Problem(507, NO_ROOM(free=f"{free:.0f}"))
+            raise Problem(507, Statement("recording.no_room", free=f"{free:.0f}"))
 
     async def rewrite(self, name: str, note: str | None, new_name: str | None) -> None:
         """Give a recording another note, or another name. Raises BadInput, Problem 404, 409, Unwritable."""
@@ -749,5 +736,5 @@ def checked_name(name: str) -> str:
     """A name as it is kept. Raises BadInput with what a name may be."""
     tidy = " ".join(name.split())
     if not 0 < len(tidy) <= MAX_NAME_LETTERS or not NAME.fullmatch(tidy):
-        raise BadInput(BAD_NAME(letters=MAX_NAME_LETTERS))
+        raise BadInput(Statement("recording.bad_name", letters=MAX_NAME_LETTERS))
     return tidy

@@ -4,6 +4,7 @@ import msgspec
 
 from console.workers.job import Job
 from core.simulation.settings import MicrophoneSettings
+from core.speech.quality.report import QualityRow
 from core.speech.settings import SpeechSettings
 
 
@@ -18,26 +19,6 @@ class QualitySetup(msgspec.Struct, frozen=True):
     distances_m: list[float]
     snr_db: list[float]  # a voice at 1 m over the room's noise
     phrases: int
-
-
-class QualityRow(msgspec.Struct, frozen=True, kw_only=True):
-    """The figures of one place; those that are unset were not measured."""
-
-    distance_m: float
-    snr_db: float
-    refused: str  # why nobody can speak from there
-    stoi: float | msgspec.UnsetType | None = msgspec.UNSET
-    estoi: float | msgspec.UnsetType | None = msgspec.UNSET
-    si_sdr_db: float | msgspec.UnsetType | None = msgspec.UNSET
-    words: int | msgspec.UnsetType = msgspec.UNSET
-    erroneous_words_person: int | msgspec.UnsetType = msgspec.UNSET
-    erroneous_words_robot: int | msgspec.UnsetType = msgspec.UNSET
-    osqe_d: float | msgspec.UnsetType | None = msgspec.UNSET
-    osqe_r: float | msgspec.UnsetType | None = msgspec.UNSET
-    reason: str | msgspec.UnsetType | None = msgspec.UNSET  # why a figure is undefined
-    verdict: str | msgspec.UnsetType | None = msgspec.UNSET
-    commands: int | msgspec.UnsetType = msgspec.UNSET
-    commands_exact: int | msgspec.UnsetType = msgspec.UNSET
 
 
 class BegunQuality(msgspec.Struct, frozen=True):

@@ -1,15 +1,6 @@
 """The worker that measures the recognition of voices: minutes of decoding, and killed when given up."""
 
-import msgspec
-
-from console.speech.quality_jobs import (
-    BeginQuality,
-    BegunQuality,
-    ListenClose,
-    MeasuredQuality,
-    MeasureQuality,
-    QualityRow,
-)
+from console.speech.quality_jobs import BeginQuality, BegunQuality, ListenClose, MeasuredQuality, MeasureQuality
 from core.experiments.speech_quality_here import SpeechQualityHere
 from core.geometry import Pose
 
@@ -33,10 +24,7 @@ class QualityWorker:
             ears=job.ears,
             speech=job.speech,
         )
-        places = [
-            QualityRow(distance_m=one.distance, snr_db=one.ratio, refused=one.refused) for one in self._run.places
-        ]
-        return BegunQuality(places, self._run.voice)
+        return BegunQuality([one.row for one in self._run.places], self._run.voice)
 
     def listen_close(self, _: ListenClose) -> str:
         """Recognize the text as the person's own microphone hears it."""
@@ -46,5 +34,4 @@ class QualityWorker:
     def measure(self, job: MeasureQuality) -> MeasuredQuality:
         """Measure one place."""
         assert self._run is not None
-        row, report = self._run.measure(self._run.places[job.number])
-        return MeasuredQuality(msgspec.convert(row, QualityRow), report)
+        return MeasuredQuality(*self._run.measure(self._run.places[job.number]))

@@ -23,7 +23,6 @@ from core.speech.recognition.decision import Decision, RecognizedUtterance
 
 ROOM = Person("room", "a voice in the room", "viewer")
 NOT_OBEYED = Statement("speech.shown_only")
-NOT_YOURS = Statement("speech.no_longer_accepted")
 HIGHER = Statement("speech.no_interruption")
 
 
@@ -75,7 +74,7 @@ class VoiceCommands(WordListener, Part):
             return NOT_OBEYED
         if not self._lease.held_by(self.operator):
             self.release()
-            return NOT_YOURS
+            return Statement("speech.no_longer_accepted")
         busy = not self.at_console and self._dispatcher.busy_above(SPOKEN_SOURCES)
         return HIGHER if busy else ""
 

@@ -17,8 +17,6 @@ from core.navigation.steering import Pursuit, StallDetector, Travel
 from core.navigation.wall import MIN_PLACE_GAP_M, RightWall, WallLine, walls_on_the_right
 from core.sentences import Statement
 
-NO_WALL = Statement("wall.none")
-NO_ROOM = Statement("wall.no_room")
 MAX_PLACES = 6  # at the wall that are tried
 AT_THE_WALL = "Following the wall on the right"
 LOST = Statement("wall.gone")
@@ -95,7 +93,7 @@ class FollowingWall:
         """
         places = walls_on_the_right(ctx.pose, ctx.scan_points, ctx.wall)
         if not len(places):
-            raise Refused(NO_WALL(reach=f"{ctx.wall.seek:g}"))
+            raise Refused(Statement("wall.none", reach=f"{ctx.wall.seek:g}"))
         robot = np.array([ctx.pose.x, ctx.pose.y])
         away = np.hypot(*(robot - places).T)
         if away[0] <= self._distance + ctx.wall.near:
@@ -113,7 +111,7 @@ class FollowingWall:
                 continue
             self._towards, self._far = found, far
             return approach
-        raise Refused(why or NO_ROOM)
+        raise Refused(why or Statement("wall.no_room"))
 
     def _come(self, approach: GoalController, ctx: ControlContext) -> Progress:
         """To the wall first; to another place at it where this one turns out to be shut."""

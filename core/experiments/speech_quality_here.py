@@ -6,8 +6,8 @@ reverberation, its microphones. One step at a time, so that it can be watched an
 
 import math
 from collections.abc import Sequence
-from typing import NotRequired, TypedDict
 
+import msgspec
 import numpy as np
 
 from core.errors import BadInput, Unavailable
@@ -23,7 +23,7 @@ from core.simulation.settings import MicrophoneSettings
 from core.simulation.world import world_named
 from core.speech.quality.audio_similarity import AudioSimilarity, liken
 from core.speech.quality.osqe import SpeechQuality, compare
-from core.speech.quality.report import page
+from core.speech.quality.report import QualityRow, page
 from core.speech.recognition.engines import open_dictation
 from core.speech.recognition.recognizer import Dictation
 from core.speech.settings import SpeechSettings
@@ -46,25 +46,10 @@ class SpeakingPlace:
     mouth: Array  # (3,) [m] in the world
     refused: str = ""  # why no person can speak from there
 
-
-class MeasuredPlace(TypedDict):
-    """The figures of one place, as JSON; only the first three of one from which no person can speak."""
-
-    distance_m: float
-    snr_db: float
-    refused: str  # why no person can speak from there
-    stoi: NotRequired[float | None]
-    estoi: NotRequired[float | None]
-    si_sdr_db: NotRequired[float | None]
-    words: NotRequired[int]
-    erroneous_words_person: NotRequired[int]
-    erroneous_words_robot: NotRequired[int]
-    osqe_d: NotRequired[int]
-    osqe_r: NotRequired[float | None]
-    reason: NotRequired[str]
-    verdict: NotRequired[str]
-    commands: NotRequired[int]
-    commands_exact: NotRequired[int]  # by the robot
+    @property
+    def row(self) -> QualityRow:
+        """Its row, before anything is measured there."""
+        return QualityRow(distance_m=self.distance, snr_db=self.ratio, refused=self.refused)
 
 
 class SpeechQualityHere:
@@ -107,18 +92,27 @@ class SpeechQualityHere:
         self.person = close_by(self._dictation, self._said, self._seed)
         return self.person
 
-    def measure(self, place: SpeakingPlace) -> tuple[MeasuredPlace, str]:
+    def measure(self, place: SpeakingPlace) -> tuple[QualityRow, str]:
         """One place → its figures, and the report page. The person's path comes first."""
-        row: MeasuredPlace = {"distance_m": place.distance, "snr_db": place.ratio, "refused": place.refused}
         if place.refused:
-            return row, ""
+            return place.row, ""
         quality, similarity = self._listen(place)
         score = quality.score
-        row.update({"stoi": similarity.stoi, "estoi": similarity.estoi, "si_sdr_db": similarity.si_sdr_db})
-        row.update({"words": quality.person.words, "erroneous_words_person": score.person})
-        row.update({"erroneous_words_robot": score.robot, "osqe_d": score.difference, "osqe_r": score.ratio})
-        row.update({"reason": score.reason, "verdict": quality.verdict})
-        row.update({"commands": len(quality.phrases), "commands_exact": sum(quality.robot.exact)})
+        row = msgspec.structs.replace(
+            place.row,
+            stoi=similarity.stoi,
+            estoi=similarity.estoi,
+            si_sdr_db=similarity.si_sdr_db,
+            words=quality.person.words,
+            erroneous_words_person=score.person,
+            erroneous_words_robot=score.robot,
+            osqe_d=score.difference,
+            osqe_r=score.ratio,
+            reason=score.reason,
+            verdict=quality.verdict,
+            commands=len(quality.phrases),
+            commands_exact=sum(quality.robot.exact),
+        )
         around = {
             "where": f"{self._world.name}, {place.distance:g} m from the robot, {MOUTH_HEIGHT_M:g} m above the floor",
             "noise": f"{place.ratio:g} dB below a voice at 1 m",

@@ -45,13 +45,10 @@ from core.slam.odometry import Odometry
 from core.slam.submap_manager import MapperSettings
 from core.snapshot import Ending, Hearing, Level, PilotAct, PilotInputs, Snapshot
 
-LOOKING_AROUND = Statement("pilot.looking_around")
-FOUND = Statement("pilot.found")
 AGAIN = Statement("pilot.strayed")
 BLIND = Statement("pilot.blind")
 NO_ODOMETRY = Statement("pilot.no_odometry")
 MAX_WAIT_S = 2.0  # [s] that a command waits for odometry
-NOTHING_YET = Statement("pilot.no_map_yet")
 
 
 @message
@@ -216,7 +213,7 @@ class Pilot:
         with self._inbox.between_frames:
             saved = self._mapper.saved()
         if saved is None:
-            raise Refused(NOTHING_YET)
+            raise Refused(Statement("pilot.no_map_yet"))
         return saved
 
     # from the pilot's thread
@@ -381,7 +378,7 @@ class Pilot:
         if lost is not None and self._needs_a_place:
             return self._executor.only_turn(self._mapper.turn, lost.words, frame.stamp - self._stamp)
         waits = self._mapper.looking_around and self._profile.drives
-        wait_for = LOOKING_AROUND if waits else ""
+        wait_for = Statement("pilot.looking_around") if waits else ""
         twist = self._executor.drive(self._surroundings(frame, motion, pose), wait_for)
         zone = self._keep_outs.ahead(pose, twist, self._body.radius)
         if zone is None:
@@ -493,7 +490,7 @@ class Pilot:
         vision, hearing, lost = self._vision, self._hearing, self._mapper.lost
         yield "blind", BLIND if self._is_blind else "", "warning", ""
         yield "base", frame.trouble, "error", Statement("pilot.base_answers")
-        yield "place", lost.words if lost else "", "warning", self._mapper.found or FOUND
+        yield "place", lost.words if lost else "", "warning", self._mapper.found or Statement("pilot.found")
         for (kind, name), trouble in self._repeats.troubles():
             yield f"hanging {kind} {name}", trouble, "warning", Statement("sensor.shows_new", kind=kind, name=name)
         yield from self._lost_sensors()

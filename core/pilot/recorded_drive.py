@@ -46,7 +46,6 @@ from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Hearing, 
 
 MAP = "/map"  # topic
 MAP_DELAY_S = 1.0  # [s] after the beginning of a recording by which its map may come
-NO_MAP = Statement("recording.no_map")
 MAX_ODDS = 8.0  # log odds of a cell that is held to be sure
 AS_RECORDED = SlamHealth(mode="recorded")
 EMPTY_GRID = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
@@ -210,7 +209,7 @@ class ComputedNow:
             begun = self._held(moment, robot.used)
             snapshot = self._pilot.repeat(inputs, begun)
             self.resumed = begun.saved is not None
-            self.why_empty = "" if self.resumed else NO_MAP
+            self.why_empty = "" if self.resumed else Statement("recording.no_map")
         except BadInput as trouble:  # the map is damaged, or does not suit these settings
             self.why_empty = str(trouble)
             self._pilot = Pilot(robot.built, self._settings)

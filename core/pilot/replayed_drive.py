@@ -52,7 +52,6 @@ MARK_KINDS = {
 }
 """An event's name → the kind of its mark."""
 MAX_MARKS = 400
-EMPTY_MAP = Statement("recording.empty_map")
 
 
 @message
@@ -264,7 +263,7 @@ class ReplayedDrive(PlayedRecording):
             begins = self._computed.since
             computed = self._computed.take(moment)
             if self._computed.why_empty and self._computed.since != begins:
-                self._notes = (*self._notes, EMPTY_MAP(why=self._computed.why_empty))
+                self._notes = (*self._notes, Statement("recording.empty_map", why=self._computed.why_empty))
         if recorded is not None or computed is not None:
             self._last = moment, recorded, computed
             self._compare(moment, recorded, computed)

@@ -54,18 +54,8 @@ class Click:
     heading: float | None  # [rad]; None: not given
 
 
-STANDING = Statement("place.lost")
-TURNING = Statement("place.turning")
-HOLDING = Statement("place.holding")
-ASKING = Statement("place.asking")
 EMPTY = Statement("place.empty")
-AGREED = Statement("place.agreed")
-CLICKED = Statement("place.clicked")
-TRUSTED = Statement("place.trusted")
-UNFIT = Statement("place.unfit")
-STAYED = Statement("place.stayed")
 NEVER_LEFT = Statement("place.never_left")
-NO_VIEW = Statement("place.no_view")
 
 
 class Recovery:
@@ -89,7 +79,7 @@ class Recovery:
         self.turn = 0.0  # [rad/s] that the robot should turn on the spot now, if it may
         self.waiting = False  # for a view from somewhere else
         self._since = self._now = stamp
-        self._words = STANDING(why=why)
+        self._words = Statement("place.lost", why=why)
         self._phase: LostPhase = "searching"
         self._view: ScanView | None = None  # the newest
         self._compared: ScanView | None = None  # … of those that were laid where the robot believed to be
@@ -123,7 +113,7 @@ class Recovery:
         looks = self._phase != "asking" and self._view is not None and not waits
         self.turn = TURN_RATE_RAD_S if looks and may_turn else 0.0
         if self._phase == "confirming":
-            self._words = TURNING if may_turn else HOLDING
+            self._words = Statement("place.turning") if may_turn else Statement("place.holding")
         try:
             next(self._work)
         except StopIteration as over:
@@ -180,22 +170,22 @@ class Recovery:
         view = self._view
         if pyramid is None:
             sd = [UNCHECKED_SD_M, UNCHECKED_SD_M, UNCHECKED_SD_RAD]
-            return RecoveredPose(guess, np.diag(sd) ** 2, 0.0, TRUSTED)
+            return RecoveredPose(guess, np.diag(sd) ** 2, 0.0, Statement("place.trusted"))
         if view is None:
-            self._phase, self._words = "asking", NO_VIEW
+            self._phase, self._words = "asking", Statement("place.no_view")
             return (yield from self._find())
         self._phase, self._words = "searching", Statement("place.around_click")
         angle = math.pi if click.heading is None else CLICK_REACH_RAD
         fits = yield from search_near(pyramid, view, guess, CLICK_REACH_M, angle)
         doubt = self._doubt(fits)
         if not doubt:
-            return self._found(view, fits[0], CLICKED)
+            return self._found(view, fits[0], Statement("place.clicked"))
         if self._before is not None:
             former = self._before @ view.odometry
             stays = yield from search_near(pyramid, view, former, STAYED_REACH_M, STAYED_REACH_RAD)
             if not self._doubt(stays):
-                return self._found(view, stays[0], STAYED(doubt=doubt))
-        self._phase, self._words = "asking", UNFIT(doubt=doubt)
+                return self._found(view, stays[0], Statement("place.stayed", doubt=doubt))
+        self._phase, self._words = "asking", Statement("place.unfit", doubt=doubt)
         self._places = tuple(fit.pose for fit in fits)
         return (yield from self._find())
 
@@ -221,7 +211,7 @@ class Recovery:
         """Ask the operator after a full turn or the end of the patience."""
         over = self._turned >= MAX_TURN_RAD or self._now - self._since >= MAX_SEARCH_S
         if over and self._phase != "asking":
-            self._phase, self._words = "asking", ASKING(doubt=seen.doubt())
+            self._phase, self._words = "asking", Statement("place.asking", doubt=seen.doubt())
 
     def _doubt(self, fits: list[PoseFit]) -> str:
         """Return why a click is not believed; "" when it is."""
@@ -239,7 +229,7 @@ class Recovery:
         if view is None:
             return None
         fit = seen.follow(seen.views[-1], view, best.pose)
-        return None if fit is None else self._found(view, fit, AGREED(views=len(seen.views)))
+        return None if fit is None else self._found(view, fit, Statement("place.agreed", views=len(seen.views)))
 
     def _found(self, view: ScanView, fit: PoseFit, words: str) -> RecoveredPose:
         """A fit of a view, carried on to now."""

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 import cv2
+import msgspec
 import numpy as np
 
 from core.message import Array
@@ -55,6 +56,26 @@ section{break-inside:avoid}.texts tr{break-inside:avoid}mark,img{print-color-adj
 
 MAX_SHOWN_S = 12.0  # of the recordings that are drawn
 SIGN = "Below zero, or a ratio below one: the robot hears worse than the person's own path."
+
+
+class QualityRow(msgspec.Struct, frozen=True, kw_only=True):
+    """The figures of one place; those that are unset were not measured."""
+
+    distance_m: float
+    snr_db: float
+    refused: str  # why nobody can speak from there
+    stoi: float | msgspec.UnsetType | None = msgspec.UNSET
+    estoi: float | msgspec.UnsetType | None = msgspec.UNSET
+    si_sdr_db: float | msgspec.UnsetType | None = msgspec.UNSET
+    words: int | msgspec.UnsetType = msgspec.UNSET
+    erroneous_words_person: int | msgspec.UnsetType = msgspec.UNSET
+    erroneous_words_robot: int | msgspec.UnsetType = msgspec.UNSET
+    osqe_d: float | msgspec.UnsetType | None = msgspec.UNSET
+    osqe_r: float | msgspec.UnsetType | None = msgspec.UNSET
+    reason: str | msgspec.UnsetType | None = msgspec.UNSET  # why a figure is undefined
+    verdict: str | msgspec.UnsetType | None = msgspec.UNSET
+    commands: int | msgspec.UnsetType = msgspec.UNSET
+    commands_exact: int | msgspec.UnsetType = msgspec.UNSET
 
 
 def page(
