@@ -82,6 +82,8 @@ test("an ellipse's longer half axis does not depend on how it is turned", () => 
 
 test("uncertainty is told in the unit that a person can picture", () => {
   assert.deepEqual([0.003, 0.012, 0.35].map(format.spread), ["± 3 mm", "± 1.2 cm", "± 0.35 m"]);
+  assert.deepEqual([0, 0.0004, NaN].map(format.spread), ["± 0 mm", "± < 1 mm", "± –"]);
+  assert.deepEqual([0, 0.0004, 0.02, NaN].map(format.turnSpread), ["± 0.0°", "± < 0.1°", "± 1.1°", "± –"]);
 });
 
 test("the difference of two headings goes the short way round", () => {

@@ -1,7 +1,7 @@
 // Element <estimate-card>: estimated pose, its uncertainty, and the error of dead reckoning.
 
 import { make, mark, write } from "../ui/element.js";
-import { degrees, fixed, headingBetween, metres, sigmas, spread } from "../ui/format.js";
+import { degrees, fixed, headingBetween, metres, sigmas, spread, turnSpread } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
@@ -56,7 +56,7 @@ class EstimateCard extends Panel {
     write(this.#mode, modeWords);
     say(x, metres(pose.x_m), lost ? "± ?" : spread(sigma.x));
     say(y, metres(pose.y_m), lost ? "± ?" : spread(sigma.y));
-    say(heading, degrees(pose.heading_rad, 1), lost ? "± ?" : `± ${degrees(sigma.heading, 1)}`);
+    say(heading, degrees(pose.heading_rad, 1), lost ? "± ?" : turnSpread(sigma.heading));
     const trial = slam.tentative ? t("estimate-card.tentative_on_trial", { tentative: slam.tentative }) : "";
     write(this.#facts.landmarks.value, `${state.landmarks.length}${trial}`);
     write(this.#facts.nis.value, slam.nis === null ? "–" : fixed(slam.nis, 1));

@@ -1,7 +1,7 @@
 // Element <estimate-line>: the estimated pose in one line below the map; a press opens the estimate.
 
 import { make, write } from "../ui/element.js";
-import { degrees, metres, sigmas, spread } from "../ui/format.js";
+import { degrees, metres, sigmas, spread, turnSpread } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 
@@ -34,7 +34,7 @@ class EstimateLine extends Panel {
     const said = [
       [metres(x_m), spread(sigma.x)],
       [metres(y_m), spread(sigma.y)],
-      [degrees(heading_rad, 1), `± ${degrees(sigma.heading, 1)}`],
+      [degrees(heading_rad, 1), turnSpread(sigma.heading)],
     ];
     for (const [index, part] of this.#values.entries()) {
       const [value, spreads] = said[index] ?? ["", ""];

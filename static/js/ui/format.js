@@ -146,9 +146,16 @@ export function sigmas(covariance) {
 /** Uncertainty in the unit a person can picture: "± 3 mm", "± 1.2 cm", "± 0.35 m". @param {number} sigma [m] */
 export function spread(sigma) {
   if (!Number.isFinite(sigma)) return "± –";
+  if (sigma > 0 && sigma < 0.0005) return "± < 1 mm"; // none is only what is defined so
   if (sigma < 0.01) return `± ${fixed(sigma * 1000, 0)} mm`;
   if (sigma < 0.1) return `± ${fixed(sigma * 100, 1)} cm`;
   return `± ${fixed(sigma, 2)} m`;
+}
+
+/** The same of a heading: "± 0.3°". @param {number} sigma [rad] */
+export function turnSpread(sigma) {
+  const text = degrees(sigma, 1);
+  return sigma > 0 && text === degrees(0, 1) ? `± < ${degrees(Math.PI / 1800, 1)}` : `± ${text}`;
 }
 
 /** The difference of two headings, −π < d ≤ π. @param {number} a [rad] @param {number} b [rad] */
