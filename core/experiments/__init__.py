@@ -74,6 +74,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         "parallel",
         "printed-and-ours",
         "speech-quality",
+        "stereo",
         "table-2",
         "tour",
     )

@@ -16,6 +16,8 @@ from core.perception.landmarks.edges import ImageEdge, find_edges
 from core.perception.landmarks.frame_perception import Beams, BearingSet, FramePerception
 from core.perception.landmarks.landmarks import Sighting, edges_on_walls, laser_in_picture, sight
 from core.perception.landmarks.preprocessing import NOTHING
+from core.perception.landmarks.stereo import MAX_STAMPS_S, edges_by_pair, second_camera
+from core.perception.landmarks.walls import SeenWalls
 from core.robots import Profile
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
 from core.settings import Settings
@@ -36,6 +38,7 @@ MIN_RANGE_CHANGE_M = 0.1  # by which a beam differs, at least, where something h
 CHANGED_SHARE = 0.05  # the same as a share of its range: 3.5 standard deviations where a range is known to 1 %
 MAX_CHANGED_BEAMS_SHARE = 0.01  # of the beams that may differ although nothing has: edges are hit now and missed now
 MAX_SCAN_WAIT_S = 0.3  # since the newest scan for which a picture's edges wait for the next
+MAX_SECOND_WAIT_S = 0.06  # for which they wait for the second picture of a pair of cameras
 MAX_TRACKED_EDGE_AGE_S = 0.5  # for which edges may confirm corners where the move between the two is remembered
 
 
@@ -46,6 +49,8 @@ class LandmarkPerception:
         self._lasers = {laser.name: laser for laser in profile.lasers}
         self._laser = profile.laser or Laser()  # of scans that name none
         self.camera = profile.camera
+        self._second = second_camera(profile.cameras) if settings.edges.by_pair else None
+        self._seconds: tuple[float, tuple[ImageEdge, ...]] = (-np.inf, ())  # time [s] and edges of its newest picture
         self._settings = settings
         self._edges: tuple[ImageEdge, ...] = ()
         self._edges_stamp = -np.inf
@@ -61,6 +66,11 @@ class LandmarkPerception:
         self._usable_stamp = np.inf
         self._moved_stamp = np.inf  # of the newest frame in which the robot moved, or might have
         self._scan: Scan | None = None  # the newest that was looked at
+
+    def take_second(self, image: Image | None) -> None:
+        """Find the edges of a picture, if it is of the second camera of a pair."""
+        if image is not None and self._second is not None and image.camera == self._second.name:
+            self._seconds = image.stamp, find_edges(image, self._second, self._settings.edges)
 
     def look(self, frame: SensorFrame, motion: Motion, idle: bool = False) -> FramePerception:
         """One frame → what is seen in it; `view` is renewed when a picture or new matches came.
@@ -81,7 +91,10 @@ class LandmarkPerception:
                 self.trouble = str(trouble)
         if frame.scan is None:
             waits = frame.stamp - self._points_stamp < MAX_SCAN_WAIT_S  # a scan says which of them confirm a corner
-            return FramePerception(edges=None if waits else self._alone(self._edges, NO_POINTS, frame.stamp)[1])
+            if self._second is not None and self._seconds[0] < self._edges_stamp:
+                waits |= frame.stamp - self._edges_stamp < MAX_SECOND_WAIT_S
+            by_pair, bearings = ((), None) if waits else self._alone(self._edges, NO_POINTS, frame.stamp)
+            return FramePerception(sightings=by_pair or None, edges=bearings)
         if idle and self._is_like_before(frame.scan, frame.stamp):
             return FramePerception()
         self._scan = frame.scan
@@ -175,7 +188,8 @@ class LandmarkPerception:
         )
         sightings, ends = self._recall.bring(then, stamp, sightings, ends)
         few = len(corners) < self._settings.edges.corners_enough
-        on_walls, bearings = self._alone(edges, ends[hits], stamp) if fresh and few else ((), None)
+        looked = fresh and (few or self._second is not None)
+        on_walls, bearings = self._alone(edges, ends[hits], stamp, few) if looked else ((), None)
         beams = Beams(ends=ends, hits=hits, viewpoint=laser.mounting)
         self._points, self._points_stamp = beams.points, stamp
         if fresh and self.view is not None:
@@ -197,11 +211,13 @@ class LandmarkPerception:
         )
 
     def _alone(
-        self, edges: tuple[ImageEdge, ...], points: Array, stamp: float
+        self, edges: tuple[ImageEdge, ...], points: Array, stamp: float, few: bool = True
     ) -> tuple[tuple[Sighting, ...], BearingSet | None]:
         """The newest picture's edges that confirm no corner, once, seen from the robot at `stamp` [s].
 
-        Those on walls that the laser sees, by `points` (M, 2) [m] of its scan, are sightings, the others bearings.
+        Those on walls that the laser sees, by `points` (M, 2) [m] of its scan, are sightings, and so are those whose
+        distance a second camera gives; the others are bearings. Where corners are not `few`, a second camera is asked
+        only where the scan shows nothing.
         """
         if self.camera is None or self._edges_stamp <= self._reported:
             return (), None
@@ -212,11 +228,17 @@ class LandmarkPerception:
         settings = self._settings.edges
         x, y = self.camera.mounting.translation[:2].tolist()
         eye, on_walls = move.pose @ Pose(x, y), ()
-        alone = tuple(edge for edge in edges if not edge.matched)
+        alone, walls = tuple(edge for edge in edges if not edge.matched), SeenWalls(points, eye)
+        if not few:
+            alone = tuple(edge for edge in alone if walls.near(edge.bearing) is None)
         if settings.on_walls:
             on_walls, alone = edges_on_walls(alone, points, eye, stamp, settings)
+        if self._second is not None and abs(self._seconds[0] - self._edges_stamp) <= MAX_STAMPS_S:
+            pair = self.camera, self._second
+            by_pair, alone = edges_by_pair(alone, self._seconds[1], pair, eye, stamp, settings)
+            on_walls = *on_walls, *by_pair
         sd = math.hypot(settings.bearing_sd, settings.shift_share * move.pose.heading)
-        return on_walls, BearingSet(
+        return on_walls, None if not few else BearingSet(
             stamp=self._edges_stamp,
             eye=eye,
             bearings=np.array([edge.bearing for edge in alone]),

@@ -271,6 +271,7 @@ class Pilot:
         frame = self._repeats.taken_out(frame, self._wheels)
         self._sensor_status = self._sensors.update(frame)
         frame = self._sensors.believed(frame)
+        self._vision.take_second(frame.image)
         self.frame = frame = self._profile.first_view(frame)
         motion = self._odometry.update(frame)
         self._wheels = motion.wheels

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from dataclasses import replace
 from typing import Any, cast
 
 import msgspec
@@ -62,7 +63,7 @@ class SimulatedRobot:
             max_speed=settings.max_speed,
             max_turn_rate=settings.max_turn_rate,
             lasers=(Laser(),),
-            cameras=(Camera(rate=settings.camera_rate),) if settings.camera else (),
+            cameras=_cameras(settings),
             arrays=() if settings.array is None else (settings.array,),
         )
         seeds = np.random.SeedSequence(seed).spawn(4)
@@ -79,10 +80,9 @@ class SimulatedRobot:
         self._laser = SimulatedLaser(
             self._profile.laser or Laser(), chance[1], floor_sd=floor_sd, share_sd=share_sd, dropout=settings.dropout
         )
-        self._camera: SimulatedCamera | None = None
-        if self._profile.camera:
-            self._camera = SimulatedCamera(
-                self._profile.camera,
+        self._cameras = tuple(
+            SimulatedCamera(
+                camera,
                 self._world,
                 chance[2],
                 light=settings.light,
@@ -90,6 +90,9 @@ class SimulatedRobot:
                 exposure=settings.exposure,
                 defocus=settings.defocus,
             )
+            for camera in self._profile.cameras
+        )
+        self._others: deque[Image] = deque()  # pictures of the other cameras that were not delivered yet
         self._frames = self._scans = self._images = 0
         self._hands, self._walkers = BoardMotion(self._profile), Pedestrians(self._profile.radius)
         self._voices = Speakers(settings, seeds[3], self._profile.rate, self._profile.wheelbase)
@@ -240,15 +243,28 @@ class SimulatedRobot:
 
     def _image(self, stamp: float, pose: Pose) -> Image | None:
         """Render the picture that is due. It waits where a scan comes with the frame, to spread the load."""
-        if self._camera is None:
-            return None
-        rate = self._camera.camera.rate
+        if not self._cameras or self._others:
+            return self._others.popleft() if self._others else None
+        rate = self._cameras[0].camera.rate
         assert rate is not None
         due = math.floor(stamp * rate - 0.25 + 1e-9) + 1
         if due <= self._images:
             return None
         self._images = due
-        return self._camera.take(self._world, stamp, pose, self._base.turn_rate)
+        first, *others = (camera.take(self._world, stamp, pose, self._base.turn_rate) for camera in self._cameras)
+        self._others.extend(
+            replace(image, camera=camera.camera.name) for camera, image in zip(self._cameras[1:], others, strict=True)
+        )
+        return first
+
+
+def _cameras(settings: SimulationSettings) -> tuple[Camera, ...]:
+    """The camera, if there is one, and the one beside it, if there is."""
+    first = Camera(rate=settings.camera_rate)
+    shift = np.array([0.0, -settings.second_camera, 0.0])
+    mounting = replace(first.mounting, translation=first.mounting.translation + shift)
+    second = (replace(first, name="second", mounting=mounting),) if settings.second_camera else ()
+    return (first, *second) if settings.camera else ()
 
 
 def _wheels(settings: SimulationSettings, wheelbase: float, rng: np.random.Generator) -> SimulatedWheels:

@@ -71,6 +71,7 @@ class WheelErrors(ThresholdSet):
     slip: float = 0.0007  # [m/√m] slip of each wheel
     dropout: float = 0.004  # share of beams that fail at random
     picture_snr: float = 42.0  # [dB] signal to noise of the camera's sensor (section 6)
+    second_camera: float = 0.0  # [m] to the right of the camera: another one; 0: none
     response: float = 0.06  # [s] time until the base has followed 63 % of a change of speed
 
 

@@ -42,6 +42,7 @@ class EdgeThresholds(ThresholdSet):
     bearing_floor: float = math.radians(0.08)  # [rad] sd of a sighting's bearing that no averaging takes away
     corners_enough: int = 2  # corners in a scan from which edges that confirm none are left alone: they repeat errors
     wall_sd: float = 0.02  # [m] sd across the wall of such an edge's distance
+    pair_sd: float = math.radians(0.04)  # [rad] sd of a bearing of a pair of cameras against the other's
     edge_required: bool = False  # the paper's rule: a corner without an edge is no landmark
 
 
@@ -54,6 +55,7 @@ class EdgeSettings(EdgeThresholds, Section):
         canny_high: edges drawn on the picture; lower it for missing pale ones
         bearing_sd: corners that an edge confirms; raise it where a new calibration confirms fewer
         on_walls: landmarks on bare walls, and the pose's sd in a corridor
+        by_pair: landmarks where the laser sees no corner
     """
 
     canny_low: Annotated[float, Meta("", 1, 500, "lower gradient threshold of Canny's hysteresis")] = 15.0
@@ -64,6 +66,7 @@ class EdgeSettings(EdgeThresholds, Section):
     on_walls: Annotated[
         bool, Meta(meaning="an edge that confirms no corner is a landmark where the laser sees a straight wall")
     ] = True
+    by_pair: Annotated[bool, Meta(meaning="so is one whose distance a second camera beside the first gives")] = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -90,7 +90,7 @@ def edges_on_walls(
         place = np.array([eye.x + reach * c, eye.y + reach * s])
         axes = np.array([[c, -s], [s, c]])
         spread = axes @ np.diag([sd**2, (reach * settings.bearing_sd) ** 2]) @ axes.T
-        sightings.append(_seen(place, spread, stamp, settings, kind="rise" if edge.step > 0 else "fall"))
+        sightings.append(sighting_at(place, spread, stamp, settings, kind="rise" if edge.step > 0 else "fall"))
     return tuple(sightings), tuple(others)
 
 
@@ -162,11 +162,11 @@ def _confirm(
 
 def _sighting(corner: Corner, stamp: float, confirmed: bool, settings: EdgeSettings) -> Sighting:
     """Corner (x, y) → its sighting."""
-    seen = _seen(corner.position, settings.inflation * corner.covariance, stamp, settings, kind=corner.kind)
+    seen = sighting_at(corner.position, settings.inflation * corner.covariance, stamp, settings, kind=corner.kind)
     return dataclasses.replace(seen, confirmed=confirmed, opening=corner.opening, sector=corner.sector)
 
 
-def _seen(position: Array, covariance: Array, stamp: float, settings: EdgeSettings, kind: str) -> Sighting:
+def sighting_at(position: Array, covariance: Array, stamp: float, settings: EdgeSettings, kind: str) -> Sighting:
     """Place (2,) [m] in the robot frame → range and bearing with their covariance J C Jᵀ, and the floor below it."""
     x, y = position.tolist()
     reach = max(math.hypot(x, y), 1e-6)
