@@ -32,6 +32,7 @@ from core.recording.frame_record import ClosureAct, EditAct, PlaceAct, TurnAct
 from core.robots import Profile
 from core.robots.repeated_readings import RepeatedReadings
 from core.sensors import Fault, SensorFrame, Wheels
+from core.sensors.checks import distinct
 from core.sentences import Statement
 from core.settings import Settings
 from core.slam.dead_reckoning import DeadReckoning
@@ -227,7 +228,12 @@ class Pilot:
     @property
     def faults(self) -> tuple[Fault, ...]:
         """Faults found in the readings over time: contradictions between the senses, sensors that hang."""
-        return (*self._odometry.faults, *self._repeats.faults)
+        return (*self._disagreements, *self._repeats.faults)
+
+    @property
+    def _disagreements(self) -> tuple[Fault, ...]:
+        """Return what wheels and scans do not agree on; of one fault that both find, the finer figure."""
+        return distinct((*self._odometry.faults, *self._timing.faults))
 
     @property
     def anchored_pose(self) -> AnchoredPose:
@@ -478,9 +484,6 @@ class Pilot:
         self._lost = lost is not None
         for trouble in self._troubles(frame):
             self._notices.watch(frame.stamp, *trouble)
-        remark = self._timing.take_remark()
-        if remark:
-            self._notices.add(frame.stamp, "warning", remark)
         for one in frame.faults:
             self._notices.add(frame.stamp, "warning", one.statement, cause=f"{one.code} {one.sensor}")
         for note in frame.notes:
@@ -504,7 +507,7 @@ class Pilot:
             frame.pace < 1 and not self._profile.simulated
         )  # a simulated robot's clock waits, and the page shows it
         yield "pace", SLOW if slow else "", "warning", KEEPS_UP
-        for fault in self._odometry.faults:
+        for fault in self._disagreements:
             yield fault.code, fault.statement, "warning", ""
 
     def _lost_sensors(self) -> Iterator[tuple[str, str, Level, str]]:

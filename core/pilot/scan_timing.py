@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 from core.robots import Profile
-from core.sensors import Laser, Scan, SensorFrame
+from core.sensors import Fault, Laser, Scan, SensorFrame
 from core.slam.motion import Motion
+from core.slam.scan_matching.agreement import late_scans
 from core.slam.scan_matching.time_offset import Estimated, TimeOffset, TimeOffsetEstimator, TimeOffsetSettings
 
 REMARKABLE_OFFSET_S = 0.02  # off what is configured, from which the operator hears of it
@@ -23,7 +24,6 @@ class ScanTiming:
             laser.name: TimeOffsetEstimator(laser, settings) for laser in (*profile.lasers, self._laser)
         }
         self._offsets: dict[str, TimeOffset] = {}
-        self._remarked: set[str] = set()  # lasers of which the operator knows
 
     @property
     def offsets(self) -> tuple[TimeOffset, ...]:
@@ -56,20 +56,15 @@ class ScanTiming:
         )
         return _shifted(frame, correction)
 
-    def take_remark(self) -> str:
-        """Return a sentence for the operator, once for every laser whose stamps are wrong; "" if there is none."""
-        for name, timing in self._offsets.items():
-            configured = self._lasers.get(name, self._laser).time_offset
-            remarkable = abs(timing.applied - configured) > REMARKABLE_OFFSET_S and timing.sd < REMARK_SD
-            if remarkable and name not in self._remarked:
-                self._remarked.add(name)
-                which = f"laser {name}" if len(self._lasers) > 1 else "laser"
-                way = "early" if timing.offset > 0 else "late"
-                return (
-                    f"The {which}'s stamps are {1000 * abs(timing.offset):.0f} ms {way}; they are corrected. "
-                    f"Put time_offset = {timing.offset:.3f} under [lasers.{name or self._laser.name}] in robot.toml."
-                )
-        return ""
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Lasers whose stamps are surely wrong, beyond what is configured; they are corrected."""
+        return tuple(
+            late_scans(name or self._laser.name, timing.offset)
+            for name, timing in self._offsets.items()
+            if abs(timing.applied - self._lasers.get(name, self._laser).time_offset) > REMARKABLE_OFFSET_S
+            and timing.sd < REMARK_SD
+        )
 
     def _correction(self, found: Estimated) -> float:
         """Correction of the stamps beyond what is configured [s]; none as long as chance may explain it."""

@@ -8,6 +8,7 @@ from core.sensors import Fault, Laser, Scan, SensorFrame, Wheels
 from core.slam.motion import Increment, Motion, MotionSettings, WheelTrack, widened
 from core.slam.scan_matching.agreement import MoveAgreement, SenseAgreement
 from core.slam.scan_matching.scan_odometry import ScanOdometry, ScanOdometrySettings
+from core.slam.scan_matching.wall_shapes import WallShapes
 
 RESTARTED = "odometry.restarted"  # code of the fault of a base that was
 RESTART_SD_M, RESTART_SD_RAD = 0.3, math.radians(20)  # of what a base did while it was not heard
@@ -28,12 +29,12 @@ class Odometry:
         self._scans = ScanOdometry(self._laser, scans)
         self._wheels: Wheels | None = None
         self._stamp = 0.0  # [s] of the newest frame
-        self._agreement = SenseAgreement(self._laser)
+        self._agreement, self._shapes = SenseAgreement(self._laser), WallShapes(self._laser)
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """Contradictions between wheels and scans that were found."""
-        return self._agreement.faults
+        """Contradictions between wheels and scans, and within the scans, that were found."""
+        return (*self._agreement.faults, *self._shapes.faults)
 
     @property
     def compared(self) -> MoveAgreement:
@@ -54,6 +55,8 @@ class Odometry:
         self._wheels = frame.wheels or self._wheels
         own = frame.scan is not None and frame.scan.laser in ("", self._laser.name)
         scan = frame.scan if own else None
+        if scan is not None:
+            self._shapes.update(scan, self._wheels.turn_rate if self._wheels else self._scans.wheels.turn_rate)
         if self._wheels is not None:
             return self._by_wheels(frame, self._wheels, scan)
         if scan is None:

@@ -18,11 +18,15 @@ from core.sensors import Fault, Laser, Scan, Wheels
 from core.sensors.checks import fault
 from core.slam.scan_matching.point_to_line import MIN_POINTS, WallPoints
 from core.slam.scan_matching.scan_pairs import PairMatcher, ScanMove
+from core.slam.scan_matching.wall_shapes import median_change
 
 MIN_PAIR_S, LONG_PAIR_S, MAX_PAIR_S = 0.09, 0.45, 6.0  # between two scans: at least, enough at rest, at most
 PAIR_M, PAIR_RAD = 0.04, math.radians(4)  # of a move that is long enough to compare
 CALM_FACTORS = (6.0, 2.5, 2.0)  # times that way, turn and time, while all is well …
 CALM_PAIRS = 3  # … which so many that agree show
+REST_PAIRS = 4  # of that length that go by unseen after one, once nothing is undecided, …
+STOOD_SHARE, CHANGED_SHARE = 0.015, 0.03  # … unless ranges change by less while wheels roll, by more while they stand
+ROLLED_M, ROLLED_RAD = 0.12, math.radians(6)  # of wheels by which ranges must have changed
 GUESSED_TURNS_RAD = (-0.15, 0.15)  # from which the search begins where nothing else fits …
 GUESSED_WAYS_M, FAR_PAIR_S = (
     (0.3, 0.6, 0.9, 1.3, 1.7, 2.1),
@@ -47,17 +51,18 @@ MIN_TURNS, MIN_WAYS = 12, 8  # pairs that show a turn, a way
 TURN_RAD, WAY_M = math.radians(1.2), 0.02  # of one …
 MIN_WAY_SHARE = 0.005  # … and of it by the wheels: less, and they stand
 STRAIGHT_RAD = math.radians(15)  # of turn of a pair whose way is compared, at most
-AGAINST_SHARE = 0.8  # of the turns that are the wrong way round
+AGAINST_SHARE = 0.9  # of the turns that are the wrong way round
 MISSED_SHARE, MAX_MISSED = 0.1, 0.3  # of a turn that the wheels show at least; of the turns that may show less
 MAX_WAY_OFF, MAX_TURN_OFF = 0.05, 0.25  # of the logarithm of the wheels' share in a way, a turn
 MAX_MOUNT_RAD, MOUNT_LENGTH = math.radians(8), 0.8  # off ahead; length of the mean direction
 SURE_SDS, OUTLIER_SDS, KEPT_DOUBT = 4.0, 2.5, 0.7  # … of both for what was said before
 SCAN_SD_M, SCAN_SD_RAD = 0.01, math.radians(0.3)  # of one move by scans, at least
-MAX_LATE_S, LATE_STEP_S, MIN_LATE_S = 2.5, 0.05, 0.15  # of the search for a lateness; what is said
+MAX_LATE_S, LATE_STEP_S, MIN_LATE_S = 2.5, 0.05, 0.05  # of the search for a lateness; what is said
+MUCH_LATE_S = 0.15  # from which moves at one time by scans and by wheels tell nothing else
 MAX_RIPE_S = 1.2  # of a turn by which it is judged
 TURN_SD_RAD, TURN_SD_SHARE = math.radians(0.15), 0.05  # of a turn by scans
 MAX_TURN_SQUARED = 25.0  # difference of one turn that counts
-LATE_SHARE, MAX_LATE_SQUARED, MIN_LATE_GAIN = 0.35, 3.0, 30.0  # left of the differences; per pair; what is explained
+LATE_SHARE, MAX_LATE_SQUARED, MIN_LATE_GAIN = 0.5, 3.0, 30.0  # left of the differences; per pair; what is explained
 
 
 @dataclass(frozen=True)
@@ -219,6 +224,7 @@ class SenseAgreement:
         self._base: PairStart | None = None
         self._last: MovePair | None = None  # None: the newest scans did not fit
         self._calm, self._looked = 0, 0
+        self._decided, self._rests = False, False  # whether all that is compared agrees; between two pairs
         self._tried, self._fitted = 0, 0  # moves by the wheels with walls to see, and those that scans show
         self._began: float | None = None  # [s] of the first frame
         self._pairs: deque[MovePair] = deque(maxlen=KEPT_PAIRS)
@@ -272,9 +278,24 @@ class SenseAgreement:
         elapsed = middle - base.stamp
         way, turn, lasts = CALM_FACTORS if self._calm >= CALM_PAIRS else (1.0, 1.0, 1.0)
         rolled = base.odometry.inverse() @ wheels.odometry
+        if self._rests:
+            rest = REST_PAIRS * way
+            self._rests = not self._is_odd(rolled, scan, base.scan)
+            if self._has_come(rolled, elapsed, rest * PAIR_M, rest * PAIR_RAD) or elapsed > REST_PAIRS * LONG_PAIR_S:
+                self._base, self._rests = PairStart(middle, scan, wheels.odometry), False
+                return
+        if self._rests:
+            return
         moved = self._last is None or self._has_come(rolled, elapsed, way * PAIR_M, turn * PAIR_RAD)
         if elapsed >= MIN_PAIR_S and (moved or elapsed >= lasts * LONG_PAIR_S):
             self._compare(base, PairStart(middle, scan, wheels.odometry, self._matcher.walls_of(scan)), fresh)
+
+    def _is_odd(self, rolled: Pose, scan: Scan, before: Scan) -> bool:
+        """Return whether the ranges since a scan before contradict what the wheels claim."""
+        change = median_change(scan.ranges, before.ranges)
+        if _is_still(rolled):
+            return change > CHANGED_SHARE
+        return change < STOOD_SHARE and (_way(rolled) > ROLLED_M or abs(rolled.heading) > ROLLED_RAD)
 
     def finish(self) -> None:
         """Judge what is left: nothing more comes."""
@@ -316,11 +337,12 @@ class SenseAgreement:
         self._last = pair = MovePair(base.stamp, now.stamp, found, rolled)
         differs = pair.differs
         self._calm = 0 if differs or self.distrusts else self._calm + 1
+        self._rests = self._decided and self._calm >= CALM_PAIRS
         if _has_moved(pair.wheels) or _has_moved(found.pose):
             self._differ.append(differs)
         self._lone.take(pair)
         code, since, lasted = self._lone.newest
-        if code and fresh and abs(self.lateness) < MIN_LATE_S:
+        if code and fresh and abs(self.lateness) < MUCH_LATE_S:
             self._say(code, at=f"{since - (self._began or 0.0):.1f}", lasted=f"{lasted:.1f}")
         self._lone.newest = ("", 0.0, 0.0)
         if self._lone.missed is not None:
@@ -341,12 +363,12 @@ class SenseAgreement:
                 kept.pop()
 
     def _guesses(self, rolled: Pose, elapsed: float) -> Iterator[Pose]:
-        """Moves from which the search begins: as before, none, by the wheels, and by them turned round."""
+        """Moves from which the search begins: as before, by the wheels, none, and by the wheels turned round."""
         rate = self.velocity
         if rate is not None:
             yield Pose(elapsed * rate.x, elapsed * rate.y, wrap(elapsed * rate.heading))
-        yield Pose()
         yield rolled
+        yield Pose()
         yield Pose(rolled.x, -rolled.y, -rolled.heading)
         yield Pose(-rolled.x, -rolled.y, rolled.heading)
         for turn in GUESSED_TURNS_RAD:
@@ -379,24 +401,25 @@ class SenseAgreement:
 
     def _judge(self) -> None:
         """Name what explains the difference between wheels and scans."""
-        late, before = find_lateness(self._turns), self._late_before
-        self._late_before = late
-        if late and abs(late - before) < 2 * LATE_STEP_S:
+        (late, timely), before = find_lateness(self._turns), self._late_before
+        self._late_before, self._decided = late, False
+        if late and before and abs(late - before) < 2 * LATE_STEP_S:
             self.lateness = late
-            for code in ("agreement.wheels_stand", "agreement.wheels_spin"):
+            for code in () if abs(late) < MUCH_LATE_S else ("agreement.wheels_stand", "agreement.wheels_spin"):
                 self._found.pop(code, None)
-            self._say("agreement.early" if late > 0 else "agreement.late", late=f"{abs(late):.2f}")
+            said = late_scans(self._laser.name or "the laser", late)
+            self._found[said.code] = said
         moves = [pair.scans for pair in self._pairs]
         seen = np.array([move.pose.vector for move in moves]).reshape(-1, 3)
         rolled = np.array([pair.wheels.vector for pair in self._pairs]).reshape(-1, 3)
         self.compared = compare(self._laser.name, seen, rolled, self.lateness, SCAN_SD_M / self._matcher.scale)
-        if abs(self.lateness) >= MIN_LATE_S or len(self._pairs) < MIN_TURNS:
+        if abs(self.lateness) >= MUCH_LATE_S or len(self._pairs) < MIN_TURNS:
             return
         turned = find_turn_scale(seen, rolled, self._doubt("agreement.turn_scale"))
         doubt = self._doubt("agreement.way_scale")
         scale, aside = find_way_scale(seen, rolled, SCAN_SD_M / self._matcher.scale, doubt)
         before, self._scales_before = self._scales_before, (turned, scale)
-        if turned < 0:
+        if turned < 0 and before[0] < 0:
             self._say("agreement.mirrored")
         for code, size, one in (
             ("agreement.turn_scale", turned, before[0]),
@@ -409,6 +432,9 @@ class SenseAgreement:
         if aside:
             heading = wrap(self._laser.mounting.heading - aside)
             self._say("agreement.mount", off=f"{math.degrees(aside):.0f}", heading=f"{heading:.2f}")
+        shown = self.compared
+        agree = timely and (turned, scale, aside) == (1.0, 1.0, 0.0) and not self._found
+        self._decided = agree and None not in (shown.turn_scale, shown.way_scale)
 
     def _doubt(self, code: str) -> float:
         """Return the share of the usual proof that is enough: what was said once is not taken back at once."""
@@ -419,20 +445,29 @@ class SenseAgreement:
         self._found[code] = fault(code, name, used=used, **values)
 
 
+def late_scans(laser: str, offset: float) -> Fault:
+    """Make the fault of scans to whose stamps `offset` [s] is to be added."""
+    return fault("agreement.early" if offset > 0 else "agreement.late", laser, used=True, late=f"{abs(offset):.2f}")
+
+
 LATES_S = np.arange(-MAX_LATE_S, MAX_LATE_S + 1e-9, LATE_STEP_S)
 
 
-def find_lateness(turns: deque[tuple[float, Array]]) -> float:
-    """Turns by scans, and by the wheels at each of LATES_S → what to add to the scans' stamps [s]; 0: nothing."""
+def find_lateness(turns: deque[tuple[float, Array]]) -> tuple[float, bool]:
+    """Turns by scans, and by the wheels at each of LATES_S → what to add to the scans' stamps [s], 0: nothing is
+    known, and whether a large one is excluded."""
     if len(turns) < MIN_TURNS:
-        return 0.0
+        return 0.0, False
     seen, rolled = np.array([turn for turn, _ in turns]), np.array([row for _, row in turns])
     sds = TURN_SD_RAD + TURN_SD_SHARE * np.abs(seen)
     costs = np.minimum(((rolled - seen[:, None]) / sds[:, None]) ** 2, MAX_TURN_SQUARED).sum(axis=0)
     best, none = int(costs.argmin()), float(costs[len(costs) // 2])
     late, left = float(LATES_S[best]), float(costs[best])
     explains = left < LATE_SHARE * none and left < MAX_LATE_SQUARED * len(turns) and none - left > MIN_LATE_GAIN
-    return late if explains and abs(late) >= MIN_LATE_S - 1e-9 else 0.0
+    if not explains or abs(late) < MIN_LATE_S - 1e-9:
+        return 0.0, bool(costs[np.abs(LATES_S) >= MUCH_LATE_S].min() > none + MIN_LATE_GAIN)
+    before, _, after = costs[best - 1 : best + 2] if 0 < best < len(costs) - 1 else (left, left, left)
+    return late + 0.5 * LATE_STEP_S * float((before - after) / max(before + after - 2 * left, 1e-9)), False
 
 
 def compare(laser: str, seen: Array, rolled: Array, lateness: float, least_sd: float = SCAN_SD_M) -> MoveAgreement:

@@ -41,8 +41,9 @@ class WallPoints:
 
     def thinned(self, most: int) -> WallPoints:
         """At most `most` of these points, evenly; they can be laid on others, not others on them."""
-        few, step = copy(self), max(1, -(-len(self.points) // most))
-        few.points, few.normals = self.points[::step], self.normals[::step]
+        few, count = copy(self), len(self.points)
+        kept = np.arange(min(count, most)) * count // max(min(count, most), 1)
+        few.points, few.normals = self.points[kept], self.normals[kept]
         return few
 
     def nearest(self, points: Array, reach: float) -> tuple[Array, Array]:

@@ -15,11 +15,12 @@ from core.slam.scan_matching.point_to_line import LAST_REACH_M, WallPoints, resi
 
 BEAM_RAD = math.radians(1.4)  # over which neighbouring beams are drawn together …
 EDGE_M = 0.25  # … where they end no farther apart
-MAX_POINTS_LAID = 60  # of the later scan
+MAX_POINTS_LAID = 70  # of the later scan
 REACHES_M = (0.35, 0.2, LAST_REACH_M, LAST_REACH_M)  # within which points belong to each other, round by round
+LAST_STEP = 2e-3  # [m], [rad] of a round, after which another one adds nothing
 SOFT_M = 0.03  # off its wall, at which a point weighs half
 POINT_SD_M = 0.06  # of a point off its wall, their dependence on each other taken in
-GOOD_SHARE, LEAST_SHARE = 0.95, 0.75  # of the usual fit: enough to guess no further, to believe the move
+GOOD_SHARE, LEAST_SHARE = 0.85, 0.75  # of the usual fit: enough to guess no further, to believe the move
 ROOM_M, MAX_ROOM_M = 3.0, 7.0  # median range of a room, and that from which on a place is scaled to one
 FIRST_FIT, FIT_MEMORY = 0.6, 0.05  # usual fit before any is known, and the weight of a new one
 
@@ -54,6 +55,8 @@ def lay(base: WallPoints, other: WallPoints, guess: Pose) -> tuple[float, ScanMo
         curvature, fit = weighed @ slopes, float(weights.sum()) / len(other.points)
         x, y, turn = (-np.linalg.solve(curvature + 1e-3 * np.eye(3), weighed @ off)).tolist()
         pose = Pose(pose.x + x, pose.y + y, wrap(pose.heading + turn))
+        if reach == LAST_REACH_M and max(abs(x), abs(y), abs(turn)) < LAST_STEP:
+            break
     return fit, ScanMove(pose, curvature / POINT_SD_M**2)
 
 

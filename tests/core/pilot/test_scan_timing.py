@@ -37,7 +37,7 @@ def snapshots(profile: Profile, stamping: Stamping, settings: Settings | None = 
 
 def sentences(seen: Iterable[Snapshot]) -> set[tuple[int, str]]:
     """The notices about stamps."""
-    return {(one.id, one.text) for each in seen for one in each.notices if "stamps" in one.text}
+    return {(one.id, one.text) for each in seen for one in each.notices if "stamped" in one.text}
 
 
 def widest_error(seen: list[Snapshot]) -> float:
@@ -64,17 +64,17 @@ def test_after_the_first_turn_the_pose_is_as_good_as_with_right_stamps(shift: fl
         assert ours < 1.5 * base + slack
 
 
-@pytest.mark.parametrize(("shift", "way", "figure"), [(-0.1, "early", 0.1), (0.1, "late", -0.1)])
-def test_one_notice_names_the_offset_and_what_to_write(shift: float, way: str, figure: float) -> None:
-    seen = snapshots(ONE, Stamping(shift))
+@pytest.mark.parametrize(("shift", "code", "figure"), [(-0.1, "early", 0.1), (0.1, "late", -0.1)])
+def test_one_notice_names_the_offset_and_what_to_write(shift: float, code: str, figure: float) -> None:
+    pilot = Pilot(ONE)
+    seen = [pilot.step(frame) for frame in frames("lab", TURN, Stamping(shift), 0)]
     ((_, text),) = sentences(seen)
-    shown = float(text.rpartition("= ")[2].partition(" ")[0])
-    assert shown == pytest.approx(figure, abs=0.010)
-    milliseconds = round(1000 * abs(shown))
-    assert text == (
-        f"The laser's stamps are {milliseconds} ms {way}; they are corrected. "
-        f"Put time_offset = {shown:.3f} under [lasers.laser] in robot.toml."
-    )
+    (fault,) = pilot.faults
+    assert fault.code == f"agreement.{code}"
+    assert fault.values["sensor"] == "laser"
+    assert float(fault.values["late"]) == pytest.approx(0.1, abs=0.010)
+    assert "0.1" in text
+    assert "time offset of the laser" in text
     (timing,) = seen[-1].timings
     assert timing.offset == pytest.approx(figure, abs=0.010)
     assert timing.applied == timing.offset
@@ -88,7 +88,7 @@ def test_right_stamps_are_left_as_they_are() -> None:
     assert timing is not None
     assert abs(timing.offset) < 0.010
     assert timing.applied == 0.0
-    assert corrector.take_remark() == ""
+    assert corrector.faults == ()
 
 
 def test_a_configured_offset_counts_from_the_first_scan_and_needs_no_notice() -> None:
@@ -115,7 +115,6 @@ def test_without_odometry_only_the_configured_offset_counts() -> None:
 def test_every_laser_has_an_offset_of_its_own() -> None:
     profile = replace(ONE, lasers=(Laser(name="front"), Laser(name="rear")))
     corrector, offsets, number = ScanTiming(profile, TimeOffsetSettings()), dict[str, TimeOffset](), 0
-    remarks = list[str]()
     for frame in frames("lab", turns(0.5)["90+90"], Stamping(0.0), 0):
         given: SensorFrame = frame
         if frame.scan is not None:
@@ -123,10 +122,9 @@ def test_every_laser_has_an_offset_of_its_own() -> None:
             name, shift = (("front", 0.0), ("rear", 0.08))[number % 2]
             given = replace(frame, scan=replace(frame.scan, laser=name, stamp=frame.scan.stamp + shift))
         corrector.correct(given, Motion(wheels=frame.wheels))
-        remarks.append(corrector.take_remark())
         offsets |= {one.laser: one for one in corrector.offsets}
     assert offsets["rear"].offset == pytest.approx(-0.08, abs=0.015)
-    assert [remark[:22] for remark in remarks if remark] == ["The laser rear's stamp"]
+    assert [(one.code, one.sensor) for one in corrector.faults] == [("agreement.late", "rear")]
 
 
 def test_a_jump_back_in_a_recording_forgets_the_offset() -> None:

@@ -195,6 +195,22 @@ def test_each_contradiction_is_named(drives: dict[str, list[Member]], making: Ma
     assert [fault.code for fault in odometry.faults] == [code]
 
 
+def says_a_sweep(seconds: float) -> Making:
+    """Scans of one moment that claim to begin then, and to take so long."""
+
+    def changed(scan: Scan) -> Scan:
+        return replace(scan, time_step=seconds / LASER.beams)
+
+    return lambda laser, drive: (laser, [replace(one, scan=changed(one.scan)) for one in drive])
+
+
+@pytest.mark.parametrize("world", ["lab", "floor"])
+def test_half_a_sweep_of_lateness_is_named(drives: dict[str, list[Member]], world: str) -> None:
+    odometry, _, _ = listened(says_a_sweep(0.15), drives[world])
+    assert [fault.code for fault in odometry.faults] == ["agreement.late"]
+    assert odometry.lateness == pytest.approx(-0.075, abs=0.03)
+
+
 @pytest.mark.parametrize("making", [stuck(21.0, 8.0), stuck(14.0, 5.0), spinning(8.0, 5.0)])
 def test_wheels_that_stand_or_spin_alone_are_not_followed(drives: dict[str, list[Member]], making: Making) -> None:
     _, path, made = listened(making, drives["floor"])
