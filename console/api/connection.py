@@ -134,7 +134,7 @@ class RobotFileRequest(ProbeRequest):
 @needs("viewer")
 async def found(robot: RobotConnection) -> FoundConnection:
     """Parts, topics with their types, frames and rates, sensors and mountings of the console's robot."""
-    why_not = "" if robot.real else REAL_ONLY(kind="simulator, or a recording,")
+    why_not = "" if robot.real else REAL_ONLY
     return FoundConnection(
         connection=await robot.found(),
         why_not=why_not,

@@ -110,6 +110,7 @@ def test_a_zone_is_drawn_on_the_map(visit: Open, console: Running, hand: str) ->
     flat(here)
     here.button("Draw a zone").click()
     floor = here.find(".flat-floor")
+    x = y = 0.0
     box = here.find(".over").bounding_box()  # what no panel covers
     assert box is not None
     if hand == "keys":
@@ -123,7 +124,7 @@ def test_a_zone_is_drawn_on_the_map(visit: Open, console: Running, hand: str) ->
             here.page.touchscreen.tap(x, y) if hand == "finger" else here.page.mouse.click(x, y)
     expect(here.find(".flat-zone-bar")).to_contain_text("3")
     shown(here, f"zone-by-{hand}")
-    here.button("Done").click()
+    here.page.mouse.dblclick(x, y) if hand == "mouse" else here.button("Done").click()  # the last corner again
     sheet = here.find("zone-sheet")
     sheet.get_by_label("Name", exact=True).fill(f"hole by {hand}")
     if hand == "mouse":
@@ -146,6 +147,25 @@ def build_stops(card: Locator) -> None:
     card.get_by_role("button", name="sofa earlier").click()
     expect(card.locator(".route-stop .place-name")).to_have_text(["sofa", "desk"])
     card.get_by_role("button", name="desk earlier").click()
+
+
+def test_names_of_places_that_are_close_are_all_written(visit: Open, console: Running) -> None:
+    names = ["bed", "chair", "lamp", "printer", "shelf", "sofa", "table", "trolley"]
+    for number, name in enumerate(names):
+        console.ask("api/places", {"name": name, "x_m": 1.0 + 0.03 * number, "y_m": 0.02 * (number % 3)})
+    here = visit(before=lambda page: page.add_init_script(WRITTEN))
+    flat(here)
+    here.until(lambda: set(names) <= set(here.page.evaluate("[...written]")), "each name is on the map")
+
+
+WRITTEN = """
+    window.written = new Set();
+    const write = CanvasRenderingContext2D.prototype.fillText;
+    CanvasRenderingContext2D.prototype.fillText = function (words, ...where) {
+        written.add(words);
+        write.call(this, words, ...where);
+    };
+"""
 
 
 def test_a_place_in_a_wall_is_warned_of(visit: Open, console: Running) -> None:
@@ -172,6 +192,8 @@ def paused_in_the_status_line(here: Visit) -> None:
     expect(here.find("route-card:visible .route-now")).to_contain_text("waits at desk (1 of 2)")
     pill = here.find("command-status")
     expect(pill).to_contain_text("round waits at desk (1 of 2)")
+    rows = pill.get_by_role("button").evaluate_all("all => all.map(each => each.getBoundingClientRect().top)")
+    assert len(rows) == 2 and rows[0] == rows[1], "Pause and Cancel stand beside each other"
     pill.get_by_role("button", name="Pause").click()
     expect(pill).to_contain_text("round paused at desk")
     pill.get_by_role("button", name="Go on").click()

@@ -139,7 +139,9 @@ def test_experiments_are_listed_and_one_is_cancelled(visit: Open, console: Runni
     card.get_by_text("Details").click()
     card.get_by_label("drives").fill("9000")
     card.get_by_role("button", name=re.compile("^Run")).click()
-    expect(here.page.get_by_role("progressbar", name="Progress")).to_be_visible()
+    expect(here.find(".experiment-going").get_by_role("progressbar")).to_be_visible()
+    bar, card_of_it = (here.find(one).bounding_box() for one in (".experiment-going .progress", ".experiment-going"))
+    assert bar and card_of_it and card_of_it["y"] <= bar["y"] <= card_of_it["y"] + card_of_it["height"]
     expect(card.get_by_role("button", name=re.compile("^Run"))).to_be_disabled()
     here.button("Cancel").click()
     expect(here.find(".experiment-before .rows")).to_contain_text("9000 drives, seed 0")

@@ -50,6 +50,7 @@ def test_escape_in_the_text_box_stops_what_runs(visit: Open, console: Running) -
 
     here.told(lambda: here.say("turn right"), "cancelled", then=begin_another)
     assert here.find("#words").input_value() == "turn"
+    expect(here.find("#words")).not_to_be_focused()  # W drives again
     here.still()
 
 

@@ -36,6 +36,14 @@ test("a beginning offers all that it could become, the first pattern of each com
   assert.deepEqual(texts("TURN  r"), ["turn right"]);
 });
 
+test('people say "the" before a place', () => {
+  const kitchen = { name: "go_to", words: ["go to kitchen"], numbers: [], example: "", summary: "" };
+  assert.deepEqual(
+    suggest("go to the k", [kitchen]).map(({ text }) => text),
+    ["go to kitchen"],
+  );
+});
+
 test("an empty box offers each command once", () => {
   assert.equal(texts("").length, KINDS.length);
 });

@@ -4,7 +4,7 @@ import { call, post, sentenceOf } from "../net/api.js";
 import * as recordings from "../net/recordings-api.js";
 import { PageModel } from "../ui/page-model.js";
 import { inLanguage, t } from "../ui/texts.js";
-import { openInstead, saveMap } from "./opening.js";
+import { nameOf, openInstead, saveMap } from "./opening.js";
 
 /** @import { FoundPart as Part, FoundRobot as Connection, WrittenFile as Written } from "../net/rest.js" */
 /** @import { Session } from "../net/session.js" */
@@ -149,7 +149,7 @@ export class ConnectionModel extends PageModel {
    * @param {boolean} save the map first
    */
   async open(url, save) {
-    await this.#during(t("connection-model.opening_url", { url }), async () => {
+    await this.#during(t("connection-model.opening_url", { url: nameOf(url) }), async () => {
       if (save) await saveMap(this.session);
       await openInstead(this.session, url);
     });

@@ -11,6 +11,9 @@ import { t } from "../ui/texts.js";
 /** A name for a map that has none. @param {Date} now */
 export const mapName = (now) => `map ${now.toLocaleString("sv").slice(0, 16).replace(":", "-")}`;
 
+/** What a person calls it: the file of a recording, else its URL. @param {string} url */
+export const nameOf = (url) => url.replace(/^log:(?:.*\/)?/, "");
+
 /** URL of the robot that a recording was opened instead of; "" where none is known. */
 export const robotBefore = () => remembered("robot", "");
 
@@ -59,7 +62,7 @@ export function askToOpen(question, { url, unsaved, open, stay }) {
     });
     return button;
   };
-  const sentence = t("connect-robot.your_map_is_not_saved", { url });
+  const sentence = t("connect-robot.your_map_is_not_saved", { url: nameOf(url) });
   const save = choice(t("connect-robot.save_and_open"), () => open(true));
   mark(question, "aria-label", sentence);
   question.replaceChildren(

@@ -93,12 +93,13 @@ function outOfBounds(said, pattern, kind) {
  */
 export function suggest(text, kinds, most = 5) {
   const said = tokens(text);
+  const bare = said.filter((word) => word !== "the"); // "go to the kitchen"
   /** @type {Array<Suggestion & {rank: number}>} */
   const found = [];
   for (const [row, kind] of kinds.entries()) {
     for (const [variant, pattern] of kind.words.entries()) {
       if (said.length === 0 && variant > 0) continue;
-      const match = complete(said, pattern);
+      const match = complete(said, pattern) ?? complete(bare, pattern);
       if (!match || found.some((other) => other.text === match.text)) continue;
       const shows = readable(pattern, kind);
       const summary = outOfBounds(said, pattern, kind) || kind.summary;

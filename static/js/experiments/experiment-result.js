@@ -84,8 +84,12 @@ class ExperimentResult extends PagePanel {
       }),
     );
     this.#going.hidden = !running;
-    write(this.#doing, run.doing);
-    const percent = run.progress === null ? null : String(Math.round(100 * run.progress));
+    const { progress, took_s: took } = run;
+    const percent = progress === null ? null : String(Math.round(100 * progress));
+    const left = progress ? inWords(took / progress - took) : "";
+    if (!left) write(this.#doing, run.doing);
+    else if (progress === 1) write(this.#doing, t("experiment-result.writing_the_result"));
+    else write(this.#doing, t("experiment-result.percent_done_left_to_go", { percent, left }));
     this.#bar.style.width = `${percent ?? 100}%`;
     mark(this.#progress, "aria-valuenow", percent);
     mark(this.#progress, "data-uncounted", percent === null);

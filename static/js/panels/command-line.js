@@ -136,7 +136,7 @@ export class CommandLine extends Panel {
   /** @param {KeyboardEvent} event */
   #key(event) {
     const back = event.key === "ArrowUp";
-    if (event.key === "Escape") this.#shut();
+    if (event.key === "Escape") this.#box.blur(); // keys drive again
     if (!back && event.key !== "ArrowDown") return;
     event.preventDefault();
     const recalling = this.#recall.walking || (back && this.#box.value === "");

@@ -304,9 +304,9 @@ class FlatMap extends Panel {
 
   /** @param {Point} point [m] */
   #corner(point) {
-    const [first] = this.#corners ?? [];
-    const closes = first && (this.#corners?.length ?? 0) > 2;
-    if (closes && apart(this.#view.drawn(first), this.#view.drawn(point)) < REACH / 2) {
+    const corners = this.#corners ?? [];
+    const ends = corners.length > 2 ? [corners[0], corners.at(-1)] : []; // a double press ends it, too
+    if (ends.some((end) => end && apart(this.#view.drawn(end), this.#view.drawn(point)) < REACH / 2)) {
       this.#closeZone();
       return;
     }

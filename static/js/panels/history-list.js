@@ -20,10 +20,11 @@ const SOURCES = {
   click: t("history-list.map"),
   voice: t("history-list.voice"),
   ears: t("history-list.the_robot_s_ears"),
+  route: t("history-list.route"),
   rest: "HTTP",
 };
 
-const TRIES = ["turn left", "continue 1 meters"]; // while there is nothing else
+const TRIES = ["turn left", "continue 1 meter"]; // while there is nothing else
 
 class HistoryList extends Panel {
   /** @type {Map<string, readonly string[]>} by the words of a refused command: what was possibly meant */
@@ -119,7 +120,7 @@ class HistoryList extends Panel {
           "p.note.row.record-meta",
           timeOfDay(row.at_s),
           dot(),
-          icon(row.source in SOURCES ? row.source : "rest"),
+          icon(row.source === "route" ? "pin" : row.source in SOURCES ? row.source : "rest"),
           source,
           dot(),
           this.#who(row.who),

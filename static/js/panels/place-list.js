@@ -60,15 +60,7 @@ class PlaceList extends Panel {
 
   /** @param {string} name @param {(name: string) => Promise<unknown>} remove */
   #remover(name, remove) {
-    const away = make(
-      "button.button.small",
-      { "aria-label": t("place-list.remove_name", { name }) },
-      t("place-list.remove"),
-    );
-    away.addEventListener("click", () => {
-      if (sure(away, t("place-list.remove_it"))) void this.session.attempt(() => remove(name));
-    });
-    return away;
+    return remover(name, () => this.session.attempt(() => remove(name)));
   }
 
   /** @param {Zone} zone */
@@ -104,6 +96,13 @@ class PlaceList extends Panel {
     const body = make("div.place-body", make("p.place-name", place.name), make("p.note", where));
     return make("li.row.place", body, this.#drives && go, this.#operates && edit, this.#operates && away);
   }
+}
+
+/** A button that asks once more. @param {string} name @param {() => unknown} remove */
+export function remover(name, remove) {
+  const away = make("button.button", { "aria-label": t("place-list.remove_name", { name }) }, t("place-list.remove"));
+  away.addEventListener("click", () => sure(away, t("place-list.remove_it")) && remove());
+  return away;
 }
 
 customElements.define("place-list", PlaceList);

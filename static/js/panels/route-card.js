@@ -1,12 +1,12 @@
 // Element <route-card>: the routes of the map, one in the making, and how the one under way goes.
 
 import { addRoute, marksOf, removeRoute, startRoute, steerRoute } from "../net/marks-api.js";
-import { sure } from "../ui/confirm-button.js";
 import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
+import { remover } from "./place-list.js";
 
 /** @import { Route, Stop } from "../net/marks-api.js" */
 /** @import { RouteUnderWay } from "../net/messages.js" */
@@ -145,7 +145,8 @@ class RouteCard extends Panel {
     this.#new.hidden = !this.#operates;
     this.#draw();
     const route = state?.route;
-    this.#under.hidden = !route;
+    const gone = route?.state === "ended" && !marksOf(this.session).routes.some(({ name }) => name === route.name);
+    this.#under.hidden = !route || gone; // one of another map
     if (!route) return;
     write(this.#now, routeWords(route));
     write(this.#why, route.reason);
@@ -176,14 +177,7 @@ class RouteCard extends Panel {
     const way = stops.map(({ place }) => place).join(" → ");
     const start = make("button.button", { "aria-label": t("route-card.start_name", { name }) }, t("route-card.start"));
     start.addEventListener("click", () => void this.#trouble.attempt(() => startRoute(name)));
-    const away = make(
-      "button.button.small",
-      { "aria-label": t("place-list.remove_name", { name }) },
-      t("place-list.remove"),
-    );
-    away.addEventListener("click", () => {
-      if (sure(away, t("place-list.remove_it"))) void this.#trouble.attempt(() => removeRoute(name));
-    });
+    const away = remover(name, () => this.#trouble.attempt(() => removeRoute(name)));
     const body = make("div.place-body", make("p.place-name", name), make("p.note", loop ? `${way} ↻` : way));
     const edit = make(
       "button.icon-button.small",

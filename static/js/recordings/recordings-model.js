@@ -82,7 +82,7 @@ export class RecordingsModel extends PageModel {
    */
   play(name, save) {
     const url = urlOf(name);
-    return this.#tried(t("connection-model.opening_url", { url }), async () => {
+    return this.#tried(t("connection-model.opening_url", { url: name }), async () => {
       if (save) await saveMap(this.session);
       await openInstead(this.session, url);
     });

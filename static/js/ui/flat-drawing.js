@@ -530,7 +530,7 @@ class Brush {
   }
 
   /**
-   * Words beside a point, readable on whatever is drawn there, and left out where others stand on all sides of it.
+   * Words beside a point, readable on whatever is drawn there; with a line to the point where they stand lines away from it.
    * @param {Point} at [px]
    * @param {string} words
    * @param {number} [down] [px]
@@ -541,7 +541,8 @@ class Brush {
     context.font = LABEL;
     const wide = context.measureText(words).width;
     const beside = [x + 13, x - 13 - wide, x + FARTHER_PX, x - FARTHER_PX - wide]; // farther off: the robot stands on it
-    const sides = [down, ABOVE + BELOW - down].flatMap((dy) => beside.map((left) => [left, y + dy]));
+    const rows = [0, LINE_PX, 2 * LINE_PX, 3 * LINE_PX].flatMap((far) => [ABOVE - far, BELOW + far]);
+    const sides = [down, ...rows].flatMap((dy) => beside.map((left) => [left, y + dy]));
     const free = sides.find(
       ([left = 0, low = 0]) =>
         left >= this.inside.left &&
@@ -551,12 +552,25 @@ class Brush {
     if (!free) return;
     const [left = 0, low = 0] = free;
     this.#written.push({ left, low, wide });
+    const near = left > x ? left - 3 : left + wide + 3;
+    if (low - y < ABOVE || low - y > BELOW) this.#leader(x, y, near, low - LINE_PX / 3);
     context.lineJoin = "round";
     context.lineWidth = 4;
     context.strokeStyle = this.colour("surface");
     context.strokeText(words, left, low);
     context.fillStyle = this.colour("text");
     context.fillText(words, left, low);
+  }
+
+  /** From a point to words that stand lines away. @param {number} x @param {number} y @param {number} toX @param {number} toY [px] */
+  #leader(x, y, toX, toY) {
+    const { context } = this;
+    context.lineWidth = 1;
+    context.strokeStyle = this.colour("soft");
+    context.beginPath();
+    context.moveTo(x, y);
+    context.lineTo(toX, toY);
+    context.stroke();
   }
 }
 

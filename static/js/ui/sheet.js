@@ -17,7 +17,7 @@ export class Sheet extends Panel {
     const head = make("div.card-head", heading, make("span.spring"), this.#close);
     this.append(make("div.card.sheet", head, ...content));
     this.#close.addEventListener("click", () => this.shut());
-    this.addEventListener("click", (event) => event.target === this && this.#leave(event));
+    this.addEventListener("click", (event) => event.target === this && event.detail < 2 && this.#leave(event));
     addEventListener("keydown", (event) => event.key === "Escape" && this.shut());
   }
 
