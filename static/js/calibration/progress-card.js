@@ -9,9 +9,9 @@ import { figures, share } from "./progress.js";
 export class ProgressCard extends HTMLElement {
   #figure = make("span.progress-figure");
   #goal = make("span.progress-goal");
-  #fill = make("span.progress-fill");
+  #fill = make("span.meter-fill");
   #bar = make(
-    "div.progress-bar",
+    "div.meter.progress-bar",
     { role: "progressbar", "aria-valuemin": "0", "aria-valuemax": "100", "aria-label": t("progress-card.how_far") },
     this.#fill,
   );
