@@ -41,6 +41,7 @@ UNLIKE_M, UNLIKE_RAD, UNLIKE_SHARE = 0.03, math.radians(1.5), 0.4  # of a move, 
 UNLIKE_RAD_M = 0.08  # … and per metre of it, by which wheels lead aside
 MAX_SQUARED = 16.0  # distance between both, by what the walls show
 ALONE_PAIRS, ALONE_M, ALONE_RAD = 3, 0.12, math.radians(8)  # of moves by one sense alone: wheels are not believed
+TREMBLING_SHARE = 0.5  # of all those moves, which must be left of them: a pose that trembles leads nowhere
 SAID_AFTER_S = 1.5  # of them that is said
 BACK_PAIRS = 3  # that agree on the move: the wheels are believed again
 
@@ -205,11 +206,13 @@ class LoneMoves:
         for pair in self._run:
             rolled, seen = rolled @ pair.wheels, seen @ pair.scans.pose
             off = pair.wheels.inverse() @ pair.scans.pose
-            way, turn = way + _way(off), turn + abs(off.heading)
-        if len(self._run) < ALONE_PAIRS or (way < ALONE_M and turn < ALONE_RAD):
+            way, turn = way + TREMBLING_SHARE * _way(off), turn + TREMBLING_SHARE * abs(off.heading)
+        off = rolled.inverse() @ seen
+        stays = _way(off) < max(ALONE_M, way) and abs(off.heading) < max(ALONE_RAD, turn)
+        if len(self._run) < ALONE_PAIRS or stays:
             return
         if not self.distrusts:
-            self.distrusts, self.missed = True, rolled.inverse() @ seen
+            self.distrusts, self.missed = True, off
         lasted = self._run[-1].end - self._run[0].start
         if lasted >= SAID_AFTER_S:
             self.newest = self._kind, self._run[0].start, lasted

@@ -195,6 +195,20 @@ def test_each_contradiction_is_named(drives: dict[str, list[Member]], making: Ma
     assert [fault.code for fault in odometry.faults] == [code]
 
 
+def test_wheels_that_tremble_while_the_robot_stands_do_not_spin(drives: dict[str, list[Member]]) -> None:
+    rng, (first, *_) = np.random.default_rng(8), drives["lab"]
+    stands = [
+        Member(
+            replace(first.scan, ranges=first.scan.ranges + rng.normal(0.0, 0.01, LASER.beams), stamp=PERIOD_S * k),
+            Pose(float(rng.normal(0.0, 0.05)), float(rng.normal(0.0, 0.05)), 0.0),
+            first.truth,
+        )
+        for k in range(100)
+    ]
+    odometry, _, _ = listened(lambda laser, drive: (laser, drive), stands)
+    assert "agreement.wheels_spin" not in {fault.code for fault in odometry.faults}
+
+
 def says_a_sweep(seconds: float) -> Making:
     """Scans of one moment that claim to begin then, and to take so long."""
 
