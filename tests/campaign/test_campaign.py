@@ -29,7 +29,7 @@ def test_there_are_sixty_rows_and_each_is_checked_or_says_why_not() -> None:
     assert all(bool(row.tests or row.measurements) or row.missing for row in ROWS)
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.row)
+@pytest.mark.parametrize("row", [row for row in ROWS if row.tests], ids=lambda row: row.row)
 def test_every_test_that_a_row_names_exists(row: object) -> None:
     for node in row.tests:  # type: ignore[attr-defined]
         file, _, name = node.partition("::")

@@ -423,12 +423,13 @@ def test_killed_around_the_write_of_a_halt_it_never_forgets_one_that_it_told(tmp
         played = Played(home)
         played.until(lambda played=played: bool(played.status))
         played.tell("halt")
+        if trial == 5:
+            played.until(lambda played=played: played.status["state"] == "halted")
         time.sleep(0.002 * trial)
         played.process.kill()
         played.process.wait()
         played.listen()
-        if played.status["state"] == "halted":
-            assert Latch(home).is_set
+        assert Latch(home).is_set or (played.status["state"] != "halted" and trial < 5)
         played.end()
 
 
