@@ -1,21 +1,27 @@
-"""Recordings made wrong in known ways: `python -m tests.benchmarks.recording_variants [--base NAME] [--only NAME]`.
+"""Recordings made wrong in known ways: `python -m tests.benchmarks.recording_variants`.
 
-Each sound drive is written again and again, every time with another defect (units, signs, clocks, frozen scans …),
-and goes through `slam_log`. Right is an error of at most twice the sound drive's (0.03 m at least), or a sentence;
-wrong is what has neither.
+Each sound drive is written again and again, every time with another defect (units, signs, clocks, frozen scans, odd
+messages, files and texts), and goes through `slam_log`. Right is an error of at most twice that of the sound drive in
+the same form (0.03 m at least), or a sentence; wrong is what has neither. With `--files` the recordings of
+shared/data/strangers are judged instead, against the truth beside them.
 """
 
 from __future__ import annotations
 
 import argparse
+import gzip
+import io
 import itertools
 import json
 import math
 import sys
+import tarfile
 import tempfile
-from collections.abc import Callable
+import zipfile
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,14 +33,17 @@ from core.sensors import Laser
 from core.sensors.checks import faults_of
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import world_named
-from tests.core.recording.log_writers import ODOMETRY, SCAN, TF, two, write_mcap
+from tests.core.recording.log_writers import ODOMETRY, ROS2, SCAN, TF, one, two, write_bag, write_mcap
 from tests.core.slam.scan_matching.slipping_wheels import PERIOD_S, slipping_wheels
 
 STRANGERS = Path(__file__).parents[3] / "shared" / "data" / "strangers" / "recordings"
 INTEL = Path(__file__).parents[3] / "shared" / "data" / "intel-lab" / "intel.npz"
 LASER = Laser(beams=181, angle_min=-math.pi / 2 * 1.33, angle_step=math.radians(1.33), time_step=0.0, rate=5.0)
 BEGUN_S = 1.7e9  # Unix time
+FULL_SWEEP_S = 0.15
 LEAST_ERROR_M = 0.03
+LOOKING_BACK = ("09_slashes_tf_only.bag", "16_recorder_died.bag.active")  # their laser of 240° sees another half …
+BACKWARD_ERROR_M = 0.030  # … of the room: the error of a sound recording of that drive
 
 
 @dataclass(frozen=True)
@@ -52,7 +61,9 @@ class Drive:
     ahead: float = 0.0  # [m] of the laser before the robot's middle
 
 
-Making = Callable[[Drive, np.random.Generator], Drive]
+Making = Callable[[Drive, np.random.Generator], Drive]  # what its devices tell, in whatever form
+Row = tuple[str, str, float, Any]  # topic, type, recorder's time [s], message
+Writing = Callable[[Drive, Path, np.random.Generator], Path]  # into a folder, in one form
 
 
 def simulated(world: str, seed: int) -> Drive:
@@ -125,18 +136,6 @@ def of_ranges(change: Callable[[np.ndarray], np.ndarray], limit: float | None = 
             ranges=np.ascontiguousarray(change(drive.ranges)),
             range_max=drive.range_max * (1.0 if limit is None else limit),
         )
-
-    return make
-
-
-def by_moves(change: Callable[[Pose], Pose]) -> Making:
-    def make(drive: Drive, _: np.random.Generator) -> Drive:
-        claimed, made = Pose(), []
-        poses = [Pose(*row) for row in drive.poses.tolist()]
-        for before, now in itertools.pairwise([poses[0], *poses]):
-            claimed = claimed @ change(before.inverse() @ now)
-            made.append(claimed.vector)
-        return replace(drive, poses=np.array(made))
 
     return make
 
@@ -216,8 +215,381 @@ def written_twice(later: float) -> Making:
     return make
 
 
-VARIANTS: dict[str, Making] = {
-    "sound": lambda drive, _: drive,
+def speeds(times: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Speed ahead and turn rate (M, 2) of poses at times."""
+    headings = np.unwrap(poses[:, 2])
+    x, y = np.gradient(poses[:, 0], times), np.gradient(poses[:, 1], times)
+    return np.column_stack([x * np.cos(headings) + y * np.sin(headings), np.gradient(headings, times)])
+
+
+def rows_of(drive: Drive, kind: Any = two) -> list[Row]:
+    """The drive as messages, by time."""
+    twists = speeds(drive.times, drive.poses)
+    first, step = drive.angles
+    rows: list[Row] = [
+        ("/tf_static", TF, float(drive.stamps[0]), kind.tf(0.0, "base_link", "laser", (drive.ahead, 0.0, 0.0)))
+    ]
+    for t, pose, twist in zip(drive.times.tolist(), drive.poses.tolist(), twists.tolist(), strict=True):
+        rows.append(("/odom", ODOMETRY, t, kind.odometry(t, pose, twist=tuple(twist))))
+    for t, ranges in zip(drive.stamps.tolist(), drive.ranges, strict=True):
+        ends = {"angle_min": first, "angle_max": first + step * (len(ranges) - 1), "time_increment": 0.0}
+        rows.append(("/scan", SCAN, t, kind.scan(t, ranges, step=step, range_max=drive.range_max, **ends)))
+    return sorted(rows, key=lambda row: row[2])
+
+
+def to_mcap(drive: Drive, folder: Path, _: np.random.Generator) -> Path:
+    """Write the drive as messages; the twists are those of the sound wheels."""
+    return write_mcap(folder / "drive.mcap", rows_of(drive))
+
+
+def to_carmen(drive: Drive, folder: Path, _: np.random.Generator) -> Path:
+    """Write the drive as text: ROBOTLASER1 and ODOM lines."""
+    twists = speeds(drive.times, drive.poses)
+    header = f"PARAM robot_frontlaser_offset {drive.ahead:.4f}\n"
+    lines = [
+        (
+            float(t),
+            "ODOM " + " ".join(f"{v:.6f}" for v in (*row, *twist, 0.0)) + f" {t:.6f} host {t - drive.times[0]:.6f}",
+        )
+        for t, row, twist in zip(drive.times, drive.poses.tolist(), twists.tolist(), strict=True)
+    ]
+    first, step = drive.angles
+    for t, row in zip(drive.stamps, drive.ranges, strict=True):
+        beams = np.nan_to_num(row, nan=0.0, posinf=drive.range_max + 1.0)
+        told = " ".join(f"{v:.4f}" for v in beams)
+        head = f"RAWLASER1 0 {first:.6f} {step * (len(beams) - 1):.6f} {step:.8f} {drive.range_max:.3f} 0.01 0"
+        lines.append(
+            (float(t), f"{head} {len(beams)} {told} 0 {t:.6f} host {t - min(drive.stamps[0], drive.times[0]):.6f}")
+        )
+    lines.sort(key=lambda one: one[0])
+    path = folder / "drive.log"
+    path.write_text(header + "\n".join(line for _, line in lines) + "\n")
+    return path
+
+
+def arrays_of(drive: Drive) -> dict[str, Any]:
+    """The drive as a scan set: times [s], 181 ranges [cm] of half a turn, odometry at the scans."""
+    heading = np.unwrap(drive.poses[:, 2])
+    at = np.column_stack(
+        [np.interp(drive.stamps, drive.times, v) for v in (drive.poses[:, 0], drive.poses[:, 1], heading)]
+    )
+    first, step = drive.angles
+    beams = np.rint((np.linspace(-math.pi / 2, math.pi / 2, 181) - first) / step).astype(int)
+    ranges = np.nan_to_num(drive.ranges[:, beams % drive.ranges.shape[1]], nan=0.0, posinf=82.0)
+    return {"t": drive.stamps - drive.stamps[0], "scan_cm": (100 * ranges).astype(np.float32), "odo_raw": at}
+
+
+def npz(change: Callable[[dict[str, Any]], dict[str, Any]]) -> Writing:
+    """Change the arrays of a scan set."""
+
+    def made(drive: Drive, folder: Path, _: np.random.Generator) -> Path:
+        path = folder / "drive.npz"
+        np.savez(path, **change(arrays_of(drive)))
+        return path
+
+    return made
+
+
+WRITERS: dict[str, Writing] = {"mcap": to_mcap, "log": to_carmen, "npz": npz(lambda arrays: arrays)}
+
+
+def messages(change: Callable[[list[Row], np.random.Generator], Iterable[Row]], **options: Any) -> Writing:
+    """Change the list of messages."""
+    return lambda drive, folder, rng: write_mcap(folder / "odd.mcap", change(rows_of(drive), rng), **options)
+
+
+def each(topic: str, change: Callable[[Any, int, np.random.Generator], Any]) -> Writing:
+    """Change every message of a topic; `change` gets its number, and gives a new one or None for none."""
+
+    def changed(rows: list[Row], rng: np.random.Generator) -> Iterable[Row]:
+        number = 0
+        for row in rows:
+            if row[0] != topic:
+                yield row
+                continue
+            message = change(row[3], number, rng)
+            number += 1
+            if message is not None:
+                yield (*row[:3], message)
+
+    return messages(changed)
+
+
+def scans(change: Callable[[Any, int, np.random.Generator], dict[str, Any] | None]) -> Writing:
+    """Change fields of every scan."""
+
+    def changed(scan: Any, number: int, rng: np.random.Generator) -> Any:
+        fields = change(scan, number, rng)
+        if fields is None:
+            return None
+        if "ranges" in fields:
+            fields["ranges"] = np.ascontiguousarray(fields["ranges"], np.float32)
+        return replace(scan, **fields)
+
+    return each("/scan", changed)
+
+
+def poses(change: Callable[[np.ndarray, int, np.random.Generator], Any]) -> Writing:
+    """Change (x, y, qx, qy, qz, qw) of every odometry."""
+
+    def changed(told: Any, number: int, rng: np.random.Generator) -> Any:
+        place, turn = told.pose.pose.position, told.pose.pose.orientation
+        x, y, qx, qy, qz, qw = map(
+            float, change(np.array([place.x, place.y, turn.x, turn.y, turn.z, turn.w]), number, rng)
+        )
+        pose = replace(
+            told.pose.pose, position=replace(place, x=x, y=y), orientation=replace(turn, x=qx, y=qy, z=qz, w=qw)
+        )
+        return replace(told, pose=replace(told.pose, pose=pose))
+
+    return each("/odom", changed)
+
+
+def covariances(value: float) -> Writing:
+    """Say this for every number of the odometry's covariances."""
+    filled = np.full(36, value)
+    return each(
+        "/odom",
+        lambda told, *_: replace(
+            told, pose=replace(told.pose, covariance=filled), twist=replace(told.twist, covariance=filled)
+        ),
+    )
+
+
+def restamped(topic: str, change: Callable[[float, float], float], recorded: bool = False) -> Writing:
+    """Change the stamps of a topic ("": all): from the first one [s] and since then [s]."""
+
+    def changed(rows: list[Row], _: np.random.Generator) -> Iterable[Row]:
+        begun = rows[0][2]
+        for name, kind, t, message in rows:
+            if name in ("/scan", "/odom") and topic in ("", name):
+                stamp = change(begun, t - begun)
+                message = replace(message, header=two.header(stamp, message.header.frame_id))
+                t = stamp if recorded else t
+            yield name, kind, t, message
+
+    return messages(changed)
+
+
+def gap(topics: tuple[str, ...], start: float = 0.4, end: float = 0.55) -> Writing:
+    """Leave out a part of some topics."""
+
+    def changed(rows: list[Row], _: np.random.Generator) -> Iterable[Row]:
+        first, lasted = rows[0][2], rows[-1][2] - rows[0][2]
+        return (row for row in rows if not (row[0] in topics and start < (row[2] - first) / lasted < end))
+
+    return messages(changed)
+
+
+def transforms(*told: Any) -> Writing:
+    """Say other static transforms: (parent, child, pose) each, or a message."""
+
+    def changed(rows: list[Row], _: np.random.Generator) -> Iterable[Row]:
+        first = rows[0][2]
+        kept = [row for row in rows if row[0] != "/tf_static"]
+        made = [one if not isinstance(one, tuple) else two.tf(0.0, *one) for one in told]
+        return [*(("/tf_static", TF, first, one) for one in made), *kept]
+
+    return messages(changed)
+
+
+def quaternion_tf(scale: float) -> Any:
+    """The transform of the laser, its quaternion not of length 1."""
+    message = two.tf(0.0, "base_link", "laser", (0.0, 0.0, 0.0))
+    (one,) = message.transforms
+    turn = replace(one.transform.rotation, w=scale, z=0.0, x=0.0, y=0.0)
+    return replace(message, transforms=[replace(one, transform=replace(one.transform, rotation=turn))])
+
+
+def second_laser(other_frame: bool) -> Writing:
+    """Every second scan is that of a laser that looks backwards."""
+
+    def changed(rows: list[Row], _: np.random.Generator) -> Iterable[Row]:
+        number = 0
+        if other_frame:
+            yield "/tf_static", TF, rows[0][2], two.tf(0.0, "base_link", "rear", (0.0, 0.0, math.pi))
+        for row in rows:
+            if row[0] != "/scan":
+                yield row
+                continue
+            number += 1
+            scan = row[3]
+            if number % 2:
+                yield row
+                continue
+            turned = np.roll(scan.ranges, len(scan.ranges) // 2)
+            frame = "rear" if other_frame else "laser"
+            yield (*row[:3], replace(scan, ranges=turned, header=replace(scan.header, frame_id=frame)))
+
+    return messages(changed)
+
+
+def text(change: Callable[[str], str | bytes], name: str = "odd.log") -> Writing:
+    """Change the text of a CARMEN log."""
+
+    def made(drive: Drive, folder: Path, rng: np.random.Generator) -> Path:
+        content = change(to_carmen(drive, folder, rng).read_text())
+        path = folder / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return made
+
+
+def of_bytes(change: Callable[[bytes], bytes], name: str, bag: bool = False) -> Writing:
+    """Change the bytes of an MCAP file, or of a bag."""
+
+    def made(drive: Drive, folder: Path, _: np.random.Generator) -> Path:
+        if bag:
+            sound = write_bag(folder / "sound.bag", rows_of(drive, one))
+        else:
+            sound = write_mcap(folder / "sound.mcap", rows_of(drive))
+        path = folder / name
+        path.write_bytes(change(sound.read_bytes()))
+        return path
+
+    return made
+
+
+def zipped(content: bytes) -> bytes:
+    """A zip archive with one file."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("sound.mcap", content)
+    return buffer.getvalue()
+
+
+def tarred(content: bytes) -> bytes:
+    """A packed tar archive with one file."""
+    buffer = io.BytesIO()
+    with tarfile.open(fileobj=buffer, mode="w:gz") as archive:
+        info = tarfile.TarInfo("sound.mcap")
+        info.size = len(content)
+        archive.addfile(info, io.BytesIO(content))
+    return buffer.getvalue()
+
+
+def stamps_of_text(change: Callable[[float], float]) -> Callable[[str], str]:
+    """Change the times of every line of a CARMEN log."""
+
+    def changed(content: str) -> str:
+        lines = []
+        for line in content.splitlines():
+            words = line.split()
+            if words[0] in ("ODOM", "RAWLASER1"):
+                words[-3], words[-1] = (f"{change(float(words[k])):.3f}" for k in (-3, -1))
+            lines.append(" ".join(words))
+        return "\n".join(lines) + "\n"
+
+    return changed
+
+
+def of_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], str]:
+    """Change the words of every line of scans."""
+
+    def changed(content: str) -> str:
+        return (
+            "\n".join(
+                " ".join(change(line.split())) if line.startswith("RAWLASER1") else line
+                for line in content.splitlines()
+            )
+            + "\n"
+        )
+
+    return changed
+
+
+def _odometry_of_increments(drive: Drive, folder: Path, _: np.random.Generator) -> Path:
+    heading = drive.poses[:, 2]
+    steps = np.diff(drive.poses, axis=0, prepend=drive.poses[:1])
+    c, s = np.cos(heading), np.sin(heading)
+    moved = np.column_stack([c * steps[:, 0] + s * steps[:, 1], -s * steps[:, 0] + c * steps[:, 1], steps[:, 2]])
+    return write_mcap(folder / "odd.mcap", rows_of(replace(drive, poses=moved)))
+
+
+def _seconds_swapped(rows: list[Row], _: np.random.Generator) -> Iterable[Row]:
+    """Nanoseconds counted as microseconds: 0.25 s is written as .000250."""
+    for name, kind, t, message in rows:
+        if name in ("/scan", "/odom"):
+            stamp = message.header.stamp
+            header = replace(message.header, stamp=replace(stamp, nanosec=stamp.nanosec // 1000))
+            message = replace(message, header=header)
+        yield name, kind, t, message
+
+
+def _truncated(rows: list[Row], rng: np.random.Generator) -> Iterable[Row]:
+    for name, kind, t, message in rows:
+        content = bytes(ROS2.serialize_cdr(message, kind))
+        yield name, kind, t, content[: int(len(content) * rng.random())] if rng.random() < 0.2 else message
+
+
+def _empty_topics(rows: list[Row], _: np.random.Generator) -> Iterable[Row]:
+    first = rows[0][2]
+    bare = two.scan(first, np.zeros(0, np.float32), step=0.01, angle_min=0.0, angle_max=0.0)
+    return [
+        ("/front/scan", SCAN, first, bare),
+        ("/wheel/odom", ODOMETRY, first, two.odometry(first, (0, 0, 0))),
+        *rows,
+    ]
+
+
+def quantized(metres: float, radians: float) -> Writing:
+    """Round the odometry."""
+
+    def made(drive: Drive, folder: Path, _: np.random.Generator) -> Path:
+        unit = np.array([metres, metres, radians])
+        return write_mcap(folder / "odd.mcap", rows_of(replace(drive, poses=np.round(drive.poses / unit) * unit)))
+
+    return made
+
+
+def _half(scan: Any, *_: Any) -> dict[str, Any]:
+    return {"ranges": scan.ranges[::2]}
+
+
+def _wild(scan: Any, number: int, rng: np.random.Generator) -> dict[str, Any]:
+    return {"ranges": np.roll(scan.ranges, int(rng.integers(len(scan.ranges))))}
+
+
+def _swept(drive: Drive, folder: Path, _: np.random.Generator) -> Path:
+    """Scans say that they sweep 0.15 s, and are stamped at the end of it."""
+    rows = [
+        (
+            name,
+            kind,
+            t,
+            replace(message, time_increment=FULL_SWEEP_S / len(message.ranges)) if name == "/scan" else message,
+        )
+        for name, kind, t, message in rows_of(drive)
+    ]
+    return write_mcap(folder / "odd.mcap", rows)
+
+
+def _body(scan: Any, *_: Any) -> dict[str, Any]:
+    ranges, count = scan.ranges.copy(), len(scan.ranges)
+    ranges[: count // 3] = 0.22
+    return {"ranges": ranges}
+
+
+def _stuck_sector() -> Writing:
+    held: dict[str, Any] = {}
+
+    def change(scan: Any, number: int, _: np.random.Generator) -> dict[str, Any]:
+        if number == 0:
+            held["first"] = scan.ranges
+        ranges = scan.ranges.copy()
+        ranges[: len(ranges) // 2] = held["first"][: len(ranges) // 2]
+        return {"ranges": ranges}
+
+    return scans(change)
+
+
+def _written(making: Making, form: str) -> Writing:
+    """Write what a drive becomes."""
+    return lambda drive, folder, rng: WRITERS[form](making(drive, rng), folder, rng)
+
+
+DRIVES: dict[str, Making] = {
     "x and y swapped": of_poses(lambda p: p[:, [1, 0, 2]]),
     "x negated": of_poses(lambda p: p * [-1, 1, 1]),
     "y negated": of_poses(lambda p: p * [1, -1, 1]),
@@ -253,7 +625,16 @@ VARIANTS: dict[str, Making] = {
     "ranges x 0.9": of_ranges(lambda r: r * 0.9),
     "ranges x 2": of_ranges(lambda r: r * 2, 2),
     "ranges x 0.5": of_ranges(lambda r: r / 2, 0.5),
+    "ranges x 1.02": of_ranges(lambda r: r * 1.02),
+    "ranges x 1.06": of_ranges(lambda r: r * 1.06),
     "ranges + 0.3 m": of_ranges(lambda r: r + 0.3),
+    "ranges + 0.2 m": of_ranges(lambda r: r + 0.2),
+    "ranges - 0.2 m": of_ranges(lambda r: np.where(r > 0.25, r - 0.2, np.nan)),
+    "ranges inverted": of_ranges(lambda r: 1 / np.maximum(r, 0.05)),
+    "6 m - ranges": of_ranges(lambda r: np.where(r < 6, 6 - r, np.nan)),
+    "odometry trembles": lambda drive, rng: replace(
+        drive, poses=drive.poses + rng.normal(0, 0.02, drive.poses.shape) * [1, 1, 0]
+    ),
     "frozen scans": frozen(slice(0.0, 1.0)),
     "frozen from the middle": frozen(slice(0.5, 1.0)),
     "frozen for a quarter": frozen(slice(0.4, 0.65)),
@@ -285,75 +666,208 @@ VARIANTS: dict[str, Making] = {
 }
 
 
-def speeds(times: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Speed ahead and turn rate (M, 2) of poses at times."""
-    headings = np.unwrap(poses[:, 2])
-    x, y = np.gradient(poses[:, 0], times), np.gradient(poses[:, 1], times)
-    return np.column_stack([x * np.cos(headings) + y * np.sin(headings), np.gradient(headings, times)])
-
-
-def to_mcap(drive: Drive, path: Path, rng: np.random.Generator, shuffled: bool = False) -> Path:
-    """Write the drive as messages; the twists are those of the sound wheels."""
-    twists = speeds(drive.times, drive.poses)
-    told = [
-        ("/odom", ODOMETRY, float(t), two.odometry(float(t), row, twist=tuple(twist)))
-        for t, row, twist in zip(drive.times, drive.poses.tolist(), twists.tolist(), strict=True)
-    ]
-    first, step = drive.angles
-    told.append(
-        ("/tf_static", TF, float(drive.stamps[0]), two.tf(0.0, "base_link", "laser", (drive.ahead, 0.0, 0.0)))
-    )
-    told += [
-        (
-            "/scan",
-            SCAN,
-            float(t),
-            two.scan(
-                float(t),
-                row,
-                step=step,
-                angle_min=first,
-                angle_max=first + step * (len(row) - 1),
-                range_max=drive.range_max,
-                time_increment=0.0,
-            ),
-        )
-        for t, row in zip(drive.stamps, drive.ranges, strict=True)
-    ]
-    told.sort(key=lambda one: one[2])
-    if shuffled:
-        rng.shuffle(told)  # type: ignore[arg-type]
-    return write_mcap(path, told)
-
-
-def to_carmen(drive: Drive, path: Path, rng: np.random.Generator, shuffled: bool = False) -> Path:
-    """Write the drive as text: ROBOTLASER1 and ODOM lines."""
-    twists = speeds(drive.times, drive.poses)
-    header = f"PARAM robot_frontlaser_offset {drive.ahead:.4f}\n"
-    lines = [
-        (
-            float(t),
-            "ODOM " + " ".join(f"{v:.6f}" for v in (*row, *twist, 0.0)) + f" {t:.6f} host {t - drive.times[0]:.6f}",
-        )
-        for t, row, twist in zip(drive.times, drive.poses.tolist(), twists.tolist(), strict=True)
-    ]
-    first, step = drive.angles
-    for t, row in zip(drive.stamps, drive.ranges, strict=True):
-        beams = np.nan_to_num(row, nan=0.0, posinf=drive.range_max + 1.0)
-        told = " ".join(f"{v:.4f}" for v in beams)
-        head = f"RAWLASER1 0 {first:.6f} {step * (len(beams) - 1):.6f} {step:.8f} {drive.range_max:.3f} 0.01 0"
-        lines.append(
-            (float(t), f"{head} {len(beams)} {told} 0 {t:.6f} host {t - min(drive.stamps[0], drive.times[0]):.6f}")
-        )
-    lines.sort(key=lambda one: one[0])
-    if shuffled:
-        rng.shuffle(lines)  # type: ignore[arg-type]
-    path.write_text(header + "\n".join(line for _, line in lines) + "\n")
-    return path
-
-
-WRITERS = {"mcap": to_mcap, "log": to_carmen}
-VARIANTS_OF_FILES = ("records in random order", "the log twice")
+MESSAGES: dict[str, Writing] = {
+    # how beams are written
+    "every other beam NaN": scans(lambda s, *_: {"ranges": np.where(np.arange(len(s.ranges)) % 2, np.nan, s.ranges)}),
+    "a random half NaN": scans(lambda s, _, r: {"ranges": np.where(r.random(len(s.ranges)) < 0.5, np.nan, s.ranges)}),
+    "one beam": scans(lambda s, *_: {"ranges": s.ranges[:1]}),
+    "a million beams, first scan": scans(
+        lambda s, n, _: {"ranges": np.resize(s.ranges, 1_000_000)} if n == 0 else {}
+    ),
+    "number of beams 1, 2, 3 …": scans(lambda s, n, _: {"ranges": s.ranges[: n + 1]}),
+    "angle_min > angle_max": scans(lambda s, *_: {"angle_min": s.angle_max, "angle_max": s.angle_min}),
+    "negative step, ends right": scans(
+        lambda s, *_: {
+            "angle_min": s.angle_max,
+            "angle_max": s.angle_min,
+            "angle_increment": -s.angle_increment,
+            "ranges": s.ranges[::-1],
+        }
+    ),
+    "negative step, beams not turned": scans(
+        lambda s, *_: {"angle_min": s.angle_max, "angle_max": s.angle_min, "angle_increment": -s.angle_increment}
+    ),
+    "negative step, ends not turned": scans(lambda s, *_: {"angle_increment": -s.angle_increment}),
+    "step NaN": scans(lambda s, *_: {"angle_increment": math.nan}),
+    "angles all zero": scans(lambda s, *_: {"angle_min": 0.0, "angle_max": 0.0, "angle_increment": 0.0}),
+    "angles doubled": scans(
+        lambda s, *_: {
+            "angle_min": 2 * s.angle_min,
+            "angle_max": 2 * s.angle_max,
+            "angle_increment": 2 * s.angle_increment,
+        }
+    ),
+    "angles halved": scans(
+        lambda s, *_: {
+            "angle_min": s.angle_min / 2,
+            "angle_max": s.angle_max / 2,
+            "angle_increment": s.angle_increment / 2,
+        }
+    ),
+    "angles from 0 on": scans(lambda s, *_: {"angle_min": 0.0, "angle_max": s.angle_max - s.angle_min}),
+    "half the beams, same step": scans(_half),
+    "half the beams, same ends": scans(lambda s, *_: {"ranges": s.ranges[::2], "angle_increment": 0.0}),
+    "begins at another beam each time": scans(_wild),
+    "beams moved on by one each scan": scans(lambda s, n, _: {"ranges": np.roll(s.ranges, n)}),
+    "range_max 0": scans(lambda s, *_: {"range_max": 0.0}),
+    "range_max NaN": scans(lambda s, *_: {"range_max": math.nan}),
+    "range_max 1 m": scans(lambda s, *_: {"range_max": 1.0}),
+    "range_min > range_max": scans(lambda s, *_: {"range_min": 30.0}),
+    "ranges ^ 2": scans(lambda s, *_: {"ranges": s.ranges**2}),
+    "ranges byte by byte turned": scans(lambda s, *_: {"ranges": np.asarray(s.ranges, np.float32).byteswap()}),
+    "ranges rounded to 0.5 m": scans(lambda s, *_: {"ranges": np.round(2 * s.ranges) / 2}),
+    "ranges clipped at 1 m": scans(lambda s, *_: {"ranges": np.minimum(s.ranges, 1.0)}),
+    "no return is 0": scans(lambda s, *_: {"ranges": np.where(s.ranges > 3.0, 0.0, s.ranges)}),
+    "no return is -1": scans(lambda s, *_: {"ranges": np.where(s.ranges > 3.0, -1.0, s.ranges)}),
+    "no return is 1e30": scans(lambda s, *_: {"ranges": np.where(s.ranges > 3.0, 1e30, s.ranges)}),
+    "no return is 2.9 m": scans(lambda s, *_: {"ranges": np.where(s.ranges > 2.9, 2.9, s.ranges)}),
+    "the robot's own body": scans(_body),
+    "a half of the beams stands": _stuck_sector(),
+    "ranges and intensities exchanged": scans(
+        lambda s, n, r: {
+            "ranges": 100 + 50 * r.random(len(s.ranges)),
+            "intensities": np.asarray(s.ranges, np.float32),
+        }
+    ),
+    "noise of 0.3 m": scans(lambda s, _, r: {"ranges": s.ranges + r.normal(0, 0.3, len(s.ranges))}),
+    "a tenth of the scans empty": scans(
+        lambda s, n, _: {"ranges": np.full_like(s.ranges, np.inf)} if n % 10 == 5 else {}
+    ),
+    # time within and between scans
+    "sweep of 0.15 s, stamped at its end": _swept,
+    "time_increment negative": scans(lambda s, *_: {"time_increment": -1e-3}),
+    "time_increment in ms": scans(lambda s, *_: {"time_increment": 0.1}),
+    "nanoseconds as microseconds": messages(_seconds_swapped),
+    "whole seconds": restamped("", lambda b, t: math.floor(b + t)),
+    "all stamps 0": restamped("", lambda b, t: 0.0),
+    "all stamps equal": restamped("", lambda b, t: b),
+    "all stamps and recorder's times equal": restamped("", lambda b, t: b, recorded=True),
+    "odometry an hour ahead": restamped("/odom", lambda b, t: b + t + 3600),
+    "odometry late by 0.5 s": restamped("/odom", lambda b, t: b + t + 0.5),
+    "scans late by 0.3 s": restamped("/scan", lambda b, t: b + t + 0.3),
+    "odometry's clock 1 % fast": restamped("/odom", lambda b, t: b + 1.01 * t),
+    "scans' clock steps 3 s": restamped("/scan", lambda b, t: b + t + 3.0 * (t > 8.0)),
+    "scans' clock steps back 3 s": restamped("/scan", lambda b, t: b + t - 3.0 * (t > 8.0)),
+    "odometry's clock steps 0.7 s": restamped("/odom", lambda b, t: b + t + 0.7 * (t > 8.0)),
+    "scans jitter by 0.1 s": restamped("/scan", lambda b, t: b + t + 0.1 * math.sin(1000 * t)),
+    "before 1970": restamped("", lambda b, t: 5.0 + t),
+    # messages
+    "odometry twice": messages(
+        lambda rows, _: [one for row in rows for one in ([row, row] if row[0] == "/odom" else [row])]
+    ),
+    "everything twice": messages(lambda rows, _: [one for row in rows for one in (row, row)]),
+    "empty topics beside": messages(_empty_topics),
+    "a fifth of the messages cut": messages(_truncated),
+    "gap of scans": gap(("/scan",)),
+    "gap of odometry": gap(("/odom",)),
+    "gap of both": gap(("/scan", "/odom")),
+    "odometry only in the first half": gap(("/odom",), 0.5, 2.0),
+    "odometry only in the second half": gap(("/odom",), -1.0, 0.5),
+    "two lasers in one topic": second_laser(other_frame=True),
+    "two lasers in one topic and frame": second_laser(other_frame=False),
+    # frames
+    "tf goes round": transforms(
+        ("base_link", "laser", (0, 0, 0)), ("laser", "mast", (0, 0, 0)), ("mast", "base_link", (0, 0, 0))
+    ),
+    "tf of a frame on itself": transforms(("laser", "laser", (0, 0, 0))),
+    "tf not normalized": transforms(quaternion_tf(2.0)),
+    "tf quaternion zero": transforms(quaternion_tf(0.0)),
+    "tf says turned by 30 degrees": transforms(("base_link", "laser", (0, 0, math.radians(30)))),
+    "tf says turned by 180 degrees": transforms(("base_link", "laser", (0, 0, math.pi))),
+    "tf in millimetres": transforms(("base_link", "laser", (100.0, 0, 0))),
+    "tf says 1 m ahead": transforms(("base_link", "laser", (1.0, 0, 0))),
+    "no tf": transforms(),
+    # odometry
+    "quaternions x 2": poses(lambda p, *_: p * [1, 1, 2, 2, 2, 2]),
+    "quaternions x 0.001": poses(lambda p, *_: p * [1, 1, 1e-3, 1e-3, 1e-3, 1e-3]),
+    "quaternions w first": poses(lambda p, *_: p[[0, 1, 5, 2, 3, 4]]),
+    "quaternions without sign": poses(lambda p, *_: np.abs(p) * np.sign([*p[:2] + 1e-12, 1, 1, 1, 1])),
+    "covariance -1": covariances(-1.0),
+    "covariance NaN": covariances(math.nan),
+    "covariance 1e9": covariances(1e9),
+    "odometry NaN now and then": poses(lambda p, n, _: p * np.nan if n % 7 == 3 else p),
+    "odometry zero now and then": poses(lambda p, n, _: np.array([0, 0, 0, 0, 0, 1.0]) if n % 20 == 10 else p),
+    "odometry jumps by 1 m and back": poses(lambda p, n, _: p + np.eye(6)[0] * (n % 20 == 10)),
+    "odometry of increments": _odometry_of_increments,
+    "odometry rounded to 0.1 m": quantized(0.1, 1e-9),
+    "odometry rounded to whole metres": quantized(1.0, 1e-9),
+    "odometry rounded to 10 degrees": quantized(1e-9, math.radians(10)),
+    # files
+    "gz in gz": of_bytes(lambda b: gzip.compress(gzip.compress(b)), "odd.mcap.gz.gz"),
+    "gz in gz, named mcap": of_bytes(lambda b: gzip.compress(gzip.compress(b)), "odd.mcap"),
+    "gz cut": of_bytes(lambda b: (packed := gzip.compress(b))[: 2 * len(packed) // 3], "odd.mcap.gz"),
+    "two gz parts": of_bytes(lambda b: gzip.compress(b[:5000]) + gzip.compress(b[5000:]), "odd.mcap.gz"),
+    "zip": of_bytes(zipped, "odd.zip"),
+    "tar.gz": of_bytes(tarred, "odd.tar.gz"),
+    "mcap cut at 60 %": of_bytes(lambda b: b[: 6 * len(b) // 10], "odd.mcap"),
+    "mcap with zeros in the middle": of_bytes(
+        lambda b: b[: len(b) // 2] + bytes(4096) + b[len(b) // 2 + 4096 :], "odd.mcap"
+    ),
+    "mcap named bag": of_bytes(lambda b: b, "odd.bag"),
+    "bag named mcap": of_bytes(lambda b: b, "odd.mcap", bag=True),
+    "bag cut at 60 %": of_bytes(lambda b: b[: 6 * len(b) // 10], "odd.bag", bag=True),
+    "bag twice": of_bytes(lambda b: b + b, "odd.bag", bag=True),
+    "only the first bytes": of_bytes(lambda b: b[:8], "odd.mcap"),
+    "records in random order": messages(lambda rows, rng: [rows[k] for k in rng.permutation(len(rows))]),
+    "no byte": of_bytes(lambda b: b"", "odd.mcap"),
+}
+TEXTS: dict[str, Writing] = {
+    "the log twice": text(lambda t: 2 * t),
+    "records in random order": text(
+        lambda t: "\n".join(np.random.default_rng(11).permutation(t.splitlines()).tolist()) + "\n"
+    ),
+    "CRLF": text(lambda t: t.replace("\n", "\r\n")),
+    "CR alone": text(lambda t: t.replace("\n", "\r")),
+    "byte order mark": text(lambda t: b"\xef\xbb\xbf" + t.encode()),
+    "UTF-16": text(lambda t: t.encode("utf-16")),
+    "UTF-16 without mark": text(lambda t: t.encode("utf-16-le")),
+    "comments amid": text(lambda t: "".join(f"# 1 2 3\n// noted\n; later\n\n{line}\n" for line in t.splitlines())),
+    "decimal commas": text(lambda t: t.replace(".", ",")),
+    "exponents": text(of_lines(lambda w: [w[0], *(f"{float(v):.6e}" if "." in v else v for v in w[1:-2]), *w[-2:]])),
+    "last line cut": text(lambda t: t[: -len(t.splitlines()[-1]) // 2]),
+    "lines run together": text(
+        lambda t: "".join(a + (" " if n % 10 == 0 else "\n") for n, a in enumerate(t.splitlines()))
+    ),
+    "zeros at the end": text(lambda t: t.encode() + bytes(5000)),
+    "zeros in the middle": text(lambda t: t.encode()[: len(t) // 2] + bytes(5000) + t.encode()[len(t) // 2 :]),
+    "stamps in milliseconds": text(stamps_of_text(lambda s: 1e3 * s)),
+    "stamps in microseconds": text(stamps_of_text(lambda s: 1e6 * s)),
+    "stamps in nanoseconds": text(stamps_of_text(lambda s: 1e9 * s)),
+    "stamps in ms since the start": text(stamps_of_text(lambda s: 1e3 * (s % 1e5))),
+    "stamps in minutes": text(stamps_of_text(lambda s: s / 60)),
+    "huge count": text(of_lines(lambda w: [*w[:8], "99999999999", *w[9:]])),
+    "count too large by one": text(of_lines(lambda w: [*w[:8], str(int(w[8]) + 1), *w[9:]])),
+    "count too small by one": text(of_lines(lambda w: [*w[:8], str(int(w[8]) - 1), *w[9:]])),
+    "negative count": text(of_lines(lambda w: [*w[:8], "-5", *w[9:]])),
+    "angles in degrees": text(
+        of_lines(lambda w: [*w[:2], *(f"{math.degrees(float(v)):.5f}" for v in w[2:5]), *w[5:]])
+    ),
+    "Windows NaN": text(of_lines(lambda w: [*w[:9], *("-1.#IND" if float(v) > 3 else v for v in w[9:-4]), *w[-4:]])),
+    "scans after all odometry": text(
+        lambda t: "\n".join(sorted(t.splitlines(), key=lambda line: line.split()[0])) + "\n"
+    ),
+    "small letters": text(str.lower),
+    "semicolons": text(lambda t: t.replace(" ", ";")),
+}
+SETS: dict[str, Writing] = {
+    "times in ms": npz(lambda a: a | {"t": 1e3 * a["t"]}),
+    "beams by scans": npz(lambda a: a | {"scan_cm": a["scan_cm"].T}),
+    "ranges in m": npz(lambda a: a | {"scan_cm": a["scan_cm"] / 100}),
+    "ranges in mm": npz(lambda a: a | {"scan_cm": (10 * a["scan_cm"]).astype(np.uint16)}),
+    "headings in degrees": npz(lambda a: a | {"odo_raw": a["odo_raw"] * [1, 1, 180 / math.pi]}),
+    "heading first": npz(lambda a: a | {"odo_raw": a["odo_raw"][:, [2, 0, 1]]}),
+    "odometry shorter": npz(lambda a: a | {"odo_raw": a["odo_raw"][:-3]}),
+    "odometry in cm": npz(lambda a: a | {"odo_raw": a["odo_raw"] * [100, 100, 1]}),
+    "one scan": npz(lambda a: {k: v[:1] for k, v in a.items()}),
+    "no scan": npz(lambda a: {k: v[:0] for k, v in a.items()}),
+    "backwards": npz(lambda a: {k: v[::-1] for k, v in a.items()}),
+    "objects": npz(lambda a: a | {"scan_cm": np.array([list(row) for row in a["scan_cm"]], object)}),
+    "mirrored beams": npz(lambda a: a | {"scan_cm": a["scan_cm"][:, ::-1]}),
+}
+VARIANTS: dict[str, dict[str, Writing]] = {
+    form: {"sound": WRITERS[form]} | {name: _written(making, form) for name, making in DRIVES.items()} | own
+    for form, own in (("mcap", MESSAGES), ("log", TEXTS))
+} | {"npz": SETS}
 
 
 def result(path: Path, truth: np.ndarray | None) -> tuple[float | None, float, list[str], list[str], np.ndarray]:
@@ -380,16 +894,6 @@ def apart(rows: np.ndarray, truth: np.ndarray) -> float:
     return float(np.hypot(*(mine[:, :2] - wanted).T).mean())
 
 
-def written(name: str, form: str, drive: Drive, folder: Path) -> tuple[Drive, Path]:
-    """A variant of a drive in a form, in a folder."""
-    rng = np.random.default_rng(11)
-    made = VARIANTS[name](drive, rng) if name in VARIANTS else drive
-    path = WRITERS[form](made, folder / f"drive.{form}", rng, name == "records in random order")
-    if name == "the log twice" and form == "log":
-        path.write_text(path.read_text() * 2)
-    return made, path
-
-
 def tried(path: Path, control: float, truth: np.ndarray | None) -> dict[str, object]:
     """Judge a log whose sound form is wrong by `control` [m]; its error is unknown without a truth."""
     try:
@@ -398,19 +902,27 @@ def tried(path: Path, control: float, truth: np.ndarray | None) -> dict[str, obj
         return {"verdict": "refused", "codes": [one.code for one in faults_of(refused)], "said": str(refused)[:160]}
     limit = max(2 * control, LEAST_ERROR_M)
     fine = error is not None and error <= limit
-    row = {"error": None if error is None else round(error, 3), "path": round(way, 2), "codes": codes, "said": others}
+    row: dict[str, object] = {
+        "error": None if error is None else round(error, 3),
+        "path": round(way, 2),
+        "codes": codes,
+        "said": others,
+    }
     verdict = "right" if fine and not codes else "named" if codes or others else "right" if fine else "WRONG"
     return row | {"verdict": verdict}
 
 
 def sound(base: str, form: str, drive: Drive) -> tuple[float, np.ndarray]:
-    """Error [m] of the sound drive, and the truth."""
+    """Error [m] of the sound drive in a form, and the truth."""
     with tempfile.TemporaryDirectory() as folder:
-        path = WRITERS[form](drive, Path(folder) / f"drive.{form}", np.random.default_rng(11), False)
+        path = WRITERS[form](drive, Path(folder), np.random.default_rng(11))
         truth = None if drive.truth is None else np.column_stack([drive.stamps, drive.truth])
         error, _, codes, others, places = result(path, truth)
     sys.stdout.write(f"# {base} {form}: control {error or 0.0:.3f} m {codes} {others}\n")
     return error or 0.0, places if truth is None else truth
+
+
+TRUTHLESS = ("two logs", "two logs at once", "two logs, a day apart")  # which begin anew somewhere
 
 
 def campaign(bases: list[str], forms: list[str], only: list[str]) -> list[dict[str, object]]:
@@ -419,26 +931,61 @@ def campaign(bases: list[str], forms: list[str], only: list[str]) -> list[dict[s
     for base, form in itertools.product(bases, forms):
         drive = BASES[base]()
         control, truth = sound(base, form, drive)
-        for name in only or [*VARIANTS, *VARIANTS_OF_FILES]:
+        for name, writing in VARIANTS[form].items():
+            if only and name not in only:
+                continue
             with tempfile.TemporaryDirectory() as folder:
-                made, path = written(name, form, drive, Path(folder))
-                known = truth if made.truth is not None or drive.truth is None else None
-                rows.append({"base": base, "form": form, "variant": name} | tried(path, control, known))
+                path = writing(drive, Path(folder), np.random.default_rng(11))
+                rows.append({"base": base, "form": form, "variant": name})
+                rows[-1] |= tried(path, control, None if name in TRUTHLESS else truth)
             sys.stdout.write(json.dumps(rows[-1]) + "\n")
             sys.stdout.flush()
     return rows
+
+
+def strangers_files() -> list[dict[str, object]]:
+    """The recordings of strangers: against the truth, and the error of the sound one of the same length."""
+    columns = np.genfromtxt(STRANGERS / "truth.csv", delimiter=",", names=True)
+    truth = np.column_stack([columns[name] for name in ("t_s", "x_m", "y_m", "heading_rad")])
+    controls = [result(STRANGERS / name, truth)[0] or 0.0 for name in ("00_control.mcap", "10_short_control.mcap")]
+    rows: list[dict[str, object]] = []
+    for path in sorted(STRANGERS.iterdir()):
+        if path.name == "truth.csv":
+            continue
+        begins, short = _beginning(path)
+        control = BACKWARD_ERROR_M if path.name in LOOKING_BACK else controls[short]
+        row = tried(path, control, truth[truth[:, 0] >= begins - 1e-6])
+        rows.append({"file": path.name} | row)
+        sys.stdout.write(json.dumps(rows[-1]) + "\n")
+        sys.stdout.flush()
+    return rows
+
+
+def _beginning(path: Path) -> tuple[float, bool]:
+    """When a recording of strangers begins [s] on the truth's clock, and whether it is short."""
+    try:
+        read = open_log(path)
+    except BadInput:
+        return 0.0, False
+    assert isinstance(read, ScanRecording)
+    begins = read.scans[0].stamp - BEGUN_S
+    return (begins if 0 < begins < 30 else 0.0), len(read.scans) < 120
 
 
 def main() -> None:
     """Print a row for each variant, and how many are wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--base", choices=BASES, action="append")
-    parser.add_argument("--form", choices=WRITERS, action="append")
-    parser.add_argument("--only", choices=[*VARIANTS, *VARIANTS_OF_FILES], action="append")
+    parser.add_argument("--form", choices=VARIANTS, action="append")
+    parser.add_argument("--only", action="append", help="a variant; may stand several times")
+    parser.add_argument("--files", action="store_true", help="the recordings of strangers")
     chosen = parser.parse_args()
-    rows = campaign(chosen.base or list(BASES), chosen.form or list(WRITERS), chosen.only or [])
-    wrong = [row for row in rows if row["verdict"] == "WRONG"]
-    sys.stdout.write(f"{len(rows)} variants, {len(wrong)} wrong and silent\n")
+    some = chosen.base or list(BASES), chosen.form or list(VARIANTS), chosen.only or []
+    rows = strangers_files() if chosen.files else campaign(*some)
+    found = {
+        verdict: sum(row["verdict"] == verdict for row in rows) for verdict in ("right", "named", "refused", "WRONG")
+    }
+    sys.stdout.write(f"{len(rows)} variants: {found}\n")
 
 
 if __name__ == "__main__":
