@@ -85,15 +85,13 @@ PLACES = (
     Place("lab, 10 % dropped", "lab", AROUND_LAB, (3.0, 2.8), "10 % of the beams dropped", dropout=0.1),
 )
 SENSORS: dict[str, tuple[bool, int, bool]] = {
-    "laser": (True, 0, False),
-    "camera": (False, 1, False),
-    "laser + camera": (True, 1, False),
-    "laser + voice": (True, 0, True),
-    "all": (True, 1, True),
+    "laser": (True, False, False),
+    "camera": (False, True, False),
+    "laser + camera": (True, True, False),
+    "laser + voice": (True, False, True),
+    "all": (True, True, True),
 }
 """Laser, number of cameras, microphones of every row."""
-PAIR_SENSORS: dict[str, tuple[bool, int, bool]] = {"pair": (False, 2, False), "laser + pair": (True, 2, False)}
-"""The same of rows with two cameras, for the experiment on them."""
 
 
 @message
@@ -151,22 +149,22 @@ def settings_for(place: Place, base: Settings) -> Settings:
 
 def with_sensors(profile: Profile, sensors: tuple[bool, int, bool]) -> Profile:
     """The robot with only these of laser, camera and microphones."""
-    laser, cameras, ears = sensors
+    laser, camera, ears = sensors
     return replace(
         profile,
         lasers=profile.lasers if laser else (),
-        cameras=profile.cameras[:cameras],
+        cameras=profile.cameras[:camera],
         arrays=profile.arrays if ears else (),
     )
 
 
 def seen_by(frame: SensorFrame, sensors: tuple[bool, int, bool], reach: float) -> SensorFrame:
     """The part of a frame that these sensors deliver."""
-    laser, cameras, ears = sensors
+    laser, camera, ears = sensors
     scan = frame.scan if laser else None
     if scan is not None and math.isfinite(reach):
         scan = replace(scan, ranges=np.where(scan.ranges <= reach, scan.ranges, np.nan))
-    return replace(frame, scan=scan, image=frame.image if cameras else None, sound=frame.sound if ears else None)
+    return replace(frame, scan=scan, image=frame.image if camera else None, sound=frame.sound if ears else None)
 
 
 def steer(pose: Pose, goal: tuple[float, float]) -> Twist:
@@ -189,9 +187,8 @@ def drive(
     """
     settings = settings_for(place, base)
     robot = SimulatedRobot(place.world, seed=seed, settings=settings.simulation)
-    sensors = {name: (SENSORS | PAIR_SENSORS)[name] for name in rows}
-    pilots = {name: Pilot(with_sensors(robot.profile, sensors[name]), settings) for name in rows}
-    listening = any(ears for _, _, ears in sensors.values())
+    pilots = {name: Pilot(with_sensors(robot.profile, SENSORS[name]), settings) for name in rows}
+    listening = any(SENSORS[name][2] for name in rows)
     found: dict[str, list[tuple[float, float, float, float, float]]] = {name: [] for name in rows}
     calls, frames, path, goal = REST_BEFORE_S / 2, 0, 0.0, 0
     before = Pose()
@@ -200,7 +197,7 @@ def drive(
         if listening and frame.stamp >= calls:
             said = robot.ask(Speak(text=WORDS, x_m=place.speaker[0], y_m=place.speaker[1], id="person"))
             calls = frame.stamp + said.seconds + CALL_PAUSE_S
-        snapshots = {name: pilot.step(seen_by(frame, sensors[name], place.reach)) for name, pilot in pilots.items()}
+        snapshots = {name: pilot.step(seen_by(frame, SENSORS[name], place.reach)) for name, pilot in pilots.items()}
         if frames == 0:
             begun(pilots)
         path, before, frames = path + truth.distance_to(before.x, before.y), truth, frames + 1
@@ -242,12 +239,11 @@ class Work:
     settings: Settings
     seed: int
     runs: int
-    rows: tuple[str, ...] = tuple(SENSORS)
 
     def __call__(self, number: int) -> dict[str, RowErrors | float]:
         """One of them."""
         place, run = divmod(number, self.runs)
-        return drive(self.places[place], self.settings, self.seed + run, self.rows)
+        return drive(self.places[place], self.settings, self.seed + run, tuple(SENSORS))
 
 
 def plan(
@@ -263,7 +259,8 @@ def plan(
 def _result(
     places: tuple[Place, ...], seed: int, out: Path | None, done: list[dict[str, RowErrors | float]]
 ) -> AudioVisual:
-    count, figures = len(done) // len(places), figures_of(places, done)
+    count = len(done) // len(places)
+    figures = [_place(place, done[k * count : (k + 1) * count]) for k, place in enumerate(places)]
     result: AudioVisual = {
         "runs": count,
         "seed": seed,
@@ -280,16 +277,10 @@ def _result(
     return stored(result, out, "audio_visual", drawn)
 
 
-def figures_of(places: Sequence[Place], done: list[dict[str, RowErrors | float]]) -> list[AudioVisualPlace]:
-    """The drives of all places, one place after the other → the figures of every place."""
-    count = len(done) // len(places)
-    return [_place(place, done[k * count : (k + 1) * count]) for k, place in enumerate(places)]
-
-
 def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> AudioVisualPlace:
     """All drives in one place."""
     rows: dict[str, RowFigures] = {}
-    for name in (name for name in done[0] if name != "path"):
+    for name in SENSORS:
         errors = [one for each in done if isinstance(one := each[name], RowErrors)]
         mean = float(np.mean([one.mean for one in errors]))
         rows[name] = {
@@ -307,21 +298,20 @@ def _place(place: Place, done: list[dict[str, RowErrors | float]]) -> AudioVisua
 
 def table(figures: list[AudioVisualPlace], count: int, seed: int) -> str:
     """The table; below every place its conditions."""
-    rows = figures[0]["rows"]
     lines = [
         f"Position error over the drive [m], mean and worst of {count} drives, NEES (ideal 3); seeds from {seed}",
-        f"{'':22}" + "".join(f"{name:>24}" for name in rows),
+        f"{'':22}" + "".join(f"{name:>24}" for name in SENSORS),
     ]
     for one in figures:
-        cells = (one["rows"][name] for name in rows)
+        cells = (one["rows"][name] for name in SENSORS)
         lines.append(
             f"{one['place']:22}"
             + "".join(f"{row['mean_error_m']:10.3f}{row['worst_error_m']:8.3f}{row['nees']:6.1f}" for row in cells)
         )
         weak = one["weak"] or "laser not weak"
-        shares = "".join(f"{100 * (one['rows'][name]['of_laser'] - 1):+23.0f} %"[-24:] for name in rows)
+        shares = "".join(f"{100 * (one['rows'][name]['of_laser'] - 1):+23.0f} %"[-24:] for name in SENSORS)
         lines.append(f"{'  against the laser':22}{shares}")
-        early = "".join(f"{one['rows'][name]['early_error_m']:10.3f}{'':14}" for name in rows)
+        early = "".join(f"{one['rows'][name]['early_error_m']:10.3f}{'':14}" for name in SENSORS)
         lines.append(f"{f'  first {EARLY_PART_S:.0f} s [m]':22}{early}".rstrip())
         lines.append(f"    {weak}; {one['wheels']} wheels; {one['path_m']:.1f} m")
     return "\n".join(lines)
