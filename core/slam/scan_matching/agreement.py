@@ -66,6 +66,9 @@ MAX_TURN_SQUARED = 25.0  # difference of one turn that counts
 LATE_SHARE, MAX_LATE_SQUARED, MIN_LATE_GAIN = 0.5, 3.0, 30.0  # left of the differences; per pair; what is explained
 
 
+Turn = tuple[float, float, Array]  # how long [s], by scans [rad], by wheels at each of LATES_S (L,) [rad]
+
+
 @dataclass(frozen=True)
 class PairStart:
     """The earlier scan of a pair to come."""
@@ -235,7 +238,7 @@ class SenseAgreement:
         self._differ: deque[bool] = deque(
             maxlen=KEPT_MOVES
         )  # of the newest moves, whether both contradict each other
-        self._turns: deque[tuple[float, Array]] = deque(maxlen=KEPT_PAIRS)  # by scans, by wheels at each lateness
+        self._turns: deque[Turn] = deque(maxlen=KEPT_PAIRS)
         self._found: dict[str, Fault] = {}
         self._late_before, self._scales_before = 0.0, (1.0, 1.0)  # [s] and of turns and ways, when judged last
         self.lateness = 0.0  # [s] to add to the stamps of the scans; 0: none is known
@@ -395,7 +398,7 @@ class SenseAgreement:
             move = ripe.scans
             if ripe.start - MAX_LATE_S >= track[0, 0]:
                 ends = np.interp(np.add.outer((ripe.start, ripe.end), LATES_S), track[:, 0], track[:, 3])
-                self._turns.append((move.pose.heading, ends[1] - ends[0]))
+                self._turns.append((ripe.end - ripe.start, move.pose.heading, ends[1] - ends[0]))
         self._looked += 1
         if self._looked % PAIRS_PER_LOOK == 0:
             self._judge()
@@ -456,14 +459,16 @@ def late_scans(laser: str, offset: float) -> Fault:
 LATES_S = np.arange(-MAX_LATE_S, MAX_LATE_S + 1e-9, LATE_STEP_S)
 
 
-def find_lateness(turns: deque[tuple[float, Array]]) -> tuple[float, bool]:
+def find_lateness(turns: deque[Turn]) -> tuple[float, bool]:
     """Turns by scans, and by the wheels at each of LATES_S → what to add to the scans' stamps [s], 0: nothing is
     known, and whether a large one is excluded."""
     if len(turns) < MIN_TURNS:
         return 0.0, False
-    seen, rolled = np.array([turn for turn, _ in turns]), np.array([row for _, row in turns])
+    lasted, seen, rolled = (np.array(column) for column in zip(*turns, strict=True))
     sds = TURN_SD_RAD + TURN_SD_SHARE * np.abs(seen)
-    costs = np.minimum(((rolled - seen[:, None]) / sds[:, None]) ** 2, MAX_TURN_SQUARED).sum(axis=0)
+    off, others = (rolled - seen[:, None]) / sds[:, None], np.column_stack([seen, lasted]) / sds[:, None]
+    off = off - others @ np.linalg.lstsq(others, off, rcond=None)[0]  # without a scale of turns, and a drift
+    costs = np.minimum(off**2, MAX_TURN_SQUARED).sum(axis=0)
     best, none = int(costs.argmin()), float(costs[len(costs) // 2])
     late, left = float(LATES_S[best]), float(costs[best])
     explains = left < LATE_SHARE * none and left < MAX_LATE_SQUARED * len(turns) and none - left > MIN_LATE_GAIN
