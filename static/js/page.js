@@ -48,7 +48,7 @@ export function startPage(begin) {
   begin(session, shell);
   redraw(session, panels, shell);
   addEventListener("hashchange", enterByLink);
-  addEventListener("show-recordings", () => shell.go("recordings"));
+  for (const page of ["recordings", "maps"]) addEventListener(`show-${page}`, () => shell.go(page));
   addEventListener("pagehide", () => session.suspend());
   const enters = enterByLink();
   void shell.begin();

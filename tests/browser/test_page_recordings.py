@@ -54,6 +54,11 @@ def test_a_recording_is_opened_a_damaged_one_is_not_and_the_way_leads_back(visit
     page.get_by_label("URL of a robot").fill("sim:floor")
     here.button("Open").click()
     page.wait_for_url(console.url, timeout=LONG)
+    here.find("notice-toasts .toast").filter(has_text="is kept").get_by_role("button", name="Show").click(
+        timeout=LONG
+    )
+    expect(here.find(".map-saved:visible")).to_contain_text("map 2")
+    page.get_by_role("link", name="Drive").first.click()
     expect(page.locator('[data-command="turn_left"]')).to_be_enabled(timeout=LONG)
     assert console.ask("api/robot/connection")["connection"]["url"] == "sim:floor"
     assert [one["name"][:4] for one in console.ask("api/maps")["maps"]] == ["map "]

@@ -40,10 +40,19 @@ export async function openInstead(session, url) {
   }
 }
 
-/** Save the map under its name, or a new one. @param {Session} session */
+/** Save the map under its name, or a new one; back at the robot, it is offered. @param {Session} session */
 export async function saveMap(session) {
-  const { name } = session.state?.map ?? { name: null };
-  await maps.save(name ?? mapName(new Date()), name !== null);
+  const known = session.state?.map?.name ?? null;
+  const name = known ?? mapName(new Date());
+  await maps.save(name, known !== null);
+  remember("map-left", name);
+}
+
+/** The map that was saved before a recording was opened, once; "" for none. */
+export function mapLeft() {
+  const name = remembered("map-left", "");
+  remember("map-left", "");
+  return name;
 }
 
 /**

@@ -1,6 +1,6 @@
 // Element <robot-badge>: name of the robot; whether it is simulated, recorded or real; the way back from a recording.
 
-import { openInstead, robotBefore } from "../connect/opening.js";
+import { mapLeft, openInstead, robotBefore } from "../connect/opening.js";
 import { icon, make, redraw, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
@@ -56,6 +56,9 @@ class RobotBadge extends Panel {
       write(this.#word, robot.kind);
       write(this.#name, robot.name);
       this.#name.title = robot.url;
+      const name = robot.kind === "LOG" || this.session.opening ? "" : mapLeft();
+      const text = t("nav2-card.the_map_name_is_kept", { name });
+      if (name) this.session.offer({ text, words: t("recorder.show"), event: "show-maps" });
     });
   }
 
