@@ -23,7 +23,7 @@ export class LivePlot extends HTMLElement {
   #look;
   #series = new Series();
   #value = make("span.plot-value", "–");
-  #note = make("span.plot-key");
+  #note = make("span.note");
   #drawing = svg("svg", { class: "plot-drawing", role: "img", height: HEIGHT });
   #grid = svg("g", { class: "plot-grid" });
   #words = svg("g", { class: "plot-words" });
@@ -52,7 +52,7 @@ export class LivePlot extends HTMLElement {
       make(
         "div.plot-head",
         make("span.plot-name", name),
-        claim ? make("span.plot-key", claim) : null,
+        claim ? make("span.note", claim) : null,
         this.#note,
         make("span.spring"),
         this.#value,
