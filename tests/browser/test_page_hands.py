@@ -221,7 +221,7 @@ def test_taking_over_is_explicit_and_goes_through_a_stand(visit: Open, console: 
     first.hold("a", lambda: console.turning() > 0.2, "the first operator turns the robot")
     expect(second.find(".lease-text")).to_have_text(re.compile(r"^(?!Nobody)\S.* drives$"))
     second.page.keyboard.down("d")
-    expect(second.find(".drive-why")).to_contain_text("then “Take over”")
+    expect(second.find(".drive-why")).to_contain_text("Press the wheel")
     second.page.keyboard.up("d")
     second.find("lease-chip button").first.click()
     second.find("lease-chip").get_by_role("button", name="Take over").click()
