@@ -150,6 +150,7 @@ class Runtime:
 
     def shut_down_soon(self) -> None:
         """From a signal handler or any thread: the console is about to end."""
+        self.robot.leave_soon()
         self._call(self.shut_down)
 
     def shut_down(self) -> None:

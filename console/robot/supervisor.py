@@ -82,6 +82,7 @@ AWAKENING_S = 2.0  # after a sleep of the machine in which a death is nobody's f
 STALE_AGE_S, LOST_AGE_S = 0.5, 3.0  # [s], age of the newest frame
 SIMULATED_PATIENCE = 6.0  # times as long a simulated robot and its gate may keep silent: its time waits for others
 END_TIMEOUT_S = 0.4  # to end when asked
+LEAVING_NEWS_S = 0.5  # that the console's own signal may come after one of its processes'
 
 
 class RobotSupervisor:
@@ -119,7 +120,7 @@ class RobotSupervisor:
         self._sleep = SleepWatch(self.asleep)
         self._woke_at = -math.inf  # [s] when this process went on after a sleep or a stop of its own
         self._last_words = ""  # of a driver that failed
-        self._over = threading.Event()
+        self._leaving, self._over = threading.Event(), threading.Event()
         self._thread: threading.Thread | None = None
 
     # life
@@ -146,12 +147,17 @@ class RobotSupervisor:
 
     def close(self) -> None:
         """Zero, then end both within a second; harmless when done twice."""
+        self.leave_soon()
         self._over.set()
         self._mail.shut()
         if self._thread is not None:
             self._thread.join()
         self._end_gate(END_TIMEOUT_S)
         self._end_driver(END_TIMEOUT_S)
+
+    def leave_soon(self) -> None:
+        """The console was asked to end, perhaps with all its processes: one that ends now is none that failed."""
+        self._leaving.set()
 
     @property
     def profile(self) -> Profile:
@@ -338,7 +344,7 @@ class RobotSupervisor:
             return
         messages = self._driver.read()
         if messages is None:
-            self._bury(self._last_words or "The robot's driver has ended.", driver=True)
+            self._ended(self._last_words or "The robot's driver has ended.", driver=True)
             return
         for message in messages:
             if isinstance(message, SensorFrame):
@@ -357,7 +363,7 @@ class RobotSupervisor:
         if statuses:
             self._status = statuses[-1]
         if not there:
-            self._bury("The gate has ended.", driver=False)
+            self._ended("The gate has ended.", driver=False)
 
     def _look_after(self, now: float) -> None:
         """Replace frozen or ended processes. A console that was frozen itself does not judge others by that time."""
@@ -381,6 +387,12 @@ class RobotSupervisor:
             except (OSError, MemoryError) as trouble:
                 why = f"The robot's processes could not be started: {reason_of(trouble)}."
                 self._tell_trouble(f"{why} {self._restarts.postpone(now)}")
+
+    def _ended(self, words: str, *, driver: bool) -> None:
+        """One of them ended. A service that is stopped tells all its processes at once: then nothing is amiss."""
+        if self._leaving.wait(LEAVING_NEWS_S):
+            self._over.wait()
+        self._bury(words, driver=driver)
 
     def _bury(self, words: str, *, driver: bool) -> None:
         """One of them is no use any more: end it, say so, and start again soon, unless that happens too often."""

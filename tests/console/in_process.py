@@ -72,6 +72,9 @@ class InProcessRobot:
         """The gate's clock [s]."""
         return self._now
 
+    def leave_soon(self) -> None:
+        pass  # nothing of it is a process of its own
+
     def close(self) -> None:
         self._over.set()
         for thread in self._threads:

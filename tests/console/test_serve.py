@@ -157,9 +157,15 @@ def test_ctrl_c_and_a_closed_terminal_end_it_without_a_traceback(begin, how: sig
 def test_with_log_json_every_line_of_the_log_is_an_object(begin) -> None:
     console = begin("--port", "0", "--no-auth", "--log-json")
     console.links(1)
+    family = psutil.Process(console.process.pid).children(recursive=True)
+    console.process.terminate()
+    for one in family:  # as systemd stops a service: all at once
+        with contextlib.suppress(psutil.NoSuchProcess):
+            one.terminate()
     console.end(signal.SIGTERM)
     lines = [json.loads(line) for line in console.complained.read_text().splitlines()]
     assert {type(line) for line in lines} <= {dict}
+    assert not [line for line in lines if line["level"] not in ("INFO", "WARNING")]
 
 
 def test_with_log_json_a_start_that_fails_is_one_object_with_its_sentence(begin, tmp_path: Path) -> None:
