@@ -8,7 +8,6 @@ from console.connection.service import ConnectionService
 from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileReader
 from console.control.text_file_writer import TextFileWriter
-from console.fleet.bus import MemberOptions
 from console.fleet.member import FleetMember
 from console.maps.service import MapService
 from console.options import Options, member_options
@@ -57,7 +56,19 @@ def add_parts(options: Options, address: str, runtime: Runtime) -> None:
     exchange_text_files(options, runtime)
     if (member := member_options(options)) is not None:
         certificate = "" if options.tls_cert is None else shown_certificate(options.tls_cert)
-        runtime.parts.add(fleet_member(member, address, certificate, runtime))
+        runtime.parts.add(
+            FleetMember(
+                member,
+                address,
+                certificate,
+                robot=runtime.robot,
+                dispatcher=runtime.dispatcher,
+                lease=runtime.lease,
+                notifications=runtime.notifications,
+                logins=runtime.access.logins,
+                maps=runtime.parts[MapService],
+            )
+        )
 
 
 def exchange_text_files(options: Options, runtime: Runtime) -> None:
@@ -79,18 +90,3 @@ def shown_certificate(path: Path) -> str:
     begin, end = "-----BEGIN CERTIFICATE-----", "-----END CERTIFICATE-----"
     inner = path.read_text(errors="replace").partition(begin)[2].partition(end)[0]
     return f"{begin}{inner}{end}\n"
-
-
-def fleet_member(options: MemberOptions, address: str, certificate: str, runtime: Runtime) -> FleetMember:
-    """The part that joins a fleet; `address` of this console, as the fleet opens it, `certificate` as it shows it."""
-    return FleetMember(
-        options,
-        address,
-        certificate,
-        robot=runtime.robot,
-        dispatcher=runtime.dispatcher,
-        lease=runtime.lease,
-        notifications=runtime.notifications,
-        logins=runtime.access.logins,
-        maps=runtime.parts[MapService],
-    )

@@ -7,7 +7,6 @@ import time
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from fastapi import FastAPI, Request, Response
 from fastapi.concurrency import run_in_threadpool
@@ -53,11 +52,6 @@ class FleetOptions:
 
     web: Options
     listen: str = f"tls/0.0.0.0:{DEFAULT_PORT}"
-
-
-def fleet_folder(data: Path | None) -> Path:
-    """The folder of a fleet's certificates, keys and history."""
-    return home_folder(data) / FOLDER
 
 
 def create_fleet_app(runtime: FleetRuntime) -> FastAPI:
@@ -118,7 +112,7 @@ def serve_fleet(options: FleetOptions) -> None:
     """Run the fleet until a signal ends it. Raises BadInput and Unavailable with a sentence."""
     web, listen = options.web, FleetAddress.parse(options.listen)
     check(web)
-    home = fleet_folder(web.data)
+    home = home_folder(web.data) / FOLDER
     web = replace(web, data=home)
     os.umask(0o077)
     most = raise_file_limit()

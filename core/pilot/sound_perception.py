@@ -163,21 +163,17 @@ class SoundPerception:
                 self._newest[voice.id] = min(near, key=lambda one: one.angle_to(voice.towards))
                 self._places[voice.id] = np.array([estimate.pose.x, estimate.pose.y])
                 self._surest[voice.id] = voice.bearing_sd
-                self.call = self._called(voice, estimate)
+                self.call = VoiceBearing(
+                    stamp=voice.heard,
+                    azimuth=wrap(voice.bearing),
+                    sd=voice.bearing_sd,
+                    x=estimate.pose.x,
+                    y=estimate.pose.y,
+                    strength=self._newest[voice.id].strength,
+                )
         for gone in self._newest.keys() - {voice.id for voice in voices}:
             del self._newest[gone], self._places[gone], self._surest[gone]
         return voices
-
-    def _called(self, voice: Voice, estimate: Estimate) -> VoiceBearing:
-        """A voice at the moment in which it is heard."""
-        return VoiceBearing(
-            stamp=voice.heard,
-            azimuth=wrap(voice.bearing),
-            sd=voice.bearing_sd,
-            x=estimate.pose.x,
-            y=estimate.pose.y,
-            strength=self._newest[voice.id].strength,
-        )
 
     def _in_world(self, one: Direction) -> Direction:
         """A direction from the array's frame, by the heading of its moment, whose doubt is added."""

@@ -212,15 +212,10 @@ def _xml_value(node: ElementTree.Element) -> Any:
         return {child.tag: _xml_value(child) for child in node}
     words = (node.text or "").split()
     try:
-        numbers: list[Any] = [json.loads(_whole_number(word)) for word in words]
+        numbers: list[Any] = [json.loads(re.sub(r"\.(?=$|[eE])", ".0", word)) for word in words]  # OpenCV's "520."
     except ValueError:
         return " ".join(words)
     return numbers[0] if len(numbers) == 1 and node.tag != "data" else numbers
-
-
-def _whole_number(word: str) -> str:
-    """Write '520.' as OpenCV does → '520.0'."""
-    return re.sub(r"\.(?=$|[eE])", ".0", word)
 
 
 def _first(document: dict[str, Any], names: Sequence[str]) -> Any:

@@ -35,17 +35,13 @@ class LimitedComposer(Composer):
         before = self._nodes
         node = super().compose_node(parent, index)
         if is_alias:
-            self._nodes += self._expanded(node)
+            self._nodes += self._sizes.get(id(node), MAX_NODES)
         else:
             self._nodes += 1
             self._sizes[id(node)] = self._nodes - before
         if self._nodes > MAX_NODES:
             raise BadInput(f"The YAML holds more than {MAX_NODES} values; that is no camera file.")
         return node
-
-    def _expanded(self, node: Any) -> int:
-        """Nodes within an alias's target; one that is not complete yet contains itself, without end."""
-        return self._sizes.get(id(node), MAX_NODES)
 
 
 class CameraFileConstructor(SafeConstructor):

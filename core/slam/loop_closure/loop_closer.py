@@ -238,7 +238,8 @@ class LoopCloser:
         loop_closure = graph.loop_closure(graph.views[link.a].submap, graph.views[link.b].submap)
         loop_closure.links.append(link)
         if loop_closure.next_door:
-            group = [link] if self._follows_the_way(link) else []
+            follows_the_way = departure(link, self._graph.way(link.a, link.b)) < self.settings.agree
+            group = [link] if follows_the_way else []
         elif loop_closure.holds and any(self._agree(link, other) for other in loop_closure.accepted):
             group = [link]
         else:
@@ -275,9 +276,6 @@ class LoopCloser:
             0
         ]
         self._crooked |= new or bool(np.hypot(off[0], off[1]) > BENT_M or abs(off[2]) > BENT_RAD)
-
-    def _follows_the_way(self, link: Constraint) -> bool:
-        return departure(link, self._graph.way(link.a, link.b)) < self.settings.agree
 
     def _agree(self, one: Constraint, other: Constraint) -> bool:
         return agreement(one, other, self._graph.way)[0] < self.settings.agree

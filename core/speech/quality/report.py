@@ -174,7 +174,7 @@ def _marked(pairs: Sequence[Pair]) -> str:
 
 def _sound(one: AudioSimilarity) -> str:
     shown = [samples[: round(MAX_SHOWN_S * RATE_HZ)] for samples in (one.matched.original, one.matched.received)]
-    top = max(loudest_db(samples, RATE_HZ) for samples in shown)
+    top = max(float(_levels(samples, RATE_HZ).max()) for samples in shown)
     pictures = "".join(
         f"<figure><figcaption>{name}</figcaption><img alt='Spectrogram of the {name} sound' "
         f"src='data:image/png;base64,{base64.b64encode(spectrogram_png(samples, RATE_HZ, top)).decode()}'></figure>"
@@ -235,11 +235,6 @@ def spectrogram_png(samples: Array, rate: int, loudest: float | None = None) -> 
     wide = cv2.resize(grey[::-1], SIZE_PX, interpolation=cv2.INTER_AREA)
     _, png = cv2.imencode(".png", cv2.applyColorMap(wide, cv2.COLORMAP_MAGMA))
     return png.tobytes()
-
-
-def loudest_db(samples: Array, rate: int) -> float:
-    """The loudest place of the picture [dB]."""
-    return float(_levels(samples, rate).max())
 
 
 def _levels(samples: Array, rate: int) -> Array:

@@ -357,7 +357,7 @@ def _bounded(kind: CommandSpec, heard: dict[str, float], spoken: bool) -> Comman
         low, high = bounds(number, spoken)
         if not low <= kept[number.name] <= high:
             takes = Statement("words.bounds_spoken" if spoken else "words.bounds")
-            words, unit = _pattern_as_read(kind), _unit(number)
+            words, unit = kind.words[0].format(**{number.name: number.says for number in kind.numbers}), _unit(number)
             return Refusal(takes(words=words, what=number.says, low=f"{low:g}", high=f"{high:g}", unit=unit))
     return Command(name=kind.name, numbers=kept, heard_as=say(kind, heard))
 
@@ -429,10 +429,6 @@ def _phrases(text: str) -> tuple[str, ...]:
     """All that people might have meant, with the numbers of the text, or those of the examples."""
     filled = tuple(_filled(kind, text) if kind.numbers else kind.example for kind in VOCABULARY if kind is not START)
     return (*filled, *STOP_MOVING.words[1:], "go to 1 and 0.5", *OTHER_WORDS)
-
-
-def _pattern_as_read(kind: CommandSpec) -> str:
-    return kind.words[0].format(**{number.name: number.says for number in kind.numbers})
 
 
 def _unit(number: Parameter) -> str:
