@@ -11,7 +11,7 @@ from core.message import Array
 from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.frame_perception import Beams
 from core.sensors import Laser, Scan
-from core.slam.scan_matching.point_to_line import LAST_REACH_M, WallPoints, residuals
+from core.slam.scan_matching.point_to_line import LAST_REACH_M, MIN_POINTS, WallPoints, residuals
 
 BEAM_RAD = math.radians(1.4)  # over which neighbouring beams are drawn together …
 EDGE_M = 0.25  # … where they end no farther apart
@@ -91,6 +91,8 @@ class PairMatcher:
     def match(self, base: WallPoints, other: WallPoints, guesses: Iterable[Pose]) -> ScanMove | None:
         """Two scans' walls → the move that fits best, from one guess after another until one fits; None: none."""
         few, best = other.thinned(MAX_POINTS_LAID), None
+        if min(len(base.points), len(few.points)) < MIN_POINTS:
+            return None
         for guess in guesses:
             found = lay(base, few, _scaled(guess, self.scale))
             if found is not None and (best is None or found[0] > best[0]):

@@ -11,7 +11,8 @@ from core.sensors.checks import fault
 
 WINDOWS_RAD = (math.radians(20), math.radians(36))  # of neighbouring beams that may show one wall
 MIN_BEAMS = 12  # in such a window
-MAX_LOOKS, MOVED_SHARE = (80, 0.05)  # scans that are looked at; of their ranges, by which they differ
+MAX_LOOKS, MAX_WALLS = 80, 200  # scans that are looked at; walls after which it is known
+MOVED_SHARE = 0.05  # of the ranges by which such scans differ
 COMPARED_BEAMS = 40  # of a scan
 MAX_TURN_RAD_S = 0.3  # beyond which a scan's own sweep bends walls, too
 MIN_COSINE = 0.5  # between a wall's normal and the beams
@@ -30,12 +31,13 @@ class WallShapes:
     def __init__(self, laser: Laser) -> None:
         self._laser = laser
         self._last: Array | None = None  # (N,) ranges of the scan that was looked at last
-        self._looks, self._walls, self._backward = 0, 0, 0
+        self._looks, self._walls, self._backward, self._straight = 0, 0, 0, 0
         self._votes = np.zeros(len(OFFSETS_M))
 
     def update(self, scan: Scan, turn_rate: float) -> None:
         """Look at a scan of a robot that turns at `turn_rate` [rad/s], unless it is much like the one before."""
-        if self._looks >= MAX_LOOKS or abs(turn_rate) > MAX_TURN_RAD_S or self._is_old(scan):
+        known = self._looks >= MAX_LOOKS or self._straight >= MAX_WALLS
+        if known or self._is_old(scan):
             return
         self._last, self._looks = scan.ranges, self._looks + 1
         ranges = np.where(scan.valid, scan.ranges, np.nan).astype(float)
@@ -43,6 +45,9 @@ class WallShapes:
             offsets, sds, distances = bent_walls(ranges, scan.angle_step, width)
             self._walls += len(offsets)
             self._backward += int((distances < offsets).sum())
+            if abs(turn_rate) > MAX_TURN_RAD_S:
+                continue
+            self._straight += len(offsets)
             self._votes += (1 / (1 + ((OFFSETS_M[:, None] - offsets) / sds) ** 2) / sds).sum(axis=1)
 
     def _is_old(self, scan: Scan) -> bool:
@@ -59,7 +64,11 @@ class WallShapes:
             return (fault("scan.no_distances", name),)
         best, none = int(self._votes.argmax()), len(OFFSETS_M) // 2
         offset = float(OFFSETS_M[best])
-        if abs(offset) < MIN_OFFSET_M or self._votes[none] > MAX_ZERO_SHARE * self._votes[best]:
+        if (
+            self._straight < MIN_WALLS
+            or abs(offset) < MIN_OFFSET_M
+            or self._votes[none] > MAX_ZERO_SHARE * self._votes[best]
+        ):
             return ()
         return (fault("scan.offset", name, used=True, offset=f"{offset:.1f}"),)
 
