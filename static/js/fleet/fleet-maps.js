@@ -4,7 +4,7 @@ import { address, call, Refusal, sentenceOf } from "../net/api.js";
 import { send } from "../net/edits-api.js";
 import { plan } from "../net/maps-api.js";
 import { shareMarks } from "../net/marks-api.js";
-import { make, mark, write } from "../ui/element.js";
+import { make, mark, onSubmit, write } from "../ui/element.js";
 import { FloorView } from "../ui/floor-view.js";
 import { colourOf, drawPlan, drawRobot, fresh } from "../ui/place-drawing.js";
 import { overlap } from "../ui/placement.js";
@@ -177,10 +177,7 @@ export class FleetMaps extends HTMLElement {
     session.on("changed", () => this.#show(session));
     this.#taking.addEventListener("toggle", () => void this.#list());
     this.#from.select.addEventListener("change", () => void this.#list());
-    this.#form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#carry();
-    });
+    onSubmit(this.#form, () => void this.#carry());
   }
 
   /** @param {FleetSession} session */

@@ -2,7 +2,7 @@
 
 import { address } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
-import { make, write } from "../ui/element.js";
+import { make, nameField, onSubmit, write } from "../ui/element.js";
 import { degrees, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
@@ -17,13 +17,7 @@ class JoinCard extends Panel {
   #trouble = new TroubleLine();
   #words = make("p", { role: "status" });
   #picture = make("img.join-picture", { alt: t("join-card.both_maps_over_each_other") });
-  #name = make("input.field-box", {
-    type: "text",
-    maxlength: "40",
-    autocomplete: "off",
-    placeholder: t("join-card.name_of_the_joined_map"),
-    "aria-label": t("join-card.name_of_the_joined_map"),
-  });
+  #name = nameField(t("join-card.name_of_the_joined_map"));
   #join = make("button.button.primary", { type: "submit" }, t("join-card.join"));
   #leave = make("button.button", { onclick: () => (this.#question.hidden = true) }, t("map-card.leave_it"));
   #question = make("form.join-question", { hidden: true });
@@ -37,9 +31,7 @@ class JoinCard extends Panel {
     this.#question.append(this.#words, this.#picture, acts);
     const about = make("p.note", t("join-card.two_maps_of_one_building"));
     this.append(make("h3", t("join-card.join_two_maps")), about, row, this.#trouble.element, this.#question);
-    this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
-    this.#question.addEventListener("submit", (event) => {
-      event.preventDefault();
+    onSubmit(this.#question, () => {
       void this.#try(async () => {
         const kept = await maps.join(this.#match, this.#name.value.trim());
         this.#question.hidden = true;
@@ -48,10 +40,7 @@ class JoinCard extends Panel {
     });
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, hello }) {
     this.hidden = hello === null || hello.you.role === "viewer";
     if (!state || this.hidden || this.offsetParent === null || state.map.revision === this.#revision) return;

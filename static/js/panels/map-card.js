@@ -2,7 +2,7 @@
 
 import { address } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
-import { icon, make, write } from "../ui/element.js";
+import { icon, make, nameField, onSubmit, write } from "../ui/element.js";
 import { day, fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
@@ -25,14 +25,7 @@ const FILES = /** @type {const} */ ([
 
 class MapCard extends Panel {
   #now = make("p.map-now");
-  #name = make("input.field-box", {
-    type: "text",
-    maxlength: "40",
-    placeholder: t("map-card.name_of_this_map"),
-    "aria-label": t("map-card.name_of_this_map"),
-    autocomplete: "off",
-    spellcheck: "false",
-  });
+  #name = nameField(t("map-card.name_of_this_map"));
   #saveWords = make("span", t("map-card.save"));
   #save = make("button.button.primary", { type: "submit" }, icon("save"), this.#saveWords);
   #form = make("form.map-form", this.#name, this.#save);
@@ -79,18 +72,12 @@ class MapCard extends Panel {
     );
     for (const event of ["load", "error"])
       this.#sheet.addEventListener(event, () => (this.#sheet.hidden = event === "error")); // nothing is known yet
-    this.#form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#keep();
-    });
+    onSubmit(this.#form, () => void this.#keep());
     this.#name.addEventListener("input", () => this.#trouble.say(""));
     this.session.on("hello", () => (this.#revision = -1));
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, hello, up }) {
     if (!state || !hello) return;
     this.#operates = up && hello.you.role !== "viewer";

@@ -2,7 +2,7 @@
 
 import * as api from "../net/edits-api.js";
 import { addRoom, marksOf } from "../net/marks-api.js";
-import { make, mark, write } from "../ui/element.js";
+import { make, mark, nameField, onSubmit, write } from "../ui/element.js";
 import { FloorView } from "../ui/floor-view.js";
 import { day } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
@@ -65,13 +65,7 @@ class MapEditor extends Panel {
     "aria-label": t("map-editor.degrees"),
   });
   #turn = make("button.button", t("map-editor.turn"));
-  #name = make("input.field-box", {
-    type: "text",
-    maxlength: "40",
-    autocomplete: "off",
-    placeholder: t("map-editor.name_of_the_room"),
-    "aria-label": t("map-editor.name_of_the_room"),
-  });
+  #name = nameField(t("map-editor.name_of_the_room"));
   #done = make("button.button.primary", { type: "submit" }, t("place-sheet.save"));
   #cancel = make("button.button", { onclick: () => this.#take(this.#tool) }, t("place-view.cancel"));
   #room = make("form.row.map-edit-row", { hidden: true }, this.#name, this.#cancel, this.#done);
@@ -126,11 +120,7 @@ class MapEditor extends Panel {
       const angle = ((this.#degrees.valueAsNumber || 0) * Math.PI) / 180;
       void this.#try(() => api.edit({ kind: "turn", angle_rad: angle })).then(() => this.#whole());
     });
-    this.#room.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#keepRoom();
-    });
-    this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
+    onSubmit(this.#room, () => void this.#keepRoom());
     this.#canvas.addEventListener("mousedown", (event) => event.preventDefault());
     this.#canvas.addEventListener("pointerdown", (event) => this.#down(event));
     this.#canvas.addEventListener("pointermove", (event) => this.#move(event));
@@ -143,10 +133,7 @@ class MapEditor extends Panel {
     this.#take("free");
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ state, hello, up }) {
     if (!state || this.offsetParent === null) return;
     this.#operates = up && hello !== null && hello.you.role !== "viewer";

@@ -2,7 +2,7 @@
 
 import { address } from "../net/api.js";
 import { takeInMap, takeInMask } from "../net/edits-api.js";
-import { icon, make } from "../ui/element.js";
+import { icon, make, nameField, onSubmit } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { t } from "../ui/texts.js";
 import { TroubleLine } from "../ui/trouble-line.js";
@@ -16,13 +16,7 @@ class Nav2Card extends Panel {
     accept: ".yaml,.yml,.pgm,.png,.bmp,.zip",
     "aria-label": t("nav2-card.files"),
   });
-  #name = make("input.field-box", {
-    type: "text",
-    maxlength: "40",
-    autocomplete: "off",
-    placeholder: t("nav2-card.name"),
-    "aria-label": t("nav2-card.name"),
-  });
+  #name = nameField(t("nav2-card.name"));
   #as = make(
     "select.field-box",
     { "aria-label": t("nav2-card.take_it_in_as") },
@@ -49,17 +43,10 @@ class Nav2Card extends Panel {
         make("span", t("nav2-card.zones_as_masks")),
       ),
     );
-    this.#name.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
-    this.#form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#send();
-    });
+    onSubmit(this.#form, () => void this.#send());
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ hello, up }) {
     this.#form.hidden = hello === null || hello.you.role === "viewer";
     this.#take.disabled = !up;

@@ -1,7 +1,7 @@
 // Element <place-view>: places the robot on the map: press its position, drag to its heading.
 
 import * as maps from "../net/maps-api.js";
-import { icon, make, write } from "../ui/element.js";
+import { icon, make, onSubmit, write } from "../ui/element.js";
 import { FloorView, headingOf } from "../ui/floor-view.js";
 import { degrees } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
@@ -63,10 +63,7 @@ class PlaceView extends Panel {
       this.#form,
     );
     addEventListener("place-robot", () => void this.#open());
-    this.#form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#tell();
-    });
+    onSubmit(this.#form, () => void this.#tell());
     for (const { box } of Object.values(this.#fields)) box.addEventListener("input", () => this.#typed());
     const canvas = this.#canvas;
     canvas.addEventListener("pointerdown", (event) => this.#down(event));
@@ -77,10 +74,7 @@ class PlaceView extends Panel {
     new ResizeObserver(() => this.#fit()).observe(canvas);
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show(view) {
     this.#shown = view;
     if (this.hidden || !view.state) return;

@@ -1,7 +1,7 @@
 // Element <route-card>: the routes of the map, one in the making, and how the one under way goes.
 
 import { addRoute, marksOf, removeRoute, startRoute, steerRoute } from "../net/marks-api.js";
-import { icon, isNew, make, mark, write } from "../ui/element.js";
+import { icon, isNew, make, mark, nameField, onSubmit, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { refill } from "../ui/press.js";
 import { t } from "../ui/texts.js";
@@ -51,13 +51,7 @@ class RouteCard extends Panel {
   #list = make("ul.places", { "aria-label": t("route-card.routes") });
   #empty = make("p.note", t("route-card.none_yet"));
   #new = make("button.button", t("route-card.new_route"));
-  #name = make("input.field-box", {
-    type: "text",
-    maxlength: "40",
-    autocomplete: "off",
-    placeholder: t("route-card.name_of_the_route"),
-    "aria-label": t("route-card.name_of_the_route"),
-  });
+  #name = nameField(t("route-card.name_of_the_route"));
   #stops = make("ol.route-stops", { "aria-label": t("route-card.stops") });
   #choice = make("select.field-box", { "aria-label": t("route-card.add_a_stop") });
   #loop = make("input", { type: "checkbox", onchange: () => (this.#hours.hidden = !this.#loop.checked) });
@@ -121,10 +115,7 @@ class RouteCard extends Panel {
       if (this.#choice.value) this.#made.push({ place: this.#choice.value, wait_s: 0, action: null });
       this.#drawForm();
     });
-    this.#form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.#keep();
-    });
+    onSubmit(this.#form, () => void this.#keep());
     addEventListener("place-pressed", (event) => {
       if (this.#form.hidden || this.offsetParent === null) return;
       event.preventDefault(); // a press on the map adds a place to the route that is being made, and moves nothing
@@ -136,10 +127,7 @@ class RouteCard extends Panel {
     marksOf(this.session).addEventListener("change", () => this.#draw());
   }
 
-  /**
-   * @override
-   * @param {View} view
-   */
+  /** @override @param {View} view */
   show({ hello, state }) {
     this.#operates = hello !== null && hello.you.role !== "viewer" && hello.robot.drives;
     this.#new.hidden = !this.#operates;

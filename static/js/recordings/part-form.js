@@ -1,6 +1,6 @@
 // A part of a recording from A to B: as a recording of its own, or as a film of map and camera.
 
-import { make } from "../ui/element.js";
+import { make, onSubmit } from "../ui/element.js";
 import { t } from "../ui/texts.js";
 
 /** @import { Part } from "../net/recordings-api.js" */
@@ -54,8 +54,7 @@ export function askForPart(form, { seconds, may, film, cut, leave, here, changed
   );
   aim();
   form.addEventListener("input", aim);
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     if (may) void cut(part());
   });
   quit.addEventListener("click", leave);

@@ -2,7 +2,7 @@
 
 import { askToOpen } from "../connect/opening.js";
 import { fileOf, filmOf, pictureOf } from "../net/recordings-api.js";
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, make, mark, onSubmit, write } from "../ui/element.js";
 import { PagePanel } from "../ui/panel.js";
 import { recorderOf } from "../ui/recorder.js";
 import { t } from "../ui/texts.js";
@@ -157,8 +157,7 @@ class RecordingsList extends PagePanel {
       make("button.button.primary", { type: "submit" }, t("map-card.save")),
       leave,
     );
-    form.addEventListener("submit", async (event) => {
-      event.preventDefault();
+    onSubmit(form, async () => {
       const fresh = { name: named.value.trim(), note: noted.value.trim() };
       if (!(await this.model.change(name, fresh))) return;
       form.remove();

@@ -110,3 +110,11 @@ export function onSubmit(form, act) {
     act();
   });
 }
+
+/** A field for a name: what is typed there is no key of the robot's. @param {string} words that stand in it while it is empty */
+export function nameField(words) {
+  const held = { type: "text", maxlength: "40", autocomplete: "off", spellcheck: "false" };
+  const field = make("input.field-box", { ...held, placeholder: words, "aria-label": words });
+  field.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
+  return field;
+}
