@@ -21,7 +21,7 @@ NOISE_M, NOISE_SHARE, MAX_MISFIT = 0.01, 0.015, 1.5  # of a wall's points, and o
 MIN_SD_M, MAX_SD_SHARE = 0.02, 0.15  # of the offset by one wall, at least; at most, of its range
 PART_COUNT, MAX_PART_SDS = 5, 2.5  # of a window, and how far off the mean of one may be
 OFFSETS_M = np.arange(-1.0, 1.001, 0.02)  # that are tried
-MIN_WALLS, MIN_OFFSET_M, MAX_ZERO_SHARE = 60, 0.21, 0.6  # walls; what is said; of the votes for it, those for none
+MIN_WALLS, MIN_OFFSET_M, MAX_ZERO_SHARE = 60, 0.17, 0.6  # walls; what is said; of the votes for it, those for none
 MIN_BACKWARD_SHARE = 0.9  # of the walls that would lie behind the laser: their ranges are no distances
 
 
