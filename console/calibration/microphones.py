@@ -39,7 +39,6 @@ from core.speech.synthesis import VoiceSettings, speak
 RECORDING_TIMEOUT_S = 20.0  # by the clock for a recording of any length
 RATE_HZ = 16_000  # of speech in the simulated room
 TRIED_DISTANCES_M = (1.5, 1.2, 0.9, 2.0, 0.6)  # that are tried
-WORDS = "Here I am, here."
 NAME = "demo"
 
 
@@ -102,7 +101,7 @@ class MicrophoneRecorder:
 def words() -> bytes:
     """Return a word of the demo: 16-bit samples at RATE; without text to speech a made-up voice."""
     try:
-        sound = speak(WORDS, VoiceSettings())
+        sound = speak("Here I am, here.", VoiceSettings())
         samples = resampled(sound.samples[:, 0], sound.rate, RATE_HZ)
     except Unavailable:
         samples = practice_voice(np.random.default_rng(0), 1.5, RATE_HZ)

@@ -49,7 +49,6 @@ class HistoryEntry:
     ended: float | None = None  # [s] since 1970
 
 
-UNREADABLE = "The history of before cannot be read; check history.sqlite in the data folder."
 UNSAVED = (
     "The history cannot be saved on disk now; it is kept in memory, and written when the disk takes it again. "
     "Check the data folder."
@@ -82,7 +81,7 @@ class HistoryStore:
         try:
             remembered = self._read()
         except (OSError, sqlite3.Error, ValueError, msgspec.MsgspecError) as trouble:
-            self._failed(trouble, UNREADABLE)
+            self._failed(trouble, "The history of before cannot be read; check history.sqlite in the data folder.")
             remembered = []
         self._writer.start()
         return remembered

@@ -31,13 +31,10 @@ LOOK_PERIOD_S = 0.5  # between two looks
 MAX_HELD_POSES = 200  # poses of Beckon's own that are kept, for the one of a stamp: 5 s
 SAME_TIME = 0.2  # [s] between a pose on the robot's map and Beckon's own at which they are one
 DRIVES = "The robot's own navigation drives now, and Beckon's gate does not look ahead for it. STOP ends it."
-ENDED = "The robot's own navigation has ended its way: it reached the goal."
-CANCELLED = "The robot's own navigation was stopped: its present pose is its goal now."
 UNALIGNED = (
     "The robot does not say where it is on its map, so how that lies to Beckon's is not known: both are drawn "
     "with one origin."
 )
-NO_MAP = "The robot has not published a map yet."
 
 
 @dataclass(frozen=True)
@@ -93,7 +90,7 @@ class OwnNavigationService(Part):
         if self.newest is not None and self.newest.refused:
             return self.newest.refused
         if self.map is None:
-            return NO_MAP
+            return "The robot has not published a map yet."
         if self.own_from_map is None:
             return UNALIGNED
         known_from = self.newest.known_from if self.newest is not None else ""
@@ -139,7 +136,7 @@ class OwnNavigationService(Part):
         if self.there:
             async with self._one_at_a_time:
                 answer = await self._ask(requests.CancelGoal())
-                self._end("cancelled", CANCELLED)
+                self._end("cancelled", "The robot's own navigation was stopped: its present pose is its goal now.")
                 self._take(answer)
 
     def stop_soon(self, state: Ending, why: str, objected: bool) -> None:
@@ -177,7 +174,7 @@ class OwnNavigationService(Part):
                 log.warning("The robot's own map: %s", wrong)
         self.newest = answer
         if self._entry and answer.goal is None:
-            self._end("done", ENDED)
+            self._end("done", "The robot's own navigation has ended its way: it reached the goal.")
         self._align(answer)
         self._draw()
 

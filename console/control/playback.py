@@ -22,7 +22,6 @@ PlaybackAction = Literal["play", "pause", "seek", "speed", "way"]
 PlaybackWay = Literal["recorded", "computed"]
 
 REACHED_SHARE = 0.95  # of the speed that was asked for, from which on it counts as reached
-NO_RECORDING = "Only a recording can be played, paused and sought."
 
 
 class PlaybackOrder(msgspec.Struct, frozen=True):
@@ -84,7 +83,7 @@ class PlaybackController(Part):
 
     def _check(self, status: int) -> None:
         if "replay" not in self._robot.profile.capabilities:
-            raise Problem(status, NO_RECORDING)
+            raise Problem(status, "Only a recording can be played, paused and sought.")
 
     def _request(self, order: PlaybackOrder) -> requests.RobotRequest[requests.PlaybackState]:
         """Request to the recording's driver. Raises Problem 422 where a value is missing."""

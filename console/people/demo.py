@@ -178,7 +178,6 @@ PICTURE_TIMEOUT_S = 20.0  # for a picture: the machine may be busy
 ANSWER_TIMEOUT_S = 10.0  # that the driver may take to answer
 LOOK_PERIOD_S = 0.03  # between two looks whether the picture is there
 WAITS = "I wait for a picture from the robot's camera."
-SILENT = "No picture comes from the robot's camera; press Show me again when one does."
 
 Take = Callable[[EnrollmentSession, str, Image], Awaitable[None]]
 
@@ -233,7 +232,7 @@ class EnrollmentDemo:
         until = time.monotonic() + PICTURE_TIMEOUT_S
         while (image := self._newest()) is None or image.stamp <= now:
             if time.monotonic() > until:
-                raise Problem(503, SILENT)
+                raise Problem(503, "No picture comes from the robot's camera; press Show me again when one does.")
             await asyncio.sleep(LOOK_PERIOD_S)
         await self._take(enrollment, what, image)
 

@@ -39,7 +39,6 @@ log = logging.getLogger(__name__)
 BUDGET_S = 4.0  # of processor time for one picture
 MOST_WAITING = 3  # pictures that are looked at or wait for it
 LOOKS, GETS_READY = "I look at the picture.", "I get ready to look at pictures; the first takes longest."
-OVER = "That enrollment is over; begin again."
 ONLY = "When called I come only to {}; that is chosen under People."
 ANYBODY = "When called I come to anybody."
 
@@ -165,7 +164,7 @@ class EnrollmentService(Part):
     def find(self, enrollment_id: str) -> EnrollmentSession:
         """Raises Problem 404."""
         if self.enrollment is None or self.enrollment.id != enrollment_id:
-            raise Problem(404, OVER)
+            raise Problem(404, "That enrollment is over; begin again.")
         return self.enrollment
 
     async def background(

@@ -22,7 +22,6 @@ BUDGET_S = 20.0  # of processor time for a piece of sound
 MAX_SENTENCE_CHARACTERS = 300  # characters of a sentence under way
 PARTIAL_PERIOD_S = 0.4  # [s] between two readings of a sentence under way, at least
 PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
-NO_SUCH_PLACE = "There is no place of that name any more."
 MAX_REJECTED = 8  # commands rejected while nobody listens: of more than these only the newest count
 
 
@@ -134,7 +133,7 @@ def within_bounds(decision: Decision, places: Iterable[NamedPlace] = ()) -> Deci
         return replace(decision, verdict="reject", command=None)
     if given.place:
         place = next((one for one in places if one.name == given.place), None)
-        command = Refusal(NO_SUCH_PLACE) if place is None else command_to(place)
+        command = Refusal("There is no place of that name any more.") if place is None else command_to(place)
     else:
         command = command_of(given.name, given.numbers, spoken=True)
     if isinstance(command, Refusal):

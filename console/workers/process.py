@@ -38,7 +38,6 @@ MORE_BYTES = {"probe": 2**33, "maps": 2**32}  # whose libraries reserve much for
 MOST_PIXELS = 2**25  # that OpenCV's own readers may announce
 NICE_LEVEL = 5
 MOST_EXPENDABLE = 800  # of 1000, when memory runs out
-TOO_LARGE = "This needs more memory than is allowed; send something smaller."
 FAULT = "Something went wrong inside Beckon; nothing was lost. The log says more."
 
 WORKERS = {
@@ -99,7 +98,7 @@ class JobTable:
         except BeckonError as error:
             return packed(JobFailure(error_name(error), str(error), said=code_of(str(error))))
         except MemoryError:
-            return packed(JobFailure("BadInput", TOO_LARGE))
+            return packed(JobFailure("BadInput", "This needs more memory than is allowed; send something smaller."))
         except Exception as fault:
             return packed(JobFailure("Unavailable", FAULT, "".join(format_exception(fault))))
         finally:

@@ -33,8 +33,6 @@ MOUTH_HEIGHT_M = 1.55  # above the floor
 MIN_DISTANCE_M, MAX_DISTANCE_M = 0.3, 12.0  # of a mouth from the robot
 MOST_PLACES = 20
 MOST_PHRASES = 36
-WALL = "A wall or a thing is in the way there."
-BEHIND = "That is behind a wall of the room that the robot is in."
 
 
 @message
@@ -126,9 +124,9 @@ class SpeechQualityHere:
         mouth = np.array([x, y, MOUTH_HEIGHT_M])
         refused = ""
         if not self._world.open_air(mouth[None]):
-            refused = WALL
+            refused = "A wall or a thing is in the way there."
         elif not in_sight(self._world, self._ear[0], mouth):
-            refused = BEHIND
+            refused = "That is behind a wall of the room that the robot is in."
         return SpeakingPlace(distance=distance, ratio=ratio, mouth=mouth, refused=refused)
 
     def _listen(self, place: SpeakingPlace) -> tuple[SpeechQuality, AudioSimilarity]:

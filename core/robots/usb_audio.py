@@ -28,7 +28,6 @@ CLOCK_WINDOW_S = 10.0  # of whose blocks the quickest says how far the stamps ha
 MAX_CLOCK_ERROR_S = 0.05  # … and by how much they may, before they step
 RESPEAKER = {"channels": 6, "rate": 16_000, "first": 1}  # 6-channel firmware: processed, four raw, playback
 NEEDS = f"Microphones of this computer need the extra hardware: {install_extra('hardware')}"
-LIBRARY = "sounddevice finds no PortAudio; on Debian: sudo apt install libportaudio2."
 
 
 class SampleClock:
@@ -188,7 +187,7 @@ def imported() -> Any:
     except ModuleNotFoundError:
         raise Unavailable(NEEDS) from None
     except OSError:
-        raise Unavailable(LIBRARY) from None
+        raise Unavailable("sounddevice finds no PortAudio; on Debian: sudo apt install libportaudio2.") from None
 
 
 def open_device(rest: str) -> Device:
