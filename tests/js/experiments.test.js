@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { shortestFirst } from "../../static/js/experiments/runs-model.js";
+import { doingOf, shortestFirst } from "../../static/js/experiments/runs-model.js";
 
 /** @param {string} name @param {number} base_s @param {number} run_s @param {number} runs */
 const one = (name, base_s, run_s, runs) => ({
@@ -15,4 +15,10 @@ test("what takes least stands first, and what nobody knows the time of stands la
     ["short", "long", "unknown"],
   );
   assert.equal(shortestFirst(null), null);
+});
+
+test("what a run does is told by its own count and its own estimate, and what is no count as it came", () => {
+  assert.equal(doingOf("12 of 40 runs, 1.3 a second, 22 s to go"), "12 of 40 done, 22 s to go");
+  assert.equal(doingOf("40 of 40 runs, 1.2 s each, 0 s to go"), "40 of 40 done");
+  assert.equal(doingOf("Resumed: 3 of 40 runs were done."), "Resumed: 3 of 40 runs were done.");
 });

@@ -6,7 +6,7 @@ import { day, timeOfDay } from "../ui/format.js";
 import { PagePanel } from "../ui/panel.js";
 import { runRow } from "../ui/run-row.js";
 import { t } from "../ui/texts.js";
-import { figure, fileOf, inWords } from "./runs-model.js";
+import { doingOf, figure, fileOf, inWords } from "./runs-model.js";
 
 /** @import { ExperimentRuns } from "./runs-model.js" */
 /** @import { ExperimentRunState as ExperimentRun } from "../net/rest.js" */
@@ -84,12 +84,8 @@ class ExperimentResult extends PagePanel {
       }),
     );
     this.#going.hidden = !running;
-    const { progress, took_s: took } = run;
-    const percent = progress === null ? null : String(Math.round(100 * progress));
-    const left = progress ? inWords(took / progress - took) : "";
-    if (!left) write(this.#doing, run.doing);
-    else if (progress === 1) write(this.#doing, t("experiment-result.writing_the_result"));
-    else write(this.#doing, t("experiment-result.percent_done_left_to_go", { percent, left }));
+    write(this.#doing, doingOf(run.doing));
+    const percent = run.progress === null ? null : String(Math.round(100 * run.progress));
     this.#bar.style.width = `${percent ?? 100}%`;
     mark(this.#progress, "aria-valuenow", percent);
     mark(this.#progress, "data-uncounted", percent === null);

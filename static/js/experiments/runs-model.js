@@ -83,6 +83,14 @@ export function inWords(seconds) {
   return `${(seconds / 3600).toFixed(1)} h`;
 }
 
+/** What a run does: "12 of 40 runs, 1.3 a second, 22 s to go", in the page's language. @param {string} doing */
+export function doingOf(doing) {
+  if (doing === "Starting…") return t("status.starting");
+  const [, done, all, left] = /^(\d+) of (\d+) runs, .*, (.+) to go$/.exec(doing) ?? [];
+  if (!done) return doing;
+  return t(done === all ? "runs-model.done_of_all" : "runs-model.done_of_all_left_to_go", { done, all, left });
+}
+
 /** Processor time as it is offered [s]; Infinity where it is not known. @param {Experiment} experiment */
 export const secondsOf = ({ base_s, run_s, runs }) => base_s + run_s * runs || Infinity;
 
