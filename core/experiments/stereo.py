@@ -37,6 +37,13 @@ ABOUT = About(
     counts="times 40 views of every room",
     base_s=1.0,
     run_s=9.0,
+    swept=(
+        "rooms.0.with_distance",
+        "rooms.0.median_error_m",
+        "rooms.0.within_two_sds",
+        "rooms.0.wrong",
+        "rooms.2.median_error_m",
+    ),
 )
 Distance = tuple[
     float, float, bool
@@ -49,10 +56,12 @@ class RoomDistances(TypedDict):
     room: str
     edges: int  # in all pictures of the first camera
     with_distance: float  # share of them
-    without_laser: float  # share of these in whose direction the laser sees nothing
-    median_error_m: float  # in size
-    within_two_sds: float  # share; ideal 0.95
-    wrong: float  # share that is of no edge that is there
+    without_laser: (
+        float | None
+    )  # share of these in whose direction the laser sees nothing; None: there is no distance
+    median_error_m: float | None  # in size
+    within_two_sds: float | None  # share; ideal 0.95
+    wrong: float | None  # share that is of no edge that is there
 
 
 class StereoResult(ExperimentResult):
@@ -123,10 +132,10 @@ def _result(seed: int, out: Path | None, done: list[tuple[int, list[Distance]]])
                 "room": name,
                 "edges": edges,
                 "with_distance": len(error) / max(edges, 1),
-                "without_laser": float(np.mean(unseen)),
-                "median_error_m": float(np.median(error)),
-                "within_two_sds": float(np.mean(error <= 2 * sd)),
-                "wrong": float(np.mean(error > WRONG_SDS * sd)),
+                "without_laser": float(np.mean(unseen)) if len(error) else None,
+                "median_error_m": float(np.median(error)) if len(error) else None,
+                "within_two_sds": float(np.mean(error <= 2 * sd)) if len(error) else None,
+                "wrong": float(np.mean(error > WRONG_SDS * sd)) if len(error) else None,
             }
         )
     count = len(done) // len(VIEW_WORLDS)

@@ -49,3 +49,8 @@ def test_a_pair_holds_the_robot_among_glass_where_the_laser_does_not(monkeypatch
     found: Any = drive(glass, given, 11, ("laser", "laser + camera", "pair", "laser + pair"))
     assert found["pair"].mean < 0.5 * found["laser"].mean
     assert found["laser + pair"].mean < found["laser"].mean
+
+
+def test_a_room_without_a_distance_has_no_figures_of_them() -> None:
+    room = stereo._result(0, None, [(5, [])] * len(stereo.VIEW_WORLDS))["rooms"][0]
+    assert room["with_distance"] == 0 and room["median_error_m"] is None and room["wrong"] is None
