@@ -53,4 +53,5 @@ def test_every_command_of_the_page_does_what_it_says(tmp_path: Path, monkeypatch
     )
     assert here == of_two and json.loads(printed[2])["workers"] == 2
     assert (tmp_path / "sweep" / "sweep.csv").read_text().count("\n") == 5
-    assert "processors; load before" in printed[4]
+    assert "figures/camera-table.json" in printed[4] and (tmp_path / "figures" / "camera-table.json").exists()
+    assert "processors; load before" in printed[5]
