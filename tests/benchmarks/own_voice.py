@@ -31,10 +31,10 @@ from tests.benchmarks.phrases import judged
 from tests.benchmarks.voices import REFUSED, RIGHT, STOPPED, WRONG, utterance
 
 READ, MIN_SENTENCES = 18, 25  # sentences that are read once, and that a speaker has at least
-DRAWS = 2  # of those that are read
-PRIOR = 0.5  # weight of an offset's square, beside the log probability of a sentence
+READING_DRAWS = 2  # of those that are read
+OFFSET_PENALTY = 0.5  # weight of an offset's square, beside the log probability of a sentence
 MAX_SHIFT, SHARE = 1.0, 0.9  # [nats] of a bound, and share of the sentences that it has to let pass
-PEOPLE = ("george", "jackson", "lucas")
+HUMAN_SPEAKERS = ("george", "jackson", "lucas")
 
 Said = tuple[set[str], Utterance]  # the commands that it may be, and the sound
 
@@ -70,7 +70,7 @@ class Learned(Remembered):
         nats = [np.array([one.nats for one in meanings]) for meanings, _ in rows]
 
         def cost(offsets: Array) -> tuple[float, Array]:
-            total, slope = PRIOR * float(offsets @ offsets), 2 * PRIOR * offsets
+            total, slope = OFFSET_PENALTY * float(offsets @ offsets), 2 * OFFSET_PENALTY * offsets
             for own, score, (_, right) in zip(counts, nats, rows, strict=True):
                 chance = score + own @ offsets
                 chance = np.exp(chance - np.logaddexp.reduce(chance))
@@ -138,21 +138,21 @@ def main() -> None:
     totals = {way: {"people": Counter[str](), "synthetic": Counter[str]()} for way in ways}
     for speaker, count in Counter(speaker for speaker, _ in spoken).items():
         own = [said for name, said in spoken if name == speaker] if count >= MIN_SENTENCES else []
-        for draw in range(DRAWS if own else 0):
+        for draw in range(READING_DRAWS if own else 0):
             order = np.random.default_rng((draw, len(speaker))).permutation(len(own)).tolist()
             for way, learn in ways.items():
                 learned.forget()
                 learn([own[place] for place in order[:READ]])
                 for may, heard in (own[place] for place in order[READ:]):
                     outcome = judged([learned.decide(heard).command], may)
-                    totals[way]["people" if speaker in PEOPLE else "synthetic"][outcome] += 1
+                    totals[way]["people" if speaker in HUMAN_SPEAKERS else "synthetic"][outcome] += 1
     kinds = (RIGHT, REFUSED, STOPPED, WRONG)
     told = [
         {"way": way, "of": kind, "sentences": found.total(), **{one.lower(): found[one] for one in kinds}}
         for way, by_kind in totals.items()
         for kind, found in by_kind.items()
     ]
-    chosen.out.write_text(json.dumps({"read": READ, "draws": DRAWS, "rows": told}, indent=1))
+    chosen.out.write_text(json.dumps({"read": READ, "draws": READING_DRAWS, "rows": told}, indent=1))
 
 
 if __name__ == "__main__":

@@ -922,7 +922,7 @@ def sound(base: str, form: str, drive: Drive) -> tuple[float, np.ndarray]:
     return error or 0.0, places if truth is None else truth
 
 
-TRUTHLESS = ("two logs", "two logs at once", "two logs, a day apart")  # which begin anew somewhere
+VARIANTS_WITHOUT_TRUTH = ("two logs", "two logs at once", "two logs, a day apart")  # which begin anew somewhere
 
 
 def campaign(bases: list[str], forms: list[str], only: list[str]) -> list[dict[str, object]]:
@@ -937,7 +937,7 @@ def campaign(bases: list[str], forms: list[str], only: list[str]) -> list[dict[s
             with tempfile.TemporaryDirectory() as folder:
                 path = writing(drive, Path(folder), np.random.default_rng(11))
                 rows.append({"base": base, "form": form, "variant": name})
-                rows[-1] |= tried(path, control, None if name in TRUTHLESS else truth)
+                rows[-1] |= tried(path, control, None if name in VARIANTS_WITHOUT_TRUTH else truth)
             sys.stdout.write(json.dumps(rows[-1]) + "\n")
             sys.stdout.flush()
     return rows
