@@ -160,7 +160,7 @@ class Visit:
         begun = self.console.stamp()
 
         def seen() -> bool:
-            """Ask once: wheels that come to rest swing a little, and a second question would refuse the first answer."""
+            """Ask once: wheels that come to rest swing a little, and a second reading may refuse the first."""
             if is_so():
                 return True
             assert self.console.stamp() - begun <= seconds, f"not within {seconds} s: {what}"
