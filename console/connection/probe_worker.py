@@ -2,16 +2,18 @@
 
 import http.client
 import time
+from contextlib import closing
 from urllib.parse import urlsplit
 
 from console.connection.probe_jobs import CheckedFile, CheckRecording, CheckRobotFile, OpenedRecording, ProbeRobot
 from core.errors import Unavailable
+from core.pilot.replayed_drive import open_robot
 from core.robots.connect import devices_of, live, parts_of
 from core.robots.connection import FoundRobot, ReadConnection
-from core.robots.replayed import open_robot
 from core.robots.robot_file import parse_robot_file
 from core.robots.robot_file_text import toml_text
 from core.robots.usb_camera import VideoCamera
+from core.settings import Settings
 
 RATE_LISTENING_S = 2.0  # [s], over which the rates are measured
 NAME = "The robot file"
@@ -46,8 +48,9 @@ class ProbeWorker:
 
     def read(self, job: CheckRecording) -> OpenedRecording:
         """Return what can be played. Raises BadInput with the reader's sentence."""
-        robot = open_robot(job.path, seed=0, settings=job.settings)
-        return OpenedRecording(robot.profile.duration or 0.0)
+        robot = open_robot(job.path, seed=0, settings=Settings(log=job.settings))
+        with closing(robot):
+            return OpenedRecording(robot.profile.duration or 0.0)
 
 
 def check_sends_pictures(url: str) -> None:

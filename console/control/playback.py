@@ -12,7 +12,7 @@ from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.part import Part
 from console.robot.supervisor import RobotSupervisor
-from core.pilot.replayed_drive import ReplayFrame
+from core.pilot.recorded_drive import ReplayFrame
 from core.recording.drive import NO_OWN_RECORDING
 from core.robots import requests
 from core.sensors import SensorFrame
@@ -40,7 +40,7 @@ class PlaybackController(Part):
     def __init__(self, robot: RobotSupervisor, history: History, notifications: Notifications) -> None:
         self.speed = 1.0  # of the playback, times real time
         self.state: requests.PlaybackState | None = (
-            None  # newest of a recording that says how it plays with every frame
+            None  # newest of a recording that can be shown in more than one way
         )
         self._robot = robot
         self._history = history
@@ -50,7 +50,7 @@ class PlaybackController(Part):
     def on_snapshot(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """Take how it plays, and what is said of that; no pilot hands it on."""
         if isinstance(frame, ReplayFrame):
-            self.state = frame.playback
+            self.state = frame.playback if "results" in self._robot.profile.capabilities else None
             for note in frame.notes:
                 self._notifications.tell("info", note)
 

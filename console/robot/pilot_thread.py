@@ -12,7 +12,7 @@ from console.robot.setpoint_sender import SetpointSender
 from console.robot.supervisor import RobotSupervisor
 from core.gate.scheduling import PILOT_RANK, stay_first
 from core.pilot.pilot import Pilot
-from core.pilot.replayed_drive import ReplayFrame
+from core.pilot.recorded_drive import ReplayFrame
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
 

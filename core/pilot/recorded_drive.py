@@ -14,7 +14,7 @@ import numpy as np
 from core.errors import BadInput
 from core.gate import ZERO
 from core.geometry import Pose, wrap
-from core.message import Array
+from core.message import Array, message
 from core.perception.landmarks.deskew import beam_ends
 from core.pilot.drive_record import (
     MAP_NAME,
@@ -35,6 +35,7 @@ from core.recording.frame_record import ROBOT, WHOLE_MAP, ResultRecord, RobotRec
 from core.recording.ros import Envelope
 from core.robots import Profile
 from core.robots.profile_json import profile_from_json
+from core.robots.requests import PlaybackState
 from core.sensors import Laser, SensorFrame
 from core.sentences import Statement
 from core.settings import Settings
@@ -44,12 +45,21 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.motion import Increment
 from core.snapshot import ActiveCommandStatus, CameraView, Comparison, Hearing, PilotInputs, Snapshot
 
+COMPUTING_BUDGET_S = 0.05  # [s] of computing for one frame of the page; then the page is shown where it has come to
 MAP = "/map"  # topic
 MAP_DELAY_S = 1.0  # [s] after the beginning of a recording by which its map may come
 MAX_ODDS = 8.0  # log odds of a cell that is held to be sure
 AS_RECORDED = SlamHealth(mode="recorded")
 EMPTY_GRID = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
 NO_COVARIANCE = np.zeros((3, 3))
+
+
+@message
+class ReplayFrame(SensorFrame):
+    """A frame with what is shown of it: nothing is left to be computed."""
+
+    shown: Snapshot
+    playback: PlaybackState
 
 
 @dataclass(frozen=True)

@@ -15,21 +15,25 @@ from typing import Any, cast
 import numpy as np
 
 from core.errors import BadInput
-from core.message import Array, message
+from core.message import Array
 from core.pilot.recorded_drive import (
+    COMPUTING_BUDGET_S,
     MAP,
     AsRecorded,
     Comparer,
     ComputedNow,
+    ReplayFrame,
     landmarks_with,
     robot_of,
     seen_from_computed,
 )
+from core.pilot.replayed_sightings import ReplayedSightings
 from core.pilot.trail import NO_POINTS
+from core.recording import ScanRecording, open_log
 from core.recording.drive import CAMERA_TOPIC, SAME_MOMENT_S, DriveMoment, DriveRecording, is_drive, text_of
-from core.robots import Profile, Robot, replayed
+from core.robots import Profile, Robot
 from core.robots.frame_sender import merged
-from core.robots.replayed import PlayedRecording
+from core.robots.replayed import PlayedRecording, ReplayedRobot
 from core.robots.requests import AnswerT, PlaybackMark, PlaybackState, Requests, RobotRequest, ShowWay
 from core.sensors import SensorFrame
 from core.sentences import Statement
@@ -37,7 +41,6 @@ from core.settings import Settings
 from core.snapshot import Comparison, Snapshot
 
 EVENTS = "/beckon/events"  # topic
-COMPUTING_BUDGET_S = 0.05  # [s] of computing for one frame of the page; then the page is shown where it has come to
 LEAD_S = 2.0  # [s] before a place that are looked through for the newest of each reading
 SPEED_WINDOW_S = 2.0  # [s] over which the speed that is reached is measured
 TRAIL_STEP_M = 0.05
@@ -52,14 +55,6 @@ MARK_KINDS = {
 }
 """An event's name → the kind of its mark."""
 MAX_MARKS = 400
-
-
-@message
-class ReplayFrame(SensorFrame):
-    """A frame with what is shown of it: nothing is left to be computed."""
-
-    shown: Snapshot
-    playback: PlaybackState
 
 
 class DriveIndex:
@@ -415,7 +410,11 @@ def _newest(moments: list[DriveMoment], reading: str) -> int | None:
 
 def open_robot(rest: str, *, seed: int, settings: Settings | None) -> Robot:
     """`rest` is the path of the log after `log:`. Raises BadInput when it cannot be played."""
-    settings, path = settings or Settings(), Path(rest)
+    del seed  # nothing is left to chance
+    settings, path, url = settings or Settings(), Path(rest), f"log:{rest}"
     if is_drive(path):
-        return ReplayedDrive(path, f"log:{rest}", settings)
-    return replayed.open_robot(rest, seed=seed, settings=settings.log)
+        return ReplayedDrive(path, url, settings)
+    recording = open_log(rest, settings.log, whole=True)
+    if isinstance(recording, ScanRecording):
+        return ReplayedRobot(recording, url)
+    return ReplayedSightings(recording, url, settings)

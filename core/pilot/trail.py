@@ -25,6 +25,11 @@ class Trail:
         self._points: list[tuple[float, float]] = []
         self._array = NO_POINTS
 
+    @property
+    def points(self) -> Array:
+        """All of it (K, 2) [m], read-only."""
+        return self._array
+
     def follow(self, way: Array) -> None:
         """Begin with a way (N, 2) [m] whose points are far enough apart already."""
         while len(way) > self._most:

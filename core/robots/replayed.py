@@ -1,14 +1,13 @@
 """A recording that plays as if it were a robot: it is seen and heard, but it cannot be driven."""
 
 from abc import ABC, abstractmethod
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from core.errors import BadInput
 from core.gate import Twist
-from core.recording import LogSettings, ScanRecording, logged_stamp, open_log
+from core.recording import ScanRecording, logged_stamp
 from core.robots import Profile
 from core.robots.requests import (
     AnswerT,
@@ -241,15 +240,3 @@ class ReplayedRobot(PlayedRecording):
         self._next = min(self._next, len(self._recording.scans) - 1)
         self._pictured = sum(picture.stamp < self._clock for picture in self._recording.pictures)
         self._heard = self._clock
-
-
-def open_robot(rest: str, *, seed: int, settings: LogSettings | None) -> ReplayedRobot:
-    """`rest` is the path of the log after `log:`. Raises BadInput when it cannot be played."""
-    del seed  # nothing is left to chance
-    recording = open_log(rest, settings or LogSettings(), whole=True)
-    if not isinstance(recording, ScanRecording):
-        raise BadInput(
-            f"{Path(rest).name} holds sightings of landmarks, not scans, so there is nothing to play. "
-            f"Run it through the estimator instead: beckon slam {Path(rest).name}."
-        )
-    return ReplayedRobot(recording, f"log:{rest}")

@@ -420,7 +420,8 @@ class FlatMap extends Panel {
     const none = { left: around.x - 2, right: around.x + 2, bottom: around.y - 2, top: around.y + 2 };
     const tools = this.#tools.clientWidth; // a docked map has none
     const [across, down] = [width - left - right - tools, height - top - bottom - (bottom && STATUS)];
-    const fitted = FloorView.fitted(this.#plan?.extent ?? none, across, down, tools ? MARGIN : SMALL_MARGIN);
+    const seen = state?.landmarks.length ? extentOf([...state.landmarks, state.pose]) : none;
+    const fitted = FloorView.fitted(this.#plan?.extent ?? seen, across, down, tools ? MARGIN : SMALL_MARGIN);
     this.#view = new FloorView(fitted.scale, fitted.left + left, fitted.top + top);
   }
 
@@ -449,7 +450,7 @@ class FlatMap extends Panel {
       state,
       plan: this.#plan,
       scan: seenFrom(this.#scan, this.#motion.where(this.#scanned) ?? at),
-      layers: this.#layers,
+      layers: this.#plan ? this.#layers : new Set([...this.#layers, "landmarks"]), // without walls, what there is
       cursor: this.#cursor,
       measured: this.#measured,
       radius: hello?.robot.radius_m ?? 0.1,
@@ -503,6 +504,11 @@ const SWATCHES = {
   people: "person",
   places: "place",
 };
+
+/** @param {{x_m: number, y_m: number}[]} points @returns {import("../ui/floor-view.js").Extent} */
+function extentOf(points) {
+  return maps.extentOf([points.flatMap(({ x_m: x, y_m: y }) => [100 * x, 100 * y])]);
+}
 
 /** @param {string} name @param {string} says */
 function tool(name, says) {

@@ -58,6 +58,8 @@ export class FlatGround {
   }
 }
 
+const CLOSE_LINES_PX = 20;
+
 /** Where a wall is near, cell by cell. @param {Plan} plan */
 function nearWalls({ walls, extent }) {
   const [left, top] = [extent.left - 2 * NEAR_M, extent.top + 2 * NEAR_M];
@@ -81,7 +83,7 @@ function nearWalls({ walls, extent }) {
  * @param {string} colour
  */
 function drawLines(context, view, { width, height }, colour) {
-  const step = view.scale < 12 ? 5 : 1;
+  const step = view.scale < 12 ? ([5, 25].find((metres) => metres * view.scale >= CLOSE_LINES_PX) ?? 100) : 1;
   const first = view.floor({ x: 0, y: height });
   const last = view.floor({ x: width, y: 0 });
   context.strokeStyle = colour;

@@ -4,7 +4,7 @@
 /** @typedef {{left: number, bottom: number, right: number, top: number}} Extent [m], world */
 
 const CLOSEST = 400; // [px] to a metre
-const FARTHEST = 4;
+const FARTHEST = 1;
 
 export class FloorView {
   /** @param {number} scale [px/m] @param {number} left [px] of the world's origin @param {number} top [px] */

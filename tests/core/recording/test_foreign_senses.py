@@ -13,10 +13,10 @@ import soundfile
 from rosbags.typesys import get_types_from_msg
 
 from core.errors import BadInput
+from core.pilot.replayed_drive import open_robot
 from core.recording import LogSettings, open_log
 from core.recording.ros_pictures import raw_pixels
 from core.recording.ros_sound import SampleForm
-from core.robots.replayed import open_robot
 from core.robots.requests import Play, Seek
 from tests.core.recording.log_writers import ROS1, ROS2, START, one, robot_messages, two, write_bag, write_folder
 from tests.core.recording.log_writers import write_mcap as write_plain_mcap

@@ -11,8 +11,10 @@ import pytest
 
 from core.errors import BadInput
 from core.gate import Twist
-from core.robots.replayed import ReplayedRobot, open_robot
-from core.robots.requests import Pause, Play, ReadTruth, Seek, SetSpeed
+from core.pilot.replayed_drive import open_robot
+from core.pipelines.slam import slam_log
+from core.robots.replayed import ReplayedRobot
+from core.robots.requests import Pause, Play, ReadMarks, ReadTruth, Seek, SetSpeed
 
 SCANS = 30
 
@@ -214,8 +216,38 @@ def test_one_scan_is_a_recording_too(tmp_path):
     assert robot.read().progress == 1.0
 
 
-def test_sightings_cannot_be_played(tmp_path):
-    rows = np.array([[0, 7, 2.0, 0.1]])
-    np.savez(tmp_path / "log.npz", odo=np.zeros((1, 3)), odo_cov=np.zeros((1, 6)), obs=rows)
-    with pytest.raises(BadInput, match="beckon slam"):
-        opened(tmp_path / "log.npz")
+@pytest.fixture
+def sightings(tmp_path):
+    """Sixty steps of 0.1 m past two landmarks, seen without an error."""
+    places, rows = {7: np.array([2.0, 1.0]), 9: np.array([4.0, -1.0])}, []
+    for step in range(60):
+        for number, place in places.items():
+            x, y = place - (0.1 * step, 0.0)
+            rows.append([step, number, np.hypot(x, y), np.arctan2(y, x)])
+    moves = np.tile([0.1, 0.0, 0.0], (60, 1))
+    moves[0] = 0.0
+    path = tmp_path / "log.npz"
+    np.savez(path, odo=moves, odo_cov=np.tile([1e-4, 0, 0, 1e-4, 0, 1e-6], (60, 1)), obs=np.array(rows))
+    return path
+
+
+def test_sightings_play_as_slam_estimates_them(sightings):
+    frames = until_the_end(opened(sightings))
+    last, result = frames[-1].shown, slam_log(sightings)
+    assert last.estimate.pose == result.poses[-1]
+    assert [row.position.tolist() for row in last.landmarks] == [row.position.tolist() for row in result.landmarks]
+    assert last.trail[-1] == pytest.approx([5.9, 0.0], abs=0.1) and last.velocity.v > 0
+    assert last.progress == 1.0
+
+
+def test_sightings_wait_at_their_first_step_and_are_sought_in_both_directions(sightings):
+    robot = open_robot(str(sightings), seed=0, settings=None)
+    assert (robot.read().progress, robot.read().running) == (0.0, False)
+    for share in (0.75, 0.25):
+        robot.ask(Seek(value=share))
+        reads = (robot.read() for _ in range(10_000))
+        frame = next(frame for frame in reads if frame.progress == pytest.approx(share))
+        assert frame.shown.estimate.pose.x == pytest.approx(5.9 * share, abs=0.15) and not frame.running
+    robot.ask(Play())
+    assert until_the_end(robot)[-1].progress == 1.0
+    assert robot.ask(ReadMarks()).marks == ()
