@@ -28,6 +28,10 @@ HALF_TURN_OFF_RAD = 0.35  # of a jump of such a heading from a half turn
 ASIDE_SHARE = 0.15  # of the way that leads aside of the heading
 MIN_SILENCE_S, SILENCE_PERIODS = 1.0, 8.0  # after which an odometry that is at its origin started again
 STANDING_SHARE = 0.02  # of that way: less, and the place stands
+MIN_STEP_M, MIN_STEP_RAD = 0.05, math.radians(3)  # between the only values that a rounded place or heading has …
+MIN_STEPS, SAME_STEP, SAME_VALUE = 3, 1e-3, 1e-6  # … so many of them, multiples to this share, beyond this change …
+BESIDE_SHARE = 0.5  # … most beside readings that are equal: one that is driven evenly changes all the time
+MAX_STEP_RAD = math.radians(40)  # from which it is a turn
 JUMP_M, JUMP_RAD = 0.3, 0.6  # beyond what the speeds allow: the base was restarted
 JUMP_SPEEDS = 3.0  # times its usual speed that a base may have between two readings
 
@@ -55,6 +59,8 @@ def believable_track(
     elif _counts_degrees(times, poses[:, 2]):
         report.fault("odometry.degrees", name, used=True)
         driven = np.column_stack([poses[:, :2], np.radians(poses[:, 2])])
+    elif _is_rounded(name, poses, report):  # its jumps are no faults of their own
+        return OdometryTrack.of(times, poses, twists)
     if driven is poses:
         driven = _of_one_sense(name, poses, report)
     track = None if driven is None else OdometryTrack.of(times, driven, twists)
@@ -145,6 +151,29 @@ def _stands(times: Array, poses: Array, twists: Array | None) -> bool:
     with np.errstate(invalid="ignore"):
         moved = np.nan_to_num(np.abs(np.diff(poses, axis=0))).sum(axis=0)
     return bool(way[0] + way[1] > MIN_WAY_M and moved.sum() < STANDING_SHARE * (way[0] + way[1]))
+
+
+def _is_rounded(name: str, poses: Array, report: ReadReport) -> bool:
+    """Say of poses (N, 3) that they are rounded → whether they are."""
+    way, turn = max(_step(poses[:, 0]), _step(poses[:, 1])), _step(poses[:, 2])
+    turns = MIN_STEP_RAD < turn < MAX_STEP_RAD
+    if way <= MIN_STEP_M and not turns:
+        return False
+    step = f"{math.degrees(turn):.3g}°" if turns else f"{way:.3g} m"
+    report.fault("odometry.rounded", name, used=True, step=step)
+    return True
+
+
+def _step(values: Array) -> float:
+    """Return the step of which all changes of values (N,) are multiples, most beside none; 0: there is none."""
+    changes = np.abs(np.diff(values[np.isfinite(values)]))
+    moved = changes > SAME_VALUE
+    steps = changes[moved]
+    beside = moved[1:-1] & ~(moved[:-2] & moved[2:])
+    if len(steps) < MIN_STEPS or beside.sum() < BESIDE_SHARE * len(steps):
+        return 0.0
+    counts = steps / steps.min()
+    return float(steps.min()) if np.allclose(counts, np.rint(counts), rtol=SAME_STEP) else 0.0
 
 
 def _usual_speed(track: OdometryTrack) -> float:

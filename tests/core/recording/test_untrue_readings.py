@@ -53,8 +53,8 @@ def test_ranges_and_their_limits_are_brought_to_metres_each_by_itself(per_metre,
     assert low == pytest.approx(0.1) and (not high > 0 or high == pytest.approx(10.0))
 
 
-@pytest.mark.parametrize("limits", [(9.0, 10.0), (12.0, 0.1), (0.1, 1.0)])
-def test_limits_that_fit_no_range_cost_no_range(limits):
+@pytest.mark.parametrize("limits", [(9.0, 10.0), (12.0, 0.1), (0.1, 1.0), (0.1, 4.0)])
+def test_limits_that_fit_few_ranges_cost_no_range(limits):
     report = ReadReport(Path("x"))
     ranges, (low, high) = RangeUnit("/scan", report).metres(np.minimum(RANGES, 6.0) + 1.0, limits)
     assert ranges.min() > 2.6 and low == 0.0 and math.isnan(high) and codes(report) == ["scan.limits"]
@@ -387,6 +387,24 @@ def test_headings_kept_within_half_a_turn_are_not_believed(kept):
     report, poses = ReadReport(Path("x")), circle(TIMES)
     poses[:, 2] = kept(poses[:, 2])
     assert believable_track("odo", TIMES, poses, None, report) is None and codes(report) == ["odometry.half_turn"]
+
+
+@pytest.mark.parametrize(
+    ("steps", "said"),
+    [((0.1, 1e-9), "0.1 m"), ((1.0, 1e-9), "1 m"), ((1e-9, math.radians(5)), "5°"), ((0.001, 0.001), "")],
+)
+def test_rounded_odometry_is_named_and_used(steps, said):
+    step, report = np.array([steps[0], *steps]), ReadReport(Path("x"))
+    poses = circle(TIMES, 2.0)
+    assert believable_track("odo", TIMES, np.round(poses / step) * step, None, report) is not None
+    assert codes(report) == (["odometry.rounded"] if said else [])
+    assert not said or f"steps of {said} only" in report.report("test").faults[0].sentence
+
+
+def test_a_base_that_is_driven_evenly_is_not_rounded():
+    report, way = ReadReport(Path("x")), np.minimum(0.1 * np.arange(len(TIMES)), 8.0)
+    even = np.column_stack([way, np.zeros_like(way), np.zeros_like(way)])
+    assert believable_track("odo", TIMES, even, None, report) is not None and codes(report) == []
 
 
 def test_a_base_that_goes_sideways_has_sound_headings():
