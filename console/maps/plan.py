@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -21,7 +22,9 @@ BAR_LENGTHS_M = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
 AXIS_MM = 8.0
 POINTS_PER_MM = 72 / 25.4
 WALL_GREY, FLOOR_GREY, TEXT_GREY, AREA_GREY = 0.2, 0.93, 0.25, 0.5
-LETTER_MM, LETTER_WIDTH_MM = 3.2, 1.7  # the second on average, of a sans-serif type
+LETTER_MM, LETTER_WIDTH_MM = 4.5, 2.4  # the second on average, of a sans-serif type
+LINE_MM = 1.25 * LETTER_MM  # by which lines of words are apart
+MAX_LINES_OFF = 12  # that a name stands from what it names, where others are in its way
 PLACE_RADIUS_MM = 1.0
 DASH_MM = "2 1.2"  # of the outline of a room or a zone
 MAX_WAY_POINTS = 3000
@@ -91,13 +94,31 @@ class PlanLayout:
         disc = PLACE_RADIUS_MM / self.mm_per_m * np.column_stack((np.cos(turns), np.sin(turns)))
         return [self.ring(np.array([place.x_m, place.y_m]) + disc) for place in plan.places]
 
+    def names(self, plan: PrintedPlan) -> tuple[list[tuple[float, float, str]], list[list[tuple[float, float]]]]:
+        """Return the names, on no other and on no spot, with their lower left corners; lines to far ones [mm]."""
+        beside = PLACE_RADIUS_MM + 0.8
+        named = [((place.x_m, place.y_m), beside, place.name) for place in plan.places]
+        named += [(zone.points.mean(axis=0), -len(zone.name) * LETTER_WIDTH_MM / 2, zone.name) for zone in plan.zones]
+        boxes = [(*np.min(spot, axis=0), *np.max(spot, axis=0)) for spot in self.spots(plan)]
+        names, lines = list[tuple[float, float, str]](), list[list[tuple[float, float]]]()
+        for at, right, name in named:
+            ((x, y),), wide = self.ring(np.array([at])), len(name) * LETTER_WIDTH_MM
+            tried = [
+                (left, y - LETTER_MM / 3 + off * LINE_MM)
+                for off in sorted(range(-MAX_LINES_OFF, MAX_LINES_OFF + 1), key=abs)
+                for left in (x + right, x - beside - wide)
+            ]
+            free = (one for one in tried if is_free(*one, wide, boxes))
+            left, low = next(free, tried[0])
+            names.append((left, low, name))
+            boxes.append((left, low, left + wide, low + LETTER_MM))
+            end = min(max(x, left), left + wide), min(max(y, low), low + LETTER_MM)
+            if math.dist((x, y), end) > LETTER_MM / 2:
+                lines.append([(x, y), end])
+        return names, lines
+
     def words(self, plan: PrintedPlan) -> list[tuple[float, float, str]]:
         """Return every text with its lower left corner [mm]."""
-        named = [((place.x_m, place.y_m), PLACE_RADIUS_MM + 0.8, place.name) for place in plan.places]
-        named += [(zone.points.mean(axis=0), -len(zone.name) * LETTER_WIDTH_MM / 2, zone.name) for zone in plan.zones]
-        names = [
-            (x + right, y - LETTER_MM / 3, name) for at, right, name in named for x, y in self.ring(np.array([at]))
-        ]
         right = PAGE_MM[0] - MARGIN_MM - 2 * AXIS_MM
         bar = MARGIN_MM + self.bar_m * self.mm_per_m + 3
         return [
@@ -105,8 +126,15 @@ class PlanLayout:
             (bar + 20, MARGIN_MM, plan.title),
             (right + AXIS_MM + 1.5, MARGIN_MM - 1, "x"),
             (right - 1, MARGIN_MM + AXIS_MM + 1.5, "y"),
-            *names,
+            *self.names(plan)[0],
         ]
+
+
+def is_free(left: float, low: float, wide: float, boxes: list[tuple[float, ...]]) -> bool:
+    """Whether words lie on the sheet and on no box (left, low, right, high) [mm]."""
+    far, high, (width, height) = left + wide, low + LETTER_MM, PAGE_MM
+    inside = left >= MARGIN_MM and far <= width - MARGIN_MM and MARGIN_MM + FOOT_MM <= low <= height - MARGIN_MM
+    return inside and not any(x < far and left < right and y < high and low < top for x, y, right, top in boxes)
 
 
 def plan_svg(plan: PrintedPlan) -> bytes:
@@ -123,6 +151,7 @@ def plan_svg(plan: PrintedPlan) -> bytes:
     texts = "".join(
         f'<text x="{x:.2f}" y="{high - y:.2f}">{escaped(words)}</text>' for x, y, words in layout.words(plan)
     )
+    strokes = layout.strokes + layout.names(plan)[1]
     walls, floor = (path(map(layout.ring, rings), "Z") for rings in (plan.outline.walls, plan.outline.floor))
     line = np.empty((0, 2)) if plan.way is None else plan.way[:: 1 + len(plan.way) // MAX_WAY_POINTS]
     drawn = (
@@ -132,7 +161,7 @@ def plan_svg(plan: PrintedPlan) -> bytes:
         f'<path fill="none" stroke="{grey(AREA_GREY)}" stroke-width="0.4" stroke-dasharray="{DASH_MM}" '
         f'd="{path(map(layout.ring, plan.areas), "Z")}"/>'
         f'<path fill="none" stroke="{WAY_COLOUR}" stroke-width="0.6" d="{path([layout.ring(line)])}"/>'
-        f'<path fill="none" stroke="{grey(TEXT_GREY)}" stroke-width="0.4" d="{path(layout.strokes)}"/>'
+        f'<path fill="none" stroke="{grey(TEXT_GREY)}" stroke-width="0.4" d="{path(strokes)}"/>'
         f'<path fill="{grey(TEXT_GREY)}" d="{path(layout.spots(plan), "Z")}"/>'
         f'<g fill="{grey(TEXT_GREY)}" font-family="Helvetica, Arial, sans-serif" font-size="{LETTER_MM}">{texts}</g>'
     )
@@ -154,12 +183,13 @@ def plan_pdf(plan: PrintedPlan) -> bytes:
     texts = " ".join(
         f"BT /F {LETTER_MM} Tf {x:.2f} {y:.2f} Td ({quoted(words)}) Tj ET" for x, y, words in layout.words(plan)
     )
+    strokes = layout.strokes + layout.names(plan)[1]
     walls, floor = (path(map(layout.ring, rings), " h") for rings in (plan.outline.walls, plan.outline.floor))
     content = (
         f"{POINTS_PER_MM:.6f} 0 0 {POINTS_PER_MM:.6f} 0 0 cm 1 j {FLOOR_GREY} g {floor} f* "
         f"{WALL_GREY} g {WALL_GREY} G 0.3 w {walls} B* "
         f"{AREA_GREY} G 0.4 w [{DASH_MM}] 0 d {path(map(layout.ring, plan.areas), ' s')} [] 0 d "
-        f"{TEXT_GREY} g {TEXT_GREY} G 0.4 w {path(layout.strokes, ' S')} {path(layout.spots(plan), ' f')} {texts}"
+        f"{TEXT_GREY} g {TEXT_GREY} G 0.4 w {path(strokes, ' S')} {path(layout.spots(plan), ' f')} {texts}"
     ).encode(PDF_CHARACTERS, "replace")
     box = " ".join(f"{side * POINTS_PER_MM:.2f}" for side in PAGE_MM)
     page = f"/MediaBox [0 0 {box}] /Contents 4 0 R /Resources << /Font << /F 5 0 R >> >>"

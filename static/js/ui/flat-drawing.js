@@ -66,6 +66,7 @@ export function drawFlat(canvas, view, scene) {
   brush.inside = { left: scene.covered.left, right: canvas.clientWidth - scene.covered.right };
   brush.keepFree(robot);
   if (layers.has("places")) for (const { x_m: x, y_m: y } of scene.places) brush.keepFree({ x, y }, PIN_PX / 2);
+  if (layers.has("people")) for (const { x_m: x, y_m: y } of scene.room) brush.keepFree({ x, y }, LINE_PX - 3);
   context.drawImage(
     scene.ground.picture(canvas, view, scene.plan, layers.has("grid"), colour),
     0,
@@ -373,8 +374,7 @@ class Brush {
     context.stroke();
     const [x, y] = [mean(corners.map((at) => at.x)), mean(corners.map((at) => at.y))];
     const words = speed === null ? name : `${name}, ${fixed(speed, 2)} m/s`;
-    context.font = LABEL;
-    this.label({ x: x - 13 - context.measureText(words).width / 2, y: y - ABOVE }, words);
+    this.label({ x, y }, words, 0);
   }
 
   /** @param {readonly Point[]} points [m] */
@@ -533,7 +533,7 @@ class Brush {
    * Words beside a point, readable on whatever is drawn there; with a line to the point where they stand lines away from it.
    * @param {Point} at [px]
    * @param {string} words
-   * @param {number} [down] [px]
+   * @param {number} [down] [px]; 0: across it
    */
   label({ x, y }, words, down = ABOVE) {
     if (this.small) return;
@@ -543,6 +543,7 @@ class Brush {
     const beside = [x + 13, x - 13 - wide, x + FARTHER_PX, x - FARTHER_PX - wide]; // farther off: the robot stands on it
     const rows = [0, LINE_PX, 2 * LINE_PX, 3 * LINE_PX].flatMap((far) => [ABOVE - far, BELOW + far]);
     const sides = [down, ...rows].flatMap((dy) => beside.map((left) => [left, y + dy]));
+    if (!down) sides.unshift([x - wide / 2, y]);
     const free = sides.find(
       ([left = 0, low = 0]) =>
         left >= this.inside.left &&
