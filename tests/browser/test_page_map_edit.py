@@ -41,7 +41,9 @@ def holding(console: Running) -> list[str]:
 
 def stroke(here: Visit, *points: tuple[float, float]) -> None:
     """Drag over the map; shares of its width and height."""
-    box = here.find(".map-edit-floor").bounding_box()
+    floor = here.find(".map-edit-floor")
+    floor.scroll_into_view_if_needed()  # what came above it in the meantime has moved it
+    box = floor.bounding_box()
     assert box is not None
     spots = [(box["x"] + x * box["width"], box["y"] + y * box["height"]) for x, y in points]
     here.page.mouse.move(*spots[0])

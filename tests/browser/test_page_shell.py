@@ -116,7 +116,7 @@ def test_a_setting_is_changed_refused_and_taken_back(visit: Open, console: Runni
     speed.press("Tab")
     says = here.find("#setting-voice-speed-says")
     expect(says).to_have_text("[voice] speed is 140 words/min now.")
-    fast = here.page.get_by_label(re.compile("^Max speed"))
+    fast = here.page.get_by_label(re.compile("^Highest speed"))
     fast.fill("9")
     fast.press("Tab")
     expect(here.find("#setting-limits-max_speed-says")).to_have_text(re.compile(r"must lie between 0.01 and 1 m/s"))

@@ -12,7 +12,7 @@ const JS = readdirSync(`${STATIC}js`, { recursive: true, encoding: "utf8" }).fil
 const GENERATED = /^net\/messages|^ui\/texts\.js$/;
 /** Texts that are no sentences of the page: commands, and what the robot says aloud in its English voice. */
 const ENGLISH = new Set(["I did not understand that", "I answer aloud now.", "That did not work"]);
-const FAMILIES = /^((state|command-chain|console|picture-quality-chip)\.|connect-robot\.sample_)/; // keys that are put together
+const FAMILIES = /^((state|command-chain|console|picture-quality-chip|setting)\.|connect-robot\.sample_)/; // keys that are put together
 
 /** @param {string} language @returns {Record<string, string>} */
 const catalogue = (language) => JSON.parse(readFileSync(`${STATIC}i18n/${language}.json`, "utf8"));
@@ -88,5 +88,11 @@ test("a sentence without its code is known by its words, with what stands in the
   const { inLanguage } = /** @type {typeof import("../../static/js/ui/texts.js")} */ (await import(there));
   const kept = "It stops by itself 0.35 s after the last command.";
   assert.equal(inLanguage(kept), "Er hält von selbst 0.35 s nach dem letzten Befehl.");
+  assert.equal(inLanguage("6 more views at least."), "Noch mindestens 6 Ansichten.");
+  const advice =
+    "Hold the board close up, fill the top left of the picture, tilt the left edge away by about 50 degrees.";
+  const german =
+    "Halten Sie die Tafel ganz nah, im Bild oben links, die Kante links um etwa 50 Grad nach hinten gekippt.";
+  assert.equal(inLanguage(advice), german);
   assert.equal(inLanguage("Nobody wrote this sentence."), "Nobody wrote this sentence.");
 });

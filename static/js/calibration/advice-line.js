@@ -1,7 +1,7 @@
 // Element <advice-line>: the next view to show, and a button that asks for another suggestion.
 
 import { icon, make, write } from "../ui/element.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { mirrored as inMirror } from "./words.js";
 
 /** @import { Calibration } from "./types.js" */
@@ -35,7 +35,7 @@ export class AdviceLine extends HTMLElement {
     this.#amend.hidden = !may || this.#counts === null;
     const seen = this.#counts && sizeOf(this.#counts);
     const words = seen ? t("advice-line.this_looks_like", { seen, entered: sizeOf(board) }) : usual;
-    write(this.#words, mirrored ? inMirror(words) : words);
+    write(this.#words, inLanguage(mirrored ? inMirror(words) : words));
     if (seen) write(this.#amend, t("advice-line.use_size", { seen }));
     this.#skip.hidden = !may || progress.ready || !advice || source === "upload";
   }

@@ -1,7 +1,7 @@
 // Element <progress-card>: present precision, goal and progress bar.
 
 import { icon, make, mark, write } from "../ui/element.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { figures, share } from "./progress.js";
 
 /** @import { Calibration } from "./types.js" */
@@ -38,13 +38,13 @@ export class ProgressCard extends HTMLElement {
     write(this.#title, kind === "camera" ? t("progress-card.how_exact") : t("progress-card.how_far"));
     write(this.#figure, figure);
     write(this.#goal, goal);
-    write(this.#words, progress.words);
+    write(this.#words, inLanguage(progress.words));
     this.#fill.style.width = `${Math.round(100 * part)}%`;
     mark(this.#bar, "aria-valuenow", String(Math.round(100 * part)));
-    mark(this.#bar, "aria-valuetext", progress.words);
+    mark(this.#bar, "aria-valuetext", inLanguage(progress.words));
     mark(this, "data-ready", progress.ready);
     mark(this.#solving, "data-on", solving !== null);
-    write(/** @type {Element} */ (this.#solving.lastElementChild), solving ? solving.words : "");
+    write(/** @type {Element} */ (this.#solving.lastElementChild), solving ? inLanguage(solving.words) : "");
   }
 }
 

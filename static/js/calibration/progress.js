@@ -36,7 +36,7 @@ export function figures({ kind, progress }) {
     };
   if (typeof progress.p95_px !== "number")
     return {
-      figure: `${Math.min(progress.views, SOLVES_FROM)} of ${SOLVES_FROM}`,
+      figure: `${Math.min(progress.views, SOLVES_FROM)}/${SOLVES_FROM}`,
       goal: t("progress.views_to_the_first_figure"),
     };
   const goal = t("progress.goal_fixed_px", { fixed: fixed(progress.target_px ?? LEAST_TARGET, 2) });

@@ -1,6 +1,7 @@
 // Element <verdict-line>: verdict on the newest picture, shown and announced.
 
 import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { inLanguage } from "../ui/texts.js";
 import { mirrored as inMirror, Pace } from "./words.js";
 
 /** @import { Calibration } from "./types.js" */
@@ -43,12 +44,12 @@ export class VerdictLine extends HTMLElement {
     const shown = quiet ? null : this.#pace.show(verdict, views.length, now);
     const over = progress.ready && shown?.kind === "nothing"; // no further board is needed
     const words = over ? "" : (shown?.words ?? quiet);
-    write(this.#words, mirrored ? inMirror(words) : words);
+    write(this.#words, inLanguage(mirrored ? inMirror(words) : words));
     redraw(this.#icon, ICONS[shown?.kind ?? ""] ?? "info");
     mark(this, "data-kind", shown?.kind ?? "quiet");
     this.hidden = words === "";
     const aloud = quiet || over ? "" : this.#pace.say(now);
-    if (aloud) say(mirrored ? inMirror(aloud) : aloud);
+    if (aloud) say(inLanguage(mirrored ? inMirror(aloud) : aloud));
     if (this.#pace.counted !== this.#counted) {
       this.#counted = this.#pace.counted;
       counted();

@@ -2,7 +2,7 @@
 
 import { icon, isNew, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import * as api from "./api.js";
 
 /** @import { CalibrationModel } from "./calibration-model.js" */
@@ -34,7 +34,7 @@ export class ViewsCard extends HTMLElement {
     const { views, kind, id } = calibration;
     if (!isNew(this, views, id, model.may, selected)) return;
     const word = kind === "camera" ? "view" : "pose";
-    write(this.#title, `${views.length} ${word}${views.length === 1 ? "" : "s"}`);
+    write(this.#title, inLanguage(`${views.length} ${word}${views.length === 1 ? "" : "s"}`));
     const solved = views.some((view) => errorOf(view) !== null);
     write(this.#note, solved ? t("views-card.worst_first") : "");
     write(

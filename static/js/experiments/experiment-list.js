@@ -12,6 +12,13 @@ import { costOf, figure, inWords, secondsOf } from "./runs-model.js";
 const MOST_RUNS = 10_000;
 const SKELETONS = 4; // rows without words, until the experiments were read
 
+const HEADS = [
+  t("experiment-list.experiment"),
+  t("experiment-list.time"),
+  t("experiment-list.the_chapter"),
+  t("experiment-list.last_run"),
+];
+
 /** @extends {PagePanel<ExperimentRuns>} */
 class ExperimentList extends PagePanel {
   #list = make("tbody");
@@ -22,16 +29,10 @@ class ExperimentList extends PagePanel {
 
   /** @override */
   build() {
-    const heads = [
-      t("experiment-list.experiment"),
-      t("experiment-list.time"),
-      t("experiment-list.the_chapter"),
-      t("experiment-list.last_run"),
-    ];
     const table = make(
       "table.experiments",
       make("caption.visually-hidden", t("experiment-list.shortest_first")),
-      make("thead", make("tr", ...heads.map((head) => make("th", { scope: "col" }, head)), make("td"))),
+      make("thead", make("tr", ...HEADS.map((head) => make("th", { scope: "col" }, head)), make("td"))),
       this.#list,
     );
     const head = make("div.row.experiment-head", this.#status, this.#short);
@@ -111,6 +112,7 @@ class ExperimentList extends PagePanel {
     form.addEventListener("invalid", () => (about.open = true), true); // the browser points at the number
     const row = make("tr", make("th", { scope: "row" }, one.title, about), cost, chapter, last, make("td", button));
     mark(row, "data-experiment", one.name);
+    for (const [n, cell] of [cost, chapter, last].entries()) mark(cell, "data-head", HEADS[n + 1] ?? "");
     this.#starts.set(one.name, { button, last });
     return row;
   }

@@ -2,7 +2,7 @@
 
 import { address, call } from "../net/api.js";
 import { RunsModel } from "../ui/page-model.js";
-import { t } from "../ui/texts.js";
+import { t, translate } from "../ui/texts.js";
 
 /** @import { ExperimentEntry as Experiment, ExperimentRunState as ExperimentRun } from "../net/rest.js" */
 /** @import { Session } from "../net/session.js" */
@@ -39,6 +39,14 @@ export class ExperimentRuns extends RunsModel {
     const before = this.running;
     try {
       const answer = await call(ROOT);
+      for (const one of answer.experiments ?? []) {
+        for (const name of /** @type {const} */ (["title", "reproduces", "counts"])) translate(one, name);
+        for (const figure of one.chapter) translate(figure, "name");
+      }
+      for (const run of answer.runs) {
+        translate(run, "title");
+        for (const figure of run.compared) translate(figure, "name");
+      }
       [this.experiments, this.runs, this.trouble] = [shortestFirst(answer.experiments), answer.runs, ""];
     } catch (refusal) {
       this.trouble = refusal instanceof Error ? refusal.message : "";
@@ -61,7 +69,7 @@ export class ExperimentRuns extends RunsModel {
 
   /** What a run consists of: "240 utterances". @param {ExperimentRun} run */
   count({ experiment, runs }) {
-    return `${runs} ${this.experiments?.find(({ name }) => name === experiment)?.counts ?? "runs"}`;
+    return `${runs} ${this.experiments?.find(({ name }) => name === experiment)?.counts ?? ""}`.trim();
   }
 
   beginShort() {

@@ -359,6 +359,7 @@ export class Session {
       this.#asking.hear(message);
     } else if (message.kind === "hello") {
       const before = this.hello;
+      translate(message.robot, "name");
       this.hello = message;
       if (before && before.console !== message.console) this.#beginAgain(before);
       this.#revision = -1;
@@ -371,6 +372,7 @@ export class Session {
     } else {
       this.state = message;
       for (const notice of message.notices) translate(notice, "text");
+      translate(message.floor?.lost, "words");
       translate(message.gate, "reason");
       translate(message.route, "reason");
       translate(message.command, "remark");

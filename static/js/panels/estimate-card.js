@@ -12,6 +12,7 @@ const MODES = {
   invariant: t("estimate-card.ekf_invariant"),
   paper: t("estimate-card.ekf_as_in_the_paper"),
   dead_reckoning: t("estimate-card.wheels_alone"),
+  recorded: t("playback-ways.as_recorded"),
 };
 
 class EstimateCard extends Panel {

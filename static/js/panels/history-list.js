@@ -121,7 +121,7 @@ class HistoryList extends Panel {
           timeOfDay(row.at_s),
           dot(),
           icon(row.source === "route" ? "pin" : row.source in SOURCES ? row.source : "rest"),
-          source,
+          make("span.record-source", source),
           dot(),
           this.#who(row.who),
           ...[amounts, took].filter(Boolean).flatMap((text) => [dot(), text]),

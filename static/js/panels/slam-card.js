@@ -3,7 +3,7 @@
 import { icon, make, mark, write } from "../ui/element.js";
 import { fixed } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { ClosureList } from "./closure-list.js";
 import { LandmarkTable } from "./landmark-table.js";
 import { LivePlot } from "./live-plot.js";
@@ -80,7 +80,7 @@ class SlamCard extends Panel {
     const rooms = floor.submaps.length;
     const facts = [
       rooms ? `${rooms} ${rooms === 1 ? t("slam-card.room") : t("slam-card.rooms")}` : "",
-      `${state.landmarks.length} landmarks${slam.tentative ? t("slam-card.tentative_on_trial", { tentative: slam.tentative }) : ""}`,
+      `${inLanguage(`${state.landmarks.length} landmarks`)}${slam.tentative ? t("slam-card.tentative_on_trial", { tentative: slam.tentative }) : ""}`,
     ];
     write(this.#facts, facts.filter(Boolean).join(" · "));
     this.#closures.show(floor, state.stamp_s, operates);

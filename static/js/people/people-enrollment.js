@@ -5,7 +5,7 @@ import { icon, isNew, make, mark, onSubmit, write } from "../ui/element.js";
 import { takeDrops } from "../ui/file-drop.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { PagePanel } from "../ui/panel.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 import { PeopleStage, prepared } from "./people-stage.js";
 import { sketched } from "./person-outline.js";
 
@@ -217,8 +217,8 @@ class PeopleEnrollment extends PagePanel {
   #drawEnrollment(enrollment, simulated) {
     const upload = this.#source === "upload";
     const { newest } = enrollment;
-    write(this.#advice, enrollment.advice);
-    const words = enrollment.trouble || (newest?.words ?? "");
+    write(this.#advice, inLanguage(enrollment.advice));
+    const words = inLanguage(enrollment.trouble || (newest?.words ?? ""));
     const waits =
       enrollment.waits ||
       (enrollment.demo

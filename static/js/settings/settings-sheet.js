@@ -3,7 +3,7 @@
 import { call } from "../net/api.js";
 import { make, mark, write } from "../ui/element.js";
 import { Sheet } from "../ui/sheet.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 /** @import { SettingState as Setting } from "../net/rest.js" */
 /** @typedef {boolean | number | string} Value */
@@ -20,6 +20,7 @@ const SECTIONS = {
   speech: t("settings-sheet.speech"),
   people: t("settings-sheet.people"),
   occupancy: t("settings-sheet.map"),
+  recording: t("pages.recordings"),
   simulation: t("settings-sheet.simulated_robot"),
   time_offset: t("settings-sheet.clocks"),
   image_quality: t("settings-sheet.pictures"),
@@ -142,8 +143,8 @@ export class SettingsSheet extends Sheet {
             inwords2: inWords(one.saved, one.unit),
           })
         : "";
-    const watch = t("settings-sheet.watch", { watch: one.watch });
-    say(field, `${bounds(one)}${sentenceOf(one.meaning)} ${watch}${waits}`, false);
+    const watch = t("settings-sheet.watch", { watch: inLanguage(one.watch) });
+    say(field, `${bounds(one)}${sentenceOf(inLanguage(one.meaning))} ${watch}${waits}`, false);
   }
 }
 
@@ -151,21 +152,20 @@ export class SettingsSheet extends Sheet {
 const key = ({ section, name }) => `${section}.${name}`;
 
 /** @param {Setting} one */
-const nameOf = ({ name }) => name.charAt(0).toUpperCase() + name.slice(1).replace(/_/g, " ");
+const nameOf = ({ section, name }) => t(`setting.${section}.${name}`);
 
 /** @param {string} meaning */
 const sentenceOf = (meaning) => `${meaning.charAt(0).toUpperCase()}${meaning.slice(1)}.`;
 
 /** @param {Setting} one */
-const bounds = ({ low, high, unit }) =>
-  low === null || high === null ? "" : `${low} to ${high}${unit && ` ${unit}`}. `;
+const bounds = ({ low, high, unit }) => (low === null || high === null ? "" : `${low}–${high}${unit && ` ${unit}`}. `);
 
 /** @param {Value} value @param {string} unit */
 const inWords = (value, unit) =>
   typeof value === "boolean"
     ? value
-      ? "on"
-      : "off"
+      ? t("settings-sheet.on")
+      : t("settings-sheet.off")
     : `${value}${unit && typeof value === "number" ? ` ${unit}` : ""}`;
 
 /** @param {Field} field @param {string} sentence @param {boolean} refused */

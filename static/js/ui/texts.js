@@ -14,6 +14,8 @@ export const language = known(remembered("language", "en"));
 const english = await catalogue("en");
 /** @type {Readonly<Record<string, string>>} */
 const texts = language === "en" ? english : { ...english, ...(await catalogue(language)) };
+/** What the console says in English alone (settings, experiments, advice), and how this language says it. @type {Readonly<Record<string, string>>} */
+const uncoded = language === "en" ? {} : await catalogue(`${language}.console`);
 
 /**
  * A text of the catalogue, with values in the place of their names in braces.
@@ -36,14 +38,18 @@ export function said(sentence, code, values) {
 }
 
 /**
- * Say what the console's messages hold in this language: the sentence under `name`, where its code is known.
+ * Say what the console's messages hold in this language: the sentence under `name`, by its code or its words.
  * @template {string} Name
  * @template {{[name in Name]?: string | null} & {code?: string | null, values?: Values | null}} Message
  * @param {Message | null | undefined} message is changed
  * @param {Name} name
  */
 export function translate(message, name) {
-  if (message?.code) Object.assign(message, { [name]: said(message[name] ?? "", message.code, message.values) });
+  const sentence = message?.[name];
+  if (!message || !sentence || language === "en") return;
+  Object.assign(message, {
+    [name]: message.code ? said(sentence, message.code, message.values) : inLanguage(sentence),
+  });
 }
 
 /** @param {string} chosen the page is loaded again in this language */
@@ -79,21 +85,25 @@ const translated = (values) =>
     Object.entries(values).map(([name, value]) => [name, typeof value === "string" ? inLanguage(value) : value]),
   );
 
-/** @type {Array<[RegExp, string]>} English sentences of the console and their keys, once one was looked for */
+/** @type {Array<[RegExp, string]>} English sentences of the console and those of this language, once one was looked for */
 const sentences = [];
 
 /** A sentence of the console that came without its code, in this language if the catalogue has it. @param {string} sentence */
 export function inLanguage(sentence) {
-  if (language === "en") return sentence;
-  if (!sentences.length)
-    for (const [key, pattern] of Object.entries(english)) {
+  const known = language === "en" ? sentence : uncoded[sentence];
+  if (known !== undefined) return known;
+  if (!sentences.length) {
+    const coded = Object.entries(english).filter(([key]) => key.startsWith("console."));
+    const both = [...Object.entries(uncoded), ...coded.map(([key, words]) => [words, texts[key] ?? words])];
+    for (const [pattern = "", words = ""] of both) {
       const plain = pattern.replace(/[.*+?^$()|[\]\\]/g, "\\$&").replace(/\{(\w+)\}/g, "(?<$1>.+)");
-      if (key.startsWith("console.") && /\w{3}/.test(pattern.replace(/\{\w+\}/g, "")) && !/<(\w+)>.*<\1>/.test(plain))
-        sentences.push([new RegExp(`^${plain}$`), key]);
+      if (/\w{3}/.test(pattern.replace(/\{\w+\}/g, "")) && !/<(\w+)>.*<\1>/.test(plain))
+        sentences.push([new RegExp(`^${plain}$`), words]);
     }
-  for (const [pattern, key] of sentences) {
+  }
+  for (const [pattern, words] of sentences) {
     const found = pattern.exec(sentence);
-    if (found) return filled(texts[key] ?? sentence, found.groups);
+    if (found) return filled(words, translated(found.groups ?? {}));
   }
   return sentence;
 }

@@ -1,0 +1,56 @@
+"""What the console says in English alone, the page says in its language: `static/i18n/<language>.console.json`."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+from pathlib import Path
+
+from console.control.settings_in_use import common, sections
+from console.experiments.catalogue import entry
+from console.people.enrollment import ENOUGH, GESTURES, STEP_OUT
+from core.experiments import EXPERIMENTS
+from core.sentences import catalogue
+
+ROOT = Path(__file__).parent.parent.parent
+GERMAN: dict[str, str] = json.loads((ROOT / "static/i18n/de.console.json").read_bytes())
+HOLE = re.compile(r"\\\{\w+\\\}")
+PUT_TOGETHER = re.compile(r"fill the |.*'s field|.*, worst average")
+
+
+def said(sentence: str) -> bool:
+    """Whether the page has it, word by word or with what stands in it."""
+    return sentence in GERMAN or any(re.fullmatch(HOLE.sub(".+", re.escape(one)), sentence) for one in GERMAN)
+
+
+def test_every_setting_of_the_page_has_a_name_and_a_translation() -> None:
+    offered = [(section, one) for section in sections() for one in common(section)]
+    assert len(offered) > 30
+    assert {f"setting.{section}.{one.name}" for section, one in offered} == {
+        key for key in catalogue() if key.startswith("setting.")
+    }
+    texts = {text for _, one in offered for text in (one.meta.meaning, one.watch)}
+    assert {text for text in texts if not said(text)} == set()
+
+
+def test_every_experiment_and_every_advice_of_the_wizard_for_people_has_a_translation() -> None:
+    entries = [entry(name) for name in EXPERIMENTS]
+    texts = {text for one in entries for text in (one.title, one.reproduces, one.counts) if text}
+    texts |= {STEP_OUT, ENOUGH, *(gesture.words for gesture in GESTURES)}
+    assert len(texts) > 30
+    assert {text for text in texts if not said(text)} == set()
+
+
+def test_a_translation_whose_english_is_gone_does_not_stay() -> None:
+    """Holes are left out: their sentences are put together."""
+    files = [path for room in ("core", "console") for path in (ROOT / room).rglob("*.py")]
+    there = "\n".join(
+        " ".join(node.value.split())
+        for path in files
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    )
+    kept = {text for text in GERMAN if "{" not in text and not PUT_TOGETHER.match(text)}
+    assert len(kept) > 100
+    assert [text for text in kept if text not in there] == []
