@@ -131,7 +131,7 @@ class PlanLayout:
 
 
 def is_free(left: float, low: float, wide: float, boxes: list[tuple[float, ...]]) -> bool:
-    """Whether words lie on the sheet and on no box (left, low, right, high) [mm]."""
+    """Return whether words lie on the sheet and on no box (left, low, right, high) [mm]."""
     far, high, (width, height) = left + wide, low + LETTER_MM, PAGE_MM
     inside = left >= MARGIN_MM and far <= width - MARGIN_MM and MARGIN_MM + FOOT_MM <= low <= height - MARGIN_MM
     return inside and not any(x < far and left < right and y < high and low < top for x, y, right, top in boxes)
