@@ -10,6 +10,7 @@ from pathlib import Path
 from console.control.settings_in_use import common, sections
 from console.experiments.catalogue import entry
 from console.people.enrollment import ENOUGH, GESTURES, STEP_OUT
+from core.commands import VOCABULARY
 from core.experiments import EXPERIMENTS
 from core.sentences import catalogue
 
@@ -34,10 +35,14 @@ def test_every_setting_of_the_page_has_a_name_and_a_translation() -> None:
     assert {text for text in texts if not said(text)} == set()
 
 
-def test_every_experiment_and_every_advice_of_the_wizard_for_people_has_a_translation() -> None:
+def test_every_experiment_every_command_and_the_advice_to_people_have_a_translation() -> None:
     entries = [entry(name) for name in EXPERIMENTS]
     texts = {text for one in entries for text in (one.title, one.reproduces, one.counts) if text}
-    texts |= {STEP_OUT, ENOUGH, *(gesture.words for gesture in GESTURES)}
+    texts |= {command.summary for command in VOCABULARY} | {
+        STEP_OUT,
+        ENOUGH,
+        *(gesture.words for gesture in GESTURES),
+    }
     assert len(texts) > 30
     assert {text for text in texts if not said(text)} == set()
 

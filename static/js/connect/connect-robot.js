@@ -143,7 +143,7 @@ class ConnectRobot extends PagePanel {
     const model = this.model;
     const { found } = model;
     if (found) {
-      write(this.#title, found.name);
+      write(this.#title, inLanguage(found.name));
       const again = model.probed ? t("connect-robot.looked_at_again_the_console_keeps") : "";
       const whose = model.own
         ? again ||

@@ -122,7 +122,11 @@ export const stop = (press) => post(`api/stop?press=${press}`);
 export const halt = (press) => post(`api/halt?press=${press}`);
 
 /** @returns {Promise<Kind[]>} */
-export const kinds = async () => (await call("api/commands")).commands;
+export async function kinds() {
+  const { commands } = await call("api/commands");
+  for (const kind of commands) translate(kind, "summary");
+  return commands;
+}
 
 /** @returns {Promise<HistoryRow[]>} newest first */
 export async function history() {

@@ -7,7 +7,7 @@ import { t } from "../ui/texts.js";
 /** @import { LandmarkRow } from "../net/messages.js" */
 
 const EVERY_MS = 400;
-const COLUMNS = ["No.", "x m", "y m", "± cm", t("landmark-table.hits"), t("landmark-table.missed")];
+const COLUMNS = ["#", "x m", "y m", "± cm", t("landmark-table.hits"), t("landmark-table.missed")];
 
 export class LandmarkTable extends HTMLElement {
   #body = make("tbody");

@@ -5,7 +5,7 @@ import { sentenceOf } from "../net/api.js";
 import * as recordings from "../net/recordings-api.js";
 import { day, duration, size } from "../ui/format.js";
 import { PageModel } from "../ui/page-model.js";
-import { t } from "../ui/texts.js";
+import { inLanguage, t } from "../ui/texts.js";
 
 const CLOCK_SET_S = 946_684_800; // the year 2000: what says less is a clock that was never set
 
@@ -109,7 +109,7 @@ export const urlOf = (name) => `log:${name}.mcap`;
 
 /** What is said of a recording below its name: when, how long, how large, which robot. @param {Recording} recording */
 export const about = ({ started_s: started, seconds, bytes, robot }) =>
-  [started > CLOCK_SET_S && day(started), seconds > 0 && duration(seconds), size(bytes), robot]
+  [started > CLOCK_SET_S && day(started), seconds > 0 && duration(seconds), size(bytes), inLanguage(robot)]
     .filter(Boolean)
     .join(" · ");
 

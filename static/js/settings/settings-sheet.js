@@ -94,7 +94,7 @@ export class SettingsSheet extends Sheet {
     const row = make(
       "div.settings-row",
       make("label", { for: id }, nameOf(one), !one.live && make("span.settings-later", t("settings-sheet.restart"))),
-      make("span.settings-value", input, one.unit && make("span.note", one.unit)),
+      make("span.settings-value", input, make("span.note", one.unit)),
       says,
       back,
     );
