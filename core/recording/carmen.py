@@ -104,7 +104,7 @@ class _Carmen:
             after = 2 + beams
             if len(words) > after + 9:
                 raise BadRecord("it has more numbers than it says")
-            self._keep(word, words[2:after], self._spread(beams), NO_RETURN, words[after:], 6)
+            self._keep(word, words[2:after], self._spread(beams), math.nan, words[after:], 6)
         else:
             start, step, maximum = _finite(words[2]), _finite(words[4]), _finite(words[5])
             beams = _count(words[8])
@@ -146,8 +146,8 @@ class _Carmen:
         beside = [_finite(text) for text in rest[:6]] if time_at else [math.nan] * 6
         if len(beside) < 6:
             raise BadRecord("it is cut or no numbers")
-        maximum = self._settings.range_max or maximum
-        row, _ = self._unit.metres(np.array(ranges, np.float64), (0.0, math.inf))
+        row, (_, high) = self._unit.metres(np.array(ranges, np.float64), (0.0, maximum))
+        maximum = self._settings.range_max or (high if high > 0 else NO_RETURN)
         times = _times(rest, time_at)
         scan = make_scan(0.0, row[::-1] if self._flipped else row, angles, (0.0, maximum))
         self._scans.append(scan)

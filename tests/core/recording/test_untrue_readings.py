@@ -116,6 +116,15 @@ def test_a_simulator_whose_clock_is_slow_for_all_has_sound_clocks():
     assert on_one_clock(*streams, report) == (0.0, 0.0) and codes(report) == []
 
 
+def test_limits_of_a_carmen_log_that_its_ranges_exceed_cost_no_range(tmp_path):
+    ranges = " ".join(f"{3 + 0.05 * beam:.3f}" for beam in range(90))
+    line = "RAWLASER1 0 -0.785 1.57 0.01764 {} 0.01 0 90 {} 0 {:.3f} host {:.3f}"
+    for limit, found in ((1.5, ["scan.limits"]), (8.0, [])):
+        lines = [line.format(limit, ranges, 5 + 0.1 * n, 0.1 * n) for n in range(20)]
+        recording = open_log(written(tmp_path, "\n".join(lines).encode()))
+        assert [one.code for one in recording.report.faults] == found and np.isfinite(recording.scan(0).ranges).all()
+
+
 def circle(times, radius=1.0):
     turned = 0.3 * (times - times[0])
     return np.column_stack([radius * np.sin(turned), radius * (1 - np.cos(turned)), turned])
