@@ -16,6 +16,7 @@ from core.optics import CameraModel
 
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 PAPER = tuple(range(8))  # the paper's eight of Table 3
+BY_ROW = 7  # columns by the row: skew, then a motion of the pose
 MIN_DEPTH_M = 1e-3  # points nearer than this, or behind the camera, are projected as if they were here
 
 
@@ -80,7 +81,7 @@ class Linearised(NamedTuple):
     """Pixels and their derivatives; the rows of all points' u come before those of v."""
 
     pixels: Array  # (M, N, 2)
-    columns: Array  # (M, 15 + K, 2N): by camera (9), by pose (6: rotation, then translation), by the board's shapes
+    columns: Array  # (M, 15 + K, 2N): by camera (9), by pose (6: rotation, then translation), by shapes and rows
 
     @property
     def by_camera(self) -> Array:
@@ -93,15 +94,18 @@ class Linearised(NamedTuple):
         return np.swapaxes(self.columns[:, 9:15], 1, 2)
 
 
-def linearise(camera: Array, poses: Poses, points: Array, shapes: Sequence[Array] = ()) -> Linearised:
+def linearise(
+    camera: Array, poses: Poses, points: Array, shapes: Sequence[Array] = (), *, rows: bool = False
+) -> Linearised:
     """Points (N, 3) [m] of the board in M poses → pixels with derivatives by camera, pose and K shapes.
 
-    `shapes`: displacements (N, 3) of the points per unit, in the board's frame.
+    `shapes`: displacements (N, 3) of the points per unit, in the board's frame. `rows`: after them the picture's skew
+    [pixel], then a motion of the pose, each by the row, which counts in focal lengths from the principal point.
     """
     turned = poses.rotations @ points.T
     depth = np.maximum(turned[:, 2] + poses.translations[:, 2:], MIN_DEPTH_M)
     place = (turned[:, :2] + poses.translations[:, :2, None]) / depth[:, None]
-    columns = np.empty((len(depth), 15 + len(shapes), 2, len(points)))
+    columns = np.empty((len(depth), 15 + len(shapes) + BY_ROW * rows, 2, len(points)))
     pixels = _fill_by_camera(camera, place, columns)
     by_space = columns[:, 12:15]
     _fill_by_space(camera, place, depth, by_space)
@@ -111,6 +115,10 @@ def linearise(camera: Array, poses: Poses, points: Array, shapes: Sequence[Array
     for number, shape in enumerate(shapes):
         moved = poses.rotations @ shape.T
         columns[:, 15 + number] = sum(moved[:, None, axis] * by_space[:, axis] for axis in range(3))
+    if rows:
+        row = columns[:, 1, 1]
+        columns[:, -BY_ROW, 0], columns[:, -BY_ROW, 1] = row, 0.0
+        np.multiply(columns[:, 9:15], row[:, None, None], out=columns[:, 1 - BY_ROW :])
     return Linearised(np.swapaxes(pixels, 1, 2), columns.reshape(*columns.shape[:2], 2 * len(points)))
 
 

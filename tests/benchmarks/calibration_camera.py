@@ -1,7 +1,8 @@
-"""The camera's calibration measured: `python -m tests.benchmarks.calibration_camera [--runs 200] [--guided 20]`.
+"""The camera's calibration measured: `python -m tests.benchmarks.calibration_camera [--runs 200] [--odd 6]`.
 
-Processor time beside OpenCV in the same run, coverage of the stated deviations, and guided capture beside the rule of
-ROS's calibrator in the same simulation. The figures go to reports/calibration_camera.json.
+Processor time beside OpenCV in the same run, coverage of the stated deviations, guided capture beside the rule of
+ROS's calibrator in the same simulation, and pictures that no single camera makes: how many are told, and how many are
+wrong without a word. The figures go to reports/calibration_camera.json.
 """
 
 from __future__ import annotations
@@ -10,7 +11,9 @@ import argparse
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +27,9 @@ from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibra
 from core.calibration.camera.session import Measures, bars, measures
 from core.calibration.camera.uncertainty import uncertainty_map
 from core.calibration.practice import BoardPlacement, held, seen, visible
-from core.calibration.projection import PAPER, Poses, exponential, vector_of
+from core.calibration.projection import PAPER, Poses, exponential, project, vector_of
 from core.message import Array
-from core.optics import TABLE_3
+from core.optics import TABLE_3, CameraModel
 
 ROOT = Path(__file__).resolve().parents[2]
 BOARD = Board(columns=9, rows=6, square=0.03)
@@ -34,6 +37,42 @@ SIZE = (TABLE_3.width, TABLE_3.height)
 PRINTED = (1.71848, 1.57392, 1.18310, 1.82011, 0.00763, 0.01870, 0.00195, 0.00052)  # Table 3: three deviations
 ENOUGH = 0.2  # L1 distance of ROS's measures from which a view counts
 TARGET = 0.5  # [pixel]
+LENSES = {
+    "chapter": (TABLE_3, BoardPlacement()),
+    "normal": (
+        CameraModel(width=640, height=480, fx=520, fy=522, cx=322, cy=236, k1=-0.25, k2=0.09),
+        BoardPlacement(),
+    ),
+    "wide": (
+        CameraModel(width=640, height=480, fx=330, fy=330, cx=316, cy=244, k1=-0.22, k2=0.05, p1=0.001, p2=-0.0005),
+        BoardPlacement(nearest=0.18, farthest=0.6),
+    ),
+    "tele": (
+        CameraModel(width=1280, height=720, fx=1800, fy=1800, cx=650, cy=350, k1=0.05, k2=-0.1),
+        BoardPlacement(nearest=0.6, farthest=2.5),
+    ),
+    "fisheye": (
+        CameraModel(width=640, height=480, fx=330, fy=330, cx=316, cy=244),
+        BoardPlacement(nearest=0.18, farthest=0.6),
+    ),
+}
+ODDITIES = {
+    "sound": (0.0,),
+    "zoom alternates": (0.003, 0.005, 0.01, 0.02, 0.05),  # share of f, from one setting to the other
+    "zoom varies": (0.003, 0.005, 0.01, 0.02, 0.05),  # share of f, from the least to the most
+    "cut": (2.0, 5.0, 10.0, 30.0),  # [pixel] at most either way, along each side
+    "skew": (0.2, 0.5, 1.0, 2.0),  # [degree]
+    "rolling shutter": (0.02, 0.05, 0.1, 0.3),  # [m/s] of the board; three times as much [rad/s]
+}
+CAUSES = {
+    "zoom alternates": ("camera.two_settings", "camera.focal_varies", "camera.odd_part"),
+    "zoom varies": ("camera.focal_varies", "camera.two_settings", "camera.odd_part"),
+    "cut": ("camera.middle_varies",),
+    "skew": ("camera.skew",),
+    "rolling shutter": ("camera.rows_late",),
+}
+READOUT_S = 0.03  # of a whole picture
+NOISES = (0.05, 0.1, 0.3)  # [pixel]
 
 
 def views_of(pixels: Array) -> list[ViewCorners]:
@@ -167,19 +206,101 @@ def compared(runs: int) -> list[dict[str, Any]]:
     ]
 
 
+def through(lens: str, model: CameraModel, points: Array) -> Array:
+    """Points (M, N, 3) [m] in the camera frame → pixels; the fisheye is equidistant."""
+    if lens != "fisheye":
+        places = project(vector_of(model), Poses(np.eye(3)[None], np.zeros((1, 3))), points.reshape(-1, 3))
+        return places.reshape(*points.shape[:2], 2)
+    away = np.linalg.norm(points[..., :2], axis=2, keepdims=True)
+    return model.fx * points[..., :2] * np.arctan2(away, points[..., 2:]) / away + (model.cx, model.cy)
+
+
+def odd_pictures(lens: str, kind: str, size: float, count: int, seed: int) -> tuple[Array, Array]:
+    """Corners (M, N, 2) of pictures that are wrong in a way, and the mean fx, fy, cx, cy of their cameras."""
+    rng, (model, how) = np.random.default_rng([seed, count]), LENSES[lens]
+    poses = held(rng, count, model, BOARD, how)
+    places = poses.points(BOARD.points)
+    noise = rng.normal(0, NOISES[seed % len(NOISES)], (count, BOARD.count, 2))
+    pixels, truth = through(lens, model, places), np.array([model.fx, model.fy, model.cx, model.cy], float)
+    if kind.startswith("zoom"):
+        turns = np.where(np.arange(count) % 2, 0.5, -0.5)
+        zooms = 1 + size * (turns if kind == "zoom alternates" else rng.uniform(-0.5, 0.5, count))
+        cameras = [replace(model, fx=model.fx * zoom, fy=model.fy * zoom) for zoom in zooms]
+        pixels = np.concatenate([through(lens, *each) for each in zip(cameras, places[:, None], strict=True)])
+        truth[:2] *= zooms.mean()
+    elif kind == "cut":
+        cuts = rng.uniform(-size, size, (count, 2))
+        pixels, truth[2:] = pixels + cuts[:, None], truth[2:] + cuts.mean(axis=0)
+    elif kind == "skew":
+        pixels = pixels + np.tan(np.deg2rad(size)) * (pixels[..., 1:] - model.cy) * (1.0, 0.0)
+    elif kind == "rolling shutter":
+        speed, turn = size * rng.normal(0, 3**-0.5, (2, count, 1, 3)) * np.array([1.0, 3.0]).reshape(2, 1, 1, 1)
+        around = np.cross(turn, places - places.mean(axis=1, keepdims=True))
+        for _ in range(3):
+            late = READOUT_S * (pixels[..., 1:] / model.height - 0.5)
+            pixels = through(lens, model, places + late * (speed + around))
+    return pixels + noise, truth
+
+
+def oddities(runs: int, lenses: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Every kind, size, lens and number of views `runs` times, sound ones three times as often.
+
+    Wrong: fx, fy, cx or cy is off by more than 3 stated deviations, or than twice what 95 of 100 sound sets are off.
+    """
+    rows: list[dict[str, Any]] = []
+    for lens in lenses:
+        model, usual = LENSES[lens][0], dict[tuple[int, float], Array]()
+        for kind, size, count in [(k, s, c) for k, sizes in ODDITIES.items() for s in sizes for c in (8, 13, 30)]:
+            told = [odd_run(lens, model, kind, size, count, seed) for seed in range(runs * (1 if size else 3))]
+            if kind == "sound":
+                for noise in range(len(NOISES)):
+                    usual[count, noise] = np.quantile([off for off, _, _ in told[noise :: len(NOISES)]], 0.95, axis=0)
+            row = Counter[str]()
+            for seed, (off, sds, codes) in enumerate(told):
+                beyond_sds = bool(np.any(off > 3 * sds))
+                beyond_usual = bool(np.any(off > 2 * usual[count, seed % len(NOISES)]))
+                row["told"] += bool(codes and set(codes) & set(CAUSES.get(kind, codes)))
+                row["other_cause"] += bool(codes and not set(codes) & set(CAUSES.get(kind, codes)))
+                row["silent_wrong"] += not codes and (beyond_sds or beyond_usual)
+                row["silent_beyond_3_sds"] += not codes and beyond_sds
+                row.update(codes)
+            rows.append({"lens": lens, "kind": kind, "size": size, "views": count, "runs": len(told), **row})
+            sys.stdout.write(json.dumps(rows[-1]) + "\n")
+            sys.stdout.flush()
+    return rows
+
+
+def odd_run(
+    lens: str, model: CameraModel, kind: str, size: float, count: int, seed: int
+) -> tuple[Array, Array, list[str]]:
+    """Errors (4,) and stated deviations (4,) [pixel] of fx, fy, cx, cy, and the codes of what was told."""
+    pixels, truth = odd_pictures(lens, kind, size, count, seed)
+    found = calibrate(views_of(pixels), BOARD, (model.width, model.height))
+    sds = np.array([found.sds[name] for name in ("fx", "fy", "cx", "cy")])
+    return np.abs(vector_of(found.model)[:4] - truth), sds, [each.code for each in found.faults]
+
+
 def main() -> None:
     """Measure and report."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=200)
     parser.add_argument("--guided", type=int, default=20)
     parser.add_argument("--slowest", type=int, default=400, help="most views for OpenCV's deviations")
+    parser.add_argument("--odd", type=int, default=6, help="runs of every kind, size and lens of odd pictures")
+    parser.add_argument("--lenses", nargs="+", default=list(LENSES), choices=list(LENSES))
+    parser.add_argument("--only-odd", action="store_true")
     chosen = parser.parse_args()
     cv2.setNumThreads(1)
-    told = {
-        "times": times((13, 100, 400), chosen.slowest),
-        "coverage": coverage(chosen.runs),
-        "capture": compared(chosen.guided),
-    }
+    told = (
+        {}
+        if chosen.only_odd
+        else {
+            "times": times((13, 100, 400), chosen.slowest),
+            "coverage": coverage(chosen.runs),
+            "capture": compared(chosen.guided),
+        }
+    )
+    told["odd"] = oddities(chosen.odd, tuple(chosen.lenses))
     path = ROOT / "reports" / "calibration_camera.json"
     path.parent.mkdir(exist_ok=True)
     path.write_text(json.dumps(told, indent=1))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from core.calibration.levenberg_marquardt import FIRST_DAMPING, LEAST_DAMPING, Linearisation, descend
-from core.calibration.projection import PARAMETERS, Poses, exponential, linearise, project
+from core.calibration.projection import BY_ROW, PARAMETERS, Poses, exponential, linearise, project
 from core.message import Array
 
 MAX_STEPS = 60
@@ -174,7 +174,7 @@ def rescue(
 
 
 class NormalEquations(NamedTuple):
-    """Every view's share of the normal equations, its own pose eliminated: PARAMETERS, then shapes of the board."""
+    """Every view's share of the normal equations, its own pose eliminated: PARAMETERS, shapes of the board, rows."""
 
     precision: Array  # (M, P, P) [1/pixel²]
     pull: Array  # (M, P): gradient of half of the view's cost with its pose following
@@ -185,10 +185,12 @@ class NormalEquations(NamedTuple):
         return NormalEquations(self.precision[:, chosen][:, :, chosen], self.pull[:, chosen])
 
 
-def equations(corners: Corners, solution: BundleSolution, shapes: Sequence[Array] = ()) -> NormalEquations:
-    """The normal equations at a solution; `shapes`: displacements (N, 3) of the corners per unit, K more unknowns."""
-    unknowns = (*range(len(PARAMETERS)), *range(POSE_END, POSE_END + len(shapes)))
-    gram, _ = _gram(corners, solution, unknowns, None, shapes)
+def equations(
+    corners: Corners, solution: BundleSolution, shapes: Sequence[Array] = (), *, rows: bool = False
+) -> NormalEquations:
+    """The normal equations at a solution; `shapes` and `rows`: more unknowns, as `linearise` has them."""
+    unknowns = (*range(len(PARAMETERS)), *range(POSE_END, POSE_END + len(shapes) + BY_ROW * rows))
+    gram, _ = _gram(corners, solution, unknowns, None, shapes, rows=rows)
     pose = _damped(gram.pose, 0.0)  # a view without corners adds nothing and divides by nothing
     right = np.concatenate((np.swapaxes(gram.mixed, 1, 2), gram.pose_gradient[..., None]), axis=2)
     less = gram.mixed @ _solve(pose, right)
@@ -237,9 +239,11 @@ def _gram(
     free: tuple[int, ...],
     soft: float | None,
     shapes: Sequence[Array] = (),
+    *,
+    rows: bool = False,
 ) -> tuple[Gram, float]:
     """`free`: numbers of the columns of `linearise` that count as the camera's."""
-    linear = linearise(solution.camera, solution.poses, corners.points, shapes)
+    linear = linearise(solution.camera, solution.poses, corners.points, shapes, rows=rows)
     error, weights, costs = _weighted(corners, linear.pixels, soft)
     product, gradient = _products(linear.columns, error, weights)
     camera, pose = list(free), slice(POSE_BEGIN, POSE_END)

@@ -2,8 +2,9 @@
 
 The solution of all views is compared with what explains them better: two cameras, each of its own part of the views
 (a mixture), squares that are longer one way, a board that is bent, another focal length. Where a rival explains much
-more than noise can, the standard deviations of the single camera mean nothing, however small they are. Two focal
-lengths that lie near each other hardly raise the errors; they are found by an F-test over groups of views.
+more than noise can, the standard deviations of the single camera mean nothing, however small they are. What hardly
+raises the errors (a focal length or a principal point that differs from view to view, a board that moves while its
+rows are read, skew) is found by tests of the score.
 """
 
 from typing import NamedTuple
@@ -13,14 +14,18 @@ import scipy
 
 from core.calibration.camera import bundle_adjustment
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, NormalEquations
-from core.calibration.projection import PAPER, PARAMETERS, Poses
+from core.calibration.projection import BY_ROW, PAPER, PARAMETERS, Poses
 from core.message import Array, message
 
 LEAST_SHARE = 0.2  # of the squared errors that a rival must explain …
 LEAST_F = 30.0  # … and by how much more per unknown than noise does
-ASPECT_SDS, LEAST_ASPECT = 6.0, 0.002  # a square's height over its width differs from 1 by so many sds and by so much
-BY_ASPECT = (len(PARAMETERS),)  # number in `equations`
-BY_BEND = tuple(range(len(PARAMETERS) + 1, len(PARAMETERS) + 4))  # numbers in `equations`
+LEAST_ASPECT = 0.002  # by which a square's height over its width differs from 1
+SHAPES = {
+    "board.unequal_squares": (len(PARAMETERS),),
+    "board.bent": tuple(range(len(PARAMETERS) + 1, len(PARAMETERS) + 4)),
+}
+"""Numbers of a board's unknowns in `equations`, by the code of their check."""
+SHAPE_TURNS = 3  # of solving for a board's shape and the camera by turns
 LEAST_BEND = 0.0015  # of a board's diagonal, from its lowest to its highest corner, from which it is called bent
 MAX_NOISE_RATIO = 2.0  # a part that another camera explains errs at most so many times more than the others
 MIN_VIEWS = 3  # views that determine a camera of their own
@@ -30,9 +35,8 @@ MINORITY = 1 / 3  # share of the views up to which the others decide
 PRIOR = np.array(
     [0.3, 0.3, 0.1, 0.1, 0.3, 0.5, 0.03, 0.03]
 )  # of f, f, width, width, k1, k2, p1, p2: another camera's
-FALSE_ALARM_CHANCE = 3e-5  # of two focal lengths where there is one, over all ways to part the views
-SHARE_IN_TIME, SHARE_SORTED = 0.6, 0.8  # of the differences between the views' focal lengths, that two explain
-SMALL_MINORITY = 1 / 6  # the same as MINORITY, where no view by itself is known to be odd
+FALSE_ALARM_CHANCE = 3e-5  # of two cameras where there is one, over all ways to part the views
+FALSE_VARIATION_CHANCE = 3e-6  # of a variation where there is none, over all that is tried
 OWN_LEAST = 1e-6  # of a view's scaled information: below this it says nothing of a direction
 SAME_FOCAL = 0.01  # share by which the focal lengths of one lens setting differ at most
 NEARER_SHARE = 0.5  # a turned or mirrored picture's middle lies so much nearer to the other camera's than to its own
@@ -51,27 +55,31 @@ class PictureGroup:
     camera: Array  # (9,) that explains them
     rest: Array  # (9,) the camera of the others
     cause: str  # in words
-    minority: float = MINORITY
+    left: float  # [pixel²] of the squared errors, per degree of freedom
 
     def is_minority(self, count: int) -> bool:
         """Return whether the others are so many of `count` views that they decide."""
-        return len(self.views) <= self.minority * count
+        return len(self.views) <= MINORITY * count
 
 
 @message
-class Aspect:
-    """Height of a square over its width, as the pictures say."""
+class BoardShape:
+    """A board that is not as printed, as the pictures say."""
 
-    value: float
-    sd: float
-
-
-@message
-class Bend:
-    """A board that is not flat, as the pictures say."""
-
+    code: str  # of the check
     points: Array  # (N, 3) [m] of its corners
-    depth: float  # [m] from the lowest to the highest
+    extent: float  # height of a square over its width, less 1; or from the lowest to the highest corner [m]
+    unknowns: tuple[int, ...]  # numbers in `equations`
+
+
+@message
+class Variation:
+    """A difference from view to view, or something that no camera has."""
+
+    code: str  # of the check
+    extent: float  # share of f; of the principal point, or the corners [pixel]; of a skew [degree]
+    excess: float  # times what noise gains
+    left: float  # [pixel²] of the squared errors, per degree of freedom
 
 
 class FocalRange(NamedTuple):
@@ -109,81 +117,127 @@ def find_part(corners: Corners, solution: BundleSolution, size: tuple[int, int])
     return None
 
 
-def find_two_focal_lengths(corners: Corners, solution: BundleSolution, known: NormalEquations) -> PictureGroup | None:
-    """Find the smaller part of the used views, if two focal lengths explain them beyond doubt; None: one does.
+def find_variation(corners: Corners, solution: BundleSolution) -> Variation | None:
+    """Find what differs from view to view, or is as in no camera, if it does so beyond doubt in the used views.
 
-    F-test over groups of views: the gain of a second focal length over what the views' own cameras would still gain,
-    which also counts what no camera explains (a board that is not flat, another lens). The views are parted at a
-    moment, or by their own focal lengths; the number of ways to do so is paid for.
+    Score tests of a focal length, a principal point and a motion of its own for every view, and of a skew for all,
+    against what the views' own cameras and motions gain besides. That also counts what no camera explains (another
+    lens); the board's shape of second order, in its plane and out of it, is allowed for.
     """
     kept = np.flatnonzero(corners.views_used)
-    count = len(kept)
-    if count < 2 * MIN_VIEWS:
-        return None
-    some = BundleSolution(solution.camera, solution.poses.take(kept))
-    test = _FocalTest(corners.take(kept), some, NormalEquations(*(each[kept] for each in known.of(PAPER))))
-    for order, ways, share in (
-        (np.arange(count), float(count), SHARE_IN_TIME),
-        (np.argsort(test.own), 2.0 ** (count - 1), SHARE_SORTED),
+    some, here = corners.take(kept), BundleSolution(solution.camera, solution.poses.take(kept))
+    bends = [each[:, None] * axis for each in _bends(some.points).T for axis in np.eye(3)]
+    taller = some.points * (0.0, 1.0, 0.0)
+    known = bundle_adjustment.equations(some, here, (taller, *bends), rows=True)
+    unit = np.eye(known.pull.shape[1])
+    none, common, motion = unit[:, :0], unit[:, : 1 - BY_ROW], unit[:, 1 - BY_ROW :]
+    square, whole = (_gain(known, none, each) for each in (common[:, :-1], common))
+    most = _gain(known, np.hstack((unit[:, : len(PAPER)], motion)), common)
+    cost, count = float(_costs(some, here).sum()), 2 * np.count_nonzero(some.used) - 6 * len(kept)
+    noise = max((cost - most.amount) / max(count - most.freedom, 1), 1e-300)  # [pixel²]
+    tried = {"camera.skew": whole}
+    chances = {"camera.skew": _chance_of_gain(whole, square, _rest(most, whole, noise))}
+    for code, own in (
+        ("camera.focal_varies", unit[:, :2] @ here.camera[:2, None]),  # changes with the logarithm of f
+        ("camera.middle_varies", unit[:, 2:4]),
+        ("camera.rows_late", motion),
     ):
-        gains = test.gains(order)[1:-2]  # of the first two views, the first three, ...
-        gain, odd = float(gains.max()), np.isin(np.arange(count), order[: 2 + int(gains.argmax())])
-        if gain > share * test.most_gain and ways * test.chance(gain) < FALSE_ALARM_CHANCE:
-            odd = odd if 2 * odd.sum() <= count else ~odd
-            rest, camera = test.cameras(odd)
-            return PictureGroup(views=kept[odd], camera=camera, rest=rest, cause=ZOOMED, minority=SMALL_MINORITY)
-    return None
+        tried[code] = _gain(known, own, common)
+        rest = _rest(most, tried[code], noise)
+        chances[code] = min(
+            _chance_of_gain(tried[code], whole, rest), _chance(*_score(known, own, common, whole), rest)
+        )
+    least = np.log(FALSE_VARIATION_CHANCE / 2 / len(chances))
+    beyond = {code: tried[code] for code, chance in chances.items() if chance < least}
+    if not beyond:
+        return None
+    code, gain = min(beyond.items(), key=lambda each: 2 * each[1].freedom - each[1].amount / noise)  # Akaike
+    left = (cost - gain.amount) / max(count - gain.freedom, 1)
+    if code == "camera.skew":
+        extent = float(np.rad2deg(np.arctan(gain.common[-1] / here.camera[1])))
+    elif code == "camera.rows_late":
+        extent = float(np.sqrt((gain.amount - whole.amount) / np.count_nonzero(some.used)))
+    else:
+        weights = np.einsum("mii->m", gain.information) / gain.own.shape[1]
+        squares = np.einsum("mi,mij,mj->m", gain.own, gain.information, gain.own)
+        extent = float(np.sqrt(squares.sum() / weights.sum()))
+    excess = (gain.amount - whole.amount) / max(gain.freedom - whole.freedom, 1) / noise
+    return Variation(code=code, extent=extent, excess=excess, left=left)
 
 
-class _FocalTest:
-    """The quadratic costs of views about their common camera, and what a second focal length gains."""
+class _Gain(NamedTuple):
+    """The gain of unknowns of every view's own, and of some that all have in common, to second order."""
 
-    def __init__(self, some: Corners, pooled: BundleSolution, equations: NormalEquations) -> None:
-        self._camera = pooled.camera
-        self._precision, self._pull = equations
-        self._spread = bundle_adjustment.covariance(self._precision.sum(axis=0), 1.0)
-        self._along = np.zeros(len(PAPER))
-        self._along[:2] = pooled.camera[:2]  # change with the logarithm of f
-        by_view = self._precision @ self._along  # (M, P)
-        stiff, force = np.maximum(by_view @ self._along, 1e-300), self._pull @ self._along
-        self.own = -force / stiff  # (M,) logarithm of f
-        self.most_gain = self._gain_of_own_focal_lengths(by_view, stiff, force)
-        self._own_gain, self._own_freedom = _gain_of_own_cameras(self._precision, self._pull)
-        freedom = 2 * np.count_nonzero(some.used) - 6 * len(some.pixels) - self._own_freedom
-        self._noise = (float(_costs(some, pooled).sum()) - self._own_gain) / max(freedom, 1)  # [pixel²]
+    amount: float  # [pixel²]
+    freedom: int  # number of the unknowns that the views tell
+    common: Array  # (S,) best step
+    own: Array  # (M, K) best steps
+    information: Array  # (M, K, K) [1/pixel²] of the own ones
 
-    def _gain_of_own_focal_lengths(self, by_view: Array, stiff: Array, force: Array) -> float:
-        """Every view's focal length eliminated first, by the slope and curvature of its cost, then the camera."""
-        pull = self._pull.sum(axis=0)
-        rest = (self._pull - by_view * (force / stiff)[:, None]).sum(axis=0)
-        scale = np.sqrt(np.diag(self._spread))  # what is left says nothing of a change of all focal lengths
-        level = (self._precision.sum(axis=0) - by_view.T @ (by_view / stiff[:, None])) * np.outer(scale, scale)
-        step = np.linalg.pinv(level, rcond=1e-9, hermitian=True) @ (rest * scale)
-        return float(np.sum(force**2 / stiff) + step @ (rest * scale) - pull @ self._spread @ pull)
 
-    def gains(self, order: Array) -> Array:
-        """(M,): by how much a focal length of their own for the first views in `order` lowers the cost [pixel²]."""
-        by_step = np.cumsum((self._precision @ self._along)[order], axis=0)
-        force = np.cumsum(self._pull[order] @ self._along) - by_step @ self._spread @ self._pull.sum(axis=0)
-        stiff = by_step @ self._along - np.sum(by_step @ self._spread * by_step, axis=1)
-        return force**2 / np.maximum(stiff, 1e-300)
+def _gain(known: NormalEquations, own: Array, common: Array) -> _Gain:
+    """Eliminate unknowns of every view's own (P, K), then solve for common ones (P, S), all by their directions."""
+    information = own.T @ known.precision @ own
+    scale = 1 / np.sqrt(np.maximum(np.einsum("mii->mi", information), 1e-300))
+    values, vectors = np.linalg.eigh(information * scale[:, :, None] * scale[:, None, :])
+    determined = values > OWN_LEAST
+    root = scale[:, :, None] * vectors * (determined / np.sqrt(np.where(determined, values, 1.0)))[:, None, :]
+    force = np.einsum("mkj,mk->mj", root, known.pull @ own)
+    mixed = common.T @ known.precision @ own @ root
+    whole = common.T @ known.precision.sum(axis=0) @ common
+    size = 1 / np.sqrt(np.maximum(np.diag(whole), 1e-300))
+    level = (whole - np.einsum("msj,mtj->st", mixed, mixed)) * np.outer(size, size)
+    pull = (known.pull.sum(axis=0) @ common - np.einsum("msj,mj->s", mixed, force)) * size
+    inverse = np.linalg.pinv(level, rcond=1e-9, hermitian=True)  # what is left may say nothing of what all share
+    step = -size * (inverse @ pull)
+    return _Gain(
+        amount=float(np.sum(force**2) + pull @ inverse @ pull),
+        freedom=int(determined.sum()) + round(np.sum(inverse * level)),
+        common=step,
+        own=-np.einsum("mkj,mj->mk", root, force + step @ mixed),
+        information=information,
+    )
 
-    def chance(self, gain: float) -> float:
-        """Return how likely so much is gained where there is one focal length."""
-        freedom = self._own_freedom - len(PAPER) - 1
-        between = max((self._own_gain - gain) / freedom, self._noise)
-        return float(scipy.special.fdtrc(1, freedom, gain / max(between, 1e-300)))
 
-    def cameras(self, odd: Array) -> tuple[Array, Array]:
-        """Return the cameras (9,) of the others and of the views `odd`."""
-        by_step = self._precision[odd].sum(axis=0) @ self._along
-        force = self._along @ self._pull[odd].sum(axis=0) - by_step @ self._spread @ self._pull.sum(axis=0)
-        apart = -force / (self._along @ by_step - by_step @ self._spread @ by_step)
-        pull = self._pull.sum(axis=0) + self._precision[odd].sum(axis=0) @ self._along * apart
-        rest, other = self._camera.copy(), self._camera.copy()
-        rest[list(PAPER)] -= self._spread @ pull
-        other[list(PAPER)] = rest[list(PAPER)] + apart * self._along
-        return rest, other
+def _score(known: NormalEquations, own: Array, common: Array, base: _Gain) -> tuple[float, Array]:
+    """The squares of the pulls on unknowns of every view's own (P, K), where the common ones (P, S) are best, and the
+    weights of χ² of one degree of which noise makes them at most.
+    """
+    level = own.T @ known.precision @ own
+    scale = 1 / np.sqrt(np.maximum(np.diag(level.sum(axis=0)), 1e-300))
+    pull = (known.pull @ own + own.T @ known.precision @ common @ base.common) * scale
+    return float(np.sum(pull**2)), np.linalg.eigvalsh(level * np.outer(scale, scale)).ravel()
+
+
+def _rest(most: _Gain, gain: _Gain, noise: float) -> tuple[float, int]:
+    """Return what the views gain besides, per unknown [pixel²], and the number of these unknowns."""
+    freedom = max(most.freedom - gain.freedom, 1)
+    return max((most.amount - gain.amount) / freedom, noise), freedom
+
+
+def _chance_of_gain(gain: _Gain, base: _Gain, rest: tuple[float, int]) -> float:
+    """Return the logarithm of how likely so much more than `base` is gained where it is noise."""
+    return _chance(gain.amount - base.amount, np.ones(max(gain.freedom - base.freedom, 1)), rest)
+
+
+def _chance(amount: float, weights: Array, rest: tuple[float, int]) -> float:
+    """Return the logarithm of how likely a sum of weighted χ² of one degree is as great, measured by the rest.
+
+    Saddle point approximation of Lugannani and Rice, for the sum minus `amount` times the rest's χ².
+    """
+    between, freedom = rest
+    share = amount / between / freedom
+    if share * freedom <= float(weights.sum()):
+        return 0.0
+
+    def slope(at: float) -> float:
+        return float(np.sum(weights / (1 - 2 * weights * at))) - freedom * share / (1 + 2 * share * at)
+
+    at = float(scipy.optimize.brentq(slope, 0.0, (1 - 1e-9) / (2 * weights.max())))
+    height = float(np.sum(np.log1p(-2 * weights * at)) + freedom * np.log1p(2 * share * at))  # -2 x the cumulant
+    curve = np.sum((weights / (1 - 2 * weights * at)) ** 2) + freedom * (share / (1 + 2 * share * at)) ** 2
+    root, along = np.sqrt(height), at * np.sqrt(2 * curve)
+    return float(scipy.special.log_ndtr(-root - np.log(along / root) / root)) if root > 1 else 0.0
 
 
 def _significant(some: Corners, split: _Split, solution: BundleSolution, open_views: Array) -> PictureGroup | None:
@@ -200,6 +254,7 @@ def _significant(some: Corners, split: _Split, solution: BundleSolution, open_vi
         camera=split.solutions[1].camera,
         rest=split.solutions[0].camera,
         cause=split.cause,
+        left=after / _freedom(some),
     )
 
 
@@ -209,26 +264,26 @@ def _chance_of_parts(some: Corners, split: _Split, gain: float) -> float:
     for label, solution in enumerate(split.solutions):
         which = split.labels == label
         part = BundleSolution(solution.camera, solution.poses.take(which))
-        more, known = _gain_of_own_cameras(*bundle_adjustment.equations(some.take(which), part).of(PAPER))
-        own_gain, freedom = own_gain + more, freedom + known
+        own = _gain_of_own_cameras(bundle_adjustment.equations(some.take(which), part).of(PAPER))
+        own_gain, freedom = own_gain + own.amount, freedom + own.freedom
     between = max(own_gain / max(freedom, 1), 1e-300)
     ways = 2.0 ** (len(some.pixels) - 1)
     return ways * float(scipy.special.fdtrc(len(PAPER), max(freedom, 1), gain / len(PAPER) / between))
 
 
-def _gain_of_own_cameras(precision: Array, pull: Array) -> tuple[float, int]:
-    """The gain of a camera of its own for every view in all [pixel²], and the number of its unknowns."""
-    scale = 1 / np.sqrt(np.maximum(np.einsum("mii->mi", precision), 1e-300))
-    values, vectors = np.linalg.eigh(precision * scale[:, :, None] * scale[:, None, :])
-    parts = np.einsum("mij,mi->mj", vectors, pull * scale)
-    known = values > OWN_LEAST
-    return float(np.sum(parts[known] ** 2 / values[known])), int(known.sum())
+def _gain_of_own_cameras(known: NormalEquations) -> _Gain:
+    unit = np.eye(known.pull.shape[1])
+    return _gain(known, unit, unit[:, :0])
 
 
 def _explains(some: Corners, before: float, after: float) -> bool:
-    freedom = max(2 * np.count_nonzero(some.used) - 2 * len(PAPER) - 6 * len(some.pixels), 1)
     gain = before - after
-    return gain > LEAST_SHARE * before and gain / len(PAPER) > LEAST_F * after / freedom
+    return gain > LEAST_SHARE * before and gain / len(PAPER) > LEAST_F * after / _freedom(some)
+
+
+def _freedom(some: Corners) -> int:
+    """Degrees of freedom of the errors where two cameras explain the views."""
+    return max(2 * int(np.count_nonzero(some.used)) - 2 * len(PAPER) - 6 * len(some.pixels), 1)
 
 
 def _split(some: Corners, solution: BundleSolution, size: tuple[int, int]) -> _Split | None:
@@ -249,10 +304,10 @@ def _split(some: Corners, solution: BundleSolution, size: tuple[int, int]) -> _S
 
 def _mixture(some: Corners, solution: BundleSolution) -> Array | None:
     """(M,) 0 or 1: the parts whose own cameras lower the cost most, to second order; None where none does much."""
-    precision, pull = bundle_adjustment.equations(some, solution).of(PAPER)
+    precision, pull = known = bundle_adjustment.equations(some, solution).of(PAPER)
     costs = _costs(some, solution)
     most = float(costs.sum())
-    if not _explains(some, most, max(most - _gain_of_own_cameras(precision, pull)[0], 1e-12 * most)):
+    if not _explains(some, most, max(most - _gain_of_own_cameras(known).amount, 1e-12 * most)):
         return None  # not even a camera of its own for every view would explain that much
     noise = float(np.median(costs / np.maximum(2 * some.used.sum(axis=1) - 6, 1)))
     scale = np.array([*solution.camera[:2], *[2 * solution.camera[2]] * 2, 1, 1, 1, 1])
@@ -381,56 +436,35 @@ def _cause(camera: Array, rest: Array, size: tuple[int, int]) -> str:
 
 
 def equations(corners: Corners, solution: BundleSolution) -> NormalEquations:
-    """The normal equations of PARAMETERS, the squares' aspect (BY_ASPECT) and the board's bend (BY_BEND)."""
-    points, bends = corners.points, _bends(corners.points)
-    return bundle_adjustment.equations(
-        corners, solution, (points * (0.0, 1.0, 0.0), *(each[:, None] * (0.0, 0.0, 1.0) for each in bends.T))
-    )
+    """The normal equations of PARAMETERS and of the board's SHAPES."""
+    return bundle_adjustment.equations(corners, solution, _shapes(corners.points))
 
 
-def find_aspect(corners: Corners, solution: BundleSolution, known: NormalEquations) -> Aspect | None:
-    """The squares' height over their width, if it is not 1 beyond doubt; `known`: the equations at this solution."""
-    noise = bundle_adjustment.noise(corners, solution, PAPER)
-    found, scaled, sd = 1.0, corners, 1.0
-    for turn in range(4):
-        precision, pull = (known if turn == 0 else equations(scaled, solution)).of((*PAPER, *BY_ASPECT))
-        covariance = bundle_adjustment.covariance(precision.sum(axis=0), 1.0)
-        step, sd = float(-(covariance @ pull.sum(axis=0))[-1]), float(np.sqrt(covariance[-1, -1]))
-        if turn == 0 and abs(step) < max(LEAST_ASPECT / 2, ASPECT_SDS / 2 * sd * noise):
-            return None
-        found *= 1 + step
-        scaled = corners._replace(points=corners.points * (1.0, found, 1.0))
-        solution = bundle_adjustment.refine(scaled, solution, PAPER)
-    sd *= bundle_adjustment.noise(scaled, solution, PAPER)
-    if abs(found - 1) < max(ASPECT_SDS * sd, LEAST_ASPECT):
-        return None
-    return Aspect(value=found, sd=sd)
+def _shapes(points: Array) -> list[Array]:
+    """Displacements (N, 3) of a board's corners (N, 3) per unit of SHAPES: taller squares, then bends."""
+    return [points * (0.0, 1.0, 0.0), *(each[:, None] * (0.0, 0.0, 1.0) for each in _bends(points).T)]
 
 
-def find_bend(
-    corners: Corners, solution: BundleSolution, known: NormalEquations, least_bend: float = LEAST_BEND
-) -> Bend | None:
-    """The board's shape by heights of second order across it, if the used views show beyond doubt that it is bent, by
-    so much of its diagonal at least. `known`: the equations at this solution.
+def find_shape(
+    code: str, corners: Corners, solution: BundleSolution, known: NormalEquations, least: float
+) -> BoardShape | None:
+    """The board's shape of one of the SHAPES, if the used views show beyond doubt that it is not as printed, by an
+    extent of `least`. `known`: the equations at this solution.
     """
-    flat, bends = corners.points, _bends(corners.points)
-    found, curved = np.zeros(bends.shape[1]), corners
-    covariance = np.zeros((0, 0))
-    least = least_bend * 2 * float(np.linalg.norm(flat - flat.mean(axis=0), axis=1).max())
-    for turn in range(3):
-        precision, pull = (known if turn == 0 else equations(curved, solution)).of((*PAPER, *BY_BEND))
+    unknowns, shaped, found, extent = SHAPES[code], corners, np.zeros(len(SHAPES[code])), 0.0
+    forms = np.stack(_shapes(corners.points))[np.array(unknowns) - len(PARAMETERS)]
+    for turn in range(SHAPE_TURNS + 1):
+        precision, pull = (known if turn == 0 else equations(shaped, solution)).of((*PAPER, *unknowns))
         covariance = bundle_adjustment.covariance(precision.sum(axis=0), 1.0)
         found = found - (covariance @ pull.sum(axis=0))[len(PAPER) :]
-        if turn == 0 and np.ptp(bends @ found) < least / 2:
+        spread = covariance[len(PAPER) :, len(PAPER) :] * bundle_adjustment.noise(shaped, solution, PAPER) ** 2
+        strength = float(found @ np.linalg.solve(spread, found)) / len(found)
+        extent = float(found[0] if len(found) == 1 else np.ptp(found @ forms[:, :, 2]))
+        if abs(extent) < least * (turn + 1) / (SHAPE_TURNS + 1) or (turn == SHAPE_TURNS and strength < LEAST_F):
             return None
-        curved = corners._replace(points=_raised(flat, bends @ found))
-        solution = bundle_adjustment.refine(curved, solution, PAPER)
-    noise = bundle_adjustment.noise(curved, solution, PAPER)
-    own = covariance[len(PAPER) :, len(PAPER) :] * noise**2
-    depth = float(np.ptp(bends @ found))
-    if depth < least or found @ np.linalg.solve(own, found) < LEAST_F * len(found):
-        return None
-    return Bend(points=curved.points, depth=depth)
+        shaped = corners._replace(points=corners.points + np.tensordot(found, forms, 1))
+        solution = bundle_adjustment.refine(shaped, solution, PAPER)
+    return BoardShape(code=code, points=shaped.points, extent=extent, unknowns=unknowns)
 
 
 def _bends(points: Array) -> Array:
@@ -439,10 +473,6 @@ def _bends(points: Array) -> Array:
     size = float(np.linalg.norm(away, axis=1).max())
     x, y = (away / size).T
     return size * np.column_stack((x * x, y * y, x * y))
-
-
-def _raised(points: Array, heights: Array) -> Array:
-    return points + heights[:, None] * (0.0, 0.0, 1.0)
 
 
 def focal_range(corners: Corners, solution: BundleSolution, free: tuple[int, ...], sd: float) -> FocalRange:

@@ -10,7 +10,7 @@ from core.calibration import homography
 from core.calibration.board.board import Board
 from core.calibration.camera import bundle_adjustment, consistency, influence
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners, NormalEquations
-from core.calibration.camera.consistency import Aspect, Bend, PictureGroup
+from core.calibration.camera.consistency import BoardShape, PictureGroup, Variation
 from core.calibration.camera.influence import Figures
 from core.calibration.camera.suspects import accuse, odd_lines
 from core.calibration.levenberg_marquardt import FIRST_DAMPING
@@ -125,8 +125,11 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
         solution = bundle_adjustment.refine(corners, solution, free)
         known = consistency.equations(corners, solution)
     noise = bundle_adjustment.noise(corners, solution, free)
-    precision = known.of((*free, *found.unknowns_of_board)).precision.sum(axis=0)
+    of_board = () if found.shape is None else found.shape.unknowns
+    precision = known.of((*free, *of_board)).precision.sum(axis=0)
     covariance = bundle_adjustment.covariance(precision, noise)[: len(free), : len(free)]
+    if isinstance(found.part, Variation):
+        covariance = covariance * max(found.part.excess, 1.0)
     covariance, doubts = _with_focal_doubt(corners, solution, free, covariance)
     figures = influence.figures(solution.camera, covariance)
     brought = influence.with_each(corners, solution, free)
@@ -154,7 +157,11 @@ def calibrate(views: Sequence[ViewCorners], board: Board, size: tuple[int, int])
     )
 
 
-UNDECIDED_CODES = ("camera.two_settings", "camera.focal_undecided", "camera.one_tilt")
+UNDECIDED_CODES = (
+    *("camera.two_settings", "camera.focal_varies", "camera.middle_varies", "camera.skew"),
+    *("camera.focal_undecided", "camera.one_tilt"),
+)
+MUCH_LESS = 0.9  # share of the squared errors that two cameras leave, below which views vary instead
 MAX_OFF_CENTRE = 0.15  # of the longer side of the picture that the lens may have its middle away from the picture's
 MIN_TILT_DEG = 3.0  # between the boards of any two views: parallel boards do not tell the focal length
 
@@ -167,16 +174,8 @@ class _Found(NamedTuple):
     solution: BundleSolution
     focal_known: bool
     equations: NormalEquations  # at this solution
-    aspect: Aspect | None = None
-    bend: Bend | None = None
-    part: PictureGroup | None = None
-
-    @property
-    def unknowns_of_board(self) -> tuple[int, ...]:
-        """Numbers of the board's own unknowns among the equations."""
-        if self.aspect is not None:
-            return consistency.BY_ASPECT
-        return () if self.bend is None else consistency.BY_BEND
+    shape: BoardShape | None = None
+    part: PictureGroup | Variation | None = None
 
 
 def _consistently(everything: Corners, size: tuple[int, int]) -> _Found:
@@ -184,32 +183,34 @@ def _consistently(everything: Corners, size: tuple[int, int]) -> _Found:
     that up.
     """
     found = _solve_robustly(everything, size)
-    rivals: list[_Found] = []
-    aspect = consistency.find_aspect(found.corners, found.solution, found.equations)
-    if aspect is not None:
-        oblong = everything._replace(points=everything.points * (1.0, aspect.value, 1.0))
-        rivals.append(_solve_robustly(oblong, size)._replace(aspect=aspect))
     part = _part_of(found, size)
     least_bend = consistency.LEAST_BEND if part is None else 0.0  # any bend is likelier than a second camera
-    bend = consistency.find_bend(found.corners, found.solution, found.equations, least_bend)
-    if bend is not None:
-        curved = everything._replace(points=bend.points)
-        rivals.append(_solve_robustly(curved, size)._replace(bend=bend))
+    least_bend *= 2 * float(np.linalg.norm(everything.points - everything.points.mean(axis=0), axis=1).max())
+    rivals: list[_Found] = []
+    for code, least in (("board.unequal_squares", consistency.LEAST_ASPECT), ("board.bent", least_bend)):
+        shape = consistency.find_shape(code, found.corners, found.solution, found.equations, least)
+        if shape is not None:
+            rivals.append(_solve_robustly(everything._replace(points=shape.points), size)._replace(shape=shape))
     whole = [rival for rival in rivals if _part_of(rival, size) is None]
     if whole:
         return min(whole, key=lambda each: bundle_adjustment.noise(each.corners, each.solution, PAPER))
-    if part is None or not part.is_minority(len(everything.pixels)):
+    if not isinstance(part, PictureGroup) or not part.is_minority(len(everything.pixels)):
         return found._replace(part=part)
     others = ~np.isin(np.arange(len(everything.pixels)), part.views)
-    return _solve_robustly(everything, size, others)._replace(part=part)
+    found = _solve_robustly(everything, size, others)
+    again = consistency.find_variation(found.corners, found.solution)  # the others may vary, too
+    return found._replace(part=again or part)
 
 
-def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | None:
-    """The views that another camera explains, those among them that were left out."""
+def _part_of(found: _Found, size: tuple[int, int]) -> PictureGroup | Variation | None:
+    """The views that another camera explains, those among them that were left out, or what varies among the views."""
     used = found.corners.used
     every = found.corners._replace(used=used | ~found.corners.views_used[:, None])
     part = consistency.find_part(every, found.solution, size)
-    return part or consistency.find_two_focal_lengths(found.corners, found.solution, found.equations)
+    variation = consistency.find_variation(found.corners, found.solution)
+    if part is not None and variation is not None:
+        return variation if variation.left < MUCH_LESS * part.left else part
+    return part or variation
 
 
 def _with_focal_doubt(
@@ -245,13 +246,15 @@ def _off_centre(camera: Array, covariance: Array, size: tuple[int, int]) -> tupl
 def _faults(found: _Found, views: Sequence[ViewCorners], board: Board) -> tuple[Fault, ...]:
     """Say what does not agree, in sentences."""
     faults: list[Fault] = []
-    if found.aspect is not None:
-        wide, high = board.square * 1e3, board.square * 1e3 * found.aspect.value
-        values = {"wide": f"{wide:.1f}", "high": f"{high:.1f}", "share": f"{100 * (found.aspect.value - 1):+.2f}"}
-        faults.append(fault("board.unequal_squares", used=True, **values))
-    if found.bend is not None:
-        faults.append(fault("board.bent", used=True, depth=f"{1e3 * found.bend.depth:.1f}"))
-    if found.part is not None:
+    if found.shape is not None:
+        wide, extent = board.square * 1e3, found.shape.extent
+        high = {"wide": f"{wide:.1f}", "high": f"{wide * (1 + extent):.1f}", "share": f"{100 * extent:+.2f}"}
+        faults.append(fault(found.shape.code, used=True, depth=f"{1e3 * extent:.1f}", **high))
+    if isinstance(found.part, Variation):
+        extent = found.part.extent
+        values = {"share": f"{100 * extent:.1f}", "pixels": f"{extent:.1f}", "degrees": f"{abs(extent):.2f}"}
+        faults.append(fault(found.part.code, used=found.part.code not in UNDECIDED_CODES, **values))
+    elif found.part is not None:
         part, count = found.part, len(views)
         others = [number for number in range(count) if number not in part.views]
         code = "camera.odd_part" if part.is_minority(count) else "camera.two_settings"
@@ -278,10 +281,10 @@ def _camera_words(camera: Array) -> str:
 
 
 def _with_odd_part(
-    verdicts: tuple[ViewVerdict, ...], part: PictureGroup | None, faults: tuple[Fault, ...]
+    verdicts: tuple[ViewVerdict, ...], part: PictureGroup | Variation | None, faults: tuple[Fault, ...]
 ) -> tuple[ViewVerdict, ...]:
     """The verdicts, with the cause for the views that another camera explains."""
-    if part is None or not any(each.code == "camera.odd_part" for each in faults):
+    if not isinstance(part, PictureGroup) or not any(each.code == "camera.odd_part" for each in faults):
         return verdicts
     reason = f"it fits another camera ({_camera_words(part.camera)}): {part.cause}"
     return tuple(

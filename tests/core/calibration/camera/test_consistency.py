@@ -40,6 +40,34 @@ def pictures(count: int, odd: tuple[int, ...] = (), seed: int = 0, noise: float 
     return pixels
 
 
+def varied(kind: str, size: float, count: int, seed: int = 0) -> Array:
+    """Corners of pictures that no single camera makes, by what is wrong with each: `kind` is the check's code."""
+    rng = np.random.default_rng(seed)
+    poses, flat = held(rng, count, LENS, BOARD), vector_of(LENS)
+    pixels = project(flat, poses, BOARD.points)
+    if kind == "camera.focal_varies":
+        cameras = [np.concatenate((flat[:2] * (1 + rng.uniform(-size, size)), flat[2:])) for _ in range(count)]
+        pixels = np.concatenate(
+            [project(each, poses.take([number]), BOARD.points) for number, each in enumerate(cameras)]
+        )
+    elif kind == "camera.middle_varies":
+        pixels = pixels + rng.uniform(-size, size, (count, 1, 2))
+    elif kind == "camera.skew":
+        pixels = pixels + np.tan(np.deg2rad(size)) * (pixels[:, :, [1]] - LENS.cy) * (1.0, 0.0)
+    elif kind == "camera.rows_late":
+        speed = rng.normal(0, size, (count, 6))  # [rad, m] while one picture is read
+        for _ in range(3):
+            late = pixels[:, :, 1] / LENS.height - 0.5
+            moved = [
+                [project(flat, each.moved(speed[[view]] * late[view, corner]), BOARD.points[[corner]])[0, 0]]
+                for view in range(count)
+                for each in [poses.take([view])]
+                for corner in range(BOARD.count)
+            ]
+            pixels = np.reshape(moved, pixels.shape)
+    return pixels + rng.normal(0, NOISE, pixels.shape)
+
+
 def off(found: Calibration, name: str) -> float:
     """Standard deviations from the truth."""
     return abs(getattr(found.model, name) - getattr(LENS, name)) / found.sds[name]
@@ -110,9 +138,37 @@ def test_two_focal_lengths_that_hardly_raise_the_errors_are_found(
 ) -> None:
     focal = 520 * (1 + share)
     found = calibrate(views_of(pictures(20, odd, seed=1, noise=noise, fx=focal, fy=focal)), BOARD, SIZE)
-    assert [each.code for each in found.faults] == ["camera.two_settings"]
-    assert "zoom or focus was moved" in found.undecided
+    assert [each.code for each in found.faults] == ["camera.focal_varies"]
+    assert "autofocus, zoom" in found.undecided
     assert found.noise < 1.1 * noise
+
+
+@pytest.mark.parametrize("count", [13, pytest.param(30, marks=CAMPAIGN)])
+@pytest.mark.parametrize(
+    ("code", "size", "told", "extent"),
+    [
+        ("camera.focal_varies", 0.02, "share", 100 * 0.02 / 3**0.5),  # [%] root mean square
+        ("camera.middle_varies", 10.0, "pixels", 10 * (2 / 3) ** 0.5),
+        ("camera.skew", 0.5, "degrees", 0.5),
+        ("camera.rows_late", 0.01, "pixels", 0.5),
+    ],
+)
+def test_what_differs_from_picture_to_picture_is_named(
+    code: str, size: float, told: str, extent: float, count: int
+) -> None:
+    found = calibrate(views_of(varied(code, size, count, seed=1)), BOARD, SIZE)
+    assert [each.code for each in found.faults] == [code]
+    assert float(found.faults[0].values[told]) == pytest.approx(extent, rel=0.4)
+    assert found.warnings[0] == found.faults[0].sentence
+    assert bool(found.undecided) == (code != "camera.rows_late")
+
+
+def test_boards_that_move_while_rows_are_read_widen_the_deviations() -> None:
+    found = [calibrate(views_of(varied("camera.rows_late", 0.01, 16, seed)), BOARD, SIZE) for seed in range(4)]
+    still = calibrate(views_of(varied("", 0.0, 16)), BOARD, SIZE)
+    assert still.faults == ()
+    assert all([each.code for each in one.faults] == ["camera.rows_late"] for one in found)
+    assert all(off(one, name) < 4 and one.sds[name] > 3 * still.sds[name] for one in found for name in ("fx", "cy"))
 
 
 @pytest.mark.parametrize(("rise", "noise", "count"), [(0.0003, 0.1, 16), (0.001, 0.03, 11)])
